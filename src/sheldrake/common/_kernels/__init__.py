@@ -1,0 +1,1 @@
+"""sheldrake.common._kernels"""

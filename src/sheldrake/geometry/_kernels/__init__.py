@@ -1,0 +1,1 @@
+"""sheldrake.geometry._kernels"""

@@ -1,0 +1,1 @@
+"""sheldrake.multibody.contact_solvers"""
