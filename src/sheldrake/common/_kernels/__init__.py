@@ -1,1 +1,1 @@
-"""sheldrake.common._kernels"""
+"""Value types and scalar-generic maths that every kernel builds on."""

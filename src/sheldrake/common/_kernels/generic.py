@@ -1,0 +1,42 @@
+"""Maths that takes any scalar: floats, complex numbers, and objects that bring their own (duals, symbols).
+
+Inside compiled kernels these are libm's. Anything else than a number is asked for a method of the same name.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Callable
+from typing import Any
+
+UNARY = ("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt")
+_METHODS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
+
+
+def _make(name: str) -> Callable[[Any], Any]:
+    real, complex_, method = getattr(math, name), getattr(cmath, name), _METHODS.get(name, name)
+
+    def function(x: Any) -> Any:
+        if isinstance(x, (float, int)):
+            return real(x)
+        if isinstance(x, complex):
+            return complex_(x)
+        return getattr(x, method)()
+
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = f"{name} of a float, a complex number, or an object with a method `{method}`."
+    return function
+
+
+sin, cos, tan = _make("sin"), _make("cos"), _make("tan")
+asin, acos, atan = _make("asin"), _make("acos"), _make("atan")
+sinh, cosh, tanh = _make("sinh"), _make("cosh"), _make("tanh")
+exp, log, sqrt = _make("exp"), _make("log"), _make("sqrt")
+
+
+def atan2(y: Any, x: Any) -> Any:
+    """Angle of the point (x, y) [rad]; objects are asked for a method `arctan2`."""
+    if isinstance(y, (float, int)) and isinstance(x, (float, int)):
+        return math.atan2(y, x)
+    return y.arctan2(x) if hasattr(y, "arctan2") else type(x)(y).arctan2(x)

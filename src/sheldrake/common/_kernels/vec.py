@@ -1,0 +1,412 @@
+"""Value types of the kernels: plain tuples, and the loads and stores between them and arrays.
+
+Vec3 = 3 numbers. Quat = 4 (w, x, y, z). Mat3 = 9, row-major. Sym3 = 6 (xx, yy, zz, xy, xz, yz).
+Vec6 = (angular Vec3, linear Vec3). Inertia = (mass, mass times centre of mass as Vec3, Sym3 about the origin).
+"""
+
+from __future__ import annotations
+
+from sheldrake.common._kernels.generic import cos, sin
+from sheldrake.common.kernel import kernel
+
+# ---- Vec3
+
+
+@kernel
+def add3(a, b):
+    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])
+
+
+@kernel
+def sub3(a, b):
+    return (a[0] - b[0], a[1] - b[1], a[2] - b[2])
+
+
+@kernel
+def neg3(a):
+    return (-a[0], -a[1], -a[2])
+
+
+@kernel
+def scale3(a, s):
+    return (a[0] * s, a[1] * s, a[2] * s)
+
+
+@kernel
+def dot3(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel
+def cross3(a, b):
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+# ---- rotations
+
+
+@kernel
+def rotate(R, p):
+    """R p."""
+    return (
+        R[0] * p[0] + R[1] * p[1] + R[2] * p[2],
+        R[3] * p[0] + R[4] * p[1] + R[5] * p[2],
+        R[6] * p[0] + R[7] * p[1] + R[8] * p[2],
+    )
+
+
+@kernel
+def rotate_back(R, p):
+    """Rᵀ p."""
+    return (
+        R[0] * p[0] + R[3] * p[1] + R[6] * p[2],
+        R[1] * p[0] + R[4] * p[1] + R[7] * p[2],
+        R[2] * p[0] + R[5] * p[1] + R[8] * p[2],
+    )
+
+
+@kernel
+def transpose(R):
+    return (R[0], R[3], R[6], R[1], R[4], R[7], R[2], R[5], R[8])
+
+
+@kernel
+def compose(A, B):
+    """A B, of two Mat3."""
+    return (
+        A[0] * B[0] + A[1] * B[3] + A[2] * B[6],
+        A[0] * B[1] + A[1] * B[4] + A[2] * B[7],
+        A[0] * B[2] + A[1] * B[5] + A[2] * B[8],
+        A[3] * B[0] + A[4] * B[3] + A[5] * B[6],
+        A[3] * B[1] + A[4] * B[4] + A[5] * B[7],
+        A[3] * B[2] + A[4] * B[5] + A[5] * B[8],
+        A[6] * B[0] + A[7] * B[3] + A[8] * B[6],
+        A[6] * B[1] + A[7] * B[4] + A[8] * B[7],
+        A[6] * B[2] + A[7] * B[5] + A[8] * B[8],
+    )
+
+
+@kernel
+def rotation_about(axis, angle):
+    """Rotation about a unit axis by an angle [rad] (Rodrigues)."""
+    x, y, z = axis
+    s = sin(angle)
+    c = cos(angle)
+    t = 1.0 - c
+    return (
+        c + t * x * x,
+        t * x * y - s * z,
+        t * x * z + s * y,
+        t * x * y + s * z,
+        c + t * y * y,
+        t * y * z - s * x,
+        t * x * z - s * y,
+        t * y * z + s * x,
+        c + t * z * z,
+    )
+
+
+@kernel
+def rotation_of_quaternion(quat):
+    """Rotation of a quaternion of any length, in Drake's order of operations."""
+    w, x, y, z = quat
+    s = 2.0 / (w * w + x * x + y * y + z * z)
+    sx = s * x
+    sy = s * y
+    sz = s * z
+    swx = sx * w
+    swy = sy * w
+    swz = sz * w
+    sxx = sx * x
+    sxy = sy * x
+    sxz = sz * x
+    syy = sy * y
+    syz = sz * y
+    szz = sz * z
+    return (
+        1.0 - syy - szz,
+        sxy - swz,
+        sxz + swy,
+        sxy + swz,
+        1.0 - sxx - szz,
+        syz - swx,
+        sxz - swy,
+        syz + swx,
+        1.0 - sxx - syy,
+    )
+
+
+@kernel
+def quaternion_rate(quat, w_WB):
+    """Time derivative of a quaternion for an angular velocity in W [rad/s]; the quaternion may have any length."""
+    w, x, y, z = quat
+    a, b, c = scale3(w_WB, 0.5)
+    return (
+        -x * a - y * b - z * c,
+        w * a + z * b - y * c,
+        -z * a + w * b + x * c,
+        y * a - x * b + w * c,
+    )
+
+
+@kernel
+def rotate_symmetric(R, I):
+    """R I Rᵀ of a Sym3."""
+    xx, yy, zz, xy, xz, yz = I
+    T = compose(R, (xx, xy, xz, xy, yy, yz, xz, yz, zz))
+    r0 = (R[0], R[1], R[2])
+    r1 = (R[3], R[4], R[5])
+    r2 = (R[6], R[7], R[8])
+    t0 = (T[0], T[1], T[2])
+    t1 = (T[3], T[4], T[5])
+    t2 = (T[6], T[7], T[8])
+    return (dot3(t0, r0), dot3(t1, r1), dot3(t2, r2), dot3(t0, r1), dot3(t0, r2), dot3(t1, r2))
+
+
+# ---- spatial vectors
+
+
+@kernel
+def add6(A, B):
+    return (add3(A[0], B[0]), add3(A[1], B[1]))
+
+
+@kernel
+def sub6(A, B):
+    return (sub3(A[0], B[0]), sub3(A[1], B[1]))
+
+
+@kernel
+def scale6(A, s):
+    return (scale3(A[0], s), scale3(A[1], s))
+
+
+@kernel
+def dot6(A, B):
+    return dot3(A[0], B[0]) + dot3(A[1], B[1])
+
+
+@kernel
+def cross_motion(V, S):
+    """V × S of two motion vectors (Featherstone 2008, eq. 2.31)."""
+    w, v = V
+    s, u = S
+    return (cross3(w, s), add3(cross3(w, u), cross3(v, s)))
+
+
+@kernel
+def cross_force(V, F):
+    """V ×* F of a motion and a force vector (Featherstone 2008, eq. 2.32)."""
+    w, v = V
+    t, f = F
+    return (add3(cross3(w, t), cross3(v, f)), cross3(w, f))
+
+
+# ---- spatial inertia
+
+
+@kernel
+def spatial_inertia(mass, c, I_com):
+    """Inertia about a point from which the centre of mass is seen at c."""
+    x, y, z = c
+    xx, yy, zz, xy, xz, yz = I_com
+    return (
+        mass,
+        scale3(c, mass),
+        (
+            xx + mass * (y * y + z * z),
+            yy + mass * (x * x + z * z),
+            zz + mass * (x * x + y * y),
+            xy - mass * x * y,
+            xz - mass * x * z,
+            yz - mass * y * z,
+        ),
+    )
+
+
+@kernel
+def mul_symmetric(I, w):
+    xx, yy, zz, xy, xz, yz = I
+    return (
+        xx * w[0] + xy * w[1] + xz * w[2],
+        xy * w[0] + yy * w[1] + yz * w[2],
+        xz * w[0] + yz * w[1] + zz * w[2],
+    )
+
+
+@kernel
+def mul_inertia(I, V):
+    """Momentum (angular, linear) of an Inertia moving with V, about the same point."""
+    mass, h, J = I
+    w, v = V
+    return (add3(mul_symmetric(J, w), cross3(h, v)), add3(scale3(v, mass), cross3(w, h)))
+
+
+# ---- memory: row i of a 2-D array
+
+
+@kernel
+def load3(A, i):
+    return (A[i, 0], A[i, 1], A[i, 2])
+
+
+@kernel
+def load6(A, i):
+    return ((A[i, 0], A[i, 1], A[i, 2]), (A[i, 3], A[i, 4], A[i, 5]))
+
+
+@kernel
+def load_symmetric(A, i):
+    return (A[i, 0], A[i, 1], A[i, 2], A[i, 3], A[i, 4], A[i, 5])
+
+
+@kernel
+def load9(A, i):
+    return (A[i, 0], A[i, 1], A[i, 2], A[i, 3], A[i, 4], A[i, 5], A[i, 6], A[i, 7], A[i, 8])
+
+
+@kernel
+def load3_at(A, i, k):
+    """Columns k, k + 1, k + 2 of row i."""
+    return (A[i, k], A[i, k + 1], A[i, k + 2])
+
+
+@kernel
+def load6_at(A, i, k):
+    """Columns k to k + 5 of row i as a Vec6."""
+    return ((A[i, k], A[i, k + 1], A[i, k + 2]), (A[i, k + 3], A[i, k + 4], A[i, k + 5]))
+
+
+@kernel
+def load_symmetric_at(A, i, k):
+    """Columns k to k + 5 of row i as a Sym3."""
+    return (A[i, k], A[i, k + 1], A[i, k + 2], A[i, k + 3], A[i, k + 4], A[i, k + 5])
+
+
+@kernel
+def load9_at(A, i, k):
+    """Columns k to k + 8 of row i."""
+    return (
+        A[i, k],
+        A[i, k + 1],
+        A[i, k + 2],
+        A[i, k + 3],
+        A[i, k + 4],
+        A[i, k + 5],
+        A[i, k + 6],
+        A[i, k + 7],
+        A[i, k + 8],
+    )
+
+
+@kernel
+def load_inertia(A, i):
+    return (A[i, 0], (A[i, 1], A[i, 2], A[i, 3]), (A[i, 4], A[i, 5], A[i, 6], A[i, 7], A[i, 8], A[i, 9]))
+
+
+@kernel
+def store3(A, i, a):
+    A[i, 0] = a[0]
+    A[i, 1] = a[1]
+    A[i, 2] = a[2]
+
+
+@kernel
+def store6(A, i, a):
+    A[i, 0] = a[0][0]
+    A[i, 1] = a[0][1]
+    A[i, 2] = a[0][2]
+    A[i, 3] = a[1][0]
+    A[i, 4] = a[1][1]
+    A[i, 5] = a[1][2]
+
+
+@kernel
+def store9(A, i, a):
+    A[i, 0] = a[0]
+    A[i, 1] = a[1]
+    A[i, 2] = a[2]
+    A[i, 3] = a[3]
+    A[i, 4] = a[4]
+    A[i, 5] = a[5]
+    A[i, 6] = a[6]
+    A[i, 7] = a[7]
+    A[i, 8] = a[8]
+
+
+@kernel
+def store3_at(A, i, k, a):
+    A[i, k] = a[0]
+    A[i, k + 1] = a[1]
+    A[i, k + 2] = a[2]
+
+
+@kernel
+def store_inertia(A, i, I):
+    mass, h, J = I
+    A[i, 0] = mass
+    A[i, 1] = h[0]
+    A[i, 2] = h[1]
+    A[i, 3] = h[2]
+    A[i, 4] = J[0]
+    A[i, 5] = J[1]
+    A[i, 6] = J[2]
+    A[i, 7] = J[3]
+    A[i, 8] = J[4]
+    A[i, 9] = J[5]
+
+
+@kernel
+def column3(A, r, k):
+    """Column k of the three rows r, r + 1, r + 2."""
+    return (A[r, k], A[r + 1, k], A[r + 2, k])
+
+
+@kernel
+def store_column3(A, r, k, a):
+    A[r, k] = a[0]
+    A[r + 1, k] = a[1]
+    A[r + 2, k] = a[2]
+
+
+# ---- memory: segment of a 1-D array
+
+
+@kernel
+def read3(q, k):
+    return (q[k], q[k + 1], q[k + 2])
+
+
+@kernel
+def read4(q, k):
+    return (q[k], q[k + 1], q[k + 2], q[k + 3])
+
+
+@kernel
+def read6(v, k):
+    return ((v[k], v[k + 1], v[k + 2]), (v[k + 3], v[k + 4], v[k + 5]))
+
+
+@kernel
+def write3(q, k, a):
+    q[k] = a[0]
+    q[k + 1] = a[1]
+    q[k + 2] = a[2]
+
+
+@kernel
+def write4(q, k, a):
+    q[k] = a[0]
+    q[k + 1] = a[1]
+    q[k + 2] = a[2]
+    q[k + 3] = a[3]
+
+
+@kernel
+def write6(v, k, a):
+    v[k] = a[0][0]
+    v[k + 1] = a[0][1]
+    v[k + 2] = a[0][2]
+    v[k + 3] = a[1][0]
+    v[k + 4] = a[1][1]
+    v[k + 5] = a[1][2]

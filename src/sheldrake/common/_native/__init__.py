@@ -1,0 +1,1 @@
+"""How kernels become native code: words of the ABI, lowering through numba, the object cache."""

@@ -1,0 +1,228 @@
+"""From a kernel's source to machine code: numba lowers, LLVM optimises once, in numba's order of passes.
+
+Imports numba: loaded only when something must be compiled.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+from typing import TYPE_CHECKING, Any
+
+import llvmlite.binding as llvm
+import numba
+from llvmlite import ir
+from numba.core import cgutils, codegen, cpu, dispatcher, types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.np.arrayobj import populate_array
+
+from sheldrake.common.kernel import INDEX_ERROR, ArraySpec
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
+
+I64, F64 = ir.IntType(64), ir.DoubleType()
+FASTMATH = {"contract", "nsz", "arcp"}
+LIBM = frozenset(
+    "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log2 log10 log1p pow sqrt "
+    "floor ceil trunc round fabs fmod fma fmin fmax hypot cbrt copysign ldexp memset memcpy memmove".split()
+)
+"""The only symbols a kernel may leave to the linker: kernels allocate nothing and call nobody."""
+
+
+def dispatcher_of(kernel: Kernel) -> Any:
+    """numba's dispatcher for a kernel, with the options every kernel has.
+
+    `_nrt=False` makes an allocation a compile error and halves the code; it is numba's private option, which is why
+    numba's minor version is pinned.
+    """
+    from sheldrake.common._native import overloads
+
+    overloads.register()
+    options: dict[str, Any] = dict(_nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    options["boundscheck"] = os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0"
+    if not kernel.strict:
+        options["fastmath"] = FASTMATH
+    if not kernel.top and not kernel.outline:
+        options["forceinline"] = True
+    return numba.njit(**options)(kernel.py_func)
+
+
+class _LoweringOnly:
+    """While active numba produces LLVM IR and nothing else: no passes, no machine code, no engine."""
+
+    def __enter__(self) -> None:
+        library, jit = codegen.CPUCodeLibrary, codegen.JITCodeLibrary
+
+        def keep_layout(self: Any, module: Any) -> None:
+            module.data_layout = self._codegen._data_layout
+
+        def finalized(self: Any) -> None:
+            self._finalized = True
+
+        def add_overload(self: Any, compiled: Any) -> None:
+            self.overloads[tuple(compiled.signature.args)] = compiled
+
+        patches: list[tuple[Any, str, Any]] = [
+            (library, "_optimize_functions", keep_layout),
+            (library, "_optimize_final_module", lambda self: None),
+            (library, "_finalize_final_module", finalized),
+            (jit, "_finalize_specific", lambda self: None),
+            (cpu.CPUContext, "get_executable", lambda self, library, fndesc, env: lambda: fndesc),
+            (dispatcher._DispatcherBase, "add_overload", add_overload),
+        ]
+        self.saved = [(owner, name, owner.__dict__[name]) for owner, name, _ in patches]
+        for owner, name, replacement in patches:
+            setattr(owner, name, replacement)
+
+    def __exit__(self, *_: object) -> None:
+        for owner, name, original in self.saved:
+            setattr(owner, name, original)
+
+
+def _array_type(spec: ArraySpec) -> types.Array:
+    return types.Array(getattr(types, spec.dtype), spec.ndim, "C")
+
+
+def _signature(kernel: Kernel, arity: int) -> tuple:
+    signature: list[Any] = []
+    for p in kernel.parameters:
+        if p.kind in ("t", "float"):
+            signature.append(types.float64)
+        elif p.kind == "int":
+            signature.append(types.int64)
+        elif p.kind == "array":
+            signature.append(_array_type(p.fields[0]))
+        elif p.kind == "arrays":
+            signature.append(types.UniTuple(_array_type(p.fields[0]), arity))
+        else:
+            signature.append(types.BaseTuple.from_types([_array_type(s) for s in p.fields], p.cls))
+    return tuple(signature)
+
+
+class _Reader:
+    """Emits the code that reads an entry's arguments from `words`."""
+
+    def __init__(self, context: Any, builder: Any, function: Any):
+        self.context, self.b, self.at = context, builder, 0
+        self.t, slab, self.words = function.args
+        self.slab = builder.ptrtoint(slab, I64)
+
+    def word(self) -> Any:
+        self.at += 1
+        return self.b.load(self.b.gep(self.words, [I64(self.at - 1)]))
+
+    def array(self, spec: ArraySpec) -> Any:
+        ty, b = _array_type(spec), self.b
+        a = self.context.make_array(ty)(self.context, b)
+        where = self.word()
+        address = where if spec.absolute else b.add(self.slab, b.shl(where, I64(3)))
+        shape = [self.word() for _ in range(spec.ndim)]
+        strides = [I64(8)]
+        for n in shape[:0:-1]:
+            strides.insert(0, b.mul(strides[0], n))
+        data = b.inttoptr(address, self.context.get_data_type(ty.dtype).as_pointer())
+        populate_array(a, data=data, shape=shape, strides=strides, itemsize=I64(8), meminfo=None)
+        return a._getvalue()
+
+    def argument(self, p: Any, ty: Any, arity: int) -> Any:
+        if p.kind == "t":
+            return self.t
+        if p.kind == "float":
+            return self.b.bitcast(self.word(), F64)
+        if p.kind == "int":
+            return self.word()
+        if p.kind == "array":
+            return self.array(p.fields[0])
+        specs = p.fields * arity if p.kind == "arrays" else p.fields
+        return self.context.make_tuple(self.b, ty, [self.array(s) for s in specs])
+
+
+def _lower(kernel: Kernel, arity: int, symbol: str) -> Any:
+    """The unoptimised LLVM module of everything an entry needs, with `symbol` as its one function of the ABI."""
+    signature = _signature(kernel, arity)
+    entry = kernel.dispatcher
+    with _LoweringOnly(), global_compiler_lock:
+        entry.compile(signature)
+        compiled = entry.overloads[signature]
+        context, described = compiled.target_context, compiled.fndesc
+        library = context.codegen().create_library(f"abi.{symbol}")
+        module = library.create_ir_module(f"abi.{symbol}")
+        kind = ir.FunctionType(I64, [F64, F64.as_pointer(), I64.as_pointer()])
+        function = ir.Function(module, kind, symbol)
+        function.calling_convention = ""
+        builder = ir.IRBuilder(function.append_basic_block())
+        reader = _Reader(context, builder, function)
+        args = [reader.argument(p, ty, arity) for p, ty in zip(kernel.parameters, signature)]
+        function_type = context.call_conv.get_function_type(described.restype, described.argtypes)
+        inner = cgutils.get_or_insert_function(module, function_type, described.llvm_func_name)
+        status, out = context.call_conv.call_function(builder, inner, described.restype, described.argtypes, args)
+        if isinstance(described.restype, types.Integer):
+            result = builder.sext(out, I64) if out.type != I64 else out
+        elif described.restype is types.none:
+            result = I64(0)
+        else:
+            raise TypeError(f"{kernel!r} returns {described.restype}; an entry kernel returns None or an int status.")
+        builder.ret(builder.select(status.is_error, I64(INDEX_ERROR), result))
+        library.add_ir_module(module)
+        library.add_linking_library(compiled.library)
+        library.finalize()
+        return library._final_module
+
+
+def _optimise(module: Any, symbol: str, machine: Any) -> None:
+    for f in module.functions:
+        if not f.is_declaration:
+            f.linkage = "external" if f.name == symbol else "internal"
+    for g in list(module.global_variables):
+        if not g.is_declaration:
+            g.linkage = "internal"
+
+    def builder(level: int, vectorise: bool) -> Any:
+        options = llvm.PipelineTuningOptions(speed_level=level)
+        options.loop_vectorization, options.slp_vectorization = vectorise, False
+        return llvm.create_pass_builder(machine, options)
+
+    for f in module.functions:
+        pb = builder(3, True)
+        pb.getFunctionPassManager().run(f, pb)
+    pb = builder(0, False)
+    cheap = pb.getModulePassManager()
+    cheap.add_loop_rotate_pass()
+    cheap.add_instruction_combine_pass()
+    cheap.add_jump_threading_pass()
+    cheap.run(module, pb)
+    pb = builder(3, True)
+    pb.getModulePassManager().run(module, pb)
+
+
+def compile_object(kernel: Kernel, arity: int, symbol: str) -> bytes:
+    """Machine code of an entry kernel for this computer, as an object file.
+
+    Raises:
+        TypeError: if the kernel needs anything but libm, memset, memcpy and memmove; or numba cannot type it.
+    """
+    was_enabled = gc.isenabled()
+    gc.freeze()
+    gc.disable()  # the compiler makes millions of small objects that all stay alive
+    try:
+        lowered = _lower(kernel, arity, symbol)
+        module = llvm.parse_bitcode(lowered.as_bitcode())
+        target = llvm.Target.from_triple(llvm.get_process_triple())
+        machine = target.create_target_machine(
+            cpu=llvm.get_host_cpu_name(),
+            features=llvm.get_host_cpu_features().flatten(),
+            opt=3,
+            reloc="pic",
+            codemodel="default",
+        )
+        module.triple, module.data_layout = llvm.get_process_triple(), str(machine.target_data)
+        _optimise(module, symbol, machine)
+        foreign = {f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")} - LIBM
+        if foreign:
+            raise TypeError(f"{kernel!r} needs {sorted(foreign)}: a kernel may call libm and nothing else.")
+        return machine.emit_object(module)
+    finally:
+        gc.unfreeze()
+        if was_enabled:
+            gc.enable()

@@ -1,0 +1,179 @@
+"""Compiled kernels on disk: one object file an entry, named by the content of the kernel and of all it calls.
+
+A changed constant, helper or annotation is another name, so nothing is ever stale. Files are written beside their
+place and renamed, so processes may race; a folder that cannot be written only costs time. Imports llvmlite when a
+kernel is loaded, numba when one must be compiled.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import importlib.metadata
+import os
+import pathlib
+import platform
+import sys
+import tempfile
+import time
+import types
+import warnings
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
+
+ABI = "1"
+_PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)
+_engines: list[Any] = []
+
+
+def load(kernel: Kernel, arity: int) -> tuple[Any, int]:
+    """(callable of the ABI, address) of an entry kernel: from the cache folder, or compiled now with a progress line."""
+    symbol = f"k_{kernel.__name__}_{arity}"
+    path = cache_folder() / f"{kernel.__name__}-{arity}-{fingerprint(kernel)}.o"
+    code = _read(path)
+    if code is None:
+        code = _compile(kernel, arity, symbol)
+        _write(path, code)
+    address = _link(code, symbol)
+    return _PROTOTYPE(address), address
+
+
+def cache_folder() -> pathlib.Path:
+    """Folder of the compiled kernels of this user, for this Python, compiler and processor.
+
+    SHELDRAKE_CACHE_DIR overrides the place; otherwise it is the operating system's cache folder of the user.
+    """
+    root = os.environ.get("SHELDRAKE_CACHE_DIR")
+    if root is None:
+        home = pathlib.Path(os.path.expanduser("~"))
+        if sys.platform == "win32":
+            base = pathlib.Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
+        elif sys.platform == "darwin":
+            base = home / "Library" / "Caches"
+        else:
+            base = pathlib.Path(os.environ.get("XDG_CACHE_HOME", home / ".cache"))
+        root = str(base / "sheldrake")
+    return pathlib.Path(root) / _machine()
+
+
+@functools.cache
+def _machine() -> str:
+    import llvmlite.binding as llvm
+
+    features = llvm.get_host_cpu_features().flatten()
+    text = f"{llvm.get_host_cpu_name()}-{features}-{llvm.get_process_triple()}-{ABI}"
+    versions = "-".join(importlib.metadata.version(name) for name in ("numba", "llvmlite"))
+    python = ".".join(platform.python_version_tuple()[:2])
+    return f"py{python}-numba{versions}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+
+
+def fingerprint(kernel: Kernel) -> str:
+    """A hash of what a kernel's machine code depends on: its code, all kernels it calls, constants, and annotations.
+
+    Raises:
+        TypeError: if it calls a plain Python function, which could change unseen.
+    """
+    digest = hashlib.sha256()
+    seen: set[int] = set()
+    _visit(kernel, digest, seen)
+    digest.update(repr([(p.name, p.kind, p.fields) for p in kernel.parameters]).encode())
+    digest.update(os.environ.get("SHELDRAKE_BOUNDSCHECK", "0").encode())
+    return digest.hexdigest()[:20]
+
+
+def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
+    from sheldrake.common.kernel import Kernel
+
+    if id(kernel) in seen:
+        return
+    seen.add(id(kernel))
+    digest.update(f"{kernel.__name__}{kernel.top}{kernel.outline}{kernel.strict}".encode())
+    code = kernel.py_func.__code__
+    scope = kernel.py_func.__globals__
+    cells = dict(zip(code.co_freevars, (c.cell_contents for c in kernel.py_func.__closure__ or ())))
+    _visit_code(code, digest)
+    for name in (*code.co_names, *code.co_freevars):
+        value = cells.get(name, scope.get(name))
+        if isinstance(value, Kernel):
+            _visit(value, digest, seen)
+        elif isinstance(value, (int, float, complex, str, bytes, tuple, np.generic)):
+            digest.update(f"{name}={value!r}:{type(value).__name__}".encode())
+        elif isinstance(value, type):
+            digest.update(f"{name}={value.__name__}:{getattr(value, '_fields', ())}".encode())
+        elif isinstance(value, types.FunctionType) and not value.__module__.startswith("sheldrake.common."):
+            raise TypeError(f"{kernel!r} calls {value.__qualname__}, a plain Python function: make it a @kernel.")
+
+
+def _visit_code(code: types.CodeType, digest: Any) -> None:
+    digest.update(code.co_code)
+    digest.update(repr((code.co_names, code.co_varnames)).encode())
+    for constant in code.co_consts:
+        if isinstance(constant, types.CodeType):
+            _visit_code(constant, digest)
+        else:
+            digest.update(repr(constant).encode())
+
+
+def _compile(kernel: Kernel, arity: int, symbol: str) -> bytes:
+    quiet = os.environ.get("SHELDRAKE_QUIET", "0") != "0"
+    start = time.perf_counter()
+    if not quiet:
+        print(f"sheldrake: compiling {kernel.__name__}, once on this machine ...", end="", file=sys.stderr, flush=True)
+    try:
+        from sheldrake.common._native import lower
+
+        code = lower.compile_object(kernel, arity, symbol)
+    finally:
+        if not quiet:
+            print(f" {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
+    return code
+
+
+def _read(path: pathlib.Path) -> bytes | None:
+    """The object file at `path`, or None when there is none or it is damaged (its own hash stands before it)."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    return data[32:] if hashlib.sha256(data[32:]).digest() == data[:32] else None
+
+
+def _write(path: pathlib.Path, code: bytes) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+        descriptor, temporary = tempfile.mkstemp(dir=path.parent)
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(hashlib.sha256(code).digest() + code)
+        os.replace(temporary, path)
+    except OSError as error:
+        _warn_once(str(path.parent), str(error))
+
+
+@functools.cache
+def _warn_once(folder: str, reason: str) -> None:
+    warnings.warn(f"Compiled kernels cannot be kept in {folder} ({reason}): each process compiles anew.", stacklevel=2)
+
+
+@functools.cache
+def _initialise() -> None:
+    import llvmlite.binding as llvm
+
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+
+
+def _link(code: bytes, symbol: str) -> int:
+    import llvmlite.binding as llvm
+
+    _initialise()
+    machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    _engines.append(engine)  # the machine code lives as long as its engine
+    return engine.get_function_address(symbol)

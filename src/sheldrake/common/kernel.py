@@ -1,0 +1,213 @@
+"""One decorator for every kernel: the same source runs as plain Python and as machine code.
+
+A kernel is a function in plain loops over arrays and tuples. Called like a function it *is* that function: the
+debugger, the textbook, and the path for duals and symbols. Bound to arrays (`bind`) it is native code. Importing this
+module imports neither numba nor llvmlite: what a kernel needs to become native is loaded when it is first bound.
+
+    @kernel                  inner: always inlined into its callers
+    @kernel(outline=True)    inner, but kept as one compiled copy: for large stages, keeps compile time down
+    @kernel(top=True)        entry: every parameter annotated; may be bound; returns None or an int status (0 = fine)
+
+Every entry compiles to one C signature, `int64 f(double t, double* slab, int64* words)`. `words` tells where the
+arguments are: an array is (offset into the slab in doubles, shape...), or, for parameters named `model` or `*_model`,
+(address, shape...); a NamedTuple is its fields in order; a float is its bits. A direct call from Python passes a null
+slab, so that "offset" is the address divided by eight: one compiled function serves both.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+import types
+import typing
+from collections.abc import Callable
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+
+Vector = Annotated[np.ndarray, "float64", 1]
+Matrix = Annotated[np.ndarray, "float64", 2]
+IntVector = Annotated[np.ndarray, "int64", 1]
+IntMatrix = Annotated[np.ndarray, "int64", 2]
+Vectors = Annotated[tuple, "float64", 1]
+"""A tuple of `Vector`, as many as given when the kernel is bound."""
+
+INDEX_ERROR = -(2**63)
+"""Status of a kernel compiled with bounds checks that left an array."""
+
+
+class ArraySpec(NamedTuple):
+    """One array argument: its element type, number of axes, and whether `words` hold an absolute address."""
+
+    dtype: str
+    ndim: int
+    absolute: bool
+
+
+class Parameter(NamedTuple):
+    """One parameter of an entry kernel.
+
+    kind: "t" (the ABI's time), "float", "int", "array", "tuple" (a NamedTuple class), or "arrays" (`Vectors`).
+    """
+
+    name: str
+    kind: str
+    fields: tuple[ArraySpec, ...]
+    cls: Any
+
+
+def jit_enabled() -> bool:
+    """False when the environment variable SHELDRAKE_JIT is 0: bound kernels then run as plain Python."""
+    return os.environ.get("SHELDRAKE_JIT", "1") != "0"
+
+
+class Kernel:
+    """A function in plain loops, callable as Python and bindable as native code. Made by `kernel`."""
+
+    def __init__(self, function: Callable, top: bool, outline: bool, strict: bool):
+        self.py_func, self.top, self.outline, self.strict = function, top, outline, strict
+        functools.update_wrapper(self, function)
+
+    def __call__(self, *args: Any) -> Any:
+        return self.py_func(*args)
+
+    def __repr__(self) -> str:
+        return f"<kernel {self.__module__}.{self.__qualname__}>"
+
+    def __reduce__(self) -> str:
+        return self.__qualname__
+
+    @functools.cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the parameters, in order."""
+        code = self.py_func.__code__
+        return code.co_varnames[: code.co_argcount]
+
+    @functools.cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """What the annotations of an entry kernel declare.
+
+        Raises:
+            TypeError: if the kernel is not an entry, or a parameter has no annotation that a kernel can take.
+        """
+        if not self.top:
+            raise TypeError(f"{self!r} is an inner kernel: only @kernel(top=True) can be bound.")
+        hints = typing.get_type_hints(self.py_func, include_extras=True)
+        return tuple(_parameter(self, name, hints.get(name)) for name in self.names)
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """numba's object for this kernel; made when numba first meets it."""
+        from sheldrake.common._native import lower
+
+        return lower.dispatcher_of(self)
+
+    @property
+    def _numba_type_(self) -> Any:
+        from numba.core import types as numba_types
+
+        return numba_types.Dispatcher(self.dispatcher)
+
+    def address(self, arity: int = 0) -> int:
+        """Address of the native function in this process, compiled or loaded when first asked for.
+
+        Args:
+            arity: how many vectors a `Vectors` parameter takes; 0 when there is none.
+        """
+        return self._native(arity)[1]
+
+    @functools.cached_property
+    def _natives(self) -> dict[int, tuple[Any, int]]:
+        return {}
+
+    def _native(self, arity: int) -> tuple[Any, int]:
+        if arity not in self._natives:
+            from sheldrake.common._native import store
+
+            self._natives[arity] = store.load(self, arity)
+        return self._natives[arity]
+
+    def bind(self, *args: Any) -> Bound:
+        """A call without arguments on these very arrays, at the cost of a C call.
+
+        The arrays are kept alive and must not be reallocated; floats and ints can be changed with `Bound.set`.
+
+        Returns:
+            A callable that returns the status: 0, or what the kernel says went wrong.
+
+        Raises:
+            TypeError: if an argument is not what the annotation says (element type, axes, C order).
+        """
+        from sheldrake.common._native.words import arity_of, pack
+
+        words, places = pack(self, args)
+        if not jit_enabled():
+            arguments = list(args)
+            bound = Bound(lambda: self.py_func(*arguments) or 0)
+            bound.scalars = {n: (arguments, i, None) for i, n in enumerate(self.names)}
+        else:
+            time = next((a for p, a in zip(self.parameters, args) if p.kind == "t"), 0.0)
+            bound = Bound(self._native(arity_of(self, args))[0], float(time), None, words.ctypes.data)
+            bound.scalars = {n: (words, i, kind) for n, (i, kind) in places.items()}
+        bound.keep = words, args
+        return bound
+
+    def native(self, *args: Any) -> int:
+        """Binds and calls once."""
+        return self.bind(*args)()
+
+
+class Bound(functools.partial):
+    """A kernel on fixed arrays; call it without arguments."""
+
+    scalars: dict[str, tuple]
+    keep: tuple
+
+    def set(self, name: str, value: float) -> None:
+        """Changes the float or int parameter `name` for the next calls."""
+        where, at, kind = self.scalars[name]
+        where[at] = np.float64(value).view(np.int64) if kind == "float" else value
+
+
+def _parameter(owner: Kernel, name: str, hint: Any) -> Parameter:
+    absolute = name == "model" or name.endswith("_model")
+    if hint is float:
+        return Parameter(name, "t" if name == "t" and owner.names[0] == "t" else "float", (), None)
+    if hint is int:
+        return Parameter(name, "int", (), None)
+    if hint == Vectors:
+        return Parameter(name, "arrays", (ArraySpec("float64", 1, absolute),), None)
+    if (spec := _array(hint, absolute)) is not None:
+        return Parameter(name, "array", (spec,), None)
+    if isinstance(hint, type) and issubclass(hint, tuple) and hasattr(hint, "_fields"):
+        hints = typing.get_type_hints(hint, include_extras=True)
+        fields = tuple(_array(hints[f], absolute) for f in hint._fields)
+        if None not in fields:
+            return Parameter(name, "tuple", typing.cast(Any, fields), hint)
+    raise TypeError(
+        f"{owner!r}: parameter {name!r} is annotated {hint!r}; a kernel takes Vector, Matrix, IntVector, IntMatrix, "
+        "Vectors, float, int, or a NamedTuple of arrays."
+    )
+
+
+def _array(hint: Any, absolute: bool) -> ArraySpec | None:
+    meta = getattr(hint, "__metadata__", None)
+    if meta is None or getattr(hint, "__origin__", None) is not np.ndarray:
+        return None
+    return ArraySpec(meta[0], meta[1], absolute)
+
+
+def kernel(function: Callable | None = None, *, top: bool = False, outline: bool = False, strict: bool = False) -> Any:
+    """Makes a kernel of a function in plain loops; see the module's text for the kinds.
+
+    Args:
+        function: the function, when used without parentheses.
+        top: an entry, which Python may bind.
+        outline: an inner kernel that is compiled once and called, rather than inlined.
+        strict: no contraction or reordering of floating point: the bits of the Python source.
+    """
+    if function is None:
+        return lambda f: Kernel(f, top, outline, strict)
+    if not isinstance(function, types.FunctionType):
+        raise TypeError(f"@kernel takes a Python function, not {function!r}.")
+    return Kernel(function, top, outline, strict)

@@ -1,0 +1,14 @@
+"""The one place where native code calls another native function by address."""
+
+from __future__ import annotations
+
+from typing import Any
+
+
+def call_row(table: Any, r: int, t: float, slab: Any, words: Any, at: int) -> int:
+    """Calls row `r` and returns its status.
+
+    Interpreted, `table` is a list of Python callables without arguments. Compiled (the same name inside a kernel),
+    `table` is an int64 array of addresses of functions of the kernels' ABI, called on the slab and on `words[at:]`.
+    """
+    return table[r]() or 0
