@@ -1,0 +1,144 @@
+"""Arrays of AutoDiffXd from arrays of floats, and back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd
+
+
+def InitializeAutoDiff(value, num_derivatives=None, deriv_num_start=None, *, gradient=None):
+    """Returns the matrix `value` as AutoDiffXd, each element the variable of one partial derivative.
+
+    Elements are numbered row by row. A one-dimensional `value` gives a column, shape `(n, 1)`.
+
+    Args:
+        value: Floats, shape `(m, n)` or `(n,)`.
+        num_derivatives: Number of partial derivatives every element carries; by default the number of elements.
+        deriv_num_start: Index of the partial derivative of the first element; by default 0.
+        gradient: Instead of the two above: the partial derivatives, one row an element, shape `(m*n, d)`.
+
+    Raises:
+        TypeError: if `value` is not a vector or matrix of numbers.
+        RuntimeError: if `gradient` has another number of rows than `value` has elements.
+    """
+    value = _float_matrix("InitializeAutoDiff", "value", value)
+    if gradient is None and num_derivatives is not None and np.ndim(num_derivatives) > 0:
+        gradient, num_derivatives = num_derivatives, None
+    if gradient is not None:
+        return _with_gradient(value, _float_matrix("InitializeAutoDiff", "gradient", gradient))
+    size = value.size if num_derivatives is None else _count("num_derivatives", num_derivatives)
+    start = 0 if deriv_num_start is None else _count("deriv_num_start", deriv_num_start)
+    out = np.empty(value.shape, dtype=object)
+    for i, x in enumerate(value.flat):
+        out.flat[i] = AutoDiffXd(x, size, start + i)
+    return out
+
+
+def _with_gradient(value, gradient):
+    if gradient.shape[0] != value.size:
+        raise RuntimeError(
+            f"InitializeAutoDiff(): gradient has {gradient.shape[0]} rows but value has {value.size} elements; "
+            "it needs one row for each element."
+        )
+    out = np.empty(value.shape, dtype=object)
+    for i, x in enumerate(value.flat):
+        out.flat[i] = AutoDiffXd(x, gradient[i])
+    return out
+
+
+def InitializeAutoDiffTuple(*args):
+    """Returns each argument as a matrix of AutoDiffXd, the partial derivatives numbered across all of them."""
+    total = sum(np.asarray(arg).size for arg in args)
+    matrices, start = [], 0
+    for arg in args:
+        matrices.append(InitializeAutoDiff(arg, total, start))
+        start += np.asarray(arg).size
+    return tuple(matrices)
+
+
+def ExtractValue(auto_diff_matrix):
+    """Returns the values of a matrix of AutoDiffXd as floats, shape `(m, n)`; `(n, 1)` for a vector.
+
+    Raises:
+        TypeError: if the argument is not a vector or matrix of AutoDiffXd or numbers.
+    """
+    matrix = _autodiff_matrix("ExtractValue", auto_diff_matrix)
+    out = np.empty(matrix.shape)
+    for i, x in enumerate(matrix.flat):
+        out.flat[i] = x._v if x.__class__ is AutoDiffXd else x
+    return out
+
+
+def ExtractGradient(auto_diff_matrix):
+    """Returns the partial derivatives of a matrix of AutoDiffXd, one row an element (row by row), shape `(m*n, d)`.
+
+    Elements without derivatives count as constants; if no element has any, `d` is 0.
+
+    Raises:
+        TypeError: if the argument is not a vector or matrix of AutoDiffXd or numbers.
+        RuntimeError: if elements carry different, non-zero numbers of derivatives.
+    """
+    matrix = _autodiff_matrix("ExtractGradient", auto_diff_matrix)
+    rows = [x._d if x.__class__ is AutoDiffXd else None for x in matrix.flat]
+    sizes = list(dict.fromkeys(d.size for d in rows if d is not None))
+    if len(sizes) > 1:
+        raise RuntimeError(
+            "ExtractGradient(): Input matrix has elements with inconsistent, non-zero numbers of derivatives "
+            f"({sizes[0]} and {sizes[1]})."
+        )
+    out = np.zeros((len(rows), sizes[0] if sizes else 0))
+    for i, d in enumerate(rows):
+        if d is not None:
+            out[i] = d
+    return out
+
+
+@np.vectorize
+def autodiff_equal_to(a, b, *, semantic=False):
+    """Tells, element by element, whether values and derivatives are the same.
+
+    Args:
+        a: Array of AutoDiffXd.
+        b: Array of AutoDiffXd.
+        semantic: If true, no derivatives at all and derivatives that are all zero count as the same.
+    """
+    for x in (a, b):
+        if not isinstance(x, AutoDiffXd):
+            raise TypeError(f"autodiff_equal_to(): expected AutoDiffXd elements, got {x!r}.")
+    if a.value() != b.value():
+        return False
+    da, db = a.derivatives(), b.derivatives()
+    if da.shape == db.shape:
+        return bool((da == db).all())
+    return bool(semantic and 0 in (da.size, db.size) and not da.any() and not db.any())
+
+
+def _count(name: str, n) -> int:
+    if isinstance(n, bool) or not isinstance(n, (int, np.integer)) or n < 0:
+        raise TypeError(f"InitializeAutoDiff(): {name} must be a whole number >= 0, got {n!r}.")
+    return int(n)
+
+
+def _as_matrix(call: str, name: str, array):
+    if array.ndim == 1:
+        array = array.reshape(-1, 1)
+    if array.ndim != 2:
+        raise TypeError(f"{call}(): {name} must be a vector or a matrix, got an array of shape {array.shape}.")
+    return array
+
+
+def _float_matrix(call: str, name: str, value):
+    try:
+        array = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise TypeError(f"{call}(): {name} must hold numbers, got {value!r}.") from None
+    return _as_matrix(call, name, array)
+
+
+def _autodiff_matrix(call: str, value):
+    matrix = _as_matrix(call, "auto_diff_matrix", np.asarray(value, dtype=object))
+    for x in matrix.flat:
+        if x.__class__ is not AutoDiffXd and not isinstance(x, _REAL):
+            raise TypeError(f"{call}(): expected AutoDiffXd elements, got {x!r} of type {type(x).__name__}.")
+    return matrix
