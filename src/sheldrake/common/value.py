@@ -1,0 +1,254 @@
+"""Values of any type behind one interface, as abstract ports, states and parameters hold them."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common.cpp_param import List
+from sheldrake.common.cpp_template import TemplateClass
+
+__all__ = ["AbstractValue", "Value"]
+
+
+class AbstractValue:
+    """A held value whose type is fixed at construction. Made by `Value(x)`, `Value[T](...)` or `AbstractValue.Make`."""
+
+    _type: ClassVar[Any] = None
+    _held: Any
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("AbstractValue: No constructor defined! Use Value(x), Value[T](...) or AbstractValue.Make(x).")
+
+    @staticmethod
+    def Make(value: Any) -> AbstractValue:
+        """A value holding `value`, of the type `Value[type(value)]` if there is one, else `Value[object]`.
+
+        A non-empty list is a `Value[List[T]]` where T, the type of its first item, has one.
+        """
+        kind = List[type(value[0])] if isinstance(value, list) and value else type(value)
+        cls, _ = Value.get_instantiation(kind, throw_error=False)
+        return (_ObjectValue if cls is None else cls)(value)
+
+    def Clone(self) -> AbstractValue:
+        """An independent copy; a `Value[object]` copies deeply."""
+        new = object.__new__(type(self))
+        new._held = self._copy(self._held)
+        return new
+
+    def SetFrom(self, other: AbstractValue, /) -> None:
+        """Copy the value of `other`.
+
+        Raises:
+            RuntimeError: `other` holds another type.
+        """
+        if not isinstance(other, AbstractValue):
+            raise TypeError(
+                f"AbstractValue.SetFrom(): incompatible function arguments: expected an AbstractValue, "
+                f"got {pretty_class_name(type(other))}"
+            )
+        if type(self) is not type(other):
+            raise RuntimeError(
+                f"AbstractValue.SetFrom(): a {pretty_class_name(type(self))} cannot take its value from a "
+                f"{pretty_class_name(type(other))}: a request to cast to another static type failed."
+            )
+        self._assign(self._copy(other._held))
+
+    def get_value(self) -> Any:
+        """The held value. Treat it as constant."""
+        return self._held
+
+    def get_mutable_value(self) -> Any:
+        """The held value, to be changed in place.
+
+        Raises:
+            RuntimeError: it is a str, bool or float, which cannot be changed in place.
+        """
+        return self._held
+
+    def set_value(self, value: Any, /) -> None:
+        """Replace the held value.
+
+        Raises:
+            TypeError: `value` is of another type.
+        """
+        self._assign(self._accept(value))
+
+    def _assign(self, value: Any) -> None:
+        """Store `value`; a type with `_assign_from` is overwritten in place, so that references stay live."""
+        assign_from = getattr(self._held, "_assign_from", None)
+        if assign_from is not None and type(self._held) is type(value):
+            assign_from(value)
+        else:
+            self._held = value
+
+    @classmethod
+    def _copy(cls, held: Any) -> Any:
+        raise NotImplementedError
+
+    @classmethod
+    def _accept(cls, value: Any) -> Any:
+        raise NotImplementedError
+
+    @classmethod
+    def _reject(cls, value: Any) -> TypeError:
+        return TypeError(
+            f"{pretty_class_name(cls)}.set_value(): incompatible function arguments: expected "
+            f"{_type_name(cls._type)}, got {value!r} of type {pretty_class_name(type(value))}"
+        )
+
+    def __copy__(self) -> AbstractValue:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> AbstractValue:
+        return self.Clone()
+
+    def __repr__(self) -> str:
+        return f"{pretty_class_name(type(self))}({self._held!r})"
+
+
+def _type_name(kind: Any) -> str:
+    return pretty_class_name(kind) if isinstance(kind, type) and not hasattr(kind, "__origin__") else str(kind)
+
+
+class _ObjectValue(AbstractValue):
+    """Holds a reference to any Python object; copies are deep."""
+
+    _type = object
+
+    def __init__(self, value: Any = None, /):
+        self._held = value
+
+    @classmethod
+    def _copy(cls, held: Any) -> Any:
+        return copy.deepcopy(held)
+
+    @classmethod
+    def _accept(cls, value: Any) -> Any:
+        return value
+
+
+class _ScalarValue(AbstractValue):
+    """Holds an immutable str, bool or float."""
+
+    _sources: ClassVar[tuple[type, ...]] = ()
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        if len(args) == 1 and not kwargs and isinstance(args[0], bytes) and self._type is str:
+            self._held = args[0].decode()
+        else:
+            self._held = self._type(*args, **kwargs)
+
+    def get_mutable_value(self) -> Any:
+        raise RuntimeError(f"Cannot get mutable value (or reference) for a type-conversion type: {self._type}")
+
+    @classmethod
+    def _copy(cls, held: Any) -> Any:
+        return held
+
+    @classmethod
+    def _accept(cls, value: Any) -> Any:
+        if cls._type is float:
+            if hasattr(value, "__float__") or hasattr(value, "__index__"):
+                return float(value)
+            raise cls._reject(value)
+        if cls._type is bool and type(value).__name__ in ("bool", "bool_"):
+            return bool(value)
+        if not isinstance(value, cls._type):
+            raise cls._reject(value)
+        return value
+
+
+class _TypedValue(AbstractValue):
+    """Holds its own copy of an object of one class."""
+
+    _clone: ClassVar[Callable[[Any], Any]] = staticmethod(copy.copy)
+    _coerce: ClassVar[Callable[[Any, Any], Any] | None] = None
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        if len(args) == 1 and not kwargs and isinstance(args[0], self._type):
+            self._held = self._clone(args[0])
+        else:
+            self._held = self._type(*args, **kwargs)
+
+    @classmethod
+    def _copy(cls, held: Any) -> Any:
+        return cls._clone(held)
+
+    @classmethod
+    def _accept(cls, value: Any) -> Any:
+        if not isinstance(value, cls._type):
+            raise cls._reject(value)
+        return cls._clone(value)
+
+    def set_value(self, value: Any, /) -> None:
+        if self._coerce is not None and not isinstance(value, self._type):
+            value = type(self)._coerce(value)  # type: ignore[misc]
+        super().set_value(value)
+
+
+class _ListValue(AbstractValue):
+    """Holds its own copy of a list of objects of one class."""
+
+    _item: ClassVar[type]
+
+    def __init__(self, value: list | None = None, /):
+        self._held = [] if value is None else self._accept(value)
+
+    @classmethod
+    def _copy(cls, held: Any) -> Any:
+        return [copy.copy(item) for item in held]
+
+    @classmethod
+    def _accept(cls, value: Any) -> Any:
+        if not isinstance(value, (list, tuple)) or not all(isinstance(item, cls._item) for item in value):
+            raise cls._reject(value)
+        return cls._copy(value)
+
+
+class _ValueTemplate(TemplateClass):
+    """`Value`: called, it chooses the class by the type of what it is given."""
+
+    def _call_internal(self, *args: Any, **kwargs: Any) -> AbstractValue:
+        return AbstractValue.Make(*args, **kwargs)
+
+
+Value = _ValueTemplate("Value")
+Value.__doc__ = "`Value[T]` holds a T; `Value(x)` holds x in the fitting class (see `AbstractValue.Make`)."
+
+
+def _new_value_class(base: type, kind: Any, **members: Any) -> type:
+    return type("Value", (base,), {"_type": kind, "__doc__": f"Holds a {_type_name(kind)}.", **members})
+
+
+def _register_value_type(
+    kind: type,
+    *,
+    clone: Callable[[Any], Any] | None = None,
+    coerce: Callable[[Any], Any] | None = None,
+    with_list: bool = False,
+) -> type:
+    """Give `kind` its own class `Value[kind]` with value semantics: held by copy, type checked.
+
+    Args:
+        kind: The class of the held objects.
+        clone: Copies one; by default its `Clone()` if it has one, else `copy.copy`.
+        coerce: Makes a `kind` of other things `set_value` should take, or raises TypeError.
+        with_list: Also give it `Value[List[kind]]`.
+    """
+    if clone is None:
+        clone = (lambda held: held.Clone()) if hasattr(kind, "Clone") else copy.copy
+    members: dict[str, Any] = {"_clone": staticmethod(clone)}
+    if coerce is not None:
+        members["_coerce"] = staticmethod(coerce)
+    Value.add_instantiation(kind, _new_value_class(_TypedValue, kind, **members))
+    if with_list:
+        Value.add_instantiation(List[kind], _new_value_class(_ListValue, List[kind], _item=kind))
+    return Value[kind]
+
+
+for _kind in (str, bool, float):
+    Value.add_instantiation(_kind, _new_value_class(_ScalarValue, _kind))
+Value.add_instantiation(object, _ObjectValue)
