@@ -69,6 +69,7 @@ class Kernel:
         functools.update_wrapper(self, function)
 
     def __call__(self, *args: Any) -> Any:
+        """Runs the Python source."""
         return self.py_func(*args)
 
     def __repr__(self) -> str:

@@ -138,7 +138,7 @@ def test_allocation_is_refused():
         y = np.zeros(3)
         x[0] = y[0]
 
-    with pytest.raises(Exception, match="NRT|nrt|allocat"):
+    with pytest.raises(Exception, match=r"NRT|nrt|allocat"):
         allocates.bind(np.zeros(3))
 
 
@@ -179,7 +179,8 @@ def test_damaged_cache_file_is_rebuilt(tmp_path):
     env = {**os.environ, "SHELDRAKE_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(["src", "."])}
 
     def run():
-        return subprocess.run([sys.executable, "-c", script], env=env, capture_output=True, text=True, check=True).stderr
+        command = [sys.executable, "-c", script]
+        return subprocess.run(command, env=env, capture_output=True, text=True, check=True).stderr
 
     assert "compiling double_first" in run()
     assert run() == ""

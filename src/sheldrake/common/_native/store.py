@@ -32,7 +32,7 @@ _engines: list[Any] = []
 
 
 def load(kernel: Kernel, arity: int) -> tuple[Any, int]:
-    """(callable of the ABI, address) of an entry kernel: from the cache folder, or compiled now with a progress line."""
+    """(callable of the ABI, address) of an entry kernel: from the cache folder, or compiled now, which is said."""
     symbol = f"k_{kernel.__name__}_{arity}"
     path = cache_folder() / f"{kernel.__name__}-{arity}-{fingerprint(kernel)}.o"
     code = _read(path)

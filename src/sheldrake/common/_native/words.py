@@ -52,7 +52,9 @@ def _pack_array(kernel: Kernel, name: str, spec: ArraySpec, a: Any, words: list[
     if not (isinstance(a, np.ndarray) and a.dtype == spec.dtype and a.ndim == spec.ndim and a.flags.c_contiguous):
         if not (isinstance(a, np.ndarray) and a.dtype == object):
             found = f"{a.dtype} array of shape {a.shape}" if isinstance(a, np.ndarray) else repr(type(a).__name__)
-            raise TypeError(f"{kernel!r}: {name} must be a C-contiguous {spec.dtype} array of {spec.ndim} axes, not {found}.")
+            raise TypeError(
+                f"{kernel!r}: {name} must be a C-contiguous {spec.dtype} array of {spec.ndim} axes, not {found}."
+            )
         raise TypeError(f"{kernel!r}: {name} holds objects; call the kernel as a function instead of binding it.")
     address = a.__array_interface__["data"][0]
     words.append(address if spec.absolute else address >> 3)

@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""Everything a fresh clone needs, with only Python: `python dev.py demo`, `python dev.py test`.
+
+Makes the virtual environment `.venv` beside this file, installs what the task needs (pinned in requirements.lock),
+runs it there. Standard library only; needs neither apt, conda nor a display.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import venv
+
+ROOT = pathlib.Path(__file__).resolve().parent
+VENV = ROOT / ".venv"
+PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+EXTRAS = {"demo": "", "test": "[test,lint,peers]", "lint": "[test,lint,peers]", "bench": "[test,lint,peers]"}
+CHECKS = (
+    ("ruff", ["-m", "ruff", "check", "."]),
+    ("ruff format", ["-m", "ruff", "format", "--check", "."]),
+    ("imports go down", ["-c", "from importlinter.cli import lint_imports_command as c; c()"]),
+    ("mypy", ["-m", "mypy"]),
+)
+
+
+def say(text: str) -> None:
+    print(f"== {text}", flush=True)
+
+
+def run(*args: str, **environment: str) -> int:
+    return subprocess.call([str(PYTHON), *args], cwd=ROOT, env={**os.environ, **environment})
+
+
+def install(task: str) -> None:
+    """Brings .venv up to date for a task; does nothing when it is."""
+    stamp = VENV / f".installed-{task}"
+    sources = [ROOT / "pyproject.toml", ROOT / "requirements.lock"]
+    if stamp.exists() and all(stamp.stat().st_mtime > s.stat().st_mtime for s in sources):
+        return
+    if not PYTHON.exists():
+        say(f"making {VENV.name} with Python {sys.version.split()[0]}")
+        venv.create(VENV, with_pip=True)
+    say("installing sheldrake and what it needs (a minute or two the first time)")
+    pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    code = run(*pip, "--constraint", "requirements.lock", "--editable", f".{EXTRAS[task]}")
+    if code != 0:
+        sys.exit(code)
+    stamp.touch()
+
+
+def lint() -> int:
+    failed = []
+    for name, args in CHECKS:
+        say(name)
+        if run(*args) != 0:
+            failed.append(name)
+    if failed:
+        say("failed: " + ", ".join(failed))
+    return len(failed)
+
+
+def test(rest: list[str]) -> int:
+    if rest:
+        return run("-m", "pytest", *rest)
+    failed = lint()
+    say("kernels compiled once, for all test workers")
+    failed += run("-m", "sheldrake", "precompile") != 0
+    say("tests")
+    failed += run("-m", "pytest", "-q", "-n", "2", "--dist", "loadfile") != 0
+    quick = ["-m", "pytest", "-q", "-n", "2", "--dist", "loadfile", "-m", "twin"]
+    say("kernels as plain Python (SHELDRAKE_JIT=0)")
+    failed += run(*quick, SHELDRAKE_JIT="0") != 0
+    say("kernels with bounds checks (SHELDRAKE_BOUNDSCHECK=1)")
+    failed += run(*quick, SHELDRAKE_BOUNDSCHECK="1") != 0
+    return failed
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    tasks = parser.add_subparsers(dest="task", required=True)
+    tasks.add_parser("demo", help="drop a block: page, log, plot, replay; arguments go to `sheldrake demo`")
+    tasks.add_parser("test", help="lint and all tests; with arguments, pytest on those")
+    tasks.add_parser("lint", help="ruff, import-linter, mypy")
+    tasks.add_parser("bench", help="benchmarks against Drake and MuJoCo")
+    tasks.add_parser("clean", help="remove .venv")
+    options, rest = parser.parse_known_args()
+    if options.task == "clean":
+        shutil.rmtree(VENV, ignore_errors=True)
+        return 0
+    install(options.task)
+    if options.task == "demo":
+        return run("-m", "sheldrake", "demo", *rest)
+    if options.task == "bench":
+        return run("benchmarks/drop_the_block.py", *rest)
+    return lint() if options.task == "lint" else test(rest)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
