@@ -1,0 +1,81 @@
+"""Identifiers of geometries, frames, sources and collision filter declarations."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any, TypeVar
+
+_Id = TypeVar("_Id", bound="_Identifier")
+_next_value = itertools.count(1).__next__
+
+
+class _Identifier:
+    """A number that is unique within the process and carries its kind in its type; it sorts in order of creation."""
+
+    __slots__ = ("_value",)
+    _value: int
+
+    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
+        raise TypeError(f"{cls.__name__}: No constructor defined! Use {cls.__name__}.get_new_id().")
+
+    @classmethod
+    def get_new_id(cls: type[_Id]) -> _Id:
+        """A new identifier, larger than every earlier one."""
+        new = object.__new__(cls)
+        object.__setattr__(new, "_value", _next_value())
+        return new
+
+    def get_value(self) -> int:
+        """The number behind the identifier."""
+        return self._value
+
+    def is_valid(self) -> bool:
+        """True: Python can not make an identifier without a value."""
+        return True
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"{type(self).__name__} is immutable.")
+
+    def __eq__(self, other: object) -> bool:
+        return type(other) is type(self) and self._value == other._value  # type: ignore[attr-defined]
+
+    def __lt__(self, other: Any) -> bool:
+        if type(other) is not type(self):
+            return NotImplemented
+        return self._value < other._value
+
+    def __hash__(self) -> int:
+        return hash((type(self).__name__, self._value))
+
+    def __copy__(self: _Id) -> _Id:
+        return self
+
+    def __deepcopy__(self: _Id, memo: dict) -> _Id:
+        return self
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} value={self._value}>"
+
+
+class GeometryId(_Identifier):
+    """Names one geometry of a SceneGraph."""
+
+    __slots__ = ()
+
+
+class FrameId(_Identifier):
+    """Names one frame of a SceneGraph; geometries are fixed to frames."""
+
+    __slots__ = ()
+
+
+class SourceId(_Identifier):
+    """Names one source: whoever registers frames and geometries and publishes their poses."""
+
+    __slots__ = ()
+
+
+class FilterId(_Identifier):
+    """Names one transient collision filter declaration."""
+
+    __slots__ = ()

@@ -1,0 +1,63 @@
+"""The roles a geometry can play."""
+
+import enum
+
+
+class _Choice(enum.Enum):
+    """An enumeration that converts to int but does not compare equal to one."""
+
+    def __int__(self) -> int:
+        return int(self.value)
+
+    def __index__(self) -> int:
+        return int(self.value)
+
+
+class Role(_Choice):
+    """What a geometry is for; one geometry can have several roles."""
+
+    kUnassigned = 0
+    kProximity = 1
+    kIllustration = 2
+    kPerception = 3
+
+    def __lt__(self, other: "Role") -> bool:
+        return self.value < other.value if isinstance(other, Role) else NotImplemented
+
+    def __le__(self, other: "Role") -> bool:
+        return self.value <= other.value if isinstance(other, Role) else NotImplemented
+
+    def __gt__(self, other: "Role") -> bool:
+        return self.value > other.value if isinstance(other, Role) else NotImplemented
+
+    def __ge__(self, other: "Role") -> bool:
+        return self.value >= other.value if isinstance(other, Role) else NotImplemented
+
+
+class RoleAssign(_Choice):
+    """Whether `SceneGraph.AssignRole()` gives a role for the first time or replaces its properties."""
+
+    kNew = 0
+    kReplace = 1
+
+
+class HydroelasticContactRepresentation(_Choice):
+    """How a hydroelastic contact surface is tessellated."""
+
+    kTriangle = 0
+    kPolygon = 1
+
+
+class CollisionFilterScope(_Choice):
+    """Which geometries a CollisionFilterDeclaration speaks of."""
+
+    kAll = 0
+    kOmitDeformable = 1
+
+
+class HydroelasticType(_Choice):
+    """Value of the proximity property ("hydroelastic", "compliance_type")."""
+
+    kUndefined = 0
+    kRigid = 1
+    kCompliant = 2

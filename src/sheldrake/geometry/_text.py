@@ -1,0 +1,24 @@
+"""Small text helpers shared by the geometry classes: how numbers and choices appear in messages."""
+
+from collections.abc import Iterable
+from typing import Any
+
+
+def number(x: float) -> str:
+    """The shortest text that reads back as `x`, without a trailing `.0`."""
+    text = repr(float(x))
+    return text[:-2] if text.endswith(".0") else text
+
+
+def arguments(**values: Any) -> str:
+    """`a=1, b=2.5` from keyword arguments that are numbers."""
+    return ", ".join(f"{name}={number(value)}" for name, value in values.items())
+
+
+def choices(names: Iterable[str], limit: int = 12) -> str:
+    """A readable list of valid names for an error message."""
+    known = sorted(names)
+    if not known:
+        return "none"
+    shown = ", ".join(repr(name) for name in known[:limit])
+    return shown if len(known) <= limit else f"{shown}, ... ({len(known)} in all)"

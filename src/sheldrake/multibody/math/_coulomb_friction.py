@@ -1,0 +1,76 @@
+"""Coulomb's law of friction between two surfaces."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+
+class CoulombFriction:
+    """Coefficients of static and dynamic friction, 0 <= dynamic <= static; default frictionless.
+
+    Raises:
+        RuntimeError: a negative coefficient, or a dynamic one larger than the static one.
+    """
+
+    __slots__ = ("_dynamic", "_static")
+
+    def __init__(self, static_friction: float = 0.0, dynamic_friction: float = 0.0) -> None:
+        if dynamic_friction < 0.0:
+            raise RuntimeError(f"The given dynamic friction is negative: {_text(dynamic_friction)}")
+        if static_friction < 0.0:
+            raise RuntimeError(f"The given static friction is negative: {_text(static_friction)}")
+        if dynamic_friction > static_friction:
+            raise RuntimeError(
+                f"The given dynamic friction ({_text(dynamic_friction)}) is greater than the given static friction "
+                f"({_text(static_friction)}); dynamic friction must be less than or equal to static friction."
+            )
+        self._static = static_friction
+        self._dynamic = dynamic_friction
+
+    def static_friction(self) -> float:
+        """Coefficient of static friction [-]."""
+        return self._static
+
+    def dynamic_friction(self) -> float:
+        """Coefficient of dynamic friction [-]."""
+        return self._dynamic
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, CoulombFriction):
+            return NotImplemented
+        return self._static == other._static and self._dynamic == other._dynamic
+
+    def __hash__(self) -> int:
+        return hash((self._static, self._dynamic))
+
+    def __copy__(self) -> CoulombFriction:
+        return CoulombFriction(self._static, self._dynamic)
+
+    def __deepcopy__(self, memo: dict) -> CoulombFriction:
+        return CoulombFriction(copy.deepcopy(self._static, memo), copy.deepcopy(self._dynamic, memo))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return CoulombFriction, (self._static, self._dynamic)
+
+    def __repr__(self) -> str:
+        return f"CoulombFriction(static_friction={self._static}, dynamic_friction={self._dynamic})"
+
+
+def CalcContactFrictionFromSurfaceProperties(
+    surface_properties1: CoulombFriction, surface_properties2: CoulombFriction
+) -> CoulombFriction:
+    """Friction between two surfaces: each coefficient is the harmonic mean 2 μ1 μ2 / (μ1 + μ2), zero if both are."""
+    return CoulombFriction(
+        _harmonic_mean(surface_properties1.static_friction(), surface_properties2.static_friction()),
+        _harmonic_mean(surface_properties1.dynamic_friction(), surface_properties2.dynamic_friction()),
+    )
+
+
+def _harmonic_mean(a: Any, b: Any) -> Any:
+    total = a + b
+    return 0.0 * total if total == 0.0 else 2.0 * a * b / total
+
+
+def _text(x: Any) -> str:
+    return f"{x:g}" if isinstance(x, (int, float)) else str(x)
