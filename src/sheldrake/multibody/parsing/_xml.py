@@ -1,0 +1,219 @@
+"""Reads XML into a small tree that remembers file, line and column; refuses entities and absurd input.
+
+expat is used instead of lxml because it gives a column and has no line limit. Model files in the wild were mostly
+written for lenient readers, so two harmless deviations from XML are accepted: white space before the XML declaration
+and `--` inside comments.
+"""
+
+import os
+import re
+from xml.parsers import expat
+
+from ._diagnostics import DiagnosticPolicy, Location
+
+MAX_BYTES = 64 * 1024 * 1024  # [bytes] of one XML file; the largest robot description we know has 1 MB
+MAX_DEPTH = 500  # levels of nested elements
+MAX_ELEMENTS = 1_000_000
+
+_COMMENT_OR_CDATA = re.compile(rb"<!\[CDATA\[.*?\]\]>|<!--.*?-->", re.DOTALL)
+
+
+class Element:
+    """One XML element.
+
+    Attributes:
+        tag: Its name as written, prefix included (`drake:joint`).
+        attributes: Attribute values by name, in file order.
+        children: Child elements in file order.
+        text: The character data directly inside it, joined.
+    """
+
+    __slots__ = ("_offset", "_source", "attributes", "children", "column", "line", "tag", "text")
+
+    def __init__(self, tag: str, attributes: "dict[str, str]", source: "_Source", line: int, column: int, offset: int):
+        self.tag = tag
+        self.attributes = attributes
+        self.children: list[Element] = []
+        self.text = ""
+        self.line = line
+        self.column = column
+        self._source = source
+        self._offset = offset
+
+    @property
+    def where(self) -> Location:
+        """The place of the opening bracket."""
+        return Location(self._source.name, self.line, self.column)
+
+    def where_attribute(self, name: str) -> Location:
+        """The place of an attribute's name; the element's own place when the attribute is not there."""
+        start, end = self._offset, self._source.data.find(b">", self._offset)
+        match = re.compile(rb"\s(" + re.escape(name.encode()) + rb")\s*=").search(self._source.data, start, end + 1)
+        if name not in self.attributes or match is None:
+            return self.where
+        lines_before = self._source.data.count(b"\n", start, match.start(1))
+        if lines_before:
+            column = match.start(1) - self._source.data.rfind(b"\n", start, match.start(1))
+        else:
+            column = self.column + match.start(1) - start
+        return Location(self._source.name, self.line + lines_before, column)
+
+    def get(self, name: str, default: "str | None" = None) -> "str | None":
+        """The value of an attribute, or `default`."""
+        return self.attributes.get(name, default)
+
+    def find(self, tag: str) -> "Element | None":
+        """The first child of that name, or None."""
+        return next((child for child in self.children if child.tag == tag), None)
+
+    def find_all(self, *tags: str) -> "list[Element]":
+        """The children of any of those names, in file order."""
+        return [child for child in self.children if child.tag in tags]
+
+    def __iter__(self):
+        return iter(self.children)
+
+    def __repr__(self) -> str:
+        return f"<{self.tag}> at {self.where}"
+
+
+class _Source:
+    """The bytes and the name of a file, shared by its elements."""
+
+    def __init__(self, name: str, data: bytes):
+        self.name = name
+        self.data = data
+
+
+class _TreeBuilder:
+    """Receives expat's events and makes `Element`s of them."""
+
+    def __init__(self, source: _Source, skipped_lines: int, policy: DiagnosticPolicy):
+        self.root: Element | None = None
+        self._stack: list[Element] = []
+        self._count = 0
+        self._source = source
+        self._skipped_lines = skipped_lines
+        self._policy = policy
+        self.parser = expat.ParserCreate()
+        self.parser.buffer_text = True
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._characters
+        self.parser.StartDoctypeDeclHandler = self._doctype
+        self.parser.EntityDeclHandler = self._entity
+
+    def here(self) -> Location:
+        return Location(
+            self._source.name,
+            self.parser.CurrentLineNumber + self._skipped_lines,
+            self.parser.CurrentColumnNumber + 1,
+        )
+
+    def _start(self, tag: str, attributes: "dict[str, str]") -> None:
+        self._count += 1
+        if self._count > MAX_ELEMENTS:
+            self._policy.Error(self.here(), f"The file has more than {MAX_ELEMENTS} elements; this is refused.")
+        if len(self._stack) >= MAX_DEPTH:
+            self._policy.Error(self.here(), f"Elements are nested deeper than {MAX_DEPTH} levels; this is refused.")
+        where = self.here()
+        element = Element(tag, attributes, self._source, where.line, where.column, self.parser.CurrentByteIndex)
+        if self._stack:
+            self._stack[-1].children.append(element)
+        else:
+            self.root = element
+        self._stack.append(element)
+
+    def _end(self, _tag: str) -> None:
+        self._stack.pop()
+
+    def _characters(self, data: str) -> None:
+        self._stack[-1].text += data
+
+    def _doctype(self, _name, system_id, public_id, _has_internal_subset) -> None:
+        if system_id or public_id:
+            self._policy.Error(
+                self.here(),
+                f"The document type names an external definition ('{system_id or public_id}'); external definitions "
+                "are never read. Remove the <!DOCTYPE ...> line.",
+            )
+
+    def _entity(self, name, *_args) -> None:
+        self._policy.Error(
+            self.here(), f"The document declares the entity '{name}'; entities are refused. Write its text out instead."
+        )
+
+
+def parse_xml(data: "bytes | str", name: str, policy: DiagnosticPolicy) -> Element:
+    """The root element of an XML text.
+
+    Args:
+        data: The text; bytes may carry their own encoding declaration.
+        name: What messages call it: a path, or `<literal-string>.urdf`.
+        policy: Receives what is wrong.
+
+    Raises:
+        ParseError: For text that is not XML, declares entities, or is larger than any model file is.
+    """
+    if isinstance(data, str):
+        data = data.encode("utf-8", "surrogatepass")
+        encoding = "utf-8"
+    else:
+        encoding = None
+    if len(data) > MAX_BYTES:
+        policy.Error(Location(name), f"The XML text has {len(data)} bytes; more than {MAX_BYTES} are refused.")
+    data, skipped_lines = _make_strict(data)
+    source = _Source(name, data)
+    builder = _TreeBuilder(source, skipped_lines, policy)
+    try:
+        _feed(builder.parser, data, encoding)
+    except expat.ExpatError as error:
+        where = Location(name, error.lineno + skipped_lines, error.offset + 1)
+        policy.Error(where, f"This is not well-formed XML: {expat.ErrorString(error.code)}.")
+    except (LookupError, ValueError) as error:
+        policy.Error(Location(name, 1), f"The text cannot be decoded: {error}.")
+    if builder.root is None:
+        policy.Error(Location(name), "The document is empty.")
+    return builder.root
+
+
+def _feed(parser, data: bytes, encoding: "str | None") -> None:
+    """Runs expat over the text; text that came as `str` is UTF-8 whatever its declaration says."""
+    if encoding is not None:
+        data = re.sub(rb'^(<\?xml[^>]*?)\s+encoding\s*=\s*("[^"]*"|\'[^\']*\')', rb"\1", data, count=1)
+    parser.Parse(data, True)
+
+
+def _make_strict(data: bytes) -> "tuple[bytes, int]":
+    """The text without leading white space (and how many lines that was) and with blanked comments.
+
+    Blanking keeps every byte offset and line, and makes `--` inside comments harmless. UTF-16 is left alone.
+    """
+    if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        return data, 0
+    stripped = data.lstrip(b" \t\r\n")
+    skipped_lines = data.count(b"\n", 0, len(data) - len(stripped))
+
+    def blank(match: "re.Match[bytes]") -> bytes:
+        text = match.group(0)
+        return text if text.startswith(b"<![") else re.sub(rb"[^\n]", b" ", text)
+
+    return _COMMENT_OR_CDATA.sub(blank, stripped), skipped_lines
+
+
+def read_xml(path: "str | os.PathLike", policy: DiagnosticPolicy) -> Element:
+    """The root element of an XML file.
+
+    Raises:
+        ParseError: As `parse_xml`, and when the file cannot be read.
+    """
+    path = os.fspath(path)
+    try:
+        size = os.path.getsize(path)
+        if size > MAX_BYTES:
+            policy.Error(Location(path), f"The file has {size} bytes; XML files above {MAX_BYTES} are refused.")
+        with open(path, "rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        policy.Error(Location(path), f"The file cannot be read: {error.strerror}.")
+    return parse_xml(data, path, policy)
