@@ -1,0 +1,150 @@
+"""What the contact kernels read and fill: the constant model of all proximity geometry, and the table of contacts.
+
+Names: body B, geometry frame G, world W. Row i of `geometry`, `size`, `material` and `X_BG` is geometry i; geometries
+are numbered in the order of their ids, so that in every pair A < B means id_A < id_B.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix
+
+# Shapes, in the order in which pair kernels take them: the lower one comes first.
+SPHERE = np.int64(0)
+BOX = np.int64(1)
+CYLINDER = np.int64(2)
+CAPSULE = np.int64(3)
+ELLIPSOID = np.int64(4)
+HULL = np.int64(5)
+HALF_SPACE = np.int64(6)
+
+# Columns of GeometryModel.geometry
+KIND = np.int64(0)
+BODY = np.int64(1)
+MULTI_POINT = np.int64(2)  # 1 or 0
+FIRST_VERTEX = np.int64(3)  # hulls: rows of `vertex`
+NUM_VERTICES = np.int64(4)
+FIRST_FACE = np.int64(5)  # hulls: rows of `face` and of `loop`
+NUM_FACES = np.int64(6)
+FIRST_EXTREME = np.int64(7)  # hulls: index in `topology` of the vertices extreme along -x, +x, -y, +y, -z, +z of G
+GEOMETRY_COLUMNS = 8
+
+# Columns of GeometryModel.size
+RADIUS = np.int64(0)  # [m] sphere, cylinder, capsule
+HALF_LENGTH = np.int64(2)  # [m] cylinder, capsule; a box has its half sizes, an ellipsoid its semi-axes in 0, 1, 2
+CENTRE = np.int64(3)  # centre of the bounding sphere in G [m], 3 columns
+BOUND = np.int64(6)  # radius of the bounding sphere [m]; infinite for a half space
+SIZE_COLUMNS = 7
+
+# Columns of GeometryModel.material
+STIFFNESS = np.int64(0)  # of one contact point [N/m]; NaN where the plant has to supply a value
+DISSIPATION = np.int64(1)  # Hunt-Crossley [s/m]; NaN as above
+RELAXATION_TIME = np.int64(2)  # [s]; NaN as above
+FRICTION_STATIC = np.int64(3)
+FRICTION_DYNAMIC = np.int64(4)
+MATERIAL_COLUMNS = 5
+
+# Columns of GeometryModel.loop: a face of a hull
+FIRST_CORNER = np.int64(0)  # index in `topology` of its vertices, counter-clockwise seen from outside
+NUM_CORNERS = np.int64(1)
+FIRST_FOOT = np.int64(2)  # index in `topology` of its four feet: corners that span it best (repeated if it has three)
+
+# Columns of ContactTable.pair and .point
+GEOMETRY_A = np.int64(0)
+GEOMETRY_B = np.int64(1)
+BODY_A = np.int64(2)
+BODY_B = np.int64(3)
+P_WCA = np.int64(0)
+P_WCB = np.int64(3)
+NHAT_BA_W = np.int64(6)
+DEPTH = np.int64(9)
+
+MAX_POINTS = 4  # contact points of one pair
+
+
+class GeometryModel(NamedTuple):
+    """All rigid proximity geometry of a scene, constant.
+
+    Attributes:
+        geometry: kind, body and where the hull's data is, shape (n, GEOMETRY_COLUMNS).
+        size: measures [m] and bounding sphere, shape (n, SIZE_COLUMNS).
+        material: shape (n, MATERIAL_COLUMNS).
+        X_BG: pose in the body, R row-major then p [m], shape (n, 12).
+        pair: geometries A < B that may touch, sorted, shape (num_pairs, 2).
+        vertex: hull vertices in G [m], shape (num_vertices, 3).
+        face: outward unit normal and offset [m] of hull faces in G (normal . x <= offset inside), shape (num_faces, 4).
+        loop: where the corners and feet of hull faces are, shape (num_faces, 3).
+        topology: vertex numbers (rows of `vertex`): per vertex v, `topology[v]` is where its neighbours start and
+            `topology[v + 1]` where they end; then neighbours, face corners, feet, extremes.
+    """
+
+    geometry: IntMatrix
+    size: Matrix
+    material: Matrix
+    X_BG: Matrix
+    pair: IntMatrix
+    vertex: Matrix
+    face: Matrix
+    loop: IntMatrix
+    topology: IntVector
+
+
+class ContactTable(NamedTuple):
+    """Contacts found, and scratch to find them. Make one with `contact_table()`.
+
+    Attributes:
+        pair: geometry A, geometry B, body A, body B, shape (capacity, 4).
+        point: p_WCa, p_WCb [m], nhat_BA_W, depth [m], shape (capacity, 10).
+        count: number of contacts, and the status of the search (0, or see `contacts.py`), shape (2,).
+        X_WG: poses of all geometries, shape (num_geometries, 12).
+        work: scratch of the pair kernels.
+        iwork: integer scratch of the pair kernels.
+    """
+
+    pair: IntMatrix
+    point: Matrix
+    count: IntVector
+    X_WG: Matrix
+    work: Matrix
+    iwork: IntVector
+
+
+WORK_ROWS = 512
+IWORK_SIZE = 1024
+
+
+def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactTable:
+    """An empty table for a model.
+
+    Args:
+        model: the geometry.
+        capacity: most contacts it can hold; by default enough for every pair to touch, at most 65536.
+    """
+    if capacity is None:
+        capacity = min(MAX_POINTS * model.pair.shape[0], 65536)
+    return ContactTable(
+        pair=np.zeros((capacity, 4), np.int64),
+        point=np.zeros((capacity, 10)),
+        count=np.zeros(2, np.int64),
+        X_WG=np.zeros((model.geometry.shape[0], 12)),
+        work=np.zeros((WORK_ROWS, 4)),
+        iwork=np.zeros(IWORK_SIZE, np.int64),
+    )
+
+
+def empty_geometry_model() -> GeometryModel:
+    """A model without geometry, for a plant that has no SceneGraph."""
+    return GeometryModel(
+        geometry=np.zeros((0, GEOMETRY_COLUMNS), np.int64),
+        size=np.zeros((0, SIZE_COLUMNS)),
+        material=np.zeros((0, MATERIAL_COLUMNS)),
+        X_BG=np.zeros((0, 12)),
+        pair=np.zeros((0, 2), np.int64),
+        vertex=np.zeros((0, 3)),
+        face=np.zeros((0, 4)),
+        loop=np.zeros((0, 3), np.int64),
+        topology=np.zeros(1, np.int64),
+    )
