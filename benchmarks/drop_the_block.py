@@ -129,7 +129,9 @@ def main() -> None:
         for name in (n for n in times if n.startswith("sheldrake") and rival in times):
             ratio = [b / a for a, b in zip(times[name], times[rival])]
             print(f"{rival} / {name}: {statistics.median(ratio):.1f}  ({min(ratio):.1f} to {max(ratio):.1f})")
-    print(f"\npeak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB (all three)")
+    print(
+        f"\npeak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB (all three)"
+    )
     path = "import sys; sys.path[:0] = ['.', 'src']; "
     scene = path + "from tests.scenes.scene import *; drop(library('sheldrake'), {!r})[0].AdvanceTo({})"
     empty = min(whole_process("pass")[0] for _ in range(5))

@@ -19,6 +19,8 @@ def model_path(name: str) -> str:
     folder = pathlib.Path(__file__).resolve().parent / "models"
     path = folder / name
     if not path.is_file() or folder not in path.resolve().parents:
-        names = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.suffix in {".urdf", ".sdf", ".xml"})
+        names = sorted(
+            p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.suffix in {".urdf", ".sdf", ".xml"}
+        )
         raise FileNotFoundError(f"model_path(): there is no model {name!r}; there are {', '.join(names)}.")
     return str(path)

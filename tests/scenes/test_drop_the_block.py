@@ -13,7 +13,9 @@ from tests.scenes.scene import SLIDER, drop, library, trajectory
 OWN_BLOCK = sheldrake.model_path("two_hole_block/two_hole_block.urdf")
 APPROXIMATIONS = ("kLagged", "kSimilar", "kSap", "kTamsi")
 ours = library("sheldrake")
-needs_slider = pytest.mark.skipif(not SLIDER.exists(), reason="the article's own URDF and OBJ are not part of the project")
+needs_slider = pytest.mark.skipif(
+    not SLIDER.exists(), reason="the article's own URDF and OBJ are not part of the project"
+)
 
 
 @pytest.mark.peer
@@ -80,5 +82,6 @@ def test_log_is_what_the_article_reads():
     assert log.data().shape == (13, 251)
     np.testing.assert_array_equal(log.sample_times(), 1e-3 * np.arange(251))
     assert plant.num_multibody_states(model) == 13
-    np.testing.assert_array_equal(log.data()[:, -1], plant.GetPositionsAndVelocities(
-        plant.GetMyContextFromRoot(simulator.get_context()), model))
+    np.testing.assert_array_equal(
+        log.data()[:, -1], plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()), model)
+    )

@@ -32,9 +32,7 @@ def _unary(function: Any, real: Any, complex_: Any) -> None:
         return lambda x: real(x)
 
 
-ROW = ir.FunctionType(
-    ir.IntType(64), [ir.DoubleType(), ir.DoubleType().as_pointer(), ir.IntType(64).as_pointer()]
-)
+ROW = ir.FunctionType(ir.IntType(64), [ir.DoubleType(), ir.DoubleType().as_pointer(), ir.IntType(64).as_pointer()])
 
 
 @intrinsic

@@ -1,0 +1,135 @@
+"""The structure that the documents promise is the structure there is."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import os
+import pathlib
+import pkgutil
+import re
+import subprocess
+import sys
+
+import pytest
+
+import sheldrake
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src" / "sheldrake"
+FILES = sorted(SOURCE.rglob("*.py"))
+HEAVY = ("numba", "llvmlite", "scipy", "viser", "trimesh", "matplotlib", "rich", "sympy", "pandas", "yaml")
+PRIVATE_WORDS = re.compile(r"/work/|\bspikes?\b|\bpypi\.org|\bhelper-\d")
+
+
+def public_modules():
+    names = [m.name for m in pkgutil.walk_packages([str(SOURCE)], "sheldrake.")]
+    return sorted(n for n in names if not any(part.startswith("_") for part in n.split(".")))
+
+
+def test_folder_map_of_the_architecture_page_is_true():
+    page = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    table = page[page.index("| floor |") : page.index("Also:")]
+    named = {n for row in table.splitlines()[2:] if row for n in re.findall(r"`([\w/.]+)`", row.split("|")[2])}
+    assert named, "the table was found"
+    for name in named:
+        assert (SOURCE / name).exists(), f"ARCHITECTURE.md names {name}, which does not exist"
+    folders = {
+        p.relative_to(SOURCE).as_posix() for p in SOURCE.rglob("*") if p.is_dir() and (p / "__init__.py").exists()
+    }
+    unnamed = {f for f in folders if f.count("/") <= 1 and "_" not in pathlib.PurePosixPath(f).name[:1]}
+    unnamed -= named | {f.split("/")[0] for f in named} | set(re.findall(r"`([\w/]+)`", page))
+    assert not unnamed, f"ARCHITECTURE.md does not say what lives in {sorted(unnamed)}"
+
+
+@pytest.mark.parametrize("module", public_modules())
+def test_public_lists_are_true(module):
+    if module.endswith(("__main__", "as_pydrake")):
+        pytest.skip("importing this module acts: it runs the command line, or installs the alias")
+    loaded = importlib.import_module(module)
+    for name in getattr(loaded, "__all__", ()):
+        assert hasattr(loaded, name), f"{module}.__all__ names {name}, which it does not have"
+
+
+def test_importing_is_light():
+    """`import sheldrake` and its floors load none of the heavy libraries."""
+    code = "import sys\n" + "\n".join(
+        f"import {m}" for m in public_modules() if not m.endswith(("__main__", "as_pydrake", "all"))
+    )
+    code += f"\nprint(sorted(set({HEAVY!r}) & set(sys.modules)))"
+    env = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    out = subprocess.run([sys.executable, "-c", code], env=env, capture_output=True, text=True, check=True).stdout
+    assert out.strip() == "[]"
+
+
+def kernels_of(path):
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef):
+            for decorator in node.decorator_list:
+                target = decorator.func if isinstance(decorator, ast.Call) else decorator
+                if isinstance(target, ast.Name) and target.id == "kernel":
+                    yield node, decorator
+
+
+FORBIDDEN = (ast.Try, ast.Raise, ast.With, ast.Lambda, ast.ListComp, ast.GeneratorExp, ast.DictComp, ast.List, ast.Dict,
+             ast.JoinedStr, ast.Global, ast.Yield, ast.FunctionDef, ast.ClassDef, ast.Starred)  # fmt: skip
+
+
+@pytest.mark.parametrize("path", [p for p in FILES if "@kernel" in p.read_text(encoding="utf-8")], ids=str)
+def test_kernel_grammar(path):
+    """Kernels allocate nothing, raise nothing, take no defaults, and slice nothing."""
+    for node, decorator in kernels_of(path):
+        where = f"{path.relative_to(SOURCE)}:{node.name}"
+        assert not node.args.defaults, f"{where} has default arguments"
+        assert not node.args.vararg, f"{where} takes a variable number of arguments"
+        for inner in ast.walk(node):
+            if inner is not node:
+                assert not isinstance(inner, FORBIDDEN), f"{where} line {inner.lineno}: {type(inner).__name__}"
+            assert not isinstance(inner, ast.Slice), f"{where}: slices are views that numba must count"
+        if isinstance(decorator, ast.Call) and any(k.arg == "top" for k in decorator.keywords):
+            missing = [a.arg for a in node.args.args if a.annotation is None]
+            assert not missing, f"{where}: an entry annotates its parameters; {missing} are not"
+
+
+def test_kernel_modules_import_only_kernels():
+    allowed = re.compile(
+        r"^(numpy|math|typing|__future__|sheldrake\.common\.(kernel|rows)|sheldrake(\.\w+)*\._kernels(\.\w+)*)$"
+    )
+    for path in FILES:
+        if "_kernels" not in path.parts:
+            continue
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom):
+                names = [node.module]
+            for name in names:
+                if path.relative_to(SOURCE).as_posix() == "common/_kernels/generic.py":
+                    continue  # where the generic maths is made
+                assert allowed.match(name), f"{path.relative_to(SOURCE)} imports {name}"
+
+
+def test_the_repository_speaks_of_the_project_alone():
+    tracked = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=False).stdout.split()
+    assert tracked or not (ROOT / ".git").exists()
+    for name in tracked:
+        path = ROOT / name
+        if path.suffix in {".py", ".md", ".toml", ".lock", ".yml", ".urdf", ".txt"} and path != pathlib.Path(__file__):
+            found = PRIVATE_WORDS.search(path.read_text(encoding="utf-8"))
+            assert not found, f"{name} says {found.group()!r}"
+
+
+def test_public_things_have_docstrings():
+    missing = []
+    for module in public_modules():
+        if module.endswith(("__main__", "as_pydrake", "all")):
+            continue
+        loaded = importlib.import_module(module)
+        for name in getattr(loaded, "__all__", ()):
+            thing = getattr(loaded, name)
+            if callable(thing) and getattr(thing, "__module__", "").startswith("sheldrake") and not thing.__doc__:
+                missing.append(f"{module}.{name}")
+    assert not missing, f"without a docstring: {missing}"
+
+
+def test_version_is_said_once():
+    assert f'version = "{sheldrake.__version__}"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
