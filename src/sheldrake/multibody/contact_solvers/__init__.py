@@ -1,1 +1,1 @@
-"""sheldrake.multibody.contact_solvers"""
+"""Contact and constraint solvers of the discrete plant: what they are given, and what their status means."""

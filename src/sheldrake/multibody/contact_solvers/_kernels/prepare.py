@@ -1,0 +1,223 @@
+"""Before the first iteration: who takes part, how heavy each constraint is (Delassus estimate), and its law."""
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.vec import dot3, load3_at
+from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    ACTUATOR,
+    APPROXIMATION,
+    DELASSUS,
+    DEPTH,
+    DEPTH_OF,
+    DISSIPATION,
+    DOFS,
+    DT,
+    EPS,
+    FE0,
+    FIRST_DOF,
+    FRICTION,
+    MOBILITY,
+    N0,
+    NEAR_RIGID,
+    NEAR_RIGID_ROWS,
+    NUM_CONTACTS,
+    NUM_DOFS,
+    NUM_ROWS,
+    R_N,
+    R_T,
+    RELAXATION,
+    ROW_DOFS,
+    ROW_DVC,
+    ROW_FORWARD,
+    ROW_GAP,
+    ROW_GROUP,
+    ROW_KIND,
+    ROW_R,
+    ROW_RATE,
+    ROW_RELAXATION,
+    ROW_START,
+    ROW_STIFFNESS,
+    ROW_VHAT,
+    SAP,
+    SIGMA,
+    STICTION,
+    STIFFNESS,
+    TAMSI,
+    TREE_A,
+    TREE_B,
+    V0,
+    VC,
+    VHAT_N,
+    WIDTH,
+)
+from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities
+
+FOUR_PI_SQUARED = np.float64(4.0 * np.pi**2)
+
+
+@kernel
+def mark_trees(active, index, count):
+    """A tree takes part when a constraint touches it."""
+    for c in range(count):
+        if index[c, TREE_A] >= 0:
+            active[index[c, TREE_A]] = 1
+        if index[c, TREE_B] >= 0:
+            active[index[c, TREE_B]] = 1
+
+
+@kernel
+def mobilities(model, problem):
+    """1 / diag(A) of the dofs that take part."""
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                problem.x[MOBILITY, k] = 1.0 / problem.A[model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]]
+
+
+@kernel
+def contact_delassus(problem, contacts, c):
+    """w = |J diag(1/A) J^T|_F / 3 of one contact [1/kg]."""
+    J = contacts.J
+    r = 3 * c
+    xx = 0.0
+    yy = 0.0
+    zz = 0.0
+    xy = 0.0
+    xz = 0.0
+    yz = 0.0
+    for a in range(contacts.index[c, WIDTH]):
+        m = problem.x[MOBILITY, contacts.index[c, DOFS + a]]
+        jx = J[r, a]
+        jy = J[r + 1, a]
+        jz = J[r + 2, a]
+        xx += m * jx * jx
+        yy += m * jy * jy
+        zz += m * jz * jz
+        xy += m * jx * jy
+        xz += m * jx * jz
+        yz += m * jy * jz
+    diagonal = (xx, yy, zz)
+    sides = (xy, xz, yz)
+    return sqrt(dot3(diagonal, diagonal) + 2.0 * dot3(sides, sides)) / 3.0
+
+
+@kernel
+def prepare_hunt_crossley(model, contacts, c, w, vn0):
+    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step."""
+    law = contacts.law
+    fe0 = law[c, STIFFNESS] * law[c, DEPTH]
+    damping = 1.0 - law[c, DISSIPATION] * vn0
+    n0 = 0.0 * vn0
+    if fe0 > 0.0 and damping > 0.0:
+        n0 = model.option[DT] * fe0 * damping
+    eps = law[c, FRICTION] * model.option[SIGMA] * w * n0
+    if eps < model.option[STICTION]:
+        eps = model.option[STICTION] + 0.0 * vn0
+    law[c, FE0] = fe0
+    law[c, N0] = n0
+    law[c, EPS] = eps
+
+
+@kernel
+def prepare_sap_cone(model, contacts, c, w):
+    """kSap: regularisation and the velocity that would close the penetration within dt + tau."""
+    law = contacts.law
+    dt = model.option[DT]
+    beta = model.option[NEAR_RIGID]
+    rigid = beta * beta / FOUR_PI_SQUARED * w
+    Rn = 1.0 / (dt * law[c, STIFFNESS] * (dt + law[c, RELAXATION]))
+    if Rn < rigid:
+        Rn = rigid
+    law[c, R_T] = model.option[SIGMA] * w
+    law[c, R_N] = Rn
+    law[c, VHAT_N] = law[c, DEPTH] / (dt + law[c, RELAXATION])
+
+
+@kernel
+def row_group_delassus(problem, rows, r, n):
+    """w = |J diag(1/A) J^T|_F / n of n rows with the same dofs."""
+    J = rows.J
+    total = 0.0
+    for i in range(n):
+        for j in range(n):
+            s = 0.0
+            for a in range(rows.index[r, WIDTH]):
+                s += J[r + i, a] * problem.x[MOBILITY, rows.index[r, ROW_DOFS + a]] * J[r + j, a]
+            total += s * s
+    return sqrt(total) / n
+
+
+@kernel
+def prepare_spring_row(law, r, dt, rigid):
+    """A spring of stiffness k (may be infinite) and relaxation time tau, no stiffer than the time step resolves."""
+    tau = law[r, ROW_RELAXATION]
+    R = 1.0 / (dt * (dt + tau) * law[r, ROW_STIFFNESS])
+    if R < rigid:
+        R = rigid
+        tau = dt + 0.0 * tau
+    law[r, ROW_R] = R
+    law[r, ROW_VHAT] = -law[r, ROW_GAP] / (dt + tau)
+
+
+@kernel
+def prepare_actuator_row(law, r, dt, rigid):
+    """An implicit PD controller: gains too stiff for the time step are scaled down, keeping their ratio."""
+    kp = law[r, ROW_STIFFNESS]
+    kd = law[r, ROW_RELAXATION]
+    R = 1.0 / (dt * (dt * kp + kd))
+    if R < rigid:
+        if dt * kp > kd:
+            tau = kd / kp
+            kp = 1.0 / (dt * (dt + tau) * rigid)
+            kd = tau * kp
+        else:
+            ratio = kp / kd
+            kd = 1.0 / (dt * (1.0 + dt * ratio) * rigid)
+            kp = ratio * kd
+        R = 1.0 / (dt * (dt * kp + kd))
+    effort = kd * law[r, ROW_RATE] - kp * law[r, ROW_GAP] + law[r, ROW_FORWARD]  # at v = 0
+    law[r, ROW_R] = R
+    law[r, ROW_VHAT] = dt * effort * R
+
+
+@kernel
+def prepare_rows(model, problem, rows):
+    """R and vhat of all scalar rows, and their velocities at v0."""
+    dt = model.option[DT]
+    beta = model.option[NEAR_RIGID_ROWS]
+    w = 0.0
+    for r in range(problem.count[NUM_ROWS]):
+        group = rows.index[r, ROW_GROUP]
+        if group > 0:
+            w = row_group_delassus(problem, rows, r, group)
+        rigid = beta * beta / FOUR_PI_SQUARED * w
+        if rows.index[r, ROW_KIND] == ACTUATOR:
+            prepare_actuator_row(rows.law, r, dt, rigid)
+        else:
+            prepare_spring_row(rows.law, r, dt, rigid)
+        rows.state[r, ROW_DVC] = 0.0 * rows.law[r, ROW_R]
+
+
+@kernel(outline=True)
+def prepare(model, problem, contacts, rows):
+    """Marks the trees that take part and makes every constraint's law from what the plant wrote."""
+    for t in range(model.tree.shape[0]):
+        problem.active[t] = 0
+    nc = problem.count[NUM_CONTACTS]
+    mark_trees(problem.active, contacts.index, nc)
+    mark_trees(problem.active, rows.index, problem.count[NUM_ROWS])
+    mobilities(model, problem)
+    contact_velocities(contacts, nc, problem.x, V0, VC)
+    kind = model.setting[APPROXIMATION]
+    for c in range(nc):
+        w = contact_delassus(problem, contacts, c)
+        contacts.law[c, DELASSUS] = w
+        vc0 = load3_at(contacts.state, c, VC)
+        if kind == SAP:
+            prepare_sap_cone(model, contacts, c, w)
+        elif kind != TAMSI:
+            prepare_hunt_crossley(model, contacts, c, w, vc0[2])
+    prepare_rows(model, problem, rows)

@@ -1,0 +1,294 @@
+"""Newton on the convex cost, as Drake's SAP solver does it (Castro, Permenter, Han 2022, algorithm 1).
+
+Convergence is tested before the first iteration, starting at v0: a body at rest costs no factorisation.
+Only trees touched by a constraint take part, in the search and in the norms that stop it.
+"""
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at, scale3, store3_at
+from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.contact_law import contact_impulse
+from sheldrake.multibody.contact_solvers._kernels.envelope import assemble, factorise, lay_out, newton_direction
+from sheldrake.multibody.contact_solvers._kernels.line_search import (
+    COST_ABSOLUTE,
+    COST_RELATIVE,
+    constraint_cost,
+    line_search,
+    magnitude,
+)
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    A_DV,
+    ABSOLUTE_TOLERANCE,
+    DEPTH_OF,
+    DOFS,
+    DV,
+    DVC,
+    FIRST_DOF,
+    G_XX,
+    G_XY,
+    G_XZ,
+    G_YY,
+    G_YZ,
+    G_ZZ,
+    GAMMA,
+    GRADIENT,
+    ITERATIONS,
+    J_GAMMA,
+    MAX_ITERATIONS,
+    MOBILITY,
+    NUM_CONTACTS,
+    NUM_DOFS,
+    NUM_ROWS,
+    P_STAR,
+    PARENT_DOF,
+    PARTICIPATING,
+    POLISH,
+    RELATIVE_TOLERANCE,
+    ROW_DOFS,
+    ROW_DVC,
+    ROW_G,
+    ROW_GAMMA,
+    ROW_LOWER,
+    ROW_R,
+    ROW_START,
+    ROW_UPPER,
+    ROW_VC,
+    ROW_VHAT,
+    V0,
+    V_STAR,
+    VC,
+    WIDTH,
+    P,
+    V,
+)
+from sheldrake.multibody.contact_solvers._kernels.scalar_row import row_impulse
+from sheldrake.multibody.contact_solvers._kernels.status import (
+    FACTOR_CAPACITY,
+    HESSIAN_NOT_POSITIVE,
+    ITERATION_LIMIT,
+    LINE_SEARCH_FAILED,
+    SOLVED,
+)
+from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities, row_velocities
+
+
+@kernel
+def mul_A(model, problem, source, target):
+    """x[target] = A x[source] over the participating dofs."""
+    x = problem.x
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                at = model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]
+                x_k = x[source, k]
+                y_k = problem.A[at] * x_k
+                j = model.dof[k, PARENT_DOF]
+                while j >= 0:
+                    at -= 1
+                    y_k += problem.A[at] * x[source, j]
+                    x[target, j] += problem.A[at] * x_k
+                    j = model.dof[j, PARENT_DOF]
+                x[target, k] = y_k
+
+
+@kernel
+def apply_contact_impulses(model, problem, contacts):
+    """Impulses and G at the present vc; adds J^T gamma to x[J_GAMMA]."""
+    state = contacts.state
+    for c in range(problem.count[NUM_CONTACTS]):
+        gamma, G = contact_impulse(model, contacts.law, c, load3_at(state, c, VC))
+        store3_at(state, c, GAMMA, gamma)
+        state[c, G_XX] = G[0]
+        state[c, G_XY] = G[1]
+        state[c, G_YY] = G[2]
+        state[c, G_XZ] = G[3]
+        state[c, G_YZ] = G[4]
+        state[c, G_ZZ] = G[5]
+        for a in range(contacts.index[c, WIDTH]):
+            problem.x[J_GAMMA, contacts.index[c, DOFS + a]] += dot3(column3(contacts.J, 3 * c, a), gamma)
+
+
+@kernel
+def apply_row_impulses(problem, rows):
+    """Impulses and G of the scalar rows at the present velocity; adds J^T gamma to x[J_GAMMA]."""
+    law = rows.law
+    for r in range(problem.count[NUM_ROWS]):
+        vc = rows.state[r, ROW_VC]
+        gamma, G = row_impulse(law[r, ROW_R], law[r, ROW_VHAT], law[r, ROW_LOWER], law[r, ROW_UPPER], vc)
+        rows.state[r, ROW_GAMMA] = gamma
+        rows.state[r, ROW_G] = G
+        for a in range(rows.index[r, WIDTH]):
+            problem.x[J_GAMMA, rows.index[r, ROW_DOFS + a]] += rows.J[r, a] * gamma
+
+
+@kernel(outline=True)
+def evaluate(model, problem, contacts, rows):
+    """Impulses, gradient, and whether the gradient is small against momentum and impulse: 1 or 0."""
+    x = problem.x
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                x[J_GAMMA, k] = 0.0
+    apply_contact_impulses(model, problem, contacts)
+    apply_row_impulses(problem, rows)
+    residual = 0.0
+    momentum = 0.0
+    impulse = 0.0
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                g = x[P, k] - x[P_STAR, k] - x[J_GAMMA, k]
+                x[GRADIENT, k] = g
+                residual += g * g * x[MOBILITY, k]
+                momentum += x[P, k] * x[P, k] * x[MOBILITY, k]
+                impulse += x[J_GAMMA, k] * x[J_GAMMA, k] * x[MOBILITY, k]
+    scale = momentum
+    if impulse > scale:
+        scale = impulse
+    limit = model.option[RELATIVE_TOLERANCE] * root(scale) + model.option[ABSOLUTE_TOLERANCE]
+    return 1 if residual <= limit * limit else 0
+
+
+@kernel
+def root(x):
+    """sqrt with a defined (zero) derivative at zero."""
+    if x > 0.0:
+        return sqrt(x)
+    return 0.0 * x
+
+
+@kernel(outline=True)
+def start(model, problem, contacts, rows):
+    """Momenta and constraint velocities at the first iterate v0."""
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                problem.x[V, k] = problem.x[V0, k]
+    mul_A(model, problem, V, P)
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                problem.x[P_STAR, k] += problem.x[P, k]
+    row_velocities(rows, problem.count[NUM_ROWS], problem.x, V, ROW_VC)
+
+
+@kernel
+def momentum_cost(model, problem):
+    """1/2 (v - v*)^T A (v - v*) [J]."""
+    x = problem.x
+    s = 0.0
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                s += (x[V, k] - x[V_STAR, k]) * (x[P, k] - x[P_STAR, k])
+    return 0.5 * s
+
+
+@kernel
+def along_direction(model, problem):
+    """(slope of the cost, slope of the momentum cost, dv^T A dv) at the iterate along dv [J]."""
+    x = problem.x
+    slope = 0.0
+    slope_A = 0.0
+    curvature_A = 0.0
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                slope += x[DV, k] * x[GRADIENT, k]
+                slope_A += x[DV, k] * (x[P, k] - x[P_STAR, k])
+                curvature_A += x[DV, k] * x[A_DV, k]
+    return slope, slope_A, curvature_A
+
+
+@kernel
+def advance(model, problem, contacts, rows, alpha):
+    """v += alpha dv, and with it momenta and constraint velocities."""
+    x = problem.x
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                x[V, k] += alpha * x[DV, k]
+                x[P, k] += alpha * x[A_DV, k]
+    state = contacts.state
+    for c in range(problem.count[NUM_CONTACTS]):
+        store3_at(state, c, VC, add3(load3_at(state, c, VC), scale3(load3_at(state, c, DVC), alpha)))
+    for r in range(problem.count[NUM_ROWS]):
+        rows.state[r, ROW_VC] += alpha * rows.state[r, ROW_DVC]
+
+
+@kernel(outline=True)
+def direction(model, problem, contacts, rows, factor):
+    """Newton direction in x[DV], A dv, and the change of the constraint velocities along it; a status."""
+    assemble(model, problem, contacts, rows, factor)
+    if factorise(factor, problem.count[PARTICIPATING]) != 0:
+        return HESSIAN_NOT_POSITIVE
+    newton_direction(model, problem, factor)
+    mul_A(model, problem, DV, A_DV)
+    contact_velocities(contacts, problem.count[NUM_CONTACTS], problem.x, DV, DVC)
+    row_velocities(rows, problem.count[NUM_ROWS], problem.x, DV, ROW_DVC)
+    return SOLVED
+
+
+@kernel(outline=True)
+def iterate(model, problem, contacts, rows, factor):
+    """Newton iterations from an iterate that `evaluate` has judged; a status."""
+    if lay_out(model, problem, contacts, rows, factor) > factor.L.shape[0]:
+        return FACTOR_CAPACITY
+    cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
+    for k in range(model.setting[MAX_ITERATIONS]):
+        status = direction(model, problem, contacts, rows, factor)
+        if status != SOLVED:
+            return status
+        slope, slope_A, curvature_A = along_direction(model, problem)
+        alpha, found = line_search(
+            model, problem, contacts, rows, slope, slope_A, curvature_A, momentum_cost(model, problem)
+        )
+        if found == 0:
+            return LINE_SEARCH_FAILED
+        advance(model, problem, contacts, rows, alpha)
+        problem.count[ITERATIONS] = k + 1
+        small = evaluate(model, problem, contacts, rows)
+        before = cost
+        cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
+        size = 0.5 * (magnitude(before) + magnitude(cost))
+        stalled = magnitude(before - cost) < COST_ABSOLUTE + COST_RELATIVE * size and alpha > 0.5
+        if small == 1 or stalled:
+            return SOLVED
+    return ITERATION_LIMIT
+
+
+@kernel(outline=True)
+def polish(model, problem, contacts, rows, factor):
+    """Full Newton steps at the solution: they carry the derivatives of duals; values move within tolerance."""
+    if lay_out(model, problem, contacts, rows, factor) > factor.L.shape[0]:
+        return FACTOR_CAPACITY
+    for _ in range(model.setting[POLISH]):
+        status = direction(model, problem, contacts, rows, factor)
+        if status != SOLVED:
+            return status
+        advance(model, problem, contacts, rows, 1.0)
+        evaluate(model, problem, contacts, rows)
+    return SOLVED
+
+
+@kernel
+def sap_solve(model, problem, contacts, rows, factor):
+    """Fills x[V] over the participating dofs, the impulses and x[J_GAMMA]; after `prepare`. Returns a status."""
+    problem.count[ITERATIONS] = 0
+    start(model, problem, contacts, rows)
+    status = np.int64(SOLVED)
+    if evaluate(model, problem, contacts, rows) == 0:
+        status = iterate(model, problem, contacts, rows, factor)
+    if status == SOLVED and model.setting[POLISH] > 0:
+        status = polish(model, problem, contacts, rows, factor)
+    return status
