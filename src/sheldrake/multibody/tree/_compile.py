@@ -1,0 +1,106 @@
+"""From a list of bodies with their inboard joints to the constant arrays of the kernels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sheldrake.multibody.tree._kernels import model as m
+
+NUM_POSITIONS = {"weld": 0, "revolute": 1, "prismatic": 1, "screw": 1, "quaternion_floating": 7, "rpy_floating": 6,
+                 "ball_rpy": 3, "planar": 3, "universal": 2}  # fmt: skip
+NUM_VELOCITIES = NUM_POSITIONS | {"quaternion_floating": 6}
+KINDS = {"weld": m.WELD, "revolute": m.REVOLUTE, "prismatic": m.PRISMATIC, "screw": m.SCREW,
+         "quaternion_floating": m.QUATERNION, "rpy_floating": m.RPY, "ball_rpy": m.BALL, "planar": m.PLANAR,
+         "universal": m.UNIVERSAL}  # fmt: skip
+
+
+@dataclass
+class Mobilizer:
+    """A body and its inboard joint, as the kernels need them.
+
+    Attributes:
+        parent: row of the inboard body; smaller than the own row.
+        type_name: the joint's type, as pydrake's `type_name()`.
+        inertia: where in p the ten inertia numbers of the body start.
+        frame_F: the joint's frame on the inboard body, an index of `frames`, -1 for the body frame.
+        frame_M: the joint's frame on the body, likewise.
+        constants: axis in F and lead [m/rad], or the pose X_FM of a weld (nine numbers of R row-major, then p).
+        damping: where in p the damping of each velocity is.
+        gravity: gravity that acts on the body, in W [m/s²], shape (3,).
+    """
+
+    parent: int
+    type_name: str
+    inertia: int
+    frame_F: int = -1
+    frame_M: int = -1
+    constants: tuple[float, ...] = ()
+    damping: tuple[int, ...] = ()
+    gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass
+class TreeDescription:
+    """All of a tree; row 0, the world, is not among the mobilizers."""
+
+    mobilizers: list[Mobilizer] = field(default_factory=list)
+    frames: list[tuple[int, int]] = field(default_factory=list)
+    """Frames fixed to bodies: (frame it is fixed to or -1, where in p its pose starts)."""
+    actuators: list[tuple[int, int, int]] = field(default_factory=list)
+    """(dof, where in p its rotor inertia is, where in p its gear ratio is)."""
+
+
+def compile_tree(description: TreeDescription) -> m.TreeModel:
+    """The arrays of a tree. Positions and velocities are numbered in the order of the mobilizers.
+
+    Raises:
+        ValueError: if a body comes before its inboard body, or the bodies of a tree are not contiguous.
+    """
+    nb = len(description.mobilizers) + 1
+    body = np.zeros((nb, m.BODY_COLUMNS), np.int64)
+    body[0, [m.PARENT, m.TREE, m.FRAME_F, m.FRAME_M]] = -1
+    joint = np.zeros((nb, m.JOINT_COLUMNS))
+    gravity = np.zeros((nb, 3))
+    dofs: list[tuple[int, ...]] = []
+    trees: list[list[int]] = []
+    last_dof = {0: -1}
+    packed = q = 0
+    for row, mobilizer in enumerate(description.mobilizers, start=1):
+        parent, kind = mobilizer.parent, KINDS[mobilizer.type_name]
+        if not 0 <= parent < row:
+            raise ValueError(f"compile_tree(): body row {row} comes before its inboard body row {parent}.")
+        if kind == m.QUATERNION and parent == 0 and mobilizer.frame_F < 0 and mobilizer.frame_M < 0:
+            kind = m.FREE
+        nq, nv = NUM_POSITIONS[mobilizer.type_name], NUM_VELOCITIES[mobilizer.type_name]
+        root, tree = body[parent, m.ROOT], body[parent, m.TREE]
+        if root == 0 and nv > 0:
+            root, tree = row, len(trees)
+            trees.append([row, 0, len(dofs), 0])
+        if tree >= 0:
+            if tree != len(trees) - 1:
+                raise ValueError(f"compile_tree(): body row {row} is apart from the other bodies of its tree.")
+            trees[tree][m.TREE_NUM_BODIES] += 1
+            trees[tree][m.TREE_NV] += nv
+        body[row] = (parent, kind, root, tree, q, len(dofs), nv, mobilizer.frame_F, mobilizer.frame_M,
+                     mobilizer.inertia)  # fmt: skip
+        joint[row, : len(mobilizer.constants)] = mobilizer.constants
+        gravity[row] = mobilizer.gravity
+        above = last_dof[parent]
+        for k in range(nv):
+            depth = dofs[above][m.DEPTH] + 1 if above >= 0 else 0
+            position = q + k if nq == nv and mobilizer.type_name not in ("ball_rpy", "rpy_floating") else -1
+            dofs.append((above, row, int(tree), depth, packed, mobilizer.damping[k], position))
+            packed += depth + 1
+            above = len(dofs) - 1
+        last_dof[row] = above
+        q += nq
+
+    def table(rows: list, columns: int) -> np.ndarray:
+        return np.array(rows, np.int64).reshape(-1, columns)
+
+    return m.TreeModel(
+        body, joint, table(dofs, m.DOF_COLUMNS), table(description.frames, m.FRAME_COLUMNS),
+        table(trees, m.TREE_COLUMNS), table(description.actuators, m.ACTUATOR_COLUMNS), gravity,
+    )  # fmt: skip
