@@ -60,7 +60,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     """
     nb = len(description.mobilizers) + 1
     body = np.zeros((nb, m.BODY_COLUMNS), np.int64)
-    body[0, [m.PARENT, m.TREE, m.FRAME_F, m.FRAME_M]] = -1
+    body[0, [m.PARENT, m.TREE, m.FRAME_F, m.FRAME_M, m.TIP]] = -1
     joint = np.zeros((nb, m.JOINT_COLUMNS))
     gravity = np.zeros((nb, 3))
     dofs: list[tuple[int, ...]] = []
@@ -83,8 +83,8 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
                 raise ValueError(f"compile_tree(): body row {row} is apart from the other bodies of its tree.")
             trees[tree][m.TREE_NUM_BODIES] += 1
             trees[tree][m.TREE_NV] += nv
-        body[row] = (parent, kind, root, tree, q, len(dofs), nv, mobilizer.frame_F, mobilizer.frame_M,
-                     mobilizer.inertia)  # fmt: skip
+        body[row, : m.TIP] = (parent, kind, root, tree, q, len(dofs), nv, mobilizer.frame_F, mobilizer.frame_M,
+                              mobilizer.inertia)  # fmt: skip
         joint[row, : len(mobilizer.constants)] = mobilizer.constants
         gravity[row] = mobilizer.gravity
         above = last_dof[parent]
@@ -94,7 +94,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
             dofs.append((above, row, int(tree), depth, packed, mobilizer.damping[k], position))
             packed += depth + 1
             above = len(dofs) - 1
-        last_dof[row] = above
+        body[row, m.TIP] = last_dof[row] = above
         q += nq
 
     def table(rows: list, columns: int) -> np.ndarray:

@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from trees import ALL_TYPES, body_poses, random_tree
+
 from sheldrake import autodiffutils as autodiff
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._kernels import dynamics, factor, integrate, kinematics, queries
 from sheldrake.multibody.tree._kernels import model as m
-from trees import ALL_TYPES, body_poses, random_tree
 
 
 class Tree:

@@ -9,7 +9,6 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
-    cross3,
     cross_force,
     dot3,
     dot6,

@@ -31,7 +31,8 @@ NV = np.int64(6)  # velocities of the inboard joint
 FRAME_F = np.int64(7)  # joint frame on the inboard body: row of TreeModel.frame, -1 is the body frame
 FRAME_M = np.int64(8)  # joint frame on this body: row of TreeModel.frame, -1 is the body frame
 INERTIA = np.int64(9)  # where in p its ten inertia numbers start
-BODY_COLUMNS = 10
+TIP = np.int64(10)  # last dof that moves the body, -1 when none does; its ancestors are the others
+BODY_COLUMNS = 11
 
 # Kinds of joints.
 WELD = np.int64(0)
