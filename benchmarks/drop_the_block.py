@@ -59,10 +59,10 @@ class MuJoCo:
     """The scene in MuJoCo's own compiled loop over steps, which also records every state."""
 
     def __init__(self):
-        import mujoco
-        import mujoco.rollout
         from xml.etree import ElementTree
 
+        import mujoco
+        import mujoco.rollout
         from pydrake.math import RigidTransform, RollPitchYaw
 
         inertial = ElementTree.parse(URDF).getroot().find("link/inertial")

@@ -6,9 +6,9 @@ import hashlib
 
 import numpy as np
 import pytest
+from tests.scenes.scene import SLIDER, drop, library, trajectory
 
 import sheldrake
-from tests.scenes.scene import SLIDER, drop, library, trajectory
 
 OWN_BLOCK = sheldrake.model_path("two_hole_block/two_hole_block.urdf")
 APPROXIMATIONS = ("kLagged", "kSimilar", "kSap", "kTamsi")
