@@ -10,7 +10,8 @@ module imports neither numba nor llvmlite: what a kernel needs to become native 
 
 Every entry compiles to one C signature, `int64 f(double t, double* slab, int64* words)`. `words` tells where the
 arguments are: an array is (offset into the slab in doubles, shape...), or, for parameters named `model` or `*_model`,
-(address, shape...); a NamedTuple is its fields in order; a float is its bits. A direct call from Python passes a null
+(address, shape...); a NamedTuple is its fields in order; a float is its bits; `Vectors` are their number and where in
+`words` their (offset, size) pairs begin, which stand behind everything else. A direct call from Python passes a null
 slab, so that "offset" is the address divided by eight: one compiled function serves both.
 """
 
@@ -30,7 +31,7 @@ Matrix = Annotated[np.ndarray, "float64", 2]
 IntVector = Annotated[np.ndarray, "int64", 1]
 IntMatrix = Annotated[np.ndarray, "int64", 2]
 Vectors = Annotated[tuple, "float64", 1]
-"""A tuple of `Vector`, as many as given when the kernel is bound."""
+"""A tuple of `Vector`, any number; a kernel takes `len(u)` and `u[i]`."""
 
 INDEX_ERROR = -(2**63)
 """Status of a kernel compiled with bounds checks that left an array."""
@@ -109,24 +110,16 @@ class Kernel:
 
         return numba_types.Dispatcher(self.dispatcher)
 
-    def address(self, arity: int = 0) -> int:
-        """Address of the native function in this process, compiled or loaded when first asked for.
-
-        Args:
-            arity: how many vectors a `Vectors` parameter takes; 0 when there is none.
-        """
-        return self._native(arity)[1]
+    @property
+    def address(self) -> int:
+        """Address of the native function in this process, compiled or loaded when first asked for."""
+        return self._native[1]
 
     @functools.cached_property
-    def _natives(self) -> dict[int, tuple[Any, int]]:
-        return {}
+    def _native(self) -> tuple[Any, int]:
+        from sheldrake.common._native import store
 
-    def _native(self, arity: int) -> tuple[Any, int]:
-        if arity not in self._natives:
-            from sheldrake.common._native import store
-
-            self._natives[arity] = store.load(self, arity)
-        return self._natives[arity]
+        return store.load(self)
 
     def bind(self, *args: Any) -> Bound:
         """A call without arguments on these very arrays, at the cost of a C call.
@@ -139,7 +132,7 @@ class Kernel:
         Raises:
             TypeError: if an argument is not what the annotation says (element type, axes, C order).
         """
-        from sheldrake.common._native.words import arity_of, pack
+        from sheldrake.common._native.words import pack
 
         words, places = pack(self, args)
         if not jit_enabled():
@@ -148,7 +141,7 @@ class Kernel:
             bound.scalars = {n: (arguments, i, None) for i, n in enumerate(self.names)}
         else:
             time = next((a for p, a in zip(self.parameters, args) if p.kind == "t"), 0.0)
-            bound = Bound(self._native(arity_of(self, args))[0], float(time), None, words.ctypes.data)
+            bound = Bound(self._native[0], float(time), None, words.ctypes.data)
             bound.scalars = {n: (words, i, kind) for n, (i, kind) in places.items()}
         bound.keep = words, args
         return bound

@@ -120,7 +120,7 @@ def test_unannotated_entry_is_refused():
 def test_rows_are_called_by_address_relative_to_the_slab():
     model, slab = np.array([1.0]), np.array([-1.0, 3.0])
     words = np.array([99, 99, model.ctypes.data, 1, 1, 1], np.int64)  # model: address, size; x: offset 1, size 1
-    rows = np.array([double_first.address()], np.int64)
+    rows = np.array([double_first.address], np.int64)
     assert run_rows.bind(rows, slab, words, 3)() == 0
     assert slab.tolist() == [-1.0, 31.0]
 
@@ -193,3 +193,31 @@ def test_damaged_cache_file_is_rebuilt(tmp_path):
 def test_import_needs_no_compiler():
     code = "import sys, sheldrake.common.kernel; assert not {'numba', 'llvmlite'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "PYTHONPATH": "src"})
+
+
+@kernel(top=True)
+def weighted_sum(t: float, u: Vectors, model: Vector, out: Vector):
+    out[0] = t
+    for k in range(len(u)):
+        for i in range(u[k].shape[0]):
+            out[0] += model[k] * u[k][i]
+
+
+@native_only
+@pytest.mark.parametrize("sizes", [(), (3,), (1, 0, 2, 4)])
+def test_one_compiled_kernel_takes_any_number_of_vectors(sizes):
+    """In a slab, and directly."""
+    from sheldrake.common._native.words import pack_row
+
+    rng = np.random.default_rng(2)
+    slab, model = rng.normal(size=20), rng.normal(size=4)
+    starts = np.cumsum([5, *sizes])
+    u = tuple(slab[a : a + n].copy() for a, n in zip(starts, sizes))
+    expected, direct = np.zeros(1), np.zeros(1)
+    weighted_sum(0.5, u, model, expected)
+    weighted_sum.native(0.5, u, model, direct)
+    np.testing.assert_allclose(direct, expected, rtol=1e-14)
+    words = pack_row(weighted_sum, {"u": list(zip(starts, sizes)), "model": model, "out": (1, 1)})
+    code = weighted_sum._native[0]
+    assert code(0.5, slab.ctypes.data, words.ctypes.data) == 0
+    np.testing.assert_allclose(slab[1], expected[0], rtol=1e-14)

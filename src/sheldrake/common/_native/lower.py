@@ -16,6 +16,7 @@ from numba.core import cgutils, codegen, cpu, dispatcher, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.np.arrayobj import populate_array
 
+from sheldrake.common._native.vectors import VECTORS, make_vectors
 from sheldrake.common.kernel import INDEX_ERROR, ArraySpec
 
 if TYPE_CHECKING:
@@ -84,7 +85,7 @@ def _array_type(spec: ArraySpec) -> types.Array:
     return types.Array(getattr(types, spec.dtype), spec.ndim, "C")
 
 
-def _signature(kernel: Kernel, arity: int) -> tuple:
+def _signature(kernel: Kernel) -> tuple:
     signature: list[Any] = []
     for p in kernel.parameters:
         if p.kind in ("t", "float"):
@@ -94,7 +95,7 @@ def _signature(kernel: Kernel, arity: int) -> tuple:
         elif p.kind == "array":
             signature.append(_array_type(p.fields[0]))
         elif p.kind == "arrays":
-            signature.append(types.UniTuple(_array_type(p.fields[0]), arity))
+            signature.append(VECTORS)
         else:
             signature.append(types.BaseTuple.from_types([_array_type(s) for s in p.fields], p.cls))
     return tuple(signature)
@@ -125,7 +126,7 @@ class _Reader:
         populate_array(a, data=data, shape=shape, strides=strides, itemsize=I64(8), meminfo=None)
         return a._getvalue()
 
-    def argument(self, p: Any, ty: Any, arity: int) -> Any:
+    def argument(self, p: Any, ty: Any) -> Any:
         if p.kind == "t":
             return self.t
         if p.kind == "float":
@@ -134,13 +135,14 @@ class _Reader:
             return self.word()
         if p.kind == "array":
             return self.array(p.fields[0])
-        specs = p.fields * arity if p.kind == "arrays" else p.fields
-        return self.context.make_tuple(self.b, ty, [self.array(s) for s in specs])
+        if p.kind == "arrays":
+            return make_vectors(self.context, self.b, self.slab, self.words, self.word(), self.word())
+        return self.context.make_tuple(self.b, ty, [self.array(s) for s in p.fields])
 
 
-def _lower(kernel: Kernel, arity: int, symbol: str) -> Any:
+def _lower(kernel: Kernel, symbol: str) -> Any:
     """The unoptimised LLVM module of everything an entry needs, with `symbol` as its one function of the ABI."""
-    signature = _signature(kernel, arity)
+    signature = _signature(kernel)
     entry = kernel.dispatcher
     with _LoweringOnly(), global_compiler_lock:
         entry.compile(signature)
@@ -153,7 +155,7 @@ def _lower(kernel: Kernel, arity: int, symbol: str) -> Any:
         function.calling_convention = ""
         builder = ir.IRBuilder(function.append_basic_block())
         reader = _Reader(context, builder, function)
-        args = [reader.argument(p, ty, arity) for p, ty in zip(kernel.parameters, signature)]
+        args = [reader.argument(p, ty) for p, ty in zip(kernel.parameters, signature)]
         function_type = context.call_conv.get_function_type(described.restype, described.argtypes)
         inner = cgutils.get_or_insert_function(module, function_type, described.llvm_func_name)
         status, out = context.call_conv.call_function(builder, inner, described.restype, described.argtypes, args)
@@ -196,7 +198,7 @@ def _optimise(module: Any, symbol: str, machine: Any) -> None:
     pb.getModulePassManager().run(module, pb)
 
 
-def compile_object(kernel: Kernel, arity: int, symbol: str) -> bytes:
+def compile_object(kernel: Kernel, symbol: str) -> bytes:
     """Machine code of an entry kernel for this computer, as an object file.
 
     Raises:
@@ -206,7 +208,7 @@ def compile_object(kernel: Kernel, arity: int, symbol: str) -> bytes:
     gc.freeze()
     gc.disable()  # the compiler makes millions of small objects that all stay alive
     try:
-        lowered = _lower(kernel, arity, symbol)
+        lowered = _lower(kernel, symbol)
         module = llvm.parse_bitcode(lowered.as_bitcode())
         target = llvm.Target.from_triple(llvm.get_process_triple())
         machine = target.create_target_machine(

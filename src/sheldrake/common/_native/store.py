@@ -26,18 +26,18 @@ import numpy as np
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-ABI = "1"
+ABI = "2"
 _PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)
 _engines: list[Any] = []
 
 
-def load(kernel: Kernel, arity: int) -> tuple[Any, int]:
+def load(kernel: Kernel) -> tuple[Any, int]:
     """(callable of the ABI, address) of an entry kernel: from the cache folder, or compiled now, which is said."""
-    symbol = f"k_{kernel.__name__}_{arity}"
-    path = cache_folder() / f"{kernel.__name__}-{arity}-{fingerprint(kernel)}.o"
+    symbol = f"k_{kernel.__name__}"
+    path = cache_folder() / f"{kernel.__name__}-{fingerprint(kernel)}.o"
     code = _read(path)
     if code is None:
-        code = _compile(kernel, arity, symbol)
+        code = _compile(kernel, symbol)
         _write(path, code)
     address = _link(code, symbol)
     return _PROTOTYPE(address), address
@@ -119,7 +119,7 @@ def _visit_code(code: types.CodeType, digest: Any) -> None:
             digest.update(repr(constant).encode())
 
 
-def _compile(kernel: Kernel, arity: int, symbol: str) -> bytes:
+def _compile(kernel: Kernel, symbol: str) -> bytes:
     quiet = os.environ.get("SHELDRAKE_QUIET", "0") != "0"
     start = time.perf_counter()
     if not quiet:
@@ -127,7 +127,7 @@ def _compile(kernel: Kernel, arity: int, symbol: str) -> bytes:
     try:
         from sheldrake.common._native import lower
 
-        code = lower.compile_object(kernel, arity, symbol)
+        code = lower.compile_object(kernel, symbol)
     finally:
         if not quiet:
             print(f" {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
