@@ -1,1 +1,5 @@
-"""sheldrake.cli"""
+"""The command `sheldrake`."""
+
+from sheldrake.cli._main import main
+
+__all__ = ["main"]

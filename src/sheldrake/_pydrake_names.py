@@ -1,0 +1,28 @@
+"""Which public names pydrake has, module by module: to tell a name still to come from a misspelt one."""
+
+from __future__ import annotations
+
+import functools
+import json
+import pathlib
+
+
+@functools.cache
+def _table() -> dict[str, frozenset[str]]:
+    text = pathlib.Path(__file__).with_suffix(".json").read_text(encoding="utf-8")
+    return {module: frozenset(names) for module, names in json.loads(text).items()}
+
+
+def is_module(name: str) -> bool:
+    """Whether pydrake has the module `name`, such as `pydrake.solvers`."""
+    return name in _table() or (name.endswith(".all") and name.removesuffix(".all") in _table())
+
+
+def names_of(module: str) -> frozenset[str]:
+    """The public names of pydrake's module, such as `pydrake.solvers`; empty for an unknown one."""
+    return _table().get(module, frozenset())
+
+
+def modules_with(name: str) -> list[str]:
+    """The modules of pydrake that have the public name, such as `pydrake.systems.sensors` for `RgbdSensor`."""
+    return sorted(module for module, names in _table().items() if name in names)

@@ -1,0 +1,92 @@
+"""What the command line understands. Each command lives in its own file, imported when it is called."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import importlib.util
+
+from sheldrake import __version__
+
+_DESCRIPTION = """\
+Drake's modelling system for robots, in Python all the way down.
+
+Try, in this order:
+
+  sheldrake demo                 a block falls and comes to rest, in a page, with log and plot
+  sheldrake run script.py        runs a script written for pydrake, as it is
+  sheldrake info                 what is installed, and where compiled kernels are kept
+"""
+
+_RUN = """\
+Runs a Python script in which `import pydrake` means sheldrake, whether or not Drake is installed.
+
+The script sees its own arguments and the name __main__, as under `python script.py`. Under pydrake's names Drake's
+defaults hold (one contact point a pair). To use sheldrake's own defaults, import sheldrake in the script instead.
+"""
+
+_RUN_EXAMPLES = """\
+examples:
+  sheldrake run simulate.py --duration 5      arguments after the script are the script's
+  sheldrake run -m my_package.simulate        a module instead of a file, as under `python -m`
+"""
+
+_PRECOMPILE = """\
+Compiles the kernels now that would otherwise be compiled when a simulation first needs them.
+
+They are kept in your cache folder (see `sheldrake info`), for this machine and these versions, so it is done once.
+"""
+
+
+def _parser() -> argparse.ArgumentParser:
+    formatter = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="sheldrake", description=_DESCRIPTION, formatter_class=formatter)
+    parser.add_argument("--version", action="version", version=f"sheldrake {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
+
+    run = commands.add_parser(
+        "run",
+        help="run a script written for pydrake",
+        description=_RUN,
+        epilog=_RUN_EXAMPLES,
+        formatter_class=formatter,
+    )
+    run.add_argument("-m", dest="is_module", action="store_true", help="SCRIPT is the name of a module")
+    run.add_argument("script", metavar="SCRIPT", help="the script, or `-` for standard input")
+    run.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
+
+    if importlib.util.find_spec("sheldrake.cli._demo") is not None:
+        demo = commands.add_parser(
+            "demo",
+            help="drop a block: viewer, log, plot, replay",
+            formatter_class=formatter,
+        )
+        module = importlib.import_module("sheldrake.cli._demo")
+        demo.description = module.__doc__
+        module.add_arguments(demo)
+
+    precompile = commands.add_parser(
+        "precompile", help="compile all kernels now", description=_PRECOMPILE, formatter_class=formatter
+    )
+    precompile.add_argument("--list", action="store_true", help="only say which kernels there are")
+
+    info = commands.add_parser("info", help="versions, cache folder, compiled kernels, threads")
+    info.add_argument("--json", action="store_true", help="for programs")
+    return parser
+
+
+def main(argv: list[str] | None = None) -> int:
+    """Runs the command.
+
+    Args:
+        argv: The words after `sheldrake`; by default the process's own.
+
+    Returns:
+        The exit status: 0 when all went well.
+    """
+    parser = _parser()
+    args = parser.parse_args(argv)
+    if args.command is None:
+        parser.print_help()
+        return 0
+    return importlib.import_module(f"sheldrake.cli._{args.command}").run(args)

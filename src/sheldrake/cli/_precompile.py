@@ -1,0 +1,60 @@
+"""`sheldrake precompile`: compiles every entry kernel into the user's cache folder."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import os
+import pkgutil
+from collections.abc import Iterator
+from typing import Any
+
+import sheldrake
+
+
+def run(args: argparse.Namespace) -> int:
+    """Compiles what is not compiled yet, with a progress bar, and says what failed."""
+    kernels = list(entry_kernels())
+    if args.list:
+        for kernel, arity in kernels:
+            print(f"{kernel.__module__}.{kernel.__qualname__}" + (f" ({arity} vectors)" if arity else ""))
+        return 0
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    os.environ["SHELDRAKE_QUIET"] = "1"
+    console = Console()
+    failures = []
+    columns = (TextColumn("{task.description:<32}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task("", total=len(kernels))
+        for kernel, arity in kernels:
+            progress.update(task, description=kernel.__name__)
+            try:
+                kernel.address(arity)
+            except Exception as error:  # One kernel that fails must not keep the others from being ready.
+                failures.append(f"{kernel!r}: {type(error).__name__}: {error}")
+            progress.advance(task)
+        progress.update(task, description="done")
+    for failure in failures:
+        console.print(failure, markup=False)
+    return 1 if failures else 0
+
+
+def entry_kernels() -> Iterator[tuple[Any, int]]:
+    """Every entry kernel of the package, with how many vectors its `Vectors` parameter takes (1; 0 without one)."""
+    from sheldrake.common.kernel import Kernel
+
+    seen: set[int] = set()
+    for module in _modules():
+        for value in vars(module).values():
+            if isinstance(value, Kernel) and value.top and id(value) not in seen:
+                seen.add(id(value))
+                yield value, 1 if any(p.kind == "arrays" for p in value.parameters) else 0
+
+
+def _modules() -> Iterator[Any]:
+    for info in pkgutil.walk_packages(sheldrake.__path__, "sheldrake."):
+        parts = info.name.split(".")
+        if "cli" not in parts and "as_pydrake" not in parts and "__main__" not in parts and "all" not in parts:
+            yield importlib.import_module(info.name)

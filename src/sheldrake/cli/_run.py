@@ -1,0 +1,111 @@
+"""`sheldrake run`: a script written for pydrake, as it is."""
+
+from __future__ import annotations
+
+import argparse
+import importlib.util
+import io
+import os
+import sys
+import traceback
+from types import CodeType, ModuleType, TracebackType
+
+
+def run(args: argparse.Namespace) -> int:
+    """Runs the script under the pydrake alias and returns its exit status."""
+    import sheldrake.as_pydrake  # noqa: F401  (what makes `import pydrake` mean sheldrake)
+
+    try:
+        code, filename, path = _module(args.script) if args.is_module else _script(args.script)
+    except (OSError, ImportError, SyntaxError) as error:
+        _say(error)
+        return 2
+    sys.argv = [filename, *args.arguments]
+    sys.path.insert(0, path)
+    return _execute(code, filename)
+
+
+def _script(name: str) -> tuple[CodeType, str, str]:
+    """Code, file name and folder of a script."""
+    if name == "-":
+        return compile(sys.stdin.read(), "<stdin>", "exec"), "-", ""
+    if not os.path.isfile(name):
+        raise FileNotFoundError(f"sheldrake run: there is no file {name!r} (looked from {os.getcwd()}).")
+    with io.open_code(os.path.abspath(name)) as file:
+        return compile(file.read(), name, "exec"), name, os.path.dirname(os.path.abspath(name))
+
+
+def _module(name: str) -> tuple[CodeType, str, str]:
+    """Code, file name and the folder to import from of a module; of a package, its `__main__`."""
+    sys.path.insert(0, os.getcwd())
+    try:
+        spec = importlib.util.find_spec(name)
+        if spec is not None and spec.submodule_search_locations is not None:
+            spec = importlib.util.find_spec(f"{name}.__main__")
+    finally:
+        sys.path.pop(0)
+    if spec is None or spec.loader is None or spec.origin is None:
+        raise ImportError(f"sheldrake run: there is no module {name!r} that can be run.")
+    code = spec.loader.get_code(spec.name)  # type: ignore[attr-defined]
+    return code, spec.origin, os.getcwd()
+
+
+def _execute(code: CodeType, filename: str) -> int:
+    main = ModuleType("__main__")
+    vars(main).update(__file__=filename, __builtins__=__builtins__, __spec__=None)
+    previous = sys.modules["__main__"]
+    sys.modules["__main__"] = main
+    try:
+        exec(code, vars(main))
+    except KeyboardInterrupt as error:
+        _say_where_interrupted(error.__traceback__)
+        return 130
+    except Exception as error:
+        _say(error)
+        return 1
+    finally:
+        sys.modules["__main__"] = previous
+    return 0
+
+
+def _say(error: BaseException) -> None:
+    """Prints the error as Python does, from the script's own first line on, with a hint where one helps."""
+    trace = _below_here(error.__traceback__)
+    sys.stdout.flush()
+    if isinstance(error, FileNotFoundError) and trace is None:
+        print(error, file=sys.stderr)
+        return
+    traceback.print_exception(type(error), error, trace)
+    hint = _hint(error)
+    if hint:
+        print(f"Hint: {hint}", file=sys.stderr)
+
+
+def _below_here(trace: TracebackType | None) -> TracebackType | None:
+    """The part of a traceback below this file."""
+    last = None
+    step = trace
+    while step is not None:
+        if step.tb_frame.f_code.co_filename == __file__:
+            last = step
+        step = step.tb_next
+    return trace if last is None else last.tb_next
+
+
+def _hint(error: BaseException) -> str | None:
+    """For a name that pydrake has and sheldrake lacks: says so."""
+    from sheldrake import __version__, _pydrake_names
+
+    name = getattr(error, "name", None)
+    if not isinstance(error, NameError) or not name:
+        return None
+    modules = _pydrake_names.modules_with(name)
+    return (
+        f"{modules[0]}.{name} is a name of pydrake; sheldrake {__version__} may not have it yet." if modules else None
+    )
+
+
+def _say_where_interrupted(trace: TracebackType | None) -> None:
+    frames = traceback.extract_tb(_below_here(trace))
+    where = f" at {frames[0].filename}:{frames[0].lineno}" if frames else ""
+    print(f"\nInterrupted{where}.", file=sys.stderr)

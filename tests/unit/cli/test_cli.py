@@ -1,0 +1,144 @@
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from sheldrake.cli import main
+
+ROOT = pathlib.Path(__file__).parents[3]
+ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+
+
+def sheldrake(*words, **options):
+    return subprocess.run(
+        [sys.executable, "-m", "sheldrake", *words], env=ENVIRONMENT, capture_output=True, text=True, **options
+    )
+
+
+def script(folder, text, name="script.py"):
+    path = folder / name
+    path.write_text(text)
+    return str(path)
+
+
+def test_a_script_for_pydrake_runs_as_it_is(tmp_path):
+    (tmp_path / "beside.py").write_text("value = 7\n")
+    path = script(
+        tmp_path,
+        """
+import sys, pickle
+from pydrake.autodiffutils import AutoDiffXd
+from beside import value
+class Mine: pass
+assert type(pickle.loads(pickle.dumps(Mine()))) is Mine
+if __name__ == "__main__":
+    print(sys.argv[1:], value, AutoDiffXd.__module__, __file__ == sys.argv[0])
+""",
+    )
+    result = sheldrake("run", path, "--duration", "5", "-x")
+    assert result.returncode == 0, result.stderr
+    assert result.stdout == "['--duration', '5', '-x'] 7 sheldrake.autodiffutils True\n"
+
+
+def test_modules_packages_and_standard_input_run_too(tmp_path):
+    package = tmp_path / "mine"
+    package.mkdir()
+    script(package, "", "__init__.py")
+    script(package, "import sys; print('main', sys.argv[1:])", "__main__.py")
+    script(package, "import pydrake; print(__name__)", "tool.py")
+    assert sheldrake("run", "-m", "mine.tool", cwd=tmp_path).stdout == "__main__\n"
+    assert sheldrake("run", "-m", "mine", "a", cwd=tmp_path).stdout == "main ['a']\n"
+    assert sheldrake("run", "-", input="import pydrake; print(__name__)").stdout == "__main__\n"
+
+
+def test_tracebacks_begin_in_the_script(tmp_path):
+    path = script(tmp_path, "def f():\n    raise ValueError('wrong')\n\nf()\n")
+    result = sheldrake("run", path)
+    assert result.returncode == 1
+    lines = result.stderr.splitlines()
+    assert lines[0] == "Traceback (most recent call last):" and lines[1] == f'  File "{path}", line 4, in <module>'
+    assert lines[-1] == "ValueError: wrong" and "cli" not in result.stderr
+
+
+def test_errors_of_the_script_itself(tmp_path):
+    assert sheldrake("run", script(tmp_path, "raise SystemExit(3)")).returncode == 3
+    result = sheldrake("run", script(tmp_path, "x = = 1\n"))
+    assert result.returncode == 2 and "SyntaxError" in result.stderr and "_run.py" not in result.stderr
+    result = sheldrake("run", "not_there.py")
+    assert result.returncode == 2 and "there is no file 'not_there.py'" in result.stderr
+    result = sheldrake("run", "-m", "not_there")
+    assert result.returncode == 2 and "there is no module 'not_there'" in result.stderr
+    result = sheldrake("run", script(tmp_path, "from pydrake.all import *\nMosekSolver()\n"))
+    assert "Hint: pydrake.solvers.MosekSolver is a name of pydrake" in result.stderr
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="signals differ")
+def test_interrupting_says_where(tmp_path):
+    path = script(tmp_path, "import time\nprint('ready', flush=True)\ntime.sleep(30)\n")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "sheldrake", "run", path],
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout.readline() == "ready\n"
+    time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    _, stderr = process.communicate(timeout=20)
+    assert process.returncode == 130
+    assert stderr.strip() == f"Interrupted at {path}:3."
+
+
+def test_help_teaches(capsys):
+    assert main([]) == 0
+    text = capsys.readouterr().out
+    for word in ("sheldrake demo", "sheldrake run script.py", "sheldrake info", "precompile"):
+        assert word in text
+    with pytest.raises(SystemExit):
+        main(["run", "--help"])
+    assert "import pydrake" in capsys.readouterr().out
+
+
+def test_info(capsys):
+    assert main(["info", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert facts["packages"]["numpy"] and facts["threads"] >= 1 and facts["compiled kernels"] >= 0
+    assert main(["info"]) == 0
+    assert "cache folder" in capsys.readouterr().out
+
+
+def test_precompile_compiles_what_it_lists(tmp_path, capsys, monkeypatch):
+    """With two kernels in place of the package's: one compiles, one cannot."""
+    from sheldrake.cli import _precompile
+
+    class Fake:
+        def __init__(self, name):
+            self.__name__ = self.__qualname__ = name
+
+        def address(self, arity):
+            if self.__name__ == "bad":
+                raise TypeError("cannot")
+            compiled.append((self.__name__, arity))
+
+        def __repr__(self):
+            return f"<kernel {self.__name__}>"
+
+    compiled = []
+    monkeypatch.setattr(_precompile, "entry_kernels", lambda: iter([(Fake("good"), 0), (Fake("bad"), 1)]))
+    monkeypatch.setenv("SHELDRAKE_QUIET", "0")
+    assert main(["precompile"]) == 1
+    assert compiled == [("good", 0)] and "<kernel bad>: TypeError: cannot" in capsys.readouterr().out
+
+
+def test_entry_kernels_are_found():
+    from sheldrake.cli._precompile import entry_kernels
+    from sheldrake.common.kernel import Kernel
+
+    for kernel, arity in entry_kernels():
+        assert isinstance(kernel, Kernel) and kernel.top and arity in (0, 1)

@@ -1,0 +1,166 @@
+"""The alias changes the process, so each test runs its own."""
+
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+ROOT = pathlib.Path(__file__).parents[2]
+
+
+def run(code, *options):
+    env = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    return subprocess.run([sys.executable, *options, "-c", code], env=env, capture_output=True, text=True)
+
+
+def check(code, *options):
+    result = run(code, *options)
+    assert result.returncode == 0, result.stderr
+    return result
+
+
+def test_modules_are_the_same_objects():
+    check("""
+import sheldrake.as_pydrake
+import pydrake, pydrake.common.value, pydrake.forwarddiff
+from pydrake.autodiffutils import AutoDiffXd
+import pydrake.systems.framework as framework
+import sheldrake, sheldrake.autodiffutils, sheldrake.systems.framework, sheldrake.forwarddiff
+assert framework is sheldrake.systems.framework
+assert pydrake.forwarddiff is sheldrake.forwarddiff
+assert AutoDiffXd is sheldrake.autodiffutils.AutoDiffXd
+assert pydrake.systems.framework.__spec__.name == "sheldrake.systems.framework"
+assert sheldrake.autodiffutils.__name__ == "sheldrake.autodiffutils"
+import pickle
+assert pickle.loads(pickle.dumps(AutoDiffXd(1.0))) == 1.0
+""")
+
+
+def test_all_modules_roll_up():
+    check("""
+import sheldrake.as_pydrake
+from pydrake.all import *
+AutoDiffXd, jacobian, Value
+import pydrake.all, sheldrake.all, pydrake.common.all
+assert pydrake.all is sheldrake.all and "Value" in pydrake.common.all.__all__
+""")
+
+
+def test_everything_of_sheldrake_can_be_imported_under_its_pydrake_name():
+    check("""
+import importlib, pkgutil, sheldrake.as_pydrake, sheldrake
+for info in pkgutil.walk_packages(sheldrake.__path__, "sheldrake."):
+    if "__main__" in info.name or "cli" in info.name or "as_pydrake" in info.name:
+        continue
+    native = importlib.import_module(info.name)
+    assert importlib.import_module(info.name.replace("sheldrake", "pydrake", 1)) is native, info.name
+""")
+
+
+def test_drakes_defaults_hold():
+    check("""
+from sheldrake.geometry import _defaults
+assert _defaults.point_contact_algorithm == "multi_point"
+import sheldrake.as_pydrake
+assert _defaults.point_contact_algorithm == "single_point"
+""")
+
+
+def test_missing_names_are_named():
+    check("""
+import sheldrake.as_pydrake
+
+def message(statement, kind):
+    try:
+        exec(statement, {})
+    except kind as error:
+        return f"{type(error).__name__}: {error}"
+    raise AssertionError(statement)
+
+text = message("import pydrake.lcm", ImportError)
+assert text.startswith("ModuleNotFoundError: pydrake.lcm is a module of pydrake that sheldrake"), text
+text = message("import pydrake.nonsense", ImportError)
+assert text == "ModuleNotFoundError: No module named 'pydrake.nonsense'", text
+text = message("from pydrake.solvers import MosekSolver", ImportError)
+assert "pydrake.solvers.MosekSolver is a name of pydrake that sheldrake" in text, text
+text = message("from pydrake.forwarddiff import MosekSolver", ImportError)
+assert "pydrake.forwarddiff has no MosekSolver; pydrake has it in pydrake.solvers" in text, text
+text = message("from pydrake.forwarddiff import nonsense", ImportError)
+assert "cannot import name 'nonsense'" in text, text
+text = message("import pydrake.solvers as s; s.MosekSolver", AttributeError)
+assert "pydrake.solvers.MosekSolver" in text, text
+text = message("import pydrake; pydrake.nonsense", AttributeError)
+import pydrake.solvers
+assert not hasattr(pydrake.solvers, "MosekSolver")
+""")
+
+
+def test_retired_names_work_with_one_hint():
+    result = check("""
+import sheldrake.as_pydrake
+from pydrake.autodiffutils import initializeAutoDiff, autoDiffToGradientMatrix
+x = initializeAutoDiff([1.0, 2.0])
+x = initializeAutoDiff([1.0, 2.0])
+assert autoDiffToGradientMatrix(x).tolist() == [[1, 0], [0, 1]]
+""")
+    assert result.stderr.count("initializeAutoDiff() is retired: use InitializeAutoDiff()") == 1
+    assert "DrakeDeprecationWarning" in result.stderr
+
+
+def test_retired_modules_lead_to_todays():
+    result = check("""
+import sheldrake.as_pydrake
+import pydrake.geometry.render
+from pydrake.geometry.render import RenderLabel
+from pydrake.geometry import render
+import pydrake.geometry
+assert RenderLabel is pydrake.geometry.RenderLabel is render.RenderLabel
+import pydrake.solvers.mathematicalprogram
+""")
+    assert "pydrake.geometry.render is retired: import from pydrake.geometry." in result.stderr
+
+
+def test_retired_methods_reach_their_classes():
+    """A made-up module stands for the real ones, each of which has its own tests."""
+    check("""
+import types, warnings
+from sheldrake import _retired
+class Simulator:
+    def AdvanceTo(self, t, *, interruptible=True): return t, interruptible
+module = types.ModuleType("sheldrake.systems.analysis")
+module.Simulator = Simulator
+_retired.install(module)
+with warnings.catch_warnings(record=True) as seen:
+    warnings.simplefilter("always")
+    assert Simulator().StepTo(2.0, interruptible=False) == (2.0, False)
+assert len(seen) == 1 and "use AdvanceTo()" in str(seen[0].message), seen
+assert seen[0].filename == "<string>"  # The hint points at the caller.
+""")
+
+
+@pytest.mark.peer
+def test_the_alias_wins_over_an_installed_drake():
+    pytest.importorskip("pydrake")
+    check("""
+import sheldrake.as_pydrake, pydrake, pydrake.autodiffutils
+assert not hasattr(pydrake, "__file__") and "sheldrake" in pydrake.autodiffutils.__file__
+""")
+    result = run("import pydrake, sheldrake.as_pydrake")
+    assert result.returncode == 1 and "pydrake is already imported" in result.stderr
+
+
+@pytest.mark.peer
+def test_the_list_of_pydrakes_names_is_drakes():
+    pytest.importorskip("pydrake")
+    sys.path.insert(0, str(ROOT / "tests" / "crosscheck" / "pydrake"))
+    try:
+        import pydrake_names
+    finally:
+        sys.path.pop(0)
+    import json
+
+    listed = json.loads(pydrake_names.TABLE.read_text())
+    assert listed == pydrake_names.table()
+    assert "Simulator" in listed["pydrake.systems.analysis"]
