@@ -6,7 +6,9 @@ from ._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
 from ._geometry_set import GeometrySet
 from ._ids import FilterId, FrameId, GeometryId, SourceId
 from ._instance import GeometryFrame, GeometryInstance
+from ._mass_properties import CalcVolume
 from ._mesh_source import InMemoryMesh, MeshSource
+from ._polygon_mesh import PolygonSurfaceMesh, SurfacePolygon
 from ._properties import (
     GeometryProperties,
     IllustrationProperties,
@@ -24,6 +26,8 @@ from ._render_label import RenderLabel
 from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
+from ._triangle_mesh import ReadObjToTriangleSurfaceMesh, SurfaceTriangle, TriangleSurfaceMesh
+from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeElement, VolumeMesh
 
 __all__ = [
     "AddCompliantHydroelasticProperties",
@@ -31,10 +35,12 @@ __all__ = [
     "AddContactMaterial",
     "AddRigidHydroelasticProperties",
     "Box",
+    "CalcVolume",
     "Capsule",
     "CollisionFilterDeclaration",
     "CollisionFilterManager",
     "CollisionFilterScope",
+    "ConvertVolumeToSurfaceMesh",
     "Convex",
     "Cylinder",
     "DefaultProximityProperties",
@@ -57,7 +63,9 @@ __all__ = [
     "MeshSource",
     "MeshcatCone",
     "PerceptionProperties",
+    "PolygonSurfaceMesh",
     "ProximityProperties",
+    "ReadObjToTriangleSurfaceMesh",
     "RenderLabel",
     "Rgba",
     "Role",
@@ -66,4 +74,9 @@ __all__ = [
     "Shape",
     "SourceId",
     "Sphere",
+    "SurfacePolygon",
+    "SurfaceTriangle",
+    "TriangleSurfaceMesh",
+    "VolumeElement",
+    "VolumeMesh",
 ]
