@@ -1,4 +1,4 @@
-"""From a kernel's source to machine code: numba lowers, LLVM optimises once, in numba's order of passes.
+"""From a kernel's source to machine code: numba lowers once, LLVM optimises once a target, in numba's order of passes.
 
 Imports numba: loaded only when something must be compiled.
 """
@@ -16,6 +16,7 @@ from numba.core import cgutils, codegen, cpu, dispatcher, types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.np.arrayobj import populate_array
 
+from sheldrake.common._native.target import Target
 from sheldrake.common._native.vectors import VECTORS, make_vectors
 from sheldrake.common.kernel import INDEX_ERROR, ArraySpec
 
@@ -172,6 +173,42 @@ def _lower(kernel: Kernel, symbol: str) -> Any:
         return library._final_module
 
 
+def lower(kernel: Kernel, symbol: str) -> bytes:
+    """LLVM bitcode of an entry kernel, not yet optimised and free of any platform.
+
+    Raises:
+        numba.core.errors.NumbaError: if the source is not what numba can type.
+        TypeError: if the entry returns anything but None or an integer.
+    """
+    was_enabled = gc.isenabled()
+    gc.freeze()
+    gc.disable()  # the compiler makes millions of small objects that all stay alive
+    try:
+        return _lower(kernel, symbol).as_bitcode()
+    finally:
+        gc.unfreeze()
+        if was_enabled:
+            gc.enable()
+
+
+def emit(bitcode: bytes, symbol: str, target: Target, rename: str | None = None) -> bytes:
+    """Object file with machine code for `target` of what `lower` gave; the function is called `rename` in it.
+
+    Raises:
+        TypeError: if the code needs anything but libm, memset, memcpy and memmove.
+    """
+    module = llvm.parse_bitcode(bitcode)
+    machine = target.machine()
+    module.triple, module.data_layout = target.triple, str(machine.target_data)
+    _optimise(module, symbol, machine)
+    foreign = {f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")} - LIBM
+    if foreign:
+        raise TypeError(f"kernel {symbol} needs {sorted(foreign)}: a kernel may call libm and nothing else.")
+    if rename:
+        module.get_function(symbol).name = rename
+    return machine.emit_object(module)
+
+
 def _optimise(module: Any, symbol: str, machine: Any) -> None:
     for f in module.functions:
         if not f.is_declaration:
@@ -196,35 +233,3 @@ def _optimise(module: Any, symbol: str, machine: Any) -> None:
     cheap.run(module, pb)
     pb = builder(3, True)
     pb.getModulePassManager().run(module, pb)
-
-
-def compile_object(kernel: Kernel, symbol: str) -> bytes:
-    """Machine code of an entry kernel for this computer, as an object file.
-
-    Raises:
-        TypeError: if the kernel needs anything but libm, memset, memcpy and memmove; or numba cannot type it.
-    """
-    was_enabled = gc.isenabled()
-    gc.freeze()
-    gc.disable()  # the compiler makes millions of small objects that all stay alive
-    try:
-        lowered = _lower(kernel, symbol)
-        module = llvm.parse_bitcode(lowered.as_bitcode())
-        target = llvm.Target.from_triple(llvm.get_process_triple())
-        machine = target.create_target_machine(
-            cpu=llvm.get_host_cpu_name(),
-            features=llvm.get_host_cpu_features().flatten(),
-            opt=3,
-            reloc="pic",
-            codemodel="default",
-        )
-        module.triple, module.data_layout = llvm.get_process_triple(), str(machine.target_data)
-        _optimise(module, symbol, machine)
-        foreign = {f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")} - LIBM
-        if foreign:
-            raise TypeError(f"{kernel!r} needs {sorted(foreign)}: a kernel may call libm and nothing else.")
-        return machine.emit_object(module)
-    finally:
-        gc.unfreeze()
-        if was_enabled:
-            gc.enable()

@@ -7,10 +7,10 @@ kernel is loaded, numba when one must be compiled.
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import hashlib
 import importlib.metadata
+import importlib.util
 import os
 import pathlib
 import platform
@@ -23,24 +23,33 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._native.target import host, initialise
+
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-ABI = "2"
-_PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)
+ABI = "3"
+TIERS: dict[str, str] = {}
+"""Where each entry of this process came from: "prebuilt", "cache" or "compiled"."""
 _engines: list[Any] = []
 
 
 def load(kernel: Kernel) -> tuple[Any, int]:
-    """(callable of the ABI, address) of an entry kernel: from the cache folder, or compiled now, which is said."""
+    """(callable of the ABI, address) of an entry kernel: from the wheel's library, the user's cache, or compiled now."""
+    from sheldrake.common._native import prebuilt
+
+    if (ready := prebuilt.load(kernel)) is not None:
+        TIERS[prebuilt.qualified(kernel)] = "prebuilt"
+        return ready
     symbol = f"k_{kernel.__name__}"
     path = cache_folder() / f"{kernel.__name__}-{fingerprint(kernel)}.o"
     code = _read(path)
+    TIERS[prebuilt.qualified(kernel)] = "compiled" if code is None else "cache"
     if code is None:
         code = _compile(kernel, symbol)
         _write(path, code)
     address = _link(code, symbol)
-    return _PROTOTYPE(address), address
+    return prebuilt.PROTOTYPE(address), address
 
 
 def cache_folder() -> pathlib.Path:
@@ -63,13 +72,10 @@ def cache_folder() -> pathlib.Path:
 
 @functools.cache
 def _machine() -> str:
-    import llvmlite.binding as llvm
-
-    features = llvm.get_host_cpu_features().flatten()
-    text = f"{llvm.get_host_cpu_name()}-{features}-{llvm.get_process_triple()}-{ABI}"
-    versions = "-".join(importlib.metadata.version(name) for name in ("numba", "llvmlite"))
+    target = host()
     python = ".".join(platform.python_version_tuple()[:2])
-    return f"py{python}-numba{versions}-{hashlib.sha256(text.encode()).hexdigest()[:12]}"
+    processor = f"{target.triple.split('-')[0]}-{target.level}"
+    return f"abi{ABI}-python{python}-numba{importlib.metadata.version('numba')}-{processor}"
 
 
 def fingerprint(kernel: Kernel) -> str:
@@ -120,6 +126,11 @@ def _visit_code(code: types.CodeType, digest: Any) -> None:
 
 
 def _compile(kernel: Kernel, symbol: str) -> bytes:
+    if importlib.util.find_spec("numba") is None:
+        raise RuntimeError(
+            f"{kernel!r} is not among the prebuilt kernels and must be compiled, which needs numba: "
+            "pip install 'sheldrake[kernels]'. `sheldrake info` says which kernels are prebuilt."
+        )
     quiet = os.environ.get("SHELDRAKE_QUIET", "0") != "0"
     start = time.perf_counter()
     if not quiet:
@@ -127,7 +138,7 @@ def _compile(kernel: Kernel, symbol: str) -> bytes:
     try:
         from sheldrake.common._native import lower
 
-        code = lower.compile_object(kernel, symbol)
+        code = lower.emit(lower.lower(kernel, symbol), symbol, host())
     finally:
         if not quiet:
             print(f" {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
@@ -159,18 +170,10 @@ def _warn_once(folder: str, reason: str) -> None:
     warnings.warn(f"Compiled kernels cannot be kept in {folder} ({reason}): each process compiles anew.", stacklevel=2)
 
 
-@functools.cache
-def _initialise() -> None:
-    import llvmlite.binding as llvm
-
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-
-
 def _link(code: bytes, symbol: str) -> int:
     import llvmlite.binding as llvm
 
-    _initialise()
+    initialise()
     machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))

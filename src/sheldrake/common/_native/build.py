@@ -1,0 +1,203 @@
+"""Builds the library of all entry kernels, for this machine or for every platform from one machine.
+
+    python -m sheldrake.common._native.build OUT [PLATFORM ...]
+
+Each entry is lowered once; LLVM then makes one object a platform and level; zig (PyPI's ziglang) links them, or the
+system's `cc` for this machine when there is no ziglang. The manifest beside a library names its entries, its levels,
+the hash of the sources and of the library itself.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib
+import importlib.util
+import json
+import os
+import pathlib
+import pkgutil
+import platform
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from sheldrake.common._native import lower, prebuilt
+from sheldrake.common._native.target import X86_LEVELS, Target, initialise
+from sheldrake.common.kernel import Kernel
+
+
+class Platform(NamedTuple):
+    """A kind of computer a wheel is made for."""
+
+    triple: str
+    zig: str
+    ending: str
+    wheel_tag: str
+    levels: dict[int, str]
+
+
+PLATFORMS = {
+    "linux-x86_64": Platform(
+        "x86_64-unknown-linux-gnu", "x86_64-linux-gnu.2.17", ".so", "manylinux_2_17_x86_64", X86_LEVELS
+    ),
+    "linux-aarch64": Platform(
+        "aarch64-unknown-linux-gnu", "aarch64-linux-gnu.2.17", ".so", "manylinux_2_17_aarch64", {1: "generic"}
+    ),
+    "macos-arm64": Platform(
+        "arm64-apple-macosx11.0", "aarch64-macos.11.0", ".dylib", "macosx_11_0_arm64", {1: "apple-m1"}
+    ),
+    "macos-x86_64": Platform(
+        "x86_64-apple-macosx11.0", "x86_64-macos.11.0", ".dylib", "macosx_11_0_x86_64", X86_LEVELS
+    ),
+    "windows-x86_64": Platform("x86_64-pc-windows-gnu", "x86_64-windows-gnu", ".dll", "win_amd64", X86_LEVELS),
+}
+
+CPU_LEVEL = """
+; Which level may this process use? cpuid and xgetbv: 3 when AVX2, FMA, BMI1/2 are there and the system saves AVX state.
+define i32 @sheldrake_cpu_level() {
+  %one = call {i32,i32,i32,i32} asm "cpuid", "={ax},={bx},={cx},={dx},{ax},{cx},~{dirflag},~{fpsr},~{flags}"(i32 1, i32 0)
+  %c = extractvalue {i32,i32,i32,i32} %one, 2
+  %wanted = and i32 %c, 943726592        ; FMA 12, MOVBE 22, OSXSAVE 27, AVX 28, F16C 29
+  %has = icmp eq i32 %wanted, 943726592
+  br i1 %has, label %system, label %low
+system:
+  %x = call {i32,i32} asm "xgetbv", "={ax},={dx},{cx},~{dirflag},~{fpsr},~{flags}"(i32 0)
+  %xa = extractvalue {i32,i32} %x, 0
+  %saved = and i32 %xa, 6
+  %saves = icmp eq i32 %saved, 6
+  br i1 %saves, label %leaf7, label %low
+leaf7:
+  %seven = call {i32,i32,i32,i32} asm "cpuid", "={ax},={bx},={cx},={dx},{ax},{cx},~{dirflag},~{fpsr},~{flags}"(i32 7, i32 0)
+  %b = extractvalue {i32,i32,i32,i32} %seven, 1
+  %w7 = and i32 %b, 296                  ; BMI1 3, AVX2 5, BMI2 8
+  %k7 = icmp eq i32 %w7, 296
+  br i1 %k7, label %high, label %low
+high:
+  ret i32 3
+low:
+  ret i32 1
+}
+"""  # noqa: E501
+
+
+def entries() -> dict[str, Kernel]:
+    """Every entry kernel of the library by its symbol.
+
+    Raises:
+        RuntimeError: if two entries have the same name.
+    """
+    import sheldrake
+
+    found: dict[str, Kernel] = {}
+    for module in pkgutil.walk_packages(sheldrake.__path__, "sheldrake."):
+        if "._kernels." not in module.name:
+            continue
+        loaded = importlib.import_module(module.name)
+        for value in vars(loaded).values():
+            if isinstance(value, Kernel) and value.top and value.__module__ == module.name:
+                symbol = f"k_{value.__name__}"
+                if symbol in found:
+                    raise RuntimeError(f"two entry kernels are called {value.__name__}: {found[symbol]!r}, {value!r}.")
+                found[symbol] = value
+    return found
+
+
+def host_platform() -> str:
+    """The name in PLATFORMS of this computer.
+
+    Raises:
+        RuntimeError: if kernels are not prebuilt for it.
+    """
+    system = {"darwin": "macos", "win32": "windows"}.get(sys.platform, "linux")
+    machine = platform.machine().lower()
+    machine = {"amd64": "x86_64", "arm64": "arm64" if system == "macos" else "aarch64"}.get(machine, machine)
+    name = f"{system}-{machine}"
+    if name not in PLATFORMS:
+        raise RuntimeError(f"kernels are not prebuilt for {name}; there are {', '.join(PLATFORMS)}.")
+    return name
+
+
+def build(out: pathlib.Path, names: Iterable[str], say=print) -> None:
+    """Writes OUT/<platform>/kernels.<ending> and kernels.json for each platform.
+
+    Raises:
+        RuntimeError: if there is no linker, or linking fails; the message has the linker's words.
+    """
+    names = list(names)
+    start = time.perf_counter()
+    kernels = entries()
+    lowered = {}
+    for i, (symbol, kernel) in enumerate(kernels.items(), 1):
+        begin = time.perf_counter()
+        lowered[symbol] = lower.lower(kernel, symbol)
+        say(f"lowered {i}/{len(kernels)} {kernel.__name__}: {time.perf_counter() - begin:.1f} s", flush=True)
+    for name in names:
+        begin = time.perf_counter()
+        library = _build_one(out / name, PLATFORMS[name], name, lowered)
+        manifest = {
+            "platform": name,
+            "source": prebuilt.source_hash(),
+            "sha256": hashlib.sha256(library.read_bytes()).hexdigest(),
+            "levels": sorted(PLATFORMS[name].levels),
+            "entries": {prebuilt.qualified(k): symbol for symbol, k in kernels.items()},
+        }
+        (out / name / "kernels.json").write_text(json.dumps(manifest, indent=1), encoding="utf-8")
+        size = library.stat().st_size / 1e3
+        say(f"{name}: {len(lowered)} entries, {size:.0f} kB, {time.perf_counter() - begin:.1f} s", flush=True)
+    say(f"built in {time.perf_counter() - start:.1f} s", flush=True)
+
+
+def _build_one(folder: pathlib.Path, target: Platform, name: str, lowered: dict[str, bytes]) -> pathlib.Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    objects: list[str] = []
+
+    def keep(title: str, code: bytes) -> None:
+        path = folder / f"{title}.o"
+        path.write_bytes(code)
+        objects.append(str(path))
+
+    for level, cpu in target.levels.items():
+        machine = Target(target.triple, level, cpu)
+        for symbol, bitcode in lowered.items():
+            keep(f"{symbol}_{level}", lower.emit(bitcode, symbol, machine, rename=f"{symbol}_{level}"))
+    if "x86_64" in target.triple:
+        keep("cpu_level", _assemble_cpu_level(Target(target.triple, 1, "x86-64")))
+    library = folder / f"kernels{target.ending}"
+    _link(library, target, name, objects)
+    for path in objects:
+        os.unlink(path)
+    return library
+
+
+def _assemble_cpu_level(target: Target) -> bytes:
+    import llvmlite.binding as llvm
+
+    initialise()
+    module = llvm.parse_assembly(CPU_LEVEL)
+    machine = target.machine()
+    module.triple, module.data_layout = target.triple, str(machine.target_data)
+    return machine.emit_object(module)
+
+
+def _link(library: pathlib.Path, target: Platform, name: str, objects: list[str]) -> None:
+    windows = target.ending == ".dll"
+    options = ["-shared", "-o", str(library), *objects]
+    options += ["-Wl,--export-all-symbols"] if windows else ["-lm"]
+    options += [] if target.ending == ".dylib" else ["-s"]
+    if importlib.util.find_spec("ziglang") is not None:
+        command = [sys.executable, "-m", "ziglang", "cc", "-target", target.zig, *options]
+    elif name == host_platform() and shutil.which("cc"):
+        command = ["cc", *options]
+    else:
+        raise RuntimeError(f"linking for {name} needs ziglang (pip install ziglang).")
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"linking {library.name} for {name} failed: {done.stderr.strip()[:2000]}")
+
+
+if __name__ == "__main__":
+    build(pathlib.Path(sys.argv[1]), sys.argv[2:] or [host_platform()])

@@ -1,0 +1,89 @@
+"""Kernels from the library that the wheel brings: neither numba nor llvmlite is imported.
+
+The library serves only if it was made from the very sources that are installed; an edited kernel is compiled instead.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import hashlib
+import json
+import os
+import pathlib
+import sys
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
+
+PACKAGE = pathlib.Path(__file__).resolve().parents[2]
+FOLDER = PACKAGE / "_prebuilt"
+ENDING = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
+PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)
+
+
+class Library(NamedTuple):
+    """A loaded library, the level of this processor in it, and the symbols of its entries by qualified name."""
+
+    dll: Any
+    level: int
+    entries: dict[str, str]
+
+
+def qualified(kernel: Kernel) -> str:
+    """The name of an entry in a manifest."""
+    return f"{kernel.__module__}:{kernel.__qualname__}"
+
+
+def source_files(package: pathlib.Path = PACKAGE) -> list[pathlib.Path]:
+    """Every file that decides what the kernels' machine code is."""
+    native = package / "common" / "_native"
+    fixed = [package / "common" / name for name in ("kernel.py", "rows.py")]
+    fixed += [native / name for name in ("lower.py", "overloads.py", "vectors.py", "target.py", "words.py")]
+    return sorted([*fixed, *package.rglob("_kernels/*.py")])
+
+
+def source_hash(package: pathlib.Path = PACKAGE) -> str:
+    """One hash over `source_files`, the same on every platform."""
+    digest = hashlib.sha256()
+    for path in source_files(package):
+        digest.update(path.relative_to(package).as_posix().encode() + b"\0")
+        digest.update(path.read_bytes().replace(b"\r\n", b"\n") + b"\0")
+    return digest.hexdigest()[:20]
+
+
+@functools.cache
+def library() -> tuple[Library | None, str]:
+    """The library of this installation, or None, and in words why."""
+    if os.environ.get("SHELDRAKE_PREBUILT", "1") == "0":
+        return None, "switched off by SHELDRAKE_PREBUILT=0"
+    if os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0":
+        return None, "SHELDRAKE_BOUNDSCHECK asks for other code"
+    path, manifest_path = FOLDER / f"kernels{ENDING}", FOLDER / "kernels.json"
+    try:
+        manifest = json.loads(manifest_path.read_text(encoding="utf-8"))
+        if manifest["source"] != source_hash():
+            return None, "the library was built from other sources than those installed"
+        if manifest["sha256"] != hashlib.sha256(path.read_bytes()).hexdigest():
+            return None, f"{path.name} is damaged"
+        dll = ctypes.CDLL(str(path))
+        level = dll.sheldrake_cpu_level() if hasattr(dll, "sheldrake_cpu_level") else 1
+        return Library(dll, max(x for x in manifest["levels"] if x <= level), manifest["entries"]), "in use"
+    except FileNotFoundError:
+        return None, "this installation has none (an editable install, or built without a linker)"
+    except (OSError, ValueError, KeyError) as error:
+        return None, f"the library cannot be used: {error}"
+
+
+def load(kernel: Kernel) -> tuple[Any, int] | None:
+    """(callable of the ABI, address) of an entry, or None when the library does not serve it."""
+    if not kernel.__module__.startswith("sheldrake."):
+        return None
+    found, _ = library()
+    if found is None or qualified(kernel) not in found.entries:
+        return None
+    symbol = getattr(found.dll, f"{found.entries[qualified(kernel)]}_{found.level}")
+    address = ctypes.cast(symbol, ctypes.c_void_p).value
+    assert address is not None
+    return PROTOTYPE(address), address
