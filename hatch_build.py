@@ -19,6 +19,7 @@ class PrebuiltKernels(BuildHookInterface):
     """Puts kernels.<ending> and kernels.json into sheldrake/_prebuilt and gives the wheel its platform tag."""
 
     def initialize(self, version: str, build_data: dict) -> None:
+        """Called by hatchling before a wheel is put together."""
         if version == "editable" or self.target_name != "wheel" or os.environ.get("SHELDRAKE_NO_PREBUILT"):
             return
         root = pathlib.Path(self.root)

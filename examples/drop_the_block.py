@@ -8,6 +8,8 @@ Prints the address of the page, takes 15 s of real time, and saves block.png whe
 import sys
 
 import numpy as np
+
+import sheldrake
 from sheldrake.all import (
     AddMultibodyPlantSceneGraph,
     CoulombFriction,
@@ -22,8 +24,6 @@ from sheldrake.all import (
     SpatialVelocity,
     StartMeshcat,
 )
-
-import sheldrake
 from sheldrake.visualization import PlotLog
 
 

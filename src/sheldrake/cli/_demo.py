@@ -11,7 +11,7 @@ import sheldrake
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake demo` takes."""
-    parser.add_argument("model", nargs="?", help="an URDF, SDFormat or MJCF file with one free body (default: our block)")
+    parser.add_argument("model", nargs="?", help="a model with one free body (default: our block)")
     parser.add_argument("--headless", action="store_true", help="as fast as possible, and end without waiting")
     parser.add_argument("--seconds", type=float, default=15.0, help="simulated time [s] (default: 15)")
     parser.add_argument("--out", default="sheldrake-demo", help="folder for the files (default: sheldrake-demo)")

@@ -1,6 +1,6 @@
 """Builds the library of all entry kernels, for this machine or for every platform from one machine.
 
-    python -m sheldrake.common._native.build OUT [PLATFORM ...]
+    python -m sheldrake.common._native.build OUT [PLATFORM ...] [--only ENTRY]
 
 Each entry is lowered once; LLVM then makes one object a platform and level; zig (PyPI's ziglang) links them, or the
 system's `cc` for this machine when there is no ziglang. The manifest beside a library names its entries, its levels,
@@ -9,6 +9,7 @@ the hash of the sources and of the library itself.
 
 from __future__ import annotations
 
+import argparse
 import hashlib
 import importlib
 import importlib.util
@@ -120,15 +121,21 @@ def host_platform() -> str:
     return name
 
 
-def build(out: pathlib.Path, names: Iterable[str], say=print) -> None:
+def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) -> None:
     """Writes OUT/<platform>/kernels.<ending> and kernels.json for each platform.
+
+    Args:
+        out: folder, made when missing.
+        names: keys of PLATFORMS.
+        only: build just the entry of this name; the others are then compiled at first use.
+        say: what tells the progress.
 
     Raises:
         RuntimeError: if there is no linker, or linking fails; the message has the linker's words.
     """
     names = list(names)
     start = time.perf_counter()
-    kernels = entries()
+    kernels = {s: k for s, k in entries().items() if only in ("", k.__name__)}
     lowered = {}
     for i, (symbol, kernel) in enumerate(kernels.items(), 1):
         begin = time.perf_counter()
@@ -200,4 +207,9 @@ def _link(library: pathlib.Path, target: Platform, name: str, objects: list[str]
 
 
 if __name__ == "__main__":
-    build(pathlib.Path(sys.argv[1]), sys.argv[2:] or [host_platform()])
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("out", type=pathlib.Path)
+    parser.add_argument("platform", nargs="*", help=f"of {', '.join(PLATFORMS)}; default: this machine")
+    parser.add_argument("--only", default="", help="the name of the one entry to build")
+    options = parser.parse_args()
+    build(options.out, options.platform or [host_platform()], options.only)

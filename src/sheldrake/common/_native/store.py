@@ -35,7 +35,7 @@ _engines: list[Any] = []
 
 
 def load(kernel: Kernel) -> tuple[Any, int]:
-    """(callable of the ABI, address) of an entry kernel: from the wheel's library, the user's cache, or compiled now."""
+    """(callable of the ABI, address) of an entry: from the wheel's library, the user's cache, or compiled now."""
     from sheldrake.common._native import prebuilt
 
     if (ready := prebuilt.load(kernel)) is not None:

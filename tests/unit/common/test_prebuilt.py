@@ -1,0 +1,139 @@
+"""The three tiers of a kernel: the wheel's library, the user's cache, a fresh compile. Same bits, nothing stale."""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+from sheldrake.common._native import prebuilt
+from sheldrake.common.kernel import jit_enabled
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not jit_enabled(), reason="asks about machine code; SHELDRAKE_JIT=0 switches it off"),
+    pytest.mark.skipif(shutil.which("cc") is None, reason="building a library needs a linker, `cc`"),
+]
+
+SCRIPT = """
+import sys, json
+import numpy as np
+from sheldrake.common._native import store
+from sheldrake.common._kernels.probe import probe
+x = np.linspace(0.0, 3.0, 7)
+status = probe.native(0.3, x)
+loaded = [name in sys.modules for name in ("numba", "llvmlite")]
+print(json.dumps([x.tobytes().hex(), status, list(store.TIERS.values()), *loaded]))
+"""
+PROBE = '''
+"""A kernel of the test."""
+from sheldrake.common._kernels.generic import exp, sin
+from sheldrake.common.kernel import Vector, kernel
+
+FACTOR = 1.5
+
+
+@kernel(top=True)
+def probe(a: float, x: Vector) -> int:
+    for i in range(x.shape[0]):
+        x[i] = FACTOR * sin(a * x[i]) + exp(-x[i]) * x[i] / 3.0
+    return 4
+'''
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory):
+    """A copy of the library with one more kernel, whose library is built."""
+    root = tmp_path_factory.mktemp("copy")
+    package = root / "src" / "sheldrake"
+    shutil.copytree(prebuilt.PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "_prebuilt"))
+    (package / "common" / "_kernels" / "probe.py").write_text(PROBE)
+    out = root / "built"
+    build = [sys.executable, "-m", "sheldrake.common._native.build", str(out), "--only", "probe"]
+    subprocess.run(build, check=True, env=environment(root), cwd=root)
+    (folder,) = out.iterdir()
+    shutil.copytree(folder, package / "_prebuilt")
+    return root
+
+
+def environment(root, **more):
+    kept = {k: v for k, v in os.environ.items() if not k.startswith("SHELDRAKE_")}
+    return {**kept, "PYTHONPATH": str(root / "src"), "SHELDRAKE_CACHE_DIR": str(root / "cache"), **more}
+
+
+def probe(root, **more):
+    done = subprocess.run(
+        [sys.executable, "-c", SCRIPT],
+        env=environment(root, **more),
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=root,
+    )
+    bits, status, tiers, numba, llvmlite = json.loads(done.stdout)
+    assert status == 4
+    return bits, tiers[-1], numba, llvmlite
+
+
+def test_every_tier_gives_the_same_bits_and_imports_no_more_than_it_needs(tree):
+    first = probe(tree)
+    assert first[1:] == ("prebuilt", False, False)
+    second = probe(tree, SHELDRAKE_PREBUILT="0")
+    assert second[1:] == ("compiled", True, True)
+    third = probe(tree, SHELDRAKE_PREBUILT="0")
+    assert third[1:] == ("cache", False, True)
+    assert first[0] == second[0] == third[0]
+
+
+def test_an_edit_is_seen_at_once_in_every_tier(tree):
+    file = tree / "src" / "sheldrake" / "common" / "_kernels" / "probe.py"
+    before = probe(tree)[0]
+    file.write_text(PROBE.replace("1.5", "1.25"))
+    try:
+        edited, tier, *_ = probe(tree)
+        assert tier == "compiled" and edited != before
+        again, tier, *_ = probe(tree)
+        assert tier == "cache" and again == edited
+    finally:
+        file.write_text(PROBE)
+    assert probe(tree)[:2] == (before, "prebuilt")
+
+
+def test_a_damaged_library_is_not_used(tree):
+    file = tree / "src" / "sheldrake" / "_prebuilt" / f"kernels{prebuilt.ENDING}"
+    good = file.read_bytes()
+    before = probe(tree)[0]
+    file.write_bytes(good[: len(good) // 2])
+    try:
+        bits, tier, *_ = probe(tree)
+        assert tier in ("compiled", "cache") and bits == before
+    finally:
+        file.write_bytes(good)
+
+
+def test_a_cache_that_cannot_be_written_is_only_slower(tree):
+    bits, tier, *_ = probe(tree, SHELDRAKE_PREBUILT="0", SHELDRAKE_CACHE_DIR=os.devnull + "/none")
+    assert tier == "compiled" and bits == probe(tree)[0]
+
+
+def test_two_processes_may_compile_at_once(tree):
+    env = environment(tree, SHELDRAKE_PREBUILT="0", SHELDRAKE_CACHE_DIR=str(tree / "race"))
+    run = [sys.executable, "-c", SCRIPT]
+    both = [subprocess.Popen(run, env=env, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) for _ in "ab"]
+    answers = [json.loads(p.communicate()[0])[0] for p in both]
+    assert answers[0] == answers[1] == probe(tree)[0]
+
+
+def test_the_hash_covers_every_kernel_file():
+    files = {p.relative_to(prebuilt.PACKAGE).as_posix() for p in prebuilt.source_files()}
+    kernels = {
+        p.relative_to(prebuilt.PACKAGE).as_posix()
+        for p in pathlib.Path(prebuilt.PACKAGE).rglob("*.py")
+        if "\n@kernel" in p.read_text(encoding="utf-8")
+    }
+    assert kernels <= files, f"kernels outside of _kernels folders: {sorted(kernels - files)}"
