@@ -129,9 +129,12 @@ class TemplateBase:
         param = self._param_resolve(param)
         if param in self._instantiation_map:
             raise RuntimeError(f"Parameter instantiation already registered: {param}")
-        self.param_list.append(param)
+        self._note_param(param)
         self._store(param, instantiation, skip_rename)
         return param
+
+    def _note_param(self, param: tuple) -> None:
+        self.param_list.append(param)
 
     def _store(self, param: tuple, instantiation: Any, skip_rename: bool) -> Any:
         assert instantiation is not None, f"{self._instantiation_name(param)} must not be None"

@@ -1,0 +1,30 @@
+"""Enumerations as pydrake has them."""
+
+import enum
+from typing import Any
+
+
+class BoundEnum(enum.Enum):
+    """Members convert to int, have an order, and are equal to nothing but themselves."""
+
+    def __int__(self) -> int:
+        return self.value
+
+    __index__ = __int__
+
+    def _compare(self, other: Any, sign: int) -> bool:
+        if type(other) is not type(self):
+            raise TypeError(f"{self} and {other!r} cannot be ordered")
+        return sign * self.value < sign * other.value
+
+    def __lt__(self, other: Any) -> bool:
+        return self._compare(other, 1)
+
+    def __gt__(self, other: Any) -> bool:
+        return self._compare(other, -1)
+
+    def __le__(self, other: Any) -> bool:
+        return not self > other
+
+    def __ge__(self, other: Any) -> bool:
+        return not self < other

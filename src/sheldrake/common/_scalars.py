@@ -1,0 +1,438 @@
+"""Classes that exist once per scalar type: float, AutoDiffXd and Expression.
+
+`Foo` is written once, on arrays of dtype float64 or object. `Foo_ = ScalarTemplate("Foo_", Foo)` makes its siblings
+when they are first asked for. The scalar classes themselves live in `autodiffutils` and `symbolic`, which import this
+package; they are looked up by name when somebody asks for them.
+"""
+
+from __future__ import annotations
+
+import functools
+import importlib
+import importlib.util
+import math
+import sys
+import types
+from collections.abc import Callable
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch, Signature, call_first_match, incompatible
+from sheldrake.common.cpp_param import get_param_canonical
+from sheldrake.common.cpp_template import TemplateClass
+from sheldrake.common.value import _register_value_type
+
+_HOMES = {"AutoDiffXd": "sheldrake.autodiffutils", "Expression": "sheldrake.symbolic"}
+
+
+@functools.cache
+def _home_of(name: str) -> Any:
+    return importlib.import_module(_HOMES[name])
+
+
+def autodiff_class() -> type:
+    """The class AutoDiffXd."""
+    return _home_of("AutoDiffXd").AutoDiffXd
+
+
+def expression_class() -> type:
+    """The class Expression."""
+    return _home_of("Expression").Expression
+
+
+def scalar_types() -> tuple[type, ...]:
+    """All scalar types, plainest first."""
+    if importlib.util.find_spec("sheldrake.symbolic") is None:
+        return (float, autodiff_class())
+    return (float, autodiff_class(), expression_class())
+
+
+def is_symbolic(T: type) -> bool:
+    """Whether numbers of type `T` are expressions, whose comparisons give formulas."""
+    return T is not float and T.__name__ == "Expression"
+
+
+# --- conversion of arguments ------------------------------------------------------------------------------------
+
+
+def as_scalar(T: type, value: Any) -> Any:
+    """`value` as one number of type `T`.
+
+    Raises:
+        Mismatch: it is not one.
+    """
+    if type(value) is T:
+        return value
+    if T is float:
+        if isinstance(value, (str, bytes, np.ndarray)):
+            raise Mismatch
+        try:
+            return float(value)
+        except (TypeError, ValueError, RuntimeError):
+            raise Mismatch from None
+    try:
+        return T(value.item() if isinstance(value, np.generic) else value)
+    except (TypeError, ValueError, RuntimeError):
+        raise Mismatch from None
+
+
+def as_array(T: type, value: Any, shape: tuple[int, ...]) -> np.ndarray:
+    """A new read-only array of numbers of type `T`; a vector may be given as a column.
+
+    Raises:
+        Mismatch: `value` has another shape or other contents.
+    """
+    array = any_array(T, value)
+    if array.shape != shape:
+        if len(shape) != 1 or array.shape != (*shape, 1):
+            raise Mismatch
+        array = array.reshape(shape)
+    array.setflags(write=False)
+    return array
+
+
+def any_array(T: type, value: Any) -> np.ndarray:
+    """A new array of numbers of type `T`, of whatever shape `value` has.
+
+    Raises:
+        Mismatch: `value` has other contents.
+    """
+    try:
+        if T is float:
+            return np.array(value, dtype=np.float64)
+        source = np.asarray(value, dtype=object)
+    except (TypeError, ValueError, RuntimeError):
+        raise Mismatch from None
+    array = np.empty(source.shape, dtype=object)
+    for index in np.ndindex(source.shape):
+        array[index] = as_scalar(T, source[index])
+    return array
+
+
+def scalar(T: type) -> tuple[Callable[[Any], Any], str]:
+    """Parameter kind: one number."""
+    return functools.partial(as_scalar, T), T.__name__
+
+
+def vector(T: type, n: int) -> tuple[Callable[[Any], Any], str]:
+    """Parameter kind: a vector of `n` numbers."""
+    return functools.partial(as_array, T, shape=(n,)), f"{T.__name__} array of shape ({n},)"
+
+
+def matrix(T: type, rows: int, cols: int) -> tuple[Callable[[Any], Any], str]:
+    """Parameter kind: a matrix of fixed size."""
+    return functools.partial(as_array, T, shape=(rows, cols)), f"{T.__name__} array of shape ({rows}, {cols})"
+
+
+def frozen(array: np.ndarray) -> np.ndarray:
+    """`array`, made read-only."""
+    array.setflags(write=False)
+    return array
+
+
+def new_array(T: type, nested: Any) -> np.ndarray:
+    """A read-only array of numbers already of type `T`."""
+    array = np.array(nested, dtype=np.float64 if T is float else object)
+    array.setflags(write=False)
+    return array
+
+
+def identity(T: type, n: int) -> np.ndarray:
+    """The read-only unit matrix of size `n`."""
+    return _identity(T, n)
+
+
+@functools.cache
+def _identity(T: type, n: int) -> np.ndarray:
+    return as_array(T, np.eye(n), (n, n))
+
+
+@functools.cache
+def zeros(T: type, n: int) -> np.ndarray:
+    """The read-only zero vector of size `n`."""
+    return as_array(T, np.zeros(n), (n,))
+
+
+def plain(array: np.ndarray) -> Any:
+    """The numbers of an array as nested lists of Python floats (or of the array's objects)."""
+    return array.tolist()
+
+
+# --- mathematics on any scalar ----------------------------------------------------------------------------------
+
+
+def sqrt(x: Any) -> Any:
+    """Square root; nan for a negative float."""
+    if isinstance(x, float):
+        return math.sqrt(x) if x >= 0 else math.nan
+    return x.sqrt()
+
+
+def sin(x: Any) -> Any:
+    """Sine."""
+    return _trigonometric(math.sin, x) if isinstance(x, float) else x.sin()
+
+
+def cos(x: Any) -> Any:
+    """Cosine."""
+    return _trigonometric(math.cos, x) if isinstance(x, float) else x.cos()
+
+
+def _trigonometric(function: Callable[[float], float], x: float) -> float:
+    return function(x) if math.isfinite(x) else math.nan
+
+
+def acos(x: Any) -> Any:
+    """Arc cosine."""
+    if isinstance(x, float):
+        return math.acos(x) if -1.0 <= x <= 1.0 else math.nan
+    return x.acos() if hasattr(x, "acos") else x.arccos()
+
+
+def atan2(y: Any, x: Any) -> Any:
+    """Angle of the point (x, y) [rad]."""
+    if isinstance(y, float) and isinstance(x, float):
+        return math.atan2(y, x)
+    y = y if not isinstance(y, float) else type(x)(y)
+    return y.atan2(x) if hasattr(y, "atan2") else y.arctan2(x)
+
+
+def select(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
+    """`yes()` or `no()`; on a formula both, joined by `if_then_else`, tuple by tuple."""
+    if isinstance(condition, (bool, np.bool_)):
+        return yes() if condition else no()
+    if_then_else = _home_of("Expression").if_then_else
+    a, b = yes(), no()
+    if isinstance(a, tuple):
+        return tuple(if_then_else(condition, x, y) for x, y in zip(a, b))
+    return if_then_else(condition, a, b)
+
+
+def all_of(conditions: Any) -> Any:
+    """Conjunction of comparisons; a formula where they are formulas."""
+    result: Any = True
+    for condition in conditions:
+        if isinstance(condition, (bool, np.bool_)):
+            if not condition:
+                return False
+        elif result is True:
+            result = condition
+        else:
+            result = _home_of("Expression").logical_and(result, condition)
+    return result
+
+
+def all_equal(a: np.ndarray, b: np.ndarray, T: type) -> Any:
+    """Whether two arrays are equal number by number; a Formula for expressions."""
+    if T is float:
+        return bool((a == b).all())
+    result = all_of(x == y for x, y in zip(a.ravel().tolist(), b.ravel().tolist()))
+    return _formula(result) if is_symbolic(T) else bool(result)
+
+
+def _formula(condition: Any) -> Any:
+    if isinstance(condition, (bool, np.bool_)):
+        Formula = _home_of("Expression").Formula
+        return Formula.True_() if condition else Formula.False_()
+    return condition
+
+
+def at_most(value: Any, bound: float, T: type) -> Any:
+    """`value <= bound`, as a bool or a Formula."""
+    result = value <= bound
+    return _formula(result) if is_symbolic(T) else bool(result)
+
+
+def largest_magnitude(array: np.ndarray, T: type) -> Any:
+    """The largest absolute value in an array; nan if it has one."""
+    if T is float:
+        return float(np.abs(array).max())
+    numbers = [abs(x) for x in array.ravel().tolist()]
+    if is_symbolic(T):
+        return functools.reduce(_home_of("Expression").max, numbers)
+    return functools.reduce(lambda a, b: b if b > a else a, numbers)
+
+
+# --- classes per scalar -----------------------------------------------------------------------------------------
+
+
+class _BoundCast:
+    def __init__(self, obj: Any):
+        self._obj = obj
+
+    def __getitem__(self, T: Any) -> Callable[[], Any]:
+        cls, T = type(self._obj), _one_type(T)
+        source = cls._T
+        if T not in (source, *(scalar_types() if source is float else ())):
+            raise RuntimeError(
+                f"Invalid instantiation: cast[{getattr(T, '__name__', T)}] of a {pretty_class_name(cls)}"
+            )
+        return lambda: self._obj._cast_to(cls._template[T])
+
+    def __str__(self) -> str:
+        return f"<bound TemplateMethod {type(self._obj).__name__}.cast of {self._obj}>"
+
+
+class _Cast:
+    """`obj.cast[T]()`: the same value in another scalar type; only float can become another type."""
+
+    def __get__(self, obj: Any, objtype: type | None = None) -> Any:
+        return self if obj is None else _BoundCast(obj)
+
+    def __set__(self, obj: Any, value: Any) -> None:
+        raise RuntimeError("Read-only property")
+
+
+def _one_type(T: Any) -> Any:
+    (canonical,) = get_param_canonical(T if isinstance(T, tuple) else (T,))
+    return canonical
+
+
+class ScalarBase:
+    """Base of a class written once for all scalar types.
+
+    A subclass keeps its numbers in the slots named by `_FIELDS`: read-only arrays, numbers, or other such objects.
+    """
+
+    __slots__ = ()
+    _T: ClassVar[type] = float
+    _FIELDS: ClassVar[tuple[str, ...]] = ()
+    _template: ClassVar[Any]
+    _signature_cache: ClassVar[dict[tuple[type, str], list[Signature]]] = {}
+
+    cast = _Cast()
+
+    def _cast_to(self, cls: type) -> Any:
+        new = object.__new__(cls)
+        for name in self._FIELDS:
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray):
+                value = as_array(cls._T, value, value.shape)  # type: ignore[attr-defined]
+            elif isinstance(value, ScalarBase):
+                value = value._cast_to(type(value)._template[cls._T])  # type: ignore[attr-defined]
+            else:
+                value = as_scalar(cls._T, value)  # type: ignore[attr-defined]
+            setattr(new, name, value)
+        return new
+
+    def _assign_from(self, other: Any) -> None:
+        """Take the value of `other`; what it shares is never written."""
+        for name in self._FIELDS:
+            value = getattr(other, name)
+            if isinstance(value, ScalarBase):
+                getattr(self, name)._assign_from(value)
+            else:
+                setattr(self, name, value)
+
+    def __copy__(self) -> Any:
+        new = object.__new__(type(self))
+        for name in self._FIELDS:
+            value = getattr(self, name)
+            setattr(new, name, value.__copy__() if isinstance(value, ScalarBase) else value)
+        return new
+
+    def __deepcopy__(self, memo: dict) -> Any:
+        return self.__copy__()
+
+    def __getstate__(self) -> Any:
+        return {name: getattr(self, name) for name in self._FIELDS}
+
+    def __setstate__(self, state: dict) -> None:
+        for name, value in state.items():
+            setattr(self, name, frozen(value) if isinstance(value, np.ndarray) else value)
+
+    @classmethod
+    def _sibling(cls, template: Any) -> Any:
+        """The class of the same scalar type in another family."""
+        return template[cls._T]
+
+    @classmethod
+    def _plain_class(cls) -> type:
+        """The class itself, also when asked on a user's subclass."""
+        return cls._template[cls._T]
+
+    def _choose(self, call: str, args: tuple, kwargs: dict) -> Any:
+        """Run the first signature of `call` that accepts the arguments (see `_signatures_<call>`)."""
+        cls = type(self)._plain_class()
+        key = (cls, call)
+        signatures = self._signature_cache.get(key)
+        if signatures is None:
+            signatures = self._signature_cache[key] = getattr(cls, f"_signatures_{call}")(cls)
+        where = pretty_class_name(cls) if call == "init" else f"{pretty_class_name(cls)}.{call}"
+        return call_first_match(where, signatures, self, args, kwargs)
+
+    @classmethod
+    def _argument(cls, call: str, kind: tuple[Callable[[Any], Any], str], **named: Any) -> Any:
+        """One argument of a call with a single signature, converted.
+
+        Raises:
+            TypeError: it is of another kind.
+        """
+        ((name, value),) = named.items()
+        try:
+            return kind[0](value)
+        except Mismatch:
+            where = f"{pretty_class_name(cls._plain_class())}.{call}"
+            raise incompatible(where, [f"({name}: {kind[1]})"], (), named) from None
+
+
+class ScalarTemplate(TemplateClass):
+    """`Foo_`: the versions of class Foo for all scalar types; those other than float are made when first asked for."""
+
+    def __init__(self, name: str, float_class: type, *, scope: str, value_type: bool = False):
+        """
+        Args:
+            name: Name of the family, `Foo_`.
+            float_class: The class Foo. Its methods must not use `super()`: they are shared by all versions.
+            scope: Name of the public module of both.
+            value_type: Also hold them by value in `Value[Foo]` and `Value[List[Foo]]`.
+        """
+        super().__init__(name, scope=sys.modules[scope])
+        self._value_type = value_type
+        own = ("__dict__", "__weakref__", "__qualname__", *getattr(float_class, "__slots__", ()))
+        self._members = {key: value for key, value in vars(float_class).items() if key not in own}
+        self._bases = float_class.__bases__
+        self.__doc__ = f"The class {float_class.__name__} for each scalar type."
+        float_class.__module__ = scope
+        self._adopt(float, float_class, skip_rename=True)
+
+    def _adopt(self, T: type, cls: Any, skip_rename: bool) -> None:
+        cls._T, cls._template = T, self
+        self.add_instantiation(T, cls, skip_rename)
+        if self._value_type:
+            _register_value_type(cls, with_list=True)
+
+    def _add(self, T: type) -> None:
+        if (T,) not in self._instantiation_map:
+            bases = tuple(self._base_for(base, T) for base in self._bases)
+            cls = types.new_class(self.name, bases, exec_body=lambda namespace: namespace.update(self._members))
+            self._adopt(T, cls, skip_rename=False)
+
+    @staticmethod
+    def _base_for(base: Any, T: type) -> type:
+        template = base.__dict__.get("_template")
+        return base if template is None else template[T]
+
+    def get_instantiation(self, param: Any = None, throw_error: bool = True) -> tuple[Any, tuple]:
+        """See `TemplateBase.get_instantiation`."""
+        T = param[0] if isinstance(param, (tuple, list)) and len(param) == 1 else param
+        if isinstance(T, type) and _HOMES.get(T.__name__) and T in scalar_types():
+            self._add(T)
+        return super().get_instantiation(param, throw_error)
+
+    @property
+    def param_list(self) -> list[tuple]:  # type: ignore[override]
+        """The scalar types, each as a tuple of one."""
+        return [(T,) for T in scalar_types()]
+
+    def __str__(self) -> str:
+        return f"<TemplateClass {self._full_name()}>"
+
+    def _note_param(self, param: tuple) -> None:
+        pass  # the list is known beforehand
+
+    @param_list.setter
+    def param_list(self, value: list[tuple]) -> None:
+        assert value == []

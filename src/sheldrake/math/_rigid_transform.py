@@ -1,0 +1,301 @@
+"""RigidTransform: the pose of one frame in another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch, Signature, incompatible, instance_of, signature
+from sheldrake.common._scalars import (
+    ScalarBase,
+    ScalarTemplate,
+    all_equal,
+    all_of,
+    any_array,
+    as_array,
+    at_most,
+    frozen,
+    is_symbolic,
+    largest_magnitude,
+    matrix,
+    scalar,
+    vector,
+    zeros,
+)
+from sheldrake.common.eigen_geometry import AngleAxis_, Isometry3_, Quaternion_
+from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
+from sheldrake.math._rotation_matrix import RotationMatrix, RotationMatrix_
+
+_new = object.__new__
+_ndarray = np.ndarray
+_FLOAT64 = np.dtype(np.float64)
+
+
+class RigidTransform(ScalarBase):
+    """The pose X_AB of frame B in frame A: the rotation matrix R_AB and the position p_AoBo_A [m] of B's origin.
+
+    `X_AC = X_AB @ X_BC` and `p_AQ_A = X_AB @ p_BQ_B`.
+    """
+
+    __slots__ = ("_R", "_p")
+    _FIELDS = ("_R", "_p")  # the arrays are read-only and may be shared; the RotationMatrix is this pose's own
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """
+        `RigidTransform()`, `RigidTransform(R, p)`, `RigidTransform(rpy, p)`, `RigidTransform(quaternion, p)`,
+        `RigidTransform(theta_lambda, p)`, `RigidTransform(R)`, `RigidTransform(p)`, `RigidTransform(pose)` with an
+        Isometry3 or an array of shape (3, 4) or (4, 4), `RigidTransform(other)`.
+
+        Raises:
+            RuntimeError: an array of another shape, or its rotation part is no rotation matrix.
+        """
+        if len(args) == 2 and type(args[0]) is RotationMatrix and type(args[1]) is _ndarray and not kwargs:
+            p = args[1]
+            if p.dtype is _FLOAT64 and p.shape == (3,) and self._T is float:
+                self._R = R = _new(RotationMatrix)
+                R._M = args[0]._M
+                self._p = p = p.copy()
+                p.setflags(write=False)
+                return
+        if args or kwargs:
+            self._choose("init", args, kwargs)
+        else:
+            self._R, self._p = RotationMatrix_[self._T](), zeros(self._T, 3)
+
+    @staticmethod
+    def _signatures_init(cls: Any) -> list[Signature]:
+        T = cls._T
+        R_ = RotationMatrix_[T]
+
+        def copy_of(self: Any, other: Any) -> None:
+            self._R, self._p = other._R.__copy__(), other._p
+
+        def set_both(self: Any, orientation: Any, p: np.ndarray) -> None:
+            self._R, self._p = R_(orientation), p
+
+        def from_rotation(self: Any, R: Any) -> None:
+            self._R, self._p = R_(R), zeros(T, 3)
+
+        def from_position(self: Any, p: np.ndarray) -> None:
+            self._R, self._p = R_(), p
+
+        return [
+            signature(copy_of, other=instance_of(cls)),
+            signature(set_both, R=instance_of(R_), p=vector(T, 3)),
+            signature(set_both, rpy=instance_of(RollPitchYaw_[T]), p=vector(T, 3)),
+            signature(set_both, quaternion=instance_of(Quaternion_[T]), p=vector(T, 3)),
+            signature(set_both, theta_lambda=instance_of(AngleAxis_[T]), p=vector(T, 3)),
+            signature(from_rotation, R=instance_of(R_)),
+            signature(from_position, p=vector(T, 3)),
+            signature(cls.SetFromIsometry3, pose=instance_of(Isometry3_[T])),
+            signature(cls._set_from_array, pose=(lambda value: _array_of_numbers(T, value), "array (3, 4) or (4, 4)")),
+        ]
+
+    def _set_from_array(self, pose: np.ndarray) -> None:
+        if pose.shape not in ((3, 4), (4, 4)):
+            raise RuntimeError(
+                f"RigidTransform(): an array of shape {pose.shape} is neither a position (3,) nor a pose (3, 4) "
+                "or (4, 4)."
+            )
+        self._R = RotationMatrix_[self._T](pose[:3, :3])
+        self._p = frozen(pose[:3, 3].copy())
+
+    @classmethod
+    def _make(cls, M: np.ndarray, p: np.ndarray) -> Any:
+        """Unchecked, from arrays that nobody else will write."""
+        T = cls._T
+        if T is float:
+            new = _new(RigidTransform)
+            R = _new(RotationMatrix)
+        else:
+            new, R = _new(cls._plain_class()), _new(RotationMatrix_[T])
+        M.setflags(write=False)
+        p.setflags(write=False)
+        R._M = M
+        new._R = R
+        new._p = p
+        return new
+
+    @classmethod
+    def Identity(cls) -> Any:
+        """The pose of a frame in itself."""
+        return cls._plain_class()()
+
+    @classmethod
+    def MakeUnchecked(cls, pose: Any) -> Any:
+        """A pose from any array of shape (3, 4), unchecked."""
+        pose = cls._argument("MakeUnchecked", matrix(cls._T, 3, 4), pose=pose)
+        return cls._make(pose[:, :3].copy(), pose[:, 3].copy())
+
+    def set(self, R: Any, p: Any) -> None:
+        """Replace rotation and position [m]."""
+        R = self._argument("set", instance_of(RotationMatrix_[self._T]), R=R)
+        p = self._argument("set", vector(self._T, 3), p=p)
+        self._R._M, self._p = R._M, p
+
+    def SetIdentity(self) -> Any:
+        """Make this the pose of a frame in itself; gives this object."""
+        self._R._M, self._p = RotationMatrix_[self._T]()._M, zeros(self._T, 3)
+        return self
+
+    def SetFromIsometry3(self, pose: Any) -> None:
+        """Replace by an Isometry3."""
+        pose = self._argument("SetFromIsometry3", instance_of(Isometry3_[self._T]), pose=pose)
+        self._R, self._p = RotationMatrix_[self._T](pose._rotation), pose._p
+
+    def rotation(self) -> Any:
+        """R_AB."""
+        return self._R
+
+    def translation(self) -> np.ndarray:
+        """p_AoBo_A [m], shape (3,), read-only."""
+        return self._p
+
+    def set_rotation(self, *args: Any, **kwargs: Any) -> None:
+        """Replace the rotation by a RotationMatrix `R`, `rpy`, `quaternion` or AngleAxis `theta_lambda`."""
+        self._choose("set_rotation", args, kwargs)
+
+    @staticmethod
+    def _signatures_set_rotation(cls: Any) -> list[Signature]:
+        T = cls._T
+
+        def assign(self: Any, orientation: Any) -> None:
+            self._R._M = RotationMatrix_[T](orientation)._M
+
+        return [
+            signature(assign, R=instance_of(RotationMatrix_[T])),
+            signature(assign, rpy=instance_of(RollPitchYaw_[T])),
+            signature(assign, quaternion=instance_of(Quaternion_[T])),
+            signature(assign, theta_lambda=instance_of(AngleAxis_[T])),
+        ]
+
+    def set_translation(self, p: Any) -> None:
+        """Replace the position p_AoBo_A [m], shape (3,)."""
+        self._p = self._argument("set_translation", vector(self._T, 3), p=p)
+
+    def GetAsMatrix4(self) -> np.ndarray:
+        """The homogeneous matrix, shape (4, 4)."""
+        X = as_array(self._T, np.eye(4), (4, 4)).copy()
+        X[:3, :3], X[:3, 3] = self._R._M, self._p
+        return X
+
+    def GetAsMatrix34(self) -> np.ndarray:
+        """Its first three rows, shape (3, 4)."""
+        return np.hstack([self._R._M, self._p[:, None]])
+
+    def GetAsIsometry3(self) -> Any:
+        """The same pose as an Isometry3."""
+        return Isometry3_[self._T]._make(self._R._M, self._p)
+
+    def inverse(self) -> Any:
+        """X_BA of this X_AB."""
+        M = self._R._M.T.copy()
+        return self._make(M, -M.dot(self._p))
+
+    def InvertAndCompose(self, other: Any) -> Any:
+        """X_BC of this X_AB and another X_AC."""
+        other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
+        M = self._R._M.T
+        return self._make(M.dot(other._R._M), M.dot(other._p - self._p))
+
+    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+        """X_AC from X_BC (`other`), p_AQ_A from p_BQ_B: one (3,) or several (3, n); or a 4-vector (v, 0) or (p, 1)."""
+        if len(args) != 1 or kwargs:
+            if len(args) + len(kwargs) != 1 or not kwargs.keys() <= {"other", "p_BoQ_B", "vec_B"}:
+                raise incompatible("RigidTransform.multiply", ["(other)", "(p_BoQ_B)", "(vec_B)"], args, kwargs)
+            args = tuple(kwargs.values())
+        return self.__matmul__(args[0])
+
+    def __matmul__(self, other: Any) -> Any:
+        T = self._T
+        M = self._R._M
+        if isinstance(other, ScalarBase) and hasattr(other, "_R") and other._T is T:
+            return self._make(M.dot(other._R._M), M.dot(other._p) + self._p)
+        if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
+            other = self._vectors(other)
+        if other.shape == (3,):
+            return M.dot(other) + self._p
+        if other.ndim == 2 and other.shape[0] == 3:
+            return M.dot(other) + self._p[:, None]
+        if other.shape in ((4,), (4, 1)):
+            return self._times_four(other)
+        raise self._no_product(other)
+
+    def _vectors(self, value: Any) -> np.ndarray:
+        try:
+            return any_array(self._T, value)
+        except Mismatch:
+            raise self._no_product(value) from None
+
+    def _no_product(self, value: Any) -> TypeError:
+        name, number = pretty_class_name(self._plain_class()), self._T.__name__
+        accepted = [
+            f"(other: {name})",
+            f"(p_BoQ_B: {number} array of shape (3,) or (3, n))",
+            f"(vec_B: {number} array of shape (4,))",
+        ]
+        return incompatible(f"{name}.multiply", accepted, (value,), {})
+
+    def _times_four(self, vec_B: np.ndarray) -> np.ndarray:
+        last = vec_B[3:].item()
+        if not is_symbolic(self._T) and not (last == 0 or last == 1):
+            raise RuntimeError(
+                f"RigidTransform.multiply(): the 4th element of vector {vec_B.ravel().tolist()} is neither 0 (a "
+                "direction) nor 1 (a position)."
+            )
+        return self.GetAsMatrix4().dot(vec_B)
+
+    def IsExactlyIdentity(self) -> Any:
+        """Whether rotation and position are exactly those of the identity."""
+        return self.IsExactlyEqualTo(self.Identity())
+
+    def IsNearlyIdentity(self, translation_tolerance: Any) -> Any:
+        """Whether the rotation is the identity to 128 eps and the position zero to `translation_tolerance` [m]."""
+        T = self._T
+        tolerance = self._argument("IsNearlyIdentity", scalar(float), translation_tolerance=translation_tolerance)
+        return all_of((at_most(largest_magnitude(self._p, T), tolerance, T), self._R.IsNearlyIdentity()))
+
+    def IsExactlyEqualTo(self, other: Any) -> Any:
+        """Whether all numbers are equal to those of `other`."""
+        other = self._argument("IsExactlyEqualTo", instance_of(self._plain_class()), other=other)
+        return all_equal(self.GetAsMatrix34(), other.GetAsMatrix34(), self._T)
+
+    def IsNearlyEqualTo(self, other: Any, tolerance: float) -> Any:
+        """Whether no number is further than `tolerance` from that of `other`."""
+        return at_most(self.GetMaximumAbsoluteDifference(other), tolerance, self._T)
+
+    def GetMaximumAbsoluteDifference(self, other: Any) -> Any:
+        """Largest difference between the numbers of two poses [1 or m]."""
+        other = self._argument("GetMaximumAbsoluteDifference", instance_of(self._plain_class()), other=other)
+        return largest_magnitude(self.GetAsMatrix34() - other.GetAsMatrix34(), self._T)
+
+    def GetMaximumAbsoluteTranslationDifference(self, other: Any) -> Any:
+        """Largest difference between the coordinates of two positions [m]."""
+        call = "GetMaximumAbsoluteTranslationDifference"
+        other = self._argument(call, instance_of(self._plain_class()), other=other)
+        return largest_magnitude(self._p - other._p, self._T)
+
+    def __getstate__(self) -> Any:
+        return self.GetAsMatrix34()
+
+    def __setstate__(self, state: Any) -> None:
+        state = as_array(self._T, state, (3, 4))
+        self._R = RotationMatrix_[self._T]._make(state[:, :3].copy())
+        self._p = frozen(state[:, 3].copy())
+
+    def __repr__(self) -> str:
+        R = repr(self._R).replace("\n", "\n  ")
+        p = repr(self._p.tolist()).replace("\n", "\n  ")
+        return f"{pretty_class_name(type(self))}(\n  R={R},\n  p={p},\n)"
+
+
+def _array_of_numbers(T: type, value: Any) -> np.ndarray:
+    array = any_array(T, value)
+    if array.ndim == 0:
+        raise Mismatch
+    return array
+
+
+RigidTransform_ = ScalarTemplate("RigidTransform_", RigidTransform, scope="sheldrake.math", value_type=True)

@@ -1,0 +1,328 @@
+"""RotationMatrix: the orientation of one frame in another."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common import _rotations as rotations
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch, Signature, incompatible, instance_of, signature
+from sheldrake.common._scalars import (
+    ScalarBase,
+    ScalarTemplate,
+    all_equal,
+    any_array,
+    as_array,
+    at_most,
+    cos,
+    identity,
+    is_symbolic,
+    largest_magnitude,
+    matrix,
+    scalar,
+    sin,
+    sqrt,
+    vector,
+)
+from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
+
+_new = object.__new__
+_ndarray = np.ndarray
+_FLOAT64 = np.dtype(np.float64)
+
+# Drake's own bound for "is a rotation matrix" and "is nearly".
+TOLERANCE = 128 * np.finfo(float).eps
+# A matrix this far from orthonormal is a mistake, not rounding. Between the two it is taken as it is, as Drake does.
+_MISTAKE = 0.1
+
+
+def numeric(array: np.ndarray) -> np.ndarray:
+    """The values of an array of float or AutoDiffXd numbers."""
+    if array.dtype is _FLOAT64:
+        return array
+    return np.array([x.value() for x in array.ravel().tolist()]).reshape(array.shape)
+
+
+def _checked(T: type, M: np.ndarray) -> np.ndarray:
+    """`M`, which has to be a rotation matrix but for rounding."""
+    if not is_symbolic(T):
+        values = numeric(M)
+        error = np.abs(values.dot(values.T) - identity(float, 3)).max()
+        if not error < _MISTAKE:
+            raise RuntimeError(
+                f"RotationMatrix(): {values.tolist()} is not a rotation matrix: |R R^T - 1| is {error:.3g}, not 0."
+            )
+        if np.linalg.det(values) < 0.0:
+            raise RuntimeError(
+                f"RotationMatrix(): {values.tolist()} is not a rotation matrix but a reflection: its determinant is "
+                "negative."
+            )
+    return M
+
+
+class RotationMatrix(ScalarBase):
+    """The rotation matrix R_AB: the orientation of frame B in frame A; its columns are B's axes expressed in A.
+
+    `R_AC = R_AB @ R_BC` and `v_A = R_AB @ v_B`.
+    """
+
+    __slots__ = ("_M",)
+    _FIELDS = ("_M",)  # the array is read-only and may be shared
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """
+        `RotationMatrix()`, `RotationMatrix(R)` with an array of shape (3, 3), `RotationMatrix(quaternion)`,
+        `RotationMatrix(theta_lambda)` with an AngleAxis, `RotationMatrix(rpy)`, `RotationMatrix(other)`.
+
+        Raises:
+            RuntimeError: `R` is no rotation matrix, the quaternion or the axis is zero or not finite.
+        """
+        if args or kwargs:
+            self._choose("init", args, kwargs)
+        else:
+            self._M = identity(self._T, 3)
+
+    @staticmethod
+    def _signatures_init(cls: Any) -> list[Signature]:
+        from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
+
+        T = cls._T
+
+        def copy_of(self: Any, other: Any) -> None:
+            self._M = other._M
+
+        def from_quaternion(self: Any, quaternion: Any) -> None:
+            self._M = _checked(T, rotations.quaternion_to_matrix(T, quaternion._wxyz))
+
+        def from_angle_axis(self: Any, theta_lambda: Any) -> None:
+            axis = theta_lambda._axis.tolist()
+            length = sqrt(sum(x * x for x in axis))
+            unit = [x / length for x in axis]
+            self._M = _checked(T, rotations.angle_axis_to_matrix(T, theta_lambda._angle, unit))
+
+        def from_rpy(self: Any, rpy: Any) -> None:
+            self._M = rpy._to_matrix()
+
+        return [
+            signature(copy_of, other=instance_of(cls)),
+            signature(cls.set, R=matrix(T, 3, 3)),
+            signature(from_quaternion, quaternion=instance_of(Quaternion_[T])),
+            signature(from_angle_axis, theta_lambda=instance_of(AngleAxis_[T])),
+            signature(from_rpy, rpy=instance_of(RollPitchYaw_[T])),
+        ]
+
+    @classmethod
+    def _make(cls, M: np.ndarray) -> Any:
+        """Unchecked, from an array that nobody else will write."""
+        new = _new(cls._template[cls._T] if cls._T is not float else RotationMatrix)
+        M.setflags(write=False)
+        new._M = M
+        return new
+
+    @classmethod
+    def Identity(cls) -> Any:
+        """The rotation matrix of two aligned frames."""
+        return cls._make(identity(cls._T, 3))
+
+    @classmethod
+    def MakeUnchecked(cls, R: Any) -> Any:
+        """A rotation matrix from any array of shape (3, 3), unchecked."""
+        return cls._make(cls._argument("MakeUnchecked", matrix(cls._T, 3, 3), R=R))
+
+    @classmethod
+    def MakeXRotation(cls, theta: Any) -> Any:
+        """Rotation by `theta` [rad] about the x axis."""
+        return cls._make_axis("MakeXRotation", theta, lambda s, c: [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
+
+    @classmethod
+    def MakeYRotation(cls, theta: Any) -> Any:
+        """Rotation by `theta` [rad] about the y axis."""
+        return cls._make_axis("MakeYRotation", theta, lambda s, c: [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
+
+    @classmethod
+    def MakeZRotation(cls, theta: Any) -> Any:
+        """Rotation by `theta` [rad] about the z axis."""
+        return cls._make_axis("MakeZRotation", theta, lambda s, c: [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+    @classmethod
+    def _make_axis(cls, call: str, theta: Any, rows: Any) -> Any:
+        theta = cls._argument(call, scalar(cls._T), theta=theta)
+        return cls._make(as_array(cls._T, rows(sin(theta), cos(theta)), (3, 3)))
+
+    @classmethod
+    def MakeFromOneVector(cls, b_A: Any, axis_index: int) -> Any:
+        """A right-handed frame B whose axis `axis_index` (0, 1, 2) points along `b_A`.
+
+        The next axis has a zero where the smallest component of `b_A` is (the first of equals).
+
+        Args:
+            b_A: Direction of any length above 1e-10, expressed in A, shape (3,).
+            axis_index: Which of B's axes it becomes.
+
+        Raises:
+            RuntimeError: `b_A` is too short or not finite, or `axis_index` is not 0, 1 or 2.
+        """
+        array = cls._argument("MakeFromOneVector", vector(cls._T, 3), b_A=b_A)
+        if axis_index not in (0, 1, 2):
+            raise RuntimeError(f"RotationMatrix.MakeFromOneVector(): axis_index is {axis_index}, not 0, 1 or 2.")
+        b = array.tolist()
+        length = sqrt(b[0] * b[0] + b[1] * b[1] + b[2] * b[2])
+        if not is_symbolic(cls._T) and not (length >= 1e-10 and length < float("inf")):
+            raise RuntimeError(
+                f"RotationMatrix.MakeFromOneVector() cannot normalize the given vector {b} of length {length}: "
+                "it must be finite and at least 1e-10 long."
+            )
+        return cls._from_unit_vector([x / length for x in b], axis_index)
+
+    @classmethod
+    def _from_unit_vector(cls, u: list, axis_index: int) -> Any:
+        sizes = [abs(x) for x in u]
+        i = sizes.index(min(sizes))
+        j, k = (i + 1) % 3, (i + 2) % 3
+        length = sqrt(1.0 - u[i] * u[i])
+        r = 1.0 / length
+        s = -r * u[i]
+        M = np.empty((3, 3), dtype=np.float64 if cls._T is float else object)
+        v, w = (axis_index + 1) % 3, (axis_index + 2) % 3
+        M[:, axis_index] = u
+        M[i, v], M[j, v], M[k, v] = cls._T(0.0), -r * u[k], r * u[j]
+        M[i, w], M[j, w], M[k, w] = length, s * u[j], s * u[k]
+        return cls._make(M)
+
+    @classmethod
+    def ProjectToRotationMatrix(cls, M: Any) -> Any:
+        """The rotation matrix nearest to `M` in the Frobenius norm.
+
+        Args:
+            M: Any matrix with a positive determinant, shape (3, 3).
+
+        Raises:
+            RuntimeError: the nearest orthonormal matrix is a reflection.
+        """
+        values = numeric(cls._argument("ProjectToRotationMatrix", matrix(cls._T, 3, 3), M=M))
+        if not np.isfinite(values).all():
+            raise RuntimeError(f"RotationMatrix.ProjectToRotationMatrix(): {values.tolist()} is not finite.")
+        U, _, Vt = np.linalg.svd(values)
+        R = U.dot(Vt)
+        if np.linalg.det(R) < 0.0:
+            raise RuntimeError(
+                f"RotationMatrix.ProjectToRotationMatrix(): {values.tolist()} is nearest to a reflection; "
+                "its determinant must be positive."
+            )
+        return cls._make(as_array(cls._T, R, (3, 3)))
+
+    def set(self, R: Any) -> None:
+        """Replace by an array of shape (3, 3).
+
+        Raises:
+            RuntimeError: it is no rotation matrix.
+        """
+        self._M = _checked(self._T, self._argument("set", matrix(self._T, 3, 3), R=R))
+
+    def matrix(self) -> np.ndarray:
+        """The numbers, shape (3, 3)."""
+        return self._M.copy()
+
+    def row(self, index: int) -> np.ndarray:
+        """Row 0, 1 or 2: an axis of A expressed in B, shape (3,), read-only."""
+        return self._M[self._in_range("row", index)]
+
+    def col(self, index: int) -> np.ndarray:
+        """Column 0, 1 or 2: an axis of B expressed in A, shape (3,), read-only."""
+        return self._M[:, self._in_range("col", index)]
+
+    def _in_range(self, call: str, index: int) -> int:
+        if index not in (0, 1, 2):
+            raise IndexError(f"RotationMatrix.{call}(): index is {index}, not 0, 1 or 2.")
+        return index
+
+    def inverse(self) -> Any:
+        """R_BA of this R_AB."""
+        return self._make(self._M.T.copy())
+
+    def transpose(self) -> Any:
+        """R_BA of this R_AB, the same as `inverse`."""
+        return self._make(self._M.T.copy())
+
+    def InvertAndCompose(self, other: Any) -> Any:
+        """R_BC of this R_AB and another R_AC."""
+        other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
+        return self._make(self._M.T.dot(other._M))
+
+    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+        """R_AC from R_BC (`other`), or v_A from v_B: one vector (3,) or several (3, n)."""
+        if len(args) != 1 or kwargs:
+            if len(args) + len(kwargs) != 1 or not kwargs.keys() <= {"other", "v_B"}:
+                raise incompatible("RotationMatrix.multiply", ["(other)", "(v_B)"], args, kwargs)
+            args = tuple(kwargs.values())
+        return self.__matmul__(args[0])
+
+    def __matmul__(self, other: Any) -> Any:
+        T = self._T
+        if isinstance(other, ScalarBase) and hasattr(other, "_M") and other._T is T:
+            return self._make(self._M.dot(other._M))
+        if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
+            other = self._vectors(other)
+        if other.shape[0:1] != (3,) or other.ndim > 2:
+            raise self._no_product(other)
+        return self._M.dot(other)
+
+    def _vectors(self, value: Any) -> np.ndarray:
+        try:
+            return any_array(self._T, value)
+        except Mismatch:
+            raise self._no_product(value) from None
+
+    def _no_product(self, value: Any) -> TypeError:
+        name = pretty_class_name(self._plain_class())
+        vectors = f"(v_B: {self._T.__name__} array of shape (3,) or (3, n))"
+        return incompatible(f"{name}.multiply", [f"(other: {name})", vectors], (value,), {})
+
+    def IsValid(self) -> Any:
+        """Whether the matrix is orthonormal to Drake's tolerance (128 eps) and right-handed."""
+        M = self._M if self._T is float else numeric(self._M)
+        error = np.abs(M.dot(M.T) - identity(float, 3)).max()
+        return bool(error <= TOLERANCE and np.linalg.det(M) > 0.0)
+
+    def IsExactlyIdentity(self) -> Any:
+        """Whether all numbers are those of the unit matrix."""
+        return all_equal(self._M, identity(self._T, 3), self._T)
+
+    def IsNearlyIdentity(self, tolerance: float = TOLERANCE) -> Any:
+        """Whether no number is further than `tolerance` from the unit matrix."""
+        return at_most(largest_magnitude(self._M - identity(self._T, 3), self._T), tolerance, self._T)
+
+    def ToQuaternion(self) -> Any:
+        """The quaternion with a non-negative scalar part."""
+        return Quaternion_[self._T]._make(rotations.matrix_to_canonical_quaternion(self._M))
+
+    def ToAngleAxis(self) -> Any:
+        """Angle in [0, pi] [rad] and axis."""
+        new = _new(AngleAxis_[self._T])
+        new._set_quaternion(self.ToQuaternion())
+        return new
+
+    def ToRollPitchYaw(self) -> Any:
+        """Roll, pitch and yaw; pitch in [-pi/2, pi/2] [rad]."""
+        from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
+
+        return RollPitchYaw_[self._T](self)
+
+    def __getstate__(self) -> Any:
+        return self._M.copy()
+
+    def __setstate__(self, state: Any) -> None:
+        self._M = as_array(self._T, state, (3, 3))
+
+    def __repr__(self) -> str:
+        rows = "".join(f"  {_indented(row)},\n" for row in self._M.tolist())
+        return f"{pretty_class_name(type(self))}([\n{rows}])"
+
+
+def _indented(value: Any) -> str:
+    return repr(value).replace("\n", "\n  ")
+
+
+RotationMatrix_ = ScalarTemplate("RotationMatrix_", RotationMatrix, scope="sheldrake.math", value_type=True)
