@@ -18,7 +18,7 @@ import venv
 ROOT = pathlib.Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-EXTRAS = {"demo": "", "test": "[test,lint,peers]", "lint": "[test,lint,peers]", "bench": "[test,lint,peers]"}
+EXTRAS = {"demo": "[kernels]"} | dict.fromkeys(("test", "lint", "bench"), "[kernels,meshcat,test,lint,peers]")
 CHECKS = (
     ("ruff", ["-m", "ruff", "check", "."]),
     ("ruff format", ["-m", "ruff", "format", "--check", "."]),
