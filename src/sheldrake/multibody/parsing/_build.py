@@ -1,0 +1,326 @@
+"""A model description to a MultibodyPlant, in the order in which Drake adds things."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ._collision_filter_groups import FilterGroupCollector
+from ._description import (
+    ActuatorDescription,
+    BallConstraintDescription,
+    BodyDescription,
+    BushingDescription,
+    CouplerDescription,
+    DistanceConstraintDescription,
+    FrameDescription,
+    FrameReference,
+    JointDescription,
+    ModelDescription,
+    SpringDamperDescription,
+    TendonDescription,
+    WeldConstraintDescription,
+)
+from ._diagnostics import DiagnosticPolicy, ParseError
+
+
+class ModelBuilder:
+    """Adds described models to a plant."""
+
+    def __init__(self, plant, policy: DiagnosticPolicy, filters: FilterGroupCollector, auto_rename: bool):
+        self._plant = plant
+        self._policy = policy
+        self._filters = filters
+        self._auto_rename = auto_rename
+        self._frames: dict[tuple, object] = {}  # (scope of model names, local name) -> frame
+        self._scope: tuple[str, ...] = ()
+        self._instance = None
+        self._joints: dict[str, object] = {}
+        self._has_geometry = plant.geometry_source_is_registered()
+
+    def add(self, model: ModelDescription, prefix: str = "") -> list:
+        """Adds a model and the models nested in it; returns their instances, the model's own first.
+
+        Raises:
+            ParseError: When the plant refuses something; the message says where it stands in the file.
+            NotImplementedError: For an element this version cannot simulate.
+        """
+        self._check_supported(model)
+        self._frames = {}
+        self._scope = ()
+        return self._add(model, self._model_name(model, prefix))
+
+    def _model_name(self, model: ModelDescription, prefix: str) -> str:
+        wanted = f"{prefix}::{model.name}" if prefix else model.name
+        taken = self._plant.HasModelInstanceNamed
+        if not taken(wanted):
+            return wanted
+        if not self._auto_rename:
+            self._policy.Error(
+                model,
+                f"The plant already has a model instance named '{wanted}'. Call parser.SetAutoRenaming(True), or give "
+                "another name or model_name_prefix.",
+            )
+        number = 1
+        while taken(f"{wanted}_{number}"):
+            number += 1
+        return f"{wanted}_{number}"
+
+    def _check_supported(self, model: ModelDescription) -> None:
+        """Refuses what the plant has no class for, before anything is added."""
+        from sheldrake.multibody import tree
+
+        for element in model.elements:
+            if isinstance(element, TendonDescription) and not hasattr(self._plant, "AddTendonConstraint"):
+                raise NotImplementedError(f"{element.where}: tendon constraints are not implemented.")
+            if isinstance(element, JointDescription) and element.kind == "curvilinear":
+                if not hasattr(tree, "CurvilinearJoint"):
+                    raise NotImplementedError(f"{element.where}: curvilinear joints are not implemented.")
+        for nested in model.nested:
+            self._check_supported(nested)
+
+    def _add(self, model: ModelDescription, full_name: str) -> list:
+        instance = self._call(model, self._plant.AddModelInstance, full_name)
+        instances = [instance]
+        outer_scope = self._scope
+        for nested in model.nested:
+            self._scope = (*outer_scope, nested.name)
+            instances += self._add(nested, f"{full_name}::{nested.name}")
+        self._scope, self._instance, self._joints = outer_scope, instance, {}
+        for body in model.bodies:
+            self._call(body, self._add_body, body, model)
+        for element in model.elements:
+            self._call(element, _ADDERS[type(element)], self, element)
+        for body in model.bodies:
+            self._set_default_pose(body, model)
+        for group in model.filter_groups:
+            self._filters.add(group, full_name, self._policy)
+        return instances
+
+    def _call(self, description, function: Callable, *args):
+        """Calls the plant; what it refuses is reported at the description's place."""
+        try:
+            return function(*args)
+        except (ParseError, NotImplementedError):
+            raise
+        except (RuntimeError, ValueError, ArithmeticError) as error:
+            self._policy.Error(description, str(error))
+
+    def _add_body(self, description: BodyDescription, model: ModelDescription) -> None:
+        if description.is_world:
+            body = self._plant.world_body()
+        else:
+            inertia = description.M_BBo_B
+            if inertia is None:
+                from sheldrake.multibody.tree import SpatialInertia
+
+                inertia = SpatialInertia.Zero()
+            body = self._plant.AddRigidBody(description.name, self._instance, inertia)
+            self._frames[self._scope, description.name] = body.body_frame()
+        if self._has_geometry:
+            self._add_geometry(description, body)
+
+    def _add_geometry(self, description: BodyDescription, body) -> None:
+        from sheldrake.geometry import GeometryInstance
+
+        for visual in description.visuals:
+            instance = GeometryInstance(visual.X_BG, visual.shape, visual.name)
+            if visual.illustration is not None:
+                instance.set_illustration_properties(visual.illustration)
+            if visual.perception is not None:
+                instance.set_perception_properties(visual.perception)
+            self._call(visual, self._plant.RegisterVisualGeometry, body, instance)
+        for shape in description.collisions:
+            self._call(
+                shape, self._plant.RegisterCollisionGeometry, body, shape.X_BG, shape.shape, shape.name, shape.proximity
+            )
+
+    def _frame(self, reference: FrameReference):
+        if reference.is_world:
+            return self._plant.world_frame()
+        return self._frames[(*self._scope, *reference.scope), reference.name]
+
+    def _body(self, reference: FrameReference):
+        return self._frame(reference).body()
+
+    def _add_frame(self, description: FrameDescription) -> None:
+        from sheldrake.multibody.tree import FixedOffsetFrame
+
+        frame = FixedOffsetFrame(description.name, self._frame(description.base), description.X_PF)
+        self._frames[self._scope, description.name] = self._plant.AddFrame(frame)
+
+    def _joint_frame(self, joint: JointDescription, reference: FrameReference, X, suffix: str):
+        """The frame a joint attaches to: the body's own, or a new one at pose X in it."""
+        from sheldrake.multibody.tree import FixedOffsetFrame
+
+        frame = self._frame(reference)
+        if X is None:
+            return frame
+        return self._plant.AddFrame(FixedOffsetFrame(f"{joint.name}_{suffix}", frame, X, self._instance))
+
+    def _add_joint(self, description: JointDescription) -> None:
+        frame_F = self._joint_frame(description, description.parent, description.X_PF, "parent")
+        frame_M = self._joint_frame(description, description.child, description.X_CM, "child")
+        joint = self._plant.AddJoint(_make_joint(description, frame_F, frame_M))
+        self._joints[description.name] = joint
+        limits, one = description.limits, np.ones(joint.num_velocities())
+        if description.kind in _LIMITED:
+            joint.set_position_limits(limits.lower * one, limits.upper * one)
+            joint.set_velocity_limits(-limits.velocity * one, limits.velocity * one)
+            joint.set_acceleration_limits(-limits.acceleration * one, limits.acceleration * one)
+        if description.default_position is not None:
+            joint.set_default_positions(np.atleast_1d(description.default_position))
+        if description.spring is not None:
+            self._add_spring(description, joint)
+
+    def _add_spring(self, description: JointDescription, joint) -> None:
+        from sheldrake.multibody.tree import PrismaticSpring, RevoluteSpring
+
+        stiffness, rest = description.spring
+        spring = RevoluteSpring if description.kind == "revolute" else PrismaticSpring
+        self._plant.AddForceElement(spring(joint, rest, stiffness))
+
+    def _add_actuator(self, description: ActuatorDescription) -> None:
+        joint = self._joints[description.joint]
+        actuator = self._plant.AddJointActuator(description.name, joint, description.effort_limit)
+        if description.rotor_inertia is not None:
+            actuator.set_default_rotor_inertia(description.rotor_inertia)
+        if description.gear_ratio is not None:
+            actuator.set_default_gear_ratio(description.gear_ratio)
+        if description.gains is not None:
+            from sheldrake.multibody.tree import PdControllerGains
+
+            p, d = description.gains
+            actuator.set_controller_gains(PdControllerGains(p=p, d=d))
+
+    def _add_coupler(self, description: CouplerDescription) -> None:
+        if not _solver_takes_constraints(self._plant):
+            self._policy.Warning(
+                description,
+                f"Joint '{description.joint}' mimics '{description.source}', but the TAMSI solver takes no constraints; "
+                "the tag is ignored. Use set_discrete_contact_approximation() with another one.",
+            )
+            return
+        joint, source = self._joints[description.joint], self._joints[description.source]
+        self._plant.AddCouplerConstraint(joint, source, description.ratio, description.offset)
+
+    def _add_bushing(self, description: BushingDescription) -> None:
+        from sheldrake.multibody.tree import LinearBushingRollPitchYaw
+
+        self._plant.AddForceElement(
+            LinearBushingRollPitchYaw(
+                self._frame(description.frame_a),
+                self._frame(description.frame_c),
+                description.torque_stiffness,
+                description.torque_damping,
+                description.force_stiffness,
+                description.force_damping,
+            )
+        )
+
+    def _add_spring_damper(self, description: SpringDamperDescription) -> None:
+        from sheldrake.multibody.tree import LinearSpringDamper
+
+        self._plant.AddForceElement(
+            LinearSpringDamper(
+                self._body(description.body_a),
+                description.p_AP,
+                self._body(description.body_b),
+                description.p_BQ,
+                description.free_length,
+                description.stiffness,
+                description.damping,
+            )
+        )
+
+    def _add_ball_constraint(self, description: BallConstraintDescription) -> None:
+        body_a, body_b = self._body(description.body_a), self._body(description.body_b)
+        self._plant.AddBallConstraint(body_a, description.p_AP, body_b, description.p_BQ)
+
+    def _add_weld_constraint(self, description: WeldConstraintDescription) -> None:
+        body_a, body_b = self._body(description.body_a), self._body(description.body_b)
+        self._plant.AddWeldConstraint(body_a, description.X_AP, body_b, description.X_BQ)
+
+    def _add_distance_constraint(self, description: DistanceConstraintDescription) -> None:
+        self._plant.AddDistanceConstraint(
+            self._body(description.body_a),
+            description.p_AP,
+            self._body(description.body_b),
+            description.p_BQ,
+            description.distance,
+            description.stiffness,
+            description.damping,
+        )
+
+    def _add_tendon(self, description: TendonDescription) -> None:
+        self._plant.AddTendonConstraint(
+            [self._joints[name] for name in description.joints],
+            description.a,
+            description.offset,
+            description.lower,
+            description.upper,
+            description.stiffness,
+            description.damping,
+        )
+
+    def _set_default_pose(self, body: BodyDescription, model: ModelDescription) -> None:
+        if body.default_pose is None or body.is_world:
+            return
+        X_WB = body.default_pose if model.X_WM is None else model.X_WM @ body.default_pose
+        self._plant.SetDefaultFreeBodyPose(self._frames[self._scope, body.name].body(), X_WB)
+
+
+_ADDERS = {
+    FrameDescription: ModelBuilder._add_frame,
+    JointDescription: ModelBuilder._add_joint,
+    ActuatorDescription: ModelBuilder._add_actuator,
+    CouplerDescription: ModelBuilder._add_coupler,
+    BushingDescription: ModelBuilder._add_bushing,
+    SpringDamperDescription: ModelBuilder._add_spring_damper,
+    BallConstraintDescription: ModelBuilder._add_ball_constraint,
+    WeldConstraintDescription: ModelBuilder._add_weld_constraint,
+    DistanceConstraintDescription: ModelBuilder._add_distance_constraint,
+    TendonDescription: ModelBuilder._add_tendon,
+}
+_LIMITED = ("revolute", "prismatic")
+
+
+def _solver_takes_constraints(plant) -> bool:
+    from sheldrake.multibody.plant import DiscreteContactApproximation
+
+    return plant.time_step() == 0.0 or (
+        plant.get_discrete_contact_approximation() != DiscreteContactApproximation.kTamsi
+    )
+
+
+def _make_joint(description: JointDescription, frame_F, frame_M):
+    """The plant's joint object of a description."""
+    from sheldrake.multibody import tree
+
+    ends = (description.name, frame_F, frame_M)
+    kind, damping, axis = description.kind, description.damping, description.axis
+    if kind == "revolute":
+        return tree.RevoluteJoint(*ends, axis=axis, damping=damping)
+    if kind == "prismatic":
+        return tree.PrismaticJoint(*ends, axis=axis, damping=damping)
+    if kind == "weld":
+        from sheldrake.math import RigidTransform
+
+        return tree.WeldJoint(*ends, RigidTransform())
+    if kind == "planar":
+        return tree.PlanarJoint(*ends, damping=np.asarray(damping, dtype=float))
+    if kind == "ball_rpy":
+        return tree.BallRpyJoint(*ends, damping=damping)
+    if kind == "universal":
+        return tree.UniversalJoint(*ends, damping=damping)
+    if kind == "screw":
+        return tree.ScrewJoint(*ends, axis=axis, screw_pitch=description.screw_pitch, damping=damping)
+    if kind == "curvilinear":
+        limits = description.limits
+        return tree.CurvilinearJoint(
+            *ends,
+            curvilinear_path=description.path,
+            pos_lower_limit=limits.lower,
+            pos_upper_limit=limits.upper,
+            damping=damping,
+        )
+    return tree.QuaternionFloatingJoint(*ends)

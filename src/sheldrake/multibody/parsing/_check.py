@@ -1,0 +1,110 @@
+"""Checks of a whole description that need more than one element: names and topology."""
+
+from ._description import (
+    ActuatorDescription,
+    BodyDescription,
+    FrameDescription,
+    FrameReference,
+    JointDescription,
+    ModelDescription,
+)
+from ._diagnostics import DiagnosticPolicy
+
+_WORLD = ((), "world")
+
+
+def check_model(model: ModelDescription, policy: DiagnosticPolicy) -> None:
+    """Checks that names are unique, references exist and joints form trees.
+
+    Raises:
+        ParseError: At the first problem.
+    """
+    bodies: dict[tuple[tuple[str, ...], str], BodyDescription] = {}
+    frame_body: dict[tuple[tuple[str, ...], str], tuple] = {}
+    _check_names(model, (), bodies, frame_body, policy)
+    _check_topology(model, (), frame_body, policy)
+
+
+def _check_names(model, scope, bodies, frame_body, policy) -> None:
+    """Uniqueness within each model, and the body behind every frame name (filled into `frame_body`)."""
+    for nested in model.nested:
+        _check_names(nested, (*scope, nested.name), bodies, frame_body, policy)
+    taken: dict[tuple[str, str], object] = {}
+    for body in model.bodies:
+        if body.is_world:
+            continue
+        _claim(taken, "link", body.name, body, model, policy)
+        bodies[scope, body.name] = body
+        frame_body[scope, body.name] = (scope, body.name)
+    for element in model.elements:
+        if isinstance(element, JointDescription):
+            _claim(taken, "joint", element.name, element, model, policy)
+        elif isinstance(element, ActuatorDescription):
+            _claim(taken, "actuator", element.name, element, model, policy)
+        elif isinstance(element, FrameDescription):
+            _claim(taken, "frame", element.name, element, model, policy)
+            base = _find(element.base, scope, frame_body)
+            if base is None:
+                known = _known_names(scope, frame_body)
+                policy.Error(element, f"Frame '{element.name}' is attached to '{element.base}', unknown here; {known}.")
+            frame_body[scope, element.name] = base
+
+
+def _claim(taken, what: str, name: str, description, model, policy) -> None:
+    earlier = taken.get((what, name))
+    if earlier is not None:
+        policy.Error(
+            description,
+            f"Model '{model.name}' already contains a {what} named '{name}' (line {earlier.where.line}); names must be "
+            "unique within a model.",
+        )
+    taken[what, name] = description
+
+
+def _find(reference: FrameReference, scope, frame_body):
+    if reference.is_world:
+        return _WORLD
+    return frame_body.get(((*scope, *reference.scope), reference.name))
+
+
+def _known_names(scope, frame_body) -> str:
+    names = ["::".join((*where[len(scope) :], name)) for where, name in frame_body if where[: len(scope)] == scope]
+    if not names:
+        return "the model has no links"
+    shown = ", ".join(sorted(names)[:20]) + (" ..." if len(names) > 20 else "")
+    return f"known are {shown}"
+
+
+def _check_topology(model, scope, frame_body, policy, parents=None) -> None:
+    """Every joint connects two known bodies, and no joint closes a loop."""
+    parents = {} if parents is None else parents
+
+    def root(body):
+        while body in parents:
+            body = parents[body]
+        return body
+
+    for nested in model.nested:
+        _check_topology(nested, (*scope, nested.name), frame_body, policy, parents)
+    for joint in model.joints():
+        ends = []
+        for role, reference in (("parent", joint.parent), ("child", joint.child)):
+            body = _find(reference, scope, frame_body)
+            if body is None:
+                known = _known_names(scope, frame_body)
+                policy.Error(joint, f"Joint '{joint.name}': there is no {role} link '{reference}'; {known}.")
+            ends.append(body)
+        if ends[0] == ends[1]:
+            policy.Error(joint, f"Joint '{joint.name}' would connect link '{joint.parent}' to itself.")
+        one, other = root(ends[0]), root(ends[1])
+        if one == other:
+            policy.Error(
+                joint,
+                f"Joint '{joint.name}' closes a kinematic loop: '{joint.parent}' and '{joint.child}' are already "
+                "connected by other joints. Cut the loop here and close it with a constraint (drake:ball_constraint, "
+                "AddWeldConstraint) or a drake:linear_bushing_rpy.",
+            )
+        # The world stays the root of what it is part of, and union by order is enough at these sizes.
+        if other == _WORLD:
+            one, other = other, one
+        parents[other] = one

@@ -1,0 +1,236 @@
+"""What a model file says, before any plant hears of it.
+
+URDF, SDFormat and MJCF are read into the same description; one builder (`_build`) turns it into a plant. Reading first
+and building second means that a file with a mistake leaves the plant as it was. Poses are `RigidTransform`s, shapes
+are `sheldrake.geometry` shapes, names are those of the model (no scope) unless said otherwise.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ._diagnostics import Location
+
+INFINITY = float("inf")
+
+
+@dataclass
+class GeometryDescription:
+    """A shape on a body, for one role group: visual (illustration, perception) or collision (proximity)."""
+
+    where: Location
+    name: str
+    X_BG: Any
+    shape: Any
+    illustration: Any = None
+    perception: Any = None
+    proximity: Any = None
+
+
+@dataclass
+class BodyDescription:
+    """A rigid body; `M_BBo_B` is its spatial inertia about its origin. The world body carries geometry only."""
+
+    where: Location
+    name: str
+    M_BBo_B: Any = None
+    is_world: bool = False
+    visuals: list[GeometryDescription] = field(default_factory=list)
+    collisions: list[GeometryDescription] = field(default_factory=list)
+    default_pose: Any = None  # X_WB relative to the model's placement, for bodies that turn out to be free
+
+
+@dataclass
+class FrameReference:
+    """A body or frame by name in a model; `model` None is the description's own, "" the world model."""
+
+    name: str
+    scope: tuple[str, ...] = ()  # nested model names from the describing model to the one that owns the frame
+    is_world: bool = False
+
+    def __str__(self) -> str:
+        return "::".join((*self.scope, self.name))
+
+
+@dataclass
+class FrameDescription:
+    """A frame fixed to another: X_PF is its pose in the frame (or body) `base`."""
+
+    where: Location
+    name: str
+    base: FrameReference
+    X_PF: Any
+
+
+@dataclass
+class JointLimits:
+    """Bounds per degree of freedom, position [m or rad], velocity [m/s or rad/s], acceleration, effort [N or N m]."""
+
+    lower: float = -INFINITY
+    upper: float = INFINITY
+    velocity: float = INFINITY
+    acceleration: float = INFINITY
+    effort: float = INFINITY
+
+
+@dataclass
+class JointDescription:
+    """A joint from frame F on the parent body to frame M on the child body.
+
+    X_PF and X_CM are poses in the parent and child frames; None means the frame itself is used and no frame is added.
+    """
+
+    where: Location
+    name: str
+    kind: str  # revolute, prismatic, weld, planar, ball_rpy, universal, screw, curvilinear, quaternion_floating
+    parent: FrameReference
+    child: FrameReference
+    X_PF: Any = None
+    X_CM: Any = None
+    axis: np.ndarray | None = None
+    damping: Any = 0.0  # [N m s or N s/m], shape (3,) for planar joints
+    limits: JointLimits = field(default_factory=JointLimits)
+    default_position: Any = None
+    screw_pitch: float = 0.0  # [m per turn]
+    path: Any = None  # the trajectory of a curvilinear joint
+    spring: "tuple[float, float] | None" = None  # stiffness [N m/rad or N/m], rest position [rad or m]
+    friction: float = 0.0  # Coulomb friction [N m or N]; no joint has it yet
+
+
+@dataclass
+class ActuatorDescription:
+    """An actuator on a joint with one degree of freedom."""
+
+    where: Location
+    name: str
+    joint: str
+    effort_limit: float = INFINITY
+    rotor_inertia: float | None = None  # [kg m^2 or kg]
+    gear_ratio: float | None = None
+    gains: tuple[float, float] | None = None  # p [N m/rad or N/m], d [N m s/rad or N s/m]
+
+
+@dataclass
+class CouplerDescription:
+    """q(joint) = ratio * q(source) + offset."""
+
+    where: Location
+    joint: str
+    source: str
+    ratio: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass
+class BushingDescription:
+    """A roll-pitch-yaw bushing between two frames; four vectors, shape (3,)."""
+
+    where: Location
+    frame_a: FrameReference
+    frame_c: FrameReference
+    torque_stiffness: np.ndarray
+    torque_damping: np.ndarray
+    force_stiffness: np.ndarray
+    force_damping: np.ndarray
+
+
+@dataclass
+class SpringDamperDescription:
+    """A linear spring-damper between point P of body A and point Q of body B."""
+
+    where: Location
+    body_a: FrameReference
+    p_AP: np.ndarray
+    body_b: FrameReference
+    p_BQ: np.ndarray
+    free_length: float  # [m]
+    stiffness: float  # [N/m]
+    damping: float  # [N s/m]
+
+
+@dataclass
+class BallConstraintDescription:
+    """Point P of body A coincides with point Q of body B; p_BQ None means where P is in the default pose."""
+
+    where: Location
+    body_a: FrameReference
+    p_AP: np.ndarray
+    body_b: FrameReference
+    p_BQ: np.ndarray | None
+
+
+@dataclass
+class WeldConstraintDescription:
+    """Frame P of body A coincides with frame Q of body B."""
+
+    where: Location
+    body_a: FrameReference
+    X_AP: Any
+    body_b: FrameReference
+    X_BQ: Any
+
+
+@dataclass
+class DistanceConstraintDescription:
+    """Points P and Q stay `distance` apart."""
+
+    where: Location
+    body_a: FrameReference
+    p_AP: np.ndarray
+    body_b: FrameReference
+    p_BQ: np.ndarray
+    distance: float  # [m]
+    stiffness: float = INFINITY
+    damping: float = 0.0
+
+
+@dataclass
+class TendonDescription:
+    """lower <= sum(a_i q_i) + offset <= upper."""
+
+    where: Location
+    joints: list[str]
+    a: np.ndarray
+    offset: float | None = None
+    lower: float | None = None
+    upper: float | None = None
+    stiffness: float | None = None
+    damping: float | None = None
+
+
+@dataclass
+class FilterGroupDescription:
+    """A collision filter group; all names relative to the describing model, possibly scoped."""
+
+    where: Location
+    name: str
+    members: list[str] = field(default_factory=list)
+    member_groups: list[str] = field(default_factory=list)
+    ignored: list[str] = field(default_factory=list)
+
+
+@dataclass
+class ModelDescription:
+    """One model instance: what a `<robot>`, `<model>` or `<mujoco>` element says.
+
+    Attributes:
+        elements: Joints, frames, actuators, forces and constraints in the order in which they are to be added.
+        nested: Models inside this one; they become instances of their own, named `outer::inner`, before the elements.
+        X_WM: Where the model is placed; bodies that are free get `X_WM @ default_pose`.
+        on_finish: Calls `(plant, instance)` made after everything else, for what no description covers.
+    """
+
+    where: Location
+    name: str
+    bodies: list[BodyDescription] = field(default_factory=list)
+    elements: list[Any] = field(default_factory=list)
+    nested: "list[ModelDescription]" = field(default_factory=list)
+    filter_groups: list[FilterGroupDescription] = field(default_factory=list)
+    exclusions: list[tuple[FrameReference, FrameReference]] = field(default_factory=list)
+    X_WM: Any = None
+    merged_into_parent: bool = False
+
+    def joints(self) -> list[JointDescription]:
+        """The joints among the elements, in order."""
+        return [element for element in self.elements if isinstance(element, JointDescription)]

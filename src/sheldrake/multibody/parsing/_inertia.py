@@ -1,0 +1,71 @@
+"""Spatial inertias of links from the numbers in a file, with a stand-in for impossible ones."""
+
+import numpy as np
+
+FALLBACK_DENSITY = 1000.0  # [kg/m^3] of the solid sphere that stands in for an impossible inertia (water)
+FALLBACK_MASS = 1.0  # [kg] of that sphere when the mass itself is impossible
+
+
+def make_spatial_inertia(mass: float, X_BI, moments, products, warn):
+    """The spatial inertia of a body about its origin, M_BBo_B.
+
+    Args:
+        mass: Mass [kg].
+        X_BI: Pose of the inertia frame (at the centre of mass) in the body frame.
+        moments: Ixx, Iyy, Izz about the centre of mass in frame I [kg m^2].
+        products: Ixy, Ixz, Iyz likewise.
+        warn: Called with a text when the numbers cannot belong to a body. The body then is a solid sphere of
+            1000 kg/m^3 at the centre of mass, with the given mass (1 kg when the mass is not positive), as in Drake.
+    """
+    from sheldrake.multibody.tree import RotationalInertia, SpatialInertia
+
+    p_BoBcm_B = np.asarray(X_BI.translation(), dtype=float)
+    inertia_is_zero = not (np.any(moments) or np.any(products))
+    if mass == 0.0 and inertia_is_zero:
+        return SpatialInertia.Zero()
+    problem = _find_problem(mass, moments, products, inertia_is_zero)
+    if problem is not None:
+        return _stand_in(mass, p_BoBcm_B, problem, warn)
+    Ixx, Iyy, Izz = moments
+    Ixy, Ixz, Iyz = products
+    R_BI = X_BI.rotation().matrix()
+    I_B = R_BI @ np.array([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]]) @ R_BI.T
+    I_BBcm_B = RotationalInertia(
+        Ixx=I_B[0, 0],
+        Iyy=I_B[1, 1],
+        Izz=I_B[2, 2],
+        Ixy=0.5 * (I_B[0, 1] + I_B[1, 0]),
+        Ixz=0.5 * (I_B[0, 2] + I_B[2, 0]),
+        Iyz=0.5 * (I_B[1, 2] + I_B[2, 1]),
+    )
+    return SpatialInertia.MakeFromCentralInertia(mass, p_BoBcm_B, I_BBcm_B)
+
+
+def _find_problem(mass: float, moments, products, inertia_is_zero: bool) -> "str | None":
+    """Why the numbers cannot belong to a rigid body, or None."""
+    if mass < 0.0 or (mass == 0.0 and not inertia_is_zero):
+        return f"a mass of {mass:g} kg with a rotational inertia" if mass == 0.0 else f"a negative mass of {mass:g} kg"
+    Ixx, Iyy, Izz = moments
+    Ixy, Ixz, Iyz = products
+    principal = np.linalg.eigvalsh(np.array([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]]))
+    # Round-off in the file's decimals and in the eigenvalues: 16 units in the last place of the largest moment.
+    slack = 16.0 * np.finfo(float).eps * max(0.5 * abs(Ixx + Iyy + Izz), np.max(np.abs(principal)))
+    text = "{:g}, {:g}, {:g} kg m^2".format(*principal)
+    if principal[0] < -slack:
+        return f"a negative principal moment of inertia ({text})"
+    if principal[0] + principal[1] < principal[2] - slack:
+        return f"principal moments of inertia ({text}) of which one exceeds the sum of the others"
+    return None
+
+
+def _stand_in(mass: float, p_BoBcm_B, problem: str, warn):
+    from sheldrake.multibody.tree import SpatialInertia
+
+    used = mass if mass > 0.0 else FALLBACK_MASS
+    radius = (used / (FALLBACK_DENSITY * 4.0 / 3.0 * np.pi)) ** (1.0 / 3.0)
+    warn(
+        f"The inertia is impossible: {problem}. It is replaced by a solid sphere of {used:g} kg and radius "
+        f"{radius:.4g} m ({FALLBACK_DENSITY:g} kg/m^3) at the centre of mass."
+    )
+    M_SScm = SpatialInertia.SolidSphereWithMass(used, radius)
+    return M_SScm.Shift(-p_BoBcm_B)

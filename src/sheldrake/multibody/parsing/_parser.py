@@ -1,0 +1,262 @@
+"""Parser: model files into a plant."""
+
+import os
+
+from sheldrake.common.deprecation import _warn_deprecated
+
+from ._build import ModelBuilder
+from ._collision_filter_groups import CollisionFilterGroups, FilterGroupCollector
+from ._description import ModelDescription
+from ._diagnostics import DiagnosticPolicy, Location
+from ._package_map import PackageMap, resolve_uri
+from ._reading import Reading
+from ._xml import parse_xml, read_xml
+
+_FORMATS = (".urdf", ".sdf", ".xml", ".dmd.yaml", ".obj")
+
+
+class Parser:
+    """Reads robot descriptions into a MultibodyPlant, and their shapes into the SceneGraph it is registered with.
+
+    The format follows from the file name: `.urdf`, `.sdf`, `.xml` (MJCF), `.dmd.yaml` (model directives), `.obj` (one
+    body made of a mesh). A file that cannot be used raises RuntimeError (`ParseError`) with file, line and column, and
+    leaves the plant as it was; odd but usable content gives a warning through `diagnostic_policy()`.
+
+    Args:
+        plant: The plant to add to; it must not be finalized.
+        scene_graph: Registered with the plant when it is not yet.
+        model_name_prefix: Put before the names of all models, as `prefix::name`.
+        builder: A DiagramBuilder with systems called `plant` and, optionally, `scene_graph`, used when these are not
+            given.
+    """
+
+    def __init__(self, *args, **kwargs):
+        plant, scene_graph, prefix, builder = _sort_arguments(args, kwargs)
+        if plant.is_finalized():
+            raise RuntimeError("Parser(): the plant is already finalized; parse before Finalize().")
+        if scene_graph is not None and not plant.geometry_source_is_registered():
+            plant.RegisterAsSourceForSceneGraph(scene_graph)
+        self._plant = plant
+        self._scene_graph = scene_graph if scene_graph is not None else _find_scene_graph(plant)
+        self._builder = builder
+        self._prefix = prefix
+        self._packages = PackageMap()
+        self._policy = DiagnosticPolicy()
+        self._auto_renaming = False
+        self._filters = FilterGroupCollector(plant)
+
+    def plant(self):
+        """The plant that is added to."""
+        return self._plant
+
+    def scene_graph(self):
+        """The scene graph that is added to, or None."""
+        return self._scene_graph
+
+    def builder(self):
+        """The diagram builder given at construction, or None."""
+        return self._builder
+
+    def package_map(self) -> PackageMap:
+        """Where `package://` and `model://` addresses lead; change it to add packages."""
+        return self._packages
+
+    def diagnostic_policy(self) -> DiagnosticPolicy:
+        """What is done with warnings and errors; change it to collect them."""
+        return self._policy
+
+    def SetAutoRenaming(self, value: bool) -> None:
+        """When true, a model whose name is taken becomes `name_1`, `name_2`...; otherwise that is an error."""
+        self._auto_renaming = bool(value)
+
+    def GetAutoRenaming(self) -> bool:
+        """Whether models whose name is taken are renamed."""
+        return self._auto_renaming
+
+    def SetStrictParsing(self) -> None:
+        """Makes every warning an error from now on."""
+        self._policy.warnings_are_errors = True
+
+    def GetCollisionFilterGroups(self) -> CollisionFilterGroups:
+        """The collision filter groups of everything parsed so far."""
+        return self._filters.report()
+
+    def collision_filter_groups(self) -> CollisionFilterGroups:
+        """The same as `GetCollisionFilterGroups`."""
+        return self.GetCollisionFilterGroups()
+
+    def AddModels(self, file_name=None, *, url=None, file_contents=None, file_type=None) -> list:
+        """Adds all models of a file, an address, or a text.
+
+        Call it as `AddModels(file_name)`, `AddModels(url="package://...")` or
+        `AddModels(file_contents="...", file_type="urdf")`.
+
+        Returns:
+            The ModelInstanceIndex of every model added, outer models before the models nested in them.
+
+        Raises:
+            RuntimeError: When the file cannot be used.
+        """
+        given = [value is not None for value in (file_name, url, file_contents)]
+        if sum(given) != 1 or (file_contents is None) != (file_type is None):
+            raise TypeError(
+                "Parser.AddModels() takes file_name, or url=, or file_contents= together with file_type=; "
+                f"got file_name={file_name!r}, url={url!r}, file_type={file_type!r}."
+            )
+        if url is not None:
+            return self.AddModelsFromUrl(url)
+        if file_contents is not None:
+            return self.AddModelsFromString(file_contents, file_type)
+        return self._add_file(os.fspath(file_name))
+
+    def AddModelsFromUrl(self, url: str) -> list:
+        """Adds all models of the file behind a `package://`, `model://` or `file://` address."""
+        where = Location("AddModelsFromUrl()")
+        return self._add_file(resolve_uri(url, self._packages, None, where, self._policy))
+
+    def AddModelsFromString(self, file_contents: str, file_type: str) -> list:
+        """Adds all models of a text; `file_type` is a file name ending without the dot, such as `urdf`."""
+        source = f"<literal-string>.{file_type}"
+        kind = self._kind_of(source)
+        if kind == ".obj":
+            self._policy.Error(Location(source), "A mesh cannot be given as a string; use a file.")
+        reading = Reading(self._policy, self._packages, source, None, self._wants_geometry())
+        return self._add(kind, reading, file_contents)
+
+    def AddModelFromFile(self, file_name, model_name: str = ""):
+        """Retired: `AddModels(file_name)[0]`."""
+        _warn_deprecated(
+            "Parser.AddModelFromFile() was retired; use AddModels(file_name), which returns a list.",
+            date="2023-06-01",
+            stacklevel=3,
+        )
+        return self._only(self._add_file(os.fspath(file_name), model_name), "AddModelFromFile()")
+
+    def AddModelFromString(self, file_contents: str, file_type: str, model_name: str = ""):
+        """Retired: `AddModelsFromString(file_contents, file_type)[0]`."""
+        _warn_deprecated(
+            "Parser.AddModelFromString() was retired; use AddModelsFromString(), which returns a list.",
+            date="2023-06-01",
+            stacklevel=3,
+        )
+        source = f"<literal-string>.{file_type}"
+        reading = Reading(self._policy, self._packages, source, None, self._wants_geometry())
+        return self._only(
+            self._add(self._kind_of(source), reading, file_contents, model_name), "AddModelFromString()"
+        )
+
+    def AddAllModelsFromFile(self, file_name) -> list:
+        """Retired: `AddModels(file_name)`."""
+        _warn_deprecated(
+            "Parser.AddAllModelsFromFile() was retired; use AddModels(file_name).", date="2023-06-01", stacklevel=3
+        )
+        return self._add_file(os.fspath(file_name))
+
+    def _only(self, instances: list, call: str):
+        if not instances:
+            raise RuntimeError(f"Parser.{call}: the input has no model.")
+        return instances[0]
+
+    def _wants_geometry(self) -> bool:
+        return self._plant.geometry_source_is_registered()
+
+    def _kind_of(self, name: str) -> str:
+        lowered = name.lower()
+        for ending in _FORMATS:
+            if lowered.endswith(ending):
+                return ending
+        known = ", ".join(_FORMATS)
+        self._policy.Error(Location(name), f"The file type is not recognized; the known endings are {known}.")
+
+    def _add_file(self, path: str, model_name: str = "") -> list:
+        kind = self._kind_of(path)
+        if not os.path.isfile(path):
+            problem = "is a folder" if os.path.isdir(path) else "does not exist"
+            self._policy.Error(Location(path), f"The file {problem} (working folder: '{os.getcwd()}').")
+        path = os.path.abspath(path)
+        reading = Reading(
+            self._policy,
+            self._packages,
+            path,
+            os.path.dirname(path),
+            self._wants_geometry(),
+            (os.path.realpath(path),),
+        )
+        return self._add(kind, reading, None, model_name)
+
+    def _add(self, kind: str, reading: Reading, text: "str | None", model_name: str = "") -> list:
+        """Reads everything first, then adds it to the plant."""
+        if self._plant.is_finalized():
+            raise RuntimeError("Parser: the plant was finalized; add models before Finalize().")
+        models = read_models(kind, reading, text, model_name)
+        instances = self._build(models, self._prefix)
+        self._filters.finish(self._scene_graph, self._policy)
+        return instances
+
+    def _build(self, models: "list[ModelDescription]", prefix: str) -> list:
+        builder = ModelBuilder(self._plant, self._policy, self._filters, self._auto_renaming)
+        instances = []
+        for model in models:
+            instances += builder.add(model, prefix)
+        return instances
+
+
+def read_models(kind: str, reading: Reading, text: "str | None", model_name: str = "") -> "list[ModelDescription]":
+    """The models of one file or text."""
+    if kind == ".urdf":
+        from ._urdf import read_urdf
+
+        return [read_urdf(_root(reading, text), reading, model_name)]
+    raise NotImplementedError(f"{reading.source}: reading {kind} is not implemented.")
+
+
+def _root(reading: Reading, text: "str | None"):
+    if text is None:
+        return read_xml(reading.source, reading.policy)
+    return parse_xml(text, reading.source, reading.policy)
+
+
+def _sort_arguments(args: tuple, kwargs: dict):
+    """plant, scene_graph, prefix, builder from pydrake's three call forms."""
+    names = ("builder", "plant", "scene_graph", "model_name_prefix")
+    unknown = [name for name in kwargs if name not in names]
+    if unknown or len(args) > 4:
+        raise TypeError(f"Parser() takes {', '.join(names)}; got {', '.join(unknown) or f'{len(args)} arguments'}.")
+    given = dict(kwargs)
+    positional = list(args)
+    if positional and hasattr(positional[0], "AddSystem"):
+        order = list(names)
+    elif len(positional) == 2 and isinstance(positional[1], str):
+        order = ["plant", "model_name_prefix"]
+    else:
+        order = ["plant", "scene_graph", "model_name_prefix"]
+    for name, value in zip(order, positional):
+        if name in given:
+            raise TypeError(f"Parser() got two values for '{name}'.")
+        given[name] = value
+    builder, plant, scene_graph = given.get("builder"), given.get("plant"), given.get("scene_graph")
+    prefix = given.get("model_name_prefix", "")
+    if not isinstance(prefix, str):
+        raise TypeError(f"Parser(): model_name_prefix must be a str, not {prefix!r}.")
+    if plant is None and builder is not None:
+        plant = _find_system(builder, "plant")
+        if scene_graph is None and builder.HasSubsystemNamed("scene_graph"):
+            scene_graph = _find_system(builder, "scene_graph")
+    if plant is None:
+        raise TypeError("Parser() needs a plant, or a builder with a system named 'plant'.")
+    return plant, scene_graph, prefix, builder
+
+
+def _find_system(builder, name: str):
+    if not builder.HasSubsystemNamed(name):
+        names = ", ".join(system.get_name() for system in builder.GetSystems()) or "(none)"
+        raise RuntimeError(f"Parser(builder): the builder has no system named '{name}'; it has {names}.")
+    return builder.GetMutableSubsystemByName(name)
+
+
+def _find_scene_graph(plant):
+    """The scene graph a plant is registered with, or None."""
+    if not plant.geometry_source_is_registered():
+        return None
+    getter = getattr(plant, "GetMutableSceneGraphPreFinalize", None)
+    return getter() if getter is not None else getattr(plant, "_scene_graph", None)

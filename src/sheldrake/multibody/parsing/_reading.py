@@ -1,0 +1,174 @@
+"""What every reader of a model format needs: files, messages, numbers."""
+
+import os
+import re
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ._diagnostics import DiagnosticPolicy, Location
+from ._package_map import PackageMap, resolve_uri
+from ._xml import Element
+
+_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_INFINITY = re.compile(r"[+-]?inf(?:inity)?", re.IGNORECASE)
+
+INCLUDE_DEPTH = 30  # files that include files
+
+
+@dataclass
+class Reading:
+    """The surroundings of one file that is being read.
+
+    Attributes:
+        policy: Receives warnings and errors.
+        packages: Where packages live.
+        source: What messages call the input.
+        folder: The folder relative file names start at; None for a string.
+        wants_geometry: False when the plant has no scene graph: then shapes, and the files they name, are not read.
+        includes: The files being read right now, outermost first.
+    """
+
+    policy: DiagnosticPolicy
+    packages: PackageMap
+    source: str
+    folder: "str | None"
+    wants_geometry: bool
+    includes: tuple[str, ...] = ()
+
+    def warn(self, where, message: str) -> None:
+        """Reports a warning at an element, description or location."""
+        self.policy.Warning(where, message)
+
+    def fail(self, where, message: str):
+        """Reports an error; never returns.
+
+        Raises:
+            ParseError: Always.
+        """
+        self.policy.Error(where, message)
+
+    def inside(self, path: str, where: Location) -> "Reading":
+        """The surroundings of a file included at `where`.
+
+        Raises:
+            ParseError: When the file is already being read, or inclusion is nested too deeply.
+        """
+        real = os.path.realpath(path)
+        if real in self.includes:
+            self.fail(where, f"The file '{path}' includes itself.")
+        if len(self.includes) >= INCLUDE_DEPTH:
+            self.fail(where, f"Files include each other deeper than {INCLUDE_DEPTH} levels.")
+        return replace(self, source=path, folder=os.path.dirname(path), includes=(*self.includes, real))
+
+    def resolve(self, uri: str, where: Location) -> str:
+        """The path a file name or address stands for.
+
+        Raises:
+            ParseError: When there is no such file.
+        """
+        return resolve_uri(uri.strip(), self.packages, self.folder, where, self.policy)
+
+    def name(self, element: Element, what: str, attribute: str = "name") -> str:
+        """A name that must be there and not be empty.
+
+        Raises:
+            ParseError: When it is missing or empty.
+        """
+        value = element.get(attribute)
+        if value is None or not value.strip():
+            problem = "is missing the" if value is None else "has an empty"
+            self.fail(element, f"{what} {problem} attribute '{attribute}'.")
+        return value
+
+    def number(self, element: Element, attribute: str, default=None, infinite: bool = False):
+        """The value of a numeric attribute, or `default` when it is absent.
+
+        Raises:
+            ParseError: When the text is not one finite number (or infinity, where allowed).
+        """
+        text = element.get(attribute)
+        if text is None:
+            return default
+        return self.parse_number(text, element.where_attribute(attribute), f"attribute '{attribute}'", infinite)
+
+    def vector(self, element: Element, attribute: str, size: int, default=None):
+        """The value of a numeric vector attribute, shape (size,), or `default` when it is absent.
+
+        Raises:
+            ParseError: When the text is not `size` finite numbers.
+        """
+        text = element.get(attribute)
+        if text is None:
+            return default
+        return self.parse_vector(text, size, element.where_attribute(attribute), f"attribute '{attribute}'")
+
+    def parse_number(self, text: str, where: Location, what: str, infinite: bool = False) -> float:
+        """One number from text; `what` names it in messages."""
+        stripped = text.strip()
+        if _NUMBER.fullmatch(stripped) or (infinite and _INFINITY.fullmatch(stripped)):
+            value = float(stripped)
+            if infinite or np.isfinite(value):
+                return value
+        self.fail(where, f"{what}: expected one finite number, found '{_shorten(text)}'.")
+
+    def parse_vector(self, text: str, size: "int | None", where: Location, what: str) -> np.ndarray:
+        """Numbers separated by white space, shape (size,); any number of them when `size` is None."""
+        words = text.split()
+        if size is not None and len(words) != size:
+            self.fail(where, f"{what}: expected {size} numbers, found '{_shorten(text)}'.")
+        return np.array([self.parse_number(word, where, what) for word in words], dtype=float)
+
+    def parse_bool(self, text: str, where: Location, what: str) -> bool:
+        """A truth value: true, false, 1 or 0."""
+        value = {"true": True, "1": True, "false": False, "0": False}.get(text.strip().lower())
+        if value is None:
+            self.fail(where, f"{what}: expected true or false, found '{_shorten(text)}'.")
+        return value
+
+    def warn_unknown(self, element: Element, tags=(), attributes=(), silent=()) -> None:
+        """Warns about children and attributes that no one reads, so that nothing is dropped silently."""
+        for child in element:
+            if child.tag not in tags and child.tag not in silent:
+                self.warn(child, f"The element <{child.tag}> inside <{element.tag}> is not supported and is ignored.")
+        for attribute in element.attributes:
+            if attribute not in attributes and attribute not in silent and not attribute.startswith("xmlns"):
+                where = element.where_attribute(attribute)
+                self.warn(where, f"The attribute '{attribute}' of <{element.tag}> is not supported and is ignored.")
+
+
+def _shorten(text: str, limit: int = 60) -> str:
+    text = " ".join(text.split())
+    return text if len(text) <= limit else text[:limit] + "..."
+
+
+def unique_name(wanted: str, taken) -> str:
+    """`wanted`, or `wanted_1`, `wanted_2`... when it is taken."""
+    if wanted not in taken:
+        return wanted
+    number = 1
+    while f"{wanted}_{number}" in taken:
+        number += 1
+    return f"{wanted}_{number}"
+
+
+def make_pose(xyz, rpy):
+    """The pose with translation `xyz` [m] and space-fixed roll, pitch, yaw [rad]."""
+    from sheldrake.math import RigidTransform, RollPitchYaw
+
+    return RigidTransform(RollPitchYaw(np.asarray(rpy, dtype=float)), np.asarray(xyz, dtype=float))
+
+
+def rotation_from_z(direction):
+    """The smallest rotation that turns the z-axis into `direction`, shape (3,), of any length but zero.
+
+    Rodrigues' formula with sine and cosine from the cross and dot product; half a turn about x when they are opposite.
+    """
+    from sheldrake.math import RotationMatrix
+
+    d = np.asarray(direction, dtype=float) / np.linalg.norm(direction)
+    cosine = d[2]
+    if cosine <= -1.0 + 1e-12:
+        return RotationMatrix.MakeXRotation(np.pi)
+    K = np.array([[0.0, 0.0, d[0]], [0.0, 0.0, d[1]], [-d[0], -d[1], 0.0]])
+    return RotationMatrix(np.eye(3) + K + K @ K / (1.0 + cosine))

@@ -1,0 +1,306 @@
+"""URDF shapes, materials, visuals and collisions."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ._description import BodyDescription, GeometryDescription
+from ._diagnostics import Location
+from ._proximity import read_proximity_properties
+from ._reading import Reading, make_pose, unique_name
+from ._xml import Element
+
+_ORIGIN = ("xyz", "rpy")
+_VISUAL_TAGS = (
+    "origin",
+    "geometry",
+    "material",
+    "drake:illustration_properties",
+    "drake:perception_properties",
+    "drake:accepting_renderer",
+)
+_COLLISION_TAGS = ("origin", "geometry", "drake:proximity_properties", "drake_compliance")
+
+
+@dataclass
+class Material:
+    """A named appearance: colour (red, green, blue, opacity), shape (4,), and texture file; either may be None."""
+
+    where: Location
+    rgba: "np.ndarray | None"
+    texture: "str | None"
+
+    def looks_like(self, other: "Material") -> bool:
+        """True when colour and texture are the same."""
+        same_colour = (self.rgba is None) == (other.rgba is None) and (
+            self.rgba is None or np.array_equal(self.rgba, other.rgba)
+        )
+        return same_colour and self.texture == other.texture
+
+
+def read_origin(element: Element, reading: Reading, tag: str = "origin"):
+    """The pose in an `<origin xyz rpy>` child; identity when there is none."""
+    origin = element.find(tag)
+    if origin is None:
+        return make_pose(np.zeros(3), np.zeros(3))
+    reading.warn_unknown(origin, attributes=_ORIGIN)
+    xyz = reading.vector(origin, "xyz", 3, np.zeros(3))
+    rpy = reading.vector(origin, "rpy", 3, np.zeros(3))
+    return make_pose(xyz, rpy)
+
+
+def read_material(element: Element, reading: Reading, materials: "dict[str, Material]") -> "Material | None":
+    """The appearance a `<material>` element declares or refers to; a named declaration is added to `materials`.
+
+    None, with a warning, when it refers to a material that no one declared.
+    """
+    reading.warn_unknown(element, tags=("color", "texture"), attributes=("name",))
+    name = element.get("name")
+    color, texture = element.find("color"), element.find("texture")
+    if color is None and texture is None:
+        if name in materials:
+            return materials[name]
+        known = ", ".join(materials) or "(none)"
+        reading.warn(element, f"Material '{name}' has no colour or texture and is not declared before; known: {known}.")
+        return None
+    found = Material(element.where, _read_color(color, reading), _read_texture(texture, reading))
+    earlier = materials.get(name) if name else None
+    if earlier is not None and not earlier.looks_like(found):
+        reading.warn(
+            element,
+            f"Material '{name}' was declared differently on line {earlier.where.line}; this declaration is used here.",
+        )
+    elif name:
+        materials[name] = found
+    return found
+
+
+def _read_color(color: "Element | None", reading: Reading):
+    if color is None:
+        return None
+    rgba = reading.vector(color, "rgba", 4)
+    if rgba is None:
+        reading.fail(color, "A <color> needs the attribute 'rgba' with four numbers.")
+    if np.any(rgba < 0.0) or np.any(rgba > 1.0):
+        reading.fail(color, f"The attribute 'rgba' must be between 0 and 1, found '{color.get('rgba')}'.")
+    return rgba
+
+
+def _read_texture(texture: "Element | None", reading: Reading) -> "str | None":
+    """The path of the texture file; without a scene graph nobody looks for it."""
+    if texture is None or not reading.wants_geometry:
+        return None
+    return reading.resolve(reading.name(texture, "A <texture>", "filename"), texture.where_attribute("filename"))
+
+
+def read_shape(geometry: Element, reading: Reading):
+    """The shape inside a `<geometry>` element."""
+    for child in geometry:
+        reader = _SHAPES.get(child.tag)
+        if reader is not None:
+            extra = [other for other in geometry if other is not child]
+            if extra:
+                reading.warn(extra[0], f"A <geometry> has one shape; <{extra[0].tag}> is ignored.")
+            return reader(child, reading)
+    found = ", ".join(f"<{child.tag}>" for child in geometry) or "nothing"
+    known = ", ".join(f"<{tag}>" for tag in _SHAPES)
+    reading.fail(geometry, f"A <geometry> needs a shape; found {found}, known are {known}.")
+
+
+def _measures(element: Element, reading: Reading, *names: str, may_be_zero: bool = False) -> "list[float]":
+    """Positive numbers, one an attribute."""
+    reading.warn_unknown(element, attributes=names)
+    values = []
+    for name in names:
+        value = reading.number(element, name)
+        if value is None:
+            reading.fail(element, f"A <{element.tag}> needs the attribute '{name}'.")
+        if value < 0.0 or (value == 0.0 and not may_be_zero):
+            reading.fail(element.where_attribute(name), f"The {name} of a <{element.tag}> must be positive: {value:g}.")
+        values.append(value)
+    return values
+
+
+def _read_box(element: Element, reading: Reading):
+    from sheldrake.geometry import Box
+
+    reading.warn_unknown(element, attributes=("size",))
+    size = reading.vector(element, "size", 3)
+    if size is None:
+        reading.fail(element, "A <box> needs the attribute 'size'.")
+    if np.any(size <= 0.0):
+        reading.fail(element.where_attribute("size"), f"The size of a <box> must be positive: {element.get('size')}.")
+    return Box(*size)
+
+
+def _read_sphere(element: Element, reading: Reading):
+    from sheldrake.geometry import Sphere
+
+    return Sphere(*_measures(element, reading, "radius", may_be_zero=True))
+
+
+def _read_cylinder(element: Element, reading: Reading):
+    from sheldrake.geometry import Cylinder
+
+    return Cylinder(*_measures(element, reading, "radius", "length"))
+
+
+def _read_capsule(element: Element, reading: Reading):
+    from sheldrake.geometry import Capsule
+
+    return Capsule(*_measures(element, reading, "radius", "length"))
+
+
+def _read_ellipsoid(element: Element, reading: Reading):
+    from sheldrake.geometry import Ellipsoid
+
+    return Ellipsoid(*_measures(element, reading, "a", "b", "c"))
+
+
+def _read_mesh(element: Element, reading: Reading):
+    from sheldrake.geometry import Convex, Mesh
+
+    reading.warn_unknown(element, tags=("drake:declare_convex",), attributes=("filename", "scale"))
+    path = reading.resolve(reading.name(element, "A <mesh>", "filename"), element.where_attribute("filename"))
+    scale = read_scale(element.get("scale"), reading, element.where_attribute("scale"))
+    return (Mesh if element.find("drake:declare_convex") is None else Convex)(path, scale)
+
+
+def read_scale(text: "str | None", reading: Reading, where: Location) -> np.ndarray:
+    """A mesh scale, shape (3,), from one or three numbers."""
+    if text is None:
+        return np.ones(3)
+    scale = reading.parse_vector(text, None, where, "the mesh scale")
+    if scale.size == 1:
+        scale = np.repeat(scale, 3)
+    if scale.size != 3:
+        reading.fail(where, f"The mesh scale needs one or three numbers, found '{text}'.")
+    if np.any(np.abs(scale) < 1e-8):
+        reading.fail(where, f"The mesh scale must not be zero, found '{text}'.")
+    return scale
+
+
+_SHAPES = {
+    "box": _read_box,
+    "sphere": _read_sphere,
+    "cylinder": _read_cylinder,
+    "capsule": _read_capsule,
+    "drake:capsule": _read_capsule,
+    "drake:ellipsoid": _read_ellipsoid,
+    "mesh": _read_mesh,
+}
+
+
+def read_visual(element: Element, body: BodyDescription, reading: Reading, materials: "dict[str, Material]") -> None:
+    """Adds a `<visual>` to a body."""
+    reading.warn_unknown(element, tags=_VISUAL_TAGS, attributes=("name",))
+    material_element = element.find("material")
+    material = None if material_element is None else read_material(material_element, reading, materials)
+    if not reading.wants_geometry:
+        return
+    description = _read_placed_shape(element, body, reading, body.visuals, "visual")
+    add_visual_roles(description, element, body.name, reading, material)
+    if description.illustration is not None or description.perception is not None:
+        body.visuals.append(description)
+
+
+def add_visual_roles(description, element: Element, body_name: str, reading: Reading, material: "Material | None"):
+    """Sets illustration and perception properties, unless the element switches a role off."""
+    from sheldrake.geometry import IllustrationProperties, PerceptionProperties, Rgba
+
+    illustration, perception = IllustrationProperties(), PerceptionProperties()
+    if material is not None and material.rgba is not None:
+        for properties in (illustration, perception):
+            properties.AddProperty("phong", "diffuse", Rgba(*material.rgba))
+    if material is not None and material.texture is not None:
+        perception.AddProperty("phong", "diffuse_map", material.texture)
+    renderers = {reading.name(child, "A <drake:accepting_renderer>") for child in _renderers(element)}
+    if renderers:
+        perception.AddProperty("renderer", "accepting", renderers)
+    if _is_enabled(element, "drake:illustration_properties", reading):
+        description.illustration = illustration
+    if _is_enabled(element, "drake:perception_properties", reading):
+        description.perception = perception
+    elif renderers:
+        reading.warn(element, "<drake:accepting_renderer> has no effect: the perception role is switched off.")
+    if description.illustration is None and description.perception is None:
+        reading.warn(
+            element,
+            f"A visual of link '{body_name}' has both the illustration and the perception role switched off and is "
+            "ignored.",
+        )
+
+
+def _renderers(element: Element) -> "list[Element]":
+    return element.find_all("drake:accepting_renderer")
+
+
+def _is_enabled(element: Element, tag: str, reading: Reading) -> bool:
+    child = element.find(tag)
+    if child is None:
+        return True
+    text = child.get("enabled")
+    if text is None:
+        reading.fail(child, f"<{tag}> needs the attribute 'enabled'.")
+    return reading.parse_bool(text, child.where_attribute("enabled"), f"<{tag}> enabled")
+
+
+def read_collision(element: Element, body: BodyDescription, reading: Reading) -> None:
+    """Adds a `<collision>` to a body."""
+    reading.warn_unknown(element, tags=_COLLISION_TAGS, attributes=("name",))
+    if not reading.wants_geometry:
+        return
+    description = _read_placed_shape(element, body, reading, body.collisions, "collision")
+
+    def number_of(child: Element) -> float:
+        value = reading.number(child, "value")
+        if value is None:
+            reading.fail(child, f"<{child.tag}> needs the attribute 'value'.")
+        return value
+
+    description.proximity = read_proximity_properties(
+        element,
+        reading,
+        number_of,
+        lambda child: reading.name(child, child.tag, "value"),
+        _old_friction(element, reading),
+    )
+    body.collisions.append(description)
+
+
+def _old_friction(element: Element, reading: Reading) -> "tuple[float, float] | None":
+    """Coefficients in the retired `<drake_compliance>` tag; static and dynamic are child elements."""
+    old = element.find("drake_compliance")
+    if old is None:
+        return None
+    if element.find("drake:proximity_properties") is not None:
+        reading.warn(old, "<drake_compliance> is ignored beside <drake:proximity_properties>; remove it.")
+        return None
+    reading.warn_unknown(old, tags=("static_friction", "dynamic_friction"))
+    static, dynamic = (old.find(tag) for tag in ("static_friction", "dynamic_friction"))
+    if (static is None) != (dynamic is None):
+        reading.fail(old, "<drake_compliance> needs both <static_friction> and <dynamic_friction>.")
+    if static is None:
+        return None
+    values = tuple(reading.parse_number(child.text, child.where, f"<{child.tag}>") for child in (static, dynamic))
+    if not 0.0 <= values[1] <= values[0]:
+        reading.fail(old, f"Friction must satisfy 0 <= dynamic <= static, found {values[1]:g} and {values[0]:g}.")
+    return values
+
+
+def _read_placed_shape(element: Element, body, reading: Reading, siblings, kind: str) -> GeometryDescription:
+    """Name, pose and shape of a visual or collision."""
+    geometry = element.find("geometry")
+    if geometry is None:
+        reading.fail(element, f"Link '{body.name}' has a {kind} element without geometry.")
+    reading.warn_unknown(geometry, tags=[child.tag for child in geometry])
+    shape = read_shape(geometry, reading)
+    taken = {sibling.name for sibling in siblings}
+    wanted = element.get("name")
+    if wanted is None or not wanted.strip():
+        name = unique_name(type(shape).__name__, taken)
+    else:
+        name = unique_name(wanted, taken)
+        if name != wanted:
+            reading.warn(element, f"The {kind} name '{wanted}' of link '{body.name}' is taken; it becomes '{name}'.")
+    return GeometryDescription(element.where, name, read_origin(element, reading), shape)

@@ -1,0 +1,180 @@
+"""Model files: what our parser makes of them equals what Drake's parser makes, on the same plant class."""
+
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+pydrake = pytest.importorskip("pydrake")
+pytestmark = pytest.mark.peer
+
+HERE = pathlib.Path(__file__).parent
+MODELS = HERE.parents[1] / "models" / "parsing"
+SHARE = pathlib.Path(pydrake.__file__).parent / "share" / "drake"
+TOLERANCE = 1e-12  # relative to the larger of 1 and the number: a few additions in another order
+
+
+def compare(cases):
+    """(Drake's result, our result) of every case."""
+    environment = {**os.environ, "PYTHONPATH": str(HERE.parents[2] / "src")}
+    process = subprocess.run(
+        [sys.executable, str(HERE / "parsing_on_pydrake.py")],
+        input=json.dumps(cases),
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=600,
+    )
+    assert process.returncode == 0, process.stderr[-2000:]
+    return json.loads(process.stdout)
+
+
+def differences(theirs, ours, path=""):
+    """Where two results differ, as text."""
+    if isinstance(theirs, dict) and isinstance(ours, dict):
+        keys = (theirs.keys() | ours.keys()) - {"warnings"}
+        return [d for key in sorted(keys) for d in differences(theirs.get(key), ours.get(key), f"{path}/{key}")]
+    if isinstance(theirs, list) and isinstance(ours, list) and len(theirs) == len(ours):
+        return [d for i, (a, b) in enumerate(zip(theirs, ours)) for d in differences(a, b, f"{path}/{i}")]
+    if isinstance(theirs, float) and isinstance(ours, float):
+        if theirs == ours or math.isclose(theirs, ours, rel_tol=TOLERANCE, abs_tol=TOLERANCE):
+            return []
+    elif theirs == ours:
+        return []
+    return [f"{path}: Drake {str(theirs)[:200]}, here {str(ours)[:200]}"]
+
+
+def files():
+    own = sorted(path for path in MODELS.iterdir() if path.name.endswith((".urdf", ".sdf", ".xml", ".dmd.yaml")))
+    drakes = sorted(path for kind in ("urdf",) for path in SHARE.rglob(f"*.{kind}"))
+    return [*own, *drakes]
+
+
+@pytest.fixture(scope="module")
+def file_results():
+    cases = [{"path": str(path), "scene": scene} for path in files() for scene in (True, False)]
+    return dict(zip(((case["path"], case["scene"]) for case in cases), compare(cases)))
+
+
+@pytest.mark.parametrize("scene", [True, False], ids=["geometry", "bare"])
+@pytest.mark.parametrize("path", files(), ids=lambda path: path.name)
+def test_files_make_the_same_plant(path, scene, file_results):
+    theirs, ours = file_results[str(path), scene]
+    assert "error" not in theirs
+    assert differences(theirs, ours) == []
+
+
+LINKS = "".join(
+    f'<link name="{name}"><inertial><mass value="2"/><inertia ixx="0.1" iyy="0.2" izz="0.15" ixy="0" ixz="0" iyz="0"/>'
+    "</inertial><collision><geometry><sphere radius='0.1'/></geometry></collision></link>"
+    for name in "abc"
+)
+
+
+def robot(body):
+    return f'<robot name="r" xmlns:drake="http://drake.mit.edu">{body}</robot>'
+
+
+def inertial(mass, moments, xyz="0 0 0"):
+    ixx, iyy, izz = moments
+    return robot(
+        f'<link name="a"><inertial><origin xyz="{xyz}"/><mass value="{mass}"/>'
+        f'<inertia ixx="{ixx}" iyy="{iyy}" izz="{izz}"/></inertial></link>'
+    )
+
+
+def group(name, *content):
+    return f'<drake:collision_filter_group name="{name}">{"".join(content)}</drake:collision_filter_group>'
+
+
+MIMIC = (
+    LINKS
+    + '<joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint><joint name="k" type="prismatic">'
+    '<parent link="b"/><child link="c"/><mimic joint="j" multiplier="2" offset="0.1"/></joint>'
+)
+
+SAME = {
+    "no inertial": {"text": robot('<link name="a"/>')},
+    "inertia breaks the triangle rule": {"text": inertial(1, (1, 1, 10))},
+    "negative moment": {"text": inertial(1, (-1, 1, 1), "1 2 3")},
+    "inertia without mass": {"text": inertial(0, (1, 1, 1))},
+    "negative mass": {"text": inertial(-2, (1, 1, 1), "1 2 3")},
+    "point mass": {"text": inertial(2, (0, 0, 0), "1 2 3")},
+    "nearly flat": {"text": inertial(1, (1e-6, 1e-6, 2e-6))},
+    "renamed copies": {"text": robot(LINKS), "times": 3, "rename": True},
+    "prefix": {"text": robot(LINKS), "prefix": "left::arm"},
+    "mimic": {"text": robot(MIMIC)},
+    "mimic, continuous time": {"text": robot(MIMIC), "time_step": 0.0},
+    "mimic, solver without constraints": {"text": robot(MIMIC), "tamsi": True},
+    "groups exclude each other": {
+        "text": robot(
+            LINKS
+            + group("g", '<drake:member link="a"/><drake:ignored_collision_filter_group name="h"/>')
+            + group("h", '<drake:member link="b"/><drake:member link="c"/>')
+        )
+    },
+    "group excludes itself": {
+        "text": robot(
+            LINKS
+            + group(
+                "g", '<drake:member link="a"/><drake:member link="b"/><drake:ignored_collision_filter_group name="g"/>'
+            )
+        )
+    },
+}
+
+
+@pytest.fixture(scope="module")
+def snippet_results():
+    return dict(zip(SAME, compare([{"type": "urdf", **case} for case in SAME.values()])))
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_snippets_make_the_same_plant(name, snippet_results):
+    theirs, ours = snippet_results[name]
+    assert "error" not in theirs
+    assert differences(theirs, ours) == []
+    assert len(ours["warnings"]) >= len(theirs["warnings"])
+
+
+REFUSED = {
+    "no such link": '<joint name="j" type="revolute"><parent link="x"/><child link="a"/></joint>',
+    "zero axis": '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><axis xyz="0 0 0"/></joint>',
+    "no parent": '<joint name="j" type="revolute"><child link="b"/></joint>',
+    "unknown type": '<joint name="j" type="hinge"><parent link="a"/><child link="b"/></joint>',
+    "limits swapped": '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><limit lower="1" upper="0"/>'
+    "</joint>",
+    "itself": '<joint name="j" type="revolute"><parent link="a"/><child link="a"/></joint>',
+    "same link twice": '<link name="a"/>',
+    "not a number": '<link name="d"><inertial><mass value="nan"/></inertial></link>',
+    "letters": '<link name="d"><inertial><mass value="heavy"/></inertial></link>',
+    "negative damping": '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><dynamics damping="-1"/>'
+    "</joint>",
+    "negative radius": '<link name="d"><visual><geometry><sphere radius="-1"/></geometry></visual></link>',
+    "no such mesh": '<link name="d"><visual><geometry><mesh filename="/no.obj"/></geometry></visual></link>',
+    "no such package": '<link name="d"><visual><geometry><mesh filename="package://no/no.obj"/></geometry></visual></link>',
+    "no such group": group("g", '<drake:member link="a"/><drake:ignored_collision_filter_group name="h"/>'),
+    "no such member": group("g", '<drake:member link="nobody"/>'),
+    "empty group": group("g"),
+    "transmission of nothing": "<transmission><type>SimpleTransmission</type></transmission>",
+    "loop joint": "<loop_joint/>",
+}
+
+
+def test_what_drake_refuses_is_refused_with_a_place():
+    cases = [{"text": robot(LINKS + "\n" + body), "type": "urdf"} for body in REFUSED.values()]
+    for name, (theirs, ours) in zip(REFUSED, compare(cases)):
+        assert "error" in theirs, name
+        assert ours.get("error", "").startswith("ParseError: <literal-string>.urdf:"), (name, ours.get("error"))
+
+
+def test_the_comparison_sees_a_fault_of_one_part_in_a_hundred_million():
+    right = {"text": inertial(2, (0.1, 0.2, 0.15)), "type": "urdf"}
+    wrong = {**right, "text": inertial(2 * (1 + 1e-8), (0.1, 0.2, 0.15)), "theirs": right}
+    [(theirs, ours)] = compare([wrong])
+    assert any("/bodies/" in difference for difference in differences(theirs, ours))
+    assert any("/dynamics/" in difference for difference in differences(theirs, ours))
