@@ -1,6 +1,7 @@
 """A model description to a MultibodyPlant, in the order in which Drake adds things."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -31,10 +32,10 @@ class ModelBuilder:
         self._policy = policy
         self._filters = filters
         self._auto_rename = auto_rename
-        self._frames: dict[tuple, object] = {}  # (scope of model names, local name) -> frame
+        self._frames: dict[tuple, Any] = {}  # (scope of model names, local name) -> frame
         self._scope: tuple[str, ...] = ()
         self._instance = None
-        self._joints: dict[str, object] = {}
+        self._joints: dict[str, Any] = {}
         self._has_geometry = plant.geometry_source_is_registered()
 
     def add(self, model: ModelDescription, prefix: str = "") -> list:
@@ -170,14 +171,8 @@ class ModelBuilder:
         if description.default_position is not None:
             joint.set_default_positions(np.atleast_1d(description.default_position))
         if description.spring is not None:
-            self._add_spring(description, joint)
-
-    def _add_spring(self, description: JointDescription, joint) -> None:
-        from sheldrake.multibody.tree import PrismaticSpring, RevoluteSpring
-
-        stiffness, rest = description.spring
-        spring = RevoluteSpring if description.kind == "revolute" else PrismaticSpring
-        self._plant.AddForceElement(spring(joint, rest, stiffness))
+            stiffness, rest = description.spring
+            self._plant.AddForceElement(_make_spring(description.kind, joint, rest, stiffness))
 
     def _add_actuator(self, description: ActuatorDescription) -> None:
         joint = self._joints[description.joint]
@@ -196,7 +191,7 @@ class ModelBuilder:
         if not _solver_takes_constraints(self._plant):
             self._policy.Warning(
                 description,
-                f"Joint '{description.joint}' mimics '{description.source}', but the TAMSI solver takes no constraints; "
+                f"Joint '{description.joint}' mimics '{description.source}', but TAMSI takes no constraints; "
                 "the tag is ignored. Use set_discrete_contact_approximation() with another one.",
             )
             return
@@ -269,7 +264,7 @@ class ModelBuilder:
         self._plant.SetDefaultFreeBodyPose(self._frames[self._scope, body.name].body(), X_WB)
 
 
-_ADDERS = {
+_ADDERS: dict[type, Callable] = {
     FrameDescription: ModelBuilder._add_frame,
     JointDescription: ModelBuilder._add_joint,
     ActuatorDescription: ModelBuilder._add_actuator,
@@ -282,6 +277,12 @@ _ADDERS = {
     TendonDescription: ModelBuilder._add_tendon,
 }
 _LIMITED = ("revolute", "prismatic")
+
+
+def _make_spring(kind: str, joint, rest: float, stiffness: float):
+    from sheldrake.multibody.tree import PrismaticSpring, RevoluteSpring
+
+    return (RevoluteSpring if kind == "revolute" else PrismaticSpring)(joint, rest, stiffness)
 
 
 def _solver_takes_constraints(plant) -> bool:

@@ -53,7 +53,7 @@ class FilterGroupCollector:
     def __init__(self, plant):
         self._plant = plant
         self._members: dict[tuple, set] = {}
-        self._pairs: set[tuple] = set()
+        self._pairs: set[frozenset] = set()
         self._open: list[tuple[FilterGroupDescription, str]] = []
 
     def add(self, group: FilterGroupDescription, namespace: str, policy: DiagnosticPolicy) -> None:

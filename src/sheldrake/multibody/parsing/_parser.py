@@ -30,7 +30,7 @@ class Parser:
             given.
     """
 
-    def __init__(self, *args, **kwargs):
+    def __init__(self, *args, **kwargs) -> None:
         plant, scene_graph, prefix, builder = _sort_arguments(args, kwargs)
         if plant.is_finalized():
             raise RuntimeError("Parser(): the plant is already finalized; parse before Finalize().")
@@ -141,9 +141,7 @@ class Parser:
         )
         source = f"<literal-string>.{file_type}"
         reading = Reading(self._policy, self._packages, source, None, self._wants_geometry())
-        return self._only(
-            self._add(self._kind_of(source), reading, file_contents, model_name), "AddModelFromString()"
-        )
+        return self._only(self._add(self._kind_of(source), reading, file_contents, model_name), "AddModelFromString()")
 
     def AddAllModelsFromFile(self, file_name) -> list:
         """Retired: `AddModels(file_name)`."""
@@ -161,12 +159,11 @@ class Parser:
         return self._plant.geometry_source_is_registered()
 
     def _kind_of(self, name: str) -> str:
-        lowered = name.lower()
-        for ending in _FORMATS:
-            if lowered.endswith(ending):
-                return ending
-        known = ", ".join(_FORMATS)
-        self._policy.Error(Location(name), f"The file type is not recognized; the known endings are {known}.")
+        kind = next((ending for ending in _FORMATS if name.lower().endswith(ending)), None)
+        if kind is None:
+            known = ", ".join(_FORMATS)
+            self._policy.Error(Location(name), f"The file type is not recognized; the known endings are {known}.")
+        return kind
 
     def _add_file(self, path: str, model_name: str = "") -> list:
         kind = self._kind_of(path)

@@ -107,8 +107,10 @@ def _read_friction(block: Element, reading: Reading, number_of, fallback):
     static, dynamic = found
     if static is None and dynamic is None:
         return fallback or (DEFAULT_FRICTION, DEFAULT_FRICTION)
-    static = dynamic if static is None else static
-    dynamic = static if dynamic is None else dynamic
+    if static is None:
+        return dynamic, dynamic
+    if dynamic is None:
+        return static, static
     if dynamic > static:
         reading.fail(block, f"Dynamic friction ({dynamic:g}) must not exceed static friction ({static:g}).")
     return static, dynamic

@@ -3,6 +3,7 @@
 import os
 import re
 from dataclasses import dataclass, replace
+from typing import NoReturn
 
 import numpy as np
 
@@ -40,7 +41,7 @@ class Reading:
         """Reports a warning at an element, description or location."""
         self.policy.Warning(where, message)
 
-    def fail(self, where, message: str):
+    def fail(self, where, message: str) -> NoReturn:
         """Reports an error; never returns.
 
         Raises:

@@ -27,16 +27,14 @@ class RemoteParams(Struct):
         strip_prefix: A leading folder inside the archive that is dropped.
     """
 
-    _fields = {
-        "urls": (list[str], list),
-        "sha256": (str, str),
-        "archive_type": (str | None, lambda: None),
-        "strip_prefix": (str | None, lambda: None),
-    }
+    urls: list[str]
+    sha256: str
+    archive_type: str | None
+    strip_prefix: str | None
 
     def ToJson(self) -> str:
         """The fields that are set, as JSON with sorted keys."""
-        fields = {name: getattr(self, name) for name in self._fields if getattr(self, name) is not None}
+        fields = {f.name: getattr(self, f.name) for f in self.__fields__ if getattr(self, f.name) is not None}
         return json.dumps(fields, sort_keys=True, separators=(",", ":"))
 
 

@@ -6,58 +6,65 @@ import typing
 
 
 class Struct:
-    """A class of named, typed fields: `fields` maps a name to (type, function that makes the default)."""
+    """A class of typed fields, declared as annotations in its body.
 
-    _fields: "dict[str, tuple[typing.Any, typing.Callable[[], typing.Any]]]" = {}
-    __fields__: tuple = ()
+    A new object's fields are empty: "" for str, [] and {} for containers, None for optional fields, and a new object
+    for other classes.
+    """
+
+    __fields__: "typing.ClassVar[tuple]" = ()
 
     def __init_subclass__(cls, **kwargs):
         super().__init_subclass__(**kwargs)
-        cls.__fields__ = tuple(types.SimpleNamespace(name=name, type=kind) for name, (kind, _) in cls._fields.items())
+        hints = typing.get_type_hints(cls)
+        cls.__fields__ = tuple(
+            types.SimpleNamespace(name=name, type=hints[name])
+            for name in cls.__annotations__
+            if not name.startswith("_")
+        )
 
     def __init__(self, **kwargs):
-        for name, (_, make) in self._fields.items():
-            setattr(self, name, make())
+        for field in self.__fields__:
+            setattr(self, field.name, _empty(field.type))
+        names = [field.name for field in self.__fields__]
         for name, value in kwargs.items():
-            if name not in self._fields:
-                raise AttributeError(
-                    f"{type(self).__name__} has no field '{name}'; its fields are {', '.join(self._fields)}."
-                )
+            if name not in names:
+                raise AttributeError(f"{type(self).__name__} has no field '{name}'; its fields are {', '.join(names)}.")
             setattr(self, name, value)
 
     def __setattr__(self, name, value):
-        if name in self._fields:
-            value = _checked(type(self).__name__, name, self._fields[name][0], value)
+        for field in self.__fields__:
+            if field.name == name and not _fits(field.type, value):
+                raise TypeError(f"{type(self).__name__}.{name} must be {field.type}, not {type(value).__name__}.")
         object.__setattr__(self, name, value)
 
     def __repr__(self):
-        values = ", ".join(f"{name}={getattr(self, name)!r}" for name in self._fields)
+        values = ", ".join(f"{field.name}={getattr(self, field.name)!r}" for field in self.__fields__)
         return f"{type(self).__name__}({values})"
 
     def __copy__(self):
-        return type(self)(**{name: getattr(self, name) for name in self._fields})
+        return type(self)(**{field.name: getattr(self, field.name) for field in self.__fields__})
 
     def __deepcopy__(self, memo):
-        return type(self)(**{name: copy.deepcopy(getattr(self, name), memo) for name in self._fields})
+        values = {field.name: copy.deepcopy(getattr(self, field.name), memo) for field in self.__fields__}
+        return type(self)(**values)
 
 
-def _checked(owner: str, name: str, kind, value):
-    """The value, when it fits the declared type.
-
-    Raises:
-        TypeError: When it does not.
-    """
-    origin, arguments = typing.get_origin(kind), typing.get_args(kind)
-    if origin in (typing.Union, types.UnionType):
-        fits = value is None or isinstance(value, _plain(arguments[0]))
-    elif origin in (list, dict):
-        fits = isinstance(value, origin)
-    else:
-        fits = isinstance(value, _plain(kind))
-    if not fits:
-        raise TypeError(f"{owner}.{name} must be {kind}, not {type(value).__name__}.")
-    return value
+def is_optional(kind) -> bool:
+    """True for `X | None`."""
+    return typing.get_origin(kind) in (typing.Union, types.UnionType)
 
 
-def _plain(kind):
+def plain_type(kind):
+    """The class behind a type: list for `list[str]`, X for `X | None`."""
+    if is_optional(kind):
+        return plain_type(typing.get_args(kind)[0])
     return typing.get_origin(kind) or kind
+
+
+def _empty(kind):
+    return None if is_optional(kind) else plain_type(kind)()
+
+
+def _fits(kind, value) -> bool:
+    return (value is None and is_optional(kind)) or isinstance(value, plain_type(kind))

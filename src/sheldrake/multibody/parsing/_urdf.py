@@ -62,9 +62,7 @@ def read_urdf(root: Element, reading: Reading, model_name: str = "") -> ModelDes
         read_material(element, reading, materials)
     for element in root.find_all("link"):
         _read_link(element, model, reading, materials)
-    joints = [
-        element for tag in ("joint", "drake:joint") for element in root.find_all(tag) if not _is_ignored(element, reading)
-    ]
+    joints = [e for e in root.find_all("joint", "drake:joint") if not _is_ignored(e, reading)]
     for element in joints:
         read_joint(element, model, reading)
     for element in joints:
@@ -192,9 +190,9 @@ def _read_bushing(element: Element, model: ModelDescription, reading: Reading) -
     prefix = "drake:bushing_"
     names = ("torque_stiffness", "torque_damping", "force_stiffness", "force_damping")
     reading.warn_unknown(element, [prefix + name for name in ("frameA", "frameC", *names)])
-    frames = [_reference(element, prefix + name, model, reading) for name in ("frameA", "frameC")]
+    frame_a, frame_c = (_reference(element, prefix + name, model, reading) for name in ("frameA", "frameC"))
     constants = [_value(element, prefix + name, reading, 3) for name in names]
-    model.elements.append(BushingDescription(element.where, *frames, *constants))
+    model.elements.append(BushingDescription(element.where, frame_a, frame_c, *constants))
 
 
 def _read_spring_damper(element: Element, model: ModelDescription, reading: Reading) -> None:

@@ -32,10 +32,9 @@ class Material:
 
     def looks_like(self, other: "Material") -> bool:
         """True when colour and texture are the same."""
-        same_colour = (self.rgba is None) == (other.rgba is None) and (
-            self.rgba is None or np.array_equal(self.rgba, other.rgba)
-        )
-        return same_colour and self.texture == other.texture
+        if self.rgba is None or other.rgba is None:
+            return self.rgba is other.rgba and self.texture == other.texture
+        return np.array_equal(self.rgba, other.rgba) and self.texture == other.texture
 
 
 def read_origin(element: Element, reading: Reading, tag: str = "origin"):
@@ -278,14 +277,14 @@ def _old_friction(element: Element, reading: Reading) -> "tuple[float, float] | 
         return None
     reading.warn_unknown(old, tags=("static_friction", "dynamic_friction"))
     static, dynamic = (old.find(tag) for tag in ("static_friction", "dynamic_friction"))
-    if (static is None) != (dynamic is None):
-        reading.fail(old, "<drake_compliance> needs both <static_friction> and <dynamic_friction>.")
-    if static is None:
+    if static is None and dynamic is None:
         return None
-    values = tuple(reading.parse_number(child.text, child.where, f"<{child.tag}>") for child in (static, dynamic))
-    if not 0.0 <= values[1] <= values[0]:
-        reading.fail(old, f"Friction must satisfy 0 <= dynamic <= static, found {values[1]:g} and {values[0]:g}.")
-    return values
+    if static is None or dynamic is None:
+        reading.fail(old, "<drake_compliance> needs both <static_friction> and <dynamic_friction>.")
+    mu_s, mu_d = (reading.parse_number(child.text, child.where, f"<{child.tag}>") for child in (static, dynamic))
+    if not 0.0 <= mu_d <= mu_s:
+        reading.fail(old, f"Friction must satisfy 0 <= dynamic <= static, found {mu_d:g} and {mu_s:g}.")
+    return mu_s, mu_d
 
 
 def _read_placed_shape(element: Element, body, reading: Reading, siblings, kind: str) -> GeometryDescription:

@@ -231,7 +231,7 @@ def read_mimic(element: Element, model: ModelDescription, reading: Reading) -> N
     """Adds the coupler of a joint's `<mimic>` child, when it has one."""
     mimic = element.find("mimic")
     joints = {joint.name: joint for joint in model.joints()}
-    joint = joints.get(element.get("name"))
+    joint = joints.get(element.get("name", ""))
     if mimic is None or joint is None:
         return
     reading.warn_unknown(mimic, attributes=("joint", "multiplier", "offset"))

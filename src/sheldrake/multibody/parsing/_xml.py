@@ -58,7 +58,7 @@ class Element:
             column = self.column + match.start(1) - start
         return Location(self._source.name, self.line + lines_before, column)
 
-    def get(self, name: str, default: "str | None" = None) -> "str | None":
+    def get(self, name: str, default=None):
         """The value of an attribute, or `default`."""
         return self.attributes.get(name, default)
 
