@@ -50,7 +50,7 @@ MATERIAL_COLUMNS = 5
 # Columns of GeometryModel.loop: a face of a hull
 FIRST_CORNER = np.int64(0)  # index in `topology` of its vertices, counter-clockwise seen from outside
 NUM_CORNERS = np.int64(1)
-FIRST_FOOT = np.int64(2)  # index in `topology` of its four feet: corners that span it best (repeated if it has three)
+FIRST_FOOT = np.int64(2)  # index in `topology` of the four corners that span it best; -1 for a triangle
 
 # Columns of ContactTable.pair and .point
 GEOMETRY_A = np.int64(0)
@@ -63,6 +63,10 @@ NHAT_BA_W = np.int64(6)
 DEPTH = np.int64(9)
 
 MAX_POINTS = 4  # contact points of one pair
+
+# Status of a search, in ContactTable.count[1]
+CAPACITY_EXCEEDED = np.int64(1)
+UNSUPPORTED_PAIR = np.int64(2)
 
 
 class GeometryModel(NamedTuple):
@@ -98,7 +102,7 @@ class ContactTable(NamedTuple):
     Attributes:
         pair: geometry A, geometry B, body A, body B, shape (capacity, 4).
         point: p_WCa, p_WCb [m], nhat_BA_W, depth [m], shape (capacity, 10).
-        count: number of contacts, and the status of the search (0, or see `contacts.py`), shape (2,).
+        count: number of contacts, and the status of the search (0 is fine), shape (2,).
         X_WG: poses of all geometries, shape (num_geometries, 12).
         work: scratch of the pair kernels.
         iwork: integer scratch of the pair kernels.

@@ -1,0 +1,351 @@
+"""Contacts of every convex shape with a half space.
+
+Names: shape i in frame G, half space j with its plane through Ho and outward unit normal nhat. `height` is that of Go
+above the plane [m]. "single" functions give Drake's one point, "multi" functions up to four points of the touching
+face or edge, each with a depth of its own: every contact point enters and leaves with depth zero, so that the contact
+force is continuous.
+"""
+
+from __future__ import annotations
+
+from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, sub3
+from sheldrake.common.kernel import kernel
+
+from .model import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    ELLIPSOID,
+    FIRST_CORNER,
+    FIRST_EXTREME,
+    FIRST_FACE,
+    FIRST_FOOT,
+    FIRST_VERTEX,
+    HALF_LENGTH,
+    HULL,
+    KIND,
+    MULTI_POINT,
+    NUM_FACES,
+    NUM_VERTICES,
+    RADIUS,
+    SPHERE,
+)
+from .table import MIN_DEPTH, absolute, column, emit, position_of, rotation_of
+
+ALIGNED = 1e-7  # Drake's tolerance for an axis that is (not) along the normal
+LINEAR_SEARCH = 24  # hulls with at most so many vertices are searched one by one
+
+
+@kernel(outline=True)
+def half_space_contacts(model, table, i, j):
+    """Contacts of shape i with half space j."""
+    nhat = column(rotation_of(table, j), 2)
+    p_HoGo = sub3(position_of(table, i), position_of(table, j))
+    height = dot3(nhat, p_HoGo)
+    kind = model.geometry[i, KIND]
+    multi = model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2
+    if kind == SPHERE:
+        sphere_on_plane(model, table, i, j, nhat, height)
+    elif kind == BOX:
+        if multi:
+            box_on_plane_multi(model, table, i, j, nhat, height)
+        else:
+            box_on_plane_single(model, table, i, j, nhat, height)
+    elif kind == CYLINDER:
+        if multi:
+            cylinder_on_plane_multi(model, table, i, j, nhat, height)
+        else:
+            cylinder_on_plane_single(model, table, i, j, nhat, height)
+    elif kind == CAPSULE:
+        capsule_on_plane(model, table, i, j, nhat, height, multi)
+    elif kind == ELLIPSOID:
+        ellipsoid_on_plane(model, table, i, j, nhat, height)
+    elif kind == HULL:
+        hull_on_plane(model, table, i, j, nhat, height, multi)
+
+
+@kernel
+def emit_below(model, table, i, j, p_WQ, nhat, depth):
+    """A contact at Q of shape i, which is `depth` below the plane of j, if it is below."""
+    if depth > MIN_DEPTH:
+        emit(model, table, i, j, p_WQ, add3(p_WQ, scale3(nhat, depth)), nhat, depth)
+
+
+@kernel
+def sphere_on_plane(model, table, i, j, nhat, height):
+    radius = model.size[i, RADIUS]
+    p_WGo = position_of(table, i)
+    if radius - height >= 0.0:
+        p_WCi = sub3(p_WGo, scale3(nhat, radius))
+        emit(model, table, i, j, p_WCi, sub3(p_WGo, scale3(nhat, height)), nhat, radius - height)
+
+
+# ---- box
+
+
+@kernel
+def box_on_plane_single(model, table, i, j, nhat, height):
+    """The lowest corner; the centre of a level face."""
+    R_WG = rotation_of(table, i)
+    c = rotate_back(R_WG, nhat)
+    h = load3(model.size, i)
+    depth = h[0] * absolute(c[0]) + h[1] * absolute(c[1]) + h[2] * absolute(c[2]) - height
+    level = -1
+    for k in range(3):
+        if absolute(absolute(c[k]) - 1.0) < ALIGNED:
+            level = k
+    p_WQ = position_of(table, i)
+    for k in range(3):
+        if level < 0 or level == k:
+            p_WQ = add3(p_WQ, scale3(column(R_WG, k), -h[k] if c[k] > 0.0 else h[k]))
+    emit_below(model, table, i, j, p_WQ, nhat, depth)
+
+
+@kernel
+def box_on_plane_multi(model, table, i, j, nhat, height):
+    """The corners, below the plane, of the face that looks down most."""
+    R_WG = rotation_of(table, i)
+    c = rotate_back(R_WG, nhat)
+    h = load3(model.size, i)
+    c0 = absolute(c[0])
+    c1 = absolute(c[1])
+    c2 = absolute(c[2])
+    if height > h[0] * c0 + h[1] * c1 + h[2] * c2:
+        return
+    down = 0
+    if c1 > c0:
+        down = 1
+    if c2 > c0 and c2 > c1:
+        down = 2
+    u = (down + 1) % 3
+    v = (down + 2) % 3
+    s = -1.0 if c[down] > 0.0 else 1.0
+    p_WF = add3(position_of(table, i), scale3(column(R_WG, down), s * h[down]))
+    depth_F = -(height + s * c[down] * h[down])
+    U = scale3(column(R_WG, u), h[u])
+    V = scale3(column(R_WG, v), h[v])
+    for corner in range(4):
+        su = -1.0 if corner == 0 or corner == 3 else 1.0
+        sv = -1.0 if corner < 2 else 1.0
+        depth = depth_F - su * c[u] * h[u] - sv * c[v] * h[v]
+        emit_below(model, table, i, j, add3(p_WF, add3(scale3(U, su), scale3(V, sv))), nhat, depth)
+
+
+# ---- cylinder and capsule
+
+
+@kernel
+def cylinder_on_plane_single(model, table, i, j, nhat, height):
+    """The lowest rim point; the middle of a level side line; the centre of a level cap."""
+    axis = column(rotation_of(table, i), 2)
+    radius = model.size[i, RADIUS]
+    c = dot3(axis, nhat)
+    p_WQ = position_of(table, i)
+    depth = radius - height
+    if absolute(c) < ALIGNED:
+        p_WQ = sub3(p_WQ, scale3(nhat, radius))
+    else:
+        half_length = model.size[i, HALF_LENGTH]
+        p_WQ = add3(p_WQ, scale3(axis, -half_length if c > 0.0 else half_length))
+        if absolute(absolute(c) - 1.0) >= ALIGNED:
+            C = sub3(scale3(axis, c), nhat)
+            p_WQ = add3(p_WQ, scale3(C, radius / sqrt(dot3(C, C))))
+        depth = -(height + dot3(nhat, sub3(p_WQ, position_of(table, i))))
+    emit_below(model, table, i, j, p_WQ, nhat, depth)
+
+
+@kernel
+def cylinder_on_plane_multi(model, table, i, j, nhat, height):
+    """Of the lower rim the lowest point and those 90 and 180 degrees from it, and the lowest point of the upper rim.
+
+    Four rim points 90 degrees apart feel the same moment wherever the first one is, so that it may follow the tilt.
+    """
+    R_WG = rotation_of(table, i)
+    axis = column(R_WG, 2)
+    radius = model.size[i, RADIUS]
+    half_length = model.size[i, HALF_LENGTH]
+    c = dot3(axis, nhat)
+    down = sub3(scale3(axis, c), nhat)
+    slope = sqrt(dot3(down, down))
+    if height > half_length * absolute(c) + radius * slope + MIN_DEPTH:
+        return
+    U = column(R_WG, 0)
+    if slope > 1e-12:
+        U = scale3(down, 1.0 / slope)
+    V = scale3(cross3(axis, U), radius)
+    U = scale3(U, radius)
+    to_low = scale3(axis, -half_length if c > 0.0 else half_length)
+    p_WGo = position_of(table, i)
+    p_WL = add3(p_WGo, to_low)
+    depth_L = half_length * absolute(c) - height
+    drop = -dot3(nhat, U)
+    swing = dot3(nhat, V)
+    emit_below(model, table, i, j, add3(p_WL, U), nhat, depth_L + drop)
+    depth_upper = drop - half_length * absolute(c) - height
+    emit_below(model, table, i, j, add3(sub3(p_WGo, to_low), U), nhat, depth_upper)
+    emit_below(model, table, i, j, add3(p_WL, V), nhat, depth_L - swing)
+    emit_below(model, table, i, j, sub3(p_WL, V), nhat, depth_L + swing)
+    if depth_upper <= MIN_DEPTH:
+        emit_below(model, table, i, j, sub3(p_WL, U), nhat, depth_L - drop)
+
+
+@kernel
+def capsule_on_plane(model, table, i, j, nhat, height, multi):
+    """The lowest points of both end balls, or Drake's one point."""
+    axis = column(rotation_of(table, i), 2)
+    radius = model.size[i, RADIUS]
+    half_length = model.size[i, HALF_LENGTH]
+    c = dot3(axis, nhat)
+    p_WS = sub3(position_of(table, i), scale3(nhat, radius))
+    arm = scale3(axis, half_length)
+    if multi:
+        emit_below(model, table, i, j, sub3(p_WS, arm), nhat, radius - height + half_length * c)
+        emit_below(model, table, i, j, add3(p_WS, arm), nhat, radius - height - half_length * c)
+    elif absolute(c) < ALIGNED:
+        emit_below(model, table, i, j, p_WS, nhat, radius - height)
+    else:
+        p_WQ = add3(p_WS, scale3(arm, -1.0 if c > 0.0 else 1.0))
+        emit_below(model, table, i, j, p_WQ, nhat, radius - height + half_length * absolute(c))
+
+
+@kernel
+def ellipsoid_on_plane(model, table, i, j, nhat, height):
+    """Drake's point: on the line from the centre to the lowest point, midway between surface and plane."""
+    R_WG = rotation_of(table, i)
+    n = rotate_back(R_WG, nhat)
+    a = load3(model.size, i)
+    an = (a[0] * n[0], a[1] * n[1], a[2] * n[2])
+    reach = sqrt(dot3(an, an))
+    depth = reach - height
+    if depth > MIN_DEPTH:
+        s = rotate(R_WG, (a[0] * an[0] / reach, a[1] * an[1] / reach, a[2] * an[2] / reach))
+        p_WM = add3(position_of(table, i), scale3(s, 0.5 * depth / reach - 1.0))
+        half = scale3(nhat, 0.5 * depth)
+        emit(model, table, i, j, sub3(p_WM, half), add3(p_WM, half), nhat, depth)
+
+
+# ---- hull
+
+
+@kernel(outline=True)
+def lowest_vertex(model, g, n_G):
+    """The vertex (row of model.vertex) of a hull with the least height along n_G; the first of equal ones in a small hull.
+
+    Large hulls: steepest descent along edges from the extreme vertex of the nearest axis (exact, because convex).
+    """
+    first = model.geometry[g, FIRST_VERTEX]
+    count = model.geometry[g, NUM_VERTICES]
+    k = first
+    if count <= LINEAR_SEARCH:
+        least = dot3(load3(model.vertex, k), n_G)
+        for v in range(first + 1, first + count):
+            z = dot3(load3(model.vertex, v), n_G)
+            if z < least:
+                least = z
+                k = v
+        return k
+    axis = 0
+    if absolute(n_G[1]) > absolute(n_G[0]):
+        axis = 1
+    if absolute(n_G[2]) > absolute(n_G[0]) and absolute(n_G[2]) > absolute(n_G[1]):
+        axis = 2
+    along = n_G[0] if axis == 0 else (n_G[1] if axis == 1 else n_G[2])
+    k = model.topology[model.geometry[g, FIRST_EXTREME] + 2 * axis + (0 if along > 0.0 else 1)]
+    least = dot3(load3(model.vertex, k), n_G)
+    for _ in range(count):
+        best = k
+        for e in range(model.topology[k], model.topology[k + 1]):
+            v = model.topology[e]
+            z = dot3(load3(model.vertex, v), n_G)
+            if z < least:
+                least = z
+                best = v
+        if best == k:
+            break
+        k = best
+    return k
+
+
+@kernel
+def emit_vertex(model, table, i, j, v, nhat, depth):
+    p_WQ = add3(position_of(table, i), rotate(rotation_of(table, i), load3(model.vertex, v)))
+    emit_below(model, table, i, j, p_WQ, nhat, depth)
+
+
+@kernel
+def hull_on_plane(model, table, i, j, nhat, height, multi):
+    """The lowest vertex, or all vertices below the plane if there are at most four, else four of them."""
+    n_G = rotate_back(rotation_of(table, i), nhat)
+    low = lowest_vertex(model, i, n_G)
+    depth = -(dot3(load3(model.vertex, low), n_G) + height)
+    if depth <= MIN_DEPTH:
+        return
+    if not multi:
+        emit_vertex(model, table, i, j, low, nhat, depth)
+        return
+    first = model.geometry[i, FIRST_VERTEX]
+    last = first + model.geometry[i, NUM_VERTICES]
+    below = 0
+    for v in range(first, last):
+        if -(dot3(load3(model.vertex, v), n_G) + height) > MIN_DEPTH:
+            below += 1
+    if below > 4:
+        four_vertices_below(model, table, i, j, low, n_G, nhat, height)
+        return
+    for v in range(first, last):
+        emit_vertex(model, table, i, j, v, nhat, -(dot3(load3(model.vertex, v), n_G) + height))
+
+
+@kernel(outline=True)
+def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
+    """Four of many vertices below the plane.
+
+    A body that lies on a face rests on four corners of that face chosen once and for all (its feet): a choice that
+    depended on the state would change with every small tilt. Otherwise the lowest vertex, the one farthest from it,
+    and the farthest on either side of the line between them.
+    """
+    face = model.geometry[i, FIRST_FACE]
+    for f in range(face, face + model.geometry[i, NUM_FACES]):
+        if dot3(load3(model.face, f), n_G) < dot3(load3(model.face, face), n_G):
+            face = f
+    foot = model.loop[face, FIRST_FOOT]
+    if foot >= 0:
+        standing = True
+        for k in range(foot, foot + 4):
+            if -(dot3(load3(model.vertex, model.topology[k]), n_G) + height) <= MIN_DEPTH:
+                standing = False
+        if standing:
+            for k in range(foot, foot + 4):
+                v = model.topology[k]
+                emit_vertex(model, table, i, j, v, nhat, -(dot3(load3(model.vertex, v), n_G) + height))
+            return
+    first = model.geometry[i, FIRST_VERTEX]
+    last = first + model.geometry[i, NUM_VERTICES]
+    p_low = load3(model.vertex, low)
+    far = low
+    farthest = 0.0
+    for v in range(first, last):
+        p = load3(model.vertex, v)
+        r = sub3(p, p_low)
+        if dot3(r, r) > farthest and -(dot3(p, n_G) + height) > MIN_DEPTH:
+            farthest = dot3(r, r)
+            far = v
+    line = cross3(n_G, sub3(load3(model.vertex, far), p_low))
+    left = low
+    right = low
+    most = 0.0
+    least = 0.0
+    for v in range(first, last):
+        p = load3(model.vertex, v)
+        if -(dot3(p, n_G) + height) > MIN_DEPTH:
+            side = dot3(line, sub3(p, p_low))
+            if side > most:
+                most = side
+                left = v
+            if side < least:
+                least = side
+                right = v
+    for v in range(first, last):
+        if v == low or v == far or v == left or v == right:
+            emit_vertex(model, table, i, j, v, nhat, -(dot3(load3(model.vertex, v), n_G) + height))

@@ -1,0 +1,78 @@
+"""Placing geometry in the world and writing contacts."""
+
+from __future__ import annotations
+
+from sheldrake.common._kernels.vec import add3, compose, load3_at, load9, rotate, scale3, store3_at, store9
+from sheldrake.common.kernel import kernel
+
+from .model import BODY, CAPACITY_EXCEEDED, CENTRE, DEPTH, NHAT_BA_W, P_WCA, P_WCB
+
+MIN_DEPTH = 2.220446049250313e-16  # [m] polytopes and round shapes must overlap by more; spheres may just touch
+
+
+@kernel
+def absolute(x):
+    return -x if x < 0.0 else x
+
+
+@kernel
+def column(R, k):
+    """Axis k of a frame."""
+    if k == 0:
+        return (R[0], R[3], R[6])
+    if k == 1:
+        return (R[1], R[4], R[7])
+    return (R[2], R[5], R[8])
+
+
+@kernel
+def place_geometry(model, X_WB, table):
+    """X_WG of all geometries."""
+    for g in range(model.geometry.shape[0]):
+        body = model.geometry[g, BODY]
+        R_WB = load9(X_WB, body)
+        store9(table.X_WG, g, compose(R_WB, load9(model.X_BG, g)))
+        store3_at(table.X_WG, g, 9, add3(load3_at(X_WB, body, 9), rotate(R_WB, load3_at(model.X_BG, g, 9))))
+
+
+@kernel
+def rotation_of(table, g):
+    return load9(table.X_WG, g)
+
+
+@kernel
+def position_of(table, g):
+    return load3_at(table.X_WG, g, 9)
+
+
+@kernel
+def bounding_centre(model, table, g):
+    """Centre of the bounding sphere in W."""
+    return add3(position_of(table, g), rotate(rotation_of(table, g), load3_at(model.size, g, CENTRE)))
+
+
+@kernel(outline=True)
+def emit(model, table, i, j, p_WCi, p_WCj, nhat_ji_W, depth):
+    """Appends a contact of geometries i and j (in any order); nhat_ji_W points out of j into i."""
+    n = table.count[0]
+    if n >= table.pair.shape[0]:
+        table.count[1] = CAPACITY_EXCEEDED
+        return
+    a = i
+    b = j
+    if i < j:
+        store3_at(table.point, n, P_WCA, p_WCi)
+        store3_at(table.point, n, P_WCB, p_WCj)
+        store3_at(table.point, n, NHAT_BA_W, nhat_ji_W)
+    else:
+        a = j
+        b = i
+        store3_at(table.point, n, P_WCA, p_WCj)
+        store3_at(table.point, n, P_WCB, p_WCi)
+        store3_at(table.point, n, NHAT_BA_W, scale3(nhat_ji_W, -1.0))
+    table.point[n, DEPTH] = depth
+    table.pair[n, 0] = a
+    table.pair[n, 1] = b
+    table.pair[n, 2] = model.geometry[a, BODY]
+    table.pair[n, 3] = model.geometry[b, BODY]
+    table.count[0] = n + 1

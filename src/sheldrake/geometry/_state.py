@@ -1,0 +1,407 @@
+"""What a SceneGraph knows: sources, frames, geometries, roles and filters. A context holds its own copy."""
+
+from __future__ import annotations
+
+import copy
+import itertools
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from sheldrake.multibody.math._coulomb_friction import CoulombFriction
+
+from . import _proximity_properties as proximity
+from ._collision_filter import CollisionFilter, Pair, ordered_pair
+from ._config import DefaultProximityProperties
+from ._geometry_set import GeometrySet
+from ._ids import FrameId, GeometryId, SourceId
+from ._instance import GeometryFrame, GeometryInstance, canonical_name
+from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
+from ._roles import CollisionFilterScope, HydroelasticType, Role, RoleAssign
+from ._shapes import Shape
+from ._text import choices
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
+
+WORLD_FRAME_ID = FrameId.get_new_id()
+SELF_SOURCE_ID = SourceId.get_new_id()
+_WORLD_FRAME_GROUP = -1234567
+_ROLE_NAMES = {
+    Role.kUnassigned: "unassigned",
+    Role.kProximity: "proximity",
+    Role.kIllustration: "illustration",
+    Role.kPerception: "perception",
+}
+_ROLE_OF: dict[type, Role] = {
+    ProximityProperties: Role.kProximity,
+    IllustrationProperties: Role.kIllustration,
+    PerceptionProperties: Role.kPerception,
+}
+_next_version = itertools.count(1).__next__
+
+
+class SourceRecord(NamedTuple):
+    """A source and the frames it registered."""
+
+    name: str
+    frames: tuple[FrameId, ...] = ()
+
+
+class FrameRecord(NamedTuple):
+    """A registered frame."""
+
+    name: str
+    group: int
+    source: SourceId
+    parent: FrameId
+
+
+class GeometryRecord(NamedTuple):
+    """A registered geometry; records are replaced, never changed."""
+
+    name: str
+    source: SourceId
+    frame: FrameId
+    X_FG: RigidTransform
+    shape: Shape
+    roles: dict[Role, GeometryProperties]
+
+    def has(self, role: Role) -> bool:
+        """True if it has the role; every geometry without roles is `kUnassigned`."""
+        return not self.roles if role is Role.kUnassigned else role in self.roles
+
+
+class GeometryVersion:
+    """Tells whether the geometries with a role changed between two looks at a SceneGraph."""
+
+    __slots__ = ("_versions",)
+
+    def __init__(self, other: GeometryVersion | None = None) -> None:
+        self._versions: dict[Role, int] = {role: _next_version() for role in Role} if other is None else other._versions
+
+    def IsSameAs(self, other: GeometryVersion, role: Role) -> bool:
+        """True if geometries with the role are certainly the same.
+
+        Raises:
+            RuntimeError: the role is `kUnassigned`, which has no version.
+        """
+        if role is Role.kUnassigned:
+            raise RuntimeError("GeometryVersion.IsSameAs(): the role must be proximity, illustration or perception.")
+        return self._versions[role] == other._versions[role]
+
+    def _changed(self, roles: Iterable[Role]) -> GeometryVersion:
+        new = GeometryVersion(self)
+        new._versions = {**self._versions, **{role: _next_version() for role in roles}}
+        return new
+
+    def __copy__(self) -> GeometryVersion:
+        return GeometryVersion(self)
+
+    def __deepcopy__(self, memo: dict) -> GeometryVersion:
+        return GeometryVersion(self)
+
+
+class GeometryState:
+    """Sources, frames, geometries, roles and collision filters. Errors are RuntimeErrors and change nothing."""
+
+    def __init__(self) -> None:
+        self.sources: dict[SourceId, SourceRecord] = {SELF_SOURCE_ID: SourceRecord("SceneGraphInternal")}
+        self.frames: dict[FrameId, FrameRecord] = {
+            WORLD_FRAME_ID: FrameRecord("world", _WORLD_FRAME_GROUP, SELF_SOURCE_ID, WORLD_FRAME_ID)
+        }
+        self.geometries: dict[GeometryId, GeometryRecord] = {}
+        self.filter = CollisionFilter()
+        self.version = GeometryVersion()
+        self.serial = _next_version()  # changes with every change
+
+    def copy(self) -> GeometryState:
+        """An independent copy; records are shared."""
+        new = object.__new__(GeometryState)
+        new.sources, new.frames, new.geometries = dict(self.sources), dict(self.frames), dict(self.geometries)
+        new.filter = self.filter.copy()
+        new.version, new.serial = self.version, self.serial
+        return new
+
+    def __deepcopy__(self, memo: dict) -> GeometryState:
+        return self.copy()
+
+    __copy__ = Clone = copy
+
+    def _touch(self, roles: Iterable[Role] = ()) -> None:
+        self.serial = _next_version()
+        self.version = self.version._changed(roles)
+
+    # ---- look-ups that explain themselves
+
+    def source(self, source_id: SourceId) -> SourceRecord:
+        if source_id not in self.sources:
+            raise RuntimeError(f"Referenced geometry source {source_id.get_value()} is not registered.")
+        return self.sources[source_id]
+
+    def frame(self, frame_id: FrameId) -> FrameRecord:
+        if frame_id not in self.frames:
+            raise RuntimeError(f"Referenced frame {frame_id.get_value()} has not been registered.")
+        return self.frames[frame_id]
+
+    def geometry(self, geometry_id: GeometryId) -> GeometryRecord:
+        if geometry_id not in self.geometries:
+            raise RuntimeError(f"Referenced geometry {geometry_id.get_value()} has not been registered.")
+        return self.geometries[geometry_id]
+
+    def _owned_frame(self, source_id: SourceId, frame_id: FrameId) -> FrameRecord | None:
+        self.source(source_id)
+        frame = self.frames.get(frame_id)
+        if frame is None or frame.source != source_id:
+            raise RuntimeError(
+                f"Referenced frame {frame_id.get_value()} for source {source_id.get_value()}, "
+                "but the frame doesn't belong to the source."
+            )
+        return frame
+
+    def _owned_geometry(self, source_id: SourceId, geometry_id: GeometryId) -> GeometryRecord:
+        self.source(source_id)
+        record = self.geometry(geometry_id)
+        if record.source != source_id:
+            raise RuntimeError(
+                f"Given geometry id {geometry_id.get_value()} does not belong to the given "
+                f"source id {source_id.get_value()}"
+            )
+        return record
+
+    # ---- sources and frames
+
+    def register_source(self, name: str = "") -> SourceId:
+        source_id = SourceId.get_new_id()
+        name = name or f"Source_{source_id.get_value()}"
+        if any(source.name == name for source in self.sources.values()):
+            raise RuntimeError(f"Registering new source with duplicate name: {name}.")
+        self.sources[source_id] = SourceRecord(name)
+        self._touch()
+        return source_id
+
+    def register_frame(self, source_id: SourceId, parent_id: FrameId, frame: GeometryFrame) -> FrameId:
+        source = self.source(source_id)
+        frame_id = frame.id()
+        if parent_id != WORLD_FRAME_ID and parent_id not in source.frames:
+            raise RuntimeError(
+                f"Indicated parent id {parent_id.get_value()} does not belong to the indicated "
+                f"source id {source_id.get_value()}."
+            )
+        if frame_id in self.frames:
+            raise RuntimeError(
+                f"Registering frame with an id that has already been registered: {frame_id.get_value()}"
+            )
+        if any(self.frames[known].name == frame.name() for known in source.frames):
+            raise RuntimeError(f"Registering frame for source '{source.name}' with a duplicate name '{frame.name()}'")
+        self.frames[frame_id] = FrameRecord(frame.name(), frame.frame_group(), source_id, parent_id)
+        self.sources[source_id] = source._replace(frames=(*source.frames, frame_id))
+        self._touch()
+        return frame_id
+
+    def rename_frame(self, frame_id: FrameId, name: str) -> None:
+        if frame_id not in self.frames:
+            raise RuntimeError(f"Cannot rename frame with invalid frame id: {frame_id.get_value()}")
+        frame = self.frames[frame_id]
+        if frame.name == name:
+            return
+        if any(self.frames[known].name == name for known in self.sources[frame.source].frames):
+            raise RuntimeError(f"Renaming frame from '{frame.name}' to an already existing name '{name}'")
+        self.frames[frame_id] = frame._replace(name=name)
+        self._touch()
+
+    # ---- geometries
+
+    def register_geometry(self, source_id: SourceId, frame_id: FrameId, instance: GeometryInstance) -> GeometryId:
+        self.source(source_id)
+        if frame_id != WORLD_FRAME_ID:
+            self._owned_frame(source_id, frame_id)
+        geometry_id = instance.id()
+        if geometry_id in self.geometries:
+            raise RuntimeError(
+                f"Registering geometry with an id that has already been registered: {geometry_id.get_value()}"
+            )
+        given = (instance._proximity, instance._illustration, instance._perception)
+        roles = {_ROLE_OF[type(p)]: copy.copy(p) for p in given if p is not None}
+        for role in roles:
+            self._check_unique_name(frame_id, role, instance.name())
+        self.geometries[geometry_id] = GeometryRecord(
+            instance.name(), source_id, frame_id, instance.pose(), instance.shape().Clone(), roles
+        )
+        self._touch(roles)
+        return geometry_id
+
+    def _check_unique_name(self, frame_id: FrameId, role: Role, name: str, but: GeometryId | None = None) -> None:
+        for known_id, known in self.geometries.items():
+            if known.frame == frame_id and known.name == name and role in known.roles and known_id != but:
+                raise RuntimeError(
+                    f"The name '{name}' has already been used by a geometry with the '{_ROLE_NAMES[role]}' role."
+                )
+
+    def remove_geometry(self, source_id: SourceId, geometry_id: GeometryId) -> None:
+        self.source(source_id)
+        record = self.geometry(geometry_id)
+        if record.source != source_id:
+            raise RuntimeError(
+                f"Trying to remove geometry {geometry_id.get_value()} from source {source_id.get_value()}, "
+                "but the geometry doesn't belong to that source."
+            )
+        del self.geometries[geometry_id]
+        self.filter.remove_geometry(geometry_id)
+        self._touch(record.roles)
+
+    def rename_geometry(self, geometry_id: GeometryId, name: str) -> None:
+        record = self.geometry(geometry_id)
+        name = canonical_name(name)
+        for role in record.roles:
+            self._check_unique_name(record.frame, role, name, but=geometry_id)
+        self.geometries[geometry_id] = record._replace(name=name)
+        self._touch()
+
+    def change_shape(
+        self, source_id: SourceId, geometry_id: GeometryId, shape: Shape, X_FG: RigidTransform | None
+    ) -> None:
+        record = self._owned_geometry(source_id, geometry_id)
+        pose = record.X_FG if X_FG is None else copy.copy(X_FG)
+        self.geometries[geometry_id] = record._replace(shape=shape.Clone(), X_FG=pose)
+        self._touch(record.roles)
+
+    # ---- roles
+
+    def assign_role(
+        self, source_id: SourceId, geometry_id: GeometryId, properties: GeometryProperties, assign: RoleAssign
+    ) -> None:
+        record = self._owned_geometry(source_id, geometry_id)
+        role = _ROLE_OF[type(properties)]
+        if assign is RoleAssign.kNew and role in record.roles:
+            raise RuntimeError(
+                f"Trying to assign the '{_ROLE_NAMES[role]}' role to geometry id {geometry_id.get_value()} for the "
+                "first time; it already has the role assigned"
+            )
+        if assign is RoleAssign.kReplace and role not in record.roles:
+            raise RuntimeError(
+                f"Trying to replace the properties on geometry id {geometry_id.get_value()} for the "
+                f"'{_ROLE_NAMES[role]}' role; it has not had the role initially assigned"
+            )
+        if assign is RoleAssign.kNew:
+            self._check_unique_name(record.frame, role, record.name, but=geometry_id)
+        self.geometries[geometry_id] = record._replace(roles={**record.roles, role: copy.copy(properties)})
+        self._touch([role])
+
+    def remove_role(self, source_id: SourceId, target: FrameId | GeometryId, role: Role) -> int:
+        """Takes a role from one geometry or all geometries of a frame; returns how many had it."""
+        if isinstance(target, GeometryId):
+            self._owned_geometry(source_id, target)
+            ids = [target]
+        else:
+            self.source(source_id)
+            if target != WORLD_FRAME_ID:
+                self._owned_frame(source_id, target)
+            ids = [i for i, g in self.geometries.items() if g.frame == target and g.source == source_id]
+        ids = [i for i in ids if role in self.geometries[i].roles]
+        for geometry_id in ids:
+            record = self.geometries[geometry_id]
+            kept = {known: p for known, p in record.roles.items() if known is not role}
+            self.geometries[geometry_id] = record._replace(roles=kept)
+            if role is Role.kProximity:
+                self.filter.remove_geometry(geometry_id)
+        if ids:
+            self._touch([role])
+        return len(ids)
+
+    # ---- which pairs may touch
+
+    def resolve(self, geometry_set: GeometrySet, role: Role | None = None) -> set[GeometryId]:
+        """The ids a GeometrySet stands for."""
+        for geometry_id in geometry_set.geometries():
+            if geometry_id not in self.geometries:
+                raise RuntimeError(
+                    "Geometry set includes a geometry id that doesn't belong to the SceneGraph: "
+                    f"{geometry_id.get_value()}"
+                )
+        frames = geometry_set.frames()
+        for frame_id in frames:
+            self.frame(frame_id)
+        ids = set(geometry_set.geometries())
+        if frames:
+            ids |= {i for i, g in self.geometries.items() if g.frame in frames}
+        return {i for i in ids if role is None or self.geometries[i].has(role)}
+
+    def resolve_proximity(self, geometry_set: GeometrySet, scope: CollisionFilterScope) -> set[GeometryId]:
+        """The ids with the proximity role; there is no deformable geometry, so every scope is the same."""
+        return self.resolve(geometry_set, Role.kProximity)
+
+    def edit_filter(self) -> tuple[CollisionFilter, Any]:
+        """The filter, about to be changed, and how to resolve its sets."""
+        self._touch([Role.kProximity])
+        return self.filter, self.resolve_proximity
+
+    def ids_with_role(self, role: Role) -> list[GeometryId]:
+        return sorted(i for i, g in self.geometries.items() if g.has(role))
+
+    def never_touch(self, a: GeometryRecord, b: GeometryRecord) -> bool:
+        """Geometries of one frame, which includes all that are fixed to the world."""
+        return a.frame == b.frame
+
+    def collision_candidates(self) -> list[Pair]:
+        """The pairs of proximity geometry that may touch, smaller id first, sorted."""
+        ids = self.ids_with_role(Role.kProximity)
+        excluded = self.filter.excluded()
+        return [
+            pair
+            for pair in itertools.combinations(ids, 2)
+            if pair not in excluded and self.geometries[pair[0]].frame != self.geometries[pair[1]].frame
+        ]
+
+    def collision_filtered(self, a: GeometryId, b: GeometryId) -> bool:
+        """True if the pair can not touch."""
+        about = f"Can't report collision filter status between geometries {a.get_value()} and {b.get_value()}; "
+        for geometry_id in (a, b):
+            if geometry_id not in self.geometries:
+                raise RuntimeError(f"{about}{geometry_id.get_value()} is not a valid geometry")
+        without = [i for i in (a, b) if Role.kProximity not in self.geometries[i].roles]
+        if len(without) == 2:
+            raise RuntimeError(f"{about}neither id has a proximity role")
+        if without:
+            raise RuntimeError(f"{about}{without[0].get_value()} does not have a proximity role")
+        if self.never_touch(self.geometries[a], self.geometries[b]):
+            return True
+        return ordered_pair(a, b) in self.filter.excluded()
+
+    # ---- defaults
+
+    def apply_proximity_defaults(self, defaults: DefaultProximityProperties, only: GeometryId | None = None) -> None:
+        """Adds the default proximity properties that geometries lack."""
+        fill = _default_values(defaults)
+        for geometry_id in self.ids_with_role(Role.kProximity) if only is None else [only]:
+            record = self.geometries[geometry_id]
+            old = record.roles.get(Role.kProximity)
+            if old is None:
+                continue
+            new = ProximityProperties(old)
+            for group, name, value in fill:
+                if not new.HasProperty(group, name):
+                    new.AddProperty(group, name, value)
+            self.geometries[geometry_id] = record._replace(roles={**record.roles, Role.kProximity: new})
+        self.serial = _next_version()
+
+
+def _default_values(d: DefaultProximityProperties) -> list[tuple[str, str, Any]]:
+    """(group, name, value) of every default that has a value."""
+    types = {"undefined": "kUndefined", "rigid": "kRigid", "compliant": "kCompliant"}
+    if d.compliance_type not in types:
+        raise RuntimeError(f"Unknown hydroelastic_type: '{d.compliance_type}'; expected {choices(types)}.")
+    friction = None
+    if d.static_friction is not None and d.dynamic_friction is not None:
+        friction = CoulombFriction(d.static_friction, d.dynamic_friction)
+    values: list[tuple[str, str, Any]] = [
+        (proximity.HYDRO, proximity.COMPLIANCE_TYPE, HydroelasticType[types[d.compliance_type]]),
+        (proximity.HYDRO, proximity.MODULUS, d.hydroelastic_modulus),
+        (proximity.HYDRO, proximity.RESOLUTION_HINT, d.resolution_hint),
+        (proximity.HYDRO, proximity.SLAB_THICKNESS, d.slab_thickness),
+        (proximity.HYDRO, proximity.MARGIN, d.margin),
+        (proximity.MATERIAL, proximity.FRICTION, friction),
+        (proximity.MATERIAL, proximity.DISSIPATION, d.hunt_crossley_dissipation),
+        (proximity.MATERIAL, proximity.RELAXATION_TIME, d.relaxation_time),
+        (proximity.MATERIAL, proximity.POINT_STIFFNESS, d.point_stiffness),
+    ]
+    return [(group, name, value) for group, name, value in values if value is not None]
