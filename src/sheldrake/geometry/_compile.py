@@ -192,7 +192,7 @@ def _neighbours(mesh: PolygonSurfaceMesh) -> list[list[int]]:
 
 
 def _feet(vertices: np.ndarray, corners: tuple[int, ...]) -> list[int]:
-    """Four corners of a face that span it well: the two farthest apart, and the farthest on either side of their line."""
+    """Four corners that span a face: the two farthest apart, and the farthest on either side of their line."""
     if len(corners) <= 4:
         return list(corners) if len(corners) == 4 else []
     p = vertices[list(corners)]

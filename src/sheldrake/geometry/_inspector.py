@@ -173,9 +173,7 @@ class SceneGraphInspector:
         state = self._state
         if frame_id not in state.frames:
             raise RuntimeError(f"Cannot report geometries associated with invalid frame id: {frame_id.get_value()}")
-        return sorted(
-            i for i, g in state.geometries.items() if g.frame == frame_id and (role is None or g.has(role))
-        )
+        return sorted(i for i, g in state.geometries.items() if g.frame == frame_id and (role is None or g.has(role)))
 
     def GetGeometryIdByName(self, frame_id: FrameId, role: Role, name: str) -> GeometryId:
         """The geometry of a frame that has a role and a name.

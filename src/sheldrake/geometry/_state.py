@@ -188,9 +188,7 @@ class GeometryState:
                 f"source id {source_id.get_value()}."
             )
         if frame_id in self.frames:
-            raise RuntimeError(
-                f"Registering frame with an id that has already been registered: {frame_id.get_value()}"
-            )
+            raise RuntimeError(f"Registering frame with an id that has already been registered: {frame_id.get_value()}")
         if any(self.frames[known].name == frame.name() for known in source.frames):
             raise RuntimeError(f"Registering frame for source '{source.name}' with a duplicate name '{frame.name()}'")
         self.frames[frame_id] = FrameRecord(frame.name(), frame.frame_group(), source_id, parent_id)

@@ -1,4 +1,4 @@
-"""Signed distance of a point to a shape: the distance phi (negative inside), its gradient and the nearest surface point.
+"""Signed distance phi of a point to a shape (negative inside), its gradient and the nearest surface point.
 
 Everything is in the frame G of the shape. Where the gradient is not unique, one is chosen by rule: the first axis, the
 first of equally near faces.

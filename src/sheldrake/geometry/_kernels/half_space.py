@@ -17,7 +17,6 @@ from .model import (
     CAPSULE,
     CYLINDER,
     ELLIPSOID,
-    FIRST_CORNER,
     FIRST_EXTREME,
     FIRST_FACE,
     FIRST_FOOT,
@@ -230,9 +229,10 @@ def ellipsoid_on_plane(model, table, i, j, nhat, height):
 
 @kernel(outline=True)
 def lowest_vertex(model, g, n_G):
-    """The vertex (row of model.vertex) of a hull with the least height along n_G; the first of equal ones in a small hull.
+    """The vertex (row of model.vertex) of a hull with the least height along n_G.
 
-    Large hulls: steepest descent along edges from the extreme vertex of the nearest axis (exact, because convex).
+    Small hulls: the first of equal ones. Large hulls: steepest descent along edges from the extreme vertex of the
+    nearest axis (exact, because convex).
     """
     first = model.geometry[g, FIRST_VERTEX]
     count = model.geometry[g, NUM_VERTICES]
