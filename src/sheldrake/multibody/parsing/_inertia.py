@@ -48,8 +48,8 @@ def _find_problem(mass: float, moments, products, inertia_is_zero: bool) -> "str
     Ixx, Iyy, Izz = moments
     Ixy, Ixz, Iyz = products
     principal = np.linalg.eigvalsh(np.array([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]]))
-    # Round-off in the file's decimals and in the eigenvalues: 16 units in the last place of the largest moment.
-    slack = 16.0 * np.finfo(float).eps * max(0.5 * abs(Ixx + Iyy + Izz), np.max(np.abs(principal)))
+    # Drake's allowance for round-off: 16 units in the last place of the largest possible moment, or of 1 kg m^2.
+    slack = 16.0 * np.finfo(float).eps * max(1.0, 0.5 * abs(Ixx + Iyy + Izz))
     text = "{:g}, {:g}, {:g} kg m^2".format(*principal)
     if principal[0] < -slack:
         return f"a negative principal moment of inertia ({text})"

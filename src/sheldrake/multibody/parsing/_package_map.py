@@ -259,7 +259,9 @@ def _resolve_plain(uri: str, folder: "str | None", where: Location, policy: Diag
 
 
 def _resolve_in_package(uri: str, rest: str, packages, folder, where: Location, policy: DiagnosticPolicy) -> str:
-    name, _, inside = rest.partition("/")
+    if rest.startswith("/"):
+        policy.Warning(where, f"URI '{uri}' has three slashes; the package name follows the second.")
+    name, _, inside = rest.lstrip("/").partition("/")
     if packages.Contains(name):
         try:
             root = packages.GetPath(name)

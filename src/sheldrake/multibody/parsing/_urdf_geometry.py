@@ -89,6 +89,9 @@ def _read_texture(texture: "Element | None", reading: Reading) -> "str | None":
     """The path of the texture file; without a scene graph nobody looks for it."""
     if texture is None or not reading.wants_geometry:
         return None
+    if not (texture.get("filename") or "").strip():
+        reading.warn(texture, "A <texture> without 'filename' is ignored.")
+        return None
     return reading.resolve(reading.name(texture, "A <texture>", "filename"), texture.where_attribute("filename"))
 
 

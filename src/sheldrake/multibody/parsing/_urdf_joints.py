@@ -27,6 +27,7 @@ _KINDS = {
     "screw": ("screw", True),
     "curvilinear": ("curvilinear", True),
 }
+_WITH_AXIS = ("revolute", "prismatic", "screw", "planar")
 _ONE_DOF = ("revolute", "prismatic", "screw", "curvilinear")
 _JOINT_TAGS = (
     "parent",
@@ -64,7 +65,8 @@ def read_joint(element: Element, model: ModelDescription, reading: Reading) -> N
         )
         return
     joint = JointDescription(element.where, name, kind, parent, child, X_PF=read_origin(element, reading))
-    joint.axis = _read_axis(element, name, reading)
+    if kind in _WITH_AXIS:  # fixed joints in the wild often have a zero axis
+        joint.axis = _read_axis(element, name, reading)
     joint.limits = _read_limits(element, name, reading)
     joint.damping = _read_dynamics(element, joint, reading)
     if kind == "planar":
