@@ -1,0 +1,396 @@
+"""SpatialInertia: mass, centre of mass and rotational inertia of a body about a point."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch, incompatible, instance_of
+from sheldrake.common._scalars import (
+    ScalarBase,
+    ScalarTemplate,
+    as_array,
+    as_scalar,
+    identity,
+    is_symbolic,
+    scalar,
+    vector,
+)
+from sheldrake.math import RigidTransform, RotationMatrix, RotationMatrix_
+from sheldrake.multibody.math._rotational_inertia import RotationalInertia_, floats, point_mass
+from sheldrake.multibody.math._spatial_vectors import (
+    SpatialAcceleration_,
+    SpatialForce_,
+    SpatialMomentum_,
+    SpatialVelocity_,
+    cross,
+)
+from sheldrake.multibody.math._unit_inertia import UnitInertia_, check_unit_vector, number
+
+_new = object.__new__
+
+
+class SpatialInertia(ScalarBase):
+    """M_SP_E: mass [kg], position p_PScm_E [m] of the centre of mass, and unit inertia G_SP_E [m^2] of a body S.
+
+    About point P, expressed in frame E.
+    """
+
+    __slots__ = ("_G", "_mass", "_p")
+    _FIELDS = ("_mass", "_p", "_G")  # arrays are read-only and may be shared
+
+    def __init__(self, mass: Any, p_PScm_E: Any, G_SP_E: Any, skip_validity_check: bool = False):
+        """
+        Args:
+            mass: Mass of S [kg].
+            p_PScm_E: Position of its centre of mass from P [m], shape (3,).
+            G_SP_E: Its unit inertia about P (not about the centre of mass), see `MakeFromCentralInertia`.
+            skip_validity_check: Take any numbers.
+
+        Raises:
+            RuntimeError: no body can have this inertia.
+        """
+        T = self._T
+        try:
+            self._mass = as_scalar(T, mass)
+            self._p = as_array(T, p_PScm_E, (3,))
+            self._G = instance_of(UnitInertia_[T])[0](G_SP_E).__copy__()
+        except Mismatch:
+            name = pretty_class_name(self._plain_class())
+            accepted = [
+                f"(mass: {T.__name__}, p_PScm_E: array of shape (3,), G_SP_E: UnitInertia, skip_validity_check)"
+            ]
+            raise incompatible(name, accepted, (mass, p_PScm_E, G_SP_E), {}) from None
+        if not skip_validity_check and not is_symbolic(T):
+            self._check()
+
+    def _check(self) -> None:
+        fault = self._fault()
+        if fault:
+            raise RuntimeError(f"Spatial inertia fails SpatialInertia::IsPhysicallyValid(). {fault}")
+
+    def _fault(self) -> str:
+        """Why no body can have this inertia, or an empty string."""
+        T = self._T
+        mass = number(self._mass, T)
+        if not (mass >= 0.0 and math.isfinite(mass)):  # type: ignore[operator, arg-type]
+            return f"mass = {mass} is negative or not finite."
+        com = floats(self._p, "IsPhysicallyValid()")
+        if not np.isfinite(com).all():
+            return f"Center of mass = {com.tolist()} is not finite."
+        central = self._G.ShiftToCenterOfMass(self._p)
+        if central.CouldBePhysicallyValid():
+            return ""
+        about_P = floats(self._G._I, "IsPhysicallyValid()") * mass
+        about_com = floats(central._I, "IsPhysicallyValid()") * mass
+        fault = (
+            f"mass = {mass}, center of mass = {com.tolist()}, inertia about point P = {about_P.tolist()}, "
+            f"inertia about center of mass = {about_com.tolist()}"
+        )
+        if not np.isfinite(about_com).all():
+            return f"{fault}: not finite."
+        moments = np.linalg.eigvalsh(about_com).tolist()
+        return (
+            f"{fault}, principal moments of inertia about the center of mass = {moments}: they must not be negative "
+            "and no two may sum to less than the third."
+        )
+
+    @classmethod
+    def _make(cls, mass: Any, p: np.ndarray, G: np.ndarray) -> Any:
+        """Unchecked, from numbers and arrays that nobody else will write."""
+        new = _new(cls._plain_class())
+        p.setflags(write=False)
+        new._mass, new._p, new._G = mass, p, UnitInertia_[cls._T]._make(G)
+        return new
+
+    @classmethod
+    def MakeFromCentralInertia(cls, mass: Any, p_PScm_E: Any, I_SScm_E: Any) -> Any:
+        """From the rotational inertia about the centre of mass.
+
+        Args:
+            mass: Mass of S [kg], positive.
+            p_PScm_E: Position of its centre of mass from P [m], shape (3,).
+            I_SScm_E: Its RotationalInertia about its centre of mass [kg m^2].
+
+        Raises:
+            RuntimeError: no body can have this inertia.
+        """
+        call, T = "MakeFromCentralInertia", cls._T
+        mass = cls._argument(call, scalar(T), mass=mass)
+        p = cls._argument(call, vector(T, 3), p_PScm_E=p_PScm_E)
+        inertia = cls._argument(call, instance_of(RotationalInertia_[T]), I_SScm_E=I_SScm_E)
+        G = UnitInertia_[T]().SetFromRotationalInertia(inertia, mass)
+        return cls._plain_class()(mass, p, G.ShiftFromCenterOfMass(p))
+
+    @classmethod
+    def Zero(cls) -> Any:
+        """No mass at all."""
+        T = cls._T
+        return cls._make(T(0.0), as_array(T, np.zeros(3), (3,)), as_array(T, np.zeros((3, 3)), (3, 3)))
+
+    @classmethod
+    def NaN(cls) -> Any:
+        """All numbers NaN."""
+        T = cls._T
+        nan = math.nan
+        return cls._make(T(nan), as_array(T, [nan] * 3, (3,)), as_array(T, np.full((3, 3), nan), (3, 3)))
+
+    # --- named shapes ---
+
+    @classmethod
+    def _positive(cls, call: str, **named: Any) -> list:
+        values = []
+        for name, value in named.items():
+            converted = cls._argument(call, scalar(cls._T), **{name: value})
+            plain = number(converted, cls._T)
+            if plain is not None and not (plain > 0.0 and math.isfinite(plain)):
+                what = {"lx": "x-length", "ly": "y-length", "lz": "z-length"}.get(name, name)
+                raise RuntimeError(f"{call}(): {what} is not positive and finite: {plain}.")
+            values.append(converted)
+        return values
+
+    @classmethod
+    def _about_center(cls, mass: Any, G: Any) -> Any:
+        return cls._make(mass, as_array(cls._T, np.zeros(3), (3,)), G._I)
+
+    @classmethod
+    def _direction(cls, call: str, unit_vector: Any) -> np.ndarray:
+        u = cls._argument(call, vector(cls._T, 3), unit_vector=unit_vector)
+        check_unit_vector(cls._T, call, u)
+        return u
+
+    @classmethod
+    def SolidBoxWithDensity(cls, density: Any, lx: Any, ly: Any, lz: Any) -> Any:
+        """A box [kg/m^3, m] about its centre."""
+        density, lx, ly, lz = cls._positive("SolidBoxWithDensity", density=density, lx=lx, ly=ly, lz=lz)
+        return cls.SolidBoxWithMass(density * (lx * ly * lz), lx, ly, lz)
+
+    @classmethod
+    def SolidBoxWithMass(cls, mass: Any, lx: Any, ly: Any, lz: Any) -> Any:
+        """A box [kg, m] about its centre."""
+        mass, lx, ly, lz = cls._positive("SolidBoxWithMass", mass=mass, lx=lx, ly=ly, lz=lz)
+        return cls._about_center(mass, UnitInertia_[cls._T].SolidBox(lx, ly, lz))
+
+    @classmethod
+    def SolidCubeWithDensity(cls, density: Any, length: Any) -> Any:
+        """A cube [kg/m^3, m] about its centre."""
+        density, length = cls._positive("SolidCubeWithDensity", density=density, length=length)
+        return cls.SolidBoxWithMass(density * (length * length * length), length, length, length)
+
+    @classmethod
+    def SolidCapsuleWithDensity(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+        """A capsule [kg/m^3, m] about its centre, its axis along `unit_vector`."""
+        call = "SolidCapsuleWithDensity"
+        density, radius, length = cls._positive(call, density=density, radius=radius, length=length)
+        cls._direction(call, unit_vector)
+        volume = math.pi * radius * radius * length + 4.0 / 3.0 * math.pi * radius * radius * radius
+        return cls.SolidCapsuleWithMass(density * volume, radius, length, unit_vector)
+
+    @classmethod
+    def SolidCapsuleWithMass(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+        """A capsule [kg, m] about its centre, its axis along `unit_vector`; `length` without the half balls."""
+        call = "SolidCapsuleWithMass"
+        mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
+        u = cls._direction(call, unit_vector)
+        return cls._about_center(mass, UnitInertia_[cls._T].SolidCapsule(radius, length, u))
+
+    @classmethod
+    def SolidCylinderWithDensity(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+        """A cylinder [kg/m^3, m] about its centre, its axis along `unit_vector`."""
+        mass = cls._cylinder_mass("SolidCylinderWithDensity", density, radius, length, unit_vector)
+        return cls.SolidCylinderWithMass(mass, radius, length, unit_vector)
+
+    @classmethod
+    def SolidCylinderWithDensityAboutEnd(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+        """A cylinder [kg/m^3, m] about the centre of one end, from there along `unit_vector`."""
+        mass = cls._cylinder_mass("SolidCylinderWithDensityAboutEnd", density, radius, length, unit_vector)
+        return cls.SolidCylinderWithMassAboutEnd(mass, radius, length, unit_vector)
+
+    @classmethod
+    def _cylinder_mass(cls, call: str, density: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+        density, radius, length = cls._positive(call, density=density, radius=radius, length=length)
+        cls._direction(call, unit_vector)
+        return density * (math.pi * radius * radius * length)
+
+    @classmethod
+    def SolidCylinderWithMass(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+        """A cylinder [kg, m] about its centre, its axis along `unit_vector`."""
+        call = "SolidCylinderWithMass"
+        mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
+        u = cls._direction(call, unit_vector)
+        return cls._about_center(mass, UnitInertia_[cls._T].SolidCylinder(radius, length, u))
+
+    @classmethod
+    def SolidCylinderWithMassAboutEnd(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+        """A cylinder [kg, m] about the centre of one end, from there along `unit_vector`."""
+        call = "SolidCylinderWithMassAboutEnd"
+        mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
+        u = cls._direction(call, unit_vector)
+        centered = cls._about_center(mass, UnitInertia_[cls._T].SolidCylinder(radius, length, u))
+        return centered.Shift(u * (-0.5 * length))
+
+    @classmethod
+    def ThinRodWithMass(cls, mass: Any, length: Any, unit_vector: Any) -> Any:
+        """A thin rod [kg, m] about its centre, along `unit_vector`."""
+        mass, length = cls._positive("ThinRodWithMass", mass=mass, length=length)
+        u = cls._direction("ThinRodWithMass", unit_vector)
+        return cls._about_center(mass, UnitInertia_[cls._T].ThinRod(length, u))
+
+    @classmethod
+    def ThinRodWithMassAboutEnd(cls, mass: Any, length: Any, unit_vector: Any) -> Any:
+        """A thin rod [kg, m] about one end, from there along `unit_vector`."""
+        mass, length = cls._positive("ThinRodWithMassAboutEnd", mass=mass, length=length)
+        u = cls._direction("ThinRodWithMassAboutEnd", unit_vector)
+        return cls._about_center(mass, UnitInertia_[cls._T].ThinRod(length, u)).Shift(u * (-0.5 * length))
+
+    @classmethod
+    def SolidEllipsoidWithDensity(cls, density: Any, a: Any, b: Any, c: Any) -> Any:
+        """An ellipsoid with half axes `a, b, c` [kg/m^3, m] about its centre."""
+        density, a, b, c = cls._positive("SolidEllipsoidWithDensity", density=density, a=a, b=b, c=c)
+        return cls.SolidEllipsoidWithMass(density * (4.0 / 3.0 * math.pi * a * b * c), a, b, c)
+
+    @classmethod
+    def SolidEllipsoidWithMass(cls, mass: Any, a: Any, b: Any, c: Any) -> Any:
+        """An ellipsoid with half axes `a, b, c` [kg, m] about its centre."""
+        mass, a, b, c = cls._positive("SolidEllipsoidWithMass", mass=mass, a=a, b=b, c=c)
+        return cls._about_center(mass, UnitInertia_[cls._T].SolidEllipsoid(a, b, c))
+
+    @classmethod
+    def SolidSphereWithDensity(cls, density: Any, radius: Any) -> Any:
+        """A ball [kg/m^3, m] about its centre."""
+        density, radius = cls._positive("SolidSphereWithDensity", density=density, radius=radius)
+        return cls.SolidSphereWithMass(density * (4.0 / 3.0 * math.pi * radius * radius * radius), radius)
+
+    @classmethod
+    def SolidSphereWithMass(cls, mass: Any, radius: Any) -> Any:
+        """A ball [kg, m] about its centre."""
+        mass, radius = cls._positive("SolidSphereWithMass", mass=mass, radius=radius)
+        return cls._about_center(mass, UnitInertia_[cls._T].SolidSphere(radius))
+
+    @classmethod
+    def HollowSphereWithDensity(cls, area_density: Any, radius: Any) -> Any:
+        """A thin spherical shell [kg/m^2, m] about its centre."""
+        area_density, radius = cls._positive("HollowSphereWithDensity", area_density=area_density, radius=radius)
+        return cls.HollowSphereWithMass(area_density * (4.0 * math.pi * radius * radius), radius)
+
+    @classmethod
+    def HollowSphereWithMass(cls, mass: Any, radius: Any) -> Any:
+        """A thin spherical shell [kg, m] about its centre."""
+        mass, radius = cls._positive("HollowSphereWithMass", mass=mass, radius=radius)
+        return cls._about_center(mass, UnitInertia_[cls._T].HollowSphere(radius))
+
+    # --- queries ---
+
+    def get_mass(self) -> Any:
+        """Mass [kg]."""
+        return self._mass
+
+    def get_com(self) -> np.ndarray:
+        """p_PScm_E [m], shape (3,)."""
+        return self._p.copy()
+
+    def get_unit_inertia(self) -> Any:
+        """G_SP_E, about P."""
+        return self._G.__copy__()
+
+    def CalcComMoment(self) -> np.ndarray:
+        """Mass times p_PScm_E [kg m], shape (3,)."""
+        return self._p * self._mass
+
+    def CalcRotationalInertia(self) -> Any:
+        """I_SP_E, about P."""
+        return RotationalInertia_[self._T]._make(self._G._I * self._mass)
+
+    def CopyToFullMatrix6(self) -> np.ndarray:
+        """The matrix that maps a spatial acceleration to a spatial force, angular part first, shape (6, 6)."""
+        T, mass = self._T, self._mass
+        x, y, z = (self._p * mass).tolist()
+        zero = T(0.0)
+        C = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]], dtype=self._p.dtype)
+        return np.block([[self._G._I * mass, C], [-C, identity(T, 3) * mass]])
+
+    def IsPhysicallyValid(self) -> Any:
+        """Whether a body can have this inertia."""
+        return not self._fault()
+
+    def IsNaN(self) -> Any:
+        """Whether any number is NaN."""
+        mass = number(self._mass, self._T)
+        return bool(math.isnan(mass) or np.isnan(floats(self._p, "IsNaN()")).any() or self._G.IsNaN())  # type: ignore
+
+    def IsZero(self) -> Any:
+        """Whether there is no mass and no inertia."""
+        return bool(self._mass == 0.0 and self._G.IsZero())
+
+    def SetNaN(self) -> None:
+        """Make all numbers NaN."""
+        self._assign_from(self.NaN())
+
+    def CalcPrincipalSemiDiametersAndPoseForSolidEllipsoid(self) -> tuple[np.ndarray, RigidTransform]:
+        """Half axes [m], descending, and pose in E (from P) of the solid ellipsoid with this inertia."""
+        p = floats(self._p, "CalcPrincipalSemiDiametersAndPoseForSolidEllipsoid()")
+        if number(self._mass, self._T) == 0.0:
+            return np.zeros(3), RigidTransform(RotationMatrix(), p)
+        moments, axes = self._G.ShiftToCenterOfMass(self._p).CalcPrincipalMomentsAndAxesOfInertia()
+        half_axes = np.sqrt(np.maximum(2.5 * (moments.sum() - 2.0 * moments), 0.0))
+        return half_axes, RigidTransform(axes, p)
+
+    # --- changes ---
+
+    def ReExpress(self, R_AE: Any) -> Any:
+        """M_SP_A, expressed in frame A instead of E."""
+        R = self._argument("ReExpress", instance_of(RotationMatrix_[self._T]), R_AE=R_AE)
+        return self._make(self._mass, R._M.dot(self._p), self._G._turned(R))
+
+    def Shift(self, p_PQ_E: Any) -> Any:
+        """M_SQ_E, about a point Q instead of P; `p_PQ_E` [m], shape (3,)."""
+        p_PQ = self._argument("Shift", vector(self._T, 3), p_PQ_E=p_PQ_E)
+        T, p_QScm = self._T, self._p - p_PQ
+        G = self._G._I + (point_mass(T, p_QScm) - point_mass(T, self._p))
+        return self._make(self._mass, p_QScm, G)
+
+    def __iadd__(self, other: Any) -> Any:
+        """Join another body to this one, its inertia about the same point and in the same frame."""
+        if not isinstance(other, self._plain_class()):
+            return NotImplemented
+        total = self._mass + other._mass
+        if not is_symbolic(self._T) and number(total, self._T) == 0.0:
+            p, G = (self._p + other._p) * 0.5, (self._G._I + other._G._I) * 0.5
+        else:
+            p = (self._p * self._mass + other._p * other._mass) / total
+            G = (self._G._I * self._mass + other._G._I * other._mass) / total
+        self._assign_from(self._make(total, p, G))
+        return self
+
+    def __mul__(self, other: Any) -> Any:
+        """Momentum of S with a SpatialVelocity, or force for a SpatialAcceleration (of P, a point of S), about P."""
+        T = self._T
+        if isinstance(other, SpatialVelocity_[T]):
+            result = SpatialMomentum_[T]
+        elif isinstance(other, SpatialAcceleration_[T]):
+            result = SpatialForce_[T]
+        else:
+            return NotImplemented
+        top, bottom = other._c[:3], other._c[3:]
+        mc = (self._p * self._mass).tolist()
+        angular = (self._G._I.dot(top) * self._mass).tolist()
+        h = [a + b for a, b in zip(angular, cross(mc, bottom.tolist()))]
+        l = [a - b for a, b in zip((bottom * self._mass).tolist(), cross(mc, top.tolist()))]
+        return result._make(h + l)
+
+    def __getstate__(self) -> Any:
+        return (self._mass, self._p.copy(), self._G)
+
+    def __setstate__(self, state: Any) -> None:
+        mass, p, G = state
+        self._mass, self._p, self._G = mass, as_array(self._T, p, (3,)), G
+
+    def __repr__(self) -> str:
+        p = self._p.tolist()
+        return f"{pretty_class_name(type(self))}(mass={self._mass!r}, p_PScm_E={p}, G_SP_E={self._G!r})"
+
+
+SpatialInertia_ = ScalarTemplate("SpatialInertia_", SpatialInertia, scope="sheldrake.multibody.math", value_type=True)

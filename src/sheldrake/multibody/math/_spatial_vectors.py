@@ -1,0 +1,314 @@
+"""Spatial vectors: an angular part on top of a translational part, about a point, expressed in a frame."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch, Signature, incompatible, instance_of, signature
+from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, as_scalar, vector
+from sheldrake.math import RotationMatrix_
+
+_new = object.__new__
+
+
+def cross(a: Any, b: Any) -> list:
+    """Cross product of two vectors of any scalar."""
+    ax, ay, az = a
+    bx, by, bz = b
+    return [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
+
+
+class SpatialVector(ScalarBase):
+    """What the four kinds of spatial vectors share. Only vectors of one kind add up."""
+
+    __slots__ = ("_c",)
+    _FIELDS = ("_c",)  # read-only, may be shared
+    _NAMES: ClassVar[tuple[str, str, str]]  # of both parts and of the whole
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """Both parts, shape (3,) each, or the whole, shape (6,), angular first; without arguments all NaN."""
+        if args or kwargs:
+            self._choose("init", args, kwargs)
+        else:
+            self._c = as_array(self._T, [math.nan] * 6, (6,))
+
+    @staticmethod
+    def _signatures_init(cls: Any) -> list[Signature]:
+        T = cls._T
+        angular, translational, whole = cls._NAMES
+
+        def from_parts(self: Any, top: np.ndarray, bottom: np.ndarray) -> None:
+            self._c = np.concatenate([top, bottom])
+            self._c.setflags(write=False)
+
+        def from_whole(self: Any, coefficients: np.ndarray) -> None:
+            self._c = coefficients
+
+        return [
+            signature(from_parts, **{angular: vector(T, 3), translational: vector(T, 3)}),
+            signature(from_whole, **{whole: vector(T, 6)}),
+        ]
+
+    @classmethod
+    def _make(cls, coefficients: Any) -> Any:
+        """Unchecked, from six numbers, or an array that nobody else will write."""
+        if type(coefficients) is not np.ndarray:
+            coefficients = np.array(coefficients, dtype=np.float64 if cls._T is float else object)
+        new = _new(cls._template[cls._T])
+        coefficients.setflags(write=False)
+        new._c = coefficients
+        return new
+
+    @classmethod
+    def Zero(cls) -> Any:
+        """The zero vector."""
+        return cls._make(as_array(cls._T, np.zeros(6), (6,)))
+
+    def SetZero(self) -> Any:
+        """Make this the zero vector; gives this object."""
+        self._c = as_array(self._T, np.zeros(6), (6,))
+        return self
+
+    def rotational(self) -> np.ndarray:
+        """The angular part, shape (3,), read-only."""
+        return self._c[:3]
+
+    def translational(self) -> np.ndarray:
+        """The translational part, shape (3,), read-only."""
+        return self._c[3:]
+
+    def get_coeffs(self) -> np.ndarray:
+        """Both parts, angular first, shape (6,)."""
+        return self._c.copy()
+
+    def Rotate(self, R_FE: Any) -> Any:
+        """The same vector expressed in frame F instead of E.
+
+        Args:
+            R_FE: RotationMatrix of E in F.
+        """
+        R = self._argument("Rotate", instance_of(RotationMatrix_[self._T]), R_FE=R_FE)
+        return self._make(self._c.reshape(2, 3).dot(R._M.T).reshape(6))
+
+    def _kin(self, other: Any) -> bool:
+        return isinstance(other, self._plain_class())
+
+    def __add__(self, other: Any) -> Any:
+        return self._make(self._c + other._c) if self._kin(other) else NotImplemented
+
+    def __sub__(self, other: Any) -> Any:
+        return self._make(self._c - other._c) if self._kin(other) else NotImplemented
+
+    def __iadd__(self, other: Any) -> Any:
+        if not self._kin(other):
+            return NotImplemented
+        self._c = self._c + other._c
+        self._c.setflags(write=False)
+        return self
+
+    def __isub__(self, other: Any) -> Any:
+        if not self._kin(other):
+            return NotImplemented
+        self._c = self._c - other._c
+        self._c.setflags(write=False)
+        return self
+
+    def __neg__(self) -> Any:
+        return self._make(-self._c)
+
+    def _scaled(self, factor: Any) -> Any:
+        try:
+            return self._c * as_scalar(self._T, factor)
+        except Mismatch:
+            return NotImplemented
+
+    def __mul__(self, factor: Any) -> Any:
+        scaled = self._scaled(factor)
+        return scaled if scaled is NotImplemented else self._make(scaled)
+
+    __rmul__ = __mul__
+
+    def __imul__(self, factor: Any) -> Any:
+        scaled = self._scaled(factor)
+        if scaled is NotImplemented:
+            return scaled
+        scaled.setflags(write=False)
+        self._c = scaled
+        return self
+
+    def _moved(self, call: str, offset: Any) -> list:
+        return self._argument(call, vector(self._T, 3), offset=offset).tolist()
+
+    def _dot(self, other: Any, *kinds: Any) -> Any:
+        if not any(isinstance(other, kind[self._T]) for kind in kinds):
+            accepted = [f"({pretty_class_name(kind[self._T])})" for kind in kinds]
+            raise incompatible(f"{pretty_class_name(self._plain_class())}.dot", accepted, (other,), {})
+        product = self._c.dot(other._c)
+        return float(product) if self._T is float else product
+
+    def __getstate__(self) -> Any:
+        return self._c.copy()
+
+    def __setstate__(self, state: Any) -> None:
+        self._c = as_array(self._T, state, (6,))
+
+    def __repr__(self) -> str:
+        top, bottom, _ = self._NAMES
+        numbers = self._c.tolist()
+        return f"{pretty_class_name(type(self))}(\n  {top}={numbers[:3]},\n  {bottom}={numbers[3:]},\n)"
+
+
+class SpatialVelocity(SpatialVector):
+    """V_MB_E: angular velocity w [rad/s] and velocity v [m/s] of a frame B, measured in M, expressed in E."""
+
+    __slots__ = ()
+    _NAMES = ("w", "v", "V")
+
+    def Shift(self, offset: Any) -> Any:
+        """V_MC of a frame C fixed to B.
+
+        Args:
+            offset: p_BoCo_E [m], shape (3,).
+        """
+        p = self._moved("Shift", offset)
+        c = self._c.tolist()
+        return self._make(c[:3] + [v + x for v, x in zip(c[3:], cross(c[:3], p))])
+
+    def ComposeWithMovingFrameVelocity(self, position_of_moving_frame: Any, velocity_of_moving_frame: Any) -> Any:
+        """V_MC of a frame C that moves on B.
+
+        Args:
+            position_of_moving_frame: p_BoCo_E [m], shape (3,).
+            velocity_of_moving_frame: V_BC_E.
+        """
+        call = "ComposeWithMovingFrameVelocity"
+        p = self._argument(call, vector(self._T, 3), position_of_moving_frame=position_of_moving_frame)
+        V = self._argument(call, instance_of(self._plain_class()), velocity_of_moving_frame=velocity_of_moving_frame)
+        return self.Shift(p) + V
+
+    def dot(self, *args: Any, **kwargs: Any) -> Any:
+        """Power [W] of a SpatialForce (`force`), or twice the kinetic energy [J] of a SpatialMomentum (`momentum`)."""
+        values = [*args, *kwargs.values()]
+        if len(values) != 1 or not kwargs.keys() <= {"force", "momentum"}:
+            raise incompatible("SpatialVelocity.dot", ["(force)", "(momentum)"], args, kwargs)
+        return self._dot(values[0], SpatialForce_, SpatialMomentum_)
+
+    def __matmul__(self, other: Any) -> Any:
+        return self.dot(other)
+
+
+class SpatialAcceleration(SpatialVector):
+    """A_MB_E: angular acceleration alpha [rad/s^2] and acceleration a [m/s^2] of a frame B, measured in M."""
+
+    __slots__ = ()
+    _NAMES = ("alpha", "a", "A")
+
+    def Shift(self, offset: Any, angular_velocity_of_this_frame: Any) -> Any:
+        """A_MC of a frame C fixed to B.
+
+        Args:
+            offset: p_BoCo_E [m], shape (3,).
+            angular_velocity_of_this_frame: w_MB_E [rad/s], shape (3,).
+        """
+        w = self._argument(
+            "Shift", vector(self._T, 3), angular_velocity_of_this_frame=angular_velocity_of_this_frame
+        ).tolist()
+        p = self._moved("Shift", offset)
+        c = self._c.tolist()
+        turned, centripetal = cross(c[:3], p), cross(w, cross(w, p))
+        return self._make(c[:3] + [a + x + y for a, x, y in zip(c[3:], turned, centripetal)])
+
+    def ShiftWithZeroAngularVelocity(self, offset: Any) -> Any:
+        """A_MC of a frame C fixed to B while B does not turn.
+
+        Args:
+            offset: p_BoCo_E [m], shape (3,).
+        """
+        p = self._moved("ShiftWithZeroAngularVelocity", offset)
+        c = self._c.tolist()
+        return self._make(c[:3] + [a + x for a, x in zip(c[3:], cross(c[:3], p))])
+
+    def ComposeWithMovingFrameAcceleration(
+        self,
+        position_of_moving_frame: Any,
+        angular_velocity_of_this_frame: Any,
+        velocity_of_moving_frame: Any,
+        acceleration_of_moving_frame: Any,
+    ) -> Any:
+        """A_MC of a frame C that moves on B.
+
+        Args:
+            position_of_moving_frame: p_BoCo_E [m], shape (3,).
+            angular_velocity_of_this_frame: w_MB_E [rad/s], shape (3,).
+            velocity_of_moving_frame: V_BC_E.
+            acceleration_of_moving_frame: A_BC_E.
+        """
+        call, T = "ComposeWithMovingFrameAcceleration", self._T
+        w = self._argument(call, vector(T, 3), angular_velocity_of_this_frame=angular_velocity_of_this_frame)
+        V = self._argument(call, instance_of(SpatialVelocity_[T]), velocity_of_moving_frame=velocity_of_moving_frame)
+        A = self._argument(
+            call, instance_of(self._plain_class()), acceleration_of_moving_frame=acceleration_of_moving_frame
+        )
+        fixed = self.Shift(position_of_moving_frame, w)._c.tolist()
+        v, a, w = V._c.tolist(), A._c.tolist(), w.tolist()
+        gyroscopic, coriolis = cross(w, v[:3]), cross(w, v[3:])
+        return self._make([x + y + z for x, y, z in zip(fixed, a, gyroscopic + [2.0 * x for x in coriolis])])
+
+
+class SpatialForce(SpatialVector):
+    """F_Bp_E: torque tau [N m] about a point Bp and force f [N], expressed in E."""
+
+    __slots__ = ()
+    _NAMES = ("tau", "f", "F")
+
+    def Shift(self, offset: Any) -> Any:
+        """The equivalent force at another point of the same body.
+
+        Args:
+            offset: p_BpBq_E [m], shape (3,).
+        """
+        p = self._moved("Shift", offset)
+        c = self._c.tolist()
+        return self._make([t - x for t, x in zip(c[:3], cross(p, c[3:]))] + c[3:])
+
+    def dot(self, velocity: Any) -> Any:
+        """Power [W] on a body that moves with a SpatialVelocity."""
+        return self._dot(velocity, SpatialVelocity_)
+
+    def __matmul__(self, other: Any) -> Any:
+        return self.dot(other)
+
+
+class SpatialMomentum(SpatialVector):
+    """L_MBp_E: angular momentum h [N m s] about a point Bp and momentum l [N s], measured in M, expressed in E."""
+
+    __slots__ = ()
+    _NAMES = ("h", "l", "L")
+
+    def Shift(self, offset: Any) -> Any:
+        """The momentum about another point.
+
+        Args:
+            offset: p_BpBq_E [m], shape (3,).
+        """
+        p = self._moved("Shift", offset)
+        c = self._c.tolist()
+        return self._make([h - x for h, x in zip(c[:3], cross(p, c[3:]))] + c[3:])
+
+    def dot(self, velocity: Any) -> Any:
+        """Twice the kinetic energy [J] of a body that moves with a SpatialVelocity."""
+        return self._dot(velocity, SpatialVelocity_)
+
+    def __matmul__(self, other: Any) -> Any:
+        return self.dot(other)
+
+
+_HOME = "sheldrake.multibody.math"
+SpatialVelocity_ = ScalarTemplate("SpatialVelocity_", SpatialVelocity, scope=_HOME, value_type=True)
+SpatialAcceleration_ = ScalarTemplate("SpatialAcceleration_", SpatialAcceleration, scope=_HOME, value_type=True)
+SpatialForce_ = ScalarTemplate("SpatialForce_", SpatialForce, scope=_HOME, value_type=True)
+SpatialMomentum_ = ScalarTemplate("SpatialMomentum_", SpatialMomentum, scope=_HOME, value_type=True)
