@@ -1,0 +1,124 @@
+"""Symbolic computation: variables, expressions, formulas, polynomials."""
+
+from sheldrake.symbolic import (
+    _build,
+    _differentiate,
+    _expression,
+    _formula,
+    _functions,
+    _operators,
+    _text,
+    _traverse,
+)
+from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._formula import Formula
+from sheldrake.symbolic._functions import (
+    _reduce_add,
+    _reduce_mul,
+    abs,
+    acos,
+    arccos,
+    arcsin,
+    arctan,
+    arctan2,
+    asin,
+    atan,
+    atan2,
+    ceil,
+    cos,
+    cosh,
+    exp,
+    floor,
+    forall,
+    if_then_else,
+    inv,
+    isnan,
+    log,
+    logical_and,
+    logical_not,
+    logical_or,
+    max,
+    min,
+    positive_semidefinite,
+    pow,
+    sin,
+    sinh,
+    sqrt,
+    tan,
+    tanh,
+    uninterpreted_function,
+)
+from sheldrake.symbolic._kinds import ExpressionKind, FormulaKind
+from sheldrake.symbolic._variable import (
+    MakeMatrixBinaryVariable,
+    MakeMatrixBooleanVariable,
+    MakeMatrixContinuousVariable,
+    MakeMatrixVariable,
+    MakeVectorBinaryVariable,
+    MakeVectorBooleanVariable,
+    MakeVectorContinuousVariable,
+    MakeVectorVariable,
+    Variable,
+    Variables,
+    intersect,
+)
+
+__all__ = [
+    "Expression",
+    "ExpressionKind",
+    "Formula",
+    "FormulaKind",
+    "MakeMatrixBinaryVariable",
+    "MakeMatrixBooleanVariable",
+    "MakeMatrixContinuousVariable",
+    "MakeMatrixVariable",
+    "MakeVectorBinaryVariable",
+    "MakeVectorBooleanVariable",
+    "MakeVectorContinuousVariable",
+    "MakeVectorVariable",
+    "Variable",
+    "Variables",
+    "abs",
+    "acos",
+    "arccos",
+    "arcsin",
+    "arctan",
+    "arctan2",
+    "asin",
+    "atan",
+    "atan2",
+    "ceil",
+    "cos",
+    "cosh",
+    "exp",
+    "floor",
+    "forall",
+    "if_then_else",
+    "intersect",
+    "inv",
+    "isnan",
+    "log",
+    "logical_and",
+    "logical_not",
+    "logical_or",
+    "max",
+    "min",
+    "positive_semidefinite",
+    "pow",
+    "sin",
+    "sinh",
+    "sqrt",
+    "tan",
+    "tanh",
+    "uninterpreted_function",
+]
+
+# Expressions, formulas and what is done with them need each other: the classes come first and are told the rest here.
+_operators._build, _operators._formula = _build, _formula
+_expression._build, _expression._differentiate, _expression._functions = _build, _differentiate, _functions
+_expression._text, _expression._traverse = _text, _traverse
+_formula._functions, _formula._traverse = _functions, _traverse
+
+for _name in (*__all__, "_reduce_add", "_reduce_mul"):
+    if hasattr(globals()[_name], "__module__"):
+        globals()[_name].__module__ = __name__

@@ -1,0 +1,51 @@
+"""Values of random variables, drawn as the C++ standard library draws them from the same generator."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from sheldrake.symbolic._kinds import VariableType
+from sheldrake.symbolic._variable import Variable
+
+
+def sample(variables: list[Variable], values: dict[Variable, float], generator: Callable[[], int]) -> None:
+    """Puts a value for each random variable that has none into `values`.
+
+    Args:
+        variables: All variables, in the order they are drawn.
+        values: Values known, by variable.
+        generator: Gives 32 random bits a call.
+    """
+    for v in variables:
+        draw: Any = _DRAWS.get(v.get_type())
+        if v not in values and draw is not None:
+            values[v] = draw(generator)
+
+
+def _uniform(generator: Callable[[], int]) -> float:
+    low = int(generator())
+    value = (low + int(generator()) * 2.0**32) / 2.0**64
+    return value if value < 1.0 else math.nextafter(1.0, 0.0)
+
+
+def _gaussian(generator: Callable[[], int]) -> float:
+    """Marsaglia's polar method (1964)."""
+    while True:
+        x = 2.0 * _uniform(generator) - 1.0
+        y = 2.0 * _uniform(generator) - 1.0
+        r2 = x * x + y * y
+        if 0.0 < r2 <= 1.0:
+            return y * math.sqrt(-2.0 * math.log(r2) / r2)
+
+
+def _exponential(generator: Callable[[], int]) -> float:
+    return -math.log(1.0 - _uniform(generator))
+
+
+_DRAWS = {
+    VariableType.RANDOM_UNIFORM: _uniform,
+    VariableType.RANDOM_GAUSSIAN: _gaussian,
+    VariableType.RANDOM_EXPONENTIAL: _exponential,
+}

@@ -1,0 +1,242 @@
+"""Variables and sets of them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable, Iterator
+from typing import Any
+
+import numpy as np
+
+from sheldrake.symbolic._kinds import VariableType
+from sheldrake.symbolic._operators import Operators
+
+_ids = itertools.count(1)
+_TYPE_WORDS = {t: t.name.replace("_", " ").title() for t in VariableType}
+
+
+class Variable(Operators):
+    """A variable: a name to print and an identity of its own. Two variables of one name are two variables.
+
+    Args:
+        name: How it prints.
+        type: What values it takes.
+    """
+
+    __slots__ = ("_expression", "_hash", "_id", "_name", "_type")
+    Type = VariableType
+
+    def __init__(self, name: str, type: VariableType = VariableType.CONTINUOUS):
+        if not isinstance(name, str) or not isinstance(type, VariableType):
+            raise TypeError(f"Variable(): expected (name: str, type: Variable.Type), got ({name!r}, {type!r}).")
+        self._id, self._name, self._type = next(_ids), name, type
+        # A hash of its own kind: a dict compares keys of equal hash, and comparing a variable gives a formula.
+        self._hash = hash(("sheldrake.symbolic.Variable", self._id))
+        self._expression = None
+
+    def get_id(self) -> int:
+        """Returns the number that tells this variable from all others; it grows in the order of creation."""
+        return self._id
+
+    def get_name(self) -> str:
+        """Returns the name."""
+        return self._name
+
+    def get_type(self) -> VariableType:
+        """Returns what values it takes."""
+        return self._type
+
+    def is_dummy(self) -> bool:
+        """Tells whether this is no variable at all; never so for one that has a name."""
+        return False
+
+    def EqualTo(self, other: Variable) -> bool:
+        """Tells whether both are the same variable.
+
+        Raises:
+            TypeError: the other is no variable.
+        """
+        if not isinstance(other, Variable):
+            raise TypeError(f"Variable.EqualTo(): incompatible function arguments; expected a Variable, got {other!r}.")
+        return self is other
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __copy__(self) -> Variable:
+        return self
+
+    def __deepcopy__(self, memo: dict) -> Variable:
+        return self
+
+    def __reduce__(self) -> Any:
+        raise TypeError("cannot pickle a Variable: its identity is of this process.")
+
+    def __str__(self) -> str:
+        return self._name
+
+    def __repr__(self) -> str:
+        return f"Variable('{self._name}', {_TYPE_WORDS[self._type]})"
+
+
+VariableType.__name__, VariableType.__qualname__ = "Type", "Variable.Type"
+
+
+class Variables:
+    """A set of variables, in the order of their creation.
+
+    Args:
+        variables: Variables, in any order, repeated or not.
+    """
+
+    __slots__ = ("_hash", "_set")
+
+    def __init__(self, variables: Iterable[Variable] = ()):
+        items = list(variables.ravel() if isinstance(variables, np.ndarray) else variables)
+        for v in items:
+            if not isinstance(v, Variable):
+                raise TypeError(f"Variables(): incompatible constructor arguments; expected variables, got {v!r}.")
+        self._set = {v._id: v for v in sorted(items, key=Variable.get_id)}
+
+    def size(self) -> int:
+        """Returns how many there are."""
+        return len(self._set)
+
+    def empty(self) -> bool:
+        """Tells whether there is none."""
+        return not self._set
+
+    def insert(self, var: Any = None, *, vars: Any = None) -> None:
+        """Adds a variable, or all of another set."""
+        given = var if vars is None else vars
+        self._set = (self + given)._set
+
+    def erase(self, key: Any = None, *, vars: Any = None) -> int:
+        """Takes out a variable, or all of another set; returns how many were there."""
+        given = key if vars is None else vars
+        before = len(self._set)
+        self._set = (self - given)._set
+        return before - len(self._set)
+
+    def include(self, key: Variable) -> bool:
+        """Tells whether the variable is in the set."""
+        return key in self
+
+    def IsSubsetOf(self, vars: Variables) -> bool:
+        """Tells whether each of these is in the other set."""
+        return self._set.keys() <= vars._set.keys()
+
+    def IsSupersetOf(self, vars: Variables) -> bool:
+        """Tells whether each of the other set is in this one."""
+        return self._set.keys() >= vars._set.keys()
+
+    def IsStrictSubsetOf(self, vars: Variables) -> bool:
+        """Tells whether each of these is in the other set, and more."""
+        return self._set.keys() < vars._set.keys()
+
+    def IsStrictSupersetOf(self, vars: Variables) -> bool:
+        """Tells whether each of the other set is in this one, and more."""
+        return self._set.keys() > vars._set.keys()
+
+    def EqualTo(self, other: Variables) -> bool:
+        """Tells whether both hold the same variables."""
+        return self._set.keys() == other._set.keys()
+
+    def to_string(self) -> str:
+        """Returns the names in braces."""
+        return str(self)
+
+    def __len__(self) -> int:
+        return len(self._set)
+
+    def __iter__(self) -> Iterator[Variable]:
+        return iter(tuple(self._set.values()))
+
+    def __contains__(self, key: Any) -> bool:
+        return isinstance(key, Variable) and key._id in self._set
+
+    def __eq__(self, other: Any) -> Any:
+        return self.EqualTo(other) if isinstance(other, Variables) else NotImplemented
+
+    def __lt__(self, other: Variables) -> bool:
+        return list(self._set) < list(other._set)
+
+    def __hash__(self) -> int:
+        return hash(("sheldrake.symbolic.Variables", *self._set))
+
+    def __add__(self, other: Any) -> Any:
+        if isinstance(other, Variable):
+            return Variables([*self, other])
+        return Variables([*self, *other]) if isinstance(other, Variables) else NotImplemented
+
+    def __radd__(self, other: Any) -> Any:
+        return Variables([*self, other]) if isinstance(other, Variable) else NotImplemented
+
+    def __sub__(self, other: Any) -> Any:
+        if isinstance(other, Variable):
+            return Variables([v for v in self if v is not other])
+        return Variables([v for v in self if v not in other]) if isinstance(other, Variables) else NotImplemented
+
+    def __copy__(self) -> Variables:
+        return Variables(self)
+
+    def __deepcopy__(self, memo: dict) -> Variables:
+        return Variables(self)
+
+    def __str__(self) -> str:
+        return "{" + ", ".join(v._name for v in self) + "}"
+
+    def __repr__(self) -> str:
+        return f'<Variables "{self}">'
+
+
+def intersect(vars1: Variables, vars2: Variables) -> Variables:
+    """Returns the variables that are in both sets."""
+    return Variables([v for v in vars1 if v in vars2])
+
+
+def _make(size: tuple[int, ...], name: str, type: VariableType) -> np.ndarray:
+    out = np.empty(size, dtype=object)
+    for index in np.ndindex(size):
+        out[index] = Variable(f"{name}({', '.join(map(str, index))})", type)
+    return out
+
+
+def MakeVectorVariable(rows: int, name: str, type: VariableType = VariableType.CONTINUOUS) -> np.ndarray:
+    """Returns `rows` new variables name(0), name(1) ..., shape `(rows,)`."""
+    return _make((rows,), name, type)
+
+
+def MakeVectorContinuousVariable(rows: int, name: str) -> np.ndarray:
+    """Returns `rows` new continuous variables, shape `(rows,)`."""
+    return _make((rows,), name, VariableType.CONTINUOUS)
+
+
+def MakeVectorBinaryVariable(rows: int, name: str) -> np.ndarray:
+    """Returns `rows` new variables that are 0 or 1, shape `(rows,)`."""
+    return _make((rows,), name, VariableType.BINARY)
+
+
+def MakeVectorBooleanVariable(rows: int, name: str) -> np.ndarray:
+    """Returns `rows` new variables that are true or false, shape `(rows,)`."""
+    return _make((rows,), name, VariableType.BOOLEAN)
+
+
+def MakeMatrixVariable(rows: int, cols: int, name: str, type: VariableType = VariableType.CONTINUOUS) -> np.ndarray:
+    """Returns new variables name(0, 0), name(0, 1) ..., shape `(rows, cols)`."""
+    return _make((rows, cols), name, type)
+
+
+def MakeMatrixContinuousVariable(rows: int, cols: int, name: str) -> np.ndarray:
+    """Returns new continuous variables, shape `(rows, cols)`."""
+    return _make((rows, cols), name, VariableType.CONTINUOUS)
+
+
+def MakeMatrixBinaryVariable(rows: int, cols: int, name: str) -> np.ndarray:
+    """Returns new variables that are 0 or 1, shape `(rows, cols)`."""
+    return _make((rows, cols), name, VariableType.BINARY)
+
+
+def MakeMatrixBooleanVariable(rows: int, cols: int, name: str) -> np.ndarray:
+    """Returns new variables that are true or false, shape `(rows, cols)`."""
+    return _make((rows, cols), name, VariableType.BOOLEAN)
