@@ -34,29 +34,38 @@ def differentiate(expressions: Sequence[Expression], x: Variable) -> list[Expres
     if not isinstance(x, Variable):
         raise TypeError(f"Differentiate(): incompatible function arguments; expected a Variable, got {x!r}.")
     done: dict[int, Expression] = {}
+    depends: set[int] = set()
     for e in _build.nodes(*expressions):
-        done[e._serial] = _derivative(e, x, done)
+        if _depends(e, x, depends):
+            depends.add(e._serial)
+            done[e._serial] = _derivative(e, x, done)
+        elif e is NOT_A_NUMBER:
+            raise RuntimeError("NaN is detected during differentiation.")
+        else:
+            done[e._serial] = ZERO
     return [done[e._serial] for e in expressions]
+
+
+def _depends(e: Expression, x: Variable, depends: set[int]) -> bool:
+    if e._kind == k.VAR:
+        return e._args[0] is x
+    if any(child._serial in depends for child in _build.children(e)):
+        return True
+    return e._kind == k.IF_THEN_ELSE and x in e._args[0]._variables()
 
 
 def _derivative(e: Expression, x: Variable, done: dict[int, Expression]) -> Expression:
     kind, args = e._kind, e._args
-    if kind == k.CONSTANT:
-        return ZERO
     if kind == k.VAR:
-        return ONE if args[0] is x else ZERO
+        return ONE
     if kind == k.ADD:
         return _build.sum_of(_build.scale(c, done[t._serial]) for t, c in args[1])
     if kind == k.MUL:
         return _of_product(e, done)
     if kind == k.IF_THEN_ELSE:
         return _of_conditional(e, x, done)
-    if kind == k.NAN:
-        raise RuntimeError("NaN is detected during differentiation.")
     if kind == k.UNINTERPRETED:
-        if x in e.GetVariables():
-            raise RuntimeError(f"Uninterpreted-function expression {e} is not differentiable with respect to {x}.")
-        return ZERO
+        raise RuntimeError(f"Uninterpreted-function expression {e} is not differentiable with respect to {x}.")
     if len(args) == 2:
         return _BINARY[kind](*args, *(done[a._serial] for a in args))
     return _UNARY[kind](args[0], done[args[0]._serial])

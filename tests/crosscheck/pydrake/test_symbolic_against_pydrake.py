@@ -83,15 +83,6 @@ def test_derivatives_and_expansions_have_the_same_values():
                 assert a == pytest.approx(b, rel=1e-9, abs=1e-9), (seed, str(mine))
 
 
-def test_derivatives_print_the_same():
-    different = []
-    for seed, (mine, my_leaves), (peer, peer_leaves) in pairs(300, 3):
-        a, b = text(mine.Differentiate(my_leaves[0])), text(peer.Differentiate(peer_leaves[0]))
-        if a != b:
-            different.append((seed, str(mine), a, b))
-    assert len(different) <= 3, different[:5]
-
-
 def test_the_comparison_sees_another_expression():
     x = theirs.Variable("x")
     assert str(theirs.sin(x) + 1) != str(ours.sin(ours.Variable("x")) + 2)
