@@ -1,0 +1,273 @@
+"""Integrators: the numbers that steer how the event loop integrates continuous state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import _loop
+from sheldrake.systems.framework._loop import (
+    ACCURACY,
+    EULER,
+    FAILURES,
+    FIXED,
+    H_FIRST,
+    H_IDEAL,
+    H_INITIAL,
+    H_LARGEST,
+    H_MAX,
+    H_MIN,
+    H_SMALLEST,
+    ORDER,
+    RK2,
+    RK3,
+    SCHEME,
+    SHRINKS_ERROR,
+    SHRINKS_FAILURE,
+    THROW_ON_MIN,
+    XC_STEPS,
+)
+
+nan = float("nan")
+
+
+class IntegratorBase:
+    """Integrates the continuous state of a system's context.
+
+    Args:
+        system: The system.
+        context: Its context; may be given later by `reset_context`.
+    """
+
+    _scheme = int(RK3)
+    _order = 3.0
+    _supports_error_estimation = True
+    _name = "runge_kutta3"
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError(f"{type(self).__name__}: No constructor defined!")
+
+    def _set_up(self, system: Any, context: Any) -> None:
+        self._system, self._context = system, context
+        self._Z, self._N = np.zeros(16), np.zeros(16, np.int64)
+        self._Z[SCHEME], self._Z[ORDER], self._Z[THROW_ON_MIN] = self._scheme, self._order, 1.0
+        self._Z[FIXED] = 0.0 if self._supports_error_estimation else 1.0
+        self._Z[_loop.T_BREAK] = np.inf
+        self._maximum, self._accuracy, self._initial, self._minimum = nan, nan, nan, 0.0
+        self._initialized = False
+        self.ResetStatistics()
+
+    # Settings.
+
+    def set_maximum_step_size(self, max_step_size: float) -> None:
+        """No step is longer than this [s], or only 1 % to reach an event.
+
+        Raises:
+            RuntimeError: it is not positive.
+        """
+        if not float(max_step_size) >= 0:
+            raise RuntimeError(f"set_maximum_step_size(): must not be negative, got {max_step_size}.")
+        self._maximum = self._Z[H_MAX] = float(max_step_size)
+
+    def get_maximum_step_size(self) -> float:
+        """No step is longer than this [s]."""
+        return self._maximum
+
+    def set_target_accuracy(self, accuracy: float) -> None:
+        """What error control aims at.
+
+        Raises:
+            RuntimeError: the integrator estimates no error.
+        """
+        if not self._supports_error_estimation:
+            raise RuntimeError("Integrator does not support accuracy estimation and user has requested error control")
+        self._accuracy = float(accuracy)
+        self._use_accuracy()
+
+    def get_target_accuracy(self) -> float:
+        """What error control aims at; not a number until set."""
+        return self._accuracy
+
+    def get_accuracy_in_use(self) -> float:
+        """What error control works with."""
+        return float(self._Z[ACCURACY])
+
+    def _use_accuracy(self) -> None:
+        self._Z[ACCURACY] = 1e-3 if np.isnan(self._accuracy) else min(self._accuracy, 0.1)
+
+    def set_fixed_step_mode(self, flag: bool) -> None:
+        """Whether to take steps of the maximum size, without error control.
+
+        Raises:
+            RuntimeError: asked to control errors that the integrator does not estimate.
+        """
+        if not flag and not self._supports_error_estimation:
+            raise RuntimeError("Integrator does not support accuracy estimation")
+        self._Z[FIXED] = float(bool(flag))
+
+    def get_fixed_step_mode(self) -> bool:
+        """Whether steps have the maximum size, without error control."""
+        return bool(self._Z[FIXED])
+
+    def request_initial_step_size_target(self, step_size: float) -> None:
+        """Length of the first step with error control [s]."""
+        if not self._supports_error_estimation:
+            raise RuntimeError("Integrator does not support error estimation and user has initial step size target")
+        self._initial = float(step_size)
+
+    def get_initial_step_size_target(self) -> float:
+        """Length of the first step with error control [s]."""
+        return self._initial
+
+    def set_requested_minimum_step_size(self, min_step_size: float) -> None:
+        """Error control does not go below this [s]."""
+        self._minimum = self._Z[H_MIN] = float(min_step_size)
+
+    def get_requested_minimum_step_size(self) -> float:
+        """Error control does not go below this [s]."""
+        return self._minimum
+
+    def get_working_minimum_step_size(self) -> float:
+        """The shortest step that error control takes [s]."""
+        t = 0.0 if self._context is None else float(self._context.get_time())
+        return max(self._minimum, 1e-14 * max(1.0, abs(t)))
+
+    def set_throw_on_minimum_step_size_violation(self, throws: bool) -> None:
+        """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
+        self._Z[THROW_ON_MIN] = float(bool(throws))
+
+    def get_throw_on_minimum_step_size_violation(self) -> bool:
+        """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
+        return bool(self._Z[THROW_ON_MIN])
+
+    def get_context(self) -> Any:
+        """The context it integrates."""
+        return self._context
+
+    get_mutable_context = get_context
+
+    def reset_context(self, context: Any) -> None:
+        """Changes the context; `Initialize` must be called before the next step."""
+        self._context, self._initialized = context, False
+
+    def Initialize(self) -> None:
+        """Gets ready to step.
+
+        Raises:
+            RuntimeError: there is no context, or no maximum step size where it is needed.
+        """
+        if self._context is None:
+            raise RuntimeError("Context has not been set.")
+        if np.isnan(self._maximum):
+            raise RuntimeError(
+                "Neither initial step size target nor maximum step size has been set!"
+                if self._supports_error_estimation
+                else "Maximum step size has not been set!"
+            )
+        if self._supports_error_estimation and np.isnan(self._initial):
+            self._initial = 0.1 * self._maximum
+        self._Z[H_MAX], self._Z[H_MIN] = self._maximum, self._minimum
+        self._Z[H_INITIAL] = 0.0 if np.isnan(self._initial) else self._initial
+        self._Z[H_IDEAL] = 0.0
+        self._use_accuracy()
+        self.ResetStatistics()
+        self._initialized = True
+
+    def Reset(self) -> None:
+        """Back to how it was made."""
+        self._maximum = self._accuracy = self._initial = nan
+        self._minimum, self._initialized = 0.0, False
+        self._Z[H_IDEAL] = 0.0
+        self.ResetStatistics()
+
+    # Statistics.
+
+    def ResetStatistics(self) -> None:
+        """Begins counting anew."""
+        self._Z[[H_FIRST, H_SMALLEST, H_LARGEST]] = nan
+        self._N[[_loop.EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS]] = 0
+
+    def get_actual_initial_step_size_taken(self) -> float:
+        """Length of the first step with error control [s]."""
+        return float(self._Z[H_FIRST])
+
+    def get_smallest_adapted_step_size_taken(self) -> float:
+        """Length of the shortest step that error control chose [s]."""
+        return float(self._Z[H_SMALLEST])
+
+    def get_largest_step_size_taken(self) -> float:
+        """Length of the longest step [s]."""
+        return float(self._Z[H_LARGEST])
+
+    def get_num_derivative_evaluations(self) -> int:
+        """How often derivatives were computed."""
+        return int(self._N[_loop.EVALS])
+
+    def get_num_step_shrinkages_from_error_control(self) -> int:
+        """How many steps were repeated shorter for their error."""
+        return int(self._N[SHRINKS_ERROR])
+
+    def get_num_step_shrinkages_from_substep_failures(self) -> int:
+        """How many steps were repeated shorter because they failed."""
+        return int(self._N[SHRINKS_FAILURE])
+
+    def get_num_substep_failures(self) -> int:
+        """How many steps failed."""
+        return int(self._N[FAILURES])
+
+    def get_num_steps_taken(self) -> int:
+        """How many steps were taken."""
+        return int(self._N[XC_STEPS])
+
+    def GetStatisticsSummary(self) -> list[tuple[str, int | float]]:
+        """All statistics by name."""
+        return [
+            ("Number of steps taken", self.get_num_steps_taken()),
+            ("Number of derivative evaluations", self.get_num_derivative_evaluations()),
+            ("Number of step shrinkages from error control", self.get_num_step_shrinkages_from_error_control()),
+            ("Number of step shrinkages from substep failures", self.get_num_step_shrinkages_from_substep_failures()),
+            ("Number of substep failures", self.get_num_substep_failures()),
+            ("Actual initial step size taken", self.get_actual_initial_step_size_taken()),
+            ("Smallest adapted step size taken", self.get_smallest_adapted_step_size_taken()),
+            ("Largest step size taken", self.get_largest_step_size_taken()),
+        ]
+
+
+class RungeKutta3Integrator(IntegratorBase):
+    """Explicit, third order, with error control by an embedded second-order result."""
+
+    def __init__(self, system: Any, context: Any = None):
+        self._set_up(system, context)
+
+
+class RungeKutta2Integrator(IntegratorBase):
+    """Explicit trapezoid (Heun), second order, steps of the maximum size."""
+
+    _scheme, _order, _supports_error_estimation, _name = int(RK2), 2.0, False, "runge_kutta2"
+
+    def __init__(self, system: Any, max_step_size: float, context: Any = None):
+        self._set_up(system, context)
+        self.set_maximum_step_size(max_step_size)
+
+
+class ExplicitEulerIntegrator(IntegratorBase):
+    """Explicit Euler, first order, steps of the maximum size."""
+
+    _scheme, _order, _supports_error_estimation, _name = int(EULER), 1.0, False, "explicit_euler"
+
+    def __init__(self, system: Any, max_step_size: float, context: Any = None):
+        self._set_up(system, context)
+        self.set_maximum_step_size(max_step_size)
+
+
+_SCHEMES = {
+    "explicit_euler": ExplicitEulerIntegrator,
+    "runge_kutta2": RungeKutta2Integrator,
+    "runge_kutta3": RungeKutta3Integrator,
+}
+
+
+def GetIntegrationSchemes() -> list[str]:
+    """Names of the integration schemes, for `ResetIntegratorFromFlags` and `SimulatorConfig`."""
+    return sorted(_SCHEMES)

@@ -1,0 +1,411 @@
+"""Simulator: advances a system's context through time and events."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.analysis._integrator import IntegratorBase, RungeKutta3Integrator
+from sheldrake.systems.analysis._progress import Progress
+from sheldrake.systems.analysis._span import Span, note_status
+from sheldrake.systems.analysis._status import SimulatorStatus
+from sheldrake.systems.analysis._witness import WitnessWatch
+from sheldrake.systems.framework import _evaluate, _loop
+from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._system import System
+
+_Reason = SimulatorStatus.ReturnReason
+
+
+class InitializeParams:
+    """How `Simulator.Initialize` works.
+
+    Args:
+        suppress_initialization_events: Leave out initialization events.
+    """
+
+    suppress_initialization_events: bool = False
+
+    def __init__(self, **kwargs: Any):
+        for name, value in kwargs.items():
+            if name != "suppress_initialization_events":
+                raise AttributeError(f"InitializeParams has no field {name!r}; it has suppress_initialization_events.")
+            setattr(self, name, bool(value))
+
+    def __repr__(self) -> str:
+        return f"InitializeParams(suppress_initialization_events={self.suppress_initialization_events})"
+
+    def __copy__(self) -> InitializeParams:
+        return InitializeParams(suppress_initialization_events=self.suppress_initialization_events)
+
+    def __deepcopy__(self, memo: dict) -> InitializeParams:
+        return self.__copy__()
+
+
+class Simulator:
+    """Advances a system in time.
+
+    Args:
+        system: The system; usually a Diagram.
+        context: Its root context; a default one if not given. It is not copied.
+    """
+
+    def __init__(self, system: System, context: Any = None):
+        if not isinstance(system, System):
+            raise TypeError(f"Simulator(): incompatible constructor arguments: {system!r} is no System")
+        self._system = system
+        self._N = np.zeros(16, np.int64)
+        self._rate, self._show = 0.0, True
+        self._monitor: Any = None
+        self._publish_at_initialization = self._publish_every_step = False
+        self._span: Span | None = None
+        self._ready = False
+        self._last_time: Any = None
+        if context is None:
+            context = system.CreateDefaultContext()
+        self._check_context(context)
+        self._context = context
+        self._adopt(RungeKutta3Integrator(system, context))
+        self._integrator.set_maximum_step_size(0.1)
+        self._integrator.set_target_accuracy(1e-4)
+
+    # What it works on.
+
+    def get_system(self) -> System:
+        """The system."""
+        return self._system
+
+    def has_context(self) -> bool:
+        """Whether it has a context."""
+        return self._context is not None
+
+    def get_context(self) -> Any:
+        """The context."""
+        return self._context
+
+    get_mutable_context = get_context
+
+    def reset_context(self, context: Any) -> None:
+        """Takes another context, or none; `Initialize` follows."""
+        if context is not None:
+            self._check_context(context)
+        self._context, self._span, self._ready = context, None, False
+        self._integrator.reset_context(context)
+
+    def release_context(self) -> Any:
+        """Gives its context away and has none."""
+        context = self._context
+        self.reset_context(None)
+        return context
+
+    def _check_context(self, context: Any) -> None:
+        self._system.ValidateContext(context)
+        if context._node != 0:
+            raise RuntimeError("Simulator: the context must be a root context.")
+
+    def get_integrator(self) -> IntegratorBase:
+        """The integrator of continuous state."""
+        return self._integrator
+
+    get_mutable_integrator = get_integrator
+
+    def reset_integrator(self, integrator: IntegratorBase) -> IntegratorBase:
+        """Takes another integrator; `Initialize` follows."""
+        self._adopt(integrator)
+        return integrator
+
+    def _adopt(self, integrator: IntegratorBase) -> None:
+        integrator._N = self._N
+        integrator._context = self._context
+        self._integrator, self._span, self._ready = integrator, None, False
+        integrator.ResetStatistics()
+
+    # Settings.
+
+    def set_target_realtime_rate(self, realtime_rate: float) -> None:
+        """Runs at most this many seconds of simulation in a second; 0: as fast as it goes."""
+        if not realtime_rate >= 0:
+            raise RuntimeError(f"set_target_realtime_rate(): must not be negative, got {realtime_rate}.")
+        self._rate = float(realtime_rate)
+
+    def get_target_realtime_rate(self) -> float:
+        """The rate asked for."""
+        return self._rate
+
+    def get_actual_realtime_rate(self) -> float:
+        """Simulation time over real time since the statistics were reset."""
+        if self._last_time is None:
+            return 0.0
+        real = time.monotonic() - self._real0
+        return float(self._context.get_time() - self._time0) / real if real > 0 else 0.0
+
+    def set_publish_every_time_step(self, publish: bool) -> None:
+        """Whether to force a publish after every step."""
+        self._publish_every_step = bool(publish)
+
+    def get_publish_every_time_step(self) -> bool:
+        """Whether to force a publish after every step."""
+        return self._publish_every_step
+
+    def set_publish_at_initialization(self, publish: bool) -> None:
+        """Whether to force a publish in `Initialize`."""
+        self._publish_at_initialization = bool(publish)
+
+    def set_monitor(self, monitor: Any) -> None:
+        """`monitor(context)` is called after `Initialize` and every step; it may return an EventStatus."""
+        if not callable(monitor):
+            raise TypeError(f"set_monitor(): incompatible function arguments: {monitor!r} cannot be called")
+        self._monitor = monitor
+
+    def clear_monitor(self) -> None:
+        """Forgets the monitor."""
+        self._monitor = None
+
+    def get_monitor(self) -> Any:
+        """The monitor, or None."""
+        return self._monitor
+
+    def set_progress(self, shown: bool) -> None:
+        """Whether a long `AdvanceTo` shows a line of progress on a terminal or in a notebook."""
+        self._show = bool(shown)
+
+    # Counts.
+
+    def ResetStatistics(self) -> None:
+        """Begins counting anew."""
+        self._N[[_loop.STEPS, _loop.PUBLISHES, _loop.DISCRETES, _loop.UNRESTRICTEDS]] = 0
+        self._integrator.ResetStatistics()
+        self._real0 = time.monotonic()
+        self._time0 = None if self._context is None else self._context.get_time()
+
+    def get_num_steps_taken(self) -> int:
+        """How many steps were taken."""
+        return int(self._N[_loop.STEPS])
+
+    def get_num_publishes(self) -> int:
+        """How many times anything was published."""
+        return int(self._N[_loop.PUBLISHES])
+
+    def get_num_discrete_updates(self) -> int:
+        """How many times discrete state was updated."""
+        return int(self._N[_loop.DISCRETES])
+
+    def get_num_unrestricted_updates(self) -> int:
+        """How many times unrestricted updates were made."""
+        return int(self._N[_loop.UNRESTRICTEDS])
+
+    # Running.
+
+    def Initialize(self, params: InitializeParams | None = None) -> SimulatorStatus:
+        """Runs initialization events, sets the clocks, and publishes what is due at the beginning."""
+        if self._context is None:
+            raise RuntimeError("Initialize() called without a Context; give one with reset_context().")
+        params = params or InitializeParams()
+        store, status = self._context._store, EventStatus.Succeeded()
+        self._integrator.Initialize()
+        self.ResetStatistics()
+        self._make_span()
+        store.I[_loop.TERMINATE] = 0
+        t = store.S[0]
+        if not params.suppress_initialization_events:
+            for kind, apply in (
+                (_loop.UNRESTRICTEDS, _evaluate.apply_unrestricted),
+                (_loop.DISCRETES, _evaluate.apply_discrete),
+            ):
+                result, any_ = apply(store, 0, _evaluate.initialization)
+                self._N[kind] += any_
+                status.KeepMoreSevere(result)
+        self._set_clocks(float(t))
+        self._publish_first(params)
+        self._ready, self._last_time = True, store.S[0]
+        if status.severity() is EventStatus.Severity.kReachedTermination:
+            note_status(status, self._span.outcome, store)
+        return self._status(float(t), int(_loop.TERMINATED) if store.I[_loop.TERMINATE] else int(_loop.DONE))
+
+    def _make_span(self) -> None:
+        store = self._context._store
+        special = [
+            store.commit_abstract,
+            self._witness_before,
+            self._witness_after,
+            self._call_monitor,
+            self._every_step,
+        ]
+        self._span = Span(store, self._N, self._integrator._Z, special)
+        self._watch = None
+        if store.layout.witness_nodes:
+            self._watch = WitnessWatch(self._system, self._span, self._integrator)
+
+    def _witness_before(self) -> None:
+        self._watch.before()
+
+    def _witness_after(self) -> None:
+        self._watch.after()
+
+    def _call_monitor(self) -> Any:
+        return self._monitor(self._context)
+
+    def _every_step(self) -> None:
+        self._system.ForcedPublish(self._context)
+        self._N[_loop.PUBLISHES] += 1
+
+    def _set_clocks(self, t: float) -> None:
+        """Every clock to its first tick at or after t [s]; what ticks at t is triggered."""
+        store = self._context._store
+        layout = store.layout
+        store.I[layout.trig0 : layout.log0] = 0
+        for c, (offset, period) in enumerate(layout.clocks):
+            k = max(0, int(np.ceil((t - offset) / period)))
+            while k > 0 and offset + (k - 1) * period >= t:
+                k -= 1
+            while offset + k * period < t:
+                k += 1
+            store.I[layout.k0 + c] = k
+        _loop.tick(layout.program, store.I, t)
+
+    def _publish_first(self, params: InitializeParams) -> None:
+        store, span = self._context._store, self._span
+        program = store.layout.program
+        if not params.suppress_initialization_events:
+            _loop.trigger(program, store.I, _loop.AT_START)
+            self._clear_start_updates(store)
+        _loop.trigger(program, store.I, _loop.PER_STEP)
+        span.interpreted(_loop.publish)
+        if self._publish_at_initialization and not store.I[_loop.STATUS]:
+            self._every_step()
+        if self._monitor is not None and not store.I[_loop.STATUS]:
+            result = self._monitor(self._context)
+            if isinstance(result, EventStatus) and note_status(result, span.outcome, store):
+                store.I[_loop.STATUS] = -1
+        if store.I[_loop.STATUS]:
+            self._raise()
+
+    def _clear_start_updates(self, store: Any) -> None:
+        """Initialization updates are done already."""
+        for g, (kind, clock, _, _) in enumerate(store.layout.group_list):
+            if clock == int(_loop.AT_START) and kind != int(_loop.PUBLISH):
+                store.I[store.layout.trig0 + g] = 0
+
+    def AdvanceTo(self, boundary_time: float, interruptible: bool = True) -> SimulatorStatus:
+        """Advances to `boundary_time` [s]; updates due just then stay pending.
+
+        Args:
+            boundary_time: Where to stop.
+            interruptible: Let Ctrl-C stop it at the end of a step; the context is then as after any step.
+
+        Raises:
+            RuntimeError: the time lies in the past, or an event handler reported failure.
+        """
+        T = float(boundary_time)
+        self._get_ready()
+        store, span = self._context._store, self._span
+        if not store.S[0] <= T:
+            raise RuntimeError(
+                f"Simulator.AdvanceTo(): boundary_time {T} lies before the current time {store.S[0]} of the context."
+            )
+        _loop.trigger(span.program, store.I, _loop.PER_STEP)
+        self._N[_loop.HAS_COMMIT] = store.layout.num_abstract > 0
+        self._N[_loop.HAS_WITNESS] = self._watch is not None
+        self._N[_loop.HAS_MONITOR] = self._monitor is not None
+        self._N[_loop.HAS_EVERY_STEP] = self._publish_every_step
+        progress = Progress(float(store.S[0]), T, self._show)
+        try:
+            code = self._run(T, progress)
+        finally:
+            self._last_time = store.S[0]
+            progress.close()
+        return self._status(T, code)
+
+    def _get_ready(self) -> None:
+        if not self._ready:
+            self.Initialize()
+        store = self._context._store
+        if self._span.layout is not store.layout or self._span.Z is not self._integrator._Z:
+            self._make_span()
+        if not store.S[0] == self._last_time:
+            raise RuntimeError(
+                "Simulation time has changed since last Initialize() or AdvanceTo(). Resetting simulation time "
+                "requires a call to Initialize()."
+            )
+
+    def _run(self, T: float, progress: Progress) -> int:
+        """Advances in native spans, between which Python looks at Ctrl-C, the clock and the terminal."""
+        store, span, N, Z = self._context._store, self._span, self._N, self._integrator._Z
+        store.I[_loop.TERMINATE] = 0
+        N[_loop.BUDGET] = 1000
+        while True:
+            Z[_loop.T_BREAK] = np.inf
+            if self._rate > 0:
+                self._pause(float(store.S[0]))
+                Z[_loop.T_BREAK] = float(store.S[0]) + 0.004 * self._rate
+            begin = time.monotonic()
+            code = span.advance(T)
+            elapsed = time.monotonic() - begin
+            if code == _loop.ERROR:
+                self._raise()
+            elif code == _loop.ROOM:
+                store.grow_logs()
+            elif code != _loop.BREAK:
+                return code
+            if elapsed < 0.02:
+                N[_loop.BUDGET] = min(2 * int(N[_loop.BUDGET]), 1 << 24)
+            elif elapsed > 0.08:
+                N[_loop.BUDGET] = max(int(N[_loop.BUDGET]) // 2, 1)
+            progress.update(float(store.S[0]))
+
+    def _pause(self, t: float) -> None:
+        """Sleeps as long as simulation time is ahead of real time."""
+        ahead = self._real0 + (t - float(self._time0)) / self._rate - time.monotonic()
+        if ahead > 0:
+            time.sleep(ahead)
+
+    def _raise(self) -> None:
+        span = self._span
+        failed = span.outcome.status
+        if span.outcome.error is None and failed is not None and failed.severity() is EventStatus.Severity.kFailed:
+            span.store.I[_loop.STATUS] = 0
+            status = self._status(0.0, None)
+            raise RuntimeError(status.FormatMessage())
+        span.raise_error()
+
+    def _status(self, boundary: float, code: int | None) -> SimulatorStatus:
+        store, span = self._context._store, self._span
+        t, outcome = float(store.S[0]), span.outcome.status
+        span.outcome.status = None
+        store.I[_loop.TERMINATE] = 0
+        if code is None:
+            return SimulatorStatus._make(boundary, t, _Reason.kEventHandlerFailed, outcome.system(), outcome.message())
+        if code == _loop.TERMINATED and outcome is not None:
+            reason = _Reason.kReachedTerminationCondition
+            return SimulatorStatus._make(boundary, t, reason, outcome.system(), outcome.message())
+        return SimulatorStatus._make(boundary, t, _Reason.kReachedBoundaryTime)
+
+    def AdvancePendingEvents(self) -> SimulatorStatus:
+        """Handles the updates that are pending at the current time, then publishes; time stands still."""
+        self._get_ready()
+        store, span = self._context._store, self._span
+        program, I = store.layout.program, store.I
+        I[_loop.TERMINATE] = 0
+        self._N[_loop.HAS_COMMIT] = store.layout.num_abstract > 0
+        store.grow_logs()
+        _loop.trigger(program, I, _loop.PER_STEP)
+        for kind in (_loop.UNRESTRICTED, _loop.DISCRETE):
+            span.interpreted(_loop.update, kind)
+            if I[_loop.STATUS]:
+                self._raise()
+        if not I[_loop.TERMINATE]:
+            _loop.clear_updates(program, I)
+            self._N[_loop.STEPS] += 1
+            span.interpreted(_loop.publish)
+            if self._publish_every_step and not I[_loop.STATUS]:
+                self._every_step()
+            if self._monitor is not None and not I[_loop.STATUS]:
+                result = self._monitor(self._context)
+                if isinstance(result, EventStatus) and note_status(result, span.outcome, store):
+                    I[_loop.STATUS] = -1
+            if I[_loop.STATUS]:
+                self._raise()
+        code = _loop.TERMINATED if I[_loop.TERMINATE] else _loop.DONE
+        return self._status(float(store.S[0]), int(code))

@@ -1,0 +1,172 @@
+"""One simulator's binding of the event loop to one context: native or interpreted."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import _loop
+from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
+from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._store import FAILED, Store
+
+_ROW = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)
+_STATUS, _TERMINATE, _ROW_AT = int(_loop.STATUS), int(_loop.TERMINATE), int(_loop.ROW)
+
+
+class Outcome:
+    """What stops a span, as Python rows leave it: an exception, or an EventStatus."""
+
+    def __init__(self) -> None:
+        self.error: BaseException | None = None
+        self.system: Any = None
+        self.kind = ""
+        self.status: EventStatus | None = None
+
+
+class Span:
+    """The event loop on one store.
+
+    Args:
+        store: The context's memory.
+        N: Settings and counts of the simulator (see `_loop`).
+        Z: The integrator's numbers.
+        special: The simulator's own rows, by number after the program's: Python functions.
+    """
+
+    def __init__(self, store: Store, N: np.ndarray, Z: np.ndarray, special: list[Any]):
+        self.store, self.N, self.Z = store, N, Z
+        self.layout, self.program = store.layout, store.layout.program
+        self.outcome = Outcome()
+        self._check_inputs()
+        store.grow_logs()
+        guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
+        guard += [_guard(f, self.outcome, store, None, "") for f in special]
+        self.python = guard
+        self.native = store.native
+        self._logs: np.ndarray | None = None
+        if self.native:
+            self._bind()
+
+    def _check_inputs(self) -> None:
+        """Kernels see all inputs: those that the loop will call must have them all."""
+        program, rows = self.program, self.layout.rows
+        for r in {*program.act.tolist(), *program.pre.tolist()}:
+            if r >= 0 and rows[r].node >= 0 and rows[r].native:
+                self.store.check_inputs(rows[r])
+
+    def _guard_row(self, r: int) -> Any:
+        store, row = self.store, self.layout.rows[r]
+        if row.node < 0:
+            return None  # a witness row: filled in by the simulator
+        if row.native:
+            return lambda: store._call_kernel(r, row)
+        system = store.systems[row.node]
+        return _guard(lambda: store.call_python(r, row), self.outcome, store, system, KIND_NAMES[row.kind])
+
+    def set_row(self, r: int, function: Any) -> None:
+        """Gives a row that belongs to no leaf its Python function; before the first advance."""
+        self.python[r] = _guard(function, self.outcome, self.store, None, "")
+        if self.native:
+            self._bind()
+
+    def _bind(self) -> None:
+        table = np.zeros(len(self.python), np.int64)
+        self._callbacks = []
+        for r, function in enumerate(self.python):
+            if r < len(self.layout.rows) and self.layout.rows[r].native:
+                table[r] = self.layout.rows[r].calc.address
+            elif function is not None:
+                callback = _ROW((lambda f: lambda t, slab, words: f())(function))
+                self._callbacks.append(callback)
+                table[r] = ctypes.cast(callback, ctypes.c_void_p).value
+        self.table = table
+        self._logs = None
+
+    def advance(self, T: float) -> int:
+        """Steps until T, an error, a termination, a full log, or the end of the budget; says which."""
+        store = self.store
+        if not self.native:
+            return int(_loop.advance(self.program, self.N, self.Z, store.S, store.I, store.L, self.python, T))
+        if self._logs is not store.L:
+            arguments = (self.program, self.N, self.Z, store.S, store.I, store.L, self.table, float(T))
+            self._bound = _loop.advance.bind(*arguments)
+            self._logs = store.L
+        self._bound.set("T", T)
+        return self._bound()
+
+    def interpreted(self, function: Any, *args: Any) -> Any:
+        """Runs another function of the loop, interpreted."""
+        store = self.store
+        return function(self.program, self.N, store.S, store.I, store.L, self.python, *args)
+
+    def raise_error(self) -> None:
+        """Raises what stopped the span, with the system and the time, and clears it."""
+        store, outcome = self.store, self.outcome
+        status, r = int(store.I[_STATUS]), int(store.I[_ROW_AT])
+        store.I[_STATUS] = 0
+        error, system, kind = outcome.error, outcome.system, outcome.kind
+        outcome.error = None
+        if error is None:
+            if status == int(_loop.MIN_STEP_STATUS):
+                error = RuntimeError(
+                    f"Error control asks for a step below the minimum step size "
+                    f"({self.Z[_loop.H_MIN]:g} s requested) at time {store.S[0]!r}; "
+                    "the derivatives may be discontinuous."
+                )
+            else:
+                row = self.layout.rows[r]
+                system, kind = store.systems[row.node], KIND_NAMES[row.kind]
+                error = store.explain(row, status)
+        if system is not None:
+            _add_note(error, f"in the {kind} of {system._describe()} at t = {_plain(store.S[0])} s")
+        raise error
+
+
+def _plain(t: Any) -> Any:
+    return float(t) if isinstance(t, np.floating) else t
+
+
+def _guard(function: Any, outcome: Outcome, store: Store, system: Any, kind: str) -> Any:
+    """A call that never raises: an error stops the span and waits to be raised by the simulator."""
+
+    def run() -> int:
+        try:
+            result = function()
+            if isinstance(result, EventStatus):
+                return note_status(result, outcome, store)
+            return 0
+        except BaseException as e:
+            outcome.error, outcome.system, outcome.kind = e, system, kind
+            return FAILED
+
+    return run
+
+
+def note_status(status: EventStatus, outcome: Outcome, store: Store) -> int:
+    """Keeps the worst status of the events of a span; gives the row's status."""
+    severity = status.severity()
+    if severity is EventStatus.Severity.kReachedTermination:
+        store.I[_TERMINATE] = 1
+    elif severity is not EventStatus.Severity.kFailed:
+        return 0
+    if outcome.status is None:
+        outcome.status = EventStatus.Succeeded()
+    outcome.status.KeepMoreSevere(status)
+    if severity is EventStatus.Severity.kFailed:
+        outcome.error, outcome.system = None, None
+        return FAILED
+    return 0
+
+
+def _add_note(error: BaseException, note: str) -> None:
+    add = getattr(error, "add_note", None)
+    if add is not None:
+        add(note)
+    else:  # before Python 3.11
+        error.__notes__ = [*getattr(error, "__notes__", []), note]  # type: ignore[attr-defined]
+
+
+__all__ = ["PUBLISH", "Outcome", "Span", "note_status"]

@@ -1,0 +1,75 @@
+"""How an advance of a simulation ended."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.systems.framework._index import _PrintedEnum
+
+
+class SimulatorStatus:
+    """Why and when `Simulator.AdvanceTo` or `Initialize` returned."""
+
+    class ReturnReason(_PrintedEnum):
+        """Why it returned."""
+
+        kReachedBoundaryTime = 0
+        kReachedTerminationCondition = 1
+        kEventHandlerFailed = 2
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("SimulatorStatus: No constructor defined!")
+
+    @classmethod
+    def _make(
+        cls, boundary: float, time: float, reason: SimulatorStatus.ReturnReason, system: Any = None, message: str = ""
+    ) -> SimulatorStatus:
+        status = object.__new__(cls)
+        status._boundary, status._time, status._reason = boundary, time, reason
+        status._system, status._message = system, message
+        return status
+
+    def boundary_time(self) -> float:
+        """The time asked for [s]."""
+        return self._boundary
+
+    def return_time(self) -> float:
+        """The time reached [s]."""
+        return self._time
+
+    def reason(self) -> SimulatorStatus.ReturnReason:
+        """Why it returned."""
+        return self._reason
+
+    def system(self) -> Any:
+        """The system that asked to end, or None."""
+        return self._system
+
+    def message(self) -> str:
+        """What that system said."""
+        return self._message
+
+    def succeeded(self) -> bool:
+        """Whether the boundary time was reached."""
+        return self._reason is SimulatorStatus.ReturnReason.kReachedBoundaryTime
+
+    def FormatMessage(self) -> str:
+        """All of it as a sentence."""
+        if self.succeeded():
+            return f"Simulator successfully reached the boundary time ({self._boundary:g})."
+        who = (
+            "a system"
+            if self._system is None
+            else (f"{self._system.GetSystemType()} System '{self._system.GetSystemPathname()}'")
+        )
+        if self._reason is SimulatorStatus.ReturnReason.kReachedTerminationCondition:
+            return (
+                f"Simulator returned early at time {self._time:g} because {who} requested termination with message: "
+                f'"{self._message}"'
+            )
+        return f'Simulator stopped at time {self._time:g} because {who} failed with message: "{self._message}"'
+
+    def IsIdenticalStatus(self, other: SimulatorStatus) -> bool:
+        """Whether all of it is the same."""
+        mine = (self._boundary, self._time, self._reason, self._message)
+        return mine == (other._boundary, other._time, other._reason, other._message) and self._system is other._system

@@ -1,0 +1,116 @@
+"""Witness functions: finds the step in which one changes sign, and shortens it to that moment."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.analysis._integrator import IntegratorBase
+from sheldrake.systems.analysis._span import Span
+from sheldrake.systems.framework import _loop
+from sheldrake.systems.framework._event import EventStatus, WitnessFunction
+from sheldrake.systems.framework._layout import Row
+
+
+class WitnessWatch:
+    """Looks at the active witness functions before and after every step of the continuous state.
+
+    Args:
+        system: The simulated system.
+        span: The event loop.
+        integrator: What steps; its accuracy says how exactly a change of sign is located.
+    """
+
+    def __init__(self, system: Any, span: Span, integrator: IntegratorBase):
+        self._system, self._span, self._integrator = system, span, integrator
+        self._store = span.store
+        self._active: list[WitnessFunction] = []
+        self._seen_updates = -1
+        self.triggered: list[WitnessFunction] = []
+        for kind, row in self._store.layout.witness_rows.items():
+            span.set_row(row, (lambda k: lambda: self._fire(k))(kind))
+
+    def _context(self, witness: WitnessFunction) -> Any:
+        return self._store.context(self._store.layout.node_of[witness._system._system_id])
+
+    def _values(self) -> list[float]:
+        return [float(w._calc(self._context(w))) for w in self._active]
+
+    def before(self) -> None:
+        """Remembers the beginning of a step."""
+        store, updates = self._store, int(self._span.N[_loop.UNRESTRICTEDS])
+        if updates != self._seen_updates:
+            self._seen_updates = updates
+            self._active = self._system.GetWitnessFunctions(store.context(0))
+        self._t0, self._x0 = store.S[0], store.S[slice(*store.layout.xc)].copy()
+        self._w0 = self._values()
+
+    def _which(self) -> list[WitnessFunction]:
+        values = self._values()
+        return [w for w, a, b in zip(self._active, self._w0, values) if w._should_trigger(a, b)]
+
+    def after(self) -> None:
+        """Sees what triggered in the step, and goes back to where the first did."""
+        self.triggered = self._which()
+        if not self.triggered:
+            return
+        window = self._window()
+        if window is not None and not self._isolate(window):
+            return
+        self._store.I[_loop.WITNESSED] = 1
+
+    def _window(self) -> float | None:
+        """How exactly to locate a change of sign [s]; None: not at all."""
+        integrator = self._integrator
+        if not integrator.get_fixed_step_mode():
+            return max(integrator.get_working_minimum_step_size(), 0.01 * integrator.get_accuracy_in_use())
+        accuracy = self._store.accuracy
+        if accuracy is None:
+            return None
+        h = integrator.get_maximum_step_size()
+        return max(integrator.get_working_minimum_step_size(), 0.01 * accuracy * h)
+
+    def _isolate(self, window: float) -> bool:
+        """Halves the step until it is short; False, with the state at its middle, if nothing triggers there."""
+        a, b = self._t0, self._store.S[0]
+        while b - a > window:
+            c = (a + b) / 2
+            self._integrate_to(c)
+            if not self._which():
+                self.triggered = []
+                return False
+            b = c
+        self._integrate_to(b)
+        self.triggered = self._which()
+        return bool(self.triggered)
+
+    def _integrate_to(self, t: float) -> None:
+        store = self._store
+        store.S[0] = self._t0
+        store.S[slice(*store.layout.xc)] = self._x0
+        _loop.changed(store.I, _loop.CONTINUOUS)
+        if t <= self._t0:
+            return
+        while store.S[0] < t:
+            self._span.interpreted(_integrate, self._span.Z, t)
+            if store.I[_loop.STATUS]:
+                return
+
+    def _fire(self, kind: int) -> EventStatus | None:
+        """Runs the events of one kind of what triggered."""
+        store, status = self._store, EventStatus.Succeeded()
+        for witness in self.triggered:
+            event = witness._event
+            if event is None or event._kind != ("unrestricted", "discrete", "publish")[kind]:
+                continue
+            context = self._context(witness)
+            target = () if kind == 2 else (store.event_argument(Row(context._node, kind, None, (0, 0)), context),)
+            result = event._call(witness._system, context, *target)
+            if isinstance(result, EventStatus):
+                status.KeepMoreSevere(result)
+        return status
+
+
+def _integrate(P: Any, N: Any, S: Any, I: Any, L: Any, rows: Any, Z: Any, t: float) -> None:
+    _loop.integrate(P, N, Z, S, I, L, rows, np.inf, t)

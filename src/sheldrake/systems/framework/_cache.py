@@ -1,0 +1,198 @@
+"""Values computed on demand and kept until something they depend on changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
+
+
+class ValueProducer:
+    """How to make and compute a value.
+
+    Args:
+        allocate: Gives an AbstractValue to compute into.
+        calc: Computes it: `calc(context, abstract_value)`.
+    """
+
+    def __init__(self, allocate: Callable, calc: Callable[[Any, Any], None]):
+        if not callable(allocate) or not callable(calc):
+            raise TypeError("ValueProducer(): incompatible constructor arguments: allocate and calc must be callable.")
+        self._allocate, self._calc = allocate, calc
+
+    @staticmethod
+    def NoopCalc(context: Any, value: AbstractValue, /) -> None:
+        """A `calc` that does nothing."""
+
+
+class CacheEntryValue:
+    """The kept value of a cache entry in one context."""
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("CacheEntryValue: No constructor defined!")
+
+    @classmethod
+    def _make(cls, entry: CacheEntry, context: Any, mutable: bool) -> CacheEntryValue:
+        value = object.__new__(cls)
+        value._entry, value._context, value._mutable = entry, context, mutable
+        return value
+
+    def GetValueOrThrow(self) -> Any:
+        """The kept object.
+
+        Raises:
+            RuntimeError: it is out of date.
+        """
+        if self._entry.is_out_of_date(self._context):
+            raise RuntimeError(f"CacheEntryValue.GetValueOrThrow(): {self._entry._name()} is out of date.")
+        return self._entry._kept(self._context).get_value()
+
+    def GetMutableValueOrThrow(self) -> Any:
+        """The kept object, to be changed; it is taken for up to date after."""
+        entry, context = self._entry, self._context
+        return entry._kept(context).get_mutable_value()
+
+
+class CacheEntry:
+    """A value that a system computes from its context."""
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("CacheEntry: No constructor defined! Use System.DeclareCacheEntry().")
+
+    @classmethod
+    def _make(cls, system: Any, index: int) -> CacheEntry:
+        entry = object.__new__(cls)
+        entry._system, entry._number = system, index
+        return entry
+
+    @property
+    def _declaration(self) -> Any:
+        return self._system._cache_entries[self._number]
+
+    def _name(self) -> str:
+        return f"cache entry '{self.description()}' of {self._system._describe()}"
+
+    def description(self) -> str:
+        """What it is."""
+        return self._declaration.description
+
+    def cache_index(self) -> CacheIndex:
+        """Its number."""
+        return CacheIndex(self._number)
+
+    def ticket(self) -> DependencyTicket:
+        """Names it as a prerequisite."""
+        return DependencyTicket(self._declaration.ticket)
+
+    def prerequisites(self) -> set[DependencyTicket]:
+        """What it depends on."""
+        return {DependencyTicket(t) for t in self._declaration.tickets}
+
+    def has_default_prerequisites(self) -> bool:
+        """Whether it depends on everything, as it does unless told otherwise."""
+        return self._declaration.tickets == frozenset({Ticket.ALL_SOURCES})
+
+    # The value in one context.
+
+    def _record(self, context: Any) -> list:
+        """[value, stamp or None, enabled, level, keys]."""
+        self._system.ValidateContext(context)
+        store, key = context._store, (context._node, self._number)
+        record = store.cache.get(key)
+        if record is None:
+            from sheldrake.systems.framework._topology import expand_tickets
+
+            needs = expand_tickets(self._system, self._declaration.tickets)
+            level, keys = store.layout.freshness(context._node, needs)
+            record = store.cache[key] = [None, None, self._declaration.enabled, level, keys]
+        return record
+
+    def _row(self, context: Any) -> int:
+        """Row of the output port it belongs to, or -1."""
+        j = self._declaration.output
+        if j < 0:
+            return -1
+        self._system.ValidateContext(context)
+        return context._store.layout.places[context._node].outputs[j].row
+
+    def _kept(self, context: Any) -> AbstractValue:
+        if self._declaration.output >= 0:
+            return self._system.get_output_port(self._declaration.output).EvalAbstract(context)
+        record = self._record(context)
+        if record[0] is None:
+            record[0] = _as_value(self._declaration.allocate(self._system), self._name())
+        return record[0]
+
+    def is_out_of_date(self, context: Any) -> bool:
+        """Whether it must be computed anew."""
+        store, r = context._store, self._row(context)
+        if r >= 0:
+            return store.i[store.layout.stamp0 + r] != store.i[store.layout._stamps[r]]
+        record = self._record(context)
+        return record[1] != store.stamp(record[3], record[4])
+
+    def EvalAbstract(self, context: Any) -> AbstractValue:
+        """The value as an AbstractValue, computed if needed."""
+        if self._declaration.output >= 0:
+            return self._system.get_output_port(self._declaration.output).EvalAbstract(context)
+        store, record = context._store, self._record(context)
+        stamp = store.stamp(record[3], record[4])
+        if record[1] == stamp and record[2] and not store.uncached:
+            return record[0]
+        if store.frozen:
+            if record[1] == stamp:
+                return record[0]
+            raise RuntimeError(f"CacheEntry.Eval(): the cache is frozen, but {self._name()} is out of date.")
+        value = self._kept(context)
+        self._declaration.calc(self._system, context, value)
+        record[1] = stamp
+        return value
+
+    def Eval(self, context: Any) -> Any:
+        """The object it holds, computed if needed."""
+        return self.EvalAbstract(context).get_value()
+
+    def get_cache_entry_value(self, context: Any) -> CacheEntryValue:
+        """The kept value, to look at."""
+        return CacheEntryValue._make(self, context, False)
+
+    def get_mutable_cache_entry_value(self, context: Any) -> CacheEntryValue:
+        """The kept value, to change."""
+        return CacheEntryValue._make(self, context, True)
+
+    def disable_caching(self, context: Any) -> None:
+        """Computes it anew whenever it is asked for in this context."""
+        if (r := self._row(context)) >= 0:
+            context._store._cold.add(r)
+        else:
+            self._record(context)[2] = False
+
+    def enable_caching(self, context: Any) -> None:
+        """Undoes `disable_caching`."""
+        if (r := self._row(context)) >= 0:
+            context._store._cold.discard(r)
+        else:
+            self._record(context)[2] = True
+
+    def is_cache_entry_disabled(self, context: Any) -> bool:
+        """Whether it is computed whenever it is asked for in this context."""
+        r = self._row(context)
+        return r in context._store._cold if r >= 0 else not self._record(context)[2]
+
+    def disable_caching_by_default(self) -> None:
+        """Computes it whenever it is asked for, in contexts made from now on."""
+        self._declaration.enabled = False
+        if self._declaration.output >= 0:
+            self._system._outputs[self._declaration.output].cached = False
+
+    def is_disabled_by_default(self) -> bool:
+        """Whether new contexts compute it whenever it is asked for."""
+        return not self._declaration.enabled
+
+
+def _as_value(value: Any, name: str) -> AbstractValue:
+    if not isinstance(value, AbstractValue):
+        raise TypeError(f"The allocate function of {name} must give an AbstractValue, not {value!r}.")
+    return value

@@ -1,0 +1,461 @@
+"""Contexts: one system's view of a root context's store."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.systems.framework._store import CONSTANT, CONTINUOUS, SAMPLED, Store
+from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues, Parameters, State
+from sheldrake.systems.framework._vector import BasicVector
+
+
+class _Toucher:
+    """Announces writes to one source; a small callable, as vectors hold it."""
+
+    __slots__ = ("level", "source", "store")
+
+    def __init__(self, store: Store, level: int, *source: Any):
+        self.store, self.level, self.source = store, level, source
+
+    def __call__(self) -> None:
+        self.store.touch(self.level, self.source)
+
+
+class ContextBase:
+    """What all contexts have in common: ports and the cache."""
+
+    _store: Store
+    _node: int
+    _system: Any
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
+
+    @classmethod
+    def _make(cls, store: Store, node: int, system: Any) -> Any:
+        context = object.__new__(cls)
+        context._store, context._node, context._system = store, node, system
+        context._place = store.layout.places[node]
+        return context
+
+    def num_input_ports(self) -> int:
+        """How many input ports the system has."""
+        return self._system.num_input_ports()
+
+    def num_output_ports(self) -> int:
+        """How many output ports the system has."""
+        return self._system.num_output_ports()
+
+    def GetSystemName(self) -> str:
+        """Name of the system this context was made for."""
+        return self._system.get_name()
+
+    def GetSystemPathname(self) -> str:
+        """Path of the system this context was made for."""
+        return self._system.GetSystemPathname()
+
+    def DisableCaching(self) -> None:
+        """Computes everything anew whenever it is asked for."""
+        self._store.uncached = True
+
+    def EnableCaching(self) -> None:
+        """Undoes `DisableCaching`."""
+        self._store.uncached = False
+
+    def SetAllCacheEntriesOutOfDate(self) -> None:
+        """Computes everything anew once."""
+        self._store.out_of_date()
+
+    def FreezeCache(self) -> None:
+        """Keeps all computed values as they are; what is out of date then raises."""
+        self._store.frozen = True
+
+    def UnfreezeCache(self) -> None:
+        """Undoes `FreezeCache`."""
+        self._store.frozen = False
+
+    def is_cache_frozen(self) -> bool:
+        """Whether `FreezeCache` is in force."""
+        return self._store.frozen
+
+
+class Context(ContextBase):
+    """Time, state, parameters and input of one system."""
+
+    # Time and accuracy.
+
+    def get_time(self) -> Any:
+        """Time [s]."""
+        t = self._store.S[0]
+        return float(t) if type(t) is np.float64 else t
+
+    def SetTime(self, time_sec: Any) -> None:
+        """Sets the time [s] of the whole tree.
+
+        Raises:
+            RuntimeError: this is not a root context.
+        """
+        self._must_be_root("SetTime")
+        self._store.S[0] = _scalar(self._store, time_sec, "SetTime")
+        self._store.touch(CONTINUOUS, "t")
+
+    def _must_be_root(self, call: str) -> None:
+        if self._node != 0:
+            raise RuntimeError(
+                f"{call}(): Time change allowed only in the root Context; this one belongs to "
+                f"{self._system._describe()}."
+                if "Time" in call
+                else f"Context::{call}(): Cannot act on a non-root Context; this Context was created by "
+                f"'{self._system.GetSystemPathname()}'."
+            )
+
+    def get_accuracy(self) -> float | None:
+        """The accuracy asked for, if any."""
+        return self._store.accuracy
+
+    def SetAccuracy(self, accuracy: float | None) -> None:
+        """Asks for an accuracy; what it means is up to the systems."""
+        self._must_be_root("SetAccuracy")
+        self._store.accuracy = None if accuracy is None else float(accuracy)
+        self._store.touch(CONSTANT, "accuracy")
+
+    # How much there is.
+
+    def num_continuous_states(self) -> int:
+        """Number of continuous variables."""
+        a, b = self._place.xc
+        return b - a
+
+    def num_discrete_state_groups(self) -> int:
+        """Number of groups of discrete variables."""
+        a, b = self._place.groups
+        return b - a
+
+    def num_abstract_states(self) -> int:
+        """Number of abstract states."""
+        a, b = self._place.abstract
+        return b - a
+
+    def num_numeric_parameter_groups(self) -> int:
+        """Number of groups of numeric parameters."""
+        a, b = self._place.parameters
+        return b - a
+
+    def num_abstract_parameters(self) -> int:
+        """Number of abstract parameters."""
+        a, b = self._place.abstract_parameters
+        return b - a
+
+    def num_total_states(self) -> int:
+        """Number of continuous and discrete variables.
+
+        Raises:
+            RuntimeError: there is abstract state, which cannot be counted.
+        """
+        if self.num_abstract_states():
+            raise RuntimeError("Context.num_total_states(): there are abstract states, which have no number.")
+        a, b = self._place.xd
+        return self.num_continuous_states() + b - a
+
+    def is_stateless(self) -> bool:
+        """Whether there is no state at all."""
+        return not (self.num_continuous_states() or self.num_discrete_state_groups() or self.num_abstract_states())
+
+    def has_only_continuous_state(self) -> bool:
+        """Whether there is continuous state and no other."""
+        return bool(self.num_continuous_states()) and not (
+            self.num_discrete_state_groups() or self.num_abstract_states()
+        )
+
+    def has_only_discrete_state(self) -> bool:
+        """Whether there is discrete state and no other."""
+        return bool(self.num_discrete_state_groups()) and not (
+            self.num_continuous_states() or self.num_abstract_states()
+        )
+
+    # Views. `shift` moves from the state to x+ or to the derivatives.
+
+    def _continuous_view(self, at: int | None = None, on_write: Any = None) -> ContinuousState:
+        a, b = self._place.xc
+        start = a if at is None else at
+        vector = BasicVector._view(self._store.S[start : start + b - a], on_write)
+        return ContinuousState._view(vector, self._place.parts)
+
+    def _discrete_view(self, shift: int = 0, touch: bool = False) -> DiscreteValues:
+        store, values = self._store, object.__new__(DiscreteValues)
+        first, last = self._place.groups
+        values._groups = [
+            BasicVector._view(
+                store.S[a + shift : b + shift], _Toucher(store, SAMPLED, "xd", first + k) if touch else None
+            )
+            for k, (a, b) in enumerate(store.layout.groups[first:last])
+        ]
+        return values
+
+    def _state_view(self, shift: int, abstract: list[AbstractValue]) -> State:
+        return State._view(
+            self._continuous_view(self._place.xc[0] + shift),
+            self._discrete_view(shift),
+            AbstractValues._view(abstract, None),
+        )
+
+    def _touch(self, level: int, *source: Any) -> None:
+        self._store.touch(level, source)
+
+    # Continuous state.
+
+    def get_continuous_state(self) -> ContinuousState:
+        """The continuous state."""
+        return self._continuous_view(None, _Toucher(self._store, CONTINUOUS, "xc", self._node))
+
+    def get_mutable_continuous_state(self) -> ContinuousState:
+        """The continuous state, to be changed."""
+        state = self.get_continuous_state()
+        state._vector._wrote()
+        return state
+
+    def get_continuous_state_vector(self) -> BasicVector:
+        """The continuous state as one vector."""
+        a, b = self._place.xc
+        return BasicVector._view(self._store.S[a:b], _Toucher(self._store, CONTINUOUS, "xc", self._node))
+
+    def get_mutable_continuous_state_vector(self) -> BasicVector:
+        """The continuous state as one vector, to be changed."""
+        vector = self.get_continuous_state_vector()
+        vector._wrote()
+        return vector
+
+    def SetContinuousState(self, xc: Any) -> None:
+        """Sets the continuous state."""
+        self.get_continuous_state_vector().SetFromVector(xc)
+
+    def SetTimeAndContinuousState(self, time_sec: Any, xc: Any) -> None:
+        """Sets time [s] and the continuous state."""
+        self.SetTime(time_sec)
+        self.SetContinuousState(xc)
+
+    # Discrete state.
+
+    def get_discrete_state(self, index: int | None = None) -> Any:
+        """The discrete state, or its group `index`."""
+        values = self._discrete_view(0, True)
+        return values if index is None else values.get_vector(index)
+
+    def get_mutable_discrete_state(self, index: int | None = None) -> Any:
+        """The discrete state, or its group `index`, to be changed."""
+        values = self._discrete_view(0, True)
+        if index is not None:
+            return values.get_mutable_vector(index)
+        for group in values._groups:
+            group._wrote()
+        return values
+
+    def get_discrete_state_vector(self) -> BasicVector:
+        """The only group of discrete state.
+
+        Raises:
+            RuntimeError: there are more, or none.
+        """
+        first, last = self._place.groups
+        if last - first != 1:
+            raise RuntimeError(
+                f"Context.get_discrete_state_vector(): {self._system._describe()} has {last - first} groups of "
+                "discrete state, not one; use get_discrete_state(index)."
+            )
+        a, b = self._store.layout.groups[first]
+        return BasicVector._view(self._store.S[a:b], _Toucher(self._store, SAMPLED, "xd", first))
+
+    def get_mutable_discrete_state_vector(self) -> BasicVector:
+        """The only group of discrete state, to be changed."""
+        vector = self.get_discrete_state_vector()
+        vector._wrote()
+        return vector
+
+    def SetDiscreteState(self, *args: Any, **kwargs: Any) -> None:
+        """Sets discrete state: `(xd)` the only group or all from DiscreteValues, `(group_index, xd)` one group."""
+        args = (*([kwargs.pop("group_index")] if "group_index" in kwargs else []), *args)
+        args = (*args, *([kwargs.pop("xd")] if "xd" in kwargs else []))
+        if kwargs or not 1 <= len(args) <= 2:
+            raise TypeError("SetDiscreteState(): incompatible function arguments: give (xd) or (group_index, xd).")
+        if len(args) == 2:
+            self.get_discrete_state(args[0]).SetFromVector(args[1])
+        elif isinstance(args[0], DiscreteValues):
+            self.get_discrete_state().SetFrom(args[0])
+        else:
+            self.get_discrete_state_vector().SetFromVector(args[0])
+
+    # Abstract state.
+
+    def get_abstract_state(self, index: int | None = None) -> Any:
+        """The abstract states, or number `index`."""
+        first, last = self._place.abstract
+        values = AbstractValues._view(
+            self._store.abstract[first:last], _Toucher(self._store, SAMPLED, "xa", self._node)
+        )
+        return values if index is None else values.get_value(index)
+
+    def get_mutable_abstract_state(self, index: int | None = None) -> Any:
+        """The abstract states, or number `index`, to be changed."""
+        self._touch(SAMPLED, "xa", self._node)
+        values = self.get_abstract_state()
+        return values if index is None else values.get_mutable_value(index)
+
+    def SetAbstractState(self, index: int, value: Any) -> None:
+        """Sets abstract state `index`."""
+        self.get_mutable_abstract_state(index).set_value(value)
+
+    # All of the state.
+
+    def get_state(self) -> State:
+        """The state."""
+        return State._view(self.get_continuous_state(), self.get_discrete_state(), self.get_abstract_state())
+
+    def get_mutable_state(self) -> State:
+        """The state, to be changed."""
+        self._touch(SAMPLED, "x", self._node)
+        return self.get_state()
+
+    # Parameters.
+
+    def get_parameters(self) -> Parameters:
+        """The parameters."""
+        store, numeric = self._store, object.__new__(DiscreteValues)
+        first, last = self._place.parameters
+        numeric._groups = [
+            BasicVector._view(store.S[a:b], _Toucher(store, CONSTANT, "pn", first + k))
+            for k, (a, b) in enumerate(store.layout.parameter_groups[first:last])
+        ]
+        first, last = self._place.abstract_parameters
+        touch = _Toucher(store, CONSTANT, "pa", self._node)
+        return Parameters._view(numeric, AbstractValues._view(store.parameters[first:last], touch))
+
+    def get_mutable_parameters(self) -> Parameters:
+        """The parameters, to be changed."""
+        self._touch(CONSTANT, "p", self._node)
+        return self.get_parameters()
+
+    def get_numeric_parameter(self, index: int) -> BasicVector:
+        """Group `index` of the numeric parameters."""
+        return self.get_parameters().get_numeric_parameter(index)
+
+    def get_mutable_numeric_parameter(self, index: int) -> BasicVector:
+        """Group `index` of the numeric parameters, to be changed."""
+        return self.get_parameters().get_mutable_numeric_parameter(index)
+
+    def get_abstract_parameter(self, index: int) -> AbstractValue:
+        """Abstract parameter `index`."""
+        return self.get_parameters().get_abstract_parameter(index)
+
+    def get_mutable_abstract_parameter(self, index: int) -> AbstractValue:
+        """Abstract parameter `index`, to be changed."""
+        return self.get_parameters().get_mutable_abstract_parameter(index)
+
+    # Copies.
+
+    def Clone(self) -> Any:
+        """An independent copy of the whole tree.
+
+        Raises:
+            RuntimeError: this is not a root context.
+        """
+        self._must_be_root("Clone")
+        return self._store.clone().context(0)
+
+    def __copy__(self) -> Any:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> Any:
+        return self.Clone()
+
+    def SetStateAndParametersFrom(self, source: Context) -> None:
+        """Copies state and parameters of a context of the same system, or of one built alike."""
+        mine, its = self._place, source._place
+        if not isinstance(source, Context) or any(
+            getattr(mine, x)[1] - getattr(mine, x)[0] != getattr(its, x)[1] - getattr(its, x)[0]
+            for x in ("xc", "xd", "p", "groups", "parameters", "abstract", "abstract_parameters")
+        ):
+            raise RuntimeError(
+                f"Context.SetStateAndParametersFrom(): a context of {source._system._describe()} does not fit one of "
+                f"{self._system._describe()}."
+            )
+        store, other = self._store, source._store
+        for name in ("xc", "xd", "p"):
+            values = other.S[slice(*getattr(its, name))]
+            store.S[slice(*getattr(mine, name))] = _converted(values, store.S.dtype.type)
+        for name, values, others in (
+            ("abstract", store.abstract, other.abstract),
+            ("abstract_parameters", store.parameters, other.parameters),
+        ):
+            for k, j in zip(range(*getattr(mine, name)), range(*getattr(its, name))):
+                values[k].SetFrom(others[j])
+        store.accuracy = other.accuracy
+        store.touch(CONSTANT, "all")
+
+    def SetTimeStateAndParametersFrom(self, source: Context) -> None:
+        """Copies time, state and parameters of a context of the same system, or of one built alike."""
+        self._must_be_root("SetTimeStateAndParametersFrom")
+        self._store.S[0] = _converted(source._store.S[:1], self._store.S.dtype.type)[0]
+        self.SetStateAndParametersFrom(source)
+
+    def __str__(self) -> str:
+        return _text(self)
+
+
+class LeafContext(Context):
+    """Context of a leaf system."""
+
+
+class DiagramContext(Context):
+    """Context of a diagram; those of its subsystems are views of the same store."""
+
+
+def _scalar(store: Store, value: Any, call: str) -> Any:
+    if store.S.dtype == object:
+        return value
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise TypeError(f"{call}(): incompatible function arguments: expected a number, got {value!r}") from None
+
+
+def _converted(values: np.ndarray, dtype: Any) -> np.ndarray:
+    """Values for a slab of another scalar: floats go in as they are, other scalars give their value."""
+    if dtype is np.object_ or values.dtype != object:
+        return values
+    return np.array(
+        [x.value() if hasattr(x, "value") else x.Evaluate() if hasattr(x, "Evaluate") else x for x in values]
+    )
+
+
+def _numbers(values: Any) -> str:
+    return " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in values)
+
+
+def _text(c: Context) -> str:
+    title = f"{c.GetSystemPathname()} Context"
+    t = c.get_time()
+    lines = [title, "-" * len(title), f"Time: {t:g}" if isinstance(t, float) else f"Time: {t}"]
+    if not c.is_stateless():
+        lines.append("States:")
+        if n := c.num_continuous_states():
+            lines += [f"  {n} continuous states", f"    {_numbers(c.get_continuous_state_vector())}"]
+        if n := c.num_discrete_state_groups():
+            lines.append(f"  {n} discrete state groups with")
+            for group in c.get_discrete_state().get_data():
+                lines += [f"     {group.size()} states", f"       {_numbers(group)}"]
+        if n := c.num_abstract_states():
+            lines.append(f"  {n} abstract states")
+        lines.append("")
+    if c.num_numeric_parameter_groups() or c.num_abstract_parameters():
+        lines.append("Parameters:")
+        if n := c.num_numeric_parameter_groups():
+            lines.append(f"  {n} numeric parameter groups with")
+            for k in range(n):
+                group = c.get_numeric_parameter(k)
+                lines += [f"     {group.size()} parameters", f"       {_numbers(group)}"]
+        if n := c.num_abstract_parameters():
+            lines.append(f"  {n} abstract parameters")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,116 @@
+"""What a system declares, as plain records: no record refers to the system that owns it, so that nothing cycles."""
+
+from __future__ import annotations
+
+import dataclasses
+import types
+from collections.abc import Callable
+from typing import Any
+
+from sheldrake.common.kernel import Kernel
+from sheldrake.systems.framework._event import Event
+from sheldrake.systems.framework._index import PortDataType
+from sheldrake.systems.framework._vector import BasicVector
+
+UNRESTRICTED, DISCRETE, PUBLISH, DERIVATIVES, OUTPUT = 0, 1, 2, 3, 4
+"""Kinds of row; the first three are kinds of event, in the order in which a step handles them."""
+
+KIND_NAMES = ("unrestricted update", "discrete update", "publish", "time derivatives", "output")
+
+
+@dataclasses.dataclass(slots=True)
+class Callback:
+    """A user's function. One that is a method of the system itself is kept unbound: the record must not own it."""
+
+    function: Callable
+    owned: bool = False
+
+    @staticmethod
+    def of(system: Any, function: Any, what: str) -> Callback | Kernel:
+        """A callback or a kernel, as it was given.
+
+        Raises:
+            TypeError: it cannot be called.
+        """
+        if isinstance(function, Kernel):
+            return function
+        if not callable(function):
+            raise TypeError(f"{what}: incompatible function arguments: {function!r} cannot be called.")
+        if isinstance(function, types.MethodType) and function.__self__ is system:
+            return Callback(function.__func__, True)
+        return Callback(function)
+
+    def __call__(self, system: Any, *args: Any) -> Any:
+        return self.function(system, *args) if self.owned else self.function(*args)
+
+
+@dataclasses.dataclass(slots=True)
+class InputDeclaration:
+    """An input port."""
+
+    name: str
+    data_type: PortDataType
+    size: int
+    model: Any
+    random_type: Any = None
+    ticket: int = 0
+    optional: bool = False
+
+
+@dataclasses.dataclass(slots=True)
+class OutputDeclaration:
+    """An output port: computed by `calc`, or a window on a state: ("xc", 0), ("xd", group) or ("xa", index)."""
+
+    name: str
+    data_type: PortDataType
+    size: int
+    model: Any
+    calc: Any
+    tickets: frozenset[int]
+    state: tuple[str, int] | None = None
+    cache_index: int = 0
+    cached: bool = True
+
+
+@dataclasses.dataclass(slots=True)
+class EventDeclaration:
+    """An event: kind, trigger ("periodic", "per_step", "initialization" or "forced"), times [s] and handler."""
+
+    kind: int
+    trigger: str
+    handler: Any
+    event: Any
+    offset: float = 0.0
+    period: float = 0.0
+
+    def call(self, system: Any, context: Any, *target: Any) -> Any:
+        """Calls a handler that is a Python function or an `Event`; what it returned."""
+        if isinstance(self.handler, Event):
+            return self.handler._call(system, context, *target)
+        return self.handler(system, context, *target)
+
+
+@dataclasses.dataclass(slots=True)
+class CacheDeclaration:
+    """A cache entry; `output` is the number of the output port it belongs to, or -1."""
+
+    description: str
+    allocate: Any
+    calc: Any
+    tickets: frozenset[int]
+    ticket: int
+    output: int = -1
+    enabled: bool = True
+
+
+def vector_model(value: Any, what: str) -> BasicVector:
+    """A BasicVector of `value`: a size (zeros), a vector, or an array."""
+    import numpy as np
+
+    if isinstance(value, BasicVector):
+        return value.Clone()
+    if isinstance(value, (int, np.integer)) and not isinstance(value, bool):
+        if value < 0:
+            raise TypeError(f"{what}: a size must not be negative, got {value}.")
+        return BasicVector(np.zeros(int(value)))
+    return BasicVector(value)

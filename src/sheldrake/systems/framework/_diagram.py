@@ -1,0 +1,128 @@
+"""Diagram: systems wired together, seen as one system."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
+from sheldrake.systems.framework._index import InputPortIndex, OutputPortIndex, Ticket
+from sheldrake.systems.framework._system import System
+
+
+class Diagram(System):
+    """Systems wired together. Made by `DiagramBuilder.Build`; a derived class calls `builder.BuildInto(self)`."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._systems: list[System] = []
+        self._wires: dict[tuple[int, int], tuple[int, int]] = {}  # (child, input) -> (child, output)
+        self._exported_inputs: dict[tuple[int, int], int] = {}  # (child, input) -> own input
+        self._exported_outputs: list[tuple[int, int]] = []  # own output -> (child, output)
+
+    def _subsystems(self) -> list[System]:
+        return self._systems
+
+    def _fill(self, systems: list, wires: dict, inputs: list, outputs: list) -> None:
+        """Becomes what a builder describes.
+
+        Args:
+            systems: The subsystems.
+            wires: (child, input) -> (child, output).
+            inputs: (name, [(child, input), ...]) of each own input port.
+            outputs: (name, (child, output)) of each own output port.
+        """
+        for system in systems:
+            system._parent_ref = weakref.ref(self)
+        self._systems, self._wires = list(systems), dict(wires)
+        for k, (name, ports) in enumerate(inputs):
+            first = systems[ports[0][0]]._inputs[ports[0][1]]
+            declaration = InputDeclaration(name, first.data_type, first.size, first.model, first.random_type)
+            declaration.ticket = self._new_ticket("in", k)
+            self._inputs.append(declaration)
+            self._exported_inputs.update({port: k for port in ports})
+        for name, (child, j) in outputs:
+            shown = systems[child]._outputs[j]
+            self._outputs.append(
+                OutputDeclaration(name, shown.data_type, shown.size, shown.model, None, frozenset({Ticket.NOTHING}))
+            )
+            self._exported_outputs.append((child, j))
+        self._changed()
+
+    def _allocate_output(self, j: int) -> Any:
+        child, k = self._exported_outputs[j]
+        return self._systems[child]._allocate_output(k)
+
+    # Subsystems.
+
+    def GetSystems(self) -> list[System]:
+        """The subsystems."""
+        return list(self._systems)
+
+    def HasSubsystemNamed(self, name: str) -> bool:
+        """Whether there is a subsystem of this name."""
+        return any(s.get_name() == name for s in self._systems)
+
+    def GetSubsystemByName(self, name: str) -> System:
+        """The subsystem of this name.
+
+        Raises:
+            RuntimeError: there is none.
+        """
+        for system in self._systems:
+            if system.get_name() == name:
+                return system
+        valid = ", ".join(s.get_name() for s in self._systems)
+        raise RuntimeError(
+            f"System {self.GetSystemName()} does not have a subsystem named {name} (valid subsystem names: {valid})"
+        )
+
+    def GetMutableSubsystemState(self, subsystem: System, context: Any) -> Any:
+        """State of a subsystem, to be changed."""
+        return self.GetSubsystemContext(subsystem, context).get_mutable_state()
+
+    # Connections.
+
+    def _child(self, system: System) -> int:
+        return next((k for k, s in enumerate(self._systems) if s is system), -1)
+
+    def connection_map(self) -> dict:
+        """What feeds what: {(system, input port index): (system, output port index)}."""
+        return {
+            (self._systems[a], InputPortIndex(i)): (self._systems[b], OutputPortIndex(j))
+            for (a, i), (b, j) in self._wires.items()
+        }
+
+    def AreConnected(self, output: Any, input: Any) -> bool:
+        """Whether an output port of a subsystem feeds an input port of one."""
+        source = self._wires.get((self._child(input.get_system()), int(input.get_index())))
+        return source is not None and source == (self._child(output.get_system()), int(output.get_index()))
+
+    def GetInputPortLocators(self, port_index: Any) -> list:
+        """Input ports (system, index) of subsystems that take the value of an own input port."""
+        k = port_index.__index__()
+        return [(self._systems[a], InputPortIndex(i)) for (a, i), own in self._exported_inputs.items() if own == k]
+
+    def get_output_port_locator(self, port_index: Any) -> tuple:
+        """Output port (system, index) of a subsystem that an own output port shows."""
+        child, j = self._exported_outputs[port_index.__index__()]
+        return self._systems[child], OutputPortIndex(j)
+
+    def Accept(self, v: Any) -> None:
+        """Shows itself, then its subsystems, to a visitor."""
+        v.VisitDiagram(self)
+        for system in self._systems:
+            system.Accept(v)
+
+    def _converted(self, scalar: Any) -> Any:
+        systems = [s._convert(scalar) for s in self._systems]
+        if any(s is None for s in systems):
+            return None
+        new = Diagram()
+        inputs = [
+            (d.name, [p for p, own in self._exported_inputs.items() if own == k]) for k, d in enumerate(self._inputs)
+        ]
+        outputs = [(d.name, port) for d, port in zip(self._outputs, self._exported_outputs)]
+        new._fill(systems, self._wires, inputs, outputs)
+        new._name, new._scalar = self._name, scalar
+        return new

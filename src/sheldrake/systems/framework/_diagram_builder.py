@@ -1,0 +1,348 @@
+"""DiagramBuilder: puts systems together into a Diagram."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.systems.framework._diagram import Diagram
+from sheldrake.systems.framework._index import (
+    InputPortIndex,
+    OutputPortIndex,
+    PortDataType,
+    UseDefaultName,
+    kUseDefaultName,
+)
+from sheldrake.systems.framework._port import InputPort, OutputPort
+from sheldrake.systems.framework._system import System
+from sheldrake.systems.framework._topology import Topology
+
+
+class DiagramBuilder:
+    """Collects systems and connections; `Build` makes a Diagram of them, once."""
+
+    def __init__(self) -> None:
+        self._systems: list[System] = []
+        self._place: dict[int, int] = {}
+        self._wires: dict[tuple[System, int], tuple[System, int]] = {}
+        self._inputs: list[tuple[str, list[InputPort]]] = []
+        self._outputs: list[tuple[str, OutputPort]] = []
+        self._built = False
+
+    # Systems.
+
+    def AddSystem(self, system: System) -> System:
+        """Adds a system and gives it back. A system without a name gets one.
+
+        Raises:
+            RuntimeError: it is in a diagram already, or the builder has built.
+        """
+        self._not_built("AddSystem")
+        if not isinstance(system, System):
+            raise TypeError(f"AddSystem(): incompatible function arguments: {system!r} is no System")
+        if system._system_id in self._place or system._parent() is not None:
+            raise RuntimeError(
+                f"DiagramBuilder.AddSystem(): {system._describe()} has been added to a builder already; a System "
+                "belongs to one Diagram."
+            )
+        if not system.get_name():
+            system.set_name(f"{system.GetSystemType()}@{system._system_id:016x}")
+        self._place[system._system_id] = len(self._systems)
+        self._systems.append(system)
+        return system
+
+    def AddNamedSystem(self, name: str, system: System) -> System:
+        """Names a system, adds it and gives it back."""
+        if not isinstance(name, str):
+            raise TypeError(f"AddNamedSystem(): incompatible function arguments: {name!r} is no str")
+        system.set_name(name)
+        return self.AddSystem(system)
+
+    def RemoveSystem(self, system: System) -> None:
+        """Removes a system and its connections; what is left keeps its order.
+
+        Raises:
+            RuntimeError: the builder has no such system.
+        """
+        self._not_built("RemoveSystem")
+        self._has(system, "RemoveSystem")
+        self._systems = [s for s in self._systems if s is not system]
+        self._place = {s._system_id: k for k, s in enumerate(self._systems)}
+        self._wires = {a: b for a, b in self._wires.items() if a[0] is not system and b[0] is not system}
+        left = [(name, [p for p in ports if p.get_system() is not system]) for name, ports in self._inputs]
+        self._inputs = [(name, ports) for name, ports in left if ports]
+        self._outputs = [(name, port) for name, port in self._outputs if port.get_system() is not system]
+
+    def empty(self) -> bool:
+        """Whether there are no systems yet."""
+        self._not_built("empty")
+        return not self._systems
+
+    def already_built(self) -> bool:
+        """Whether `Build` or `BuildInto` was called."""
+        return self._built
+
+    def GetSystems(self) -> list[System]:
+        """The systems added so far."""
+        self._not_built("GetSystems")
+        return list(self._systems)
+
+    def GetMutableSystems(self) -> list[System]:
+        """The systems added so far."""
+        return self.GetSystems()
+
+    def HasSubsystemNamed(self, name: str) -> bool:
+        """Whether there is a system of this name."""
+        return any(s.get_name() == name for s in self._systems)
+
+    def GetSubsystemByName(self, name: str) -> System:
+        """The system of this name.
+
+        Raises:
+            RuntimeError: there is none, or more than one.
+        """
+        self._not_built("GetSubsystemByName")
+        found = [s for s in self._systems if s.get_name() == name]
+        if len(found) > 1:
+            raise RuntimeError(
+                f"DiagramBuilder contains multiple subsystems named {name} so cannot provide a unique answer."
+            )
+        if not found:
+            valid = ", ".join(s.get_name() for s in self._systems)
+            raise RuntimeError(
+                f"DiagramBuilder does not contain a subsystem named {name}. The existing subsystems are named "
+                f"{{{valid}}}."
+            )
+        return found[0]
+
+    GetMutableSubsystemByName = GetSubsystemByName
+
+    def num_input_ports(self) -> int:
+        """How many input ports the diagram has so far."""
+        self._not_built("num_input_ports")
+        return len(self._inputs)
+
+    def num_output_ports(self) -> int:
+        """How many output ports the diagram has so far."""
+        self._not_built("num_output_ports")
+        return len(self._outputs)
+
+    # Connections.
+
+    def _not_built(self, call: str) -> None:
+        if self._built:
+            raise RuntimeError(
+                f"DiagramBuilder.{call}(): Build() or BuildInto() has already been called to create a Diagram; this "
+                "DiagramBuilder may no longer be used."
+            )
+
+    def _has(self, system: System, call: str) -> None:
+        if system._system_id not in self._place:
+            valid = ", ".join(s.get_name() for s in self._systems)
+            raise RuntimeError(
+                f"DiagramBuilder: Cannot operate on ports of System {system.GetSystemName()} until it has been "
+                f"registered using AddSystem (called: {call}(); registered systems: {valid})"
+            )
+
+    def _free(self, port: InputPort, call: str) -> None:
+        self._has(port.get_system(), call)
+        if self.IsConnectedOrExported(port):
+            raise RuntimeError(f"DiagramBuilder.{call}(): {port.GetFullDescription()} is already wired.")
+
+    def Connect(self, output: OutputPort, input: InputPort) -> None:
+        """Lets an output port feed an input port.
+
+        Raises:
+            RuntimeError: sizes or types differ, a system is not in the builder, or the input is taken.
+        """
+        self._not_built("Connect")
+        if not isinstance(output, OutputPort) or not isinstance(input, InputPort):
+            raise TypeError(
+                f"Connect(): incompatible function arguments: expected (OutputPort, InputPort), got "
+                f"({output!r}, {input!r})"
+            )
+        self._free(input, "Connect")
+        self._has(output.get_system(), "Connect")
+        self._same_kind(output, input)
+        self._wires[input.get_system(), input._index] = output.get_system(), output._index
+
+    def _same_kind(self, output: OutputPort, input: InputPort) -> None:
+        from_to = (
+            f"output port '{output.get_name()}' of {output.get_system()._describe()}",
+            f"input port '{input.get_name()}' of {input.get_system()._describe()}",
+        )
+        if output.get_data_type() is not input.get_data_type():
+            kind = [
+                "vector-valued" if p.get_data_type() is PortDataType.kVectorValued else "abstract"
+                for p in (output, input)
+            ]
+            raise RuntimeError(
+                f"DiagramBuilder::Connect: Cannot mix vector-valued and abstract-valued ports while connecting "
+                f"{from_to[0]}, which is {kind[0]}, to {from_to[1]}, which is {kind[1]}."
+            )
+        if output.get_data_type() is PortDataType.kVectorValued:
+            if output.size() != input.size():
+                raise RuntimeError(
+                    f"DiagramBuilder::Connect: Mismatched vector sizes while connecting {from_to[0]}, which has size "
+                    f"{output.size()}, to {from_to[1]}, which has size {input.size()}."
+                )
+            return
+        given, taken = output.Allocate(), input.Allocate()
+        if type(given) is not type(taken) and object not in (taken._type, given._type):
+            raise RuntimeError(
+                f"DiagramBuilder::Connect: Mismatched value types while connecting {from_to[0]}, which gives "
+                f"Value[{given._type}], to {from_to[1]}, which takes Value[{taken._type}]."
+            )
+
+    def Cascade(self, src: System, dest: System) -> None:
+        """Connects the only output port of `src` to the only input port of `dest`."""
+        self.Connect(src.get_output_port(), dest.get_input_port())
+
+    def Disconnect(self, source: OutputPort, dest: InputPort) -> None:
+        """Undoes `Connect`.
+
+        Raises:
+            RuntimeError: they are not connected.
+        """
+        self._not_built("Disconnect")
+        key = dest.get_system(), dest._index
+        if self._wires.get(key) != (source.get_system(), source._index):
+            raise RuntimeError(
+                f"DiagramBuilder.Disconnect(): {source.GetFullDescription()} is not connected to "
+                f"{dest.GetFullDescription()}."
+            )
+        del self._wires[key]
+
+    def ConnectInput(self, diagram_port: Any = None, input: InputPort | None = None, **kwargs: Any) -> None:
+        """Lets an exported input port, by name or index, feed one more input port."""
+        self._not_built("ConnectInput")
+        for name in ("diagram_port_name", "diagram_port_index"):
+            diagram_port = kwargs.pop(name, diagram_port)
+        if isinstance(diagram_port, str):
+            names = [name for name, _ in self._inputs]
+            if diagram_port not in names:
+                raise RuntimeError(
+                    f"DiagramBuilder.ConnectInput(): there is no exported input port named {diagram_port} (valid: "
+                    f"{', '.join(names)})."
+                )
+            k = names.index(diagram_port)
+        else:
+            k = diagram_port.__index__()
+            if not 0 <= k < len(self._inputs):
+                raise RuntimeError(
+                    f"DiagramBuilder.ConnectInput(): there is no input port {k}; there are {len(self._inputs)}."
+                )
+        self._free(input, "ConnectInput")
+        first = self._inputs[k][1][0]
+        if (first.size(), first.get_data_type()) != (input.size(), input.get_data_type()):
+            raise RuntimeError(
+                f"DiagramBuilder.ConnectInput(): exported input port '{self._inputs[k][0]}' has size {first.size()}, "
+                "but "
+                f"{input.GetFullDescription()} has size {input.size()}."
+            )
+        self._inputs[k][1].append(input)
+
+    def ConnectToSame(self, exemplar: InputPort, dest: InputPort) -> bool:
+        """Lets `dest` take its value from where `exemplar` does; False if that is nowhere."""
+        self._not_built("ConnectToSame")
+        self._has(exemplar.get_system(), "ConnectToSame")
+        self._free(dest, "ConnectToSame")
+        source = self._wires.get((exemplar.get_system(), exemplar._index))
+        if source is not None:
+            self.Connect(source[0].get_output_port(source[1]), dest)
+            return True
+        for k, (_, ports) in enumerate(self._inputs):
+            if any(p.get_system() is exemplar.get_system() and p._index == exemplar._index for p in ports):
+                self.ConnectInput(k, dest)
+                return True
+        return False
+
+    def ExportInput(self, input: InputPort, name: str | UseDefaultName = kUseDefaultName) -> InputPortIndex:
+        """Makes an input port one of the diagram's; gives its number there."""
+        self._not_built("ExportInput")
+        if not isinstance(input, InputPort):
+            raise TypeError(f"ExportInput(): incompatible function arguments: {input!r} is no InputPort")
+        self._free(input, "ExportInput")
+        self._inputs.append((self._export_name(input, name, [n for n, _ in self._inputs], "input"), [input]))
+        return InputPortIndex(len(self._inputs) - 1)
+
+    def ExportOutput(self, output: OutputPort, name: str | UseDefaultName = kUseDefaultName) -> OutputPortIndex:
+        """Makes an output port one of the diagram's; gives its number there."""
+        self._not_built("ExportOutput")
+        if not isinstance(output, OutputPort):
+            raise TypeError(f"ExportOutput(): incompatible function arguments: {output!r} is no OutputPort")
+        self._has(output.get_system(), "ExportOutput")
+        self._outputs.append((self._export_name(output, name, [n for n, _ in self._outputs], "output"), output))
+        return OutputPortIndex(len(self._outputs) - 1)
+
+    def _export_name(self, port: Any, name: Any, taken: list[str], kind: str) -> str:
+        if isinstance(name, UseDefaultName):
+            name = f"{port.get_system().get_name()}_{port.get_name()}"
+        if not isinstance(name, str):
+            raise TypeError(f"Export{kind.title()}(): incompatible function arguments: {name!r} is no str")
+        if not name:
+            raise RuntimeError(f"DiagramBuilder.Export{kind.title()}(): the name of a port must not be empty.")
+        if name in taken:
+            raise RuntimeError(f"DiagramBuilder.Export{kind.title()}(): there is an {kind} port named {name} already.")
+        return name
+
+    def IsConnectedOrExported(self, port: InputPort) -> bool:
+        """Whether an input port takes its value from somewhere."""
+        system, i = port.get_system(), port._index
+        if (system, i) in self._wires:
+            return True
+        return any(p.get_system() is system and p._index == i for _, ports in self._inputs for p in ports)
+
+    def connection_map(self) -> dict:
+        """What feeds what: {(system, input port index): (system, output port index)}."""
+        return {(a, InputPortIndex(i)): (b, OutputPortIndex(j)) for (a, i), (b, j) in self._wires.items()}
+
+    # Building.
+
+    def Build(self) -> Diagram:
+        """The diagram.
+
+        Raises:
+            RuntimeError: it is empty, names are not unique, or there is an algebraic loop.
+        """
+        diagram = Diagram()
+        self.BuildInto(diagram)
+        return diagram
+
+    def BuildInto(self, target: Diagram) -> None:
+        """Makes `target`, which must be an empty Diagram, what this builder describes."""
+        self._not_built("Build")
+        if not self._systems:
+            raise RuntimeError("Cannot Compile an empty DiagramBuilder.")
+        if target._systems:
+            raise RuntimeError(f"DiagramBuilder.BuildInto(): {target._describe()} is built already.")
+        self._check_names()
+        place = self._place
+        wires = {(place[a._system_id], i): (place[b._system_id], j) for (a, i), (b, j) in self._wires.items()}
+        inputs = [(name, [(place[p.get_system()._system_id], p._index) for p in ports]) for name, ports in self._inputs]
+        outputs = [(name, (place[p.get_system()._system_id], p._index)) for name, p in self._outputs]
+        scalars = {s._scalar for s in self._systems}
+        trial = Diagram()
+        trial._name = target._name
+        parents = [s._parent_ref for s in self._systems]
+        trial._fill(self._systems, wires, inputs, outputs)
+        try:
+            Topology(trial)  # raises on an algebraic loop, before anything is changed
+        except RuntimeError:
+            for system, parent in zip(self._systems, parents):
+                system._parent_ref = parent
+            raise
+        target._fill(self._systems, wires, inputs, outputs)
+        target._scalar = scalars.pop() if len(scalars) == 1 else float
+        self._built = True
+        self._systems, self._wires, self._inputs, self._outputs = [], {}, [], []
+
+    def _check_names(self) -> None:
+        seen: set[str] = set()
+        for system in self._systems:
+            name = system.get_name()
+            if name in seen:
+                raise RuntimeError(
+                    f'System of type {system.GetSystemType()} has non-unique name "{name}" in this DiagramBuilder; '
+                    "names of sibling systems must differ."
+                )
+            seen.add(name)

@@ -1,0 +1,146 @@
+"""What a system computes outside the event loop: derivatives, updates and publishes asked for by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED, EventDeclaration
+from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._layout import NO_ROW
+from sheldrake.systems.framework._store import Store
+from sheldrake.systems.framework._values import DiscreteValues, State
+
+Select = Callable[[EventDeclaration], bool]
+
+
+def leaves_under(store: Store, n: int) -> list[int]:
+    """Leaves of node `n`, in order."""
+    node = store.layout.nodes[n]
+    return store.layout.leaves[node.first_leaf : node.last_leaf]
+
+
+def prepare(store: Store, r: int) -> None:
+    """Brings up to date what kernel row `r` reads."""
+    layout, row = store.layout, store.layout.rows[r]
+    if row.native and "u" in row.calc.names:
+        for slot in layout.places[row.node].inputs:
+            if slot.row >= 0 and slot.vector:
+                store.pull(slot.row)
+
+
+def derivatives(store: Store, n: int) -> None:
+    """Fills the derivatives of all leaves under node `n`, as far as they are out of date."""
+    layout, i = store.layout, store.i
+    for m in leaves_under(store, n):
+        r = layout.places[m].derivatives
+        if r < 0:
+            continue
+        at = layout.stamp0 + r
+        if i[at] != i[2] or store.uncached:
+            prepare(store, r)
+            store.compute(r)
+            i[at] = i[2]
+
+
+def events(store: Store, n: int, kind: int, select: Select) -> Iterator[tuple[int, EventDeclaration, int]]:
+    """(leaf, event, row) of all events of one kind under node `n` that are selected."""
+    for m in leaves_under(store, n):
+        for event, row in zip(store.systems[m]._all_events(), store.layout.places[m].events):
+            if event.kind == kind and select(event):
+                yield m, event, row
+
+
+def _run(store: Store, found: list, status: EventStatus) -> None:
+    for _, event, r in found:
+        if r == NO_ROW:
+            continue
+        if r < 0:
+            store.append_log(-1 - r)
+            continue
+        prepare(store, r)
+        result = store.compute(r)
+        if isinstance(result, EventStatus):
+            status.KeepMoreSevere(result)
+            if status.severity() is EventStatus.Severity.kFailed:
+                system = status.system()
+                where = system._describe() if system is not None else "a system"
+                raise RuntimeError(
+                    f'{KIND_NAMES[event.kind]} event handler in {where} failed with message: "{status.message()}"'
+                )
+
+
+def _copy_to_next(store: Store, n: int, names: tuple[str, ...]) -> None:
+    place, plus = store.layout.places[n], store.layout.plus
+    for name in names:
+        a, b = getattr(place, name)
+        store.S[a + plus : b + plus] = store.S[a:b]
+
+
+def discrete_update(store: Store, n: int, select: Select) -> tuple[DiscreteValues, EventStatus, bool]:
+    """x+ of node `n` after its selected discrete updates (a view), how they went, and whether there were any."""
+    status = EventStatus.Succeeded()
+    _copy_to_next(store, n, ("xd",))
+    found = list(events(store, n, DISCRETE, select))
+    _run(store, found, status)
+    return store.context(n)._discrete_view(store.layout.plus), status, bool(found)
+
+
+def unrestricted_update(store: Store, n: int, select: Select) -> tuple[State, EventStatus, bool]:
+    """The whole next state of node `n` after its selected unrestricted updates (views), and how they went."""
+    status = EventStatus.Succeeded()
+    _copy_to_next(store, n, ("xc", "xd"))
+    store.pending.clear()
+    found = list(events(store, n, UNRESTRICTED, select))
+    try:
+        _run(store, found, status)
+        abstract = []
+        for m in leaves_under(store, n):
+            first, last = store.layout.places[m].abstract
+            abstract += store.pending.get(m, store.abstract[first:last])
+    finally:
+        pending, store.pending = store.pending, {}
+    state = store.context(n)._state_view(store.layout.plus, abstract)
+    state._pending = pending
+    return state, status, bool(found)
+
+
+def publish(store: Store, n: int, select: Select) -> tuple[EventStatus, bool]:
+    """Runs the selected publishes of node `n`."""
+    status = EventStatus.Succeeded()
+    found = list(events(store, n, PUBLISH, select))
+    _run(store, found, status)
+    return status, bool(found)
+
+
+def apply_discrete(store: Store, n: int, select: Select) -> tuple[EventStatus, bool]:
+    """Runs the selected discrete updates of node `n` and makes x+ the state."""
+    _, status, any_ = discrete_update(store, n, select)
+    if any_:
+        a, b = store.layout.places[n].xd
+        plus = store.layout.plus
+        store.S[a:b] = store.S[a + plus : b + plus]
+        store.touch(1, ("x", n))
+    return status, any_
+
+
+def apply_unrestricted(store: Store, n: int, select: Select) -> tuple[EventStatus, bool]:
+    """Runs the selected unrestricted updates of node `n` and makes what they give the state."""
+    state, status, any_ = unrestricted_update(store, n, select)
+    if any_:
+        plus = store.layout.plus
+        for a, b in (store.layout.places[n].xd, store.layout.places[n].xc):
+            store.S[a:b] = store.S[a + plus : b + plus]
+        store.pending = state._pending
+        store.commit_abstract()
+        store.touch(1, ("x", n))
+    return status, any_
+
+
+def forced(event: EventDeclaration) -> bool:
+    """Selects forced events."""
+    return event.trigger == "forced"
+
+
+def initialization(event: EventDeclaration) -> bool:
+    """Selects initialization events."""
+    return event.trigger == "initialization"

@@ -1,0 +1,217 @@
+"""Events: what happens, when, and how it went."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from sheldrake.systems.framework._index import _PrintedEnum
+
+
+class TriggerType(_PrintedEnum):
+    """Why an event happens."""
+
+    kUnknown = 0
+    kInitialization = 1
+    kForced = 2
+    kTimed = 3
+    kPeriodic = 4
+    kPerStep = 5
+    kWitness = 6
+
+
+class WitnessFunctionDirection(_PrintedEnum):
+    """Which changes of sign of a witness function trigger its event."""
+
+    kNone = 0
+    kPositiveThenNonPositive = 1
+    kNegativeThenNonNegative = 2
+    kCrossesZero = 3
+
+
+class EventStatus:
+    """How handling an event went."""
+
+    class Severity(_PrintedEnum):
+        """From best to worst."""
+
+        kDidNothing = 0
+        kSucceeded = 1
+        kReachedTermination = 2
+        kFailed = 3
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("EventStatus: No constructor defined! Use EventStatus.Succeeded() and its like.")
+
+    @classmethod
+    def _make(cls, severity: EventStatus.Severity, system: Any = None, message: str = "") -> EventStatus:
+        status = object.__new__(cls)
+        status._severity, status._system, status._message = severity, system, message
+        return status
+
+    @staticmethod
+    def DidNothing() -> EventStatus:
+        """The handler had nothing to do."""
+        return EventStatus._make(EventStatus.Severity.kDidNothing)
+
+    @staticmethod
+    def Succeeded() -> EventStatus:
+        """All went well."""
+        return EventStatus._make(EventStatus.Severity.kSucceeded)
+
+    @staticmethod
+    def ReachedTermination(system: Any, message: str) -> EventStatus:
+        """All went well and the simulation should end now."""
+        return EventStatus._make(EventStatus.Severity.kReachedTermination, system, message)
+
+    @staticmethod
+    def Failed(system: Any, message: str) -> EventStatus:
+        """The handler could not do its work."""
+        return EventStatus._make(EventStatus.Severity.kFailed, system, message)
+
+    def severity(self) -> EventStatus.Severity:
+        """How bad it is."""
+        return self._severity
+
+    def system(self) -> Any:
+        """The system that reported, or None."""
+        return self._system
+
+    def message(self) -> str:
+        """What the system said."""
+        return self._message
+
+    def KeepMoreSevere(self, candidate: EventStatus) -> EventStatus:
+        """Becomes `candidate` if that is worse; gives itself."""
+        if candidate._severity.value > self._severity.value:
+            self._severity, self._system, self._message = candidate._severity, candidate._system, candidate._message
+        return self
+
+    def __copy__(self) -> EventStatus:
+        return EventStatus._make(self._severity, self._system, self._message)
+
+    def __deepcopy__(self, memo: dict) -> EventStatus:
+        return self.__copy__()
+
+
+class PeriodicEventData:
+    """Period and offset of a periodic event."""
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("PeriodicEventData: No constructor defined!")
+
+    @classmethod
+    def _make(cls, period: float, offset: float) -> PeriodicEventData:
+        data = object.__new__(cls)
+        data._period, data._offset = period, offset
+        return data
+
+    def period_sec(self) -> float:
+        """Period [s]."""
+        return self._period
+
+    def offset_sec(self) -> float:
+        """Time of the first event [s]."""
+        return self._offset
+
+    def __copy__(self) -> PeriodicEventData:
+        return PeriodicEventData._make(self._period, self._offset)
+
+    def __deepcopy__(self, memo: dict) -> PeriodicEventData:
+        return self.__copy__()
+
+
+class Event:
+    """Something that happens to a system: a publish, a discrete update or an unrestricted update."""
+
+    _kind = ""
+
+    def __init__(self) -> None:
+        self._trigger, self._callback, self._system_callback = TriggerType.kUnknown, None, None
+
+    def _set(self, args: tuple, kwargs: dict) -> None:
+        Event.__init__(self)
+        values = dict(kwargs)
+        for arg in args:
+            values["trigger_type" if isinstance(arg, TriggerType) else "callback"] = arg
+        self._trigger = values.pop("trigger_type", TriggerType.kUnknown)
+        self._callback = values.pop("callback", None)
+        self._system_callback = values.pop("system_callback", None)
+        if values or ((args or kwargs) and not callable(self._callback or self._system_callback)):
+            raise TypeError(f"{type(self).__name__}(): incompatible constructor arguments: {args} {kwargs}")
+
+    def get_trigger_type(self) -> TriggerType:
+        """Why it happens."""
+        return self._trigger
+
+    def _call(self, system: Any, context: Any, *args: Any) -> Any:
+        if self._system_callback is not None:
+            return self._system_callback(system, context, self, *args)
+        return None if self._callback is None else self._callback(context, self, *args)
+
+    def _with_trigger(self, trigger: TriggerType) -> Event:
+        event = object.__new__(type(self))
+        event.__dict__.update(self.__dict__)
+        event._trigger = trigger
+        return event
+
+
+class PublishEvent(Event):
+    """An event that changes nothing: `callback(context, event)`, or `system_callback(system, context, event)`."""
+
+    _kind = "publish"
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        self._set(args, kwargs)
+
+
+class DiscreteUpdateEvent(Event):
+    """An event that changes discrete state: `callback(context, event, discrete_state)`."""
+
+    _kind = "discrete"
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        self._set(args, kwargs)
+
+
+class UnrestrictedUpdateEvent(Event):
+    """An event that changes any state: `callback(context, event, state)`."""
+
+    _kind = "unrestricted"
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        self._set(args, kwargs)
+
+
+class WitnessFunction:
+    """A function of a context whose change of sign triggers an event. Made by `LeafSystem.MakeWitnessFunction`."""
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("WitnessFunction: No constructor defined! Use LeafSystem.MakeWitnessFunction().")
+
+    @classmethod
+    def _make(
+        cls, system: Any, description: str, direction: WitnessFunctionDirection, calc: Callable, event: Event | None
+    ) -> WitnessFunction:
+        witness = object.__new__(cls)
+        witness._system, witness._description, witness._direction = system, description, direction
+        witness._calc = calc
+        witness._event = None if event is None else event._with_trigger(TriggerType.kWitness)
+        return witness
+
+    def description(self) -> str:
+        """What it stands for."""
+        return self._description
+
+    def direction_type(self) -> WitnessFunctionDirection:
+        """Which changes of sign trigger it."""
+        return self._direction
+
+    def _should_trigger(self, before: float, after: float) -> bool:
+        falls, rises = before > 0 >= after, before < 0 <= after
+        return {
+            WitnessFunctionDirection.kNone: False,
+            WitnessFunctionDirection.kPositiveThenNonPositive: falls,
+            WitnessFunctionDirection.kNegativeThenNonNegative: rises,
+            WitnessFunctionDirection.kCrossesZero: falls or rises,
+        }[self._direction]

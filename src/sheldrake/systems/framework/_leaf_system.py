@@ -1,0 +1,454 @@
+"""LeafSystem: a system that is not made of others. Users derive from it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.kernel import Kernel
+from sheldrake.common.value import AbstractValue, Value
+from sheldrake.systems.framework._declarations import (
+    DISCRETE,
+    PUBLISH,
+    UNRESTRICTED,
+    CacheDeclaration,
+    Callback,
+    EventDeclaration,
+    OutputDeclaration,
+    vector_model,
+)
+from sheldrake.systems.framework._event import (
+    DiscreteUpdateEvent,
+    Event,
+    PublishEvent,
+    TriggerType,
+    UnrestrictedUpdateEvent,
+    WitnessFunction,
+    WitnessFunctionDirection,
+)
+from sheldrake.systems.framework._index import (
+    AbstractParameterIndex,
+    AbstractStateIndex,
+    ContinuousStateIndex,
+    DiscreteStateIndex,
+    NumericParameterIndex,
+    PortDataType,
+    Ticket,
+    UseDefaultName,
+)
+from sheldrake.systems.framework._port import InputPort, LeafOutputPort
+from sheldrake.systems.framework._system import System
+from sheldrake.systems.framework._vector import BasicVector
+
+_VECTOR, _ABSTRACT = PortDataType.kVectorValued, PortDataType.kAbstractValued
+_KIND_OF = {PublishEvent: PUBLISH, DiscreteUpdateEvent: DISCRETE, UnrestrictedUpdateEvent: UNRESTRICTED}
+_CLASS_OF = {kind: cls for cls, kind in _KIND_OF.items()}
+_TRIGGERS = {
+    "periodic": TriggerType.kPeriodic,
+    "per_step": TriggerType.kPerStep,
+    "initialization": TriggerType.kInitialization,
+    "forced": TriggerType.kForced,
+}
+_DISPATCH = {PUBLISH: "DoPublish", DISCRETE: "DoCalcDiscreteVariableUpdates", UNRESTRICTED: "DoCalcUnrestrictedUpdate"}
+
+
+class LeafSystem(System):
+    """Base of systems with their own behaviour.
+
+    In `__init__`, after `super().__init__()`, a derived class declares ports, state, parameters and events. Wherever a
+    callback is taken, a compiled kernel may be given instead: its parameters' names tell what it sees (`t, xc, xd, p,
+    u, work, model`), and the last is what it fills.
+
+    Args:
+        converter: A SystemScalarConverter, if the system can be converted to other scalars.
+    """
+
+    def __init__(self, converter: Any = None):
+        super().__init__()
+        self._scalar_converter = converter
+        self._xc_model, self._xc_counts = BasicVector([]), (0, 0, 0)
+        self._xd_models: list[BasicVector] = []
+        self._xa_models: list[AbstractValue] = []
+        self._pn_models: list[BasicVector] = []
+        self._pa_models: list[AbstractValue] = []
+        self._events: list[EventDeclaration] = []
+        self._derivatives_kernel: Kernel | None = None
+        self._scratch_prototype: Any = 0
+
+    # Input ports.
+
+    def DeclareVectorInputPort(
+        self, name: Any, model_vector: Any = None, random_type: Any = None, *, size: int | None = None
+    ) -> InputPort:
+        """Declares an input port for a vector of the size of `model_vector` (a BasicVector or an int)."""
+        model = vector_model(model_vector if size is None else size, "DeclareVectorInputPort()")
+        return self._declare_input(name, _VECTOR, model.size(), model, random_type)
+
+    def DeclareAbstractInputPort(self, name: Any, model_value: AbstractValue) -> InputPort:
+        """Declares an input port for values of the type of `model_value`."""
+        _need_abstract(model_value, "DeclareAbstractInputPort()")
+        return self._declare_input(name, _ABSTRACT, 0, model_value.Clone())
+
+    # Output ports.
+
+    def DeclareVectorOutputPort(
+        self,
+        name: Any,
+        model_value: Any = None,
+        calc: Any = None,
+        prerequisites_of_calc: Any = None,
+        *,
+        size: int | None = None,
+    ) -> LeafOutputPort:
+        """Declares an output port for a vector of the size of `model_value` (a BasicVector or an int).
+
+        Args:
+            name: Its name, or `kUseDefaultName`.
+            model_value: A BasicVector, or the size.
+            calc: `calc(context, basic_vector)`, or a kernel.
+            prerequisites_of_calc: Tickets of what it depends on; everything if not given.
+            size: The size, instead of `model_value`.
+        """
+        given = model_value if size is None else size
+        model = BasicVector(int(given)) if isinstance(given, (int, np.integer)) else vector_model(given, "model_value")
+        return self._declare_output(name, _VECTOR, model.size(), model, calc, prerequisites_of_calc)
+
+    def DeclareAbstractOutputPort(
+        self, name: Any, alloc: Callable, calc: Any, prerequisites_of_calc: Any = None
+    ) -> LeafOutputPort:
+        """Declares an output port for an abstract value.
+
+        Args:
+            name: Its name, or `kUseDefaultName`.
+            alloc: Gives an AbstractValue to compute into.
+            calc: `calc(context, abstract_value)`.
+            prerequisites_of_calc: Tickets of what it depends on; everything if not given.
+        """
+        model = Callback.of(self, alloc, "DeclareAbstractOutputPort()")
+        return self._declare_output(name, _ABSTRACT, 0, model, calc, prerequisites_of_calc)
+
+    def _declare_output(
+        self, name: Any, data_type: Any, size: int, model: Any, calc: Any, prerequisites: Any, state: Any = None
+    ) -> LeafOutputPort:
+        j = len(self._outputs)
+        name = f"y{j}" if isinstance(name, UseDefaultName) else name
+        self._check_name(name, self._outputs, "output")
+        if state is None:
+            calc = Callback.of(self, calc, f"output port '{name}'")
+        tickets = frozenset({Ticket.ALL_SOURCES} if prerequisites is None else {int(t) for t in prerequisites})
+        if not tickets:
+            raise RuntimeError(
+                f"Declare...OutputPort('{name}'): prerequisites may not be empty; for an output that depends on "
+                "nothing, give {System.nothing_ticket()}."
+            )
+        index = len(self._cache_entries)
+        self._cache_entries.append(
+            CacheDeclaration(f"output port {j}({name})", None, None, tickets, self._new_ticket("cache", index), j)
+        )
+        self._outputs.append(OutputDeclaration(name, data_type, size, model, calc, tickets, state, index))
+        self._changed()
+        return self._output_port(j)
+
+    def DeclareStateOutputPort(self, name: Any, state_index: Any) -> LeafOutputPort:
+        """Declares an output port that shows a state; `state_index` is what a Declare...State() call gave."""
+        if isinstance(state_index, ContinuousStateIndex):
+            model: Any = self._xc_model.Clone()
+            return self._declare_output(name, _VECTOR, model.size(), model, None, {Ticket.XC}, ("xc", 0))
+        k = state_index.__index__()
+        if isinstance(state_index, DiscreteStateIndex):
+            model = self._xd_models[k].Clone()
+            return self._declare_output(name, _VECTOR, model.size(), model, None, {Ticket.XD}, ("xd", k))
+        if isinstance(state_index, AbstractStateIndex):
+            value = self._xa_models[k]
+            return self._declare_output(name, _ABSTRACT, 0, Callback(value.Clone), None, {Ticket.XA}, ("xa", k))
+        raise TypeError(
+            f"DeclareStateOutputPort(): incompatible function arguments: {state_index!r} is no index of a state"
+        )
+
+    def _allocate_output(self, j: int) -> AbstractValue:
+        output = self._outputs[j]
+        if output.data_type is _VECTOR:
+            return Value[BasicVector](output.model)
+        value = output.model(self)
+        if not isinstance(value, AbstractValue):
+            raise RuntimeError(
+                f"The alloc function of output port '{output.name}' of {self._describe()} must give an AbstractValue, "
+                f"not {value!r}."
+            )
+        return value
+
+    # State and parameters.
+
+    def DeclareContinuousState(self, *args: Any, **kwargs: Any) -> ContinuousStateIndex:
+        """Declares the continuous state: `(num_state_variables)`, `(num_q, num_v, num_z)`, `(model_vector)` or
+        `(model_vector, num_q, num_v, num_z)`. A later call replaces it.
+        """
+        if "model_vector" in kwargs:
+            args = (kwargs.pop("model_vector"), *args)
+        elif "num_state_variables" in kwargs:
+            args = (kwargs.pop("num_state_variables"),)
+        args += tuple(kwargs.pop(name) for name in ("num_q", "num_v", "num_z") if name in kwargs)
+        if kwargs or len(args) not in (1, 3, 4):
+            raise TypeError("DeclareContinuousState(): incompatible function arguments")
+        if len(args) == 3:
+            counts = tuple(int(n) for n in args)
+            model = BasicVector(np.zeros(sum(counts)))
+        else:
+            model = vector_model(args[0], "DeclareContinuousState()")
+            counts = tuple(int(n) for n in args[1:]) or (0, 0, model.size())
+        if min(counts) < 0 or counts[1] > counts[0] or sum(counts) != model.size():
+            raise RuntimeError(
+                f"DeclareContinuousState(): num_q={counts[0]}, num_v={counts[1]}, num_z={counts[2]} do not fit a state "
+                f"of size {model.size()} (num_v may not exceed num_q)."
+            )
+        self._xc_model, self._xc_counts = model, counts  # type: ignore[assignment]
+        self._changed()
+        return ContinuousStateIndex(0)
+
+    def DeclareDiscreteState(self, model_vector: Any = None, **kwargs: Any) -> DiscreteStateIndex:
+        """Declares a group of discrete state: a BasicVector, an array, or a size (then zeros)."""
+        for name in ("vector", "num_state_variables"):
+            model_vector = kwargs.pop(name, model_vector)
+        if kwargs or model_vector is None:
+            raise TypeError("DeclareDiscreteState(): incompatible function arguments")
+        self._xd_models.append(vector_model(model_vector, "DeclareDiscreteState()"))
+        self._changed()
+        return DiscreteStateIndex(len(self._xd_models) - 1)
+
+    def DeclareAbstractState(self, model_value: AbstractValue) -> AbstractStateIndex:
+        """Declares an abstract state of the type of `model_value`, which is its default."""
+        _need_abstract(model_value, "DeclareAbstractState()")
+        self._xa_models.append(model_value.Clone())
+        self._changed()
+        return AbstractStateIndex(len(self._xa_models) - 1)
+
+    def DeclareNumericParameter(self, model_vector: BasicVector) -> int:
+        """Declares a group of numeric parameters; `model_vector` is its default."""
+        self._pn_models.append(vector_model(model_vector, "DeclareNumericParameter()"))
+        self._changed()
+        return int(NumericParameterIndex(len(self._pn_models) - 1))
+
+    def DeclareAbstractParameter(self, model_value: AbstractValue) -> int:
+        """Declares an abstract parameter; `model_value` is its default."""
+        _need_abstract(model_value, "DeclareAbstractParameter()")
+        self._pa_models.append(model_value.Clone())
+        self._changed()
+        return int(AbstractParameterIndex(len(self._pa_models) - 1))
+
+    # Events.
+
+    def _declare_event(self, kind: int, trigger: str, handler: Any, period: Any = 0.0, offset: Any = 0.0) -> None:
+        if trigger == "periodic":
+            period, offset = float(period), float(offset)
+            if not period > 0 or not offset >= 0 or not np.isfinite(period) or not np.isfinite(offset):
+                raise RuntimeError(
+                    f"DeclarePeriodic...Event() of {self._describe()}: the period must be positive and the offset not "
+                    f"negative; found period_sec={period}, offset_sec={offset}."
+                )
+        if isinstance(handler, Event):
+            event = handler = handler._with_trigger(_TRIGGERS[trigger])
+            if handler._callback is None and handler._system_callback is None:
+                handler = None
+        else:
+            if handler is not None and handler != "log":
+                handler = Callback.of(self, handler, "Declare...Event()")
+            event = _event_of(kind, trigger, handler)
+        self._events.append(EventDeclaration(kind, trigger, handler, event, offset, period))
+        self._changed()
+
+    def DeclarePeriodicPublishEvent(self, period_sec: float, offset_sec: float, publish: Any) -> None:
+        """`publish(context)` at offset + k period [s]."""
+        self._declare_event(PUBLISH, "periodic", publish, period_sec, offset_sec)
+
+    def DeclarePeriodicDiscreteUpdateEvent(self, period_sec: float, offset_sec: float, update: Any) -> None:
+        """`update(context, discrete_state)` at offset + k period [s]."""
+        self._declare_event(DISCRETE, "periodic", update, period_sec, offset_sec)
+
+    def DeclarePeriodicUnrestrictedUpdateEvent(self, period_sec: float, offset_sec: float, update: Any) -> None:
+        """`update(context, state)` at offset + k period [s]."""
+        self._declare_event(UNRESTRICTED, "periodic", update, period_sec, offset_sec)
+
+    def DeclarePeriodicEvent(self, period_sec: float, offset_sec: float, event: Event) -> None:
+        """`event` at offset + k period [s]."""
+        self._declare_event(_kind_of(event), "periodic", event, period_sec, offset_sec)
+
+    def DeclarePerStepPublishEvent(self, publish: Any) -> None:
+        """`publish(context)` at the end of every step."""
+        self._declare_event(PUBLISH, "per_step", publish)
+
+    def DeclarePerStepDiscreteUpdateEvent(self, update: Any) -> None:
+        """`update(context, discrete_state)` at the beginning of every step."""
+        self._declare_event(DISCRETE, "per_step", update)
+
+    def DeclarePerStepUnrestrictedUpdateEvent(self, update: Any) -> None:
+        """`update(context, state)` at the beginning of every step."""
+        self._declare_event(UNRESTRICTED, "per_step", update)
+
+    def DeclarePerStepEvent(self, event: Event) -> None:
+        """`event` in every step."""
+        self._declare_event(_kind_of(event), "per_step", event)
+
+    def DeclareInitializationPublishEvent(self, publish: Any) -> None:
+        """`publish(context)` when a simulation is initialized."""
+        self._declare_event(PUBLISH, "initialization", publish)
+
+    def DeclareInitializationDiscreteUpdateEvent(self, update: Any) -> None:
+        """`update(context, discrete_state)` when a simulation is initialized."""
+        self._declare_event(DISCRETE, "initialization", update)
+
+    def DeclareInitializationUnrestrictedUpdateEvent(self, update: Any) -> None:
+        """`update(context, state)` when a simulation is initialized."""
+        self._declare_event(UNRESTRICTED, "initialization", update)
+
+    def DeclareInitializationEvent(self, event: Event) -> None:
+        """`event` when a simulation is initialized."""
+        self._declare_event(_kind_of(event), "initialization", event)
+
+    def DeclareForcedPublishEvent(self, publish: Any) -> None:
+        """`publish(context)` in `ForcedPublish`."""
+        self._declare_event(PUBLISH, "forced", publish)
+
+    def DeclareForcedDiscreteUpdateEvent(self, update: Any) -> None:
+        """`update(context, discrete_state)` in `CalcForcedDiscreteVariableUpdate`."""
+        self._declare_event(DISCRETE, "forced", update)
+
+    def DeclareForcedUnrestrictedUpdateEvent(self, update: Any) -> None:
+        """`update(context, state)` in `CalcForcedUnrestrictedUpdate`."""
+        self._declare_event(UNRESTRICTED, "forced", update)
+
+    def _all_events(self) -> list[EventDeclaration]:
+        """The events, those of a kind whose dispatcher a derived class overrides as one call of it."""
+        cls, found = type(self), list(self._events)
+        for kind, name in _DISPATCH.items():
+            if getattr(cls, name) is getattr(LeafSystem, name):
+                continue
+            together: dict[tuple, list] = {("forced", 0.0, 0.0): []}
+            for e in found:
+                if e.kind == kind:
+                    together.setdefault((e.trigger, e.offset, e.period), []).append(e.event)
+            found = [e for e in found if e.kind != kind]
+            for (trigger, offset, period), events in together.items():
+                events = events or [_event_of(kind, trigger, None)]
+                found.append(EventDeclaration(kind, trigger, _Dispatch(name, events), None, offset, period))
+        return found
+
+    def DoPublish(self, context: Any, events: list) -> None:
+        """Handles publish events that happen together; may be overridden."""
+        for event in events:
+            event._call(self, context)
+
+    def DoCalcDiscreteVariableUpdates(self, context: Any, events: list, discrete_state: Any) -> None:
+        """Handles discrete updates that happen together; may be overridden."""
+        for event in events:
+            event._call(self, context, discrete_state)
+
+    def DoCalcUnrestrictedUpdate(self, context: Any, events: list, state: Any) -> None:
+        """Handles unrestricted updates that happen together; may be overridden."""
+        for event in events:
+            event._call(self, context, state)
+
+    # Witness functions.
+
+    def MakeWitnessFunction(
+        self, description: str, direction_type: WitnessFunctionDirection, calc: Callable, e: Event | None = None
+    ) -> WitnessFunction:
+        """A function `calc(context)` whose change of sign triggers `e`, to be returned by `DoGetWitnessFunctions`."""
+        return WitnessFunction._make(self, description, direction_type, calc, e)
+
+    def DoGetWitnessFunctions(self, context: Any) -> list[WitnessFunction]:
+        """Witness functions that are active now; to be overridden."""
+        return []
+
+    def _has_witnesses(self) -> bool:
+        return type(self).DoGetWitnessFunctions is not LeafSystem.DoGetWitnessFunctions
+
+    # Derivatives.
+
+    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+        """Computes the derivatives of the continuous state; to be overridden by a system that has some."""
+        raise NotImplementedError(
+            f"{self._describe()} has continuous state, so it must override DoCalcTimeDerivatives(context, derivatives)."
+        )
+
+    def _declare_time_derivatives(self, calc: Kernel) -> None:
+        """Derivatives by a kernel, instead of `DoCalcTimeDerivatives`."""
+        self._derivatives_kernel = calc
+        self._changed()
+
+    def _derivatives_calc(self) -> Any:
+        if self._derivatives_kernel is not None:
+            return self._derivatives_kernel
+        return Callback(type(self).DoCalcTimeDerivatives, True)
+
+    # For compiled systems.
+
+    def _declare_scratch(self, prototype: Any) -> None:
+        """Memory in the context that kernels see as `work`: a size, or a NamedTuple of arrays to copy."""
+        self._scratch_prototype = prototype
+        self._changed()
+
+    def _scratch(self, context: Any) -> Any:
+        """Read-only views of this system's scratch: what its last kernels left there."""
+        self.ValidateContext(context)
+        views = context._store.scratch(context._node)
+        for view in [views] if isinstance(views, np.ndarray) else views:
+            view.flags.writeable = False
+        return views
+
+    def _scratch_ticket(self) -> int:
+        """Names the scratch as a prerequisite."""
+        for ticket, what in self._tickets.items():
+            if what == ("work", 0):
+                return ticket
+        return self._new_ticket("work", 0)
+
+    def _kernel_models(self, root: Any) -> dict[str, Any]:
+        """Constant arrays for kernels, by parameter name; asked once per root.
+
+        Args:
+            root: `root.source(i)` tells what feeds input port `i`.
+        """
+        return {}
+
+    def _explain_status(self, status: int, context: Any) -> Exception:
+        """The error that a kernel's status stands for."""
+        return RuntimeError(f"{self._describe()}: a computation failed with status {status}.")
+
+    def _set_default_context(self, context: Any) -> None:
+        """Sets defaults that are not declared; called after the declared ones are in place."""
+
+    def _set_random_context(self, context: Any, generator: Any) -> None:
+        """Sets random state and parameters."""
+
+
+class _Dispatch(Event):
+    """Hands events that happen together to an overridden dispatcher."""
+
+    def __init__(self, name: str, events: list[Event]):
+        super().__init__()
+        self._name, self._events = name, events
+
+    def _call(self, system: Any, context: Any, *target: Any) -> Any:
+        return getattr(system, self._name)(context, self._events, *target)
+
+
+def _kind_of(event: Any) -> int:
+    if type(event) not in _KIND_OF:
+        raise TypeError(f"Declare...Event(): incompatible function arguments: {event!r} is no event with a kind")
+    return _KIND_OF[type(event)]
+
+
+def _event_of(kind: int, trigger: str, handler: Any) -> Event:
+    event = object.__new__(_CLASS_OF[kind])
+    Event.__init__(event)
+    event._trigger = _TRIGGERS[trigger]
+    if isinstance(handler, Callback):
+        event._system_callback = lambda system, context, event, *target: handler(system, context, *target)
+    return event
+
+
+def _need_abstract(value: Any, call: str) -> None:
+    if not isinstance(value, AbstractValue):
+        raise TypeError(f"{call}: incompatible function arguments: expected an AbstractValue, got {value!r}")

@@ -1,0 +1,282 @@
+"""Input and output ports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.common.value import AbstractValue, Value
+from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex, OutputPortIndex, PortDataType
+from sheldrake.systems.framework._store import CONSTANT, SAMPLED, Store, not_connected
+from sheldrake.systems.framework._vector import BasicVector
+
+
+class FixedInputPortValue:
+    """The value an input port was fixed to."""
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("FixedInputPortValue: No constructor defined! Use InputPort.FixValue().")
+
+    @classmethod
+    def _make(cls, store: Store, slot: Any) -> FixedInputPortValue:
+        fixed = object.__new__(cls)
+        fixed._store, fixed._slot = store, slot
+        return fixed
+
+    def GetMutableData(self) -> AbstractValue:
+        """The value, to be changed."""
+        store, slot = self._store, self._slot
+        store.touch(CONSTANT, ("fixed", slot.free))
+        if not slot.vector:
+            return store.fixed[slot.free]
+        value = Value[BasicVector](BasicVector(0))
+        value._held = BasicVector._view(store.S[slice(*slot.span)], lambda: store.touch(CONSTANT, ("fixed", slot.free)))
+        return value
+
+
+class _Port:
+    __slots__ = ("__weakref__", "_index", "_system")
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError(f"{type(self).__name__}: No constructor defined!")
+
+    @classmethod
+    def _make(cls, system: Any, index: int) -> Any:
+        port = object.__new__(cls)
+        port._system, port._index = system, index
+        return port
+
+    def get_system(self) -> Any:
+        """The system it belongs to."""
+        return self._system
+
+    def get_name(self) -> str:
+        """Its name."""
+        return self._declaration.name
+
+    def get_data_type(self) -> PortDataType:
+        """Vector or abstract."""
+        return self._declaration.data_type
+
+    def size(self) -> int:
+        """Number of elements of a vector port; 0 for an abstract one."""
+        return self._declaration.size
+
+    def GetFullDescription(self) -> str:
+        """Number, name and system, as errors name it."""
+        return f"{self._kind}[{self._index}] ({self.get_name()}) of {self._system._describe()}"
+
+    def _node_in(self, context: Any) -> int:
+        try:
+            if context._system is self._system:
+                return context._node
+        except AttributeError:
+            pass
+        from sheldrake.systems.framework._context import ContextBase
+
+        if not isinstance(context, ContextBase):
+            raise TypeError(f"Eval(): incompatible function arguments: expected a Context, got {context!r}")
+        if context._node == 0 and context._system is not self._system:
+            n = context._store.layout.node_of.get(self._system._system_id)
+            where = " (it is the root Context; use GetMyContextFromRoot())" if n is not None else ""
+        else:
+            where = ""
+        raise RuntimeError(
+            f"{self._kind}: The Context given as an argument was not created for this "
+            f"{self.GetFullDescription()}{where}"
+        )
+
+
+def value_at(store: Store, slot: Any) -> Any:
+    """What a computed port, a state or a fixed input holds: an array of its own, or the held object."""
+    if slot.row >= 0:
+        store.pull(slot.row)
+    if slot.vector:
+        return store.S[slot.span[0] : slot.span[1]].copy()
+    return abstract_at(store, slot).get_value()
+
+
+def abstract_at(store: Store, slot: Any) -> AbstractValue:
+    """The abstract value in an abstract slot that is up to date."""
+    if slot.row >= 0:
+        return store.output_value(slot.row)
+    if slot.free >= 0:
+        return store.fixed[slot.free]
+    return store.abstract[slot.abstract_state]
+
+
+def _as_abstract(store: Store, slot: Any) -> AbstractValue:
+    if not slot.vector:
+        if slot.row >= 0:
+            store.pull(slot.row)
+        return abstract_at(store, slot)
+    return Value[BasicVector](BasicVector(value_at(store, slot)))
+
+
+class InputPort(_Port):
+    """Where a system takes a value from outside."""
+
+    __slots__ = ()
+    _kind = "InputPort"
+
+    @property
+    def _declaration(self) -> Any:
+        return self._system._inputs[self._index]
+
+    def get_index(self) -> InputPortIndex:
+        """Its number."""
+        return InputPortIndex(self._index)
+
+    def ticket(self) -> DependencyTicket:
+        """Names it as a prerequisite."""
+        return DependencyTicket(self._declaration.ticket)
+
+    def _slot(self, context: Any) -> Any:
+        node = self._node_in(context)
+        store = context._store
+        slot = store.layout.input_slot(node, self._index)
+        if slot.free >= 0 and not store.i[store.layout.fixed0 + slot.free]:
+            return None
+        return slot
+
+    def _required(self, context: Any) -> Any:
+        slot = self._slot(context)
+        if slot is None:
+            raise not_connected(self._system, self._index)
+        return slot
+
+    def HasValue(self, context: Any) -> bool:
+        """Whether it is connected or fixed."""
+        return self._slot(context) is not None
+
+    def Eval(self, context: Any) -> Any:
+        """Its value: the caller's own array, or the object that an abstract port carries.
+
+        Raises:
+            RuntimeError: it is neither connected nor fixed, or `context` is not its system's.
+        """
+        return (
+            value_at(context._store, self._required(context)) if hasattr(context, "_store") else self._node_in(context)
+        )
+
+    def EvalAbstract(self, context: Any) -> AbstractValue:
+        """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""
+        return _as_abstract(context._store, self._required(context))
+
+    def EvalBasicVector(self, context: Any) -> BasicVector:
+        """A vector port's value as a BasicVector."""
+        return BasicVector(value_at(context._store, self._required(context)))
+
+    def Allocate(self) -> AbstractValue:
+        """A value of the type it takes."""
+        model = self._declaration.model
+        return Value[BasicVector](model) if isinstance(model, BasicVector) else model.Clone()
+
+    def FixValue(self, context: Any, value: Any) -> FixedInputPortValue:
+        """Gives it this value in this context, over any connection.
+
+        Args:
+            value: A vector, or what the abstract port carries, or an AbstractValue of it.
+
+        Raises:
+            RuntimeError: a vector of another size.
+            TypeError: something of another type.
+        """
+        node = self._node_in(context)
+        store = context._store
+        if store.layout.resolve_fixed(node, self._index) is None:
+            store.override(node, self._index)
+        slot = store.layout.input_slot(node, self._index)
+        declaration = self._declaration
+        if slot.vector:
+            if isinstance(value, AbstractValue):
+                value = value.get_value()
+            fresh = value if isinstance(value, BasicVector) else _coerced(value, store)
+            if fresh.size() != declaration.size:
+                name = "drake::systems::BasicVector<double>"
+                raise RuntimeError(
+                    f"System::FixInputPortTypeCheck(): expected value of type {name} with size={declaration.size} for "
+                    f"input port '{declaration.name}' (index {self._index}) but the actual type was {name} with "
+                    f"size={fresh.size()}. (System {self._system.GetSystemPathname()})"
+                )
+            store.S[slice(*slot.span)] = fresh._v
+        else:
+            store.fixed[slot.free] = self._abstract_value(value)
+        store.i[store.layout.fixed0 + slot.free] = 1
+        store.touch(CONSTANT, ("fixed", slot.free))
+        return FixedInputPortValue._make(store, slot)
+
+    def _abstract_value(self, value: Any) -> AbstractValue:
+        model = self._declaration.model
+        if not isinstance(value, AbstractValue):
+            new = model.Clone()
+            new.set_value(value)
+            return new
+        if type(value) is not type(model):
+            raise RuntimeError(
+                f"System::FixInputPortTypeCheck(): expected value of type {type(model).__name__}[{model._type}] for "
+                f"input port '{self.get_name()}' (index {self._index}) but the actual type was "
+                f"{type(value).__name__}[{value._type}]. (System {self._system.GetSystemPathname()})"
+            )
+        return value.Clone()
+
+
+def _coerced(value: Any, store: Store) -> BasicVector:
+    held = Value[BasicVector](BasicVector(0))
+    if store.S.dtype == object:
+        from sheldrake.systems.framework._vector import as_vector
+
+        return BasicVector._view(as_vector(value, object))
+    held.set_value(value)
+    return held.get_value()
+
+
+class OutputPort(_Port):
+    """Where a system shows a value."""
+
+    __slots__ = ()
+    _kind = "OutputPort"
+
+    @property
+    def _declaration(self) -> Any:
+        return self._system._outputs[self._index]
+
+    def get_index(self) -> OutputPortIndex:
+        """Its number."""
+        return OutputPortIndex(self._index)
+
+    def _slot(self, context: Any) -> Any:
+        return context._store.layout.output_slot(self._node_in(context), self._index)[2]
+
+    def Eval(self, context: Any) -> Any:
+        """Its value, computed if needed: the caller's own array, or the object that an abstract port carries."""
+        node = self._node_in(context)
+        return value_at(context._store, context._store.layout.output_slot(node, self._index)[2])
+
+    def EvalAbstract(self, context: Any) -> AbstractValue:
+        """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""
+        return _as_abstract(context._store, self._slot(context))
+
+    def EvalBasicVector(self, context: Any) -> BasicVector:
+        """A vector port's value as a BasicVector."""
+        return BasicVector(value_at(context._store, self._slot(context)))
+
+    def Allocate(self) -> AbstractValue:
+        """A value of the type it shows."""
+        return self._system._allocate_output(self._index)
+
+
+class LeafOutputPort(OutputPort):
+    """Output port of a leaf system."""
+
+    __slots__ = ()
+
+    def cache_entry(self) -> Any:
+        """The cache entry its value is kept in."""
+        return self._system.get_cache_entry(self._declaration.cache_index)
+
+    def disable_caching_by_default(self) -> None:
+        """Computes its value anew whenever it is asked for, in contexts made from now on."""
+        self._declaration.cached = False
+
+
+__all__ = ["SAMPLED", "FixedInputPortValue", "InputPort", "LeafOutputPort", "OutputPort", "abstract_at", "value_at"]

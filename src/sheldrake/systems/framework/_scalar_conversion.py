@@ -1,0 +1,125 @@
+"""Systems on other scalars: AutoDiffXd and Expression."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+from typing import Any
+
+
+class SystemScalarConverter:
+    """How a system is made anew on another scalar.
+
+    Entries are functions `convert(system) -> system`, one per pair of scalars (to, from).
+    """
+
+    SupportedScalars: tuple = ()
+    SupportedConversionPairs: tuple = ()
+
+    def __init__(self) -> None:
+        self._entries: dict[tuple[Any, Any], Callable[[Any], Any]] = {}
+
+    def _Add(self, to: Any, source: Any, convert: Callable[[Any], Any]) -> None:
+        self._entries[to, source] = convert
+
+    def _convert(self, to: Any, system: Any) -> Any:
+        convert = self._entries.get((to, system._scalar))
+        return None if convert is None else convert(system)
+
+    def _is_convertible(self, to: Any, source: Any) -> bool:
+        return (to, source) in self._entries
+
+    def __copy__(self) -> SystemScalarConverter:
+        new = SystemScalarConverter()
+        new._entries = dict(self._entries)
+        return new
+
+
+def _scalar_named(name: str) -> Any:
+    """AutoDiffXd or Expression, imported when first asked for."""
+    import importlib
+
+    module = "sheldrake.autodiffutils" if name == "AutoDiffXd" else "sheldrake.symbolic"
+    return getattr(importlib.import_module(module), name)
+
+
+class ScalarConversion:
+    """The part of System that converts it to other scalars.
+
+    The scalar belongs to the slab of a context, so a system whose behaviour is kernels and generic Python converts by
+    a copy whose contexts hold the other scalar: such classes set `_generic`.
+    """
+
+    _scalar: Any = float
+    _generic = False
+    _scalar_converter: SystemScalarConverter | None = None
+
+    def _convert(self, scalar: Any) -> Any:
+        """This system on another scalar, or None."""
+        if self._scalar_converter is not None:
+            return self._scalar_converter._convert(scalar, self)
+        return self._converted(scalar)
+
+    def _converted(self, scalar: Any) -> Any:
+        if not self._generic:
+            return None
+        new = self._copy()
+        new._scalar = scalar
+        return new
+
+    def _copy(self) -> Any:
+        from sheldrake.systems.framework._system_base import _ids as system_ids
+
+        new = object.__new__(type(self))
+        new.__dict__.update(self.__dict__)
+        for name, value in self.__dict__.items():
+            if isinstance(value, (list, dict)):
+                new.__dict__[name] = value.copy()
+        new._system_id, new._parent_ref = next(system_ids), None
+        new._ports, new._layouts = weakref.WeakValueDictionary(), {}
+        return new
+
+    def _clone(self) -> Any:
+        new = self._convert(self._scalar)
+        if new is None and self._generic:
+            new = self._copy()
+        if new is None:
+            raise RuntimeError(
+                f"System::Clone(): {self._describe()} cannot be cloned; it does not support scalar conversion."
+            )
+        new._name = self._name
+        return new
+
+    def get_system_scalar_converter(self) -> SystemScalarConverter:
+        """The converter this system was given, or an empty one."""
+        return self._scalar_converter or SystemScalarConverter()
+
+    def _to(self, scalar: Any, must: bool) -> Any:
+        new = self._convert(scalar)
+        if new is None:
+            if not must:
+                return None
+            name = {"float": "double"}.get(scalar.__name__, scalar.__name__)
+            raise RuntimeError(
+                f"System {self.GetSystemPathname()} of type {self.GetSystemType()} does not support scalar conversion "
+                f"to type drake::{name}"
+            )
+        if not new.get_name():
+            new.set_name(self.get_name())
+        return new
+
+    def ToAutoDiffXd(self) -> Any:
+        """This system on AutoDiffXd; RuntimeError if it cannot be."""
+        return self._to(_scalar_named("AutoDiffXd"), True)
+
+    def ToAutoDiffXdMaybe(self) -> Any:
+        """This system on AutoDiffXd, or None."""
+        return self._to(_scalar_named("AutoDiffXd"), False)
+
+    def ToSymbolic(self) -> Any:
+        """This system on symbolic Expression; RuntimeError if it cannot be."""
+        return self._to(_scalar_named("Expression"), True)
+
+    def ToSymbolicMaybe(self) -> Any:
+        """This system on symbolic Expression, or None."""
+        return self._to(_scalar_named("Expression"), False)

@@ -1,0 +1,396 @@
+"""All that changes under one root context: numbers in a slab, abstract values beside it, and which are up to date."""
+
+from __future__ import annotations
+
+import weakref
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.kernel import jit_enabled
+from sheldrake.common.value import AbstractValue
+from sheldrake.systems.framework import _loop
+from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED
+from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._index import Ticket
+from sheldrake.systems.framework._layout import Layout, Row, work_fields
+from sheldrake.systems.framework._vector import BasicVector
+
+CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
+_STATUS, _TERMINATE = int(_loop.STATUS), int(_loop.TERMINATE)
+FAILED = -1000
+"""Status of a Python row that raised, or reported failure."""
+
+
+def tree_of(root: Any) -> list[Any]:
+    """The systems under `root`, depth first, `root` included."""
+    found, stack = [], [root]
+    while stack:
+        system = stack.pop()
+        found.append(system)
+        stack.extend(reversed(system._subsystems() or ()))
+    return found
+
+
+class Store:
+    """The memory of a root context.
+
+    Attributes:
+        S: the slab; `S[0]` is time [s].
+        I: counters, stamps, clocks, log tables (see `_loop`).
+        L: logs.
+        abstract, parameters: abstract states and parameters of all leaves.
+        fixed: fixed abstract inputs, by free number.
+        values: abstract output values, by row.
+    """
+
+    def __init__(self, layout: Layout, systems: list[Any], dtype: Any = float):
+        self.layout, self.systems = layout, systems
+        self.S = np.zeros(layout.size, dtype)
+        self.I = np.zeros(layout.side_size, np.int64)
+        self.I[:3] = 1
+        self.L = np.empty(0, dtype)
+        self.accuracy: float | None = None
+        self.abstract: list[AbstractValue] = []
+        self.parameters: list[AbstractValue] = []
+        for n in layout.leaves:
+            self.abstract += [v.Clone() for v in systems[n]._xa_models]
+            self.parameters += [v.Clone() for v in systems[n]._pa_models]
+        self.fixed: dict[int, Any] = {}
+        self.values: dict[int, AbstractValue] = {}
+        self._begin()
+        for n, j in layout.ports:
+            output, (a, b) = systems[n]._outputs[j], layout.places[n].outputs[j].span
+            if b > a and isinstance(output.model, BasicVector):
+                self.S[a:b] = output.model._v
+        for n in layout.leaves:
+            self._reset_work(n)
+
+    def _begin(self) -> None:
+        """What is rebuilt for every store, clones too."""
+        self.i = memoryview(self.I)
+        self.uncached = self.frozen = False
+        self.cache: dict[tuple[int, int], list] = {}
+        self.serials: dict[Any, int] = {}
+        self.mine = [0, 0, 0]  # how many of the changes in I came from Python
+        self.contexts: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
+        self.twins: dict[int, tuple] = {}
+        self.pending: dict[int, list[AbstractValue]] = {}
+        self.outcome: EventStatus | None = None
+        self._cold: set[int] = set()
+
+    @property
+    def native(self) -> bool:
+        """Whether kernels run as machine code on this slab."""
+        return self.S.dtype == float and jit_enabled()
+
+    # Changes.
+
+    def touch(self, level: int, *sources: Any) -> None:
+        """A source of this level was written from Python."""
+        i, mine = self.i, self.mine
+        for k in range(level, 3):
+            i[k] += 1
+            mine[k] += 1
+        serials = self.serials
+        for source in sources:
+            serials[source] = serials.get(source, 0) + 1
+
+    def out_of_date(self) -> None:
+        """All computed values become out of date."""
+        self.touch(CONSTANT, "all")
+
+    def stamp(self, level: int, keys: tuple) -> tuple:
+        """Changes whenever one of the sources does; see `Layout.freshness`."""
+        get = self.serials.get
+        return (self.i[level] - self.mine[level], *(get(key, 0) for key in keys))
+
+    def override(self, n: int, i: int) -> None:
+        """Gives a connected input port memory of its own, so that it can be fixed in this context."""
+        old = self.layout
+        new = self.systems[0]._layout_with(old.overrides | {(n, i)})
+        store = Store(new, self.systems, self.S.dtype)
+        state = slice(0, old.p[1])
+        store.S[state] = self.S[state]
+        for m in old.leaves:
+            store.S[slice(*new.places[m].work)] = self.S[slice(*old.places[m].work)]
+        for port, k in old.free.items():
+            if port in new.free:
+                j = new.free[port]
+                store.I[new.fixed0 + j] = self.I[old.fixed0 + k]
+                store.S[slice(*new.free_slots[j].span)] = self.S[slice(*old.free_slots[k].span)]
+                if k in self.fixed:
+                    store.fixed[j] = self.fixed[k]
+        store.I[: new.stamp0] = self.I[: old.stamp0]
+        store.I[new.k0 : new.fixed0] = self.I[old.k0 : old.fixed0]
+        self.layout, self.S, self.I, self.fixed, self.values = new, store.S, store.I, store.fixed, {}
+        contexts = dict(self.contexts)
+        self._begin()
+        for m, context in contexts.items():
+            self.contexts[m] = context
+            context._place = new.places[m]
+
+    # Computing.
+
+    def pull(self, r: int) -> None:
+        """Brings output row `r` up to date."""
+        i, layout = self.i, self.layout
+        stamp0, level = layout.stamp0, layout._stamps
+        if i[stamp0 + r] == i[level[r]] and not self.uncached and r not in self._cold:
+            return
+        if self.frozen:
+            if i[stamp0 + r] == i[level[r]]:
+                return
+            raise RuntimeError(
+                f"Cache is frozen: the value of {self._row_name(r)} is out of date and may not be computed."
+            )
+        for k in layout.pull_list(r):
+            if i[stamp0 + k] != i[level[k]] or self.uncached or k in self._cold:
+                self.compute(k)
+                i[stamp0 + k] = i[level[k]]
+
+    def _row_name(self, r: int) -> str:
+        row = self.layout.rows[r]
+        system = self.systems[row.node]
+        name = f" ({system._outputs[row.output].name})" if row.output >= 0 else ""
+        return f"OutputPort[{row.output}]{name} of {system._describe()}"
+
+    def compute(self, r: int) -> Any:
+        """Computes row `r` now, whatever its stamp says; what it needs must be up to date."""
+        row = self.layout.rows[r]
+        if row.native:
+            self.check_inputs(row)
+            status = self._call_kernel(r, row)
+            if status:
+                raise self.explain(row, status)
+            return None
+        return self.call_python(r, row)
+
+    def check_inputs(self, row: Row) -> None:
+        """A kernel sees all inputs: each must have a value.
+
+        Raises:
+            RuntimeError: one has none, naming it.
+        """
+        for free in row.free:
+            if not self.i[self.layout.fixed0 + free]:
+                n, k = next(key for key, number in self.layout.free.items() if number == free)
+                i = next(i for i, s in enumerate(self.layout.places[row.node].inputs) if s.free == free)
+                raise not_connected(self.systems[row.node], i, None if n == row.node else (self.systems[n], k))
+
+    def explain(self, row: Row, status: int) -> BaseException:
+        """The error that a kernel's status stands for."""
+        system = self.systems[row.node]
+        return system._explain_status(status, self.context(row.node))
+
+    def _call_kernel(self, r: int, row: Row) -> int:
+        if self.native:
+            function = row.calc._native[0]
+            words = self.layout.program.words
+            at = int(self.layout.program.at[r])
+            return function(self.S[0], self.S.ctypes.data, words.ctypes.data + 8 * at)
+        arguments = self.twins.get(r)
+        if arguments is None:
+            arguments = self.twins[r] = self._twin_arguments(row)
+        return row.calc(*(self.S[0] if a is None else a for a in arguments)) or 0
+
+    def _twin_arguments(self, row: Row) -> tuple:
+        place, found = self.layout.places[row.node], []
+        models = self.layout._models[row.node]
+        for parameter in row.calc.parameters[:-1]:
+            name = parameter.name
+            if parameter.kind == "t":
+                found.append(None)
+            elif name in models:
+                found.append(models[name])
+            elif name == "u":
+                found.append(tuple(self.S[slice(*s.span)] for s in place.inputs))
+            elif name == "work" and parameter.kind == "tuple":
+                found.append(self.scratch(row.node))
+            else:
+                found.append(self.S[slice(*getattr(place, name))])
+        if row.calc.parameters[-1].kind == "tuple":
+            return (*found, self.scratch(row.node))
+        return (*found, self.S[slice(*row.out)])
+
+    def scratch(self, n: int) -> Any:
+        """Views of a leaf's scratch, of the class of its prototype."""
+        prototype, (a, b) = self.systems[n]._scratch_prototype, self.layout.places[n].work
+        if isinstance(prototype, int):
+            return self.S[a:b]
+        views = []
+        for array, (at, *shape) in zip(prototype, work_fields(a, prototype)):
+            view = self.S[at : at + array.size]
+            if self.S.dtype != object and array.dtype == np.int64:
+                view = view.view(np.int64)
+            views.append(view.reshape(shape))
+        return type(prototype)(*views)
+
+    def _reset_work(self, n: int) -> None:
+        prototype = self.systems[n]._scratch_prototype
+        if not isinstance(prototype, int):
+            for view, initial in zip(self.scratch(n), prototype):
+                view[...] = initial
+
+    # Rows that are Python functions.
+
+    def call_python(self, r: int, row: Row) -> Any:
+        """Calls the Python function of a row; what an event's handler returned."""
+        system, context = self.systems[row.node], self.context(row.node)
+        if row.kind == OUTPUT:
+            row.calc(system, context, self._output_argument(r, row, system))
+            return None
+        if row.kind == DERIVATIVES:
+            row.calc(system, context, context._continuous_view(row.out[0]))
+            return None
+        if row.kind == PUBLISH:
+            return row.event.call(system, context)
+        return row.event.call(system, context, self.event_argument(row, context))
+
+    def event_argument(self, row: Row, context: Any) -> Any:
+        """What an update writes: x+ in the slab, abstract values aside until they are committed."""
+        if row.kind == DISCRETE:
+            return context._discrete_view(self.layout.plus)
+        first, last = self.layout.places[row.node].abstract
+        if last > first and row.node not in self.pending:
+            self.pending[row.node] = [v.Clone() for v in self.abstract[first:last]]
+        return context._state_view(self.layout.plus, self.pending.get(row.node, []))
+
+    def commit_abstract(self) -> None:
+        """What unrestricted updates wrote to abstract states becomes the state."""
+        for n, values in self.pending.items():
+            first, last = self.layout.places[n].abstract
+            self.abstract[first:last] = values
+        self.pending.clear()
+
+    def _output_argument(self, r: int, row: Row, system: Any) -> Any:
+        if not self.layout.places[row.node].outputs[row.output].vector:
+            return self.output_value(r)
+        model = system._outputs[row.output].model
+        view = self.S[slice(*row.out)]
+        return model._on_memory(view) if isinstance(model, BasicVector) else BasicVector._view(view)
+
+    def output_value(self, r: int) -> AbstractValue:
+        """The value that abstract output row `r` fills."""
+        value = self.values.get(r)
+        if value is None:
+            row = self.layout.rows[r]
+            system = self.systems[row.node]
+            value = self.values[r] = system._allocate_output(row.output)
+        return value
+
+    # Contexts and defaults.
+
+    def context(self, n: int) -> Any:
+        """The context of node `n`; the same object while somebody holds it."""
+        context = self.contexts.get(n)
+        if context is None:
+            from sheldrake.systems.framework._context import DiagramContext, LeafContext
+
+            kind = LeafContext if self.layout.nodes[n].leaf else DiagramContext
+            context = self.contexts[n] = kind._make(self, n, self.systems[n])
+        return context
+
+    def set_defaults(self, n: int) -> None:
+        """Default state and parameters of all leaves under node `n`."""
+        node, layout = self.layout.nodes[n], self.layout
+        for m in layout.leaves[node.first_leaf : node.last_leaf]:
+            system, place = self.systems[m], layout.places[m]
+            self.S[slice(*place.xc)] = system._xc_model._v
+            for span, model in zip(layout.groups[slice(*place.groups)], system._xd_models):
+                self.S[slice(*span)] = model._v
+            for span, model in zip(layout.parameter_groups[slice(*place.parameters)], system._pn_models):
+                self.S[slice(*span)] = model._v
+            for k, model in enumerate(system._xa_models):
+                self.abstract[place.abstract[0] + k].SetFrom(model)
+            for k, model in enumerate(system._pa_models):
+                self.parameters[place.abstract_parameters[0] + k].SetFrom(model)
+        self.out_of_date()
+        for m in layout.leaves[node.first_leaf : node.last_leaf]:
+            self.systems[m]._set_default_context(self.context(m))
+        self.out_of_date()
+
+    # Copies.
+
+    def clone(self) -> Store:
+        """An independent copy; stepping both gives the same bits."""
+        new = object.__new__(Store)
+        new.layout, new.systems, new.accuracy = self.layout, self.systems, self.accuracy
+        new.S, new.I, new.L = self.S.copy(), self.I.copy(), self.L.copy()
+        new.abstract = [v.Clone() for v in self.abstract]
+        new.parameters = [v.Clone() for v in self.parameters]
+        new.fixed = {k: (v.Clone() if isinstance(v, AbstractValue) else v) for k, v in self.fixed.items()}
+        new.values = {}
+        new._begin()
+        new.uncached, new._cold = self.uncached, set(self._cold)
+        for r in self.values:
+            new.I[self.layout.stamp0 + r] = 0
+        return new
+
+    def grow_logs(self, least: int = 256) -> None:
+        """Gives every log that is nearly full twice the room."""
+        program, log0 = self.layout.program, self.layout.log0
+        if not len(program.log):
+            return
+        table = self.I[log0 : self.layout.fixed0].reshape(-1, 3)
+        full = table[:, 2] + 8 > table[:, 1]
+        room = np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1])
+        self._lay_out_logs(room)
+
+    def reserve_log(self, s: int, room: int) -> None:
+        """Room for `room` samples in log `s`."""
+        table = self.I[self.layout.log0 : self.layout.fixed0].reshape(-1, 3)
+        wanted = table[:, 1].copy()
+        wanted[s] = max(wanted[s], room)
+        self._lay_out_logs(wanted)
+
+    def _lay_out_logs(self, room: np.ndarray) -> None:
+        table = self.I[self.layout.log0 : self.layout.fixed0].reshape(-1, 3)
+        width = self.layout.program.log[:, 1] + 1
+        starts = np.cumsum(np.r_[0, room * width])
+        old, self.L = self.L, np.empty(starts[-1], self.S.dtype)
+        for row, start, capacity, w in zip(table, starts, room, width):
+            self.L[start : start + row[2] * w] = old[row[0] : row[0] + row[2] * w]
+            row[:2] = start, capacity
+
+    def log_record(self, s: int) -> np.ndarray:
+        """Samples of log `s`: rows of time [s] and values; a view."""
+        first, _, count = self.I[self.layout.log0 + 3 * s : self.layout.log0 + 3 * s + 3].tolist()
+        width = int(self.layout.program.log[s, 1]) + 1
+        return self.L[first : first + count * width].reshape(count, width)
+
+    def append_log(self, s: int) -> None:
+        """Adds a sample of the current time and value to log `s`."""
+        n, (a, b) = self.layout.logs[s]
+        row = self.layout.places[n].inputs[0].row
+        if row >= 0:
+            self.pull(row)
+        self.add_to_log(s, self.S[0], self.S[a:b])
+
+    def add_to_log(self, s: int, t: Any, sample: Any) -> None:
+        """Adds a sample to log `s`."""
+        at = self.layout.log0 + 3 * s
+        if self.i[at + 2] + 1 > self.i[at + 1]:
+            self.grow_logs()
+        o = self.i[at] + self.i[at + 2] * (len(sample) + 1)
+        self.L[o] = t
+        self.L[o + 1 : o + 1 + len(sample)] = sample
+        self.i[at + 2] += 1
+
+    def clear_log(self, s: int) -> None:
+        """Forgets the samples of log `s`."""
+        self.i[self.layout.log0 + 3 * s + 2] = 0
+
+
+def not_connected(system: Any, i: int, exported: Any = None) -> RuntimeError:
+    """The error for an input port without a value."""
+    also = ""
+    if exported is not None:
+        also = f" (it is exported as input port '{exported[0]._inputs[exported[1]].name}' of {exported[0]._describe()})"
+    return RuntimeError(
+        f"InputPort::Eval(): required InputPort[{i}] ({system._inputs[i].name}) of {system._describe()} is not "
+        f"connected{also}"
+    )
+
+
+__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "UNRESTRICTED", "Store", "Ticket", "not_connected", "tree_of"]

@@ -1,0 +1,473 @@
+"""System: what can be asked of any system, leaf or diagram, with a context."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue, Value
+from sheldrake.systems.framework import _evaluate
+from sheldrake.systems.framework._declarations import DISCRETE, InputDeclaration
+from sheldrake.systems.framework._event import PeriodicEventData
+from sheldrake.systems.framework._graphviz import Graphviz
+from sheldrake.systems.framework._index import PortDataType, UseDefaultName
+from sheldrake.systems.framework._layout import Layout
+from sheldrake.systems.framework._port import InputPort, OutputPort
+from sheldrake.systems.framework._scalar_conversion import ScalarConversion
+from sheldrake.systems.framework._store import Store, tree_of
+from sheldrake.systems.framework._system_base import SystemBase
+from sheldrake.systems.framework._values import ContinuousState, DiscreteValues, State, SystemOutput
+from sheldrake.systems.framework._vector import BasicVector
+
+
+class System(ScalarConversion, Graphviz, SystemBase):
+    """Base of all systems."""
+
+    # Contexts.
+
+    def _layout_with(self, overrides: frozenset = frozenset()) -> Layout:
+        version = sum(s._version for s in tree_of(self))
+        layout = self._layouts.get(overrides)
+        if layout is None or layout.version != version:
+            layout = self._layouts[overrides] = Layout(self, overrides)
+        return layout
+
+    def AllocateContext(self) -> Any:
+        """A context whose state is not set yet."""
+        dtype = float if self._scalar is float else object
+        return Store(self._layout_with(), tree_of(self), dtype).context(0)
+
+    def CreateDefaultContext(self) -> Any:
+        """A context with default state and parameters, for this system as root."""
+        context = self.AllocateContext()
+        self.SetDefaultContext(context)
+        return context
+
+    def SetDefaultContext(self, context: Any) -> None:
+        """Sets state and parameters to their defaults."""
+        self.ValidateContext(context)
+        context._store.set_defaults(context._node)
+
+    def SetRandomContext(self, context: Any, generator: Any) -> None:
+        """Sets state and parameters to random values, as far as systems know how; else to their defaults."""
+        self.SetDefaultContext(context)
+        for m in _evaluate.leaves_under(context._store, context._node):
+            context._store.systems[m]._set_random_context(context._store.context(m), generator)
+
+    def GetSubsystemContext(self, subsystem: System, context: Any) -> Any:
+        """The part of `context`, which is this system's, that belongs to a subsystem.
+
+        Raises:
+            RuntimeError: `subsystem` is not in this system.
+        """
+        self.ValidateContext(context)
+        store = context._store
+        n = store.layout.node_of.get(subsystem._system_id)
+        m = n
+        while m is not None and m != context._node and m >= 0:
+            m = store.layout.nodes[m].parent
+        if n is None or m != context._node:
+            raise RuntimeError(
+                f"System.GetSubsystemContext(): {subsystem._describe()} is not contained in {self._describe()}."
+            )
+        return store.context(n)
+
+    GetMutableSubsystemContext = GetSubsystemContext
+
+    def GetMyContextFromRoot(self, root_context: Any) -> Any:
+        """This system's part of the context of the diagram it is in.
+
+        Raises:
+            RuntimeError: `root_context` is no root context, or of another diagram.
+        """
+        if not hasattr(root_context, "_store"):
+            raise TypeError(
+                f"GetMyContextFromRoot(): incompatible function arguments: expected a Context, got {root_context!r}"
+            )
+        store = root_context._store
+        if root_context._node != 0:
+            raise RuntimeError(
+                f"System.GetMyContextFromRoot(): the given Context, of {root_context._system._describe()}, must be a "
+                "root context."
+            )
+        n = store.layout.node_of.get(self._system_id)
+        if n is None:
+            raise RuntimeError(
+                f"System.GetMyContextFromRoot(): {self._describe()} is not contained in the Diagram that the given "
+                f"Context was made for, {root_context._system._describe()}."
+            )
+        return store.context(n)
+
+    GetMyMutableContextFromRoot = GetMyContextFromRoot
+
+    # Ports.
+
+    def DeclareInputPort(
+        self, name: str | UseDefaultName, type: PortDataType, size: int, random_type: Any = None
+    ) -> InputPort:
+        """Declares an input port; an abstract one takes any object."""
+        model: Any = BasicVector(np.zeros(size)) if type is PortDataType.kVectorValued else Value[object](None)
+        return self._declare_input(name, type, size, model, random_type)
+
+    def _declare_input(self, name: Any, data_type: Any, size: int, model: Any, random_type: Any = None) -> InputPort:
+        i = len(self._inputs)
+        name = f"u{i}" if isinstance(name, UseDefaultName) else name
+        self._check_name(name, self._inputs, "input")
+        self._inputs.append(InputDeclaration(name, data_type, int(size), model, random_type, self._new_ticket("in", i)))
+        self._changed()
+        return self._input_port(i)
+
+    def _check_name(self, name: Any, ports: list, kind: str) -> None:
+        if not isinstance(name, str):
+            raise TypeError(f"incompatible function arguments: the name of a port must be a str, not {name!r}")
+        if not name:
+            raise RuntimeError(f"System.Declare{kind.title()}Port(): the name of a port must not be empty.")
+        if any(port.name == name for port in ports):
+            raise RuntimeError(f"{self._describe()} already has an {kind} port named {name}")
+
+    def get_input_port(self, port_index: Any = None, warn_deprecated: bool = True) -> InputPort:
+        """Input port `port_index`, or the only one."""
+        return self._input_port(self._port_number(port_index, len(self._inputs), "input"))
+
+    def get_output_port(self, port_index: Any = None, warn_deprecated: bool = True) -> OutputPort:
+        """Output port `port_index`, or the only one."""
+        return self._output_port(self._port_number(port_index, len(self._outputs), "output"))
+
+    def _port_number(self, index: Any, count: int, kind: str) -> int:
+        if type(index) is int and 0 <= index < count:
+            return index
+        if index is None:
+            if count != 1:
+                raise RuntimeError(
+                    f"System::get_{kind}_port(): {self.GetSystemType()} system '{self.GetSystemPathname()}' has "
+                    f"{count} {kind}s, so this convenience function cannot be used; instead, use another overload "
+                    f"e.g. get_{kind}_port({kind.title()}PortIndex) or Get{kind.title()}Port(string)"
+                )
+            return 0
+        if not hasattr(index, "__index__"):
+            raise TypeError(f"get_{kind}_port(): incompatible function arguments: expected an index, got {index!r}")
+        i = index.__index__()
+        if not 0 <= i < count:
+            raise IndexError(
+                f"System::get_{kind}_port(): there is no {kind} port with index {i} because there are only {count} "
+                f"{kind} ports in system {self.GetSystemPathname()}."
+            )
+        return i
+
+    def _named(self, ports: list, name: str, kind: str) -> int:
+        for i, port in enumerate(ports):
+            if port.name == name:
+                return i
+        valid = ", ".join(port.name for port in ports) or f"it has no {kind} ports"
+        raise RuntimeError(
+            f"System {self.GetSystemName()} does not have an {kind} port named {name} (valid port names: {valid})"
+        )
+
+    def GetInputPort(self, port_name: str) -> InputPort:
+        """The input port of this name."""
+        return self._input_port(self._named(self._inputs, port_name, "input"))
+
+    def GetOutputPort(self, port_name: str) -> OutputPort:
+        """The output port of this name."""
+        return self._output_port(self._named(self._outputs, port_name, "output"))
+
+    def HasInputPort(self, port_name: str) -> bool:
+        """Whether there is an input port of this name."""
+        return any(port.name == port_name for port in self._inputs)
+
+    def HasOutputPort(self, port_name: str) -> bool:
+        """Whether there is an output port of this name."""
+        return any(port.name == port_name for port in self._outputs)
+
+    def EvalVectorInput(self, context: Any, port_index: int) -> BasicVector | None:
+        """Value of a vector input port; None without one."""
+        port = self.get_input_port(port_index)
+        return port.EvalBasicVector(context) if port.HasValue(context) else None
+
+    def EvalAbstractInput(self, context: Any, port_index: int) -> AbstractValue | None:
+        """Value of an input port as an AbstractValue; None without one."""
+        port = self.get_input_port(port_index)
+        return port.EvalAbstract(context) if port.HasValue(context) else None
+
+    def AllocateInputVector(self, input_port: InputPort) -> BasicVector:
+        """A vector that fits an input port."""
+        return input_port.Allocate().get_value()
+
+    def AllocateInputAbstract(self, input_port: InputPort) -> AbstractValue:
+        """A value that fits an input port."""
+        return input_port.Allocate()
+
+    def FixInputPortsFrom(self, other_system: System, other_context: Any, target_context: Any) -> None:
+        """Fixes all input ports to the values that a system built alike has on its own."""
+        for i in range(self.num_input_ports()):
+            source = other_system.get_input_port(i)
+            if source.HasValue(other_context):
+                value = source.EvalAbstract(other_context)
+                target = self.get_input_port(i)
+                if source.get_data_type() is PortDataType.kVectorValued:
+                    target.FixValue(target_context, list(value.get_value()))
+                else:
+                    target.FixValue(target_context, value)
+
+    # Outputs, derivatives, updates.
+
+    def AllocateOutput(self) -> SystemOutput:
+        """Values for all output ports, to be filled by `CalcOutput`."""
+        return SystemOutput._of([self._allocate_output(j) for j in range(self.num_output_ports())])
+
+    def CalcOutput(self, context: Any, outputs: SystemOutput) -> None:
+        """Computes all output ports into `outputs`."""
+        self.ValidateContext(context)
+        for j in range(self.num_output_ports()):
+            outputs.get_data(j).SetFrom(self.get_output_port(j).EvalAbstract(context))
+
+    def AllocateTimeDerivatives(self) -> ContinuousState:
+        """A continuous state to compute derivatives into."""
+        return self._structure()[0].Clone()
+
+    def AllocateDiscreteVariables(self) -> DiscreteValues:
+        """Discrete values to compute an update into."""
+        return self._structure()[1].Clone()
+
+    def _structure(self) -> tuple[ContinuousState, DiscreteValues]:
+        context = self.AllocateContext()
+        return context._continuous_view(), context._discrete_view()
+
+    def AllocateImplicitTimeDerivativesResidual(self) -> np.ndarray:
+        """An array for the residuals of the implicit form, shape (n,)."""
+        return np.zeros(self.implicit_time_derivatives_residual_size())
+
+    def EvalTimeDerivatives(self, context: Any) -> ContinuousState:
+        """Time derivatives of the continuous state."""
+        self.ValidateContext(context)
+        store = context._store
+        _evaluate.derivatives(store, context._node)
+        layout = store.layout
+        return context._continuous_view(context._place.xc[0] + layout.xdot[0] - layout.xc[0]).Clone()
+
+    def CalcTimeDerivatives(self, context: Any, derivatives: ContinuousState) -> None:
+        """Time derivatives of the continuous state, into `derivatives`."""
+        derivatives.SetFrom(self.EvalTimeDerivatives(context))
+
+    def CalcImplicitTimeDerivativesResidual(
+        self, context: Any, proposed_derivatives: ContinuousState, residual: np.ndarray | None = None
+    ) -> Any:
+        """Proposed derivatives minus those computed, shape (n,); also into `residual` if given."""
+        value = proposed_derivatives.CopyToVector() - self.EvalTimeDerivatives(context).CopyToVector()
+        if residual is None:
+            return value
+        residual[:] = value
+        return None
+
+    def CalcForcedDiscreteVariableUpdate(self, context: Any, discrete_state: DiscreteValues) -> None:
+        """What the forced discrete updates would make of the discrete state, into `discrete_state`."""
+        self.ValidateContext(context)
+        discrete_state.SetFrom(_evaluate.discrete_update(context._store, context._node, _evaluate.forced)[0])
+
+    def CalcForcedUnrestrictedUpdate(self, context: Any, state: State) -> None:
+        """What the forced unrestricted updates would make of the state, into `state`."""
+        self.ValidateContext(context)
+        state.SetFrom(_evaluate.unrestricted_update(context._store, context._node, _evaluate.forced)[0])
+
+    def ForcedPublish(self, context: Any) -> None:
+        """Runs all forced publishes."""
+        self.ValidateContext(context)
+        _evaluate.publish(context._store, context._node, _evaluate.forced)
+
+    def ExecuteInitializationEvents(self, context: Any) -> None:
+        """Runs all initialization events and changes the state as they say."""
+        self._execute(context, _evaluate.initialization, True)
+
+    def ExecuteForcedEvents(self, context: Any, publish: bool = True) -> None:
+        """Runs all forced events and changes the state as they say."""
+        self._execute(context, _evaluate.forced, publish)
+
+    def _execute(self, context: Any, select: Any, publish: bool) -> None:
+        self.ValidateContext(context)
+        store, n = context._store, context._node
+        _evaluate.apply_unrestricted(store, n, select)
+        _evaluate.apply_discrete(store, n, select)
+        if publish:
+            _evaluate.publish(store, n, select)
+
+    # Periodic updates.
+
+    def _periodic_discrete(self) -> set[tuple[float, float]]:
+        return {
+            (event.period, event.offset)
+            for s in tree_of(self)
+            if s._subsystems() is None
+            for event in s._all_events()
+            if event.kind == DISCRETE and event.trigger == "periodic"
+        }
+
+    def GetUniquePeriodicDiscreteUpdateAttribute(self) -> PeriodicEventData | None:
+        """Period and offset of the periodic discrete updates, if all share them."""
+        times = self._periodic_discrete()
+        return PeriodicEventData._make(*times.pop()) if len(times) == 1 else None
+
+    def EvalUniquePeriodicDiscreteUpdate(self, context: Any) -> DiscreteValues:
+        """What the periodic discrete updates would make of the discrete state.
+
+        Raises:
+            RuntimeError: there are none, or not all at the same times.
+        """
+        self.ValidateContext(context)
+        times = self._periodic_discrete()
+        if len(times) != 1:
+            raise RuntimeError(
+                "EvalUniquePeriodicDiscreteUpdate(): there are "
+                + (
+                    "no periodic discrete update events in this System."
+                    if not times
+                    else "multiple timing attributes for the periodic discrete update events in this System: "
+                    f"(period, offset) {sorted(times)}."
+                )
+            )
+        found = _evaluate.discrete_update(context._store, context._node, lambda e: e.trigger == "periodic")[0]
+        return found.Clone()
+
+    def IsDifferenceEquationSystem(self) -> tuple[bool, float]:
+        """Whether all there is is one group of discrete state, updated with one period; and that period [s]."""
+        times = self._periodic_discrete()
+        others = any(
+            event.kind == 0 or (event.kind == DISCRETE and event.trigger in ("per_step",))
+            for s in tree_of(self)
+            if s._subsystems() is None
+            for event in s._all_events()
+        )
+        if (
+            self.num_continuous_states()
+            or self.num_abstract_states()
+            or self.num_discrete_state_groups() != 1
+            or len(times) != 1
+            or others
+        ):
+            return False, 0.0
+        period, offset = times.pop()
+        return (True, period) if offset == 0.0 else (False, 0.0)
+
+    def IsDifferentialEquationSystem(self) -> bool:
+        """Whether all there is is continuous state and vector input."""
+        if self.num_discrete_state_groups() or self.num_abstract_states() or not self.num_continuous_states():
+            return False
+        return all(port.data_type is PortDataType.kVectorValued for port in self._inputs)
+
+    # Feedthrough.
+
+    def HasAnyDirectFeedthrough(self) -> bool:
+        """Whether any output depends on any input directly."""
+        return bool(self._feedthrough())
+
+    def HasDirectFeedthrough(self, *args: Any, output_port: Any = None, input_port: Any = None) -> bool:
+        """Whether an output depends directly on any input: `(output_port)`, or on one: `(input_port, output_port)`."""
+        if len(args) == 1 and output_port is None:
+            output_port = args[0]
+        elif len(args) == 1:
+            input_port = args[0]
+        elif len(args) == 2:
+            input_port, output_port = args
+        j = output_port.__index__()
+        if input_port is None:
+            return any(b == j for _, b in self._feedthrough())
+        return (input_port.__index__(), j) in self._feedthrough()
+
+    def GetDirectFeedthroughs(self) -> list[tuple[int, int]]:
+        """All pairs (input, output) with direct feedthrough."""
+        return sorted(self._feedthrough())
+
+    def _feedthrough(self) -> set[tuple[int, int]]:
+        layout = self._layout_with()
+        found = set()
+        for j in range(len(self._outputs)):
+            n, k = layout.output_source(0, j) if layout.nodes[0].leaf else layout._outputs[0, j]
+            seen, todo = set(), [(n, k)]
+            while todo:
+                port = todo.pop()
+                if port in seen or port not in layout.needs:
+                    continue
+                seen.add(port)
+                for need in layout.needs[port]:
+                    if isinstance(need, tuple):
+                        kind, m, i = layout.sources[port[0], need[1]]
+                        if kind == "out":
+                            todo.append((m, i))
+                        elif m == 0:
+                            found.add((i, j))
+        return found
+
+    # Energy.
+
+    def _energy(self, context: Any, name: str) -> float:
+        self.ValidateContext(context)
+        store = context._store
+        total = 0.0
+        for m in _evaluate.leaves_under(store, context._node):
+            hook = getattr(store.systems[m], name, None)
+            if hook is not None:
+                total = total + hook(store.context(m))
+        return total
+
+    def EvalPotentialEnergy(self, context: Any) -> float:
+        """Potential energy [J]."""
+        return self._energy(context, "DoCalcPotentialEnergy")
+
+    def EvalKineticEnergy(self, context: Any) -> float:
+        """Kinetic energy [J]."""
+        return self._energy(context, "DoCalcKineticEnergy")
+
+    CalcPotentialEnergy, CalcKineticEnergy = EvalPotentialEnergy, EvalKineticEnergy
+
+    def CalcConservativePower(self, context: Any) -> float:
+        """Power of conservative forces [W]."""
+        return self._energy(context, "DoCalcConservativePower")
+
+    def CalcNonConservativePower(self, context: Any) -> float:
+        """Power of non-conservative forces [W]."""
+        return self._energy(context, "DoCalcNonConservativePower")
+
+    # The rest.
+
+    def GetWitnessFunctions(self, context: Any) -> list:
+        """Witness functions that are active now."""
+        self.ValidateContext(context)
+        store, found = context._store, []
+        for m in _evaluate.leaves_under(store, context._node):
+            if store.systems[m]._has_witnesses():
+                found += store.systems[m].DoGetWitnessFunctions(store.context(m)) or []
+        return found
+
+    def Accept(self, v: Any) -> None:
+        """Shows itself to a visitor."""
+        v.VisitSystem(self)
+
+    def num_constraints(self) -> int:
+        """How many constraints are declared."""
+        return 0
+
+    def Clone(self) -> Any:
+        """A copy of the system, through its scalar converter.
+
+        Raises:
+            RuntimeError: it cannot be converted.
+        """
+        return self._clone()
+
+    def __copy__(self) -> Any:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> Any:
+        return self.Clone()
+
+
+class SystemVisitor:
+    """Override `VisitSystem` and `VisitDiagram`; `System.Accept` calls one of them."""
+
+    def VisitSystem(self, system: System) -> None:
+        """Called for a leaf system."""
+        raise NotImplementedError("SystemVisitor.VisitSystem() must be overridden.")
+
+    def VisitDiagram(self, diagram: Any) -> None:
+        """Called for a diagram."""
+        raise NotImplementedError("SystemVisitor.VisitDiagram() must be overridden.")

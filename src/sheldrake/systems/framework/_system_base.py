@@ -1,0 +1,267 @@
+"""What every system has: a name, ports, tickets and cache entries."""
+
+from __future__ import annotations
+
+import itertools
+import weakref
+from typing import Any
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.systems.framework._cache import CacheEntry, ValueProducer
+from sheldrake.systems.framework._declarations import CacheDeclaration, Callback, InputDeclaration, OutputDeclaration
+from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
+from sheldrake.systems.framework._port import InputPort, LeafOutputPort, OutputPort
+
+_ids = itertools.count(1)
+
+
+def _static(ticket: int, what: str) -> Any:
+    def name() -> DependencyTicket:
+        return DependencyTicket(ticket)
+
+    name.__doc__ = f"Dependency on {what}."
+    return staticmethod(name)
+
+
+class SystemBase:
+    """Name, ports, dependency tickets and cache entries of a system."""
+
+    _inputs: list[InputDeclaration]
+    _outputs: list[OutputDeclaration]
+
+    def __init__(self) -> None:
+        self._system_id = next(_ids)
+        self._name = ""
+        self._parent_ref: Any = None
+        self._inputs, self._outputs = [], []
+        self._cache_entries: list[CacheDeclaration] = []
+        self._tickets: dict[int, tuple] = {}
+        self._state_tickets: dict[tuple, int] = {}
+        self._next_ticket = Ticket.FIRST_INDEXED
+        self._ports: weakref.WeakValueDictionary[tuple, Any] = weakref.WeakValueDictionary()
+        self._version = 0
+        self._layouts: dict = {}
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("_system_id", "_inputs", "_outputs", "_name"):
+            raise TypeError(
+                f"{type(self).__name__}.__init__() must be called when overriding __init__: call "
+                "super().__init__() before anything else."
+            )
+        raise AttributeError(f"'{pretty_class_name(type(self))}' object has no attribute '{name}'")
+
+    def _subsystems(self) -> list[Any] | None:
+        return None
+
+    def _changed(self) -> None:
+        """The structure changed: contexts made before do not fit any more."""
+        self._version += 1
+
+    # Names.
+
+    def set_name(self, name: str) -> None:
+        """Sets the name; unique among siblings by the time the diagram is built."""
+        self._name = name
+
+    def get_name(self) -> str:
+        """Name among siblings; "" until given."""
+        return self._name
+
+    def GetSystemName(self) -> str:
+        """The name, or "_" if it has none."""
+        return self._name or "_"
+
+    def GetSystemType(self) -> str:
+        """Full name of its class."""
+        return pretty_class_name(type(self))
+
+    def _parent(self) -> Any:
+        return None if self._parent_ref is None else self._parent_ref()
+
+    def GetSystemPathname(self) -> str:
+        """Names of the diagrams it is in and its own, separated by "::"."""
+        parent = self._parent()
+        return f"{parent.GetSystemPathname() if parent is not None else ''}::{self.GetSystemName()}"
+
+    def _describe(self) -> str:
+        return f"System {self.GetSystemPathname()} ({self.GetSystemType()})"
+
+    # Ports.
+
+    def num_input_ports(self) -> int:
+        """How many input ports there are."""
+        return len(self._inputs)
+
+    def num_output_ports(self) -> int:
+        """How many output ports there are."""
+        return len(self._outputs)
+
+    def _input_port(self, i: int) -> InputPort:
+        port = self._ports.get(("in", i))
+        if port is None:
+            port = self._ports["in", i] = InputPort._make(self, i)
+        return port
+
+    def _output_port(self, j: int) -> OutputPort:
+        port = self._ports.get(("out", j))
+        if port is None:
+            kind = LeafOutputPort if self._subsystems() is None else OutputPort
+            port = self._ports["out", j] = kind._make(self, j)
+        return port
+
+    def _allocate_output(self, j: int) -> Any:
+        raise NotImplementedError
+
+    # Tickets.
+
+    nothing_ticket = _static(Ticket.NOTHING, "nothing")
+    time_ticket = _static(Ticket.TIME, "time")
+    accuracy_ticket = _static(Ticket.ACCURACY, "the accuracy")
+    q_ticket = _static(Ticket.Q, "continuous q")
+    v_ticket = _static(Ticket.V, "continuous v")
+    z_ticket = _static(Ticket.Z, "continuous z")
+    xc_ticket = _static(Ticket.XC, "all continuous state")
+    xd_ticket = _static(Ticket.XD, "all discrete state")
+    xa_ticket = _static(Ticket.XA, "all abstract state")
+    all_state_ticket = _static(Ticket.ALL_STATE, "all state")
+    pn_ticket = _static(Ticket.PN, "all numeric parameters")
+    pa_ticket = _static(Ticket.PA, "all abstract parameters")
+    all_parameters_ticket = _static(Ticket.ALL_PARAMETERS, "all parameters")
+    all_sources_except_input_ports_ticket = _static(Ticket.ALL_SOURCES_EXCEPT_INPUTS, "everything but input")
+    all_input_ports_ticket = _static(Ticket.ALL_INPUTS, "all input")
+    all_sources_ticket = _static(Ticket.ALL_SOURCES, "everything")
+    configuration_ticket = _static(Ticket.CONFIGURATION, "what positions depend on")
+    kinematics_ticket = _static(Ticket.KINEMATICS, "what positions and velocities depend on")
+    xcdot_ticket = _static(Ticket.XCDOT, "time derivatives")
+    pe_ticket = _static(Ticket.PE, "potential energy")
+    ke_ticket = _static(Ticket.KE, "kinetic energy")
+    pc_ticket = _static(Ticket.PC, "conservative power")
+    pnc_ticket = _static(Ticket.PNC, "non-conservative power")
+
+    def _new_ticket(self, *what: Any) -> int:
+        ticket = self._next_ticket
+        self._next_ticket += 1
+        self._tickets[ticket] = what
+        return ticket
+
+    def _indexed_ticket(self, kind: int, index: Any, count: int, call: str) -> DependencyTicket:
+        i = index.__index__()
+        if not 0 <= i < count:
+            raise IndexError(f"{call}(): there is no number {i}; there are {count}.")
+        key = kind, i
+        if key not in self._state_tickets:
+            self._state_tickets[key] = self._new_ticket(kind, i)
+        return DependencyTicket(self._state_tickets[key])
+
+    def discrete_state_ticket(self, index: Any) -> DependencyTicket:
+        """Dependency on a group of discrete state."""
+        return self._indexed_ticket(Ticket.XD, index, self.num_discrete_state_groups(), "discrete_state_ticket")
+
+    def abstract_state_ticket(self, index: Any) -> DependencyTicket:
+        """Dependency on an abstract state."""
+        return self._indexed_ticket(Ticket.XA, index, self.num_abstract_states(), "abstract_state_ticket")
+
+    def numeric_parameter_ticket(self, index: Any) -> DependencyTicket:
+        """Dependency on a group of numeric parameters."""
+        count = self.num_numeric_parameter_groups()
+        return self._indexed_ticket(Ticket.PN, index, count, "numeric_parameter_ticket")
+
+    def abstract_parameter_ticket(self, index: Any) -> DependencyTicket:
+        """Dependency on an abstract parameter."""
+        return self._indexed_ticket(Ticket.PA, index, self.num_abstract_parameters(), "abstract_parameter_ticket")
+
+    def input_port_ticket(self, index: Any) -> DependencyTicket:
+        """Dependency on an input port."""
+        return self.get_input_port(index).ticket()
+
+    def cache_entry_ticket(self, index: Any) -> DependencyTicket:
+        """Dependency on a cache entry."""
+        return self.get_cache_entry(index).ticket()
+
+    # Cache entries.
+
+    def DeclareCacheEntry(
+        self, description: str, value_producer: ValueProducer, prerequisites_of_calc: Any = None
+    ) -> CacheEntry:
+        """Declares a value to be computed on demand and kept until one of its prerequisites changes."""
+        if not isinstance(value_producer, ValueProducer):
+            raise TypeError(
+                f"DeclareCacheEntry(): incompatible function arguments: {value_producer!r} is no ValueProducer."
+            )
+        tickets = frozenset(
+            {Ticket.ALL_SOURCES} if prerequisites_of_calc is None else {int(t) for t in prerequisites_of_calc}
+        )
+        if not tickets:
+            raise RuntimeError(
+                f"DeclareCacheEntry('{description}'): prerequisites may not be empty; for a value that depends on "
+                "nothing, give {System.nothing_ticket()}."
+            )
+        index = len(self._cache_entries)
+        declaration = CacheDeclaration(
+            description,
+            Callback.of(self, value_producer._allocate, "ValueProducer"),
+            Callback.of(self, value_producer._calc, "ValueProducer"),
+            tickets,
+            self._new_ticket("cache", index),
+        )
+        self._cache_entries.append(declaration)
+        return CacheEntry._make(self, index)
+
+    def get_cache_entry(self, index: CacheIndex | int) -> CacheEntry:
+        """Cache entry `index`."""
+        i = index.__index__()
+        if not 0 <= i < len(self._cache_entries):
+            raise IndexError(f"get_cache_entry(): there is no entry {i}; there are {len(self._cache_entries)}.")
+        return CacheEntry._make(self, i)
+
+    # Counts.
+
+    def _sum(self, count: Any) -> int:
+        children = self._subsystems()
+        return count(self) if children is None else sum(child._sum(count) for child in children)
+
+    def num_continuous_states(self) -> int:
+        """Number of continuous variables."""
+        return self._sum(lambda s: sum(s._xc_counts))
+
+    def num_discrete_state_groups(self) -> int:
+        """Number of groups of discrete state."""
+        return self._sum(lambda s: len(s._xd_models))
+
+    def num_abstract_states(self) -> int:
+        """Number of abstract states."""
+        return self._sum(lambda s: len(s._xa_models))
+
+    def num_numeric_parameter_groups(self) -> int:
+        """Number of groups of numeric parameters."""
+        return self._sum(lambda s: len(s._pn_models))
+
+    def num_abstract_parameters(self) -> int:
+        """Number of abstract parameters."""
+        return self._sum(lambda s: len(s._pa_models))
+
+    def implicit_time_derivatives_residual_size(self) -> int:
+        """Number of residuals of the implicit form of the derivatives."""
+        return self.num_continuous_states()
+
+    def ValidateContext(self, context: Any) -> None:
+        """Checks that a context was made for this system.
+
+        Raises:
+            RuntimeError: it was made for another.
+        """
+        system = getattr(context, "_system", None)
+        if system is self:
+            return
+        if system is None or not hasattr(context, "_store"):
+            raise TypeError(f"ValidateContext(): incompatible function arguments: expected a Context, got {context!r}")
+        raise RuntimeError(
+            f"A function call on a {self.GetSystemType()} system named '{self.GetSystemPathname()}' was passed the "
+            + (
+                "root Diagram's Context instead of the appropriate subsystem Context."
+                if context._node == 0 and context._store.layout.node_of.get(self._system_id) is not None
+                else f"Context of a system named '{system.GetSystemPathname()}' instead of the appropriate subsystem "
+                "Context."
+            )
+            + " Use GetMyContextFromRoot()."
+        )

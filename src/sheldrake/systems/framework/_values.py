@@ -1,0 +1,515 @@
+"""Groups of values: discrete and continuous state, abstract values, parameters, and a bus of named values."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue, _register_value_type
+from sheldrake.systems.framework._vector import BasicVector, Subvector, Supervector, VectorBase, as_vector
+
+Touch = Callable[[], None]
+
+
+def _index(what: str, index: Any, count: int) -> int:
+    i = index.__index__()
+    if not 0 <= i < count:
+        raise IndexError(f"{what}: there is no group {i}; there are {count}.")
+    return i
+
+
+class AbstractValues:
+    """A list of abstract values.
+
+    Args:
+        data: The values; shared, not copied.
+    """
+
+    def __init__(self, data: list[AbstractValue] | None = None):
+        self._data = list(data or [])
+        self._on_write: Touch | None = None
+
+    @classmethod
+    def _view(cls, data: list[AbstractValue], on_write: Touch | None) -> AbstractValues:
+        values = cls(data)
+        values._on_write = on_write
+        return values
+
+    def size(self) -> int:
+        """How many values there are."""
+        return len(self._data)
+
+    def get_value(self, index: int) -> AbstractValue:
+        """Value `index`."""
+        return self._data[_index("AbstractValues.get_value()", index, len(self._data))]
+
+    def get_mutable_value(self, index: int) -> AbstractValue:
+        """Value `index`, to be changed."""
+        if self._on_write is not None:
+            self._on_write()
+        return self._data[_index("AbstractValues.get_mutable_value()", index, len(self._data))]
+
+    def SetFrom(self, other: AbstractValues, /) -> None:
+        """Copies all values of `other`, which must hold as many of the same types."""
+        if other.size() != self.size():
+            raise RuntimeError(f"AbstractValues.SetFrom(): sizes differ: {self.size()} and {other.size()}.")
+        for mine, its in zip(self._data, other._data):
+            mine.SetFrom(its)
+        if self._on_write is not None:
+            self._on_write()
+
+    def Clone(self) -> AbstractValues:
+        """Independent copies of all values."""
+        return AbstractValues([value.Clone() for value in self._data])
+
+    def __copy__(self) -> AbstractValues:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> AbstractValues:
+        return self.Clone()
+
+
+class DiscreteValues:
+    """Groups of numbers, each a BasicVector.
+
+    Args:
+        data: The groups, or the only one.
+    """
+
+    def __init__(self, data: Any = None, *, datum: BasicVector | None = None):
+        data = datum if data is None else data
+        groups = [] if data is None else [data] if isinstance(data, VectorBase) else list(data)
+        for group in groups:
+            if not isinstance(group, BasicVector):
+                raise TypeError(f"DiscreteValues(): incompatible constructor arguments: {group!r} is no BasicVector.")
+        self._groups: list[BasicVector] = groups
+
+    def size(self) -> int:
+        """Number of elements of the only group."""
+        return self._only("size").size()
+
+    def _only(self, call: str) -> BasicVector:
+        if len(self._groups) != 1:
+            raise RuntimeError(
+                f"Cannot use DiscreteValues convenience method {call}(): there are {len(self._groups)} groups, not one."
+            )
+        return self._groups[0]
+
+    def num_groups(self) -> int:
+        """How many groups there are."""
+        return len(self._groups)
+
+    def get_data(self) -> list[BasicVector]:
+        """All groups."""
+        return list(self._groups)
+
+    def get_vector(self, index: int = 0) -> BasicVector:
+        """Group `index`."""
+        return self._groups[_index("DiscreteValues.get_vector()", index, len(self._groups))]
+
+    def get_mutable_vector(self, index: int = 0) -> BasicVector:
+        """Group `index`, to be changed."""
+        group = self._groups[_index("DiscreteValues.get_mutable_vector()", index, len(self._groups))]
+        group._wrote()
+        return group
+
+    def value(self, index: int = 0) -> np.ndarray:
+        """Elements of group `index`, as a read-only view."""
+        return self.get_vector(index).value()
+
+    get_value = value
+
+    def get_mutable_value(self, index: int = 0) -> np.ndarray:
+        """Elements of group `index`, as a view to write through."""
+        return self.get_vector(index).get_mutable_value()
+
+    def set_value(self, *args: Any, index: int | None = None, value: Any = None) -> None:
+        """Sets a group: `set_value(value)` the only one, `set_value(index, value)` any."""
+        args = (*args, value) if value is not None else args
+        if index is not None:
+            args = (index, *args)
+        if len(args) == 1:
+            self._only("set_value").SetFromVector(args[0])
+        elif len(args) == 2:
+            self.get_vector(args[0]).SetFromVector(args[1])
+        else:
+            raise TypeError("set_value(): incompatible function arguments: give (value) or (index, value).")
+
+    def SetFrom(self, other: DiscreteValues, /) -> None:
+        """Copies all groups of `other`, which must have as many of the same sizes."""
+        if other.num_groups() != self.num_groups():
+            raise RuntimeError(
+                f"DiscreteValues.SetFrom(): {self.num_groups()} groups cannot be set from {other.num_groups()}."
+            )
+        for mine, its in zip(self._groups, other._groups):
+            mine.SetFromVector(its._v)
+
+    def Clone(self) -> DiscreteValues:
+        """A copy with its own memory."""
+        return DiscreteValues([group.Clone() for group in self._groups])
+
+    def __copy__(self) -> DiscreteValues:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> DiscreteValues:
+        return self.Clone()
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._only("operator[]")[index]
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        self._only("operator[]")[index] = value
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._only("iter"))
+
+
+class ContinuousState:
+    """Generalized positions q, velocities v and other variables z, as one vector and as three.
+
+    Args:
+        state: All of them, q first. Without counts, everything is z.
+        num_q: Number of q.
+        num_v: Number of v, at most `num_q`.
+        num_z: Number of z.
+    """
+
+    def __init__(self, state: VectorBase | None = None, num_q: int = 0, num_v: int = 0, num_z: int | None = None):
+        vector = BasicVector([]) if state is None else state
+        if not isinstance(vector, VectorBase):
+            raise TypeError(f"ContinuousState(): incompatible constructor arguments: {state!r} is no VectorBase.")
+        n = vector.size()
+        num_z = n - num_q - num_v if num_z is None else num_z
+        if num_q + num_v + num_z != n or min(num_q, num_v, num_z) < 0 or num_v > num_q:
+            raise RuntimeError(
+                f"ContinuousState(): num_q={num_q}, num_v={num_v}, num_z={num_z} do not fit a vector of size {n} "
+                "(num_v may not exceed num_q)."
+            )
+        self._vector = vector
+        self._parts = [[(0, num_q)], [(num_q, num_q + num_v)], [(num_q + num_v, n)]]
+
+    @classmethod
+    def _view(cls, vector: VectorBase, parts: list[list[tuple[int, int]]]) -> ContinuousState:
+        state = object.__new__(cls)
+        state._vector, state._parts = vector, parts
+        return state
+
+    def _part(self, k: int) -> VectorBase:
+        vector = self._vector
+        views = [Subvector._view(vector._v[a:b], vector._on_write) for a, b in self._parts[k]]
+        return views[0] if len(views) == 1 else Supervector(views)
+
+    def _count(self, k: int) -> int:
+        return sum(b - a for a, b in self._parts[k])
+
+    def num_q(self) -> int:
+        """Number of generalized positions."""
+        return self._count(0)
+
+    def num_v(self) -> int:
+        """Number of generalized velocities."""
+        return self._count(1)
+
+    def num_z(self) -> int:
+        """Number of other variables."""
+        return self._count(2)
+
+    def size(self) -> int:
+        """Number of all variables."""
+        return self._vector.size()
+
+    def get_vector(self) -> VectorBase:
+        """All variables."""
+        return self._vector
+
+    def get_generalized_position(self) -> VectorBase:
+        """The variables q."""
+        return self._part(0)
+
+    def get_generalized_velocity(self) -> VectorBase:
+        """The variables v."""
+        return self._part(1)
+
+    def get_misc_continuous_state(self) -> VectorBase:
+        """The variables z."""
+        return self._part(2)
+
+    def _mutable(self, vector: VectorBase) -> VectorBase:
+        self._vector._wrote()
+        return vector
+
+    def get_mutable_vector(self) -> VectorBase:
+        """All variables, to be changed."""
+        return self._mutable(self._vector)
+
+    def get_mutable_generalized_position(self) -> VectorBase:
+        """The variables q, to be changed."""
+        return self._mutable(self._part(0))
+
+    def get_mutable_generalized_velocity(self) -> VectorBase:
+        """The variables v, to be changed."""
+        return self._mutable(self._part(1))
+
+    def get_mutable_misc_continuous_state(self) -> VectorBase:
+        """The variables z, to be changed."""
+        return self._mutable(self._part(2))
+
+    def CopyToVector(self) -> np.ndarray:
+        """All variables, as the caller's own array."""
+        return self._vector.CopyToVector()
+
+    def SetFromVector(self, value: Any) -> None:
+        """Sets all variables."""
+        self._vector.SetFromVector(value)
+
+    def SetFrom(self, other: ContinuousState, /) -> None:
+        """Copies all variables of `other`, which must have the same size."""
+        self._vector.SetFromVector(other._vector._v)
+
+    def Clone(self) -> ContinuousState:
+        """A copy with its own memory."""
+        return ContinuousState._view(BasicVector(self._vector.CopyToVector()), self._parts)
+
+    def __copy__(self) -> ContinuousState:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> ContinuousState:
+        return self.Clone()
+
+    def __getitem__(self, index: Any) -> Any:
+        return self._vector[index]
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        self._vector[index] = value
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._vector)
+
+
+class State:
+    """Everything that changes in time: continuous, discrete and abstract."""
+
+    def __init__(self) -> None:
+        self._continuous, self._discrete, self._abstract = ContinuousState(), DiscreteValues(), AbstractValues()
+
+    @classmethod
+    def _view(cls, continuous: ContinuousState, discrete: DiscreteValues, abstract: AbstractValues) -> State:
+        state = object.__new__(cls)
+        state._continuous, state._discrete, state._abstract = continuous, discrete, abstract
+        return state
+
+    def get_continuous_state(self) -> ContinuousState:
+        """The continuous state."""
+        return self._continuous
+
+    def get_mutable_continuous_state(self) -> ContinuousState:
+        """The continuous state, to be changed."""
+        self._continuous._vector._wrote()
+        return self._continuous
+
+    def get_discrete_state(self, index: int | None = None) -> Any:
+        """The discrete state, or its group `index`."""
+        return self._discrete if index is None else self._discrete.get_vector(index)
+
+    def get_mutable_discrete_state(self, index: int | None = None) -> Any:
+        """The discrete state, or its group `index`, to be changed."""
+        if index is None:
+            for group in self._discrete._groups:
+                group._wrote()
+            return self._discrete
+        return self._discrete.get_mutable_vector(index)
+
+    def get_abstract_state(self, index: int | None = None) -> Any:
+        """The abstract states, or number `index`."""
+        return self._abstract if index is None else self._abstract.get_value(index)
+
+    def get_mutable_abstract_state(self, index: int | None = None) -> Any:
+        """The abstract states, or number `index`, to be changed."""
+        if index is None:
+            if self._abstract._on_write is not None:
+                self._abstract._on_write()
+            return self._abstract
+        return self._abstract.get_mutable_value(index)
+
+    def SetFrom(self, other: State, /) -> None:
+        """Copies another state of the same structure."""
+        self._continuous.SetFrom(other._continuous)
+        self._discrete.SetFrom(other._discrete)
+        self._abstract.SetFrom(other._abstract)
+
+    def Clone(self) -> State:
+        """A copy with its own memory."""
+        return State._view(self._continuous.Clone(), self._discrete.Clone(), self._abstract.Clone())
+
+
+class Parameters:
+    """What is constant during a simulation: groups of numbers, and abstract values.
+
+    Args:
+        numeric: BasicVectors.
+        abstract: Abstract values.
+    """
+
+    def __init__(
+        self,
+        numeric: Any = None,
+        abstract: Any = None,
+        *,
+        vec: BasicVector | None = None,
+        value: AbstractValue | None = None,
+    ):
+        if isinstance(numeric, BasicVector) or vec is not None:
+            numeric = [numeric if vec is None else vec]
+        elif isinstance(numeric, AbstractValue) or value is not None:
+            numeric, abstract = None, [numeric if value is None else value]
+        elif numeric and isinstance(numeric[0], AbstractValue):
+            numeric, abstract = None, numeric
+        self._numeric, self._abstract = DiscreteValues(numeric or []), AbstractValues(abstract or [])
+
+    @classmethod
+    def _view(cls, numeric: DiscreteValues, abstract: AbstractValues) -> Parameters:
+        parameters = object.__new__(cls)
+        parameters._numeric, parameters._abstract = numeric, abstract
+        return parameters
+
+    def num_numeric_parameter_groups(self) -> int:
+        """How many groups of numbers there are."""
+        return self._numeric.num_groups()
+
+    def num_abstract_parameters(self) -> int:
+        """How many abstract values there are."""
+        return self._abstract.size()
+
+    def get_numeric_parameter(self, index: int) -> BasicVector:
+        """Group `index`."""
+        return self._numeric.get_vector(index)
+
+    def get_mutable_numeric_parameter(self, index: int) -> BasicVector:
+        """Group `index`, to be changed."""
+        return self._numeric.get_mutable_vector(index)
+
+    def get_numeric_parameters(self) -> DiscreteValues:
+        """All groups."""
+        return self._numeric
+
+    def set_numeric_parameters(self, numeric_params: DiscreteValues) -> None:
+        """Sets all groups."""
+        self._numeric.SetFrom(numeric_params)
+
+    def get_abstract_parameter(self, index: int) -> AbstractValue:
+        """Abstract value `index`."""
+        return self._abstract.get_value(index)
+
+    def get_mutable_abstract_parameter(self, index: int) -> AbstractValue:
+        """Abstract value `index`, to be changed."""
+        return self._abstract.get_mutable_value(index)
+
+    def get_abstract_parameters(self) -> AbstractValues:
+        """All abstract values."""
+        return self._abstract
+
+    def set_abstract_parameters(self, abstract_params: AbstractValues) -> None:
+        """Sets all abstract values."""
+        self._abstract.SetFrom(abstract_params)
+
+    def SetFrom(self, other: Parameters, /) -> None:
+        """Copies other parameters of the same structure."""
+        self._numeric.SetFrom(other._numeric)
+        self._abstract.SetFrom(other._abstract)
+
+    def Clone(self) -> Parameters:
+        """A copy with its own memory."""
+        return Parameters._view(self._numeric.Clone(), self._abstract.Clone())
+
+    def __copy__(self) -> Parameters:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> Parameters:
+        return self.Clone()
+
+
+class BusValue:
+    """Abstract values by name, as one port carries them together."""
+
+    def __init__(self) -> None:
+        self._values: dict[str, AbstractValue] = {}
+
+    def Set(self, name: str, value: AbstractValue) -> None:
+        """Stores a copy of `value` under `name`."""
+        if not isinstance(value, AbstractValue):
+            raise TypeError(f"BusValue.Set(): incompatible function arguments: {value!r} is no AbstractValue.")
+        self._values[name] = value.Clone()
+
+    def Find(self, name: str) -> Any:
+        """The held object under `name`, or None."""
+        value = self._values.get(name)
+        return None if value is None else value.get_value()
+
+    def Clear(self) -> None:
+        """Forgets all values."""
+        self._values.clear()
+
+    def Clone(self) -> BusValue:
+        """An independent copy."""
+        bus = BusValue()
+        bus._values = {name: value.Clone() for name, value in self._values.items()}
+        return bus
+
+    def _assign_from(self, other: BusValue) -> None:
+        self._values = other.Clone()._values
+
+    def __copy__(self) -> BusValue:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> BusValue:
+        return self.Clone()
+
+    def __getitem__(self, key: str) -> Any:
+        if key not in self._values:
+            raise KeyError(key)
+        return self._values[key].get_value()
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(sorted(self._values))
+
+
+_register_value_type(BusValue)
+
+
+class SystemOutput:
+    """The values of all output ports of a system, filled by `System.CalcOutput`."""
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("SystemOutput: No constructor defined! Use System.AllocateOutput().")
+
+    @classmethod
+    def _of(cls, values: list[AbstractValue]) -> SystemOutput:
+        output = object.__new__(cls)
+        output._values = values
+        return output
+
+    def num_ports(self) -> int:
+        """How many output ports there are."""
+        return len(self._values)
+
+    def get_data(self, index: int, /) -> AbstractValue:
+        """Value of output port `index`."""
+        return self._values[_index("SystemOutput.get_data()", index, len(self._values))]
+
+    def get_vector_data(self, index: int, /) -> BasicVector:
+        """Value of vector output port `index`."""
+        return self.get_data(index).get_value()
+
+
+__all__ = [
+    "AbstractValues",
+    "BusValue",
+    "ContinuousState",
+    "DiscreteValues",
+    "Parameters",
+    "State",
+    "SystemOutput",
+    "as_vector",
+]

@@ -1,0 +1,265 @@
+"""Vectors of numbers: named views of memory that announce what is written through them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import _register_value_type
+
+
+def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
+    """`value` as a fresh 1-D array of floats, or of objects where it holds other scalars.
+
+    Raises:
+        TypeError: it cannot be read as numbers.
+    """
+    if isinstance(value, VectorBase):
+        return value.CopyToVector()
+    try:
+        a = np.asarray(value)
+        if a.dtype != object:
+            a = a.astype(float)
+        elif dtype is None and all(isinstance(x, (int, float, np.number)) for x in a.ravel()):
+            a = a.astype(float)
+        if dtype is not None and a.dtype != dtype:
+            a = a.astype(dtype)
+    except (TypeError, ValueError):
+        raise TypeError(f"incompatible function arguments: expected a vector of numbers, got {value!r}") from None
+    if a.ndim == 0:
+        a = a.reshape(1)
+    if a.ndim == 2 and 1 in a.shape:
+        a = a.reshape(-1)
+    if a.ndim != 1:
+        raise TypeError(f"incompatible function arguments: expected a vector, got an array of shape {a.shape}")
+    return np.array(a)
+
+
+def read_only(a: np.ndarray) -> np.ndarray:
+    """A view of `a` that cannot be written."""
+    view = a.view()
+    view.flags.writeable = False
+    return view
+
+
+class VectorBase:
+    """A vector with `size()`, indexing and element access. Memory is an array, owned or a view of a context's slab."""
+
+    _v: np.ndarray
+    _on_write: Callable[[], None] | None = None
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError(f"{type(self).__name__}: No constructor defined!")
+
+    @classmethod
+    def _view(cls, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> Any:
+        vector = object.__new__(cls)
+        vector._v, vector._on_write = memory, on_write
+        return vector
+
+    def _wrote(self) -> None:
+        if self._on_write is not None:
+            self._on_write()
+
+    def _describe(self) -> str:
+        return f"this {type(self).__name__}"
+
+    def _checked(self, value: Any) -> Any:
+        a = value
+        if type(a) is not np.ndarray or a.ndim != 1 or a.dtype != self._v.dtype:
+            a = as_vector(value, None if self._v.dtype == object else self._v.dtype)
+        if a.shape != self._v.shape:
+            raise IndexError(f"Operand vector size {a.size} does not match {self._describe()} size {self._v.size}")
+        return a
+
+    def _index(self, index: Any) -> int:
+        i = index.__index__()
+        if not 0 <= i < self._v.size:
+            raise IndexError(f"Index {i} is not within [0, {self._v.size}) while accessing {self._describe()}.")
+        return i
+
+    def size(self) -> int:
+        """Number of elements."""
+        return self._v.size
+
+    def CopyToVector(self) -> np.ndarray:
+        """The elements, shape (size,), as the caller's own array."""
+        return self._v.copy()
+
+    def SetFromVector(self, value: Any) -> None:
+        """Sets all elements.
+
+        Raises:
+            IndexError: `value` has another size.
+        """
+        self._v[:] = self._checked(value)
+        if self._on_write is not None:
+            self._on_write()
+
+    def SetFrom(self, value: VectorBase) -> None:
+        """Copies the elements of another vector of the same size."""
+        self.SetFromVector(value._v)
+
+    def SetZero(self) -> None:
+        """Sets all elements to zero."""
+        self._v[:] = 0.0
+        self._wrote()
+
+    def GetAtIndex(self, index: int) -> Any:
+        """Element `index`, counted from 0."""
+        return self._scalar(self._v[self._index(index)])
+
+    def SetAtIndex(self, index: int, value: Any) -> None:
+        """Sets element `index`."""
+        self._v[self._index(index)] = value
+        self._wrote()
+
+    def PlusEqScaled(self, scale: Any, rhs: VectorBase) -> VectorBase:
+        """Adds `scale * rhs` in place."""
+        self._v += scale * self._checked(rhs._v)
+        self._wrote()
+        return self
+
+    @staticmethod
+    def _scalar(value: Any) -> Any:
+        return float(value) if isinstance(value, np.floating) else value
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            return self._v[index].copy()
+        return self._scalar(self._v[self._index(index)])
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        if isinstance(index, slice):
+            self._v[index] = value
+        else:
+            self._v[self._index(index)] = value
+        if self._on_write is not None:
+            self._on_write()
+
+    def __len__(self) -> int:
+        return self._v.size
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._v.tolist())
+
+    def __str__(self) -> str:
+        return str(self._v.tolist())
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self._v.tolist()})"
+
+
+class BasicVector(VectorBase):
+    """The vector that ports, states and parameters hold.
+
+    Args:
+        data: its elements; or
+        size: how many, each not-a-number until set.
+    """
+
+    def __init__(self, data: Any = None, *, size: int | None = None):
+        if data is None and size is None:
+            raise TypeError("BasicVector(): incompatible constructor arguments: give data or size.")
+        if size is None and (isinstance(data, (int, np.integer)) and not isinstance(data, bool)):
+            data, size = None, int(data)
+        if size is not None:
+            if size < 0:
+                raise TypeError(f"BasicVector(): size must not be negative, got {size}.")
+            self._v = np.full(size, np.nan)
+        else:
+            self._v = as_vector(data)
+
+    def value(self) -> np.ndarray:
+        """The elements, shape (size,), as a read-only view."""
+        view = self._v.view()
+        view.flags.writeable = False
+        return view
+
+    get_value = value
+
+    def get_mutable_value(self) -> np.ndarray:
+        """The elements, shape (size,), as a view to write through."""
+        self._wrote()
+        return self._v
+
+    def set_value(self, value: Any) -> None:
+        """Sets all elements; an IndexError if the size differs."""
+        self.SetFromVector(value)
+
+    def _on_memory(self, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> BasicVector:
+        """This vector's class and attributes, on other memory."""
+        new = object.__new__(type(self))
+        new.__dict__.update(self.__dict__)
+        new._v, new._on_write = memory, on_write
+        return new
+
+    def Clone(self) -> BasicVector:
+        """A copy with its own memory."""
+        return self._on_memory(self._v.copy())
+
+    def __copy__(self) -> BasicVector:
+        return self.Clone()
+
+    def __deepcopy__(self, memo: dict) -> BasicVector:
+        return self.Clone()
+
+    def _assign_from(self, other: BasicVector) -> None:
+        self.SetFromVector(other._v)
+
+
+class Subvector(VectorBase):
+    """Consecutive elements of another vector."""
+
+
+class Supervector(VectorBase):
+    """Several vectors seen as one."""
+
+    def __init__(self, parts: list[VectorBase]):
+        self._parts = [p for p in parts if p.size()]
+        self._on_write = None
+
+    @property
+    def _v(self) -> np.ndarray:  # type: ignore[override]
+        return np.concatenate([p._v for p in self._parts]) if self._parts else np.empty(0)
+
+    def SetFromVector(self, value: Any) -> None:
+        at, a = 0, self._checked(value)
+        for part in self._parts:
+            part.SetFromVector(a[at : at + part.size()])
+            at += part.size()
+
+    def SetZero(self) -> None:
+        for part in self._parts:
+            part.SetZero()
+
+    def PlusEqScaled(self, scale: Any, rhs: VectorBase) -> VectorBase:
+        self.SetFromVector(self._v + scale * self._checked(rhs._v))
+        return self
+
+    def SetAtIndex(self, index: int, value: Any) -> None:
+        i = self._index(index)
+        for part in self._parts:
+            if i < part.size():
+                part.SetAtIndex(i, value)
+                return
+            i -= part.size()
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        if isinstance(index, slice):
+            a = self._v
+            a[index] = value
+            self.SetFromVector(a)
+        else:
+            self.SetAtIndex(index, value)
+
+
+def _to_basic_vector(value: Any) -> BasicVector:
+    if isinstance(value, str):
+        raise TypeError(f"set_value(): incompatible function arguments: a BasicVector holds numbers, not {value!r}")
+    return BasicVector(as_vector(value))
+
+
+_register_value_type(BasicVector, coerce=_to_basic_vector)
