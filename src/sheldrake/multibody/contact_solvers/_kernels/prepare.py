@@ -201,7 +201,7 @@ def prepare_rows(model, problem, rows):
         rows.state[r, ROW_DVC] = 0.0 * rows.law[r, ROW_R]
 
 
-@kernel(outline=True)
+@kernel
 def prepare(model, problem, contacts, rows):
     """Marks the trees that take part and makes every constraint's law from what the plant wrote."""
     for t in range(model.tree.shape[0]):

@@ -162,7 +162,7 @@ def root(x):
     return 0.0 * x
 
 
-@kernel(outline=True)
+@kernel
 def start(model, problem, contacts, rows):
     """Momenta and constraint velocities at the first iterate v0."""
     for t in range(model.tree.shape[0]):

@@ -1,0 +1,82 @@
+"""Generalized forces at the start of the step: inputs, actuation, bias and gravity, joint damping, TAMSI's limits."""
+
+from sheldrake.common.kernel import kernel
+from sheldrake.multibody.plant._kernels.model import (
+    ACTUATOR_DOF,
+    ACTUATOR_ELEMENT,
+    ACTUATOR_PORT,
+    DESIRED_PORT,
+    EFFORT_LIMIT,
+    INSTANCE_ELEMENT,
+    INSTANCE_PORT,
+    LIMIT_DAMPING,
+    LIMIT_DOF,
+    LIMIT_Q,
+    LIMIT_STIFFNESS,
+    LOWER,
+    UPPER,
+)
+from sheldrake.multibody.tree._kernels.model import DAMPING
+
+
+@kernel
+def element(u, port, i):
+    """An element of an input port, 0 where nothing is connected."""
+    if port >= 0:
+        if u[port].shape[0] > 0:
+            return u[port][i]
+    return 0.0
+
+
+@kernel
+def put_passive_forces(tree_model, p, bias, v, force):
+    """force = -bias - D v: gravity, Coriolis and gyroscopic terms, joint damping [N or N m]."""
+    for k in range(force.shape[0]):
+        force[k] = -bias[k] - p[tree_model.dof[k, DAMPING]] * v[k]
+
+
+@kernel
+def add_applied_forces(plant_model, u, force):
+    """Adds the generalized forces of input ports."""
+    for i in range(plant_model.force_port.shape[0]):
+        port = plant_model.force_port[i]
+        for k in range(u[port].shape[0]):
+            force[k] += u[port][k]
+
+
+@kernel
+def add_actuation(plant_model, u, force, net_actuation, pd):
+    """Adds actuation clamped to the effort limits; fills net_actuation [N or N m].
+
+    With `pd`, an actuator that has gains is left to the solver: net_actuation then holds its feed-forward.
+    """
+    for i in range(plant_model.actuator.shape[0]):
+        effort = element(u, plant_model.actuator[i, ACTUATOR_PORT], plant_model.actuator[i, ACTUATOR_ELEMENT])
+        effort += element(u, plant_model.actuator[i, INSTANCE_PORT], plant_model.actuator[i, INSTANCE_ELEMENT])
+        if not pd or plant_model.actuator[i, DESIRED_PORT] < 0:
+            limit = plant_model.gain[i, EFFORT_LIMIT]
+            if effort > limit:
+                effort = limit
+            if effort < -limit:
+                effort = -limit
+            force[plant_model.actuator[i, ACTUATOR_DOF]] += effort
+        net_actuation[i] = effort
+
+
+@kernel
+def add_limit_penalties(plant_model, q, v, force):
+    """TAMSI's joint limits: spring and damper beyond the limit, pushing back only [N or N m]."""
+    for i in range(plant_model.limit.shape[0]):
+        dof = plant_model.limit[i, LIMIT_DOF]
+        k = plant_model.bound[i, LIMIT_STIFFNESS]
+        d = plant_model.bound[i, LIMIT_DAMPING]
+        above = q[plant_model.limit[i, LIMIT_Q]] - plant_model.bound[i, UPPER]
+        below = q[plant_model.limit[i, LIMIT_Q]] - plant_model.bound[i, LOWER]
+        if above > 0.0:
+            push = -k * above - d * v[dof]
+            if push < 0.0:
+                force[dof] += push
+        elif below < 0.0:
+            push = -k * below - d * v[dof]
+            if push > 0.0:
+                force[dof] += push

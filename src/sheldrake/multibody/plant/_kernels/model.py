@@ -1,0 +1,100 @@
+"""What the discrete step works on beside tree and geometry: constants of the plant, and the work of a context."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
+
+# PlantModel.actuator
+ACTUATOR_DOF = np.int64(0)
+ACTUATOR_Q = np.int64(1)  # position of the dof; only needed for PD control
+ACTUATOR_PORT = np.int64(2)  # vector input port with one element an actuator of the plant, -1 for none
+ACTUATOR_ELEMENT = np.int64(3)
+INSTANCE_PORT = np.int64(4)  # the same for the port of the actuator's model instance
+INSTANCE_ELEMENT = np.int64(5)
+DESIRED_PORT = np.int64(6)  # desired state of the model instance; -1 when the actuator has no PD gains
+DESIRED_Q = np.int64(7)  # element of the desired position
+DESIRED_V = np.int64(8)  # element of the desired velocity
+NUM_ACTUATOR_COLUMNS = 9
+
+# PlantModel.gain
+EFFORT_LIMIT = np.int64(0)  # [N m or N], may be infinite
+GAIN_P = np.int64(1)
+GAIN_D = np.int64(2)
+NUM_GAIN_COLUMNS = 3
+
+# PlantModel.limit
+LIMIT_DOF = np.int64(0)
+LIMIT_Q = np.int64(1)
+NUM_LIMIT_COLUMNS = 2
+
+# PlantModel.bound
+LOWER = np.int64(0)  # [m or rad]
+UPPER = np.int64(1)
+LIMIT_STIFFNESS = np.int64(2)  # of TAMSI's penalty [N/m or N m/rad]
+LIMIT_DAMPING = np.int64(3)  # of TAMSI's penalty
+NUM_BOUND_COLUMNS = 4
+
+
+class PlantModel(NamedTuple):
+    """Constants of the step that are neither tree nor geometry nor solver.
+
+    Attributes:
+        actuator: Where each actuator acts and where its input comes from, shape (num_actuators, 9).
+        gain: Effort limit and PD gains of each actuator, shape (num_actuators, 3).
+        limit: Dof and position of each one-dof joint with a position limit, shape (num_limits, 2).
+        bound: Lower and upper position limit and TAMSI's penalty, shape (num_limits, 4).
+        force_port: Vector input ports that hold generalized forces [N or N m], shape (num_force_ports,).
+    """
+
+    actuator: IntMatrix
+    gain: Matrix
+    limit: IntMatrix
+    bound: Matrix
+    force_port: IntVector
+
+
+class StepWork(NamedTuple):
+    """Scratch of the step: work of every stage, and what the last step left for ports to report.
+
+    The fields are those of `TreeWork`, `ContactTable`, `Problem`, `Contacts`, `Rows` and `Factor`, with a prefix; then
+    velocities before and after the last step, its generalized forces without constraints, its net actuation.
+    """
+
+    tree_X_WB: Matrix
+    tree_S: Matrix
+    tree_V: Matrix
+    tree_A: Matrix
+    tree_inertia: Matrix
+    tree_composite: Matrix
+    tree_F: Matrix
+    tree_M: Vector
+    tree_L: Vector
+    tree_bias: Vector
+    table_pair: IntMatrix
+    table_point: Matrix
+    table_count: IntVector
+    table_X_WG: Matrix
+    table_work: Matrix
+    table_iwork: IntVector
+    problem_x: Matrix
+    problem_active: IntVector
+    problem_count: IntVector
+    contacts_index: IntMatrix
+    contacts_J: Matrix
+    contacts_law: Matrix
+    contacts_state: Matrix
+    rows_index: IntMatrix
+    rows_J: Matrix
+    rows_law: Matrix
+    rows_state: Matrix
+    factor_slot: IntVector
+    factor_row: IntMatrix
+    factor_first: IntVector
+    factor_L: Vector
+    factor_rhs: Vector
+    v: Vector
+    v_next: Vector
+    force: Vector
+    net_actuation: Vector

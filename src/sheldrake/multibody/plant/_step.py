@@ -1,0 +1,105 @@
+"""The discrete step's arrays, made once from counts, and its results read back."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
+from sheldrake.multibody.contact_solvers import _arrays
+from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
+from sheldrake.multibody.plant._kernels import model as columns
+from sheldrake.multibody.plant._kernels.model import PlantModel, StepWork
+from sheldrake.multibody.tree._kernels import model as tree_columns
+from sheldrake.multibody.tree._kernels.model import TreeModel, make_work
+
+make_solver_work = _arrays.make_solver_work
+
+
+def solver_model_of(tree_model: TreeModel, dt: float, approximation: str = "lagged", **options: float) -> SolverModel:
+    """The solver's constants for a tree; options are those of `make_solver_model`."""
+    tree = tree_model.tree[:, [tree_columns.TREE_DOF, tree_columns.TREE_NV]]
+    dof = tree_model.dof[:, [tree_columns.DOF_PARENT, tree_columns.DEPTH, tree_columns.ROW]]
+    return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
+
+
+def make_plant_model(
+    actuators: list[dict] = (), limits: list[dict] = (), force_ports: list[int] = ()
+) -> PlantModel:
+    """The constants of the step that are neither tree nor geometry nor solver.
+
+    Args:
+        actuators: one a plant's actuator, in order, by names: dof, q (needed with gains), port and element of the
+            plant's actuation input, instance_port and instance_element of the model instance's, effort_limit, and with
+            PD gains p, d, desired_port, desired_q, desired_v. Ports are indices among the vector inputs, -1 for none.
+        limits: one a one-dof joint with a position limit, by names: dof, q, lower, upper, and for kTamsi stiffness and
+            damping (see `tamsi_limit_penalty`).
+        force_ports: vector inputs that hold generalized forces of all dofs.
+    """
+    names = ["dof", "q", "port", "element", "instance_port", "instance_element", "desired_port", "desired_q", "desired_v"]
+    actuator = np.array([[a.get(n, -1) for n in names] for a in actuators], np.int64)
+    gain = np.array([[a.get("effort_limit", np.inf), a.get("p", 0.0), a.get("d", 0.0)] for a in actuators])
+    limit = np.array([[a["dof"], a["q"]] for a in limits], np.int64)
+    bound = np.array([[a["lower"], a["upper"], a.get("stiffness", 0.0), a.get("damping", 0.0)] for a in limits])
+    return PlantModel(
+        actuator.reshape(-1, columns.NUM_ACTUATOR_COLUMNS),
+        gain.reshape(-1, columns.NUM_GAIN_COLUMNS),
+        limit.reshape(-1, columns.NUM_LIMIT_COLUMNS),
+        bound.reshape(-1, columns.NUM_BOUND_COLUMNS),
+        np.array(force_ports, np.int64),
+    )
+
+
+def tamsi_limit_penalty(inertia: float, dt: float) -> tuple[float, float]:
+    """(stiffness, damping) of kTamsi's joint limit: critically damped, with a period of about 60 steps.
+
+    Args:
+        inertia: the smaller of parent's and child's [kg or kg m²]: mass for a prismatic joint, inertia about the joint's
+            axis for a revolute one.
+        dt: time step [s].
+    """
+    omega = 0.1 / dt
+    return inertia * omega**2, 2.0 * inertia * omega
+
+
+def make_step_work(
+    tree_model: TreeModel, solver_model: SolverModel, plant_model: PlantModel, table: ContactTable, dtype: type = float
+) -> StepWork:
+    """The scratch of a step; room for as many contacts as the table holds, and all limits and actuators.
+
+    Args:
+        tree_model: the tree.
+        solver_model: the solver's constants.
+        plant_model: the plant's constants.
+        table: an empty contact table, see `contact_table`.
+        dtype: float, or object for duals and symbols.
+    """
+    tree = make_work(tree_model, dtype)
+    rows = 2 * len(plant_model.limit) + len(plant_model.actuator)
+    solver = make_solver_work(solver_model, len(table.pair), rows, dtype)
+    nv = len(tree_model.dof)
+
+    def numbers(n: int) -> np.ndarray:
+        return np.zeros(n) if dtype is float else np.full(n, 0.0, dtype=dtype)
+
+    def convert(a: np.ndarray) -> np.ndarray:
+        return a if dtype is float or a.dtype == np.int64 else a.astype(dtype)
+
+    return StepWork(
+        *tree,
+        *(convert(a) for a in table),
+        *solver.problem[1:],
+        *solver.contacts,
+        *solver.rows,
+        *solver.factor,
+        numbers(nv),
+        numbers(nv),
+        numbers(nv),
+        numbers(len(plant_model.actuator)),
+    )
+
+
+def supply_missing_material(model: GeometryModel, stiffness: float, dissipation: float, relaxation_time: float) -> None:
+    """Replaces material numbers that are NaN: no property, and no default of the scene graph."""
+    for column, value in enumerate((stiffness, dissipation, relaxation_time)):
+        values = model.material[:, column]
+        values[np.isnan(values)] = value
