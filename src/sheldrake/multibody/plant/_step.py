@@ -22,9 +22,7 @@ def solver_model_of(tree_model: TreeModel, dt: float, approximation: str = "lagg
     return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
 
 
-def make_plant_model(
-    actuators: list[dict] = (), limits: list[dict] = (), force_ports: list[int] = ()
-) -> PlantModel:
+def make_plant_model(actuators: list[dict] = (), limits: list[dict] = (), force_ports: list[int] = ()) -> PlantModel:
     """The constants of the step that are neither tree nor geometry nor solver.
 
     Args:
@@ -35,7 +33,17 @@ def make_plant_model(
             damping (see `tamsi_limit_penalty`).
         force_ports: vector inputs that hold generalized forces of all dofs.
     """
-    names = ["dof", "q", "port", "element", "instance_port", "instance_element", "desired_port", "desired_q", "desired_v"]
+    names = [
+        "dof",
+        "q",
+        "port",
+        "element",
+        "instance_port",
+        "instance_element",
+        "desired_port",
+        "desired_q",
+        "desired_v",
+    ]
     actuator = np.array([[a.get(n, -1) for n in names] for a in actuators], np.int64)
     gain = np.array([[a.get("effort_limit", np.inf), a.get("p", 0.0), a.get("d", 0.0)] for a in actuators])
     limit = np.array([[a["dof"], a["q"]] for a in limits], np.int64)
@@ -53,7 +61,7 @@ def tamsi_limit_penalty(inertia: float, dt: float) -> tuple[float, float]:
     """(stiffness, damping) of kTamsi's joint limit: critically damped, with a period of about 60 steps.
 
     Args:
-        inertia: the smaller of parent's and child's [kg or kg m²]: mass for a prismatic joint, inertia about the joint's
+        inertia: the smaller of parent's and child's [kg or kg m²]: mass for a prismatic joint, inertia about the
             axis for a revolute one.
         dt: time step [s].
     """

@@ -1,14 +1,12 @@
-"""One solve, from the plant's rows to the next velocities."""
+"""One solve, from the plant's rows to the next velocities. kTamsi has its own entry: others do not compile it."""
 
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.prepare import prepare
 from sheldrake.multibody.contact_solvers._kernels.problem import (
-    APPROXIMATION,
     FIRST_DOF,
     NUM_CONTACTS,
     NUM_DOFS,
     NUM_ROWS,
-    TAMSI,
     V_STAR,
     Contacts,
     Factor,
@@ -23,27 +21,55 @@ from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_solve
 
 
 @kernel
-def solve_rows(model, problem, contacts, rows, factor):
-    """x[V] of all dofs: the solver's where a constraint touches the tree, v* elsewhere. Returns a status."""
-    status = SOLVED
-    if problem.count[NUM_CONTACTS] + problem.count[NUM_ROWS] == 0:
-        for t in range(model.tree.shape[0]):
-            problem.active[t] = 0
-    else:
-        prepare(model, problem, contacts, rows)
-        if model.setting[APPROXIMATION] == TAMSI:
-            status = tamsi_solve(model, problem, contacts, rows, factor)
-        else:
-            status = sap_solve(model, problem, contacts, rows, factor)
+def leave_free(model, problem):
+    """Takes every tree out of the solve."""
+    for t in range(model.tree.shape[0]):
+        problem.active[t] = 0
+
+
+@kernel
+def move_free_trees(model, problem):
+    """x[V] = v* for the trees that no constraint touches."""
     for t in range(model.tree.shape[0]):
         if problem.active[t] == 0:
             first = model.tree[t, FIRST_DOF]
             for k in range(first, first + model.tree[t, NUM_DOFS]):
                 problem.x[V, k] = problem.x[V_STAR, k]
+
+
+@kernel
+def solve_rows(model, problem, contacts, rows, factor):
+    """x[V] of all dofs under kLagged, kSimilar or kSap. Returns a status."""
+    status = SOLVED
+    if problem.count[NUM_CONTACTS] + problem.count[NUM_ROWS] == 0:
+        leave_free(model, problem)
+    else:
+        prepare(model, problem, contacts, rows)
+        status = sap_solve(model, problem, contacts, rows, factor)
+    move_free_trees(model, problem)
+    return status
+
+
+@kernel
+def solve_rows_tamsi(model, problem, contacts, rows, factor):
+    """x[V] of all dofs under kTamsi, which knows contacts alone. Returns a status."""
+    status = SOLVED
+    if problem.count[NUM_CONTACTS] == 0:
+        leave_free(model, problem)
+    else:
+        prepare(model, problem, contacts, rows)
+        status = tamsi_solve(model, problem, contacts, rows, factor)
+    move_free_trees(model, problem)
     return status
 
 
 @kernel(top=True)
 def solve(model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """Solves a problem that Python has written; a plant's step inlines `solve_rows` instead."""
+    """Solves a problem that Python has written, under kLagged, kSimilar or kSap."""
     return solve_rows(model, problem, contacts, rows, factor)
+
+
+@kernel(top=True)
+def solve_tamsi(model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
+    """Solves a problem that Python has written, under kTamsi."""
+    return solve_rows_tamsi(model, problem, contacts, rows, factor)

@@ -36,6 +36,10 @@ TIP = tree.TIP
 TREE = tree.TREE
 DOF_PARENT = tree.DOF_PARENT
 DOF_DEPTH = tree.DEPTH
+KIND = tree.KIND
+FREE = tree.FREE
+
+NO_COLUMNS = np.int64(0)
 
 
 @kernel
@@ -112,7 +116,7 @@ def common_dof(tree_model, a, b):
 
 @kernel
 def put_path(tree_model, tree_work, contacts, c, at, tip, stop, frame, p_RootC, sign):
-    """Columns of contact c, from column `at` on, for the dofs from `tip` towards the base, `stop` excluded; the next column."""
+    """Columns of contact c, from `at` on, for the dofs from `tip` to the base, `stop` excluded; the next column."""
     first = at
     if stop >= 0:
         first -= tree_model.dof[stop, DOF_DEPTH] + 1
@@ -130,54 +134,91 @@ def put_path(tree_model, tree_work, contacts, c, at, tip, stop, frame, p_RootC, 
 
 
 @kernel
-def put_contact(tree_model, geometry_model, tree_work, table, contacts, c, material):
-    """Index, Jacobian and material of contact c."""
-    a = table.pair[c, BODY_A]
-    b = table.pair[c, BODY_B]
-    w_A, k, d, tau, mu = material
-    p_WCb = load3_at(table.point, c, P_WCB)
-    p_WC = add3(p_WCb, scale3(sub3(load3_at(table.point, c, P_WCA), p_WCb), w_A))
-    nhat = load3_at(table.point, c, NHAT_BA_W)
-    z = (-nhat[0], -nhat[1], -nhat[2])
-    x, y = contact_frame(z)
-    frame = (x, y, z)
-    tip_a = tree_model.body[a, TIP]
-    tip_b = tree_model.body[b, TIP]
-    tree_a = np.int64(-1)
-    tree_b = np.int64(-1)
-    if tip_a >= 0:
-        tree_a = tree_model.body[a, TREE]
-    if tip_b >= 0:
-        tree_b = tree_model.body[b, TREE]
-    stop = np.int64(-1)
-    if tree_a >= 0 and tree_a == tree_b:
-        stop = common_dof(tree_model, tip_a, tip_b)
-    width = np.int64(0)
-    if tip_a >= 0:
-        p_RootC = sub3(p_WC, load3_at(tree_work.X_WB, tree_model.body[a, ROOT], 9))
-        width = put_path(tree_model, tree_work, contacts, c, width, tip_a, stop, frame, p_RootC, -1.0)
-    if tip_b >= 0:
-        p_RootC = sub3(p_WC, load3_at(tree_work.X_WB, tree_model.body[b, ROOT], 9))
-        width = put_path(tree_model, tree_work, contacts, c, width, tip_b, stop, frame, p_RootC, 1.0)
-    contacts.index[c, WIDTH] = width
-    contacts.index[c, TREE_A] = tree_a
-    contacts.index[c, TREE_B] = tree_b
-    contacts.law[c, STIFFNESS] = k
-    contacts.law[c, DISSIPATION] = d
-    contacts.law[c, RELAXATION] = tau
-    contacts.law[c, FRICTION] = mu
-    contacts.law[c, DEPTH] = table.point[c, PAIR_DEPTH]
+def put_free_row(J, row, at, r, e, sign):
+    m = cross3(r, e)
+    J[row, at] = m[0]
+    J[row, at + 1] = m[1]
+    J[row, at + 2] = m[2]
+    J[row, at + 3] = sign * e[0]
+    J[row, at + 4] = sign * e[1]
+    J[row, at + 5] = sign * e[2]
+
+
+@kernel
+def put_free_path(contacts, c, at, tip, frame, p_RootC, sign):
+    """`put_path` of a free body: columns r x e, then e, of the axes e of the contact frame; the next column."""
+    r = scale3(p_RootC, sign)
+    for k in range(6):
+        contacts.index[c, DOFS + at + k] = tip - 5 + k
+    put_free_row(contacts.J, 3 * c, at, r, frame[0], sign)
+    put_free_row(contacts.J, 3 * c + 1, at, r, frame[1], sign)
+    put_free_row(contacts.J, 3 * c + 2, at, r, frame[2], sign)
+    return at + 6
+
+
+@kernel
+def put_side(tree_model, tree_work, contacts, c, at, body, stop, frame, p_WC, sign):
+    """Columns of contact c for one of its bodies; the next column."""
+    tip = tree_model.body[body, TIP]
+    if tip < 0:
+        return at
+    p_RootC = sub3(p_WC, load3_at(tree_work.X_WB, tree_model.body[body, ROOT], 9))
+    if tree_model.body[body, KIND] == FREE:
+        return put_free_path(contacts, c, at, tip, frame, p_RootC, sign)
+    return put_path(tree_model, tree_work, contacts, c, at, tip, stop, frame, p_RootC, sign)
+
+
+@kernel
+def side_tree(tree_model, body):
+    """Tree of a body, -1 when nothing moves it."""
+    if tree_model.body[body, TIP] < 0:
+        return np.int64(-1)
+    return tree_model.body[body, TREE]
 
 
 @kernel
 def put_contacts(tree_model, geometry_model, tree_work, table, contacts, count):
-    """Rows of all contacts; contacts of one pair of geometries follow each other and share their material."""
+    """Index, Jacobian and material of all contacts.
+
+    Contacts of one pair of geometries follow each other: they share material and dofs, and the frame while the normal
+    is the same.
+    """
     a = np.int64(-1)
     b = np.int64(-1)
+    tree_a = np.int64(-1)
+    tree_b = np.int64(-1)
+    stop = np.int64(-1)
     material = (0.0, 0.0, 0.0, 0.0, 0.0)
+    nhat = (0.0, 0.0, 0.0)
+    frame = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     for c in range(count):
+        body_a = table.pair[c, BODY_A]
+        body_b = table.pair[c, BODY_B]
         if table.pair[c, GEOMETRY_A] != a or table.pair[c, GEOMETRY_B] != b:
             a = table.pair[c, GEOMETRY_A]
             b = table.pair[c, GEOMETRY_B]
             material = combined_material(geometry_model.material, a, b)
-        put_contact(tree_model, geometry_model, tree_work, table, contacts, c, material)
+            tree_a = side_tree(tree_model, body_a)
+            tree_b = side_tree(tree_model, body_b)
+            stop = np.int64(-1)
+            if tree_a >= 0 and tree_a == tree_b:
+                stop = common_dof(tree_model, tree_model.body[body_a, TIP], tree_model.body[body_b, TIP])
+        n = load3_at(table.point, c, NHAT_BA_W)
+        if n[0] != nhat[0] or n[1] != nhat[1] or n[2] != nhat[2]:
+            nhat = n
+            z = (-n[0], -n[1], -n[2])
+            x, y = contact_frame(z)
+            frame = (x, y, z)
+        w_A, k, d, tau, mu = material
+        p_WCb = load3_at(table.point, c, P_WCB)
+        p_WC = add3(p_WCb, scale3(sub3(load3_at(table.point, c, P_WCA), p_WCb), w_A))
+        width = put_side(tree_model, tree_work, contacts, c, NO_COLUMNS, body_a, stop, frame, p_WC, -1.0)
+        width = put_side(tree_model, tree_work, contacts, c, width, body_b, stop, frame, p_WC, 1.0)
+        contacts.index[c, WIDTH] = width
+        contacts.index[c, TREE_A] = tree_a
+        contacts.index[c, TREE_B] = tree_b
+        contacts.law[c, STIFFNESS] = k
+        contacts.law[c, DISSIPATION] = d
+        contacts.law[c, RELAXATION] = tau
+        contacts.law[c, FRICTION] = mu
+        contacts.law[c, DEPTH] = table.point[c, PAIR_DEPTH]
