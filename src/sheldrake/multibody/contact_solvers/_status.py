@@ -32,7 +32,10 @@ _TEXT = {
     ),
     codes.MASS_NOT_POSITIVE: (
         "the mass matrix is not positive definite. A free body, or the last body of a chain, is without mass or "
-        "without inertia about its joint; give it some or weld it."
+        "without inertia about its joint; give it some or weld it. The same is said when the state holds NaN."
+    ),
+    codes.UNSUPPORTED_PAIR: (
+        "two geometries overlap whose kinds cannot yet touch each other. Filter their collisions, or use other shapes."
     ),
 }
 
