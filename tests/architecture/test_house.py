@@ -101,7 +101,8 @@ def test_kernel_modules_import_only_kernels():
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom):
-                names = [node.module]
+                folder = ".".join(("sheldrake", *path.relative_to(SOURCE).parts[: -node.level or None])) + "."
+                names = [f"{folder if node.level else ''}{node.module}"]
             for name in names:
                 if path.relative_to(SOURCE).as_posix() == "common/_kernels/generic.py":
                     continue  # where the generic maths is made

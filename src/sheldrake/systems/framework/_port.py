@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex, OutputPortIndex, PortDataType
 from sheldrake.systems.framework._store import CONSTANT, SAMPLED, Store, not_connected
@@ -221,13 +223,11 @@ class InputPort(_Port):
 
 
 def _coerced(value: Any, store: Store) -> BasicVector:
-    held = Value[BasicVector](BasicVector(0))
     if store.S.dtype == object:
         from sheldrake.systems.framework._vector import as_vector
 
         return BasicVector._view(as_vector(value, object))
-    held.set_value(value)
-    return held.get_value()
+    return BasicVector(np.atleast_1d(np.asarray(value, float)))
 
 
 class OutputPort(_Port):
