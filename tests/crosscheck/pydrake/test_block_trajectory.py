@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import pathlib
 import sys
 import xml.etree.ElementTree as ElementTree
@@ -89,7 +90,7 @@ def test_a_box_of_our_own(name):
     early, _ = compare(run(scene, drakes), drakes)
     assert early < 1e-9
     # A box lying on single points chatters, and round-off grows: later, every step is checked on its own.
-    for before, after in zip(drakes[:-1], drakes[1:]):
+    for before, after in itertools.pairwise(drakes):
         scene.x[:] = before
         np.testing.assert_allclose(scene.step()[0], after, rtol=0, atol=1e-12)
 

@@ -1,0 +1,78 @@
+"""What the last discrete step left in its scratch, for the plant's output ports."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sheldrake.geometry._kernels import model as geometry
+from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.plant._kernels.contact_rows import contact_frame, share
+from sheldrake.multibody.plant._kernels.model import StepWork
+
+
+class StepContacts(NamedTuple):
+    """Point contacts of the last step, in the order of the solver (sorted by pair of geometries).
+
+    Attributes:
+        pair: rows of the geometry model (A, B), then body rows (A, B), shape (n, 4).
+        p_WCa: point on A's surface [m], shape (n, 3).
+        p_WCb: point on B's surface [m], shape (n, 3).
+        nhat_BA_W: unit normal from B into A, shape (n, 3).
+        depth: penetration at the step's start [m], shape (n,).
+        p_WC: contact point [m], shape (n, 3).
+        f_Bc_W: contact force on B at C [N], shape (n, 3).
+        slip_speed: tangential speed of B against A at the step's end [m/s], shape (n,).
+        separation_speed: normal speed at the step's end, positive when separating [m/s], shape (n,).
+    """
+
+    pair: np.ndarray
+    p_WCa: np.ndarray
+    p_WCb: np.ndarray
+    nhat_BA_W: np.ndarray
+    depth: np.ndarray
+    p_WC: np.ndarray
+    f_Bc_W: np.ndarray
+    slip_speed: np.ndarray
+    separation_speed: np.ndarray
+
+
+def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepContacts:
+    """Contacts of the last step; none before the first.
+
+    Args:
+        work: the scratch.
+        stiffness: point stiffness of each geometry, shape (num_geometries,), as in `GeometryModel.material`.
+        dt: time step [s].
+    """
+    n = int(work.problem_count[columns.NUM_CONTACTS])
+    pair, point, state = work.table_pair[:n].copy(), work.table_point[:n], work.contacts_state[:n]
+    p_WCa, p_WCb = (point[:, k : k + 3].copy() for k in (int(geometry.P_WCA), int(geometry.P_WCB)))
+    nhat = point[:, int(geometry.NHAT_BA_W) : int(geometry.NHAT_BA_W) + 3].copy()
+    gamma = state[:, int(columns.GAMMA) : int(columns.GAMMA) + 3]
+    vc = state[:, int(columns.VC) : int(columns.VC) + 3]
+    force, middle = np.empty_like(p_WCa), np.empty_like(p_WCa)
+    for c in range(n):
+        x, y = contact_frame(tuple(-nhat[c]))
+        force[c] = (gamma[c, 0] * np.array(x) + gamma[c, 1] * np.array(y) - gamma[c, 2] * nhat[c]) / dt
+        w_A = share(stiffness[pair[c, 0]], stiffness[pair[c, 1]])
+        middle[c] = p_WCb[c] + w_A * (p_WCa[c] - p_WCb[c])
+    slip = (vc[:, 0] * vc[:, 0] + vc[:, 1] * vc[:, 1]) ** 0.5
+    return StepContacts(pair, p_WCa, p_WCb, nhat, point[:, geometry.DEPTH].copy(), middle, force, slip, vc[:, 2].copy())
+
+
+def generalized_contact_forces(work: StepWork, dt: float) -> np.ndarray:
+    """J^T f over all contacts of the last step [N or N m], shape (nv,)."""
+    tau = np.zeros(len(work.v), dtype=work.v.dtype)
+    for c in range(int(work.problem_count[columns.NUM_CONTACTS])):
+        width = work.contacts_index[c, columns.WIDTH]
+        dofs = work.contacts_index[c, int(columns.DOFS) : int(columns.DOFS) + width]
+        gamma = work.contacts_state[c, int(columns.GAMMA) : int(columns.GAMMA) + 3]
+        tau[dofs] += gamma @ work.contacts_J[3 * c : 3 * c + 3, :width] / dt
+    return tau
+
+
+def accelerations(work: StepWork, dt: float) -> np.ndarray:
+    """Change of the generalized velocities over the last step, per time [rad/s² or m/s²], shape (nv,)."""
+    return (work.v_next - work.v) / dt
