@@ -8,6 +8,9 @@ from ._ids import FilterId, FrameId, GeometryId, SourceId
 from ._instance import GeometryFrame, GeometryInstance
 from ._mass_properties import CalcVolume
 from ._mesh_source import InMemoryMesh, MeshSource
+from ._meshcat import Meshcat, StartMeshcat
+from ._meshcat_animation import MeshcatAnimation
+from ._meshcat_params import MeshcatParams, MeshcatVisualizerParams
 from ._polygon_mesh import PolygonSurfaceMesh, SurfacePolygon
 from ._properties import (
     GeometryProperties,
@@ -61,7 +64,11 @@ __all__ = [
     "MakePhongIllustrationProperties",
     "Mesh",
     "MeshSource",
+    "Meshcat",
+    "MeshcatAnimation",
     "MeshcatCone",
+    "MeshcatParams",
+    "MeshcatVisualizerParams",
     "PerceptionProperties",
     "PolygonSurfaceMesh",
     "ProximityProperties",
@@ -74,6 +81,7 @@ __all__ = [
     "Shape",
     "SourceId",
     "Sphere",
+    "StartMeshcat",
     "SurfacePolygon",
     "SurfaceTriangle",
     "TriangleSurfaceMesh",

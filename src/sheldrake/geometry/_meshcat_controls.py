@@ -1,0 +1,277 @@
+"""Buttons, sliders, keys, gamepad and camera reports: what comes back from the page."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+import logging
+import math
+import threading
+from typing import Any
+
+log = logging.getLogger("drake")
+
+@dataclasses.dataclass(kw_only=True)
+class Gamepad:
+    """The last state of a gamepad seen by a page.
+
+    Attributes:
+        index: Number of the gamepad, None when none was seen.
+        button_values: How far each button is pressed, in [0, 1].
+        axes: Each axis, in [-1, 1].
+    """
+
+    index: int | None = None
+    button_values: list[float] = dataclasses.field(default_factory=list)
+    axes: list[float] = dataclasses.field(default_factory=list)
+
+
+@dataclasses.dataclass
+class _Button:
+    keycode: str
+    clicks: int = 0
+    handle: Any = None
+
+
+@dataclasses.dataclass
+class _Slider:
+    min: float
+    max: float
+    step: float
+    value: float
+    decrement_keycode: str
+    increment_keycode: str
+    handle: Any = None
+
+    def quantized(self, value: float) -> float:
+        """Returns the value kept in the range and rounded to a multiple of the step, as Drake does."""
+        value = min(self.max, max(self.min, value))
+        value = math.floor(value / self.step + 0.5) * self.step
+        return min(self.max, max(self.min, value))
+
+
+class Controls:
+    """The panel of a Meshcat.
+
+    Args:
+        server: A viser.ViserServer.
+    """
+
+    def __init__(self, server: Any):
+        self._server = server
+        self._lock = threading.RLock()
+        self._buttons: dict[str, _Button] = {}
+        self._sliders: dict[str, _Slider] = {}
+        self._gamepad = Gamepad()
+        self._tracked: list[int] = []
+        self._camera_pose: Any = None
+        self._channel = server.gui.add_text("channel", "", visible=False)
+
+        @self._channel.on_update
+        async def _(event: Any) -> None:
+            self._hear(event.target.value, event.client_id)
+
+        self._send_keys()
+
+    def add_button(self, name: str, keycode: str) -> None:
+        """Adds a button, or resets the clicks of one that is there."""
+        with self._lock:
+            if name in self._sliders:
+                raise RuntimeError(f"Meshcat.AddButton(): there is a slider named '{name}' already.")
+            button = self._buttons.get(name)
+            if button is not None:
+                if button.keycode and button.keycode != keycode:
+                    raise RuntimeError(
+                        f"Meshcat.AddButton(): button '{name}' already has keycode '{button.keycode}', which is not "
+                        f"'{keycode}'. To give it another one, delete the button first."
+                    )
+                button.keycode, button.clicks = keycode, 0
+            else:
+                button = self._buttons[name] = _Button(keycode)
+                button.handle = self._server.gui.add_button(name, hint=f"Key: {keycode}" if keycode else None)
+
+                @button.handle.on_click
+                async def _(_event: Any) -> None:
+                    self._click(name)
+
+            self._send_keys()
+
+    def _click(self, name: str) -> None:
+        with self._lock:
+            if name in self._buttons:
+                self._buttons[name].clicks += 1
+
+    def button_names(self) -> list[str]:
+        """Returns the names of all buttons, sorted."""
+        with self._lock:
+            return sorted(self._buttons)
+
+    def button_clicks(self, name: str) -> int:
+        """Returns how often a button was pressed, in all pages together."""
+        with self._lock:
+            return self._button("GetButtonClicks", name).clicks
+
+    def delete_button(self, name: str, strict: bool) -> bool:
+        """Removes a button; returns whether there was one."""
+        with self._lock:
+            if name not in self._buttons and not strict:
+                return False
+            self._button("DeleteButton", name).handle.remove()
+            del self._buttons[name]
+            self._send_keys()
+            return True
+
+    def _button(self, call: str, name: str) -> _Button:
+        if name not in self._buttons:
+            raise RuntimeError(
+                f"Meshcat.{call}(): Meshcat does not have any button named {name}. "
+                f"The registered button names are ({', '.join(sorted(self._buttons))})."
+            )
+        return self._buttons[name]
+
+    def add_slider(
+        self, name: str, min: float, max: float, step: float, value: float, decrement: str, increment: str
+    ) -> float:
+        """Adds a slider and returns the value it took."""
+        with self._lock:
+            for kind, known in (("slider", self._sliders), ("button", self._buttons)):
+                if name in known:
+                    raise RuntimeError(f"Meshcat.AddSlider(): Meshcat already has a {kind} named {name}.")
+            if not (step > 0 and math.isfinite(step)):
+                raise ValueError(f"Meshcat.AddSlider(): step of '{name}' must be positive, got {step}.")
+            if not min <= max:
+                raise ValueError(f"Meshcat.AddSlider(): min of '{name}' is above its max: {min} > {max}.")
+            slider = _Slider(float(min), float(max), float(step), 0.0, decrement, increment)
+            slider.value = slider.quantized(value)
+            slider.handle = self._server.gui.add_slider(
+                name, min=slider.min, max=slider.max, step=slider.step, initial_value=slider.value
+            )
+            self._sliders[name] = slider
+
+            @slider.handle.on_update
+            async def _(event: Any) -> None:
+                if event.client is not None:
+                    self._slide(name, event.target.value)
+
+            self._send_keys()
+            return slider.value
+
+    def _slide(self, name: str, value: float) -> None:
+        with self._lock:
+            if name in self._sliders and isinstance(value, (int, float)) and math.isfinite(value):
+                slider = self._sliders[name]
+                slider.value = min(slider.max, max(slider.min, float(value)))
+
+    def slider_names(self) -> list[str]:
+        """Returns the names of all sliders, in the order of their creation."""
+        with self._lock:
+            return list(self._sliders)
+
+    def slider_value(self, name: str) -> float:
+        """Returns where a slider stands."""
+        with self._lock:
+            return self._slider("GetSliderValue", name).value
+
+    def set_slider_value(self, name: str, value: float) -> float:
+        """Moves a slider, in every page, and returns the value it took."""
+        with self._lock:
+            slider = self._slider("SetSliderValue", name)
+            slider.value = slider.quantized(float(value))
+            slider.handle.value = slider.value
+            return slider.value
+
+    def delete_slider(self, name: str, strict: bool) -> bool:
+        """Removes a slider; returns whether there was one."""
+        with self._lock:
+            if name not in self._sliders and not strict:
+                return False
+            self._slider("DeleteSlider", name).handle.remove()
+            del self._sliders[name]
+            self._send_keys()
+            return True
+
+    def _slider(self, call: str, name: str) -> _Slider:
+        if name not in self._sliders:
+            raise RuntimeError(
+                f"Meshcat.{call}(): Meshcat does not have any slider named {name}. "
+                f"The registered slider names are ({', '.join(self._sliders)})."
+            )
+        return self._sliders[name]
+
+    def delete_all(self) -> None:
+        """Removes every button and slider."""
+        for name in self.button_names():
+            self.delete_button(name, strict=False)
+        for name in self.slider_names():
+            self.delete_slider(name, strict=False)
+
+    def gamepad(self) -> Gamepad:
+        """Returns the last state of a gamepad."""
+        return dataclasses.replace(self._gamepad)
+
+    def tracked_camera_pose(self) -> Any:
+        """Returns wxyz, shape (4,), and position [m], shape (3,), of the page that reports its camera, or None.
+
+        The camera's axes: x right, y down, z forward.
+        """
+        clients = self._server.get_clients()
+        tracked = [clients[c].camera for c in self._tracked if c in clients]
+        if not tracked:
+            return self._camera_pose
+        camera = max(tracked, key=lambda camera: camera.update_timestamp)
+        return camera.wxyz, camera.position
+
+    def _send_keys(self) -> None:
+        from viser import _messages
+
+        keys = {button.keycode for button in self._buttons.values()}
+        for slider in self._sliders.values():
+            keys |= {slider.decrement_keycode, slider.increment_keycode}
+        own = {"channel": self._channel._impl.uuid, "keys": sorted(keys - {""})}
+        source = f"window.__sheldrake = Object.assign(window.__sheldrake || {{}}, {json.dumps(own)});"
+        self._server._websock_server.queue_message(_messages.RunJavascriptMessage(source=source))
+
+    def _hear(self, text: str, client_id: int | None) -> None:
+        """Takes one message of the page's script."""
+        if not text:
+            return
+        try:
+            self.receive(json.loads(text), client_id)
+        except (ValueError, TypeError, KeyError, AttributeError) as error:
+            log.debug("a page said something unreadable: %r", error)
+
+    def receive(self, message: dict[str, Any], client_id: int | None = None) -> None:
+        """Acts on a message from a page: key, button, slider, gamepad, camera.
+
+        Raises:
+            ValueError, TypeError, KeyError: when it is not one of these.
+        """
+        kind = message["type"]
+        if kind == "key":
+            self._press(str(message["code"]))
+        elif kind == "button":
+            self._click(str(message["name"]))
+        elif kind == "slider":
+            self._slide(str(message["name"]), message["value"])
+        elif kind == "gamepad":
+            pad = message["gamepad"]
+            self._gamepad = Gamepad(
+                index=None if pad["index"] is None else int(pad["index"]),
+                button_values=[float(v) for v in pad["button_values"]],
+                axes=[float(v) for v in pad["axes"]],
+            )
+        elif kind == "tracked_camera" and client_id is not None:
+            self._tracked.append(client_id)
+        elif kind == "camera_pose":
+            self._camera_pose = message["camera_pose"] if message["is_perspective"] else None
+        else:
+            raise ValueError(f"a page sent a message of unknown type {kind!r}")
+
+    def _press(self, code: str) -> None:
+        with self._lock:
+            for button in self._buttons.values():
+                button.clicks += button.keycode == code
+            for name, slider in self._sliders.items():
+                steps = (slider.increment_keycode == code) - (slider.decrement_keycode == code)
+                if steps:
+                    self.set_slider_value(name, slider.value + steps * slider.step)

@@ -1,0 +1,179 @@
+"""What surrounds the scene: grid, world axes, background, lights, camera. Meshcat's "/Grid", "/Cameras" ..."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+STAGE = ("/Grid", "/Axes", "/Background", "/Lights", "/Cameras", "/Render Settings")
+_FOV = math.radians(40.0)
+_TOP, _BOTTOM = (225, 234, 244), (255, 255, 255)
+_VIEW_DIRECTION = np.array([0.8, -1.0, 0.55])  # from the scene to the camera
+
+
+def is_stage_path(path: str) -> bool:
+    """Returns whether a full path belongs to what surrounds the scene."""
+    return any(path == name or path.startswith(name + "/") for name in STAGE)
+
+
+def viewpoint(bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Returns where to look at and from [m] to see a box, shape (2, 3) [m], and the radius of the ball around it."""
+    center = bounds.mean(axis=0)
+    radius = max(1e-3, float(np.linalg.norm(bounds[1] - bounds[0])) / 2)
+    return center, center + _VIEW_DIRECTION / np.linalg.norm(_VIEW_DIRECTION) * 3.3 * radius, radius
+
+
+class Stage:
+    """The surroundings of a scene in viser's page.
+
+    Args:
+        server: A viser.ViserServer.
+    """
+
+    def __init__(self, server: Any):
+        self._server = server
+        self._framed = False
+        self._user_camera = False
+        self._background = {"top_color": _TOP, "bottom_color": _BOTTOM, "visible": True}
+        self._fov = _FOV
+        self.position = np.array([3.0, -3.0, 2.0])
+        self.target = np.zeros(3)
+        scene, gui = server.scene, server.gui
+        gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
+        gui.set_panel_label("sheldrake")
+        scene.configure_environment_map("warehouse", environment_intensity=0.55)
+        scene.configure_default_lights(True, cast_shadow=True)
+        # A hair below z = 0, so that a plate at z = 0 hides it.
+        self._grid = scene.add_grid(
+            "/Grid",
+            infinite_grid=True,
+            plane="xy",
+            cell_size=0.1,
+            section_size=1.0,
+            cell_color=(215, 219, 224),
+            section_color=(175, 182, 190),
+            fade_distance=30.0,
+            shadow_opacity=0.2,
+            position=(0.0, 0.0, -1e-4),
+        )
+        self._axes = scene.add_frame("/Axes", axes_length=0.5, axes_radius=0.005, origin_radius=0.0)
+        self._show_background()
+        server.initial_camera.fov = self._fov
+        self._send_camera()
+
+    def frame_scene(self, bounds: np.ndarray | None) -> None:
+        """Places the camera so that it sees a box, shape (2, 3) [m]; once, and never over the user's choice."""
+        if self._framed or bounds is None:
+            return
+        self._framed = True
+        target, position, radius = viewpoint(bounds)
+        if not self._user_camera:
+            self.target, self.position = target, position
+        unit = 10.0 ** math.floor(math.log10(radius))
+        self._axes.axes_length, self._axes.axes_radius = 0.4 * radius, radius / 150
+        self._grid.cell_size, self._grid.section_size = unit, 10 * unit
+        self._grid.fade_distance = 60 * radius
+        if not self._user_camera:
+            self._send_camera()
+
+    def camera_for(self, bounds: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Returns target and position of a camera that sees a box, shape (2, 3) [m], or the user's own."""
+        if self._user_camera or bounds is None:
+            return self.target, self.position
+        return viewpoint(bounds)[:2]
+
+    def set_camera(self, position: np.ndarray | None, target: np.ndarray) -> None:
+        """Places the camera and what it looks at, shape (3,) each [m]; None keeps the position."""
+        self._user_camera = True
+        self.target = np.array(target, dtype=float)
+        if position is not None:
+            self.position = np.array(position, dtype=float)
+        self._send_camera()
+
+    def set_field_of_view(self, fov: float) -> None:
+        """Sets the vertical field of view [rad]."""
+        self._fov = fov
+        self._server.initial_camera.fov = fov
+        for client in self._server.get_clients().values():
+            client.camera.fov = fov
+
+    def view_flat(self, X_WC: np.ndarray, xmin: float, xmax: float, ymin: float, ymax: float) -> None:
+        """Looks along +Cy so that the rectangle fills the page: a far camera with a narrow field of view."""
+        self._user_camera = True
+        fov = math.radians(2.0)
+        height = max(ymax - ymin, 1e-6)
+        distance = 0.5 * height / math.tan(fov / 2)
+        center_C = np.array([(xmin + xmax) / 2, 0.0, (ymin + ymax) / 2])
+        R = X_WC[:3, :3]
+        self.target = X_WC[:3, 3] + R @ center_C
+        self.position = self.target - R[:, 1] * distance
+        self.set_field_of_view(fov)
+        self._send_camera(up=R[:, 2])
+        for path in ("/Background", "/Grid", "/Axes"):
+            self.set_property(path, "visible", False)
+
+    def reset(self) -> None:
+        """Shows everything again, through the usual camera."""
+        for path in ("/Background", "/Grid", "/Axes"):
+            self.set_property(path, "visible", True)
+        self.set_field_of_view(_FOV)
+        self._user_camera = self._framed = False
+        self._send_camera(up=np.array([0.0, 0.0, 1.0]))
+
+    def _send_camera(self, up: np.ndarray | None = None) -> None:
+        server, initial = self._server, self._server.initial_camera
+        distance = float(np.linalg.norm(self.position - self.target))
+        initial.near, initial.far = max(1e-4, distance / 500), max(100.0, 50 * distance)
+        if up is not None:
+            initial.up = up
+        initial.position, initial.look_at = self.position, self.target
+        for client in server.get_clients().values():
+            with client.atomic():
+                if up is not None:
+                    client.camera.up_direction = up
+                client.camera.near, client.camera.far = initial.near, initial.far
+                client.camera.position, client.camera.look_at = self.position, self.target
+
+    def set_property(self, path: str, name: str, value: Any) -> bool:
+        """Sets a property below one of the STAGE paths; returns False when the page cannot show it."""
+        part = path.split("/")[1]
+        if part in ("Grid", "Axes") and name == "visible":
+            (self._grid if part == "Grid" else self._axes).visible = bool(value)
+            return True
+        if part == "Background" and name in ("visible", "top_color", "bottom_color"):
+            self._background[name] = bool(value) if name == "visible" else [round(255 * float(c)) for c in value][:3]
+            self._show_background()
+            return True
+        if part == "Background" and name == "environment_map":
+            return not value
+        if part == "Lights" and path == "/Lights" and name == "visible":
+            self._server.scene.configure_default_lights(bool(value))
+            return True
+        if part == "Lights" and "AmbientLight" in path and name == "intensity":
+            self._server.scene.configure_environment_map("warehouse", environment_intensity=0.55 * float(value) / 0.6)
+            return True
+        if part == "Cameras":
+            return self._set_camera_property(name, value)
+        return False
+
+    def _set_camera_property(self, name: str, value: Any) -> bool:
+        if name == "fov":
+            self.set_field_of_view(math.radians(float(value)))
+        elif name == "zoom":
+            self.set_field_of_view(2 * math.atan(math.tan(_FOV / 2) / float(value)))
+        elif name == "position":  # in three.js's axes, +y up, relative to the target
+            x, y, z = (float(v) for v in value)
+            self.set_camera(self.target + np.array([x, -z, y]), self.target)
+        else:
+            return False
+        return True
+
+    def _show_background(self) -> None:
+        shown = self._background["visible"]
+        top = np.array(self._background["top_color"] if shown else (255, 255, 255), dtype=float)
+        bottom = np.array(self._background["bottom_color"] if shown else (255, 255, 255), dtype=float)
+        ramp = np.linspace(0.0, 1.0, 256)[:, None]
+        image = np.repeat(np.round(top + ramp * (bottom - top)).astype(np.uint8)[:, None], 4, axis=1)
+        self._server.scene.set_background_image(image, format="png")

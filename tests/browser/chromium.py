@@ -1,0 +1,224 @@
+"""A headless Chromium, driven through its DevTools protocol over the websockets package that viser brings."""
+
+import base64
+import itertools
+import json
+import os
+import shutil
+import subprocess
+import tempfile
+import time
+import urllib.request
+from pathlib import Path
+
+from websockets.sync.client import connect
+
+NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
+
+
+def executable():
+    """Returns the path of a Chromium, or None."""
+    return next(filter(None, map(shutil.which, NAMES)), None)
+
+
+class Chromium:
+    """One browser process with pages in it; use as a context manager."""
+
+    def __init__(self, width=800, height=500, offline=False):
+        self._profile = tempfile.TemporaryDirectory(prefix="chromium-", ignore_cleanup_errors=True)
+        command = [
+            executable(),
+            "--headless=new",
+            "--no-first-run",
+            "--remote-debugging-port=0",
+            f"--user-data-dir={self._profile.name}",
+            f"--window-size={width},{height}",
+            "--use-angle=swiftshader",
+            "--enable-unsafe-swiftshader",
+            "--ignore-gpu-blocklist",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--force-device-scale-factor=1",
+            "--disable-dev-shm-usage",
+        ]
+        if hasattr(os, "geteuid") and os.geteuid() == 0:
+            command.append("--no-sandbox")
+        if offline:  # every name fails to resolve and every address is unreachable
+            command += ["--host-resolver-rules=MAP * ~NOTFOUND"]
+            command += ["--proxy-server=127.0.0.1:9", "--proxy-bypass-list=<-loopback>"]
+        silent = subprocess.DEVNULL
+        self._process = subprocess.Popen([*command, "about:blank"], stdout=silent, stderr=silent)
+        self._port = self._wait_for_port()
+        self._pages = []
+
+    def _wait_for_port(self):
+        file = Path(self._profile.name) / "DevToolsActivePort"
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline:
+            if file.exists() and file.read_text().strip():
+                return int(file.read_text().split()[0])
+            assert self._process.poll() is None, "chromium ended at once"
+            time.sleep(0.05)
+        raise TimeoutError("chromium did not start")
+
+    def open(self, url):
+        """Opens a page in a new tab."""
+        request = urllib.request.Request(f"http://127.0.0.1:{self._port}/json/new?about:blank", method="PUT")
+        target = json.load(urllib.request.urlopen(request))
+        page = Page(target["webSocketDebuggerUrl"])
+        self._pages.append(page)
+        page.call("Page.enable")
+        page.call("Runtime.enable")
+        page.call("Network.enable")
+        page.call("Page.bringToFront")
+        page.call("Page.navigate", url=url)
+        return page
+
+    def close_pages(self):
+        """Closes all tabs that open() made."""
+        for page in self._pages:
+            page.call("Page.close")
+            page.close()
+        self._pages = []
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        for page in self._pages:
+            page.close()
+        self._process.terminate()
+        try:
+            self._process.wait(10)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._profile.cleanup()
+
+
+class Page:
+    """One tab."""
+
+    def __init__(self, address):
+        self._socket = connect(address, max_size=None)
+        self._ids = itertools.count(1)
+        self.events = []
+
+    def call(self, method, **params):
+        """Calls a DevTools method and returns its result."""
+        number = next(self._ids)
+        self._socket.send(json.dumps({"id": number, "method": method, "params": params}))
+        while True:
+            answer = json.loads(self._socket.recv(timeout=60))
+            if answer.get("id") == number:
+                if "error" in answer:
+                    raise RuntimeError(f"{method}: {answer['error']}")
+                return answer["result"]
+            self.events.append(answer)
+
+    def evaluate(self, expression):
+        """Returns the value of a JavaScript expression."""
+        result = self.call("Runtime.evaluate", expression=expression, returnByValue=True, awaitPromise=True)
+        if "exceptionDetails" in result:
+            raise RuntimeError(result["exceptionDetails"].get("exception", {}).get("description", str(result)))
+        return result["result"].get("value")
+
+    def wait_for(self, expression, seconds=30):
+        """Waits until a JavaScript expression is true and returns its value."""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            try:
+                value = self.evaluate(expression)
+            except RuntimeError:
+                value = None
+            if value:
+                return value
+            time.sleep(0.1)
+        raise TimeoutError(f"the page never said yes to: {expression}")
+
+    def position(self, name):
+        """Returns where a node of the scene is, in the scene's own world (+z up) [m], or None."""
+        return self.evaluate(
+            f"""(() => {{
+              const viewer = window.__viserMutable; const node = viewer && viewer.nodeRefFromName[{json.dumps(name)}];
+              if (!node) return null;
+              node.updateWorldMatrix(true, false);
+              const root = viewer.nodeRefFromName[""];
+              root.updateWorldMatrix(true, false);
+              const inverse = root.matrixWorld.clone().invert();
+              const e = inverse.multiply(node.matrixWorld).elements;
+              return [e[12], e[13], e[14]];
+            }})()"""
+        )
+
+    def watch(self, name):
+        """Notes where a node is, at every picture drawn; watched() gives the notes."""
+        self.evaluate(
+            f"""(() => {{
+              window.__watched = [];
+              const look = () => {{
+                const viewer = window.__viserMutable, node = viewer && viewer.nodeRefFromName[{json.dumps(name)}];
+                if (node) {{
+                  node.updateWorldMatrix(true, false);
+                  const root = viewer.nodeRefFromName[""];
+                  const e = root.matrixWorld.clone().invert().multiply(node.matrixWorld).elements;
+                  window.__watched.push([e[12], e[13], e[14]]);
+                }}
+                setTimeout(look, 10);
+              }};
+              look();
+            }})()"""
+        )
+
+    def watched(self):
+        """Returns the positions seen since watch()."""
+        return self.evaluate("window.__watched")
+
+    def console(self):
+        """Returns what the page wrote as errors."""
+        self.evaluate("0")
+        errors = [e["params"] for e in self.events if e["method"] == "Runtime.exceptionThrown"]
+        errors += [
+            e["params"] for e in self.events
+            if e["method"] == "Runtime.consoleAPICalled" and e["params"]["type"] == "error"
+        ]
+        return errors
+
+    def requests(self):
+        """Returns the addresses the page asked for."""
+        self.evaluate("0")
+        urls = [e["params"]["request"]["url"] for e in self.events if e["method"] == "Network.requestWillBeSent"]
+        return [url for url in urls if not url.startswith(("data:", "blob:"))]
+
+    def click(self, x, y):
+        """Clicks with the left button."""
+        for kind in ("mousePressed", "mouseReleased"):
+            self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
+
+    def click_on(self, selector_expression):
+        """Clicks on the middle of the element which a JavaScript expression returns."""
+        middle = (
+            f"(() => {{ const e = {selector_expression}; if (!e) return null; const r = e.getBoundingClientRect();"
+            " return r.width ? [r.x + r.width / 2, r.y + r.height / 2] : null; })()"
+        )
+        before = None
+        while before != (now := self.wait_for(middle)):  # it may still be sliding into its place
+            before = now
+            time.sleep(0.5)
+        self.click(*now)
+
+    def press(self, key, code):
+        """Presses and releases a key."""
+        for kind in ("keyDown", "keyUp"):
+            self.call("Input.dispatchKeyEvent", type=kind, key=key, code=code)
+
+    def screenshot(self, path, width=1200, height=800):
+        """Writes what the page looks like, at a size in pixels, to a PNG file."""
+        self.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=False)
+        time.sleep(1.5)
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
+        Path(path).write_bytes(base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"]))
+        self.call("Emulation.clearDeviceMetricsOverride")
+
+    def close(self):
+        self._socket.close()
