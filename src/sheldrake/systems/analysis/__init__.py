@@ -4,7 +4,6 @@ from sheldrake.systems.analysis._integrator import (
     ExplicitEulerIntegrator,
     GetIntegrationSchemes,
     IntegratorBase,
-    ResetIntegratorFromFlags,
     RungeKutta2Integrator,
     RungeKutta3Integrator,
 )
@@ -16,7 +15,6 @@ __all__ = [
     "GetIntegrationSchemes",
     "InitializeParams",
     "IntegratorBase",
-    "ResetIntegratorFromFlags",
     "RungeKutta2Integrator",
     "RungeKutta3Integrator",
     "Simulator",
