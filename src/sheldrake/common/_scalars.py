@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import importlib
-import importlib.util
 import math
 import sys
 import types
@@ -44,8 +43,6 @@ def expression_class() -> type:
 
 def scalar_types() -> tuple[type, ...]:
     """All scalar types, plainest first."""
-    if importlib.util.find_spec("sheldrake.symbolic") is None:
-        return (float, autodiff_class())
     return (float, autodiff_class(), expression_class())
 
 

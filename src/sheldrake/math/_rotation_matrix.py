@@ -13,6 +13,7 @@ from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
     all_equal,
+    all_of,
     any_array,
     as_array,
     at_most,
@@ -282,9 +283,11 @@ class RotationMatrix(ScalarBase):
 
     def IsValid(self) -> Any:
         """Whether the matrix is orthonormal to Drake's tolerance (128 eps) and right-handed."""
-        M = self._M if self._T is float else numeric(self._M)
-        error = np.abs(M.dot(M.T) - identity(float, 3)).max()
-        return bool(error <= TOLERANCE and np.linalg.det(M) > 0.0)
+        T, M = self._T, self._M
+        orthonormal = at_most(largest_magnitude(M.dot(M.T) - identity(T, 3), T), TOLERANCE, T)
+        (a, b, c), (d, e, f), (g, h, i) = M.tolist()
+        determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
+        return all_of((orthonormal, determinant > 0.0))
 
     def IsExactlyIdentity(self) -> Any:
         """Whether all numbers are those of the unit matrix."""

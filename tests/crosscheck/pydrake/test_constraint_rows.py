@@ -19,7 +19,7 @@ pytestmark = pytest.mark.peer
 INF = np.inf
 
 
-def mechanism(dt, effort=(INF, INF, INF), gains=None, constraints=(), distance_spring=(INF, 0.0)):
+def mechanism(dt, effort=(INF, INF, INF), gains=None, constraints=(), distance_spring=(INF, 0.0), name="lagged"):
     """Three revolute links, a slider with springs, three free bodies."""
     from pydrake.math import RigidTransform, RollPitchYaw
     from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
@@ -38,7 +38,7 @@ def mechanism(dt, effort=(INF, INF, INF), gains=None, constraints=(), distance_s
 
     builder = DiagramBuilder()
     plant, _ = AddMultibodyPlantSceneGraph(builder, dt)
-    plant.set_discrete_contact_approximation(approximation("lagged"))
+    plant.set_discrete_contact_approximation(approximation(name))
     instance = plant.AddModelInstance("m")
     world = plant.world_body()
     links, joints, parent = [], [], world.body_frame()

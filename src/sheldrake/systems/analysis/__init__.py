@@ -4,6 +4,7 @@ from sheldrake.systems.analysis._integrator import (
     ExplicitEulerIntegrator,
     GetIntegrationSchemes,
     IntegratorBase,
+    ResetIntegratorFromFlags,
     RungeKutta2Integrator,
     RungeKutta3Integrator,
 )
@@ -15,6 +16,7 @@ __all__ = [
     "GetIntegrationSchemes",
     "InitializeParams",
     "IntegratorBase",
+    "ResetIntegratorFromFlags",
     "RungeKutta2Integrator",
     "RungeKutta3Integrator",
     "Simulator",

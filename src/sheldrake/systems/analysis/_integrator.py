@@ -222,16 +222,18 @@ class IntegratorBase:
 
     def GetStatisticsSummary(self) -> list[tuple[str, int | float]]:
         """All statistics by name."""
-        return [
-            ("Number of steps taken", self.get_num_steps_taken()),
-            ("Number of derivative evaluations", self.get_num_derivative_evaluations()),
-            ("Number of step shrinkages from error control", self.get_num_step_shrinkages_from_error_control()),
-            ("Number of step shrinkages from substep failures", self.get_num_step_shrinkages_from_substep_failures()),
-            ("Number of substep failures", self.get_num_substep_failures()),
-            ("Actual initial step size taken", self.get_actual_initial_step_size_taken()),
-            ("Smallest adapted step size taken", self.get_smallest_adapted_step_size_taken()),
-            ("Largest step size taken", self.get_largest_step_size_taken()),
-        ]
+        found: list[tuple[str, int | float]] = [("integrator_num_steps_taken", self.get_num_steps_taken())]
+        if not self.get_fixed_step_mode():
+            found += [
+                ("integrator_actual_initial_step_size_taken", self.get_actual_initial_step_size_taken()),
+                ("integrator_largest_step_size_taken", self.get_largest_step_size_taken()),
+                ("integrator_smallest_adapted_step_size_taken", self.get_smallest_adapted_step_size_taken()),
+                (
+                    "integrator_num_step_shrinkages_from_error_control",
+                    self.get_num_step_shrinkages_from_error_control(),
+                ),
+            ]
+        return [*found, ("integrator_num_derivative_evaluations", self.get_num_derivative_evaluations())]
 
 
 class RungeKutta3Integrator(IntegratorBase):
@@ -271,3 +273,21 @@ _SCHEMES = {
 def GetIntegrationSchemes() -> list[str]:
     """Names of the integration schemes, for `ResetIntegratorFromFlags` and `SimulatorConfig`."""
     return sorted(_SCHEMES)
+
+
+def ResetIntegratorFromFlags(simulator: Any, scheme: str, max_step_size: float) -> IntegratorBase:
+    """Gives a simulator the integrator of this name, with this maximum step size [s].
+
+    Raises:
+        RuntimeError: there is no such scheme.
+    """
+    if scheme not in _SCHEMES:
+        raise RuntimeError(f"Unknown integration scheme: {scheme} (valid: {', '.join(GetIntegrationSchemes())})")
+    system = simulator.get_system()
+    cls = _SCHEMES[scheme]
+    if cls._supports_error_estimation:
+        integrator = cls(system)
+        integrator.set_maximum_step_size(max_step_size)
+    else:
+        integrator = cls(system, max_step_size)
+    return simulator.reset_integrator(integrator)

@@ -69,6 +69,7 @@ class Simulator:
         self._context = context
         self._adopt(RungeKutta3Integrator(system, context))
         self._integrator.set_maximum_step_size(0.1)
+        self._integrator.request_initial_step_size_target(1e-4)
         self._integrator.set_target_accuracy(1e-4)
 
     # What it works on.

@@ -56,7 +56,7 @@ class SimulatorStatus:
     def FormatMessage(self) -> str:
         """All of it as a sentence."""
         if self.succeeded():
-            return f"Simulator successfully reached the boundary time ({self._boundary:g})."
+            return f"Simulator successfully reached the boundary time ({_number(self._boundary)})."
         who = (
             "a system"
             if self._system is None
@@ -64,12 +64,17 @@ class SimulatorStatus:
         )
         if self._reason is SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             return (
-                f"Simulator returned early at time {self._time:g} because {who} requested termination with message: "
+                f"Simulator returned early at time {_number(self._time)} because {who} requested termination with message: "
                 f'"{self._message}"'
             )
-        return f'Simulator stopped at time {self._time:g} because {who} failed with message: "{self._message}"'
+        return f'Simulator stopped at time {_number(self._time)} because {who} failed with message: "{self._message}"'
 
     def IsIdenticalStatus(self, other: SimulatorStatus) -> bool:
         """Whether all of it is the same."""
         mine = (self._boundary, self._time, self._reason, self._message)
         return mine == (other._boundary, other._time, other._reason, other._message) and self._system is other._system
+
+
+def _number(x: float) -> str:
+    """Shortest text that reads back as `x`, without a trailing ".0"."""
+    return repr(float(x)).removesuffix(".0")

@@ -52,6 +52,8 @@ class Row:
     event: EventDeclaration | None = None
     free: tuple[int, ...] = ()
     """Free inputs that a kernel needs."""
+    models: dict = dataclasses.field(default_factory=dict)
+    """Constant arrays, by parameter name."""
 
     @property
     def native(self) -> bool:
@@ -104,8 +106,8 @@ class Layout(Topology):
         self._take_state()
         self._take_ports()
         self._take_work()
+        self._models: dict[int, dict] = {}
         self._add_rows()
-        self._models = [self._models_of(n) for n in range(len(self.nodes))]
         self.program = self._program()
         self.version = sum(s._version for s in self.systems)
         self._stamps = self.program.level.tolist()
@@ -240,6 +242,7 @@ class Layout(Topology):
         for row in self.rows:
             if row.native:
                 row.free = self._required(row)
+                row.models = self._needed_models(row)
 
     def _event_row(self, n: int, place: Place, event: EventDeclaration) -> int:
         if event.handler is None:
@@ -258,21 +261,25 @@ class Layout(Topology):
         inputs = zip(self.systems[row.node]._inputs, self.places[row.node].inputs)
         return tuple(s.free for d, s in inputs if s.free >= 0 and s.vector and not d.optional)
 
-    def _models_of(self, n: int) -> dict:
-        system = self.systems[n]
-        if not self.nodes[n].leaf or not any(
-            row.node == n and row.native and any(x.endswith("model") for x in row.calc.names) for row in self.rows_of(n)
-        ):
+    def _needed_models(self, row: Row) -> dict:
+        names = [x for x in row.calc.names if x == "model" or x.endswith("_model")]
+        if not names:
             return {}
-        return dict(system._kernel_models(RootView(self, n)))
+        models = self._models_of(row)
+        for name in names:
+            if name not in models:
+                raise ValueError(
+                    f"{type(self.systems[row.node]).__name__}._kernel_models() gives {sorted(models)}; {row.calc!r} "
+                    f"needs {name!r}."
+                )
+        return models
 
-    def rows_of(self, n: int) -> Iterable[Row]:
-        """All rows of a leaf."""
-        if not hasattr(self, "_rows_by_node"):
-            self._rows_by_node: dict[int, list[Row]] = {}
-            for row in self.rows:
-                self._rows_by_node.setdefault(row.node, []).append(row)
-        return self._rows_by_node.get(n, ())
+    def _models_of(self, row: Row) -> dict:
+        """Constant arrays for a kernel row, by parameter name; a leaf is asked once."""
+        n, system = row.node, self.systems[row.node]
+        if n not in self._models:
+            self._models[n] = dict(system._kernel_models(RootView(self, n)))
+        return self._models[n] | system._output_models.get(row.output, {})
 
     # The program.
 
@@ -366,7 +373,7 @@ class Layout(Topology):
                 a, b = row.out
                 found[name] = self._work_fields(row.node) if parameter.kind == "tuple" else (a, b - a)
             elif name == "model" or name.endswith("_model"):
-                found[name] = self._model(row.node, name)
+                found[name] = row.models[name]
             elif name == "u":
                 found[name] = [(slot.span[0], slot.span[1] - slot.span[0]) for slot in place.inputs]
             elif name == "work" and parameter.kind == "tuple":
@@ -380,14 +387,6 @@ class Layout(Topology):
                     "and not the last, which is filled."
                 )
         return pack_row(row.calc, found).tolist()
-
-    def _model(self, n: int, name: str) -> Any:
-        models = self._models[n]
-        if name not in models:
-            raise ValueError(
-                f"{type(self.systems[n]).__name__}._kernel_models() gives {sorted(models)}; its kernel needs {name!r}."
-            )
-        return models[name]
 
     def _work_fields(self, n: int) -> list[tuple[int, ...]]:
         """Offset and shape of each array of a leaf's scratch."""

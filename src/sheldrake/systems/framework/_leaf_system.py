@@ -76,6 +76,8 @@ class LeafSystem(System):
         self._events: list[EventDeclaration] = []
         self._derivatives_kernel: Kernel | None = None
         self._scratch_prototype: Any = 0
+        self._output_models: dict[int, dict] = {}
+        """Constant arrays for the kernel of one output port, over those of `_kernel_models`."""
 
     # Input ports.
 

@@ -196,7 +196,7 @@ class Store:
 
     def _twin_arguments(self, row: Row) -> tuple:
         place, found = self.layout.places[row.node], []
-        models = self.layout._models[row.node]
+        models = row.models
         for parameter in row.calc.parameters[:-1]:
             name = parameter.name
             if parameter.kind == "t":

@@ -73,7 +73,9 @@ class SystemBase:
 
     def GetSystemType(self) -> str:
         """Full name of its class."""
-        return pretty_class_name(type(self))
+        cls = type(self)
+        module = ".".join(part for part in cls.__module__.split(".") if not part.startswith("_") or part == "__main__")
+        return f"{module}.{cls.__qualname__}"
 
     def _parent(self) -> Any:
         return None if self._parent_ref is None else self._parent_ref()

@@ -38,6 +38,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     P_STAR,
     PARENT_DOF,
     PARTICIPATING,
+    POLISH,
     ROW_START,
     STICTION,
     STIFFNESS,
@@ -194,10 +195,13 @@ def newton(model, problem, contacts, factor, h):
     count = problem.count[NUM_CONTACTS]
     tolerance = TOLERANCE * model.option[STICTION]
     change = 2.0 * tolerance
+    polished = 0
     for _ in range(NEWTON_LIMIT):
         contact_forces(model, problem, contacts, h)
         if change < tolerance:
-            return 1
+            if polished == model.setting[POLISH]:
+                return 1
+            polished += 1
         momentum_residual(model, problem, contacts)
         assemble_dense(model, problem, contacts, factor)
         if eliminate(factor.L, factor.rhs, problem.count[PARTICIPATING]) != 0:

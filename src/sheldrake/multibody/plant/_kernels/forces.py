@@ -45,22 +45,29 @@ def add_applied_forces(plant_model, u, force):
 
 
 @kernel
-def add_actuation(plant_model, u, force, net_actuation, pd):
-    """Adds actuation clamped to the effort limits; fills net_actuation [N or N m].
+def commanded_effort(plant_model, u, i):
+    """What the inputs ask of actuator i [N m or N]."""
+    effort = element(u, plant_model.actuator[i, ACTUATOR_PORT], plant_model.actuator[i, ACTUATOR_ELEMENT])
+    return effort + element(u, plant_model.actuator[i, INSTANCE_PORT], plant_model.actuator[i, INSTANCE_ELEMENT])
 
-    With `pd`, an actuator that has gains is left to the solver: net_actuation then holds its feed-forward.
+
+@kernel
+def add_actuation(plant_model, u, force, net_actuation, pd):
+    """Adds actuation clamped to the effort limits; fills net_actuation [N m or N].
+
+    With `pd`, an actuator that has gains adds nothing here: the solver does. Without a desired state it does nothing at
+    all; its net actuation is reported as if it did, as Drake reports it.
     """
     for i in range(plant_model.actuator.shape[0]):
-        effort = element(u, plant_model.actuator[i, ACTUATOR_PORT], plant_model.actuator[i, ACTUATOR_ELEMENT])
-        effort += element(u, plant_model.actuator[i, INSTANCE_PORT], plant_model.actuator[i, INSTANCE_ELEMENT])
-        if not pd or plant_model.actuator[i, DESIRED_PORT] < 0:
-            limit = plant_model.gain[i, EFFORT_LIMIT]
-            if effort > limit:
-                effort = limit
-            if effort < -limit:
-                effort = -limit
-            force[plant_model.actuator[i, ACTUATOR_DOF]] += effort
+        effort = commanded_effort(plant_model, u, i)
+        limit = plant_model.gain[i, EFFORT_LIMIT]
+        if effort > limit:
+            effort = limit
+        if effort < -limit:
+            effort = -limit
         net_actuation[i] = effort
+        if not pd or plant_model.actuator[i, DESIRED_PORT] < 0:
+            force[plant_model.actuator[i, ACTUATOR_DOF]] += effort
 
 
 @kernel

@@ -26,6 +26,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     V_STAR,
     WIDTH,
 )
+from sheldrake.multibody.plant._kernels.forces import commanded_effort
 from sheldrake.multibody.plant._kernels.model import (
     ACTUATOR_DOF,
     ACTUATOR_Q,
@@ -94,14 +95,12 @@ def put_limits(tree_model, solver_model, plant_model, problem, rows, q):
 
 
 @kernel
-def put_actuators(tree_model, solver_model, plant_model, problem, rows, q, u, net_actuation):
-    """Rows of the actuators under PD control, whose feed-forward is in net_actuation; idle without a desired state."""
+def put_actuators(tree_model, solver_model, plant_model, problem, rows, q, u):
+    """Rows of the actuators under PD control that have a desired state."""
     dt = solver_model.option[DT]
     for i in range(plant_model.actuator.shape[0]):
         port = plant_model.actuator[i, DESIRED_PORT]
-        if port >= 0 and u[port].shape[0] == 0:
-            net_actuation[i] = 0.0
-        elif port >= 0:
+        if port >= 0 and u[port].shape[0] > 0:
             dof = plant_model.actuator[i, ACTUATOR_DOF]
             effort = plant_model.gain[i, EFFORT_LIMIT]
             r = put_joint_row(tree_model, problem, rows, dof, ACTUATOR, i, 1.0)
@@ -112,4 +111,4 @@ def put_actuators(tree_model, solver_model, plant_model, problem, rows, q, u, ne
             rows.law[r, ROW_STIFFNESS] = plant_model.gain[i, GAIN_P]
             rows.law[r, ROW_RELAXATION] = plant_model.gain[i, GAIN_D]
             rows.law[r, ROW_RATE] = u[port][plant_model.actuator[i, DESIRED_V]]
-            rows.law[r, ROW_FORWARD] = net_actuation[i]
+            rows.law[r, ROW_FORWARD] = commanded_effort(plant_model, u, i)

@@ -175,7 +175,7 @@ def plant_step(
     if status != SOLVED:
         return status
     put_limits(tree_model, solver_model, plant_model, problem, rows, xd)
-    put_actuators(tree_model, solver_model, plant_model, problem, rows, xd, u, work.net_actuation)
+    put_actuators(tree_model, solver_model, plant_model, problem, rows, xd, u)
     status = solve_rows(solver_model, problem, contacts, rows, factor)
     if status != SOLVED:
         return status

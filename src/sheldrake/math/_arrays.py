@@ -1,0 +1,83 @@
+"""Operations on arrays of any scalar: element-wise comparison, product, inverse."""
+
+from __future__ import annotations
+
+import importlib
+import operator
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._scalars import autodiff_class
+
+__all__ = ["eq", "ge", "gt", "inv", "le", "lt", "matmul", "ne"]
+
+
+def _elementwise(function: Callable[[Any, Any], Any], sign: str) -> np.vectorize:
+    doc = f"`a {sign} b` element by element, with broadcasting; an array of formulas where an operand is symbolic."
+    return np.vectorize(function, doc=doc)
+
+
+lt = _elementwise(operator.lt, "<")
+le = _elementwise(operator.le, "<=")
+eq = _elementwise(operator.eq, "==")
+ne = _elementwise(operator.ne, "!=")
+ge = _elementwise(operator.ge, ">=")
+gt = _elementwise(operator.gt, ">")
+
+
+def _as_matrix(value: Any) -> np.ndarray:
+    array = np.asarray(value)
+    if array.dtype != object:
+        array = array.astype(float, copy=False)
+    return array[:, None] if array.ndim == 1 else array
+
+
+def matmul(a: Any, b: Any) -> np.ndarray:
+    """Matrix product of arrays of any scalars; a vector counts as a column.
+
+    Raises:
+        ValueError: the inner sizes differ.
+    """
+    a, b = _as_matrix(a), _as_matrix(b)
+    if a.ndim != 2 or b.ndim != 2 or a.shape[1] != b.shape[0]:
+        raise ValueError(f"matmul(): shapes {a.shape} and {b.shape} have no product; the inner sizes must be equal.")
+    return a.dot(b)
+
+
+def inv(a: Any) -> np.ndarray:
+    """Inverse of a square matrix of any scalars.
+
+    Raises:
+        ValueError: it is not square.
+    """
+    a = _as_matrix(a)
+    if a.ndim != 2 or a.shape[0] != a.shape[1]:
+        raise ValueError(f"inv(): an array of shape {a.shape} is not a square matrix.")
+    if a.dtype != object:
+        try:
+            return np.linalg.inv(a)
+        except np.linalg.LinAlgError:
+            return np.full(a.shape, np.nan)
+    if any(type(x).__module__.startswith("sheldrake.symbolic") for x in a.flat):
+        return importlib.import_module("sheldrake.symbolic").inv(a)
+    return _gauss_jordan(a)
+
+
+def _gauss_jordan(a: np.ndarray) -> np.ndarray:
+    """Inverse of a matrix of AutoDiffXd by elimination, pivots chosen by value."""
+    n = len(a)
+    AutoDiffXd = autodiff_class()
+    work = np.hstack([a, np.eye(n)]).astype(object)
+    work = np.array([x if isinstance(x, AutoDiffXd) else AutoDiffXd(x) for x in work.flat], dtype=object)
+    work = work.reshape(n, 2 * n)
+    for k in range(n):
+        sizes = [abs(x.value()) for x in work[k:, k]]
+        pivot = k + sizes.index(max(sizes))
+        work[[k, pivot]] = work[[pivot, k]]
+        work[k] = work[k] / work[k, k]
+        for row in range(n):
+            if row != k:
+                work[row] = work[row] - work[row, k] * work[k]
+    return work[:, n:].copy()

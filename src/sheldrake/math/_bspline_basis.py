@@ -1,0 +1,224 @@
+"""B-spline bases."""
+
+from __future__ import annotations
+
+import operator
+from bisect import bisect_left, bisect_right
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._enums import BoundEnum
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch, incompatible
+from sheldrake.common._scalars import ScalarBase, ScalarTemplate, any_array, as_scalar
+
+
+def _number(x: Any) -> float:
+    """Value of a float, an AutoDiffXd or an Expression without variables."""
+    if isinstance(x, float):
+        return x
+    return x.value() if hasattr(x, "value") else x.Evaluate()
+
+
+class KnotVectorType(BoundEnum):
+    """Equally spaced knots all along, or with the end knots repeated so that curves reach their end points."""
+
+    kUniform = 0
+    kClampedUniform = 1
+
+
+class BsplineBasis(ScalarBase):
+    """The basis functions of B-splines of one order over one knot vector."""
+
+    __slots__ = ("_knots", "_order")
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """
+        `BsplineBasis()`, `BsplineBasis(order, knots)`, `BsplineBasis(order, num_basis_functions,
+        type=KnotVectorType.kClampedUniform, initial_parameter_value=0, final_parameter_value=1)`,
+        `BsplineBasis(other)`.
+
+        Raises:
+            ValueError: there are too few knots or basis functions for the order.
+        """
+        if not args and not kwargs:
+            self._order, self._knots = 0, []
+        elif (other := self._only_other(args, kwargs)) is not None:
+            self._order, self._knots = other._order, other._knots
+        elif (len(args) == 2 and not hasattr(args[1], "__index__") and not kwargs) or "knots" in kwargs:
+            self._checked(self._init_from_knots, args, kwargs)
+        else:
+            self._checked(self._init_uniform, args, kwargs)
+
+    def _only_other(self, args: tuple, kwargs: dict) -> Any:
+        values = [*args, *kwargs.values()]
+        only = len(values) == 1 and kwargs.keys() <= {"other"} and isinstance(values[0], self._plain_class())
+        return values[0] if only else None
+
+    def _checked(self, init: Any, args: tuple, kwargs: dict) -> None:
+        try:
+            init(*args, **kwargs)
+        except (Mismatch, TypeError):
+            accepted = [
+                "()",
+                "(order, knots)",
+                "(order, num_basis_functions, type, initial_parameter_value, final_parameter_value)",
+                "(other)",
+            ]
+            raise incompatible(pretty_class_name(self._plain_class()), accepted, args, kwargs) from None
+
+    def _init_from_knots(self, order: int, knots: Sequence[Any]) -> None:
+        self._order = operator.index(order)
+        self._knots = [as_scalar(self._T, knot) for knot in knots]
+        if len(self._knots) < 2 * self._order:
+            raise ValueError(
+                f"The number of knots ({len(self._knots)}) should be greater than or equal to twice the order "
+                f"({2 * self._order})."
+            )
+
+    def _init_uniform(
+        self,
+        order: int,
+        num_basis_functions: int,
+        type: KnotVectorType = KnotVectorType.kClampedUniform,
+        initial_parameter_value: Any = 0.0,
+        final_parameter_value: Any = 1.0,
+    ) -> None:
+        k, n = operator.index(order), operator.index(num_basis_functions)
+        if not isinstance(type, KnotVectorType):
+            raise Mismatch
+        first, last = as_scalar(self._T, initial_parameter_value), as_scalar(self._T, final_parameter_value)
+        if n < k:
+            raise ValueError(f"The number of basis functions ({n}) should be greater than or equal to the order ({k}).")
+        step = (last - first) / (n - k + 1.0)
+        knots = [first + (i - (k - 1)) * step for i in range(n + k)]
+        knots[n] = last
+        if type is KnotVectorType.kClampedUniform:
+            knots[:k] = [first] * k
+            knots[n:] = [last] * k
+        self._order, self._knots = k, knots
+
+    def order(self) -> int:
+        """Degree plus one."""
+        return self._order
+
+    def degree(self) -> int:
+        """Degree of the polynomial pieces."""
+        return self._order - 1
+
+    def num_basis_functions(self) -> int:
+        """How many basis functions, and so control points of a curve, there are."""
+        return len(self._knots) - self._order
+
+    def knots(self) -> list:
+        """The knots, ascending."""
+        return list(self._knots)
+
+    def initial_parameter_value(self) -> Any:
+        """Where curves begin."""
+        return self._knots[self._order - 1]
+
+    def final_parameter_value(self) -> Any:
+        """Where curves end."""
+        return self._knots[self.num_basis_functions()]
+
+    def FindContainingInterval(self, parameter_value: Any) -> int:
+        """Index i of the knots with knots[i] <= parameter_value < knots[i + 1]; the last interval includes its end."""
+        u = _number(as_scalar(self._T, parameter_value))
+        find = bisect_right if u < _number(self.final_parameter_value()) else bisect_left
+        return find([_number(knot) for knot in self._knots], u) - 1
+
+    def ComputeActiveBasisFunctionIndices(self, *args: Any, **kwargs: Any) -> list[int]:
+        """Which basis functions are not zero at `parameter_value`, or somewhere in `parameter_interval` [a, b]."""
+        values = [*args, *kwargs.values()]
+        if len(values) != 1 or not kwargs.keys() <= {"parameter_value", "parameter_interval"}:
+            raise self._no_indices(args, kwargs)
+        try:
+            ends = any_array(self._T, values[0])
+        except Mismatch:
+            raise self._no_indices(args, kwargs) from None
+        if ends.shape not in ((), (2,)):
+            raise self._no_indices(args, kwargs)
+        first, last = ends.reshape(-1)[[0, -1]].tolist()
+        begin = self.FindContainingInterval(first) - self._order + 1
+        return list(range(begin, self.FindContainingInterval(last) + 1))
+
+    def _no_indices(self, args: tuple, kwargs: dict) -> TypeError:
+        where = f"{pretty_class_name(self._plain_class())}.ComputeActiveBasisFunctionIndices"
+        return incompatible(where, ["(parameter_value)", "(parameter_interval: [a, b])"], args, kwargs)
+
+    def _check_parameter(self, call: str, u: Any) -> None:
+        first, last = _number(self.initial_parameter_value()), _number(self.final_parameter_value())
+        if not first <= _number(u) <= last:
+            raise RuntimeError(f"BsplineBasis.{call}(): parameter value {u} is not within [{first}, {last}].")
+
+    def EvaluateCurve(self, control_points: Sequence[Any], parameter_value: Any) -> np.ndarray:
+        """The point of a curve, of the shape of a control point.
+
+        Args:
+            control_points: As many as there are basis functions.
+            parameter_value: Within the initial and final one.
+
+        Raises:
+            RuntimeError: the number of points or the parameter is not so.
+        """
+        u = as_scalar(self._T, parameter_value)
+        if len(control_points) != self.num_basis_functions():
+            raise RuntimeError(
+                f"BsplineBasis.EvaluateCurve(): {len(control_points)} control points for "
+                f"{self.num_basis_functions()} basis functions."
+            )
+        self._check_parameter("EvaluateCurve", u)
+        try:
+            points = [any_array(self._T, point) for point in control_points]
+        except Mismatch:
+            raise self._no_curve(control_points, parameter_value) from None
+        if any(point.ndim == 0 for point in points):
+            raise self._no_curve(control_points, parameter_value)
+        return self._de_boor(points, u)
+
+    def _no_curve(self, control_points: Any, parameter_value: Any) -> TypeError:
+        where = f"{pretty_class_name(self._plain_class())}.EvaluateCurve"
+        return incompatible(where, ["(control_points: list of vectors, parameter_value)"], (control_points,), {})
+
+    def _de_boor(self, points: list, u: Any) -> Any:
+        """De Boor's algorithm (C. de Boor, A Practical Guide to Splines, chapter X)."""
+        k, t = self._order, self._knots
+        ell = self.FindContainingInterval(u)
+        p = [points[i] for i in range(ell, ell - k, -1)]
+        for j in range(1, k):
+            for i in range(k - j):
+                top = ell - i
+                a = (u - t[top]) / (t[top + k - j] - t[top])
+                p[i] = (1.0 - a) * p[i + 1] + a * p[i]
+        return p[0]
+
+    def EvaluateBasisFunctionI(self, i: int, parameter_value: Any) -> Any:
+        """Value of basis function `i`."""
+        u = as_scalar(self._T, parameter_value)
+        self._check_parameter("EvaluateBasisFunctionI", u)
+        points = [self._T(float(j == i)) for j in range(self.num_basis_functions())]
+        return self._de_boor(points, u)
+
+    def EvaluateLinearInControlPoints(self, parameter_value: Any) -> np.ndarray:
+        """Values of all basis functions: the weights of the control points, shape (num_basis_functions,)."""
+        n = self.num_basis_functions()
+        return np.array(
+            [self.EvaluateBasisFunctionI(i, parameter_value) for i in range(n)],
+            dtype=np.float64 if self._T is float else object,
+        )
+
+    def __copy__(self) -> Any:
+        return self._plain_class()(self)
+
+    def __getstate__(self) -> Any:
+        return (self._order, list(self._knots))
+
+    def __setstate__(self, state: Any) -> None:
+        self._order, self._knots = state[0], list(state[1])
+
+
+BsplineBasis_ = ScalarTemplate("BsplineBasis_", BsplineBasis, scope="sheldrake.math")
+__all__ = ["BsplineBasis", "BsplineBasis_", "KnotVectorType"]

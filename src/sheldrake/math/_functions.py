@@ -1,0 +1,231 @@
+"""Elementary functions of a float, an AutoDiffXd or an Expression. Floats follow IEEE 754: nan and inf, no exceptions.
+
+The functions have the names of C's library, so this module imports no builtin under those names.
+"""
+
+from __future__ import annotations
+
+import builtins
+import importlib
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._overloads import incompatible
+from sheldrake.common._scalars import autodiff_class
+
+__all__ = [
+    "abs",
+    "acos",
+    "arccos",
+    "arcsin",
+    "arctan",
+    "arctan2",
+    "asin",
+    "atan",
+    "atan2",
+    "ceil",
+    "cos",
+    "cosh",
+    "exp",
+    "floor",
+    "isnan",
+    "log",
+    "max",
+    "min",
+    "pow",
+    "sin",
+    "sinh",
+    "sqrt",
+    "tan",
+    "tanh",
+    "wrap_to",
+]
+
+_REAL = (float, int, np.floating, np.integer, np.bool_)
+_FLOAT, _DUAL, _SYMBOL = "float", "AutoDiffXd", "Expression"
+
+
+def _kind(x: Any) -> str | None:
+    if isinstance(x, _REAL):
+        return _FLOAT
+    if isinstance(x, autodiff_class()):
+        return _DUAL
+    return _SYMBOL if type(x).__module__.startswith("sheldrake.symbolic") else None
+
+
+def _symbolic(name: str, *args: Any) -> Any:
+    return getattr(importlib.import_module("sheldrake.symbolic"), name)(*args)
+
+
+def _ieee(name: str, real: Callable[..., float], *args: Any) -> float:
+    """`real(*args)`, with C's answer where Python raises."""
+    numbers = [float(x) for x in args]
+    try:
+        return float(real(*numbers))
+    except (ValueError, OverflowError, ZeroDivisionError):
+        with np.errstate(all="ignore"):
+            return float(getattr(np, name)(*(np.float64(x) for x in numbers)))
+
+
+def _refuse(name: str, *args: Any) -> TypeError:
+    return incompatible(name, ["(float)", "(AutoDiffXd)", "(Expression)"], args, {})
+
+
+def _unary(name: str, real: Callable[[float], float], numpy_name: str, what: str) -> Callable[[Any], Any]:
+    def function(x: Any, /) -> Any:
+        if type(x) is float:
+            try:
+                return real(x)
+            except (ValueError, OverflowError):
+                return _ieee(numpy_name, real, x)
+        kind = _kind(x)
+        if kind is _FLOAT:
+            return _ieee(numpy_name, real, x)
+        if kind is _DUAL:
+            return getattr(x, name)()
+        if kind is _SYMBOL:
+            return _symbolic(name, x)
+        raise _refuse(name, x)
+
+    function.__name__ = function.__qualname__ = name
+    function.__doc__ = f"{what} of a float, an AutoDiffXd or an Expression."
+    return function
+
+
+sin = _unary("sin", math.sin, "sin", "Sine")
+cos = _unary("cos", math.cos, "cos", "Cosine")
+tan = _unary("tan", math.tan, "tan", "Tangent")
+asin = arcsin = _unary("asin", math.asin, "arcsin", "Arc sine")
+acos = arccos = _unary("acos", math.acos, "arccos", "Arc cosine")
+atan = arctan = _unary("atan", math.atan, "arctan", "Arc tangent")
+sinh = _unary("sinh", math.sinh, "sinh", "Hyperbolic sine")
+cosh = _unary("cosh", math.cosh, "cosh", "Hyperbolic cosine")
+tanh = _unary("tanh", math.tanh, "tanh", "Hyperbolic tangent")
+exp = _unary("exp", math.exp, "exp", "Exponential")
+log = _unary("log", math.log, "log", "Natural logarithm")
+sqrt = _unary("sqrt", math.sqrt, "sqrt", "Square root")
+
+
+def abs(x: Any, /) -> Any:
+    """Absolute value."""
+    kind = _kind(x)
+    if kind is _FLOAT:
+        return math.fabs(x)
+    if kind is None:
+        raise _refuse("abs", x)
+    return builtins.abs(x) if kind is _DUAL else _symbolic("abs", x)
+
+
+def _rounded(name: str, x: Any) -> Any:
+    kind = _kind(x)
+    if kind is _FLOAT:
+        return float(getattr(np, name)(np.float64(x)))
+    if kind is _DUAL:
+        return getattr(x, name)()
+    if kind is _SYMBOL:
+        return _symbolic(name, x)
+    raise _refuse(name, x)
+
+
+def ceil(x: Any, /) -> Any:
+    """Smallest integer that is not less; a float for an AutoDiffXd."""
+    return _rounded("ceil", x)
+
+
+def floor(x: Any, /) -> Any:
+    """Largest integer that is not more; a float for an AutoDiffXd."""
+    return _rounded("floor", x)
+
+
+def isnan(x: Any) -> Any:
+    """Whether the value is not a number; a Formula for an Expression."""
+    kind = _kind(x)
+    if kind is _FLOAT:
+        return math.isnan(x)
+    if kind is _DUAL:
+        return math.isnan(x.value())
+    if kind is _SYMBOL:
+        return _symbolic("isnan", x)
+    raise _refuse("isnan", x)
+
+
+def _pair(a: Any, b: Any) -> str | None:
+    """The kind both can become."""
+    kinds = {_kind(a), _kind(b)}
+    if None in kinds or kinds == {_DUAL, _SYMBOL}:
+        return None
+    return next((kind for kind in (_DUAL, _SYMBOL) if kind in kinds), _FLOAT)
+
+
+def _dual(x: Any) -> Any:
+    return x if _kind(x) is _DUAL else autodiff_class()(float(x))
+
+
+def max(a: Any, b: Any, /) -> Any:
+    """The larger of two numbers."""
+    kind = _pair(a, b)
+    if kind is _FLOAT:
+        a, b = float(a), float(b)
+        return b if a < b else a
+    if kind is _DUAL:
+        return _dual(a).max(_dual(b))
+    if kind is _SYMBOL:
+        return _symbolic("max", a, b)
+    raise _refuse("max", a, b)
+
+
+def min(a: Any, b: Any, /) -> Any:
+    """The smaller of two numbers."""
+    kind = _pair(a, b)
+    if kind is _FLOAT:
+        a, b = float(a), float(b)
+        return b if b < a else a
+    if kind is _DUAL:
+        return _dual(a).min(_dual(b))
+    if kind is _SYMBOL:
+        return _symbolic("min", a, b)
+    raise _refuse("min", a, b)
+
+
+def pow(base: Any, exponent: Any, /) -> Any:
+    """`base` to the power of `exponent`; the exponent of an AutoDiffXd is a float."""
+    kind = _pair(base, exponent)
+    if kind is _FLOAT:
+        return _ieee("power", math.pow, base, exponent)
+    if kind is _DUAL and _kind(exponent) is _FLOAT:
+        return base ** float(exponent)
+    if kind is _SYMBOL:
+        return _symbolic("pow", base, exponent)
+    raise _refuse("pow", base, exponent)
+
+
+def atan2(y: Any, x: Any) -> Any:
+    """Angle of the point (x, y) [rad]."""
+    kind = _pair(y, x)
+    if kind is _FLOAT:
+        return math.atan2(y, x)
+    if kind is _DUAL:
+        return _dual(y).atan2(_dual(x))
+    if kind is _SYMBOL:
+        return _symbolic("atan2", y, x)
+    raise _refuse("atan2", y, x)
+
+
+arctan2 = atan2
+
+
+def wrap_to(value: Any, low: Any, high: Any) -> Any:
+    """`value` plus a multiple of `high - low`, within [low, high).
+
+    Args:
+        value: Any number.
+        low: Lower end, included.
+        high: Upper end, not included.
+    """
+    span = high - low
+    if isinstance(value, _REAL) and isinstance(span, _REAL):
+        value, span = float(value), float(span)
+    return value - span * floor((value - low) / span)

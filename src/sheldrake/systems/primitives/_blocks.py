@@ -1,0 +1,273 @@
+"""Systems without state: sums, gains, routing, sources."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
+from sheldrake.systems.framework._index import Ticket
+from sheldrake.systems.framework._vector import as_vector
+from sheldrake.systems.primitives._kernels import blocks
+
+
+class Adder(LeafSystem):
+    """Sum of inputs.
+
+    Args:
+        num_inputs: How many inputs.
+        size: Size of each, and of the output.
+    """
+
+    _generic = True
+
+    def __init__(self, num_inputs: int, size: int):
+        super().__init__()
+        for i in range(num_inputs):
+            self.DeclareVectorInputPort(f"u{i}", int(size))
+        self.DeclareVectorOutputPort("sum", int(size), blocks.add)
+
+
+class Gain(LeafSystem):
+    """Element-wise product of a constant and the input.
+
+    Args:
+        k: The constant: a number (then `size` counts), or one for each element.
+        size: Size of input and output.
+    """
+
+    _generic = True
+
+    def __init__(self, k: Any, size: int | None = None):
+        super().__init__()
+        self._k = np.full(int(size), float(k)) if size is not None else np.array(as_vector(k), float)
+        n = len(self._k)
+        self.DeclareVectorInputPort("u0", n)
+        self.DeclareVectorOutputPort("y0", n, blocks.scale)
+
+    def _kernel_models(self, root: Any) -> dict:
+        return {"model": self._k}
+
+
+class Saturation(LeafSystem):
+    """The input, limited element-wise.
+
+    Args:
+        min_value: Lower bounds.
+        max_value: Upper bounds; none below its lower bound.
+    """
+
+    _generic = True
+
+    def __init__(self, min_value: Any, max_value: Any):
+        super().__init__()
+        low, high = as_vector(min_value), as_vector(max_value)
+        if low.shape != high.shape or not np.all(low <= high):
+            raise RuntimeError(
+                f"Saturation: min_value {low.tolist()} must have the size of max_value {high.tolist()} and "
+                "not exceed it."
+            )
+        self._limits = blocks.Limits(low, high)
+        self.DeclareVectorInputPort("u0", len(low))
+        self.DeclareVectorOutputPort("y0", len(low), blocks.saturate)
+
+    def _kernel_models(self, root: Any) -> dict:
+        return {"model": self._limits}
+
+
+class Multiplexer(LeafSystem):
+    """Inputs, one after the other, as one vector.
+
+    Args:
+        arg: How many scalar inputs, or the sizes of the inputs, or a BasicVector like the output.
+    """
+
+    _generic = True
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        super().__init__()
+        given = next(iter((*args, *kwargs.values())))
+        if isinstance(given, BasicVector):
+            sizes, model = [1] * given.size(), given
+        else:
+            sizes = [1] * int(given) if hasattr(given, "__index__") else [int(n) for n in given]
+            model = BasicVector(np.zeros(sum(sizes)))
+        for i, n in enumerate(sizes):
+            self.DeclareVectorInputPort(f"u{i}", n)
+        self.DeclareVectorOutputPort("y0", model, blocks.concatenate)
+
+
+class Demultiplexer(LeafSystem):
+    """Pieces of a vector as separate outputs.
+
+    Args:
+        size: Size of the input.
+        output_ports_size: Size of each output; it must divide `size`.
+        output_ports_sizes: Sizes of the outputs, instead of the above.
+    """
+
+    _generic = True
+
+    def __init__(self, size: Any = None, output_ports_size: int = 1, *, output_ports_sizes: Any = None):
+        super().__init__()
+        if output_ports_sizes is None and not hasattr(size, "__index__"):
+            output_ports_sizes = size
+        if output_ports_sizes is None:
+            if output_ports_size < 1 or size < 1 or size % output_ports_size:
+                raise RuntimeError(
+                    f"Demultiplexer: output_ports_size {output_ports_size} must divide the size {size} of the input."
+                )
+            output_ports_sizes = [output_ports_size] * (size // output_ports_size)
+        self._sizes = [int(n) for n in output_ports_sizes]
+        if not self._sizes or min(self._sizes) < 1:
+            raise RuntimeError(f"Demultiplexer: sizes of outputs must be positive, got {self._sizes}.")
+        self.DeclareVectorInputPort("u0", sum(self._sizes))
+        begin = 0
+        for j, n in enumerate(self._sizes):
+            self.DeclareVectorOutputPort(f"y{j}", n, blocks.piece)
+            self._output_models[j] = {"model": np.array([begin], np.int64)}
+            begin += n
+
+    def get_output_ports_sizes(self) -> list[int]:
+        """Sizes of the outputs."""
+        return list(self._sizes)
+
+
+class ConstantVectorSource(LeafSystem):
+    """A constant vector; it is a parameter.
+
+    Args:
+        source_value: The vector.
+    """
+
+    _generic = True
+
+    def __init__(self, source_value: Any):
+        super().__init__()
+        self.DeclareNumericParameter(BasicVector(as_vector(source_value)))
+        self.DeclareVectorOutputPort("y0", self._pn_models[0].size(), blocks.copy_parameter)
+
+    def get_source_value(self, context: Any) -> BasicVector:
+        """The vector in a context."""
+        self.ValidateContext(context)
+        return context.get_numeric_parameter(0)
+
+    def get_mutable_source_value(self, context: Any) -> BasicVector:
+        """The vector in a context, to be changed."""
+        self.ValidateContext(context)
+        return context.get_mutable_numeric_parameter(0)
+
+
+class ConstantValueSource(LeafSystem):
+    """A constant abstract value.
+
+    Args:
+        value: The value; copied.
+    """
+
+    _generic = True
+
+    def __init__(self, value: AbstractValue):
+        super().__init__()
+        if not isinstance(value, AbstractValue):
+            raise TypeError(f"ConstantValueSource(): incompatible constructor arguments: {value!r} is no AbstractValue")
+        self._value = value.Clone()
+        self.DeclareAbstractOutputPort("y0", self._value.Clone, self._calc, {Ticket.NOTHING})
+
+    def _calc(self, context: Any, output: AbstractValue) -> None:
+        output.SetFrom(self._value)
+
+
+class PassThrough(LeafSystem):
+    """The input, unchanged.
+
+    Args:
+        vector_size: Size; or
+        value: a vector of that size; or
+        abstract_model_value: an AbstractValue of the type.
+    """
+
+    _generic = True
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        super().__init__()
+        model = next(iter((*args, *kwargs.values())))
+        if isinstance(model, AbstractValue):
+            self.DeclareAbstractInputPort("u", model)
+            self.DeclareAbstractOutputPort("y", model.Clone().Clone, self._copy_value)
+        else:
+            n = int(model) if hasattr(model, "__index__") else len(as_vector(model))
+            self.DeclareVectorInputPort("u", n)
+            self.DeclareVectorOutputPort("y", n, blocks.copy_input)
+
+    def _copy_value(self, context: Any, output: AbstractValue) -> None:
+        output.SetFrom(self.get_input_port(0).EvalAbstract(context))
+
+
+class PortSwitch(LeafSystem):
+    """One of several inputs, which one an input tells: a port's index.
+
+    Args:
+        vector_size: Size of the inputs and of the output.
+    """
+
+    def __init__(self, vector_size: int):
+        from sheldrake.common.value import Value
+        from sheldrake.systems.framework import InputPortIndex
+
+        super().__init__()
+        self._n = int(vector_size)
+        self._selector_index = 0
+        self.DeclareAbstractInputPort("port_selector", Value[object](InputPortIndex(0)))
+        self.DeclareVectorOutputPort("value", self._n, self._calc)
+
+    def DeclareInputPort(self, name: Any, *args: Any) -> Any:
+        """Declares one more input to choose from."""
+        if args:
+            return super().DeclareInputPort(name, *args)
+        return super().DeclareInputPort(name, PortDataType.kVectorValued, self._n)
+
+    def get_port_selector_input_port(self) -> Any:
+        """The input that tells which one."""
+        return self.get_input_port(0)
+
+    def _calc(self, context: Any, output: BasicVector) -> None:
+        which = self.get_input_port(0).Eval(context)
+        output.SetFromVector(self.get_input_port(int(which)).Eval(context))
+
+
+class Sine(LeafSystem):
+    """Sines, with first and second derivatives, of time or of the input.
+
+    Args:
+        amplitude: One, or one for each element.
+        frequency: The same [rad/s].
+        phase: The same [rad].
+        size: Number of elements, when the others are single numbers.
+        is_time_based: Of time; else of the input.
+    """
+
+    _generic = True
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        super().__init__()
+        names = ["amplitude", "frequency", "phase", "size", "is_time_based"]
+        plural = {"amplitudes": "amplitude", "frequencies": "frequency", "phases": "phase"}
+        args_of = {plural.get(k, k): v for k, v in kwargs.items()}
+        many = np.ndim(args[0] if args else args_of["amplitude"]) > 0
+        given = dict(zip([n for n in names if n != "size" or not many], args)) | args_of
+        if many:
+            waves = [as_vector(given[name]) for name in names[:3]]
+            if len({len(w) for w in waves}) != 1:
+                raise RuntimeError("Sine: amplitudes, frequencies and phases must have the same size.")
+        else:
+            waves = [np.full(int(given["size"]), float(given[name])) for name in names[:3]]
+        of_time = bool(given.get("is_time_based", True))
+        n = len(waves[0])
+        if not of_time:
+            self.DeclareVectorInputPort("u0", n)
+        for order in range(3):
+            self.DeclareVectorOutputPort(f"y{order}", n, blocks.sine_of_time if of_time else blocks.sine_of_input)
+            self._output_models[order] = {"wave_model": blocks.Waves(*waves, np.array([float(order)]))}

@@ -1,0 +1,269 @@
+"""What the small systems compute."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import sin
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, Vectors, kernel
+
+
+@kernel(top=True)
+def copy_input(u: Vectors, out: Vector) -> None:
+    """The only input."""
+    for i in range(out.shape[0]):
+        out[i] = u[0][i]
+
+
+@kernel(top=True)
+def copy_parameter(p: Vector, y: Vector) -> None:
+    """The parameters."""
+    for i in range(y.shape[0]):
+        y[i] = p[i]
+
+
+@kernel(top=True)
+def add(u: Vectors, y: Vector) -> None:
+    """Sum of all inputs."""
+    for i in range(y.shape[0]):
+        y[i] = 0.0
+    for k in range(len(u)):
+        for i in range(y.shape[0]):
+            y[i] += u[k][i]
+
+
+@kernel(top=True)
+def scale(model: Vector, u: Vectors, y: Vector) -> None:
+    """Element-wise product of a constant and the input."""
+    for i in range(y.shape[0]):
+        y[i] = model[i] * u[0][i]
+
+
+class Limits(NamedTuple):
+    """Lower and upper bound of each element."""
+
+    low: Vector
+    high: Vector
+
+
+@kernel(top=True)
+def saturate(model: Limits, u: Vectors, y: Vector) -> None:
+    """The input, limited element-wise."""
+    for i in range(y.shape[0]):
+        if u[0][i] > model.high[i]:
+            y[i] = model.high[i]
+        elif u[0][i] < model.low[i]:
+            y[i] = model.low[i]
+        else:
+            y[i] = u[0][i]
+
+
+@kernel(top=True)
+def concatenate(u: Vectors, y: Vector) -> None:
+    """All inputs, one after the other."""
+    at = 0
+    for k in range(len(u)):
+        n = u[k].shape[0]
+        for i in range(n):
+            y[at + i] = u[k][i]
+        at += n
+
+
+@kernel(top=True)
+def piece(model: IntVector, u: Vectors, y: Vector) -> None:
+    """Consecutive elements of the only input, from element model[0]."""
+    for i in range(y.shape[0]):
+        y[i] = u[0][model[0] + i]
+
+
+@kernel(top=True)
+def pick(model: IntMatrix, u: Vectors, y: Vector) -> None:
+    """Elements of the inputs: each row of `model` is an input and its element."""
+    for i in range(y.shape[0]):
+        y[i] = u[model[i, 0]][model[i, 1]]
+
+
+class Waves(NamedTuple):
+    """Of each element: amplitude, frequency [rad/s], phase [rad]; and which derivative, one element."""
+
+    amplitude: Vector
+    frequency: Vector
+    phase: Vector
+    order: Vector
+
+
+@kernel
+def wave(model: Waves, i: int, angle: float) -> float:
+    """amplitude sin(angle + phase) or its first or second derivative."""
+    a, w = model.amplitude[i], model.frequency[i]
+    if model.order[0] == 0.0:
+        return a * sin(angle + model.phase[i])
+    if model.order[0] == 1.0:
+        return a * w * sin(angle + model.phase[i] + 0.5 * np.pi)
+    return -a * w * w * sin(angle + model.phase[i])
+
+
+@kernel(top=True)
+def sine_of_time(t: float, wave_model: Waves, y: Vector) -> None:
+    """Sines of time."""
+    for i in range(y.shape[0]):
+        y[i] = wave(wave_model, i, wave_model.frequency[i] * t)
+
+
+@kernel(top=True)
+def sine_of_input(wave_model: Waves, u: Vectors, y: Vector) -> None:
+    """Sines of the input."""
+    for i in range(y.shape[0]):
+        y[i] = wave(wave_model, i, wave_model.frequency[i] * u[0][i])
+
+
+@kernel(top=True)
+def low_pass(model: Vector, xc: Vector, u: Vectors, xdot: Vector) -> None:
+    """(u - x) / time constant."""
+    for i in range(xdot.shape[0]):
+        xdot[i] = (u[0][i] - xc[i]) / model[i]
+
+
+@kernel(top=True)
+def delay(xd: Vector, u: Vectors, x_next: Vector) -> None:
+    """Oldest first: everything moves up, the input comes last."""
+    n, m = x_next.shape[0], u[0].shape[0]
+    for i in range(n - m):
+        x_next[i] = xd[i + m]
+    for i in range(m):
+        x_next[n - m + i] = u[0][i]
+
+
+@kernel(top=True)
+def first_elements(xd: Vector, y: Vector) -> None:
+    """The first elements of the discrete state."""
+    for i in range(y.shape[0]):
+        y[i] = xd[i]
+
+
+class Affine(NamedTuple):
+    """x' = A x + B u + f0, y = C x + D u + y0."""
+
+    A: Matrix
+    B: Matrix
+    f0: Vector
+    C: Matrix
+    D: Matrix
+    y0: Vector
+
+
+@kernel
+def affine_map(offset, M, x, N, u, out):
+    """offset + M x + N u."""
+    for i in range(out.shape[0]):
+        s = 1.0 * offset[i]
+        for j in range(M.shape[1]):
+            s += M[i, j] * x[j]
+        for j in range(N.shape[1]):
+            s += N[i, j] * u[j]
+        out[i] = s
+
+
+@kernel(top=True)
+def affine_next(model: Affine, xd: Vector, u: Vectors, x_next: Vector) -> None:
+    """Next discrete state."""
+    affine_map(model.f0, model.A, xd, model.B, u[0], x_next)
+
+
+@kernel(top=True)
+def affine_derivatives(model: Affine, xc: Vector, u: Vectors, xdot: Vector) -> None:
+    """Derivatives of continuous state."""
+    affine_map(model.f0, model.A, xc, model.B, u[0], xdot)
+
+
+@kernel(top=True)
+def autonomous_next(model: Affine, xd: Vector, x_next: Vector) -> None:
+    """Next discrete state, without input."""
+    for i in range(x_next.shape[0]):
+        s = 1.0 * model.f0[i]
+        for j in range(xd.shape[0]):
+            s += model.A[i, j] * xd[j]
+        x_next[i] = s
+
+
+@kernel(top=True)
+def affine_output(model: Affine, xc: Vector, xd: Vector, u: Vectors, y: Vector) -> None:
+    """Output with feedthrough."""
+    if xc.shape[0] > 0:
+        affine_map(model.y0, model.C, xc, model.D, u[0], y)
+    else:
+        affine_map(model.y0, model.C, xd, model.D, u[0], y)
+
+
+@kernel(top=True)
+def affine_output_of_state(model: Affine, xc: Vector, xd: Vector, y: Vector) -> None:
+    """Output without feedthrough."""
+    for i in range(y.shape[0]):
+        s = 1.0 * model.y0[i]
+        for j in range(xc.shape[0]):
+            s += model.C[i, j] * xc[j]
+        for j in range(xd.shape[0]):
+            s += model.C[i, j] * xd[j]
+        y[i] = s
+
+
+@kernel(top=True)
+def autonomous_derivatives(model: Affine, xc: Vector, xdot: Vector) -> None:
+    """Derivatives without input."""
+    for i in range(xdot.shape[0]):
+        s = 1.0 * model.f0[i]
+        for j in range(xc.shape[0]):
+            s += model.A[i, j] * xc[j]
+        xdot[i] = s
+
+
+class Step(NamedTuple):
+    """A time step [s], one element."""
+
+    dt: Vector
+
+
+@kernel(top=True)
+def euler(step_model: Step, xd: Vector, u: Vectors, x_next: Vector) -> None:
+    """x + dt u."""
+    for i in range(x_next.shape[0]):
+        x_next[i] = xd[i] + step_model.dt[0] * u[0][i]
+
+
+@kernel(top=True)
+def difference_next(xd: Vector, u: Vectors, x_next: Vector) -> None:
+    """State: newest input, the one before, and how many there were."""
+    n = u[0].shape[0]
+    for i in range(n):
+        x_next[i] = u[0][i]
+        x_next[n + i] = xd[i]
+    x_next[2 * n] = xd[2 * n] + 1.0
+
+
+class Difference(NamedTuple):
+    """Time step [s], and whether (1) or not (0) the first outputs are zero."""
+
+    settings: Vector
+
+
+@kernel(top=True)
+def difference_output(difference_model: Difference, xd: Vector, y: Vector) -> None:
+    """(newest - the one before) / dt."""
+    n = y.shape[0]
+    for i in range(n):
+        y[i] = (xd[i] - xd[n + i]) / difference_model.settings[0]
+        if difference_model.settings[1] != 0.0 and xd[2 * n] < 2.0:
+            y[i] = 0.0 * xd[i]
+
+
+@kernel(top=True)
+def wrap(model: Matrix, u: Vectors, y: Vector) -> None:
+    """Elements with an interval (low, high in a row with low < high) are wrapped into it."""
+    for i in range(y.shape[0]):
+        y[i] = u[0][i]
+        low, high = model[i, 0], model[i, 1]
+        if low < high:
+            width = high - low
+            y[i] = y[i] - width * np.floor((y[i] - low) / width)

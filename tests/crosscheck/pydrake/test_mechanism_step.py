@@ -1,0 +1,166 @@
+"""One step of a mechanism by the plant's kernel against Drake: damping, rotors, limits, effort limits, PD."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pydrake")
+
+from drake_problem import one_step
+from test_constraint_rows import INF, mechanism, put
+
+from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
+from sheldrake.multibody.plant import _step
+from sheldrake.multibody.plant._kernels.step import plant_step, plant_step_tamsi
+from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
+
+pytestmark = pytest.mark.peer
+
+AXES = ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0])
+BOUNDS = ((-1.0, 0.5), (-INF, 0.6), (-1.0, INF), (-2.0, 2.0))
+
+
+class Mechanism:
+    """The mechanism of `test_constraint_rows.mechanism` as arrays of the step."""
+
+    def __init__(self, m, dt, effort=(INF, INF, INF), gains=None, name="lagged"):
+        d, p = TreeDescription(), []
+
+        def store(*numbers):
+            p.extend(numbers)
+            return len(p) - len(numbers)
+
+        def inertia(body):
+            M = body.default_spatial_inertia()
+            c, G = M.get_com(), M.get_unit_inertia().CopyToFullMatrix3()
+            return store(M.get_mass(), *c, G[0, 0], G[1, 1], G[2, 2], G[0, 1], G[0, 2], G[1, 2])
+
+        def add(parent, kind, body, damping, frame=-1, constants=()):
+            d.mobilizers.append(Mobilizer(parent, kind, inertia(body), frame, -1, constants, damping, (0, 0, -9.81)))
+
+        zero = store(0.0)
+        for i, link in enumerate(m.links):
+            frame = -1
+            if i:
+                d.frames.append((-1, store(*np.eye(3).ravel(), 0.0, 0.0, -0.4)))
+                frame = len(d.frames) - 1
+            add(i, "revolute", link, (store(0.1 * (i + 1)),), frame, (*AXES[i], 0.0))
+        slider = m.joints[3].child_body()
+        add(0, "prismatic", slider, (store(0.7),), constants=(1.0, 0.0, 0.0, 1.0))
+        for body in (m.A, m.B, m.C):
+            add(0, "quaternion_floating", body, (zero,) * 6)
+        d.actuators = [(i, store(0.01 * (i + 1)), store(3.0 + i)) for i in (0, 1, 3)]
+        self.dt, self.p, self.tree, self.geometry = dt, np.array(p), compile_tree(d), empty_geometry_model()
+        self.solver = _step.solver_model_of(self.tree, self.geometry, dt, name)
+        actuators, limits = [], []
+        for n, dof in enumerate((0, 1, 3)):
+            a = {"dof": dof, "q": dof, "port": 0, "element": n, "effort_limit": effort[n]}
+            if gains and gains[n]:
+                a |= {"p": gains[n][0], "d": gains[n][1], "desired_port": 2, "desired_q": n, "desired_v": 3 + n}
+            actuators.append(a)
+        for dof, (lower, upper) in enumerate(BOUNDS):
+            stiffness, damping = _step.tamsi_limit_penalty(self.limit_inertia(m, dof), dt)
+            row = {"dof": dof, "q": dof, "lower": lower, "upper": upper, "stiffness": stiffness, "damping": damping}
+            limits.append(row)
+        self.plant = _step.make_plant_model(actuators, limits, force_ports=[1])
+        self.work = _step.make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
+        self.kernel = plant_step_tamsi if name == "tamsi" else plant_step
+
+    @staticmethod
+    def limit_inertia(m, dof):
+        if dof == 3:
+            return m.joints[3].child_body().default_mass()
+        joint = m.joints[dof]
+        values = []
+        for body, frame in (
+            (joint.parent_body(), joint.frame_on_parent()),
+            (joint.child_body(), joint.frame_on_child()),
+        ):
+            if body.index() != m.plant.world_body().index():
+                M = body.default_spatial_inertia().Shift(frame.GetFixedPoseInBodyFrame().translation())
+                values.append(np.array(AXES[dof]) @ M.CalcRotationalInertia().CopyToFullMatrix3() @ AXES[dof])
+        return min(values)
+
+    def step(self, x, u, force, desired):
+        out = np.zeros_like(x)
+        arguments = x, self.p, (u, force, desired), self.work, self.tree, self.geometry, self.solver, self.plant, out
+        status = self.kernel.native(*arguments)
+        assert status == 0
+        return out
+
+
+def spring_forces(plant, context):
+    """Generalized forces of the springs alone, by Drake."""
+    from pydrake.multibody.tree import MultibodyForces
+
+    forces = MultibodyForces(plant)
+    plant.CalcForceElementsContribution(context, forces)
+    nv = plant.num_velocities()
+    D = np.zeros(nv)
+    for j in plant.GetJointIndices():
+        joint = plant.get_joint(j)
+        if joint.num_velocities():
+            D[joint.velocity_start() : joint.velocity_start() + joint.num_velocities()] = joint.GetDampingVector(
+                context
+            )
+    total = -plant.CalcInverseDynamics(context, np.zeros(nv), forces)
+    gravity = plant.CalcGravityGeneralizedForces(context)
+    return total + plant.CalcBiasTerm(context) - gravity + D * plant.GetVelocities(context)
+
+
+CASES = {
+    "limits": {},
+    "effort limits": {"effort": (2.0, 0.5, INF)},
+    "soft PD": {"gains": [(100, 10), (50, 1), None]},
+    "stiff PD": {"gains": [(1e7, 1e3), (0, 1e6), (1e9, 0)], "effort": (20.0, INF, 300.0)},
+    "tamsi": {"name": "tamsi", "effort": (2.0, INF, INF)},
+    "idle PD": {"gains": [(100, 10), (50, 1), None], "effort": (2.0, INF, INF), "idle": True},
+}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_one_step(case):
+    from pydrake.math import RigidTransform, RollPitchYaw
+
+    options = dict(CASES[case])
+    idle = options.pop("idle", False)
+    rng = np.random.default_rng(5)
+    for dt in (1e-3, 1e-2):
+        m = mechanism(dt, **options)
+        ours = Mechanism(m, dt, **options)
+        plant = m.plant
+        for trial in range(6):
+            root = m.diagram.CreateDefaultContext()
+            context = plant.GetMyMutableContextFromRoot(root)
+            middle = (0.51, 0.61, 0.4, 2.001) if trial % 2 else (0.499, 0.1, -0.999, 0.03)
+            for i, joint in enumerate(m.joints):
+                value = middle[i] + 0.002 * rng.normal()
+                plant.SetPositions(context, put(plant.GetPositions(context), joint.position_start(), value))
+            for body, p in ((m.A, [0.3, 0, -1.1]), (m.B, [0.4, 0.1, -1.1]), (m.C, [0.5, 0, -1])):
+                X_WB = RigidTransform(RollPitchYaw(rng.normal(0, 0.3, 3)), p + rng.normal(0, 0.01, 3))
+                plant.SetFreeBodyPose(context, body, X_WB)
+            plant.SetVelocities(context, rng.normal(0, 1.0, plant.num_velocities()))
+            u, desired = rng.normal(0, 5.0, 3), rng.normal(0, 0.5, 6)
+            plant.get_actuation_input_port().FixValue(context, u)
+            if options.get("gains") and not idle:
+                plant.get_desired_state_input_port(m.instance).FixValue(context, desired)
+            x = plant.GetPositionsAndVelocities(context)
+            given = np.zeros(0) if idle else desired
+            drakes = one_step(m.diagram, plant, root)
+            result = ours.step(x, u, spring_forces(plant, context), given)
+            np.testing.assert_allclose(result, drakes, rtol=1e-11, atol=1e-11)
+            np.testing.assert_allclose(
+                ours.work.net_actuation, net_actuation(m, root), rtol=1e-8, atol=1e-8, err_msg=f"{dt} {trial}"
+            )
+
+
+def net_actuation(m, root):
+    """Drake's report of the step that starts at this state."""
+    from pydrake.systems.analysis import Simulator
+
+    simulator = Simulator(m.diagram, root.Clone())
+    simulator.Initialize()
+    simulator.AdvanceTo(m.plant.time_step())
+    context = m.plant.GetMyContextFromRoot(simulator.get_context())
+    return m.plant.get_net_actuation_output_port().Eval(context)
