@@ -1,10 +1,21 @@
 """Shapes, their roles and properties, and the SceneGraph that knows where they are and which of them touch."""
 
+from ._bounding import (
+    Aabb,
+    CalcObb,
+    ComputeAabbForTriangleMesh,
+    ComputeAabbForVolumeMesh,
+    ComputeObbForTriangleMesh,
+    ComputeObbForVolumeMesh,
+    Obb,
+    Plane,
+)
 from ._collision_filter import CollisionFilterDeclaration, CollisionFilterManager
 from ._config import DefaultProximityProperties, SceneGraphConfig
 from ._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
 from ._geometry_set import GeometrySet
 from ._ids import FilterId, FrameId, GeometryId, SourceId
+from ._inspector import SceneGraphInspector
 from ._instance import GeometryFrame, GeometryInstance
 from ._mass_properties import CalcVolume
 from ._mesh_source import InMemoryMesh, MeshSource
@@ -25,24 +36,34 @@ from ._proximity_properties import (
     AddContactMaterial,
     AddRigidHydroelasticProperties,
 )
+from ._query_object import QueryObject
+from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
 from ._render_label import RenderLabel
 from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign
+from ._scene_graph import SceneGraph
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
+from ._state import GeometryVersion
 from ._triangle_mesh import ReadObjToTriangleSurfaceMesh, SurfaceTriangle, TriangleSurfaceMesh
 from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeElement, VolumeMesh
 
 __all__ = [
+    "Aabb",
     "AddCompliantHydroelasticProperties",
     "AddCompliantHydroelasticPropertiesForHalfSpace",
     "AddContactMaterial",
     "AddRigidHydroelasticProperties",
     "Box",
+    "CalcObb",
     "CalcVolume",
     "Capsule",
     "CollisionFilterDeclaration",
     "CollisionFilterManager",
     "CollisionFilterScope",
+    "ComputeAabbForTriangleMesh",
+    "ComputeAabbForVolumeMesh",
+    "ComputeObbForTriangleMesh",
+    "ComputeObbForVolumeMesh",
     "ConvertVolumeToSurfaceMesh",
     "Convex",
     "Cylinder",
@@ -57,6 +78,7 @@ __all__ = [
     "GeometryInstance",
     "GeometryProperties",
     "GeometrySet",
+    "GeometryVersion",
     "HalfSpace",
     "HydroelasticContactRepresentation",
     "IllustrationProperties",
@@ -69,16 +91,24 @@ __all__ = [
     "MeshcatCone",
     "MeshcatParams",
     "MeshcatVisualizerParams",
+    "Obb",
+    "PenetrationAsPointPair",
     "PerceptionProperties",
+    "Plane",
     "PolygonSurfaceMesh",
     "ProximityProperties",
+    "QueryObject",
     "ReadObjToTriangleSurfaceMesh",
     "RenderLabel",
     "Rgba",
     "Role",
     "RoleAssign",
+    "SceneGraph",
     "SceneGraphConfig",
+    "SceneGraphInspector",
     "Shape",
+    "SignedDistancePair",
+    "SignedDistanceToPoint",
     "SourceId",
     "Sphere",
     "StartMeshcat",

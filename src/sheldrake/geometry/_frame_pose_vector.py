@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common.value import _register_value_type
+
 from ._ids import FrameId, GeometryId
 
 
@@ -87,3 +89,7 @@ class GeometryConfigurationVector(_KinematicsVector):
         """Sets the vertex positions [m], flattened, shape (3 n,)."""
         self._check(id)
         self._values[id] = np.array(value, dtype=float).reshape(-1)
+
+
+_register_value_type(FramePoseVector)
+_register_value_type(GeometryConfigurationVector)

@@ -11,6 +11,7 @@ from typing import Any
 
 log = logging.getLogger("drake")
 
+
 @dataclasses.dataclass(kw_only=True)
 class Gamepad:
     """The last state of a gamepad seen by a page.

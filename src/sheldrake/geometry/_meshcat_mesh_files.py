@@ -48,9 +48,7 @@ def _has_material(mesh: Any) -> bool:
         return visual.kind in ("vertex", "face") and visual.defined
     material = visual.material
     if hasattr(material, "baseColorFactor"):  # glTF
-        return any(
-            value is not None for value in (material.baseColorFactor, material.baseColorTexture, material.name)
-        )
+        return any(value is not None for value in (material.baseColorFactor, material.baseColorTexture, material.name))
     return bool(material.kwargs)  # OBJ: what the MTL file said; empty when that file is missing
 
 

@@ -202,9 +202,7 @@ def _quiet_builtins() -> dict[str, Any]:
 
     quiet_rich = types.SimpleNamespace(print=lambda *args: log.debug("%s", " ".join(map(str, args))))
 
-    def import_quietly(
-        name: str, globals: Any = None, locals: Any = None, fromlist: Any = (), level: int = 0
-    ) -> Any:
+    def import_quietly(name: str, globals: Any = None, locals: Any = None, fromlist: Any = (), level: int = 0) -> Any:
         if name == "rich" and not fromlist:
             return quiet_rich
         return builtins.__import__(name, globals, locals, fromlist, level)
@@ -215,9 +213,7 @@ def _quiet_builtins() -> dict[str, Any]:
 def _with_globals(function: Callable, **replaced: Any) -> Callable:
     """Returns a copy of a function that sees some other globals than the original."""
     names = {**function.__globals__, "__builtins__": _quiet_builtins(), **replaced}
-    copy = types.FunctionType(
-        function.__code__, names, function.__name__, function.__defaults__, function.__closure__
-    )
+    copy = types.FunctionType(function.__code__, names, function.__name__, function.__defaults__, function.__closure__)
     copy.__kwdefaults__ = function.__kwdefaults__
     return copy
 

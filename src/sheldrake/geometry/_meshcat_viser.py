@@ -40,9 +40,7 @@ def add(scene: Any, name: str, drawable: Any, color: Any, opacity: float) -> Any
     if isinstance(drawable, Asset) and color is None:
         return scene.add_glb(name, drawable.mesh.glb(round(opacity, 2)))
     if isinstance(drawable, Lines):
-        return scene.add_line_segments(
-            name, drawable.segments, rgb, thickness=drawable.width, thickness_units="screen"
-        )
+        return scene.add_line_segments(name, drawable.segments, rgb, thickness=drawable.width, thickness_units="screen")
     if isinstance(drawable, Points):
         colors = drawable.colors if color is None else np.array(rgb, dtype=np.uint8)
         return scene.add_point_cloud(

@@ -5,17 +5,10 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import dot3, sub3
 from sheldrake.common.kernel import Matrix, kernel
 
+from .box_box import box_box_contacts
+from .convex import convex_contacts
 from .half_space import half_space_contacts
-from .model import (
-    BOUND,
-    ELLIPSOID,
-    HALF_SPACE,
-    KIND,
-    SPHERE,
-    UNSUPPORTED_PAIR,
-    ContactTable,
-    GeometryModel,
-)
+from .model import BOUND, BOX, ELLIPSOID, HALF_SPACE, KIND, SPHERE, ContactTable, GeometryModel
 from .sphere import sphere_contacts
 from .table import bounding_centre, column, place_geometry, position_of, rotation_of
 
@@ -46,8 +39,10 @@ def collide(model, table, a, b):
         half_space_contacts(model, table, i, j)
     elif model.geometry[i, KIND] == SPHERE and model.geometry[j, KIND] <= ELLIPSOID:
         sphere_contacts(model, table, i, j)
+    elif model.geometry[i, KIND] == BOX and model.geometry[j, KIND] == BOX:
+        box_box_contacts(model, table, i, j)
     else:
-        table.count[1] = UNSUPPORTED_PAIR
+        convex_contacts(model, table, i, j)
 
 
 @kernel(outline=True)

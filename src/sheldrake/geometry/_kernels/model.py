@@ -66,7 +66,6 @@ MAX_POINTS = 4  # contact points of one pair
 
 # Status of a search, in ContactTable.count[1]
 CAPACITY_EXCEEDED = np.int64(1)
-UNSUPPORTED_PAIR = np.int64(2)
 
 
 class GeometryModel(NamedTuple):
@@ -116,8 +115,22 @@ class ContactTable(NamedTuple):
     iwork: IntVector
 
 
-WORK_ROWS = 512
-IWORK_SIZE = 1024
+# Rows of ContactTable.work (a position in columns 0 to 2 unless said otherwise)
+POLYGON_A = np.int64(0)  # three polygons of at most MAX_CORNERS corners
+POLYGON_B = np.int64(64)
+POLYGON_C = np.int64(128)
+CANDIDATE = np.int64(192)  # contact candidates; depth in column 3
+SIMPLEX = np.int64(256)  # vertices of GJK and EPA: a - b, a, b
+FACE = np.int64(384)  # faces of EPA: unit normal, distance from the origin, 1.0 while it exists
+WORK_ROWS = 384 + 256
+MAX_CORNERS = 60
+MAX_VERTICES = 128
+MAX_FACES = 256
+# Parts of ContactTable.iwork
+CORNER = np.int64(0)  # three vertices per face of EPA
+HORIZON = np.int64(768)  # pairs of vertices
+STACK = np.int64(1024)  # faces
+IWORK_SIZE = 1024 + 256
 
 
 def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactTable:
@@ -134,7 +147,7 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
         point=np.zeros((capacity, 10)),
         count=np.zeros(2, np.int64),
         X_WG=np.zeros((model.geometry.shape[0], 12)),
-        work=np.zeros((WORK_ROWS, 4)),
+        work=np.zeros((WORK_ROWS, 9)),
         iwork=np.zeros(IWORK_SIZE, np.int64),
     )
 

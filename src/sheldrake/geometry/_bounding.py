@@ -1,0 +1,262 @@
+"""Bounding boxes and planes, and whether they overlap."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from sheldrake.math import RigidTransform, RotationMatrix
+
+from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
+from ._triangle_mesh import TriangleSurfaceMesh
+from ._volume_mesh import VolumeMesh
+
+_PARALLEL = 1e-10  # added to cross products' projections: parallel edges separate nothing
+
+
+def _vector(x: Any) -> np.ndarray:
+    return np.array(x, dtype=float).reshape(3)
+
+
+def _boxes_overlap(half_A: np.ndarray, half_B: np.ndarray, X_AB: RigidTransform) -> bool:
+    """Separating axis test of two boxes whose centres and axes are frames A and B (Gottschalk 1996)."""
+    R, p = X_AB.rotation().matrix(), X_AB.translation()
+    R_abs = np.abs(R) + _PARALLEL
+    if np.any(np.abs(p) > half_A + R_abs @ half_B) or np.any(np.abs(R.T @ p) > half_B + R_abs.T @ half_A):
+        return False
+    for i in range(3):
+        for j in range(3):
+            i1, i2, j1, j2 = (i + 1) % 3, (i + 2) % 3, (j + 1) % 3, (j + 2) % 3
+            reach = half_A[i1] * R_abs[i2, j] + half_A[i2] * R_abs[i1, j]
+            reach += half_B[j1] * R_abs[i, j2] + half_B[j2] * R_abs[i, j1]
+            if abs(p[i2] * R[i1, j] - p[i1] * R[i2, j]) > reach:
+                return False
+    return True
+
+
+class Plane:
+    """A plane in a frame F.
+
+    Args:
+        normal: its normal in F, any length.
+        point_on_plane: a point on it, in F [m].
+        already_normalized: the normal has length one.
+
+    Raises:
+        RuntimeError: the normal is (nearly) zero, or not of length one though said to be.
+    """
+
+    def __init__(self, normal: Any, point_on_plane: Any, already_normalized: bool = False) -> None:
+        normal = _vector(normal)
+        length = float(np.linalg.norm(normal))
+        if already_normalized:
+            if abs(length - 1.0) > 1e-8:
+                raise RuntimeError(f"Plane(): the normal was declared normalized, but its length is {length}.")
+        elif not length >= 1e-10:
+            raise RuntimeError(
+                f"Cannot instantiate plane from normal n_F = {normal.tolist()}; its magnitude is too small: {length:g}"
+            )
+        else:
+            normal = normal / length
+        self._normal, self._point = normal, _vector(point_on_plane)
+
+    def unit_normal(self) -> np.ndarray:
+        """Unit normal in F, shape (3,)."""
+        return self._normal.copy()
+
+    def reference_point(self) -> np.ndarray:
+        """A point on the plane, in F [m], shape (3,)."""
+        return self._point.copy()
+
+    def CalcHeight(self, point: Any) -> float:
+        """Signed height of a point above the plane [m]."""
+        return float(self._normal @ (_vector(point) - self._point))
+
+    def BoxOverlaps(self, half_width: Any, box_center_in_plane: Any, box_orientation_in_plane: RotationMatrix) -> bool:
+        """True if a box, given by half sizes and pose in F, meets the plane."""
+        reach = np.abs(box_orientation_in_plane.matrix().T @ self._normal) @ _vector(half_width)
+        return bool(abs(self.CalcHeight(box_center_in_plane)) <= reach)
+
+    def __copy__(self) -> Plane:
+        return Plane(self._normal, self._point, True)
+
+    def __deepcopy__(self, memo: dict) -> Plane:
+        return copy.copy(self)
+
+
+class _Bounds:
+    """What both kinds of boxes share; B is the box's frame, H the hierarchy's."""
+
+    _half_width: np.ndarray
+
+    def pose(self) -> RigidTransform:
+        """The box's pose X_HB."""
+        raise NotImplementedError
+
+    def center(self) -> np.ndarray:
+        """Centre in H [m], shape (3,)."""
+        return self.pose().translation().copy()
+
+    def half_width(self) -> np.ndarray:
+        """Half sizes along the box's axes [m], shape (3,)."""
+        return self._half_width.copy()
+
+    def CalcVolume(self) -> float:
+        """Volume [m^3]."""
+        return float(8.0 * np.prod(self._half_width))
+
+    @staticmethod
+    def HasOverlap(a: Any, b: Any, X: RigidTransform) -> bool:
+        """True if a bounding box and another one, a HalfSpace or a Plane overlap.
+
+        Called as `(a_G, b_H, X_GH)` for two boxes, `(bv_H, hs_C, X_CH)` for a half space, `(bv_H, plane_P, X_PH)`.
+        """
+        if isinstance(b, (HalfSpace, Plane)):
+            X_FB = X @ a.pose()
+            if isinstance(b, Plane):
+                return b.BoxOverlaps(a._half_width, X_FB.translation(), X_FB.rotation())
+            reach = np.abs(X_FB.rotation().matrix()[2]) @ a._half_width
+            return bool(X_FB.translation()[2] <= reach)
+        X_AB = a.pose().inverse() @ X @ b.pose()
+        return _boxes_overlap(a._half_width, b._half_width, X_AB)
+
+
+def _overlap(*args: Any, **kwargs: Any) -> bool:
+    a, b, X = (*args, *kwargs.values())
+    return _Bounds.HasOverlap(a, b, X)
+
+
+class Aabb(_Bounds):
+    """A box along the axes of its hierarchy's frame H."""
+
+    HasOverlap = staticmethod(_overlap)
+
+    def __init__(self, p_HoBo: Any, half_width: Any) -> None:
+        self._center, self._half_width = _vector(p_HoBo), _vector(half_width)
+        _check_half_width("Aabb", self._half_width)
+
+    def pose(self) -> RigidTransform:
+        """The box's pose X_HB, a translation."""
+        return RigidTransform(self._center)
+
+    def lower(self) -> np.ndarray:
+        """Smallest coordinates in H [m], shape (3,)."""
+        return self._center - self._half_width
+
+    def upper(self) -> np.ndarray:
+        """Largest coordinates in H [m], shape (3,)."""
+        return self._center + self._half_width
+
+    def Equal(self, other: Aabb) -> bool:
+        """True if both boxes are the same, bit for bit."""
+        return bool(np.all(self._center == other._center) and np.all(self._half_width == other._half_width))
+
+    def __copy__(self) -> Aabb:
+        return Aabb(self._center, self._half_width)
+
+    def __deepcopy__(self, memo: dict) -> Aabb:
+        return copy.copy(self)
+
+
+class Obb(_Bounds):
+    """A box in any pose in its hierarchy's frame H."""
+
+    HasOverlap = staticmethod(_overlap)
+
+    def __init__(self, X_HB: RigidTransform, half_width: Any) -> None:
+        self._pose, self._half_width = copy.copy(X_HB), _vector(half_width)
+        _check_half_width("Obb", self._half_width)
+
+    def pose(self) -> RigidTransform:
+        """The box's pose X_HB."""
+        return copy.copy(self._pose)
+
+    def Equal(self, other: Obb) -> bool:
+        """True if both boxes are the same, bit for bit."""
+        return bool(self._pose.IsExactlyEqualTo(other._pose) and np.all(self._half_width == other._half_width))
+
+    def __copy__(self) -> Obb:
+        return Obb(self._pose, self._half_width)
+
+    def __deepcopy__(self, memo: dict) -> Obb:
+        return copy.copy(self)
+
+
+def _check_half_width(name: str, half_width: np.ndarray) -> None:
+    if not np.all(half_width >= 0.0):
+        raise ValueError(f"{name}(): half_width must not be negative, got {half_width.tolist()}.")
+
+
+def CalcObb(shape: Shape) -> Obb | None:
+    """A bounding box of a shape in its frame; None for a half space.
+
+    Boxes of meshes have their axes along the principal directions of the hull's vertices.
+
+    Raises:
+        RuntimeError: a mesh file that can not be read.
+    """
+    if isinstance(shape, HalfSpace):
+        return None
+    if isinstance(shape, Sphere):
+        half, centre = np.full(3, shape.radius()), np.zeros(3)
+    elif isinstance(shape, Box):
+        half, centre = shape.size() / 2.0, np.zeros(3)
+    elif isinstance(shape, (Cylinder, Capsule)):
+        r = shape.radius()
+        half = np.array([r, r, shape.length() / 2.0 + (r if isinstance(shape, Capsule) else 0.0)])
+        centre = np.zeros(3)
+    elif isinstance(shape, Ellipsoid):
+        half, centre = np.array([shape.a(), shape.b(), shape.c()]), np.zeros(3)
+    elif isinstance(shape, MeshcatCone):
+        half = np.array([shape.a(), shape.b(), shape.height() / 2.0])
+        centre = np.array([0.0, 0.0, shape.height() / 2.0])
+    elif isinstance(shape, (Convex, Mesh)):
+        return _obb_of_points(shape.GetConvexHull()._vertices)
+    else:
+        raise NotImplementedError(f"CalcObb(): no bounding box for {shape!r}.")
+    return Obb(RigidTransform(centre), half)
+
+
+def _obb_of_points(points: np.ndarray) -> Obb:
+    """The smaller of the axis-aligned box and the box along the principal directions."""
+    candidates = [np.eye(3)]
+    if len(points) > 1:
+        _, _, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=True)
+        R = axes.T.copy()
+        R[:, 2] = np.cross(R[:, 0], R[:, 1])
+        candidates.append(R)
+    boxes = []
+    for R in candidates:
+        local = points @ R
+        low, high = local.min(axis=0), local.max(axis=0)
+        boxes.append((float(np.prod(high - low)), R, (low + high) / 2.0, (high - low) / 2.0))
+    _, R, centre, half = min(boxes, key=lambda box: box[0])
+    return Obb(RigidTransform(RotationMatrix(R), R @ centre), half)
+
+
+def _chosen(mesh: Any, vertices: Any) -> np.ndarray:
+    return mesh._vertices[sorted(vertices)]
+
+
+def ComputeAabbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Any) -> Aabb:
+    """The axis-aligned box of some vertices (a set of numbers) of a mesh."""
+    points = _chosen(mesh_M, vertices)
+    low, high = points.min(axis=0), points.max(axis=0)
+    return Aabb((low + high) / 2.0, (high - low) / 2.0)
+
+
+def ComputeAabbForVolumeMesh(mesh_M: VolumeMesh, vertices: Any) -> Aabb:
+    """The axis-aligned box of some vertices (a set of numbers) of a mesh."""
+    return ComputeAabbForTriangleMesh(mesh_M, vertices)  # type: ignore[arg-type]
+
+
+def ComputeObbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Any) -> Obb:
+    """A box in any orientation about some vertices (a set of numbers) of a mesh."""
+    return _obb_of_points(_chosen(mesh_M, vertices))
+
+
+def ComputeObbForVolumeMesh(mesh_M: VolumeMesh, vertices: Any) -> Obb:
+    """A box in any orientation about some vertices (a set of numbers) of a mesh."""
+    return _obb_of_points(_chosen(mesh_M, vertices))

@@ -1,0 +1,87 @@
+"""What geometry queries report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ._ids import GeometryId
+
+
+class _Result:
+    """Fields with defaults, given by keyword."""
+
+    _fields: tuple[str, ...] = ()
+
+    def __init__(self, **kwargs: Any) -> None:
+        unknown = set(kwargs) - set(self._fields)
+        if unknown:
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {sorted(unknown)[0]!r}")
+        for name in self._fields:
+            setattr(self, name, kwargs[name] if name in kwargs else self._default(name))
+
+    @staticmethod
+    def _default(name: str) -> Any:
+        if name.startswith("id_"):
+            return None
+        return 0.0 if name in ("depth", "distance") else np.zeros(3)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._fields)})"
+
+
+class PenetrationAsPointPair(_Result):
+    """Two geometries that overlap, and one point of contact on each.
+
+    Attributes:
+        id_A, id_B: the geometries, id_A < id_B.
+        p_WCa, p_WCb: the points on A and B that are deepest in the other, in W [m].
+        nhat_BA_W: unit normal from B into A.
+        depth: penetration [m], not negative.
+    """
+
+    _fields = ("id_A", "id_B", "p_WCa", "p_WCb", "nhat_BA_W", "depth")
+    id_A: GeometryId
+    id_B: GeometryId
+    p_WCa: np.ndarray
+    p_WCb: np.ndarray
+    nhat_BA_W: np.ndarray
+    depth: float
+
+
+class SignedDistancePair(_Result):
+    """Signed distance between two geometries.
+
+    Attributes:
+        id_A, id_B: the geometries, id_A < id_B.
+        p_ACa: the witness on A, in the frame of geometry A [m].
+        p_BCb: the witness on B, in the frame of geometry B [m].
+        distance: [m], negative when they overlap.
+        nhat_BA_W: direction of fastest growth of the distance when A moves.
+    """
+
+    _fields = ("id_A", "id_B", "p_ACa", "p_BCb", "distance", "nhat_BA_W")
+    id_A: GeometryId
+    id_B: GeometryId
+    p_ACa: np.ndarray
+    p_BCb: np.ndarray
+    distance: float
+    nhat_BA_W: np.ndarray
+
+
+class SignedDistanceToPoint(_Result):
+    """Signed distance of a point Q to a geometry.
+
+    Attributes:
+        id_G: the geometry.
+        p_GN: the nearest point of its surface, in its frame [m].
+        distance: [m], negative inside.
+        grad_W: gradient of the distance with respect to Q, in W.
+    """
+
+    _fields = ("id_G", "p_GN", "distance", "grad_W")
+    id_G: GeometryId
+    p_GN: np.ndarray
+    distance: float
+    grad_W: np.ndarray
