@@ -50,13 +50,14 @@ def differences(theirs, ours, path=""):
 
 def files():
     own = sorted(path for path in MODELS.iterdir() if path.name.endswith((".urdf", ".sdf", ".xml", ".dmd.yaml")))
-    drakes = sorted(path for kind in ("urdf",) for path in SHARE.rglob(f"*.{kind}"))
+    drakes = sorted(path for kind in ("urdf", "sdf") for path in SHARE.rglob(f"*.{kind}"))
     return [*own, *drakes]
 
 
 @pytest.fixture(scope="module")
 def file_results():
-    cases = [{"path": str(path), "scene": scene} for path in files() for scene in (True, False)]
+    packages = {"parsing": str(MODELS)}
+    cases = [{"path": str(path), "scene": scene, "packages": packages} for path in files() for scene in (True, False)]
     return dict(zip(((case["path"], case["scene"]) for case in cases), compare(cases)))
 
 

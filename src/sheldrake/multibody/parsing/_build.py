@@ -48,7 +48,39 @@ class ModelBuilder:
         self._check_supported(model)
         self._frames = {}
         self._scope = ()
-        return self._add(model, self._model_name(model, prefix))
+        if model.is_world:
+            names = {id(nested): self._model_name(nested, prefix) for nested in model.nested}
+        else:
+            names = {id(model): self._model_name(model, prefix)}
+        instances = self._add_included(model, (), "", names)
+        if not model.is_world:
+            return self._add(model, names[id(model)]) + instances
+        for nested in model.nested:
+            if not nested.comes_first:
+                self._scope = (nested.name,)
+                instances += self._add(nested, names[id(nested)])
+        self._add_world_elements(model, prefix)
+        return instances
+
+    def _add_included(self, model: ModelDescription, scope: tuple, full_name: str, names: dict) -> list:
+        """Adds the models that come before all others, wherever they are nested."""
+        full_name = names.get(id(model), full_name)
+        if model.comes_first:
+            self._scope = scope
+            return self._add(model, full_name)
+        instances = []
+        for nested in model.nested:
+            instances += self._add_included(nested, (*scope, nested.name), f"{full_name}::{nested.name}", names)
+        self._scope = ()
+        return instances
+
+    def _add_world_elements(self, world: ModelDescription, prefix: str) -> None:
+        """Adds the frames and joints that connect the models of a world."""
+        self._scope, self._instance, self._joints = (), None, {}
+        for element in world.elements:
+            self._call(element, _ADDERS[type(element)], self, element)
+        for group in world.filter_groups:
+            self._filters.add(group, prefix, self._policy)
 
     def _model_name(self, model: ModelDescription, prefix: str) -> str:
         wanted = f"{prefix}::{model.name}" if prefix else model.name
@@ -84,6 +116,8 @@ class ModelBuilder:
         instances = [instance]
         outer_scope = self._scope
         for nested in model.nested:
+            if nested.comes_first:
+                continue
             self._scope = (*outer_scope, nested.name)
             instances += self._add(nested, f"{full_name}::{nested.name}")
         self._scope, self._instance, self._joints = outer_scope, instance, {}
@@ -92,7 +126,7 @@ class ModelBuilder:
         for element in model.elements:
             self._call(element, _ADDERS[type(element)], self, element)
         for body in model.bodies:
-            self._set_default_pose(body, model)
+            self._set_default_pose(body)
         for group in model.filter_groups:
             self._filters.add(group, full_name, self._policy)
         return instances
@@ -146,7 +180,9 @@ class ModelBuilder:
     def _add_frame(self, description: FrameDescription) -> None:
         from sheldrake.multibody.tree import FixedOffsetFrame
 
-        frame = FixedOffsetFrame(description.name, self._frame(description.base), description.X_PF)
+        base = self._frame(description.base)
+        owner = self._instance if description.is_model_frame else base.model_instance()
+        frame = FixedOffsetFrame(description.name, base, description.X_PF, owner)
         self._frames[self._scope, description.name] = self._plant.AddFrame(frame)
 
     def _joint_frame(self, joint: JointDescription, reference: FrameReference, X, suffix: str):
@@ -156,7 +192,8 @@ class ModelBuilder:
         frame = self._frame(reference)
         if X is None:
             return frame
-        return self._plant.AddFrame(FixedOffsetFrame(f"{joint.name}_{suffix}", frame, X, self._instance))
+        instance = self._frame(joint.child).model_instance()
+        return self._plant.AddFrame(FixedOffsetFrame(f"{joint.name}_{suffix}", frame, X, instance))
 
     def _add_joint(self, description: JointDescription) -> None:
         frame_F = self._joint_frame(description, description.parent, description.X_PF, "parent")
@@ -257,11 +294,9 @@ class ModelBuilder:
             description.damping,
         )
 
-    def _set_default_pose(self, body: BodyDescription, model: ModelDescription) -> None:
-        if body.default_pose is None or body.is_world:
-            return
-        X_WB = body.default_pose if model.X_WM is None else model.X_WM @ body.default_pose
-        self._plant.SetDefaultFreeBodyPose(self._frames[self._scope, body.name].body(), X_WB)
+    def _set_default_pose(self, body: BodyDescription) -> None:
+        if body.default_pose is not None and not body.is_world:
+            self._plant.SetDefaultFreeBodyPose(self._frames[self._scope, body.name].body(), body.default_pose)
 
 
 _ADDERS: dict[type, Callable] = {
@@ -306,7 +341,7 @@ def _make_joint(description: JointDescription, frame_F, frame_M):
     if kind == "weld":
         from sheldrake.math import RigidTransform
 
-        return tree.WeldJoint(*ends, RigidTransform())
+        return tree.WeldJoint(*ends, RigidTransform() if description.X_FM is None else description.X_FM)
     if kind == "planar":
         return tree.PlanarJoint(*ends, damping=np.asarray(damping, dtype=float))
     if kind == "ball_rpy":

@@ -22,7 +22,7 @@ def check_model(model: ModelDescription, policy: DiagnosticPolicy) -> None:
     bodies: dict[tuple[tuple[str, ...], str], BodyDescription] = {}
     frame_body: dict[tuple[tuple[str, ...], str], tuple] = {}
     _check_names(model, (), bodies, frame_body, policy)
-    _check_topology(model, (), frame_body, policy)
+    _check_topology(model, (), frame_body, policy, {})
 
 
 def _check_names(model, scope, bodies, frame_body, policy) -> None:
@@ -75,9 +75,8 @@ def _known_names(scope, frame_body) -> str:
     return f"known are {shown}"
 
 
-def _check_topology(model, scope, frame_body, policy, parents=None) -> None:
-    """Every joint connects two known bodies, and no joint closes a loop."""
-    parents = {} if parents is None else parents
+def _check_topology(model, scope, frame_body, policy, parents: dict) -> None:
+    """Every joint connects two known bodies, and no joint closes a loop (`parents`: a union-find forest)."""
 
     def root(body):
         while body in parents:

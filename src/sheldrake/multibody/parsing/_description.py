@@ -38,7 +38,7 @@ class BodyDescription:
     is_world: bool = False
     visuals: list[GeometryDescription] = field(default_factory=list)
     collisions: list[GeometryDescription] = field(default_factory=list)
-    default_pose: Any = None  # X_WB relative to the model's placement, for bodies that turn out to be free
+    default_pose: Any = None  # X_WB in case the body turns out to be free
 
 
 @dataclass
@@ -61,6 +61,7 @@ class FrameDescription:
     name: str
     base: FrameReference
     X_PF: Any
+    is_model_frame: bool = False  # belongs to the describing model even when its base is in a nested one
 
 
 @dataclass
@@ -88,6 +89,7 @@ class JointDescription:
     child: FrameReference
     X_PF: Any = None
     X_CM: Any = None
+    X_FM: Any = None  # of a weld: identity when None
     axis: np.ndarray | None = None
     damping: Any = 0.0  # [N m s or N s/m], shape (3,) for planar joints
     limits: JointLimits = field(default_factory=JointLimits)
@@ -217,8 +219,10 @@ class ModelDescription:
     Attributes:
         elements: Joints, frames, actuators, forces and constraints in the order in which they are to be added.
         nested: Models inside this one; they become instances of their own, named `outer::inner`, before the elements.
-        X_WM: Where the model is placed; bodies that are free get `X_WM @ default_pose`.
-        on_finish: Calls `(plant, instance)` made after everything else, for what no description covers.
+        couplers: Couplers found while joints are read, until they can be checked and joined to the elements.
+        exclusions: Pairs of bodies that never collide.
+        comes_first: A URDF model included by SDFormat: added before all others, as Drake does.
+        is_world: The description of a world: its nested models are top-level ones, its elements belong to the world.
     """
 
     where: Location
@@ -228,8 +232,9 @@ class ModelDescription:
     nested: "list[ModelDescription]" = field(default_factory=list)
     filter_groups: list[FilterGroupDescription] = field(default_factory=list)
     exclusions: list[tuple[FrameReference, FrameReference]] = field(default_factory=list)
-    X_WM: Any = None
-    merged_into_parent: bool = False
+    couplers: list[CouplerDescription] = field(default_factory=list)
+    comes_first: bool = False
+    is_world: bool = False
 
     def joints(self) -> list[JointDescription]:
         """The joints among the elements, in order."""

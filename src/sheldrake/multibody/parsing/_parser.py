@@ -204,6 +204,10 @@ def read_models(kind: str, reading: Reading, text: "str | None", model_name: str
         from ._urdf import read_urdf
 
         return [read_urdf(_root(reading, text), reading, model_name)]
+    if kind == ".sdf":
+        from ._sdf import read_sdf
+
+        return read_sdf(_root(reading, text), reading, model_name)
     raise NotImplementedError(f"{reading.source}: reading {kind} is not implemented.")
 
 

@@ -1,6 +1,6 @@
 """URDF shapes, materials, visuals and collisions."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -24,11 +24,19 @@ _COLLISION_TAGS = ("origin", "geometry", "drake:proximity_properties", "drake_co
 
 @dataclass
 class Material:
-    """A named appearance: colour (red, green, blue, opacity), shape (4,), and texture file; either may be None."""
+    """A named appearance.
+
+    Attributes:
+        where: Its declaration.
+        rgba: Diffuse colour (red, green, blue, opacity), shape (4,), or None.
+        texture: The file of the diffuse texture, or None.
+        shades: Further colours by property name (ambient, specular, emissive).
+    """
 
     where: Location
     rgba: "np.ndarray | None"
     texture: "str | None"
+    shades: "dict[str, np.ndarray]" = field(default_factory=dict)
 
     def looks_like(self, other: "Material") -> bool:
         """True when colour and texture are the same."""
@@ -211,11 +219,15 @@ def add_visual_roles(description, element: Element, body_name: str, reading: Rea
     from sheldrake.geometry import IllustrationProperties, PerceptionProperties, Rgba
 
     illustration, perception = IllustrationProperties(), PerceptionProperties()
-    if material is not None and material.rgba is not None:
-        for properties in (illustration, perception):
-            properties.AddProperty("phong", "diffuse", Rgba(*material.rgba))
+    if material is not None:
+        colours = {"diffuse": material.rgba, **material.shades}
+        for name, rgba in colours.items():
+            if rgba is not None:
+                illustration.AddProperty("phong", name, Rgba(*rgba))
+                perception.AddProperty("phong", name, Rgba(*rgba))
     if material is not None and material.texture is not None:
-        perception.AddProperty("phong", "diffuse_map", material.texture)
+        for properties in (illustration, perception):
+            properties.AddProperty("phong", "diffuse_map", material.texture)
     renderers = {reading.name(child, "A <drake:accepting_renderer>") for child in _renderers(element)}
     if renderers:
         perception.AddProperty("renderer", "accepting", renderers)

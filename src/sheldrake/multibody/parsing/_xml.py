@@ -70,6 +70,13 @@ class Element:
         """The children of any of those names, in file order."""
         return [child for child in self.children if child.tag in tags]
 
+    def renamed(self, tag: str) -> "Element":
+        """A copy with another tag, at the same place, sharing the children."""
+        copy = Element(tag, dict(self.attributes), self._source, self.line, self.column, self._offset)
+        copy.children = list(self.children)
+        copy.text = self.text
+        return copy
+
     def __iter__(self):
         return iter(self.children)
 

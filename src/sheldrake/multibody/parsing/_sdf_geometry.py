@@ -1,0 +1,269 @@
+"""SDFormat shapes, visuals and collisions."""
+
+import numpy as np
+
+from ._description import BodyDescription, GeometryDescription
+from ._proximity import read_proximity_properties
+from ._reading import Reading
+from ._sdf_frames import SdfScope, read_pose, reference_of_pose
+from ._urdf_geometry import Material, add_visual_roles, read_scale
+from ._xml import Element
+
+_VISUAL_TAGS = (
+    "pose",
+    "geometry",
+    "material",
+    "drake:illustration_properties",
+    "drake:perception_properties",
+    "drake:accepting_renderer",
+)
+
+
+def text_number(element: Element, reading: Reading, infinite: bool = False) -> float:
+    """The number that an element has as its text."""
+    return reading.parse_number(element.text, element.where, f"<{element.tag}>", infinite)
+
+
+def child_number(element: Element, tag: str, reading: Reading, default=None, infinite: bool = False):
+    """The number in a child's text, or `default` when there is no such child."""
+    child = element.find(tag)
+    return default if child is None else text_number(child, reading, infinite)
+
+
+def child_vector(element: Element, tag: str, size: int, reading: Reading, default=None):
+    """The vector in a child's text, shape (size,), or `default` when there is no such child."""
+    child = element.find(tag)
+    if child is None:
+        return default
+    return reading.parse_vector(child.text, size, child.where, f"<{child.tag}>")
+
+
+def child_text(element: Element, tag: str, default: str = "") -> str:
+    """The text of a child without surrounding white space."""
+    child = element.find(tag)
+    return default if child is None else child.text.strip()
+
+
+def read_link_pose(element: Element, link: str, scope: SdfScope, reading: Reading):
+    """The pose of a visual, collision or inertial in its link."""
+    pose = element.find("pose")
+    X_RP = read_pose(pose, reading)
+    relative_to = reference_of_pose(pose)
+    if pose is None or not relative_to:
+        return X_RP
+    X_ML = scope.pose(link, pose.where)
+    return X_ML.inverse() @ scope.pose(relative_to, pose.where) @ X_RP
+
+
+def read_shape(geometry: Element, reading: Reading):
+    """(shape, its pose in the geometry frame or None), or (None, None) for an empty or unsupported geometry."""
+    for child in geometry:
+        reader = _SHAPES.get(child.tag)
+        if reader is not None:
+            return reader(child, reading)
+        if child.tag == "empty":
+            return None, None
+        reading.warn(child, f"The shape <{child.tag}> is not supported; this geometry is ignored.")
+        return None, None
+    reading.warn(geometry, "A <geometry> without a shape is ignored.")
+    return None, None
+
+
+def _positive(element: Element, tags, reading: Reading, may_be_zero: bool = False) -> "list[float]":
+    """Positive numbers, one a child; by the specification a missing one is 1."""
+    reading.warn_unknown(element, tags)
+    values = []
+    for tag in tags:
+        value = child_number(element, tag, reading)
+        if value is None:
+            reading.warn(element, f"A <{element.tag}> has no <{tag}>; it is 1 m.")
+            value = 1.0
+        if value < 0.0 or (value == 0.0 and not may_be_zero):
+            reading.fail(element.find(tag) or element, f"The {tag} of a <{element.tag}> must be positive: {value:g}.")
+        values.append(value)
+    return values
+
+
+def _read_box(element: Element, reading: Reading):
+    from sheldrake.geometry import Box
+
+    reading.warn_unknown(element, ("size",))
+    return Box(*_positive_vector(element, "size", reading)), None
+
+
+def _positive_vector(element: Element, tag: str, reading: Reading) -> np.ndarray:
+    values = child_vector(element, tag, 3, reading)
+    if values is None:
+        reading.warn(element, f"A <{element.tag}> has no <{tag}>; it is 1 m in every direction.")
+        return np.ones(3)
+    if np.any(values <= 0.0):
+        reading.fail(element, f"The <{tag}> of a <{element.tag}> needs three positive numbers.")
+    return values
+
+
+def _read_sphere(element: Element, reading: Reading):
+    from sheldrake.geometry import Sphere
+
+    return Sphere(*_positive(element, ("radius",), reading, may_be_zero=True)), None
+
+
+def _read_cylinder(element: Element, reading: Reading):
+    from sheldrake.geometry import Cylinder
+
+    return Cylinder(*_positive(element, ("radius", "length"), reading)), None
+
+
+def _read_capsule(element: Element, reading: Reading):
+    from sheldrake.geometry import Capsule
+
+    return Capsule(*_positive(element, ("radius", "length"), reading)), None
+
+
+def _read_ellipsoid(element: Element, reading: Reading):
+    from sheldrake.geometry import Ellipsoid
+
+    reading.warn_unknown(element, ("radii",))
+    return Ellipsoid(*_positive_vector(element, "radii", reading)), None
+
+
+def _read_drake_ellipsoid(element: Element, reading: Reading):
+    from sheldrake.geometry import Ellipsoid
+
+    return Ellipsoid(*_positive(element, ("a", "b", "c"), reading)), None
+
+
+def _read_plane(element: Element, reading: Reading):
+    """A plane is the boundary of a half space; its size is for drawing only."""
+    from sheldrake.geometry import HalfSpace
+
+    reading.warn_unknown(element, ("normal", "size"))
+    normal = child_vector(element, "normal", 3, reading, np.array([0.0, 0.0, 1.0]))
+    if np.linalg.norm(normal) < 1e-8:
+        reading.fail(element, "The <normal> of a <plane> is zero.")
+    return HalfSpace(), HalfSpace.MakePose(normal / np.linalg.norm(normal), np.zeros(3))
+
+
+def _read_mesh(element: Element, reading: Reading):
+    from sheldrake.geometry import Convex, Mesh
+
+    reading.warn_unknown(element, ("uri", "scale", "drake:declare_convex"))
+    uri = element.find("uri")
+    if uri is None or not uri.text.strip():
+        reading.fail(element, "A <mesh> needs a <uri>.")
+    path = reading.resolve(uri.text, uri.where)
+    scale = element.find("scale")
+    factors = read_scale(
+        None if scale is None else scale.text, reading, element.where if scale is None else scale.where
+    )
+    return (Mesh if element.find("drake:declare_convex") is None else Convex)(path, factors), None
+
+
+_SHAPES = {
+    "box": _read_box,
+    "sphere": _read_sphere,
+    "cylinder": _read_cylinder,
+    "capsule": _read_capsule,
+    "drake:capsule": _read_capsule,
+    "ellipsoid": _read_ellipsoid,
+    "drake:ellipsoid": _read_drake_ellipsoid,
+    "plane": _read_plane,
+    "mesh": _read_mesh,
+}
+
+
+def without_drake_prefix(element: Element) -> Element:
+    """A copy of `<drake:visual>` whose standard tags have lost their `drake:` prefix."""
+    keep = set(_VISUAL_TAGS) | {"drake:capsule", "drake:ellipsoid", "drake:declare_convex", "drake:diffuse_map"}
+    tag = element.tag if element.tag in keep else element.tag.removeprefix("drake:")
+    copy = element.renamed(tag)
+    copy.children = [without_drake_prefix(child) for child in element.children]
+    return copy
+
+
+def read_visual(element: Element, body: BodyDescription, scope: SdfScope, reading: Reading) -> None:
+    """Adds a `<visual>` to a body."""
+    reading.warn_unknown(element, _VISUAL_TAGS, ("name",), silent=("meta",))
+    description = _read_placed_shape(element, body, scope, reading, body.visuals)
+    if description is None:
+        return
+    add_visual_roles(description, element, body.name, reading, _read_material(element, reading))
+    if description.illustration is not None or description.perception is not None:
+        body.visuals.append(description)
+
+
+def read_collision(element: Element, body: BodyDescription, scope: SdfScope, reading: Reading) -> None:
+    """Adds a `<collision>` to a body."""
+    reading.warn_unknown(element, ("pose", "geometry", "surface", "drake:proximity_properties"), ("name",))
+    description = _read_placed_shape(element, body, scope, reading, body.collisions)
+    if description is None:
+        return
+    description.proximity = read_proximity_properties(
+        element,
+        reading,
+        lambda child: text_number(child, reading),
+        lambda child: child.text.strip(),
+        _read_ode_friction(element, reading),
+    )
+    body.collisions.append(description)
+
+
+def _read_placed_shape(element: Element, body, scope: SdfScope, reading: Reading, siblings):
+    kind = element.tag
+    name = reading.name(element, f"<{kind}>")
+    geometry = element.find("geometry")
+    if geometry is None:
+        reading.warn(element, f"The {kind} '{name}' of link '{body.name}' has no <geometry> and is ignored.")
+        return None
+    if any(sibling.name == name for sibling in siblings):
+        reading.fail(element, f"Link '{body.name}' already has a {kind} named '{name}'.")
+    shape, X_GS = read_shape(geometry, reading)
+    if shape is None:
+        return None
+    X_LG = read_link_pose(element, body.name, scope, reading)
+    return GeometryDescription(element.where, name, X_LG if X_GS is None else X_LG @ X_GS, shape)
+
+
+def _read_material(visual: Element, reading: Reading) -> "Material | None":
+    """Colours and texture of a `<material>`."""
+    material = visual.find("material")
+    if material is None:
+        return None
+    shades = ("ambient", "specular", "emissive")
+    reading.warn_unknown(material, ("diffuse", *shades, "drake:diffuse_map"))
+    texture = material.find("drake:diffuse_map")
+    path = None if texture is None else reading.resolve(texture.text, texture.where)
+    colours = {tag: _read_colour(material.find(tag), reading) for tag in ("diffuse", *shades)}
+    diffuse = colours.pop("diffuse")
+    return Material(material.where, diffuse, path, {name: rgba for name, rgba in colours.items() if rgba is not None})
+
+
+def _read_colour(element: "Element | None", reading: Reading) -> "np.ndarray | None":
+    """Red, green, blue and opacity, shape (4,), in single precision as SDFormat has them."""
+    if element is None:
+        return None
+    values = reading.parse_vector(element.text, None, element.where, f"<{element.tag}>")
+    if values.size not in (3, 4) or np.any(values < 0.0) or np.any(values > 1.0):
+        found = element.text.strip()
+        reading.fail(element, f"<{element.tag}> needs three or four numbers from 0 to 1, found '{found}'.")
+    return np.append(values, 1.0)[:4].astype(np.float32).astype(float)
+
+
+def _read_ode_friction(collision: Element, reading: Reading) -> "tuple[float, float] | None":
+    """Static and dynamic friction from `<surface><friction><ode><mu> <mu2>`."""
+    ode: Element | None = collision
+    for tag in ("surface", "friction", "ode"):
+        ode = None if ode is None else ode.find(tag)
+    if ode is None:
+        return None
+    mu, mu2 = (child_number(ode, tag, reading) for tag in ("mu", "mu2"))
+    if mu is None and mu2 is None:
+        return None
+    block = collision.find("drake:proximity_properties")
+    if block is not None and (block.find("drake:mu_static") or block.find("drake:mu_dynamic")):
+        reading.warn(ode, "<mu> and <mu2> are ignored beside <drake:mu_static> and <drake:mu_dynamic>.")
+        return None
+    static = 1.0 if mu is None else mu
+    dynamic = 1.0 if mu2 is None else mu2
+    if not 0.0 <= dynamic <= static:
+        reading.fail(ode, f"Friction must satisfy 0 <= <mu2> <= <mu>, found {dynamic:g} and {static:g}.")
+    return static, dynamic
