@@ -1,0 +1,213 @@
+"""What every trajectory can do."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch
+from sheldrake.common._scalars import any_array, as_scalar
+
+
+def _pure(name: str) -> RuntimeError:
+    return RuntimeError(f'Tried to call pure virtual function "Trajectory<T>::{name}"')
+
+
+class Trajectory:
+    """A matrix that depends on time.
+
+    To make your own, derive from this class and define `do_value(t)`, `do_rows()`, `do_cols()`, `do_start_time()`,
+    `do_end_time()`; for derivatives also `do_has_derivative()`, `DoEvalDerivative(t, derivative_order)` and
+    `DoMakeDerivative(derivative_order)`.
+    """
+
+    _T: ClassVar[type] = float
+    _template: ClassVar[Any]
+
+    def __init__(self) -> None:
+        pass
+
+    def value(self, t: Any) -> np.ndarray:
+        """Returns the matrix at time t [s], shape `(rows, cols)`."""
+        return self._matrix("value", self.do_value(self._scalar("value", t)))
+
+    def vector_values(self, t: Any) -> np.ndarray:
+        """Returns the vectors at many times [s], shape `(rows, n)` for columns and `(n, cols)` for rows.
+
+        Raises:
+            RuntimeError: the values are matrices.
+        """
+        times = self._scalars("vector_values", t)
+        rows, cols = self.rows(), self.cols()
+        if rows != 1 and cols != 1:
+            raise RuntimeError(
+                "vector_values(): This method only supports vector-valued trajectories; "
+                f"the values are {rows} x {cols}."
+            )
+        out = self._vector_values(times)
+        return out if cols == 1 else out.T
+
+    def _vector_values(self, times: list) -> np.ndarray:
+        """Values at many times as columns."""
+        columns = [self.value(t).ravel() for t in times]
+        if not columns:
+            return np.zeros((max(self.rows(), self.cols()), 0))
+        return np.stack(columns, axis=1)
+
+    def has_derivative(self) -> bool:
+        """Tells whether `EvalDerivative` and `MakeDerivative` work."""
+        return bool(self.do_has_derivative())
+
+    def EvalDerivative(self, t: Any, derivative_order: int = 1) -> np.ndarray:
+        """Returns the derivative of the given order at time t [s], shape `(rows, cols)`.
+
+        Raises:
+            RuntimeError: there are no derivatives, or the order is negative.
+        """
+        time = self._scalar("EvalDerivative", t)
+        if _order("EvalDerivative", derivative_order) == 0:
+            return self.value(t)
+        return self._matrix("EvalDerivative", self.DoEvalDerivative(time, derivative_order))
+
+    def MakeDerivative(self, derivative_order: int = 1) -> Trajectory:
+        """Returns the derivative of the given order as a trajectory.
+
+        Raises:
+            RuntimeError: there are no derivatives, or the order is negative.
+        """
+        if _order("MakeDerivative", derivative_order) == 0:
+            return self.Clone()
+        return self.DoMakeDerivative(derivative_order)
+
+    def rows(self) -> int:
+        """Returns the number of rows."""
+        return self.do_rows()
+
+    def cols(self) -> int:
+        """Returns the number of columns."""
+        return self.do_cols()
+
+    def start_time(self) -> Any:
+        """Returns the first time [s]."""
+        return self.do_start_time()
+
+    def end_time(self) -> Any:
+        """Returns the last time [s]."""
+        return self.do_end_time()
+
+    def Clone(self) -> Trajectory:
+        """Returns a copy that shares nothing with this one."""
+        return self.__deepcopy__({})
+
+    def do_value(self, t: Any) -> Any:
+        """The matrix at time t; a derived class defines it."""
+        raise _pure("do_value")
+
+    def do_rows(self) -> int:
+        """The number of rows; a derived class defines it."""
+        raise _pure("do_rows")
+
+    def do_cols(self) -> int:
+        """The number of columns; a derived class defines it."""
+        raise _pure("do_cols")
+
+    def do_start_time(self) -> Any:
+        """The first time; a derived class defines it."""
+        raise _pure("do_start_time")
+
+    def do_end_time(self) -> Any:
+        """The last time; a derived class defines it."""
+        raise _pure("do_end_time")
+
+    def do_has_derivative(self) -> bool:
+        """Whether there are derivatives; a derived class defines it."""
+        raise _pure("do_has_derivative")
+
+    def DoEvalDerivative(self, t: Any, derivative_order: int) -> Any:
+        """The derivative at time t; a derived class may define it."""
+        raise _pure("DoEvalDerivative")
+
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
+        """The derivative as a trajectory; a derived class may define it."""
+        raise _pure("DoMakeDerivative")
+
+    def __copy__(self) -> Any:
+        return self.__deepcopy__({})
+
+    def __deepcopy__(self, memo: dict) -> Any:
+        new = object.__new__(type(self))
+        for name, value in vars(self).items():
+            vars(new)[name] = _copied(value)
+        return new
+
+    @classmethod
+    def _name(cls, call: str) -> str:
+        return f"{pretty_class_name(cls)}.{call}()" if call else f"{pretty_class_name(cls)}()"
+
+    @classmethod
+    def _mismatch(cls, call: str, expected: str, given: Any) -> TypeError:
+        kind = "function" if call else "constructor"
+        return TypeError(f"{cls._name(call)}: incompatible {kind} arguments; expected {expected}, got {given!r}.")
+
+    @classmethod
+    def _scalar(cls, call: str, t: Any) -> Any:
+        try:
+            return as_scalar(cls._T, t.item() if isinstance(t, np.ndarray) and t.ndim == 0 else t)
+        except Mismatch:
+            raise cls._mismatch(call, f"a number of type {cls._T.__name__}", t) from None
+
+    @classmethod
+    def _scalars(cls, call: str, t: Any) -> list:
+        if isinstance(t, np.ndarray) and t.ndim == 2 and 1 in t.shape:
+            t = t.ravel()
+        if isinstance(t, (str, bytes)) or not hasattr(t, "__len__") or (isinstance(t, np.ndarray) and t.ndim != 1):
+            raise cls._mismatch(call, f"a list of {cls._T.__name__}", t)
+        return [cls._scalar(call, x) for x in t]
+
+    @classmethod
+    def _matrix(cls, call: str, value: Any) -> np.ndarray:
+        try:
+            array = any_array(cls._T, value)
+        except Mismatch:
+            raise cls._mismatch(call, f"a matrix of {cls._T.__name__}", value) from None
+        if array.ndim == 1:
+            array = array.reshape(-1, 1)
+        if array.ndim != 2:
+            raise cls._mismatch(call, "a vector or a matrix", value)
+        return array
+
+    @classmethod
+    def _zeros(cls, *shape: int) -> np.ndarray:
+        return any_array(cls._T, np.zeros(shape))
+
+    @classmethod
+    def _sibling(cls, template: Any) -> Any:
+        """The class of the same scalar type in another family."""
+        return template[cls._T]
+
+
+def _copied(value: Any) -> Any:
+    """A copy of what a trajectory keeps: arrays, lists and other trajectories are copied, all else is a value."""
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    if isinstance(value, list):
+        return [_copied(v) for v in value]
+    return kept(value) if isinstance(value, Trajectory) else value
+
+
+def kept(trajectory: Any) -> Any:
+    """A trajectory to keep: a copy of ours, which may be changed by its owner, and a user's own as it is."""
+    return trajectory.Clone() if type(trajectory).__module__.startswith("sheldrake.") else trajectory
+
+
+def _order(call: str, order: int) -> int:
+    if order < 0:
+        raise RuntimeError(f"Trajectory.{call}(): the order of the derivative must not be negative, got {order}.")
+    return int(order)
+
+
+def no_derivatives() -> RuntimeError:
+    """The error of classes that have no derivatives."""
+    return RuntimeError("You asked for derivatives from a class that does not support derivatives.")

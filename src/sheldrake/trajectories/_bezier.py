@@ -1,0 +1,153 @@
+"""Bézier curves."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._scalars import as_scalar, is_symbolic
+from sheldrake.trajectories._base import Trajectory
+
+
+class BezierCurve(Trajectory):
+    """A vector that runs along a Bézier curve.
+
+    Args:
+        start_time: First time [s].
+        end_time: Last time [s].
+        control_points: Points as columns, shape `(rows, order + 1)`.
+
+    Raises:
+        RuntimeError: the end is before the start.
+    """
+
+    def __init__(self, start_time: Any = 0.0, end_time: Any = 1.0, control_points: Any = None):
+        self._times = (self._scalar("", start_time), self._scalar("", end_time))
+        self._points = self._zeros(0, 0) if control_points is None else self._matrix("", control_points)
+        if not is_symbolic(self._T) and self._times[1] < self._times[0]:
+            raise RuntimeError(f"{self._name('')}: the end, {end_time} s, is before the start, {start_time} s.")
+
+    def order(self) -> int:
+        """Returns the degree of the polynomials, -1 if there are no points."""
+        return self._points.shape[1] - 1
+
+    def control_points(self) -> np.ndarray:
+        """Returns the points as columns, shape `(rows, order + 1)`."""
+        return self._points.copy()
+
+    def BernsteinBasis(self, i: int, time: Any, order: int | None = None) -> Any:
+        """Returns the weight of point i at a time [s], for this order or another."""
+        n = self.order() if order is None else int(order)
+        s = self._unit(self._scalar("BernsteinBasis", time))
+        one = as_scalar(self._T, 1.0)
+        return math.comb(n, i) * s**i * (one - s) ** (n - i)
+
+    def _unit(self, t: Any) -> Any:
+        """Time from 0 at the start to 1 at the end."""
+        start, end = self._times
+        if is_symbolic(self._T):
+            return (end.min(start.max(t)) - start) / (end - start)
+        t = start if t < start else end if t > end else t
+        return (t - start) / (end - start)
+
+    def ElevateOrder(self) -> None:
+        """Raises the order by one without changing the curve."""
+        n, p = self.order(), self._points
+        if n < 0:
+            raise RuntimeError(f"{self._name('ElevateOrder')}: there are no control points.")
+        new = self._zeros(p.shape[0], n + 2)
+        new[:, 0], new[:, n + 1] = p[:, 0], p[:, n]
+        for i in range(1, n + 1):
+            a = i / (n + 1.0)
+            new[:, i] = p[:, i - 1] * a + p[:, i] * (1.0 - a)
+        self._points = new
+
+    def AsLinearInControlPoints(self, derivative_order: int = 1) -> Any:
+        """Returns M such that the points of the derivative are `control_points @ M`, as `scipy.sparse.csc_matrix`."""
+        import scipy.sparse
+
+        m = np.eye(self.order() + 1)
+        duration = self._times[1] - self._times[0]
+        for k in range(derivative_order):
+            n = self.order() - k
+            if n <= 0:
+                m = np.zeros((self.order() + 1, 1))
+                break
+            step = np.zeros((n + 1, n))
+            for j in range(n):
+                step[j, j], step[j + 1, j] = -n / duration, n / duration
+            m = m @ step
+        return scipy.sparse.csc_matrix(m)
+
+    def GetExpression(self, time: Any = None) -> np.ndarray:
+        """Returns the curve as expressions in a variable, shape `(rows,)`."""
+        from sheldrake.symbolic import Expression, Variable
+
+        t = Variable("t") if time is None else time
+        out = np.empty(self.do_rows(), dtype=object)
+        n = self.order()
+        start, end = self._times
+        s = (t - start) / (end - start) if (start, end) != (0.0, 1.0) else Expression(t)
+        for row in range(len(out)):
+            total = Expression(0.0)
+            for power, c in enumerate(self._power_coefficients(row)):
+                total = total + c * s**power
+            out[row] = total.Expand() if n >= 0 else total
+        return out
+
+    def _power_coefficients(self, row: int) -> list:
+        """Coefficients of the powers of s, lowest first."""
+        n, p = self.order(), self._points[row]
+        out = []
+        for k in range(n + 1):
+            difference = sum((-1) ** (k - i) * math.comb(k, i) * p[i] for i in range(k + 1))
+            out.append(math.comb(n, k) * difference)
+        return out
+
+    def do_value(self, t: Any) -> np.ndarray:
+        """The point at time t, by de Casteljau's rule."""
+        n = self.order()
+        if n < 0:
+            return self._zeros(self._points.shape[0], 1)
+        s = self._unit(t)
+        points = self._points
+        for _ in range(n):
+            points = points[:, :-1] * (1.0 - s) + points[:, 1:] * s
+        return points
+
+    def do_rows(self) -> int:
+        """The number of rows."""
+        return self._points.shape[0]
+
+    def do_cols(self) -> int:
+        """One."""
+        return 1
+
+    def do_start_time(self) -> Any:
+        """The first time."""
+        return self._times[0]
+
+    def do_end_time(self) -> Any:
+        """The last time."""
+        return self._times[1]
+
+    def do_has_derivative(self) -> bool:
+        """True."""
+        return True
+
+    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+        """The derivative at time t."""
+        return self.DoMakeDerivative(derivative_order).value(t)
+
+    def DoMakeDerivative(self, derivative_order: int) -> Any:
+        """The derivative, a Bézier curve of lower order."""
+        points, duration = self._points, self._times[1] - self._times[0]
+        for k in range(derivative_order):
+            n = self.order() - k
+            if n < 1:
+                points = self._zeros(points.shape[0], 1)
+                break
+            points = (points[:, 1:] - points[:, :-1]) * (n / duration)
+        return type(self)(*self._times, points)

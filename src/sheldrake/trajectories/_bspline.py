@@ -1,0 +1,205 @@
+"""B-spline trajectories."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._scalars import is_symbolic
+from sheldrake.trajectories._base import Trajectory
+
+
+def _basis_family(T: type) -> Any:
+    from sheldrake.math import BsplineBasis_
+
+    return BsplineBasis_[T]
+
+
+class BsplineTrajectory(Trajectory):
+    """A matrix that follows a B-spline.
+
+    Args:
+        basis: The basis; its parameter is time [s].
+        control_points: A matrix for each basis function; or one row of numbers, for scalar points.
+
+    Raises:
+        RuntimeError: another number of points than of basis functions, or points of different shapes.
+    """
+
+    def __init__(self, basis: Any = None, control_points: Any = None):
+        self._basis, self._points = basis, []
+        if basis is None:
+            return
+        if not isinstance(basis, _basis_family(self._T)):
+            raise self._mismatch("", "a BsplineBasis", basis)
+        self._points = self._matrices(control_points)
+        if len(self._points) != basis.num_basis_functions():
+            raise RuntimeError(
+                f"{self._name('')}: {len(self._points)} control points for {basis.num_basis_functions()} basis "
+                "functions."
+            )
+        if len({p.shape for p in self._points}) > 1:
+            raise RuntimeError(f"{self._name('')}: control points of shapes {sorted({p.shape for p in self._points})}.")
+
+    def _matrices(self, given: Any) -> list[np.ndarray]:
+        """Points as matrices; a matrix given is points as columns."""
+        if np.ndim(given) == 2 or (isinstance(given, (list, tuple)) and np.ndim(given[0]) == 1):
+            columns = self._matrix("", given)
+            return [columns[:, i : i + 1] for i in range(columns.shape[1])]
+        return [self._matrix("", p) for p in given]
+
+    def _require(self) -> Any:
+        if self._basis is None:
+            raise RuntimeError(f"{self._name('')}: there are no control points.")
+        return self._basis
+
+    def basis(self) -> Any:
+        """Returns the basis."""
+        return self._require()
+
+    def control_points(self) -> list[np.ndarray]:
+        """Returns the control points."""
+        return [p.copy() for p in self._points]
+
+    def num_control_points(self) -> int:
+        """Returns how many control points there are."""
+        return len(self._points)
+
+    def InitialValue(self) -> np.ndarray:
+        """Returns the matrix at the start."""
+        return self.value(self.start_time())
+
+    def FinalValue(self) -> np.ndarray:
+        """Returns the matrix at the end."""
+        return self.value(self.end_time())
+
+    def do_value(self, t: Any) -> np.ndarray:
+        """The matrix at time t, by de Boor's rule."""
+        basis = self._require()
+        t = self._inside(t)
+        order, knots = basis.order(), basis.knots()
+        i = self._interval(knots, order, t)
+        d = [self._points[j] for j in range(i - order + 1, i + 1)]
+        for r in range(1, order):
+            for j in range(order - 1, r - 1, -1):
+                left = knots[i - order + 1 + j]
+                alpha = (t - left) / (knots[i + 1 + j - r] - left)
+                d[j] = d[j - 1] * (1.0 - alpha) + d[j] * alpha
+        return d[order - 1]
+
+    def _inside(self, t: Any) -> Any:
+        start, end = self.start_time(), self.end_time()
+        if is_symbolic(self._T):
+            return self._scalar("value", min(max(t.Evaluate(), start.Evaluate()), end.Evaluate()))
+        return start if t < start else end if t > end else t
+
+    @staticmethod
+    def _interval(knots: list, order: int, t: Any) -> int:
+        """The interval of knots that holds t: the last for the end of all."""
+        if hasattr(t, "Evaluate"):
+            t, knots = t.Evaluate(), [k.Evaluate() for k in knots]
+        i = order - 1
+        last = len(knots) - order - 1
+        while i < last and t >= knots[i + 1]:
+            i += 1
+        return i
+
+    def EvaluateLinearInControlPoints(self, parameter_value: Any, derivative_order: int = 0) -> np.ndarray:
+        """Returns weights w such that the value, or a derivative, is the sum of w[i] times control point i."""
+        n = self.num_control_points()
+        out = self._zeros(n)
+        probe = type(self)(self._require(), [self._zeros(1, 1) for _ in range(n)])
+        for i in range(n):
+            probe._points = [self._zeros(1, 1) + (1.0 if j == i else 0.0) for j in range(n)]
+            out[i] = probe.EvalDerivative(parameter_value, derivative_order)[0, 0]
+        return out
+
+    def AsLinearInControlPoints(self, derivative_order: int = 1) -> Any:
+        """Returns M such that the derivative's control points are those here times M, as `scipy.sparse.csc_matrix`."""
+        import scipy.sparse
+
+        n = self.num_control_points()
+        probe = type(self)(self._require(), [row.reshape(-1, 1) for row in np.eye(n)])
+        points = probe.MakeDerivative(derivative_order).control_points()
+        return scipy.sparse.csc_matrix(np.hstack(points))
+
+    def InsertKnots(self, additional_knots: Any) -> None:
+        """Adds knots without changing the trajectory, by Boehm's rule (1980).
+
+        Raises:
+            RuntimeError: a knot is outside the trajectory's time.
+        """
+        for t in self._scalars("InsertKnots", additional_knots):
+            self._insert_knot(t)
+
+    def _insert_knot(self, t: Any) -> None:
+        order, knots = self._require().order(), list(self._basis.knots())
+        if not is_symbolic(self._T) and not self.start_time() <= t <= self.end_time():
+            raise RuntimeError(
+                f"{self._name('InsertKnots')}: {t} s is outside {self.start_time()} .. {self.end_time()} s."
+            )
+        i = self._interval(knots, order, t)
+        points = []
+        for j in range(len(self._points) + 1):
+            if j <= i - order + 1:
+                points.append(self._points[j])
+            elif j > i:
+                points.append(self._points[j - 1])
+            else:
+                alpha = (t - knots[j]) / (knots[j + order - 1] - knots[j])
+                points.append(self._points[j - 1] * (1.0 - alpha) + self._points[j] * alpha)
+        self._points = points
+        self._basis = _basis_family(self._T)(order, [*knots[: i + 1], t, *knots[i + 1 :]])
+
+    def CopyBlock(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> Any:
+        """Returns the trajectory of a block of the matrix."""
+        rows, cols = slice(start_row, start_row + block_rows), slice(start_col, start_col + block_cols)
+        return type(self)(self._require(), [p[rows, cols].copy() for p in self._points])
+
+    def CopyHead(self, n: int) -> Any:
+        """Returns the trajectory of the first n elements of a column."""
+        if self.cols() != 1 or not 0 < n <= self.rows():
+            raise RuntimeError(f"{self._name('CopyHead')}: {n} elements of a {self.rows()} x {self.cols()} matrix.")
+        return self.CopyBlock(0, 0, n, 1)
+
+    def do_rows(self) -> int:
+        """The number of rows."""
+        self._require()
+        return self._points[0].shape[0]
+
+    def do_cols(self) -> int:
+        """The number of columns."""
+        self._require()
+        return self._points[0].shape[1]
+
+    def do_start_time(self) -> Any:
+        """The first time."""
+        return self._require().initial_parameter_value()
+
+    def do_end_time(self) -> Any:
+        """The last time."""
+        return self._require().final_parameter_value()
+
+    def do_has_derivative(self) -> bool:
+        """True."""
+        return True
+
+    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+        """The derivative at time t."""
+        return self.DoMakeDerivative(derivative_order).value(t)
+
+    def DoMakeDerivative(self, derivative_order: int) -> Any:
+        """The derivative, a B-spline of lower order."""
+        order, knots, points = self._require().order(), list(self._basis.knots()), self._points
+        start, end = self.start_time(), self.end_time()
+        for _ in range(derivative_order):
+            if order == 1:
+                return type(self)(_basis_family(self._T)(1, [start, end]), [points[0] * 0.0])
+            points = [
+                (b - a) * ((order - 1.0) / (knots[i + order] - knots[i + 1]))
+                for i, (a, b) in enumerate(itertools.pairwise(points))
+            ]
+            order, knots = order - 1, knots[1:-1]
+        return type(self)(_basis_family(self._T)(order, knots), points)

@@ -1,0 +1,309 @@
+"""Orientations and poses that depend on time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._scalars import acos, as_scalar, atan2, is_symbolic, select, sin, sqrt
+from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
+from sheldrake.math import RigidTransform_, RotationMatrix_
+from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
+from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
+
+
+class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
+    """An orientation that turns at constant angular velocity from one sample to the next.
+
+    The value is the quaternion w, x, y, z as a column; derivatives are those of the angular velocity, shape `(3, 1)`.
+
+    Args:
+        breaks: Times [s], increasing.
+        orientations: An orientation for each: all quaternions, rotation matrices or angle-axes. Their keyword is
+            `quaternions`, `rotation_matrices` or `angle_axes`.
+
+    Raises:
+        RuntimeError: fewer than two, or another number of times than of orientations.
+    """
+
+    def __init__(self, breaks: Any = None, *args: Any, **kwargs: Any):
+        given = [*args, *(kwargs[n] for n in ("quaternions", "rotation_matrices", "angle_axes") if n in kwargs)]
+        self._q: list[np.ndarray] = []
+        if breaks is None and not given:
+            PiecewiseTrajectory.__init__(self)
+            return
+        if len(given) != 1:
+            raise self._mismatch("", "breaks and one list of orientations", given)
+        self._append_all([self._wxyz("", o) for o in given[0]], self._scalars("", breaks))
+
+    def _append_all(self, samples: list, breaks: list) -> None:
+        if len(samples) != len(breaks):
+            raise RuntimeError(
+                f"{self._name('')}: Quaternions and breaks length mismatch: {len(samples)} and {len(breaks)}."
+            )
+        if len(samples) < 2:
+            raise RuntimeError(f"{self._name('')}: Not enough quaternions for slerp: {len(samples)}, 2 are needed.")
+        PiecewiseTrajectory.__init__(self, breaks)
+        for q in samples:
+            self._add(q)
+
+    def _add(self, q: np.ndarray) -> None:
+        """Adds a sample, of the two quaternions that mean it the one nearer to the last."""
+        if self._q:
+            sign = select((self._q[-1] * q).sum() < 0.0, lambda: -1.0, lambda: 1.0)
+            q = q * sign
+        self._q.append(q)
+
+    def _wxyz(self, call: str, orientation: Any) -> np.ndarray:
+        T = self._T
+        if isinstance(orientation, AngleAxis_[T]):
+            orientation = orientation.quaternion()
+        elif isinstance(orientation, RotationMatrix_[T]):
+            orientation = orientation.ToQuaternion()
+        elif not call and not isinstance(orientation, Quaternion_[T]) and np.shape(orientation) == (3, 3):
+            orientation = RotationMatrix_[T](orientation).ToQuaternion()
+        if not isinstance(orientation, Quaternion_[T]):
+            raise self._mismatch(call, "quaternions, rotation matrices or angle-axes", orientation)
+        return np.array(orientation.wxyz())
+
+    def Append(self, time: Any, *args: Any, **kwargs: Any) -> None:
+        """Adds an orientation (a quaternion, a rotation matrix or an angle-axis) at a later time [s].
+
+        Raises:
+            RuntimeError: the time is not later.
+        """
+        given = [*args, *(kwargs[n] for n in ("quaternion", "rotation_matrix", "angle_axis") if n in kwargs)]
+        t = self._scalar("Append", time)
+        q = self._wxyz("Append", given[0] if len(given) == 1 else given)
+        if self._breaks and not is_symbolic(self._T) and t - self._breaks[-1] < EPSILON_TIME:
+            raise RuntimeError(f"{self._name('Append')}: time {t} s is not after the last, {self._breaks[-1]} s.")
+        self._breaks.append(t)
+        self._add(q)
+
+    def _require_segment(self) -> None:
+        if len(self._q) < 2:
+            self._segment(0)
+
+    def _quaternion(self, t: Any) -> np.ndarray:
+        """Spherical linear interpolation (Shoemake 1985)."""
+        self._require_segment()
+        t = self._clamped(t)
+        i = self.get_segment_index(t)
+        fraction = (t - self._breaks[i]) / (self._breaks[i + 1] - self._breaks[i])
+        a, b = self._q[i], self._q[i + 1]
+        cosine = (a * b).sum()
+
+        def straight() -> tuple:
+            return 1.0 - fraction, fraction
+
+        def along_the_arc() -> tuple:
+            angle = acos(cosine)
+            scale = sin(angle)
+            return sin((1.0 - fraction) * angle) / scale, sin(fraction * angle) / scale
+
+        weight_a, weight_b = select(cosine >= 1.0 - 2.220446049250313e-16, straight, along_the_arc)
+        return a * weight_a + b * weight_b
+
+    def orientation(self, time: Any) -> Any:
+        """Returns the quaternion at a time [s]."""
+        q = self._quaternion(self._scalar("orientation", time))
+        return Quaternion_[self._T](q / sqrt((q * q).sum()))
+
+    def angular_velocity(self, time: Any) -> np.ndarray:
+        """Returns the angular velocity [rad/s] at a time [s], in the frame the orientation is measured in."""
+        self._require_segment()
+        return self._velocity_of(self.get_segment_index(self._clamped(self._scalar("angular_velocity", time))))
+
+    def _velocity_of(self, i: int) -> np.ndarray:
+        """Angular velocity of a segment: the turn from its start to its end, over its duration."""
+        (w0, x0, y0, z0), (w1, x1, y1, z1) = self._q[i], self._q[i + 1]
+        w = w1 * w0 + x1 * x0 + y1 * y0 + z1 * z0
+        x = -w1 * x0 + x1 * w0 - y1 * z0 + z1 * y0
+        y = -w1 * y0 + y1 * w0 - z1 * x0 + x1 * z0
+        z = -w1 * z0 + z1 * w0 - x1 * y0 + y1 * x0
+        square = x * x + y * y + z * z
+
+        def rate() -> Any:
+            length = sqrt(square)
+            return 2.0 * atan2(length, w) / length
+
+        scale = select(square == 0.0, lambda: as_scalar(self._T, 0.0), rate) / self.duration(i)
+        out = np.empty(3, dtype=float if self._T is float else object)
+        out[:] = x * scale, y * scale, z * scale
+        return out
+
+    def angular_acceleration(self, time: Any) -> np.ndarray:
+        """Returns the angular acceleration [rad/s^2]: zero."""
+        self._scalar("angular_acceleration", time)
+        return self._zeros(3)
+
+    def do_value(self, t: Any) -> np.ndarray:
+        """The quaternion as a column."""
+        return self._quaternion(t).reshape(4, 1)
+
+    def do_rows(self) -> int:
+        """Four."""
+        return 4
+
+    def do_cols(self) -> int:
+        """One."""
+        return 1
+
+    def do_has_derivative(self) -> bool:
+        """True."""
+        return True
+
+    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+        """The angular velocity, or zero for higher orders."""
+        return self.angular_velocity(t).reshape(3, 1) if derivative_order == 1 else self._zeros(3, 1)
+
+    def DoMakeDerivative(self, derivative_order: int) -> Any:
+        """The angular velocity as a trajectory, or zero for higher orders."""
+        family = self._sibling(PiecewisePolynomial._template)
+        if derivative_order > 1:
+            return family(self._zeros(3, 1))
+        velocities = [self._velocity_of(i).reshape(3, 1) for i in range(self.get_number_of_segments())]
+        return family.ZeroOrderHold(self._breaks, [*velocities, velocities[-1]])
+
+
+class PiecewisePose(PiecewiseTrajectory):
+    """A pose: a position and an orientation over the same segments.
+
+    The value is the pose as a matrix, shape `(4, 4)`; derivatives are spatial velocity and acceleration, angular part
+    first, shape `(6, 1)`.
+
+    Args:
+        position_trajectory: Position [m], shape `(3, 1)`.
+        orientation_trajectory: Orientation, over the same breaks.
+
+    Raises:
+        RuntimeError: the breaks differ, or the position is not a vector of three.
+    """
+
+    def __init__(self, position_trajectory: Any = None, orientation_trajectory: Any = None):
+        families = PiecewisePolynomial._template, PiecewiseQuaternionSlerp._template
+        p, R = position_trajectory, orientation_trajectory
+        if p is None and R is None:
+            self._p, self._R = (f[self._T]() for f in families)
+            PiecewiseTrajectory.__init__(self)
+            return
+        for part, family in zip((p, R), families):
+            if not isinstance(part, family[self._T]):
+                raise self._mismatch("", family[self._T].__name__, part)
+        if (p.rows(), p.cols()) != (3, 1):
+            raise RuntimeError(f"{self._name('')}: the position must be 3 x 1, it is {p.rows()} x {p.cols()}.")
+        a, b = p.get_segment_times(), R.get_segment_times()
+        if len(a) != len(b) or (not is_symbolic(self._T) and any(abs(x - y) > EPSILON_TIME for x, y in zip(a, b))):
+            raise RuntimeError(f"{self._name('')}: position and orientation have different breaks: {a}, {b} s.")
+        PiecewiseTrajectory.__init__(self, a)
+        self._p, self._R = p.Clone(), R.Clone()
+
+    @classmethod
+    def _orientation_through(cls, call: str, times: Any, poses: Any) -> tuple[list, list, Any]:
+        breaks, family = cls._scalars(call, times), RigidTransform_[cls._T]
+        poses = list(poses)
+        for X in poses:
+            if not isinstance(X, family):
+                raise cls._mismatch(call, f"poses, each a {family.__name__}", X)
+        rotations = [X.rotation() for X in poses]
+        positions = [np.array(X.translation()).reshape(3, 1) for X in poses]
+        return breaks, positions, PiecewiseQuaternionSlerp._template[cls._T](breaks, rotations)
+
+    @classmethod
+    def MakeLinear(cls, times: Any, poses: Any) -> Any:
+        """Returns the motion at constant linear and angular velocity from pose to pose.
+
+        Args:
+            times: When [s], increasing.
+            poses: A RigidTransform for each.
+        """
+        breaks, positions, R = cls._orientation_through("MakeLinear", times, poses)
+        p = PiecewisePolynomial._template[cls._T].FirstOrderHold(breaks, positions)
+        return cls._template[cls._T](p, R)
+
+    @classmethod
+    def MakeCubicLinearWithEndLinearVelocity(
+        cls, times: Any, poses: Any, start_vel: Any = (0.0, 0.0, 0.0), end_vel: Any = (0.0, 0.0, 0.0)
+    ) -> Any:
+        """Returns the motion along cubics with continuous acceleration, turning at constant rate from pose to pose.
+
+        Args:
+            times: When [s], increasing.
+            poses: A RigidTransform for each.
+            start_vel: Velocity at the start [m/s], shape `(3,)`.
+            end_vel: Velocity at the end [m/s], shape `(3,)`.
+        """
+        call = "MakeCubicLinearWithEndLinearVelocity"
+        breaks, positions, R = cls._orientation_through(call, times, poses)
+        ends = [cls._matrix(call, v) for v in (start_vel, end_vel)]
+        family = PiecewisePolynomial._template[cls._T]
+        return cls._template[cls._T](family.CubicWithContinuousSecondDerivatives(breaks, positions, *ends), R)
+
+    def get_position_trajectory(self) -> PiecewisePolynomial:
+        """Returns the position [m]."""
+        return self._p
+
+    def get_orientation_trajectory(self) -> PiecewiseQuaternionSlerp:
+        """Returns the orientation."""
+        return self._R
+
+    def GetPose(self, time: Any) -> Any:
+        """Returns the pose at a time [s]; that at the nearest end outside."""
+        t = self._scalar("GetPose", time)
+        p = self._p.value(t)[:, 0]
+        return RigidTransform_[self._T](self._R.orientation(t), p)
+
+    def GetVelocity(self, time: Any) -> np.ndarray:
+        """Returns the spatial velocity [rad/s, m/s], shape `(6,)`; zero outside."""
+        return self._motion("GetVelocity", time, 1)
+
+    def GetAcceleration(self, time: Any) -> np.ndarray:
+        """Returns the spatial acceleration [rad/s^2, m/s^2], shape `(6,)`; zero outside."""
+        return self._motion("GetAcceleration", time, 2)
+
+    def _motion(self, call: str, time: Any, order: int) -> np.ndarray:
+        t = self._scalar(call, time)
+        inside = self.is_time_in_range(t) if not is_symbolic(self._T) else True
+        return self.DoEvalDerivative(t, order)[:, 0] if inside else self._zeros(6)
+
+    def IsApprox(self, other: Any, tol: float) -> bool:
+        """Tells whether positions and orientations of both agree."""
+        if not self._p.isApprox(other._p, tol) or len(self._R._q) != len(other._R._q):
+            return False
+        # Two unit quaternions are one orientation when their product's scalar part is one.
+        return all(abs(abs((a * b).sum()) - 1.0) <= tol for a, b in zip(self._R._q, other._R._q))
+
+    def do_value(self, t: Any) -> np.ndarray:
+        """The pose as a matrix."""
+        return self.GetPose(t).GetAsMatrix4()
+
+    def do_rows(self) -> int:
+        """Four."""
+        return 4
+
+    def do_cols(self) -> int:
+        """Four."""
+        return 4
+
+    def do_has_derivative(self) -> bool:
+        """True."""
+        return True
+
+    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+        """Spatial velocity, acceleration ..."""
+        return np.concatenate([f.EvalDerivative(t, derivative_order) for f in (self._R, self._p)])
+
+    def DoMakeDerivative(self, derivative_order: int) -> Any:
+        """Spatial velocity, acceleration ... as a trajectory."""
+        family = self._sibling(PiecewisePolynomial._template)
+        linear = self._p.derivative(derivative_order)
+        angular = [self._zeros(3, 1, 1) for _ in linear._c]
+        if derivative_order == 1:
+            angular = [self._R._velocity_of(i).reshape(3, 1, 1) for i in range(len(linear._c))]
+        both = []
+        for a, c in zip(angular, linear._c):
+            block = self._zeros(6, 1, c.shape[-1])
+            block[:3, :, :1], block[3:] = a, c
+            both.append(block)
+        return family._of(both, self._breaks)

@@ -1,0 +1,98 @@
+"""Trajectories made of segments."""
+
+from __future__ import annotations
+
+import bisect
+import itertools
+from typing import Any
+
+from sheldrake.common._scalars import all_of, is_symbolic
+from sheldrake.trajectories._base import Trajectory
+
+EPSILON_TIME = 2.220446049250313e-16
+"""Breaks closer than this [s] are not told apart."""
+
+
+class PiecewiseTrajectory(Trajectory):
+    """A trajectory made of segments, one from each break in time to the next."""
+
+    def __init__(self, breaks: Any = ()):
+        self._breaks = self._scalars("", breaks)
+        self._check_increasing(self._breaks)
+
+    @classmethod
+    def _check_increasing(cls, breaks: list) -> None:
+        if is_symbolic(cls._T):
+            return
+        for a, b in itertools.pairwise(breaks):
+            if b - a < EPSILON_TIME:
+                raise RuntimeError(f"{cls._name('')}: Times must be in increasing order. {b} follows {a}.")
+
+    def get_number_of_segments(self) -> int:
+        """Returns how many segments there are."""
+        return max(len(self._breaks) - 1, 0)
+
+    def get_segment_times(self) -> list:
+        """Returns the breaks [s]: one more than there are segments."""
+        return list(self._breaks)
+
+    def start_time(self, segment_index: Any = None) -> Any:
+        """Returns the first time [s], of the trajectory or of one segment."""
+        if segment_index is None:
+            return self.do_start_time()
+        return self._breaks[self._segment(segment_index)]
+
+    def end_time(self, segment_index: Any = None) -> Any:
+        """Returns the last time [s], of the trajectory or of one segment."""
+        if segment_index is None:
+            return self.do_end_time()
+        return self._breaks[self._segment(segment_index) + 1]
+
+    def duration(self, segment_index: int) -> Any:
+        """Returns how long a segment lasts [s]."""
+        return self.end_time(segment_index) - self.start_time(segment_index)
+
+    def get_segment_index(self, t: Any) -> int:
+        """Returns the segment at time t [s]; the first or the last for a time outside."""
+        time = self._scalar("get_segment_index", t)
+        if len(self._breaks) < 2:
+            return -1 if not self._breaks else 0
+        if is_symbolic(self._T) and len(self._breaks) > 2:
+            time = time.Evaluate()
+        return self._index(time)
+
+    def _index(self, time: Any) -> int:
+        n = len(self._breaks) - 1
+        if n == 1:
+            return 0
+        breaks = [b.Evaluate() for b in self._breaks] if is_symbolic(self._T) else self._breaks
+        return min(max(bisect.bisect_right(breaks, time) - 1, 0), n - 1)
+
+    def is_time_in_range(self, t: Any) -> Any:
+        """Tells whether t [s] is between the first and the last break."""
+        time = self._scalar("is_time_in_range", t)
+        inside = all_of([time >= self.start_time(), time <= self.end_time()])
+        return inside if is_symbolic(self._T) else bool(inside)
+
+    def do_start_time(self) -> Any:
+        """The first break."""
+        return self.start_time(0)
+
+    def do_end_time(self) -> Any:
+        """The last break."""
+        return self.end_time(self.get_number_of_segments() - 1)
+
+    def _segment(self, index: int) -> int:
+        n = self.get_number_of_segments()
+        if not 0 <= index < n:
+            raise RuntimeError(f"{self._name('')}: Segment number {index} out of range [0, {n}).")
+        return int(index)
+
+    def _clamped(self, time: Any) -> Any:
+        """The nearest time inside."""
+        start, end = self.start_time(), self.end_time()
+        if is_symbolic(self._T):
+            return end.min(start.max(time))
+        if time < start:
+            return start
+        return end if time > end else time

@@ -1,0 +1,529 @@
+"""Piecewise polynomials in time."""
+
+from __future__ import annotations
+
+import itertools
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch
+from sheldrake.common._scalars import any_array, as_scalar, is_symbolic
+from sheldrake.polynomial import Polynomial, Polynomial_
+from sheldrake.polynomial._polynomial import differentiate, evaluate, integrate
+from sheldrake.trajectories import _interpolation as interpolation
+from sheldrake.trajectories._base import _order
+from sheldrake.trajectories._piecewise import PiecewiseTrajectory
+
+_GIVEN = object()
+
+EPSILON_OF_A_JOINT = 1e-10
+"""Ends and beginnings closer than this [s] are the same time."""
+
+
+class PiecewisePolynomial(PiecewiseTrajectory):
+    """A matrix of polynomials in time for each segment between two breaks.
+
+    Outside the breaks the value is that at the nearest break.
+
+    Args:
+        constant: A matrix, for one constant segment from minus to plus infinity; or ...
+        polynomials: ... a list of polynomials, or of matrices of polynomials (arrays of objects), one a segment, each
+            in the time since the segment's start;
+        breaks: and times [s], one more than segments.
+    """
+
+    __fields__ = (
+        SimpleNamespace(name="breaks", type=np.ndarray),
+        SimpleNamespace(name="polynomials", type=np.ndarray),
+    )
+
+    def __init__(self, *args: Any):
+        self._c: list[np.ndarray] = []
+        if not args:
+            PiecewiseTrajectory.__init__(self)
+        elif len(args) == 1:
+            if np.ndim(args[0]) == 0:
+                raise self._mismatch("", "a matrix, or (polynomials, breaks)", args[0])
+            self._c = [self._matrix("", args[0])[..., None]]
+            self._breaks = [as_scalar(self._T, -np.inf), as_scalar(self._T, np.inf)]
+        elif len(args) == 2:
+            PiecewiseTrajectory.__init__(self, args[1])
+            self._c = [self._from_polynomials(p) for p in args[0]]
+            if len(self._c) != len(self._breaks) - 1:
+                raise RuntimeError(
+                    f"{self._name('')}: {len(self._c)} segments need {len(self._c) + 1} breaks, "
+                    f"got {len(self._breaks)}."
+                )
+        else:
+            raise self._mismatch("", "nothing, a matrix, or (polynomials, breaks)", args)
+
+    @classmethod
+    def _from_polynomials(cls, given: Any) -> np.ndarray:
+        """The coefficients of a polynomial or a matrix of them, shape (rows, cols, n)."""
+        family = Polynomial_[cls._T]
+        matrix = np.asarray(given, dtype=object)
+        if matrix.ndim < 2:
+            matrix = matrix.reshape(-1, 1)
+        for p in matrix.flat:
+            if not isinstance(p, family):
+                raise cls._mismatch("", f"matrices of {pretty_class_name(family)}", p)
+        out = cls._zeros(*matrix.shape, max((p.GetNumberOfCoefficients() for p in matrix.flat), default=1))
+        for index, p in np.ndenumerate(matrix):
+            out[index][: p.GetNumberOfCoefficients()] = p.GetCoefficients()
+        return out
+
+    @classmethod
+    def _of(cls, coefficients: list[np.ndarray], breaks: list) -> Any:
+        out = object.__new__(cls._template[cls._T])
+        out._c, out._breaks = coefficients, list(breaks)
+        return out
+
+    # Through samples
+
+    @classmethod
+    def _samples(cls, call: str, breaks: Any, samples: Any, least: int) -> tuple[list, np.ndarray]:
+        """Breaks and samples, checked; samples of shape (n, rows, cols)."""
+        times = cls._scalars(call, breaks)
+        y = cls._sample_array(call, samples)
+        if len(times) != len(y):
+            raise RuntimeError(
+                f"{cls._name(call)}: Number of break points {len(times)} does not match number of samples {len(y)}."
+            )
+        if len(y) < least:
+            raise RuntimeError(
+                f"{cls._name(call)}: {len(y)} samples is not enough samples (this method requires at least {least})."
+            )
+        if y.size == 0:
+            raise RuntimeError(f"{cls._name(call)}: Knots need to be non-empty.")
+        cls._check_increasing(times)
+        return times, y
+
+    @classmethod
+    def _sample_array(cls, call: str, samples: Any) -> np.ndarray:
+        try:
+            y = any_array(cls._T, samples)
+        except Mismatch:
+            shapes = {np.shape(s) for s in samples} if hasattr(samples, "__iter__") else set()
+            if len(shapes) > 1:
+                raise RuntimeError(f"{cls._name(call)}: Knots have inconsistent dimensions: {shapes}.") from None
+            raise cls._mismatch(call, f"samples of {cls._T.__name__}", samples) from None
+        if y.ndim == 2:
+            return y.T[:, :, None]
+        if y.ndim != 3:
+            raise cls._mismatch(
+                call, "samples as the columns of a matrix, or as a list of matrices", f"an array of shape {y.shape}"
+            )
+        return y
+
+    @classmethod
+    def _durations(cls, times: list) -> list:
+        return [b - a for a, b in itertools.pairwise(times)]
+
+    @classmethod
+    def ZeroOrderHold(cls, breaks: Any, samples: Any) -> Any:
+        """Returns the trajectory that keeps each sample until the next break.
+
+        Args:
+            breaks: Times [s], shape `(n,)`, increasing.
+            samples: Vectors as the columns of a matrix, shape `(rows, n)`, or a list of n matrices.
+
+        Raises:
+            RuntimeError: numbers of breaks and samples differ, too few samples, or breaks do not increase.
+        """
+        times, y = cls._samples("ZeroOrderHold", breaks, samples, 2)
+        return cls._of(interpolation.constant(y), times)
+
+    @classmethod
+    def FirstOrderHold(cls, breaks: Any, samples: Any) -> Any:
+        """Returns straight lines from sample to sample; arguments as those of `ZeroOrderHold`."""
+        times, y = cls._samples("FirstOrderHold", breaks, samples, 2)
+        return cls._of(interpolation.linear(cls._durations(times), y), times)
+
+    @classmethod
+    def CubicShapePreserving(cls, breaks: Any, samples: Any, zero_end_point_derivatives: bool = False) -> Any:
+        """Returns cubics with continuous slopes that rise and fall where the samples do.
+
+        Args:
+            breaks: Times [s], shape `(n,)`, increasing; at least three, or two with zero end slopes.
+            samples: Vectors as the columns of a matrix, shape `(rows, n)`, or a list of n matrices.
+            zero_end_point_derivatives: The slopes at both ends are zero.
+
+        Raises:
+            RuntimeError: as `ZeroOrderHold`.
+        """
+        least = 2 if zero_end_point_derivatives else 3
+        times, y = cls._samples("CubicShapePreserving", breaks, samples, least)
+        h = cls._durations(times)
+        slopes = interpolation.shape_preserving_slopes(h, y, bool(zero_end_point_derivatives))
+        return cls._of(interpolation.cubic(h, y, slopes), times)
+
+    @classmethod
+    def CubicWithContinuousSecondDerivatives(
+        cls,
+        breaks: Any,
+        samples: Any,
+        sample_dot_at_start: Any = _GIVEN,
+        sample_dot_at_end: Any = _GIVEN,
+        *,
+        periodic_end_condition: bool = False,
+        periodic_end: bool = False,
+    ) -> Any:
+        """Returns cubics whose first and second derivatives are continuous.
+
+        Args:
+            breaks: Times [s], shape `(n,)`, increasing.
+            samples: Vectors as the columns of a matrix, shape `(rows, n)`, or a list of n matrices.
+            sample_dot_at_start: Slope at the start, of the shape of a sample; without it and with two segments or
+                more, the first two cubics are one, as are the last two.
+            sample_dot_at_end: Slope at the end.
+            periodic_end_condition: First and second derivatives at the end equal those at the start. May also be the
+                third argument.
+            periodic_end: The same.
+
+        Raises:
+            RuntimeError: as `ZeroOrderHold`.
+        """
+        call = "CubicWithContinuousSecondDerivatives"
+        if sample_dot_at_end is _GIVEN and isinstance(sample_dot_at_start, (bool, np.bool_)):
+            periodic_end, sample_dot_at_start = bool(sample_dot_at_start), _GIVEN
+        clamped = sample_dot_at_start is not _GIVEN
+        times, y = cls._samples(call, breaks, samples, 2 if clamped else 3)
+        ends: Any = "periodic" if periodic_end_condition or periodic_end else "not-a-knot"
+        if clamped:
+            ends = tuple(cls._matrix(call, m) for m in (sample_dot_at_start, sample_dot_at_end))
+            if any(m.shape != y.shape[1:] for m in ends):
+                raise RuntimeError(
+                    f"{cls._name(call)}: the slopes at the ends must have the shape of a sample, {y.shape[1:]}; got "
+                    f"{ends[0].shape} and {ends[1].shape}."
+                )
+        h = cls._durations(times)
+        slopes = interpolation.smooth_slopes(h, y, ends, as_scalar(cls._T, 0.0))
+        return cls._of(interpolation.cubic(h, y, slopes), times)
+
+    @classmethod
+    def CubicHermite(cls, breaks: Any, samples: Any, samples_dot: Any) -> Any:
+        """Returns cubics through the samples with the given slopes.
+
+        Args:
+            breaks: Times [s], shape `(n,)`, increasing.
+            samples: Vectors as the columns of a matrix, shape `(rows, n)`, or a list of n matrices.
+            samples_dot: Slopes [1/s], like the samples.
+
+        Raises:
+            RuntimeError: as `ZeroOrderHold`, or samples and slopes differ in shape.
+        """
+        times, y = cls._samples("CubicHermite", breaks, samples, 2)
+        m = cls._sample_array("CubicHermite", samples_dot)
+        if m.shape != y.shape:
+            raise RuntimeError(
+                f"{cls._name('CubicHermite')}: Y and Ydot have different length or shape: {y.shape}, {m.shape}."
+            )
+        return cls._of(interpolation.cubic(cls._durations(times), y, m), times)
+
+    @classmethod
+    def LagrangeInterpolatingPolynomial(cls, times: Any, samples: Any) -> Any:
+        """Returns the one segment whose polynomials, of degree n - 1, go through all n samples."""
+        t, y = cls._samples("LagrangeInterpolatingPolynomial", times, samples, 1)
+        if len(t) == 1:
+            raise RuntimeError(f"{cls._name('LagrangeInterpolatingPolynomial')}: one sample makes no segment.")
+        return cls._of([interpolation.lagrange(t, y)], [t[0], t[-1]])
+
+    # Values
+
+    def do_value(self, t: Any) -> np.ndarray:
+        """The matrix at time t."""
+        return self._at(t, 0)
+
+    def _at(self, t: Any, order: int) -> np.ndarray:
+        if not self._c:
+            self._segment(-1)
+        t = self._clamped(t)
+        if is_symbolic(self._T) and len(self._c) > 1:
+            return self._symbolic_at(t, order)
+        i = self._index(t)
+        c = self._c[i]
+        if c.shape[-1] == 1:  # A constant may begin at minus infinity.
+            return c[..., 0].copy() if order == 0 else c[..., 0] * 0.0
+        return evaluate(c, t - self._breaks[i], order)
+
+    def _symbolic_at(self, t: Any, order: int) -> np.ndarray:
+        from sheldrake.symbolic import if_then_else
+
+        out = evaluate(self._c[-1], t - self._breaks[-2], order)
+        for i in reversed(range(len(self._c) - 1)):
+            here = evaluate(self._c[i], t - self._breaks[i], order)
+            condition = t < self._breaks[i + 1]
+            for index in np.ndindex(out.shape):
+                out[index] = if_then_else(condition, here[index], out[index])
+        return out
+
+    def _vector_values(self, times: list) -> np.ndarray:
+        if self._T is not float or not self._c or not times:
+            return PiecewiseTrajectory._vector_values(self, times)
+        t = np.clip(times, self._breaks[0], self._breaks[-1])
+        segment = np.clip(np.searchsorted(self._breaks, t, side="right") - 1, 0, len(self._c) - 1)
+        out = np.empty((self.rows() * self.cols(), t.size))
+        for i in np.unique(segment):
+            here = segment == i
+            c = self._c[i].reshape(-1, 1, self._c[i].shape[-1])
+            out[:, here] = c[..., 0] if c.shape[-1] == 1 else evaluate(c, t[here] - self._breaks[i])
+        return out
+
+    def do_rows(self) -> int:
+        """The number of rows."""
+        return self._shape("rows")[0]
+
+    def do_cols(self) -> int:
+        """The number of columns."""
+        return self._shape("columns")[1]
+
+    def _shape(self, what: str) -> tuple[int, ...]:
+        if not self._c:
+            raise RuntimeError(f"PiecewisePolynomial has no segments. Number of {what} is undefined.")
+        return self._c[0].shape[:2]
+
+    def do_has_derivative(self) -> bool:
+        """True."""
+        return True
+
+    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+        """The derivative at time t."""
+        return self._at(t, derivative_order)
+
+    def DoMakeDerivative(self, derivative_order: int) -> Any:
+        """The derivative, again piecewise polynomial."""
+        return self.derivative(derivative_order)
+
+    def derivative(self, derivative_order: int = 1) -> Any:
+        """Returns the derivative of the given order, again piecewise polynomial.
+
+        Raises:
+            RuntimeError: the order is negative.
+        """
+        order = _order("derivative", derivative_order)
+        return self._of([differentiate(c, order) for c in self._c], self._breaks)
+
+    def integral(self, value_at_start_time: Any = 0.0) -> Any:
+        """Returns the integral from the start, again piecewise polynomial.
+
+        Args:
+            value_at_start_time: Its value at the start: a number, or a matrix of the shape of a value.
+        """
+        start = any_array(self._T, value_at_start_time)
+        coefficients = []
+        for i, c in enumerate(self._c):
+            new = integrate(c, start)
+            coefficients.append(new)
+            start = evaluate(new, self._breaks[i + 1] - self._breaks[i])
+        return self._of(coefficients, self._breaks)
+
+    # Segments and their polynomials
+
+    def getPolynomialMatrix(self, segment_index: int) -> np.ndarray:
+        """Returns the polynomials of a segment, in the time since its start, shape `(rows, cols)`."""
+        c = self._c[self._segment(segment_index)]
+        out = np.empty(c.shape[:2], dtype=object)
+        for index in np.ndindex(out.shape):
+            out[index] = Polynomial_[self._T](c[index])
+        return out
+
+    def getPolynomial(self, segment_index: int, row: int = 0, col: int = 0) -> Polynomial:
+        """Returns one polynomial of a segment."""
+        return Polynomial_[self._T](self._c[self._segment(segment_index)][row, col])
+
+    def getSegmentPolynomialDegree(self, segment_index: int, row: int = 0, col: int = 0) -> int:
+        """Returns the degree of one polynomial of a segment."""
+        return self._c[self._segment(segment_index)][row, col].size - 1
+
+    def setPolynomialMatrixBlock(
+        self, replacement: Any, segment_index: int, row_start: int = 0, col_start: int = 0
+    ) -> None:
+        """Replaces a block of the polynomials of a segment by a matrix of others."""
+        i = self._segment(segment_index)
+        new, old = self._from_polynomials(replacement), self._c[i]
+        rows, cols, n = new.shape
+        self._check_block("setPolynomialMatrixBlock", row_start, col_start, rows, cols)
+        both = self._zeros(*old.shape[:2], max(n, old.shape[-1]))
+        both[..., : old.shape[-1]] = old
+        both[row_start : row_start + rows, col_start : col_start + cols] = 0.0 * both[:1, :1, :1]
+        both[row_start : row_start + rows, col_start : col_start + cols, :n] = new
+        self._c[i] = both
+
+    def _check_block(self, call: str, row: int, col: int, rows: int, cols: int) -> None:
+        r, c = self._shape("rows")
+        if min(row, col, rows, cols) < 0 or row + rows > r or col + cols > c:
+            raise RuntimeError(
+                f"{self._name(call)}: a block of {rows} x {cols} at ({row}, {col}) is not inside {r} x {c}."
+            )
+
+    def Block(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> Any:
+        """Returns the trajectory of a block of the matrix.
+
+        Raises:
+            RuntimeError: the block is not inside the matrix.
+        """
+        self._check_block("Block", start_row, start_col, block_rows, block_cols)
+        rows, cols = slice(start_row, start_row + block_rows), slice(start_col, start_col + block_cols)
+        return self._of([c[rows, cols].copy() for c in self._c], self._breaks)
+
+    def Transpose(self) -> Any:
+        """Returns the trajectory of the transposed matrix."""
+        return self._of([c.transpose(1, 0, 2).copy() for c in self._c], self._breaks)
+
+    def Reshape(self, rows: int, cols: int) -> None:
+        """Gives the matrix another shape, elements in the order of columns.
+
+        Raises:
+            RuntimeError: the shape has another number of elements.
+        """
+        r, c = self._shape("rows")
+        if rows * cols != r * c:
+            raise RuntimeError(f"{self._name('Reshape')}: {r} x {c} elements do not make {rows} x {cols}.")
+        self._c = [
+            np.stack([k.reshape(rows, cols, order="F") for k in np.moveaxis(c, -1, 0)], axis=-1) for c in self._c
+        ]
+
+    # Changes
+
+    def AppendFirstOrderSegment(self, time: Any, sample: Any) -> None:
+        """Adds a straight line from the end to a sample at a later time [s]."""
+        h, y = self._next("AppendFirstOrderSegment", time, sample)
+        self._c += interpolation.linear([h], np.stack([self._at(self.end_time(), 0), y]))
+        self._breaks.append(self._scalar("AppendFirstOrderSegment", time))
+
+    def AppendCubicHermiteSegment(self, time: Any, sample: Any, sample_dot: Any) -> None:
+        """Adds a cubic from the end, with its slope there, to a sample with a slope at a later time [s]."""
+        h, y = self._next("AppendCubicHermiteSegment", time, sample)
+        m = self._matrix("AppendCubicHermiteSegment", sample_dot)
+        end = self.end_time()
+        ends, slopes = np.stack([self._at(end, 0), y]), np.stack([self._at(end, 1), m])
+        self._c += interpolation.cubic([h], ends, slopes)
+        self._breaks.append(self._scalar("AppendCubicHermiteSegment", time))
+
+    def _next(self, call: str, time: Any, sample: Any) -> tuple[Any, np.ndarray]:
+        shape = self._shape("rows")
+        y = self._matrix(call, sample)
+        h = self._scalar(call, time) - self.end_time()
+        if y.shape != shape:
+            raise RuntimeError(f"{self._name(call)}: the sample is {y.shape}, the trajectory {shape}.")
+        if not is_symbolic(self._T) and not h > 0.0:
+            raise RuntimeError(f"{self._name(call)}: time {time} s is not after the end, {self.end_time()} s.")
+        return h, y
+
+    def RemoveFinalSegment(self) -> None:
+        """Takes the last segment away."""
+        self._shape("rows")
+        self._c.pop()
+        self._breaks.pop()
+
+    def ConcatenateInTime(self, other: Any) -> None:
+        """Adds the segments of another trajectory, which begins when this one ends.
+
+        Raises:
+            RuntimeError: it begins at another time, or has another shape.
+        """
+        if not self._c:
+            self._c, self._breaks = [c.copy() for c in other._c], list(other._breaks)
+            return
+        if other._shape("rows") != self._shape("rows"):
+            raise RuntimeError(
+                f"{self._name('ConcatenateInTime')}: the shapes are {self._shape('rows')} and {other._shape('rows')}."
+            )
+        offset = other.start_time() - self.end_time()
+        if not is_symbolic(self._T) and abs(offset) > EPSILON_OF_A_JOINT * max(1.0, abs(self._plain_end())):
+            raise RuntimeError(
+                f"{self._name('ConcatenateInTime')}: the other begins at {other.start_time()} s, this one ends at "
+                f"{self.end_time()} s."
+            )
+        self._c += [c.copy() for c in other._c]
+        self._breaks += [b - offset for b in other._breaks[1:]]
+
+    def _plain_end(self) -> float:
+        end = self.end_time()
+        return end.value() if hasattr(end, "value") else end
+
+    def ReverseTime(self) -> None:
+        """Runs backward: the value at -t is what it was at t."""
+        h = self._durations(self._breaks)
+        self._c = [interpolation.reversed_in_time(c, d) for c, d in zip(self._c, h)][::-1]
+        self._breaks = [-b for b in self._breaks][::-1]
+
+    def ScaleTime(self, scale: Any) -> None:
+        """Stretches time: the value at scale * t is what it was at t. The scale is positive."""
+        scale = self._scalar("ScaleTime", scale)
+        if not is_symbolic(self._T) and not scale > 0.0:
+            raise RuntimeError(f"{self._name('ScaleTime')}: the scale must be positive, got {scale}.")
+        self._breaks = [b * scale for b in self._breaks]
+        for i, c in enumerate(self._c):
+            factor = as_scalar(self._T, 1.0)
+            new = c.copy()
+            for power in range(1, c.shape[-1]):
+                factor = factor / scale
+                new[..., power] = c[..., power] * factor
+            self._c[i] = new
+
+    def shiftRight(self, offset: Any) -> None:
+        """Moves all breaks later by an offset [s]."""
+        offset = self._scalar("shiftRight", offset)
+        self._breaks = [b + offset for b in self._breaks]
+
+    def slice(self, start_segment_index: int, num_segments: int) -> Any:
+        """Returns the trajectory of some consecutive segments."""
+        first = self._segment(start_segment_index)
+        last = self._segment(first + num_segments - 1)
+        return self._of([c.copy() for c in self._c[first : last + 1]], self._breaks[first : last + 2])
+
+    def isApprox(self, other: Any, tol: float, tol_type: Any = None) -> bool:
+        """Tells whether all breaks and coefficients agree; see `Polynomial.CoefficientsAlmostEqual`."""
+        if len(self._c) != len(other._c) or (self._c and self._shape("rows") != other._shape("rows")):
+            return False
+        if any(abs(a - b) > tol for a, b in zip(self._breaks, other._breaks)):
+            return False
+        for i in range(len(self._c)):
+            pairs = zip(self.getPolynomialMatrix(i).flat, other.getPolynomialMatrix(i).flat)
+            if not all(p.CoefficientsAlmostEqual(q, tol, tol_type) for p, q in pairs):
+                return False
+        return True
+
+    def __add__(self, other: Any) -> Any:
+        if not isinstance(other, self._template[self._T]):
+            return NotImplemented
+        times_differ = any(abs(a - b) > EPSILON_OF_A_JOINT for a, b in zip(self._breaks, other._breaks))
+        if len(self._c) != len(other._c) or times_differ:
+            raise RuntimeError(f"{self._name('')}: adding needs the same breaks in both.")
+        out = []
+        for a, b in zip(self._c, other._c):
+            longer, shorter = (a, b) if a.shape[-1] >= b.shape[-1] else (b, a)
+            total = longer.copy()
+            total[..., : shorter.shape[-1]] = total[..., : shorter.shape[-1]] + shorter
+            out.append(total)
+        return self._of(out, self._breaks)
+
+    # As data
+
+    @property
+    def breaks(self) -> np.ndarray:
+        """The times [s] between the segments, shape `(n + 1,)`."""
+        return np.array(self._breaks, dtype=float if self._T is float else object)
+
+    @breaks.setter
+    def breaks(self, value: Any) -> None:
+        self._breaks = self._scalars("breaks", value)
+
+    @property
+    def polynomials(self) -> np.ndarray:
+        """All coefficients, shape `(n, rows, cols, degree + 1)`."""
+        if not self._c:
+            return self._zeros(0, 0, 0, 0)
+        degree = max(c.shape[-1] for c in self._c)
+        out = self._zeros(len(self._c), *self._shape("rows"), degree)
+        for i, c in enumerate(self._c):
+            out[i, ..., : c.shape[-1]] = c
+        return out
+
+    @polynomials.setter
+    def polynomials(self, value: Any) -> None:
+        self._c = list(any_array(self._T, value))

@@ -1,0 +1,116 @@
+"""Values, derivatives and edge cases of trajectories against pydrake's, to 1e-12."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+pytestmark = pytest.mark.peer
+pytest.importorskip("pydrake.trajectories")
+RNG = np.random.default_rng(7)
+BREAKS = np.cumsum(0.2 + RNG.random(7))
+SAMPLES = RNG.normal(size=(2, 7))
+SLOPES = RNG.normal(size=(2, 7))
+ANGLES = RNG.normal(size=(7, 3))
+TIMES = np.concatenate([BREAKS, np.linspace(BREAKS[0] - 0.5, BREAKS[-1] + 0.5, 41)])
+
+
+def library(name):
+    class Library:
+        pass
+
+    for module in ("trajectories", "math", "common.eigen_geometry", "polynomial"):
+        loaded = importlib.import_module(f"{name}.{module}")
+        for attribute in dir(loaded):
+            setattr(Library, attribute, getattr(loaded, attribute))
+    return Library
+
+
+def kinds(m):
+    pp = m.PiecewisePolynomial
+    periodic = np.hstack([SAMPLES[:, :-1], SAMPLES[:, :1]])
+    yield "zero", pp.ZeroOrderHold(BREAKS, SAMPLES)
+    yield "first", pp.FirstOrderHold(BREAKS, SAMPLES)
+    yield "pchip", pp.CubicShapePreserving(BREAKS, SAMPLES)
+    yield "pchip zero", pp.CubicShapePreserving(BREAKS, SAMPLES, True)
+    yield "spline", pp.CubicWithContinuousSecondDerivatives(BREAKS, SAMPLES)
+    yield "spline of three", pp.CubicWithContinuousSecondDerivatives(BREAKS[:3], SAMPLES[:, :3])
+    yield "spline of four", pp.CubicWithContinuousSecondDerivatives(BREAKS[:4], SAMPLES[:, :4])
+    yield "clamped", pp.CubicWithContinuousSecondDerivatives(BREAKS, SAMPLES, SLOPES[:, 0], SLOPES[:, 1])
+    yield "periodic", pp.CubicWithContinuousSecondDerivatives(BREAKS, periodic, True)
+    yield "hermite", pp.CubicHermite(BREAKS, SAMPLES, SLOPES)
+    yield "lagrange", pp.LagrangeInterpolatingPolynomial(BREAKS[:5], SAMPLES[:, :5])
+    changed = pp.CubicHermite(BREAKS, SAMPLES, SLOPES)
+    changed.ReverseTime()
+    changed.ScaleTime(0.7)
+    changed.shiftRight(BREAKS[-1])
+    changed.AppendCubicHermiteSegment(changed.end_time() + 1.0, SLOPES[:, :1], SAMPLES[:, :1])
+    changed.AppendFirstOrderSegment(changed.end_time() + 1.0, SLOPES[:, 1:2])
+    yield "changed", changed
+    rotations = [m.RotationMatrix(m.RollPitchYaw(a)) for a in ANGLES]
+    yield "slerp", m.PiecewiseQuaternionSlerp(BREAKS, rotations)
+    poses = [m.RigidTransform(R, p) for R, p in zip(rotations, ANGLES)]
+    yield "pose", m.PiecewisePose.MakeLinear(BREAKS, poses)
+    yield "cubic pose", m.PiecewisePose.MakeCubicLinearWithEndLinearVelocity(BREAKS, poses, ANGLES[0], ANGLES[1])
+    curve = m.BezierCurve(BREAKS[0], BREAKS[-1], SAMPLES[:, :5])
+    yield "bezier", curve
+    pace = pp.CubicShapePreserving(BREAKS, np.sort(SAMPLES[:1]) + 2.0)
+    yield "path", m.PathParameterizedTrajectory(curve, pace)
+    yield "composite", m.CompositeTrajectory.AlignAndConcatenate([curve, pp.FirstOrderHold(BREAKS, SAMPLES)])
+    stacked = m.StackedTrajectory()
+    stacked.Append(curve)
+    stacked.Append(pp.FirstOrderHold([BREAKS[0], BREAKS[-1]], SAMPLES[:, :2]))
+    yield "stacked", stacked
+
+
+def disagreement(ours, theirs, operate):
+    a, b = operate(ours), operate(theirs)
+    if a.shape != b.shape:
+        return np.inf
+    return float((np.abs(a - b) / np.maximum(1.0, np.abs(b))).max())
+
+
+NAMES = [name for name, _ in kinds(library("sheldrake"))]
+
+
+@pytest.fixture(scope="module")
+def both():
+    return dict(kinds(library("sheldrake"))), dict(kinds(library("pydrake")))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_same_values_and_derivatives(name, both):
+    ours, theirs = (side[name] for side in both)
+    tolerance = 1e-9 if name == "lagrange" else 1e-12
+    assert ours.start_time() == pytest.approx(theirs.start_time()) and ours.end_time() == pytest.approx(
+        theirs.end_time()
+    )
+    assert (ours.rows(), ours.cols()) == (theirs.rows(), theirs.cols())
+    for t in TIMES:
+        assert disagreement(ours, theirs, lambda p, t=t: p.value(t)) < tolerance
+        for order in (1, 2, 3):
+            error = disagreement(ours, theirs, lambda p, t=t, order=order: p.EvalDerivative(t, order))
+            assert error < 100 * tolerance, (t, order)
+    if "pose" not in name:
+        assert disagreement(ours, theirs, lambda p: p.vector_values(list(TIMES))) < tolerance
+        if name != "path":
+            assert disagreement(ours, theirs, lambda p: p.MakeDerivative(2).value(TIMES[-9])) < 100 * tolerance
+
+
+@pytest.mark.parametrize(
+    "name", [n for n in NAMES if n in ("first", "spline", "changed", "slerp", "pose", "composite")]
+)
+def test_same_segments(name, both):
+    ours, theirs = (side[name] for side in both)
+    np.testing.assert_allclose(ours.get_segment_times(), theirs.get_segment_times(), rtol=1e-14)
+    for t in TIMES:
+        assert ours.get_segment_index(t) == theirs.get_segment_index(t)
+        assert ours.is_time_in_range(t) == theirs.is_time_in_range(t)
+
+
+def test_the_comparison_sees_a_slightly_wrong_sample(both):
+    theirs = both[1]["spline"]
+    samples = SAMPLES.copy()
+    samples[0, 3] += 1e-11
+    ours = library("sheldrake").PiecewisePolynomial.CubicWithContinuousSecondDerivatives(BREAKS, samples)
+    assert max(disagreement(ours, theirs, lambda p, t=t: p.value(t)) for t in TIMES) > 1e-12

@@ -1,0 +1,460 @@
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
+from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from sheldrake.polynomial import Polynomial
+from sheldrake.symbolic import Expression, Variable
+from sheldrake.trajectories import (
+    BezierCurve,
+    CompositeTrajectory,
+    DerivativeTrajectory,
+    DiscreteTimeTrajectory,
+    ExponentialPlusPiecewisePolynomial,
+    FunctionHandleTrajectory,
+    PathParameterizedTrajectory,
+    PiecewisePolynomial,
+    PiecewisePolynomial_,
+    PiecewisePose,
+    PiecewiseQuaternionSlerp,
+    PiecewiseQuaternionSlerp_,
+    StackedTrajectory,
+    Trajectory,
+)
+
+BREAKS = [0.0, 0.5, 1.7, 2.0, 3.1]
+SAMPLES = np.array([[1.0, 2.0, 0.5, 0.4, 3.0], [0.0, -1.0, -1.0, 2.0, 1.0]])
+EPS = 1e-7
+
+
+def slope(trajectory, t, order=1):
+    """Central difference of the (order - 1)-th derivative."""
+    return (trajectory.EvalDerivative(t + EPS, order - 1) - trajectory.EvalDerivative(t - EPS, order - 1)) / (2 * EPS)
+
+
+def all_kinds():
+    make = PiecewisePolynomial
+    yield "zero", make.ZeroOrderHold(BREAKS, SAMPLES)
+    yield "first", make.FirstOrderHold(BREAKS, SAMPLES)
+    yield "pchip", make.CubicShapePreserving(BREAKS, SAMPLES)
+    yield "pchip zero", make.CubicShapePreserving(BREAKS, SAMPLES, zero_end_point_derivatives=True)
+    yield "spline", make.CubicWithContinuousSecondDerivatives(BREAKS, SAMPLES)
+    yield "clamped", make.CubicWithContinuousSecondDerivatives(BREAKS, SAMPLES, [1.0, 2.0], [0.0, -1.0])
+    yield (
+        "periodic",
+        make.CubicWithContinuousSecondDerivatives(
+            BREAKS, np.hstack([SAMPLES[:, :-1], SAMPLES[:, :1]]), periodic_end_condition=True
+        ),
+    )
+    yield "hermite", make.CubicHermite(BREAKS, SAMPLES, 0.1 * SAMPLES)
+    yield "lagrange", make.LagrangeInterpolatingPolynomial(BREAKS, SAMPLES)
+
+
+KINDS = dict(all_kinds())
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_goes_through_its_samples(kind):
+    p = KINDS[kind]
+    expected = np.hstack([SAMPLES[:, :-1], SAMPLES[:, :1]]) if kind == "periodic" else SAMPLES
+    found = p.vector_values(BREAKS)
+    last = None if kind != "zero" else -1
+    np.testing.assert_allclose(found[:, :last], expected[:, :last], atol=1e-12)
+    np.testing.assert_allclose(p.value(-5.0), p.value(0.0))
+    np.testing.assert_allclose(p.value(99.0), p.value(3.1))
+    np.testing.assert_allclose(found, np.hstack([p.value(t) for t in BREAKS]), rtol=1e-15)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_derivatives_and_integrals_undo_each_other(kind):
+    p = KINDS[kind]
+    for t in (0.2, 0.9, 1.85, 2.7):
+        np.testing.assert_allclose(p.EvalDerivative(t), slope(p, t), atol=1e-6)
+        np.testing.assert_allclose(p.derivative(2).value(t), p.EvalDerivative(t, 2), atol=1e-10)
+        np.testing.assert_allclose(p.integral([[1.0], [2.0]]).derivative().value(t), p.value(t), atol=1e-12)
+    whole = p.integral(0.5)
+    np.testing.assert_allclose(whole.value(0.0), 0.5)
+    before, after = whole.value(0.5 - 1e-12), whole.value(0.5)
+    np.testing.assert_allclose(before, after, atol=1e-10)
+
+
+def test_smoothness_at_the_breaks():
+    def jumps(p, order):
+        return max(np.abs(p.EvalDerivative(t - 1e-10, order) - p.EvalDerivative(t, order)).max() for t in BREAKS[1:-1])
+
+    assert jumps(KINDS["first"], 0) < 1e-8 and jumps(KINDS["first"], 1) > 0.1
+    assert jumps(KINDS["pchip"], 1) < 1e-7
+    for kind in ("spline", "clamped", "periodic"):
+        assert jumps(KINDS[kind], 2) < 1e-6, kind
+    p = KINDS["periodic"]
+    for order in (0, 1, 2):
+        np.testing.assert_allclose(p.EvalDerivative(0.0, order), p.EvalDerivative(3.1, order), atol=1e-9)
+    np.testing.assert_allclose(KINDS["clamped"].EvalDerivative(0.0), [[1.0], [2.0]], atol=1e-12)
+    np.testing.assert_allclose(KINDS["pchip zero"].EvalDerivative(3.1), 0.0, atol=1e-12)
+
+
+def test_shape_preserving_does_not_overshoot():
+    p = PiecewisePolynomial.CubicShapePreserving([0, 1, 2, 3, 4.0], [[0, 0, 1, 1, 1.0]])
+    y = p.vector_values(np.linspace(0, 4, 401))
+    assert y.min() >= 0.0 and y.max() <= 1.0 and (np.diff(y) >= -1e-15).all()
+
+
+def test_matrices_as_samples():
+    p = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [np.eye(2), np.zeros((2, 2))])
+    np.testing.assert_array_equal(p.value(0.25), 0.75 * np.eye(2))
+    with pytest.raises(RuntimeError, match="only supports vector-valued"):
+        p.vector_values([0.0])
+    row = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [np.zeros((1, 3)), np.ones((1, 3))])
+    assert row.vector_values([0.0, 0.5]).shape == (2, 3)
+    constant = PiecewisePolynomial([[1.0, 2.0]])
+    assert constant.start_time() == -np.inf and constant.value(1e9).tolist() == [[1.0, 2.0]]
+
+
+def test_segments():
+    p = KINDS["first"].Clone()
+    assert p.get_number_of_segments() == 4 and p.get_segment_times() == BREAKS
+    assert [p.get_segment_index(t) for t in (-1.0, 0.5, 1.0, 3.1, 9.0)] == [0, 1, 1, 3, 3]
+    assert p.is_time_in_range(3.1) and not p.is_time_in_range(3.2)
+    assert (p.start_time(1), p.end_time(1), p.duration(2)) == (0.5, 1.7, pytest.approx(0.3))
+    with pytest.raises(RuntimeError, match=r"Segment number 4 out of range \[0, 4\)"):
+        p.duration(4)
+    assert p.getPolynomial(0, 1).GetCoefficients().tolist() == [0.0, -2.0]
+    assert p.getPolynomialMatrix(1).shape == (2, 1) and p.getSegmentPolynomialDegree(0) == 1
+    q = PiecewisePolynomial([p.getPolynomialMatrix(i) for i in range(4)], BREAKS)
+    assert q.isApprox(p, 1e-15) and not q.isApprox(KINDS["pchip"], 1e-3)
+    scalar = PiecewisePolynomial([Polynomial([1.0, 2.0]), Polynomial([3.0])], [0.0, 1.0, 2.0])
+    assert scalar.value(0.5)[0, 0] == 2.0 and scalar.value(1.5)[0, 0] == 3.0
+    p.setPolynomialMatrixBlock([[Polynomial([7.0, 0.0, 1.0])]], 0, 1, 0)
+    np.testing.assert_allclose(p.value(0.25), [[1.5], [7.0625]])
+    assert p.breaks.tolist() == BREAKS and p.polynomials.shape == (4, 2, 1, 3)
+
+
+def test_changes_in_time():
+    p = KINDS["pchip"]
+    for t in (0.1, 1.2, 2.9):
+        q = p.Clone()
+        q.shiftRight(2.0)
+        np.testing.assert_allclose(q.value(t + 2.0), p.value(t), atol=1e-12)
+        q.ScaleTime(3.0)
+        np.testing.assert_allclose(q.value(3.0 * (t + 2.0)), p.value(t), atol=1e-12)
+        q = p.Clone()
+        q.ReverseTime()
+        np.testing.assert_allclose(q.value(-t), p.value(t), atol=1e-12)
+    piece = p.slice(1, 2)
+    assert piece.get_segment_times() == [0.5, 1.7, 2.0]
+    joined = p.slice(0, 1)
+    joined.ConcatenateInTime(piece)
+    joined.ConcatenateInTime(p.slice(3, 1))
+    assert joined.isApprox(p, 1e-14)
+    joined.RemoveFinalSegment()
+    assert joined.end_time() == 2.0
+    joined.AppendFirstOrderSegment(2.5, [1.0, 1.0])
+    np.testing.assert_allclose(joined.value(2.5), [[1.0], [1.0]])
+    joined.AppendCubicHermiteSegment(3.0, [2.0, 2.0], [0.5, -0.5])
+    np.testing.assert_allclose(joined.EvalDerivative(3.0), [[0.5], [-0.5]], atol=1e-12)
+    np.testing.assert_allclose(joined.EvalDerivative(2.5 - 1e-9), joined.EvalDerivative(2.5), atol=1e-6)
+    with pytest.raises(RuntimeError, match="begins at"):
+        p.Clone().ConcatenateInTime(p)
+    with pytest.raises(RuntimeError, match="not after the end"):
+        joined.AppendFirstOrderSegment(3.0, [1.0, 1.0])
+
+
+def test_shapes_and_sums():
+    p = PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [np.arange(6.0).reshape(2, 3), np.ones((2, 3))])
+    np.testing.assert_array_equal(p.Transpose().value(0.3), p.value(0.3).T)
+    np.testing.assert_array_equal(p.Block(0, 1, 2, 2).value(0.3), p.value(0.3)[:, 1:])
+    q = p.Clone()
+    q.Reshape(3, 2)
+    np.testing.assert_array_equal(q.value(0.0), np.arange(6.0).reshape(2, 3).reshape(3, 2, order="F"))
+    np.testing.assert_allclose((p + p).value(0.3), 2.0 * p.value(0.3))
+    for wrong in (lambda: p.Block(0, 0, 3, 1), lambda: q.Reshape(5, 1), lambda: p + KINDS["first"]):
+        with pytest.raises(RuntimeError):
+            wrong()
+
+
+def test_copies_are_independent():
+    p = KINDS["first"]
+    for q in (copy.copy(p), copy.deepcopy(p), p.Clone(), pickle.loads(pickle.dumps(p))):
+        q.shiftRight(1.0)
+        q.setPolynomialMatrixBlock([[Polynomial([7.0])]], 0)
+        assert p.start_time() == 0.0 and p.value(0.0)[0, 0] == 1.0
+
+
+@pytest.mark.parametrize(
+    "make, error, words",
+    [
+        (lambda: PiecewisePolynomial.ZeroOrderHold([0.0, 1.0], [[1.0, 2.0, 3.0]]), RuntimeError, "does not match"),
+        (lambda: PiecewisePolynomial.ZeroOrderHold([0.0, 1.0, 0.5], [[1.0, 2.0, 3.0]]), RuntimeError, "increasing"),
+        (lambda: PiecewisePolynomial.FirstOrderHold([0.0], [[1.0]]), RuntimeError, "at least 2"),
+        (lambda: PiecewisePolynomial.CubicShapePreserving([0.0, 1.0], [[1.0, 2.0]]), RuntimeError, "at least 3"),
+        (lambda: PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [1.0, 2.0]), TypeError, "samples"),
+        (
+            lambda: PiecewisePolynomial.FirstOrderHold([0.0, 1.0], [np.ones((2, 1)), np.ones((1, 1))]),
+            RuntimeError,
+            "inconsistent dimensions",
+        ),
+        (lambda: PiecewisePolynomial.CubicHermite([0.0, 1.0], [[1.0, 2.0]], [[0.0]]), RuntimeError, "different length"),
+        (lambda: PiecewisePolynomial().rows(), RuntimeError, "no segments"),
+        (lambda: KINDS["first"].derivative(-1), RuntimeError, "negative"),
+        (lambda: KINDS["first"].value("a"), TypeError, "number of type float"),
+        (lambda: KINDS["first"].value(AutoDiffXd(1.0)), TypeError, "number of type float"),
+        (lambda: PiecewisePolynomial(1.0), TypeError, "matrix"),
+        (lambda: Trajectory().value(1.0), RuntimeError, "pure virtual"),
+    ],
+)
+def test_errors(make, error, words):
+    with pytest.raises(error, match=words):
+        make()
+
+
+# Orientations and poses
+
+
+def rpy(*angles):
+    return RotationMatrix(RollPitchYaw(*angles))
+
+
+def test_slerp_turns_at_constant_rate():
+    rotations = [rpy(0.0, 0.0, 0.0), rpy(0.3, 0.2, 0.5), rpy(-0.3, 1.2, 0.5)]
+    s = PiecewiseQuaternionSlerp([0.0, 1.0, 3.0], rotations)
+    for t, R in zip((0.0, 1.0, 3.0), rotations):
+        np.testing.assert_allclose(RotationMatrix(s.orientation(t)).matrix(), R.matrix(), atol=1e-12)
+    for t in (0.3, 1.9, 2.5):
+        R, h = RotationMatrix(s.orientation(t)).matrix(), 1e-6
+        Rdot = (RotationMatrix(s.orientation(t + h)).matrix() - RotationMatrix(s.orientation(t - h)).matrix()) / (2 * h)
+        W = Rdot @ R.T
+        np.testing.assert_allclose(s.angular_velocity(t), [W[2, 1], W[0, 2], W[1, 0]], atol=1e-8)
+        np.testing.assert_array_equal(s.EvalDerivative(t)[:, 0], s.angular_velocity(t))
+        np.testing.assert_array_equal(s.MakeDerivative().value(t)[:, 0], s.angular_velocity(t))
+        np.testing.assert_array_equal(s.angular_acceleration(t), 0.0)
+    flipped = PiecewiseQuaternionSlerp(
+        [0.0, 1.0], [rotations[0].ToQuaternion(), Quaternion(-rotations[1].ToQuaternion().wxyz())]
+    )
+    np.testing.assert_allclose(flipped.value(0.4), s.value(0.4), atol=1e-15)
+    s.Append(4.0, AngleAxis(0.5, [1.0, 0.0, 0.0]))
+    s.Append(time=5.0, rotation_matrix=RotationMatrix())
+    assert s.end_time() == 5.0 and s.rows() == 4 and s.vector_values([0.0, 1.0]).shape == (4, 2)
+    still = PiecewiseQuaternionSlerp([0.0, 1.0], [RotationMatrix(), RotationMatrix()])
+    np.testing.assert_array_equal(still.angular_velocity(0.5), 0.0)
+    for wrong in (
+        lambda: PiecewiseQuaternionSlerp([0.0, 1.0], [Quaternion()]),
+        lambda: PiecewiseQuaternionSlerp([0.0], [Quaternion()]),
+        lambda: s.Append(4.5, Quaternion()),
+        lambda: PiecewiseQuaternionSlerp().value(0.0),
+    ):
+        with pytest.raises(RuntimeError):
+            wrong()
+
+
+def test_poses():
+    poses = [RigidTransform(rpy(0.3 * i, 0.2, 0.1 * i), [i, 2.0, 3.0 * i]) for i in range(3)]
+    for p in (
+        PiecewisePose.MakeLinear([0.0, 1.0, 2.0], poses),
+        PiecewisePose.MakeCubicLinearWithEndLinearVelocity([0.0, 1.0, 2.0], poses, [1, 0, 0], end_vel=[0, 1, 0]),
+    ):
+        for t, X in zip((0.0, 1.0, 2.0), poses):
+            assert p.GetPose(t).IsNearlyEqualTo(X, 1e-12)
+        t, h = 0.6, 1e-6
+        linear = (p.GetPose(t + h).translation() - p.GetPose(t - h).translation()) / (2 * h)
+        np.testing.assert_allclose(p.GetVelocity(t)[3:], linear, atol=1e-8)
+        np.testing.assert_array_equal(p.GetVelocity(t)[:3], p.get_orientation_trajectory().angular_velocity(t))
+        np.testing.assert_allclose(p.GetAcceleration(t), p.EvalDerivative(t, 2)[:, 0])
+        np.testing.assert_allclose(p.MakeDerivative().value(t), p.EvalDerivative(t))
+        np.testing.assert_array_equal(p.GetVelocity(9.0), 0.0)
+        np.testing.assert_array_equal(p.value(t), p.GetPose(t).GetAsMatrix4())
+        assert p.IsApprox(p.Clone(), 1e-14)
+    np.testing.assert_allclose(p.GetVelocity(0.0)[3:], [1, 0, 0], atol=1e-12)
+    assert not p.IsApprox(PiecewisePose.MakeLinear([0.0, 1.0, 2.0], poses), 1e-3)
+    with pytest.raises(RuntimeError, match="different breaks"):
+        PiecewisePose(
+            PiecewisePolynomial.FirstOrderHold([0.0, 1.0], np.eye(3)[:, :2]),
+            PiecewiseQuaternionSlerp([0.0, 2.0], [RotationMatrix(), RotationMatrix()]),
+        )
+
+
+# Curves and compositions
+
+
+def test_bezier_curves():
+    b = BezierCurve(1.0, 3.0, [[1.0, 2.0, 3.0, 5.0], [4.0, 5.0, 7.0, 0.0]])
+    np.testing.assert_allclose(b.value(1.0)[:, 0], [1.0, 4.0])
+    np.testing.assert_allclose(b.value(3.0)[:, 0], [5.0, 0.0])
+    for t in (1.3, 2.2):
+        weights = [b.BernsteinBasis(i, t) for i in range(4)]
+        assert sum(weights) == pytest.approx(1.0)
+        np.testing.assert_allclose(b.control_points() @ weights, b.value(t)[:, 0])
+        np.testing.assert_allclose(b.EvalDerivative(t), slope(b, t), atol=1e-6)
+        np.testing.assert_allclose(b.MakeDerivative(2).value(t), b.EvalDerivative(t, 2))
+        for order in (1, 2, 3):
+            points = b.control_points() @ b.AsLinearInControlPoints(order).toarray()
+            np.testing.assert_allclose(points, b.MakeDerivative(order).control_points(), atol=1e-12)
+        higher = b.Clone()
+        higher.ElevateOrder()
+        np.testing.assert_allclose(higher.value(t), b.value(t), rtol=1e-14)
+        s = Variable("s")
+        values = [e.Evaluate({s: t}) for e in b.GetExpression(s)]
+        np.testing.assert_allclose(values, b.value(t)[:, 0], rtol=1e-12)
+    np.testing.assert_array_equal(b.MakeDerivative(9).value(2.0), 0.0)
+    assert BezierCurve().order() == -1 and BezierCurve().value(0.0).shape == (0, 1)
+    with pytest.raises(RuntimeError, match="before the start"):
+        BezierCurve(1.0, 0.0, [[1.0]])
+
+
+def test_composition():
+    pp = PiecewisePolynomial.CubicShapePreserving([0.0, 1.0, 2.0], [[0.0, 0.4, 2.0]])
+    curve = BezierCurve(0.0, 2.0, [[1.0, 2.0, 3.0, -4.0], [4.0, 5.0, 7.0, 1.0]])
+    path = PathParameterizedTrajectory(curve, pp)
+    stacked = StackedTrajectory()
+    stacked.Append(pp)
+    stacked.Append(curve)
+    side = StackedTrajectory(rowwise=False)
+    side.Append(curve)
+    side.Append(curve)
+    composite = CompositeTrajectory([curve, BezierCurve(2.0, 3.0, [[1.0, 2.0], [0.0, 1.0]])])
+    aligned = CompositeTrajectory.AlignAndConcatenate([curve, curve, curve])
+    np.testing.assert_allclose(path.value(0.7), curve.value(pp.value(0.7)[0, 0]))
+    np.testing.assert_allclose(stacked.value(0.7), np.vstack([pp.value(0.7), curve.value(0.7)]))
+    np.testing.assert_allclose(side.value(0.7), np.hstack([curve.value(0.7), curve.value(0.7)]))
+    np.testing.assert_allclose(composite.value(2.5), [[1.5], [0.5]])
+    assert aligned.end_time() == 6.0 and aligned.get_number_of_segments() == 3
+    np.testing.assert_allclose(aligned.value(4.7), curve.value(0.7), atol=1e-12)
+    for trajectory in (path, stacked, side, composite, aligned, DerivativeTrajectory(curve)):
+        for order in (1, 2, 3):
+            np.testing.assert_allclose(trajectory.EvalDerivative(0.7, order), slope(trajectory, 0.7, order), atol=1e-5)
+            np.testing.assert_allclose(
+                trajectory.MakeDerivative(order).value(0.7), trajectory.EvalDerivative(0.7, order), atol=1e-10
+            )
+    pp.shiftRight(100.0)  # Those that were given it keep it as it was.
+    assert path.end_time() == 2.0 and stacked.end_time() == 2.0
+    for wrong in (
+        lambda: CompositeTrajectory([curve, curve]),
+        lambda: CompositeTrajectory([curve, BezierCurve(2.0, 3.0, [[1.0]])]),
+        lambda: CompositeTrajectory([]).rows(),
+        lambda: PathParameterizedTrajectory(curve, curve),
+        lambda: stacked.Append(PiecewisePolynomial([[1.0]])),
+        lambda: side.Append(BezierCurve(0.0, 2.0, [[1.0]])),
+        lambda: DerivativeTrajectory(FunctionHandleTrajectory(lambda t: [t], 1)),
+        lambda: DerivativeTrajectory(curve, -1),
+    ):
+        with pytest.raises(RuntimeError):
+            wrong()
+    with pytest.raises(TypeError):
+        CompositeTrajectory([1.0])
+
+
+def test_functions_as_trajectories():
+    f = FunctionHandleTrajectory(lambda t: np.array([t, t * t]), rows=2, start_time=0.0, end_time=4.0)
+    assert f.value(3.0).tolist() == [[3.0], [9.0]] and not f.has_derivative() and f.end_time() == 4.0
+    with pytest.raises(RuntimeError, match="set_derivative"):
+        f.EvalDerivative(1.0)
+    f.set_derivative(lambda t, order: [1.0, 2.0 * t] if order == 1 else [0.0, 2.0])
+    assert f.EvalDerivative(3.0).tolist() == [[1.0], [6.0]] and f.MakeDerivative(2).value(3.0)[1, 0] == 2.0
+    with pytest.raises(RuntimeError, match="returned a matrix of size 2x1"):
+        FunctionHandleTrajectory(lambda t: [t, t], 3).value(0.0)
+
+
+def test_discrete_times():
+    d = DiscreteTimeTrajectory([0.0, 1.0, 2.0], [[1.0], [2.0], [3.0]], time_comparison_tolerance=1e-9)
+    assert d.value(1.0 + 1e-10)[0, 0] == 2.0 and d.num_times() == 3 and d.get_times() == [0.0, 1.0, 2.0]
+    assert d.ToZeroOrderHold().value(1.5)[0, 0] == 2.0 and (d.start_time(), d.end_time()) == (0.0, 2.0)
+    for wrong in (
+        lambda: d.value(1.1),
+        lambda: d.EvalDerivative(1.0),
+        lambda: DiscreteTimeTrajectory([0.0, 1.0], [[1.0]]),
+        lambda: DiscreteTimeTrajectory([1.0, 0.0], [[1.0], [2.0]]),
+    ):
+        with pytest.raises(RuntimeError):
+            wrong()
+
+
+def test_exponentials():
+    p = PiecewisePolynomial.FirstOrderHold([0.0, 1.0, 2.0], [[1.0, 2.0, 5.0]])
+    e = ExponentialPlusPiecewisePolynomial([[1.0]], [[2.0]], [[1.0, 2.0]], p)
+    assert e.value(0.3)[0, 0] == pytest.approx(np.exp(0.6) + 1.3)
+    assert e.value(1.5)[0, 0] == pytest.approx(2.0 * np.exp(1.0) + 3.5)
+    e.shiftRight(1.0)
+    assert e.value(1.3)[0, 0] == pytest.approx(np.exp(0.6) + 1.3) and e.start_time() == 1.0
+    with pytest.raises(RuntimeError, match="shapes"):
+        ExponentialPlusPiecewisePolynomial([[1.0]], [[2.0]], [[1.0]], p)
+
+
+def test_a_users_own_trajectory():
+    class Parabola(Trajectory):
+        def __init__(self):
+            Trajectory.__init__(self)
+
+        def do_rows(self):
+            return 2
+
+        def do_cols(self):
+            return 1
+
+        def do_start_time(self):
+            return 0.0
+
+        def do_end_time(self):
+            return 2.0
+
+        def do_value(self, t):
+            return [t, t * t]
+
+        def do_has_derivative(self):
+            return True
+
+        def DoEvalDerivative(self, t, derivative_order):
+            return [[1.0], [2.0 * t]] if derivative_order == 1 else [[0.0], [2.0]]
+
+        def DoMakeDerivative(self, derivative_order):
+            return DerivativeTrajectory(self, derivative_order)
+
+        def __deepcopy__(self, memo):
+            return Parabola()
+
+    own = Parabola()
+    assert own.value(3.0).tolist() == [[3.0], [9.0]] and own.vector_values([0.0, 2.0]).tolist() == [[0, 2], [0, 4]]
+    assert own.MakeDerivative().value(1.5).tolist() == [[1.0], [3.0]]
+    stacked = StackedTrajectory()
+    stacked.Append(own)
+    assert CompositeTrajectory([own]).value(1.0).tolist() == stacked.value(1.0).tolist() == [[1.0], [1.0]]
+    assert isinstance(own.Clone(), Parabola)
+
+
+# Other scalars
+
+
+def test_autodiff():
+    make = PiecewisePolynomial_[AutoDiffXd]
+    samples = np.array([[AutoDiffXd(1.0, [1.0, 0.0]), AutoDiffXd(2.0), AutoDiffXd(3.0, [0.0, 1.0])]])
+    linear = make.FirstOrderHold([0.0, 1.0, 2.0], samples)
+    y = linear.value(0.25)[0, 0]
+    assert y.value() == 1.25 and y.derivatives().tolist() == [0.75, 0.0]
+    assert linear.value(AutoDiffXd(0.25, [0.0, 1.0]))[0, 0].derivatives().tolist() == [0.75, 1.0]
+    spline = make.CubicWithContinuousSecondDerivatives([0.0, 1.0, 2.0], samples, [0.0], [0.0])
+    h = 1e-6
+
+    def at(first):
+        return PiecewisePolynomial.CubicWithContinuousSecondDerivatives(
+            [0.0, 1.0, 2.0], [[first, 2.0, 3.0]], [0.0], [0.0]
+        ).value(1.4)[0, 0]
+
+    assert spline.value(1.4)[0, 0].derivatives()[0] == pytest.approx((at(1 + h) - at(1 - h)) / (2 * h), abs=1e-8)
+    assert isinstance(linear, PiecewisePolynomial_[AutoDiffXd]) and not isinstance(linear, PiecewisePolynomial)
+    slerp = PiecewiseQuaternionSlerp_[AutoDiffXd]
+    q = slerp([0.0, 1.0], [np.eye(3), rpy(0.1, 0.2, 0.3).matrix()]).value(AutoDiffXd(0.5, [1.0]))
+    plain = PiecewiseQuaternionSlerp([0.0, 1.0], [np.eye(3), rpy(0.1, 0.2, 0.3).matrix()])
+    difference = (plain.value(0.5 + h) - plain.value(0.5 - h)) / (2 * h)
+    np.testing.assert_allclose([x.derivatives()[0] for x in q[:, 0]], difference[:, 0], atol=1e-8)
+
+
+def test_symbols():
+    t = Variable("t")
+    make = PiecewisePolynomial_[Expression]
+    assert str(make.FirstOrderHold([0, 1], [[0, 2.0]]).value(t * 1)[0, 0]) == "(2 * min(1, max(0, t)))"
+    many = make.FirstOrderHold([0, 1, 2], [[0, 2.0, -1.0]]).value(t * 1)[0, 0]
+    plain = PiecewisePolynomial.FirstOrderHold([0, 1, 2], [[0, 2.0, -1.0]])
+    for at in (-1.0, 0.3, 1.0, 1.8, 5.0):
+        assert many.Evaluate({t: at}) == pytest.approx(plain.value(at)[0, 0])
