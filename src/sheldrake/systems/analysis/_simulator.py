@@ -57,7 +57,7 @@ class Simulator:
             raise TypeError(f"Simulator(): incompatible constructor arguments: {system!r} is no System")
         self._system = system
         self._N = np.zeros(16, np.int64)
-        self._rate, self._show = 0.0, True
+        self._rate, self._show, self._native = 0.0, True, True
         self._monitor: Any = None
         self._publish_at_initialization = self._publish_every_step = False
         self._span: Span | None = None
@@ -234,7 +234,7 @@ class Simulator:
             self._call_monitor,
             self._every_step,
         ]
-        self._span = Span(store, self._N, self._integrator._Z, special)
+        self._span = Span(store, self._N, self._integrator._Z, special, self._native)
         self._watch = None
         if store.layout.witness_nodes:
             self._watch = WitnessWatch(self._system, self._span, self._integrator)

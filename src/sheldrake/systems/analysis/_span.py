@@ -34,9 +34,10 @@ class Span:
         N: Settings and counts of the simulator (see `_loop`).
         Z: The integrator's numbers.
         special: The simulator's own rows, by number after the program's: Python functions.
+        native: Run the loop itself as machine code, where possible.
     """
 
-    def __init__(self, store: Store, N: np.ndarray, Z: np.ndarray, special: list[Any]):
+    def __init__(self, store: Store, N: np.ndarray, Z: np.ndarray, special: list[Any], native: bool = True):
         self.store, self.N, self.Z = store, N, Z
         self.layout, self.program = store.layout, store.layout.program
         self.outcome = Outcome()
@@ -45,7 +46,7 @@ class Span:
         guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
         guard += [_guard(f, self.outcome, store, None, "") for f in special]
         self.python = guard
-        self.native = store.native
+        self.native = native and store.native
         self._logs: np.ndarray | None = None
         if self.native:
             self._bind()

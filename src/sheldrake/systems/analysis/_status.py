@@ -64,8 +64,8 @@ class SimulatorStatus:
         )
         if self._reason is SimulatorStatus.ReturnReason.kReachedTerminationCondition:
             return (
-                f"Simulator returned early at time {_number(self._time)} because {who} requested termination with message: "
-                f'"{self._message}"'
+                f"Simulator returned early at time {_number(self._time)} because {who} requested termination with "
+                f'message: "{self._message}"'
             )
         return f'Simulator stopped at time {_number(self._time)} because {who} failed with message: "{self._message}"'
 

@@ -37,6 +37,11 @@ def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
     return np.array(a)
 
 
+def is_size(value: Any) -> bool:
+    """Whether `value` is an integer, not an array or a bool."""
+    return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
+
+
 def read_only(a: np.ndarray) -> np.ndarray:
     """A view of `a` that cannot be written."""
     view = a.view()

@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
 from sheldrake.systems.framework._index import Ticket
-from sheldrake.systems.framework._vector import as_vector
+from sheldrake.systems.framework._vector import as_vector, is_size
 from sheldrake.systems.primitives._kernels import blocks
 
 
@@ -92,7 +92,7 @@ class Multiplexer(LeafSystem):
         if isinstance(given, BasicVector):
             sizes, model = [1] * given.size(), given
         else:
-            sizes = [1] * int(given) if hasattr(given, "__index__") else [int(n) for n in given]
+            sizes = [1] * int(given) if is_size(given) else [int(n) for n in given]
             model = BasicVector(np.zeros(sum(sizes)))
         for i, n in enumerate(sizes):
             self.DeclareVectorInputPort(f"u{i}", n)
@@ -112,7 +112,7 @@ class Demultiplexer(LeafSystem):
 
     def __init__(self, size: Any = None, output_ports_size: int = 1, *, output_ports_sizes: Any = None):
         super().__init__()
-        if output_ports_sizes is None and not hasattr(size, "__index__"):
+        if output_ports_sizes is None and not is_size(size):
             output_ports_sizes = size
         if output_ports_sizes is None:
             if output_ports_size < 1 or size < 1 or size % output_ports_size:
@@ -198,7 +198,7 @@ class PassThrough(LeafSystem):
             self.DeclareAbstractInputPort("u", model)
             self.DeclareAbstractOutputPort("y", model.Clone().Clone, self._copy_value)
         else:
-            n = int(model) if hasattr(model, "__index__") else len(as_vector(model))
+            n = int(model) if is_size(model) else len(as_vector(model))
             self.DeclareVectorInputPort("u", n)
             self.DeclareVectorOutputPort("y", n, blocks.copy_input)
 

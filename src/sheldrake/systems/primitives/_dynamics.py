@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem
-from sheldrake.systems.framework._vector import as_vector
+from sheldrake.systems.framework._vector import as_vector, is_size
 from sheldrake.systems.primitives._kernels import blocks
 
 
@@ -25,7 +25,7 @@ class Integrator(LeafSystem):
     def __init__(self, *args: Any, **kwargs: Any):
         super().__init__()
         given = next(iter((*args, *kwargs.values())))
-        initial = np.zeros(int(given)) if hasattr(given, "__index__") else as_vector(given)
+        initial = np.zeros(int(given)) if is_size(given) else as_vector(given)
         self.DeclareVectorInputPort("u0", len(initial))
         self.DeclareStateOutputPort("y0", self.DeclareContinuousState(BasicVector(initial)))
         self._declare_time_derivatives(blocks.copy_input)
