@@ -25,13 +25,16 @@ class Progress:
         self._begin, self._end = begin, end
         self._start = time.monotonic()
         self._next = self._start + self.PATIENCE
-        self._shown = shown and os.environ.get("SHELDRAKE_PROGRESS", "1") != "0" and _watched()
+        self._shown = shown
         self._written = 0
 
     def update(self, t: float) -> None:
         """Says that simulation time is now `t` [s]."""
         now = time.monotonic()
-        if not self._shown or now < self._next or not self._end < float("inf"):
+        if not self._shown or now < self._next:
+            return
+        if not self._written and not (self._end < float("inf") and _watched()):
+            self._shown = False
             return
         self._next = now + self.EVERY
         rate = (t - self._begin) / (now - self._start)
@@ -50,6 +53,8 @@ class Progress:
 
 
 def _watched() -> bool:
+    if os.environ.get("SHELDRAKE_PROGRESS", "1") == "0":
+        return False
     return bool(getattr(sys.stderr, "isatty", lambda: False)()) or "ipykernel" in sys.modules
 
 

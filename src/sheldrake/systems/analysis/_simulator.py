@@ -16,6 +16,7 @@ from sheldrake.systems.framework import _evaluate, _loop
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._system import System
 
+_FRESH = int(_loop.FRESH)
 _Reason = SimulatorStatus.ReturnReason
 
 
@@ -301,16 +302,14 @@ class Simulator:
         """
         T = float(boundary_time)
         self._get_ready()
-        store, span = self._context._store, self._span
+        store = self._context._store
         if not store.S[0] <= T:
             raise RuntimeError(
                 f"Simulator.AdvanceTo(): boundary_time {T} lies before the current time {store.S[0]} of the context."
             )
-        _loop.trigger(span.program, store.I, _loop.PER_STEP)
-        self._N[_loop.HAS_COMMIT] = store.layout.num_abstract > 0
-        self._N[_loop.HAS_WITNESS] = self._watch is not None
-        self._N[_loop.HAS_MONITOR] = self._monitor is not None
-        self._N[_loop.HAS_EVERY_STEP] = self._publish_every_step
+        switches = [store.layout.num_abstract > 0, self._watch is not None, self._monitor is not None]
+        self._N[:4] = [*switches, self._publish_every_step]
+        self._N[_FRESH] = 1
         progress = Progress(float(store.S[0]), T, self._show)
         try:
             code = self._run(T, progress)

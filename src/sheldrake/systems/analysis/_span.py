@@ -43,6 +43,7 @@ class Span:
         self.outcome = Outcome()
         self._check_inputs()
         store.grow_logs()
+        self._held: list[Any] = []  # what Python rows ask for again and again
         guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
         guard += [_guard(f, self.outcome, store, None, "") for f in special]
         self.python = guard
@@ -65,7 +66,8 @@ class Span:
         if row.native:
             return lambda: store._call_kernel(r, row)
         system = store.systems[row.node]
-        return _guard(lambda: store.call_python(r, row), self.outcome, store, system, KIND_NAMES[row.kind])
+        self._held += [store.context(row.node), *(system._input_port(i) for i in range(system.num_input_ports()))]
+        return _guard(store.python_call(r), self.outcome, store, system, KIND_NAMES[row.kind])
 
     def set_row(self, r: int, function: Any) -> None:
         """Gives a row that belongs to no leaf its Python function; before the first advance."""

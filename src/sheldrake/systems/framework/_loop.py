@@ -40,6 +40,7 @@ COMMIT, WITNESS_BEFORE, WITNESS_AFTER, MONITOR, EVERY_STEP = i64(0), i64(1), i64
 # N: switches, then counts.
 HAS_COMMIT, HAS_WITNESS, HAS_MONITOR, HAS_EVERY_STEP, BUDGET = i64(0), i64(1), i64(2), i64(3), i64(4)
 STEPS, PUBLISHES, DISCRETES, UNRESTRICTEDS, MID_STEP = i64(5), i64(6), i64(7), i64(8), i64(9)
+FRESH = i64(15)  # an advance begins: what happens in every step is triggered
 EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS = i64(10), i64(11), i64(12), i64(13), i64(14)
 
 # Z
@@ -402,6 +403,9 @@ def advance(
 ) -> int:
     """Steps until time T [s], an error, a termination, a full log, or the end of the budget."""
     P = program_model
+    if N[FRESH] != 0:
+        trigger(P, I, PER_STEP)
+        N[FRESH] = 0
     steps = 0
     while True:
         if logs_full(P, I):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import weakref
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import _loop
-from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED
+from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED, Callback
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._layout import Layout, Row, work_fields
@@ -246,6 +247,27 @@ class Store:
         if row.kind == PUBLISH:
             return row.event.call(system, context)
         return row.event.call(system, context, self.event_argument(row, context))
+
+    def python_call(self, r: int) -> Any:
+        """`call_python(r)` without arguments, its own arguments made once where they can be."""
+        row = self.layout.rows[r]
+        system, context = self.systems[row.node], self.context(row.node)
+        calc = row.calc if row.event is None else row.event.handler
+        if isinstance(calc, Callback):
+            if row.kind == DISCRETE or row.kind == DERIVATIVES or (row.kind == OUTPUT and row.out[1] > row.out[0]):
+                if row.kind == DISCRETE:
+                    target = context._discrete_view(self.layout.plus)
+                elif row.kind == OUTPUT:
+                    target = self._output_argument(r, row, system)
+                else:
+                    target = context._continuous_view(row.out[0])
+                arguments: tuple = (context, target)
+            elif row.kind == PUBLISH:
+                arguments = (context,)
+            else:
+                return lambda: self.call_python(r, row)
+            return functools.partial(calc.function, *((system,) if calc.owned else ()), *arguments)
+        return lambda: self.call_python(r, row)
 
     def event_argument(self, row: Row, context: Any) -> Any:
         """What an update writes: x+ in the slab, abstract values aside until they are committed."""
