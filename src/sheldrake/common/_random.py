@@ -7,7 +7,7 @@ from typing import Any
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import incompatible
-from sheldrake.common._scalars import Mismatch, any_array, scalar_types
+from sheldrake.common._scalars import Mismatch, all_of, any_array, scalar_types, select
 
 _TWO_32 = 4294967296.0
 
@@ -67,7 +67,6 @@ def CalcProbabilityDensity(distribution: RandomDistribution, x: Any) -> Any:
 
 
 def _density(distribution: RandomDistribution, x: Any, T: type) -> Any:
-    from sheldrake.common._scalars import all_of, select
 
     def exp(y: Any) -> Any:
         return math.exp(y) if T is float else y.exp()
