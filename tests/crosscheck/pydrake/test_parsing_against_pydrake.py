@@ -92,6 +92,17 @@ def group(name, *content):
     return f'<drake:collision_filter_group name="{name}">{"".join(content)}</drake:collision_filter_group>'
 
 
+FLOATING_TO_TIP = """directives:
+- add_model: {name: one, file: "package://parsing/old.sdf"}
+- add_model:
+    name: two
+    file: package://parsing/old.sdf
+    default_free_body_pose:
+      a:
+        base_frame: one::b
+        translation: [1, 2, 3]
+"""
+
 MIMIC = (
     LINKS
     + '<joint name="j" type="revolute"><parent link="a"/><child link="b"/></joint><joint name="k" type="prismatic">'
@@ -118,6 +129,7 @@ SAME = {
             + group("h", '<drake:member link="b"/><drake:member link="c"/>')
         )
     },
+    "floating on a moving frame": {"text": FLOATING_TO_TIP, "type": "dmd.yaml", "packages": {"parsing": str(MODELS)}},
     "group excludes itself": {
         "text": robot(
             LINKS

@@ -6,7 +6,7 @@ from sheldrake.common.deprecation import _warn_deprecated
 
 from ._build import ModelBuilder
 from ._collision_filter_groups import CollisionFilterGroups, FilterGroupCollector
-from ._description import ModelDescription
+from ._description import FilterGroupDescription, ModelDescription
 from ._diagnostics import DiagnosticPolicy, Location
 from ._package_map import PackageMap, resolve_uri
 from ._reading import Reading
@@ -170,25 +170,58 @@ class Parser:
         if not os.path.isfile(path):
             problem = "is a folder" if os.path.isdir(path) else "does not exist"
             self._policy.Error(Location(path), f"The file {problem} (working folder: '{os.getcwd()}').")
+        return self._add(kind, self._reading_of(path), None, model_name)
+
+    def _reading_of(self, path: str) -> Reading:
         path = os.path.abspath(path)
-        reading = Reading(
-            self._policy,
-            self._packages,
-            path,
-            os.path.dirname(path),
-            self._wants_geometry(),
-            (os.path.realpath(path),),
-        )
-        return self._add(kind, reading, None, model_name)
+        folder, geometry = os.path.dirname(path), self._wants_geometry()
+        return Reading(self._policy, self._packages, path, folder, geometry, (os.path.realpath(path),))
 
     def _add(self, kind: str, reading: Reading, text: "str | None", model_name: str = "") -> list:
         """Reads everything first, then adds it to the plant."""
         if self._plant.is_finalized():
             raise RuntimeError("Parser: the plant was finalized; add models before Finalize().")
-        models = read_models(kind, reading, text, model_name)
-        instances = self._build(models, self._prefix)
-        self._filters.finish(self._scene_graph, self._policy)
+        if kind == ".dmd.yaml":
+            instances = self._add_directives(reading, text)
+        else:
+            instances = self._build(read_models(kind, reading, text, model_name), self._prefix)
+        self.finish_filters()
         return instances
+
+    def _add_directives(self, reading: Reading, text: "str | None") -> list:
+        """Carries out model directives; the prefix is the namespace of all their names."""
+        from ._model_directives import load_directives_file, parse_directives
+        from ._process_directives import DirectivesProcessor
+
+        if text is None:
+            directives = load_directives_file(reading.source, self._policy)
+        else:
+            directives = parse_directives(text, reading.source, self._policy)
+        processor = DirectivesProcessor(self)
+        processor.process(directives, self._prefix, Location(reading.source))
+        return processor.instances
+
+    def add_one_model(self, path: str, model_name: str, namespace: str) -> list:
+        """Adds a file that must describe one model, under another name; for model directives.
+
+        Raises:
+            ParseError: When the file describes a world or several models.
+        """
+        kind = self._kind_of(path)
+        if kind == ".dmd.yaml":
+            self._policy.Error(Location(path), "add_model takes a model file; use add_directives for this one.")
+        models = read_models(kind, self._reading_of(path), None, model_name)
+        if len(models) != 1 or models[0].is_world:
+            self._policy.Error(Location(path), "add_model needs a file with exactly one model.")
+        return self._build(models, namespace)
+
+    def add_filter_group(self, group: FilterGroupDescription, namespace: str) -> None:
+        """Adds a collision filter group; for model directives."""
+        self._filters.add(group, namespace, self._policy)
+
+    def finish_filters(self) -> None:
+        """Declares the collision filters of the groups added so far to the scene graph."""
+        self._filters.finish(self._scene_graph, self._policy)
 
     def _build(self, models: "list[ModelDescription]", prefix: str) -> list:
         builder = ModelBuilder(self._plant, self._policy, self._filters, self._auto_renaming)

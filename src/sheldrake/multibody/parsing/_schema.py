@@ -1,8 +1,36 @@
 """The base of plain data classes that are filled by keyword and read from YAML, in pydrake's manner."""
 
+import builtins
 import copy
+import sys
 import types
 import typing
+
+
+class _Fields:
+    """`__fields__` of a class: resolved when first asked for, so that declaring a class imports nothing."""
+
+    def __get__(self, _instance, owner) -> "tuple[types.SimpleNamespace, ...]":
+        cached = owner.__dict__.get("_resolved_fields")
+        if cached is None:
+            module = sys.modules[owner.__module__]
+            hints = typing.get_type_hints(owner, localns=_ModuleNames(module))
+            cached = tuple(types.SimpleNamespace(name=name, type=kind) for name, kind in hints.items())
+            owner._resolved_fields = cached
+        return cached
+
+
+class _ModuleNames(dict):
+    """The names of a module, those made on demand by its `__getattr__` included."""
+
+    def __init__(self, module):
+        super().__init__(vars(module))
+        self._module = module
+
+    def __missing__(self, name):
+        if hasattr(builtins, name):
+            return getattr(builtins, name)
+        return getattr(self._module, name)
 
 
 class Struct:
@@ -12,20 +40,11 @@ class Struct:
     for other classes.
     """
 
-    __fields__: "typing.ClassVar[tuple]" = ()
-
-    def __init_subclass__(cls, **kwargs):
-        super().__init_subclass__(**kwargs)
-        hints = typing.get_type_hints(cls)
-        cls.__fields__ = tuple(
-            types.SimpleNamespace(name=name, type=hints[name])
-            for name in cls.__annotations__
-            if not name.startswith("_")
-        )
+    __fields__ = _Fields()
 
     def __init__(self, **kwargs):
         for field in self.__fields__:
-            setattr(self, field.name, _empty(field.type))
+            object.__setattr__(self, field.name, _empty(field.type))
         names = [field.name for field in self.__fields__]
         for name, value in kwargs.items():
             if name not in names:

@@ -1,0 +1,313 @@
+"""Model directives: a YAML list of models to add and how to place them."""
+
+import os
+import typing
+
+import numpy as np
+
+from ._diagnostics import DiagnosticPolicy, Location
+from ._schema import Struct, is_optional, plain_type
+
+if typing.TYPE_CHECKING:
+    from sheldrake.common.schema import Transform
+
+
+def __getattr__(name: str):
+    """`Transform`, for resolving annotations; imported only then, because most parsing does without it."""
+    if name == "Transform":
+        from sheldrake.common.schema import Transform
+
+        return Transform
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+MAX_YAML_BYTES = 16 * 1024 * 1024
+
+
+class AddModel(Struct):
+    """Adds the model of a file under a name.
+
+    Attributes:
+        file: `package://` address of the file.
+        name: Name of the model instance.
+        default_joint_positions: Positions [rad or m] by joint name.
+        default_free_body_pose: Pose by body or frame name; "" is the only body.
+    """
+
+    file: str
+    name: str
+    default_joint_positions: "dict[str, np.ndarray]"
+    default_free_body_pose: "dict[str, Transform]"
+
+
+class AddModelInstance(Struct):
+    """Adds an empty model instance."""
+
+    name: str
+
+
+class AddFrame(Struct):
+    """Adds a frame; `X_PF.base_frame` names its parent."""
+
+    name: str
+    X_PF: "Transform"
+
+
+class AddWeld(Struct):
+    """Welds a child frame to a parent frame, at pose `X_PC` (identity by default)."""
+
+    parent: str
+    child: str
+    X_PC: "Transform | None"
+
+
+class AddCollisionFilterGroup(Struct):
+    """Adds a collision filter group.
+
+    Attributes:
+        name: Name of the group, without scope.
+        members: Bodies.
+        member_groups: Groups whose members are members too.
+        model_namespace: The model instance that names are relative to.
+        ignored_collision_filter_groups: Groups this one does not collide with; itself for no inner collisions.
+    """
+
+    name: str
+    members: "list[str]"
+    member_groups: "list[str]"
+    model_namespace: "str | None"
+    ignored_collision_filter_groups: "list[str]"
+
+
+class AddDirectives(Struct):
+    """Processes another directives file, with names relative to an existing model instance."""
+
+    file: str
+    model_namespace: "str | None"
+
+
+class ModelDirective(Struct):
+    """One directive: exactly one of the fields is set."""
+
+    add_model: "AddModel | None"
+    add_model_instance: "AddModelInstance | None"
+    add_frame: "AddFrame | None"
+    add_weld: "AddWeld | None"
+    add_collision_filter_group: "AddCollisionFilterGroup | None"
+    add_directives: "AddDirectives | None"
+
+
+class ModelDirectives(Struct):
+    """A list of directives, in order."""
+
+    directives: "list[ModelDirective]"
+
+
+# What a directive cannot do without.
+_REQUIRED = {
+    "add_model": ("file", "name"),
+    "add_model_instance": ("name",),
+    "add_frame": ("name",),
+    "add_weld": ("parent", "child"),
+    "add_collision_filter_group": ("name",),
+    "add_directives": ("file",),
+}
+
+
+def LoadModelDirectives(filename: "str | os.PathLike") -> ModelDirectives:
+    """The directives in a YAML file.
+
+    Raises:
+        RuntimeError: When the file is not a valid directives file; the message has line and column.
+    """
+    return load_directives_file(os.fspath(filename), DiagnosticPolicy())
+
+
+def LoadModelDirectivesFromString(model_directives: str) -> ModelDirectives:
+    """The directives in a YAML text.
+
+    Raises:
+        RuntimeError: When the text is not a valid directives document; the message has line and column.
+    """
+    return parse_directives(model_directives, "<literal-string>.dmd.yaml", DiagnosticPolicy())
+
+
+def load_directives_file(path: str, policy: DiagnosticPolicy) -> ModelDirectives:
+    """The directives in a YAML file, with errors reported to `policy`."""
+    try:
+        if os.path.getsize(path) > MAX_YAML_BYTES:
+            policy.Error(Location(path), f"The file is larger than {MAX_YAML_BYTES} bytes; this is refused.")
+        with open(path, encoding="utf-8") as file:
+            text = file.read()
+    except OSError as error:
+        policy.Error(Location(path), f"The file cannot be read: {error.strerror}.")
+    except UnicodeDecodeError as error:
+        policy.Error(Location(path), f"The file is not UTF-8 text: {error}.")
+    return parse_directives(text, path, policy)
+
+
+def parse_directives(text: str, source: str, policy: DiagnosticPolicy) -> ModelDirectives:
+    """The directives in a YAML text called `source`, with errors reported to `policy`."""
+    result = _YamlReader(source, policy).read(text)
+    for directive in result.directives:
+        check_directive(directive, Location(source), policy)
+    return result
+
+
+def check_directive(directive: ModelDirective, where: Location, policy: DiagnosticPolicy) -> str:
+    """The name of the one field that is set.
+
+    Raises:
+        ParseError: When none or several are set, or something necessary is empty.
+    """
+    given = [field.name for field in directive.__fields__ if getattr(directive, field.name) is not None]
+    if len(given) != 1:
+        known = ", ".join(field.name for field in directive.__fields__)
+        policy.Error(where, f"A directive is exactly one of {known}; found {', '.join(given) or 'none'}.")
+    kind = given[0]
+    content = getattr(directive, kind)
+    for name in _REQUIRED[kind]:
+        if not getattr(content, name):
+            policy.Error(where, f"{kind}: `{name}` must not be empty.")
+    if kind == "add_frame" and not content.X_PF.base_frame:
+        policy.Error(where, f"add_frame '{content.name}': `X_PF.base_frame` must not be empty.")
+    if kind == "add_weld" and content.X_PC is not None and content.X_PC.base_frame:
+        policy.Error(where, "add_weld: `X_PC.base_frame` must not be given; the parent frame is meant.")
+    if kind == "add_collision_filter_group" and not (content.members or content.member_groups):
+        policy.Error(where, f"add_collision_filter_group '{content.name}': it has no members.")
+    return kind
+
+
+class _YamlReader:
+    """Turns YAML nodes into structs by their declared types; knows line and column of what is wrong."""
+
+    def __init__(self, source: str, policy: DiagnosticPolicy):
+        self._source = source
+        self._policy = policy
+
+    def read(self, text: str) -> ModelDirectives:
+        import yaml
+
+        loader = yaml.SafeLoader(text)
+        loader.name = self._source
+        try:
+            node = loader.get_single_node()
+            if node is None:
+                self._policy.Error(Location(self._source), "The document is empty.")
+            self._flatten = loader.flatten_mapping
+            return self._convert(node, ModelDirectives, "the document")
+        except yaml.MarkedYAMLError as error:
+            mark = error.problem_mark or error.context_mark
+            where = Location(self._source, mark.line + 1, mark.column + 1) if mark else Location(self._source)
+            self._policy.Error(where, f"This is not valid YAML: {error.problem}.")
+        except (yaml.YAMLError, RecursionError) as error:
+            self._policy.Error(Location(self._source), f"This is not valid YAML: {error}.")
+        finally:
+            loader.dispose()
+
+    def _fail(self, node, message: str) -> typing.NoReturn:
+        self._policy.Error(Location(self._source, node.start_mark.line + 1, node.start_mark.column + 1), message)
+
+    def _convert(self, node, kind, what: str):
+        if is_optional(kind):
+            if getattr(node, "value", None) == "" and node.tag.endswith(":null"):
+                return None
+            kind = typing.get_args(kind)[0]
+        plain = plain_type(kind)
+        if plain is str:
+            return self._scalar(node, what)
+        if plain is np.ndarray:
+            return self._vector(node, what)
+        if plain is list:
+            return [self._convert(item, typing.get_args(kind)[0], what) for item in self._items(node, what)]
+        if plain is dict:
+            value_kind = typing.get_args(kind)[1]
+            return {name: self._convert(value, value_kind, what) for name, value in self._pairs(node, what).items()}
+        if issubclass(plain, Struct):
+            return self._struct(node, plain, what)
+        return self._transform(node, what)
+
+    def _scalar(self, node, what: str) -> str:
+        if not hasattr(node, "value") or not isinstance(node.value, str):
+            self._fail(node, f"{what}: expected a text.")
+        return node.value
+
+    def _items(self, node, what: str) -> list:
+        import yaml
+
+        if not isinstance(node, yaml.SequenceNode):
+            self._fail(node, f"{what}: expected a list.")
+        return node.value
+
+    def _pairs(self, node, what: str) -> dict:
+        import yaml
+
+        if not isinstance(node, yaml.MappingNode):
+            self._fail(node, f"{what}: expected a mapping.")
+        self._flatten(node)
+        result: dict = {}
+        for key, value in node.value:
+            name = self._scalar(key, what)
+            if name in result:
+                self._fail(key, f"{what}: the key '{name}' is given twice.")
+            result[name] = value
+        return result
+
+    def _struct(self, node, plain, what: str):
+        kinds = {field.name: field.type for field in plain.__fields__}
+        result = plain()
+        for name, value in self._pairs(node, what).items():
+            if name not in kinds:
+                self._fail(value, f"{what}: unknown key '{name}'; the known keys are {', '.join(kinds)}.")
+            setattr(result, name, self._convert(value, kinds[name], name))
+        return result
+
+    def _number(self, node, what: str) -> float:
+        text = self._scalar(node, what)
+        try:
+            value = float(text)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value):
+            self._fail(node, f"{what}: expected a finite number, found '{text}'.")
+        return value
+
+    def _vector(self, node, what: str, size: "int | None" = None) -> np.ndarray:
+        if node.tag.startswith("!"):
+            self._fail(node, f"{what}: random values ({node.tag}) cannot be used in model directives.")
+        items = self._items(node, what)
+        if size is not None and len(items) != size:
+            self._fail(node, f"{what}: expected {size} numbers, found {len(items)}.")
+        return np.array([self._number(item, what) for item in items], dtype=float)
+
+    def _transform(self, node, what: str):
+        from sheldrake.common.schema import Transform
+
+        result = Transform()
+        for name, value in self._pairs(node, what).items():
+            if name == "base_frame":
+                result.base_frame = self._scalar(value, "base_frame")
+            elif name == "translation":
+                result.translation = self._vector(value, "translation", 3)
+            elif name == "rotation":
+                result.rotation = self._rotation(value)
+            else:
+                self._fail(value, f"{what}: unknown key '{name}'; known are base_frame, translation, rotation.")
+        return result
+
+    def _rotation(self, node):
+        from sheldrake.common.schema import Rotation
+
+        result = Rotation()
+        fields = self._pairs(node, "rotation")
+        expected = {"!Rpy": ("deg",), "!AngleAxis": ("angle_deg", "axis")}.get(node.tag, ())
+        if node.tag not in ("!Rpy", "!AngleAxis", "!Identity") and not node.tag.endswith(":map"):
+            self._fail(node, f"rotation: unknown tag '{node.tag}'; known are !Identity, !Rpy and !AngleAxis.")
+        if set(fields) != set(expected):
+            self._fail(node, f"rotation: expected the keys {expected or '(none)'}, found {tuple(fields) or '(none)'}.")
+        if node.tag == "!Rpy":
+            result.value = Rotation.Rpy(deg=self._vector(fields["deg"], "deg", 3))
+        elif node.tag == "!AngleAxis":
+            angle = self._number(fields["angle_deg"], "angle_deg")
+            result.value = Rotation.AngleAxis(angle_deg=angle, axis=self._vector(fields["axis"], "axis", 3))
+        return result

@@ -1,0 +1,265 @@
+"""Carries model directives out on a plant."""
+
+import copy
+import os
+
+from ._description import FilterGroupDescription
+from ._diagnostics import DiagnosticPolicy, Location
+from ._model_directives import ModelDirective, ModelDirectives, check_directive, load_directives_file
+from ._package_map import PackageMap, resolve_uri
+from ._reading import INCLUDE_DEPTH
+from ._scoped_names import GetScopedFrameByName, join_names
+
+
+class ModelInstanceInfo:
+    """A model added by directives: what it is, and the weld that placed it.
+
+    Frame names are without scope; they are empty, and X_PC is the identity, when the model was not welded as a child.
+    """
+
+    def __init__(self, model_name: str, model_path: str, model_instance):
+        from sheldrake.math import RigidTransform
+
+        self._model_name = model_name
+        self._model_path = model_path
+        self._model_instance = model_instance
+        self._parent_frame_name = ""
+        self._child_frame_name = ""
+        self._X_PC = RigidTransform()
+
+    @property
+    def model_name(self) -> str:
+        """The name of the model instance, scoped."""
+        return self._model_name
+
+    @property
+    def model_path(self) -> str:
+        """The file."""
+        return self._model_path
+
+    @property
+    def model_instance(self):
+        """The ModelInstanceIndex."""
+        return self._model_instance
+
+    @property
+    def parent_frame_name(self) -> str:
+        """The parent frame of the weld."""
+        return self._parent_frame_name
+
+    @property
+    def child_frame_name(self) -> str:
+        """The child frame of the weld."""
+        return self._child_frame_name
+
+    @property
+    def X_PC(self):
+        """The pose of the child frame in the parent frame."""
+        return self._X_PC
+
+    def note_weld(self, parent: str, child: str, X_PC) -> None:
+        """Remembers the weld that placed this model."""
+        self._parent_frame_name, self._child_frame_name, self._X_PC = parent, child, X_PC
+
+
+def ProcessModelDirectives(directives: ModelDirectives, *args, **kwargs) -> "list[ModelInstanceInfo]":
+    """Adds everything the directives say to a plant.
+
+    Call it as `ProcessModelDirectives(directives, parser)` or `ProcessModelDirectives(directives, plant, parser=None)`.
+
+    Returns:
+        One entry for every model added, in order.
+
+    Raises:
+        RuntimeError: When a name or file is not found, or the plant refuses something.
+    """
+    from ._parser import Parser
+
+    given = dict(kwargs)
+    unknown = [name for name in given if name not in ("plant", "parser")]
+    positional = list(args)
+    if positional and isinstance(positional[0], Parser):
+        given["parser"] = positional.pop(0)
+    elif positional:
+        given["plant"] = positional.pop(0)
+        if positional:
+            given["parser"] = positional.pop(0)
+    plant, parser = given.get("plant"), given.get("parser")
+    if unknown or positional or (plant is None and parser is None):
+        raise TypeError("ProcessModelDirectives() takes (directives, parser) or (directives, plant, parser=None).")
+    if parser is None:
+        parser = Parser(plant)
+    if plant is not None and parser.plant() is not plant:
+        raise RuntimeError("ProcessModelDirectives(): the parser belongs to another plant.")
+    processor = DirectivesProcessor(parser)
+    processor.process(directives, "", Location("ProcessModelDirectives()"))
+    parser.finish_filters()
+    return processor.added
+
+
+def FlattenModelDirectives(directives: ModelDirectives, package_map: PackageMap) -> ModelDirectives:
+    """The same directives with every `add_directives` replaced by what its file says, names prefixed."""
+    policy = DiagnosticPolicy()
+    result = ModelDirectives()
+    for directive in directives.directives:
+        if directive.add_directives is None:
+            result.directives.append(copy.deepcopy(directive))
+            continue
+        where = Location("FlattenModelDirectives()")
+        path = resolve_uri(directive.add_directives.file, package_map, None, where, policy)
+        inner = FlattenModelDirectives(load_directives_file(path, policy), package_map)
+        namespace = directive.add_directives.model_namespace or ""
+        result.directives += [_with_namespace(item, namespace) for item in inner.directives]
+    return result
+
+
+def _with_namespace(directive: ModelDirective, namespace: str) -> ModelDirective:
+    """A copy of a directive (not add_directives) whose names are prefixed."""
+    result = copy.deepcopy(directive)
+    if not namespace:
+        return result
+    for item in (result.add_model, result.add_model_instance):
+        if item is not None:
+            item.name = join_names(namespace, item.name)
+    if result.add_model is not None:
+        for pose in result.add_model.default_free_body_pose.values():
+            if pose.base_frame:
+                pose.base_frame = _prefixed(namespace, pose.base_frame)
+    if result.add_frame is not None:
+        frame = result.add_frame
+        if "::" in frame.name:
+            frame.name = join_names(namespace, frame.name)
+        frame.X_PF.base_frame = _prefixed(namespace, frame.X_PF.base_frame)
+    if result.add_weld is not None:
+        result.add_weld.parent = _prefixed(namespace, result.add_weld.parent)
+        result.add_weld.child = _prefixed(namespace, result.add_weld.child)
+    if result.add_collision_filter_group is not None:
+        group = result.add_collision_filter_group
+        group.model_namespace = join_names(namespace, group.model_namespace) if group.model_namespace else namespace
+    return result
+
+
+def _prefixed(namespace: str, name: str) -> str:
+    """The name in a namespace; `world` is the same everywhere."""
+    return name if name == "world" else join_names(namespace, name)
+
+
+class DirectivesProcessor:
+    """Carries out directives one after the other through a parser."""
+
+    def __init__(self, parser):
+        self.added: list[ModelInstanceInfo] = []
+        self.instances: list = []
+        self._parser = parser
+        self._plant = parser.plant()
+        self._policy = parser.diagnostic_policy()
+        self._depth = 0
+
+    def process(self, directives: ModelDirectives, namespace: str, where: Location) -> None:
+        """Carries out directives whose names are relative to an existing model instance (or to none).
+
+        Raises:
+            ParseError: When something is wrong; what was added before stays.
+        """
+        if namespace and not self._plant.HasModelInstanceNamed(namespace):
+            self._policy.Error(where, f"The namespace '{namespace}' does not exist as a model instance.")
+        for directive in directives.directives:
+            kind = check_directive(directive, where, self._policy)
+            try:
+                getattr(self, f"_{kind}")(getattr(directive, kind), namespace, where)
+            except (ValueError, ArithmeticError) as error:
+                self._policy.Error(where, f"{kind}: {error}")
+
+    def _add_model(self, model, namespace: str, where: Location) -> None:
+        path = resolve_uri(model.file, self._parser.package_map(), None, where, self._policy)
+        instances = self._parser.add_one_model(path, model.name, namespace)
+        instance = instances[0]
+        name = self._plant.GetModelInstanceName(instance)
+        for joint_name, positions in model.default_joint_positions.items():
+            self._plant.GetJointByName(joint_name, instance).set_default_positions(positions)
+        for frame_name, pose in model.default_free_body_pose.items():
+            self._set_free_body_pose(frame_name, pose, instance, namespace)
+        self.instances += instances
+        self.added.append(ModelInstanceInfo(name, path, instance))
+
+    def _set_free_body_pose(self, frame_name: str, pose, instance, namespace: str) -> None:
+        """Places a free body; relative to a moving frame it gets a floating joint of its own to that frame."""
+        frame = self._frame_to_place(frame_name, instance)
+        body = frame.body()
+        X_PF = pose.GetDeterministicValue()
+        X_BF = frame.GetFixedPoseInBodyFrame()
+        X_PB = X_PF @ X_BF.inverse()
+        base = pose.base_frame
+        if base and base != "world":
+            from sheldrake.multibody.tree import QuaternionFloatingJoint
+
+            parent = GetScopedFrameByName(self._plant, _prefixed(namespace, base))
+            joint = self._plant.AddJoint(QuaternionFloatingJoint(body.name(), parent, body.body_frame()))
+            joint.SetDefaultPose(X_PB)
+        else:
+            self._plant.SetDefaultFreeBodyPose(body, X_PB)
+
+    def _frame_to_place(self, frame_name: str, instance):
+        if frame_name:
+            return self._plant.GetFrameByName(frame_name, instance)
+        indices = self._plant.GetBodyIndices(instance)
+        if len(indices) != 1:
+            raise ValueError(
+                f"default_free_body_pose without a body name needs a model with one body; "
+                f"'{self._plant.GetModelInstanceName(instance)}' has {len(indices)}."
+            )
+        return self._plant.get_body(indices[0]).body_frame()
+
+    def _add_model_instance(self, model_instance, namespace: str, where: Location) -> None:
+        name = join_names(namespace, model_instance.name)
+        if self._plant.HasModelInstanceNamed(name):
+            self._policy.Error(where, f"add_model_instance: the plant already has a model instance named '{name}'.")
+        self._plant.AddModelInstance(name)
+
+    def _add_frame(self, frame, namespace: str, where: Location) -> None:
+        from sheldrake.multibody.tree import FixedOffsetFrame
+
+        parent = GetScopedFrameByName(self._plant, _prefixed(namespace, frame.X_PF.base_frame))
+        scope, separator, local = frame.name.rpartition("::")
+        instance = parent.model_instance()
+        if separator:
+            owner = join_names(namespace, scope)
+            if not self._plant.HasModelInstanceNamed(owner):
+                self._policy.Error(where, f"add_frame '{frame.name}': there is no model instance '{owner}'.")
+            instance = self._plant.GetModelInstanceByName(owner)
+        X_PF = frame.X_PF.GetDeterministicValue()
+        if self._plant.HasFrameNamed(local, instance):
+            owner = self._plant.GetModelInstanceName(instance)
+            self._policy.Error(where, f"add_frame: model instance '{owner}' already has a frame named '{local}'.")
+        self._plant.AddFrame(FixedOffsetFrame(local, parent, X_PF, instance))
+
+    def _add_weld(self, weld, namespace: str, where: Location) -> None:
+        from sheldrake.math import RigidTransform
+
+        parent = GetScopedFrameByName(self._plant, _prefixed(namespace, weld.parent))
+        child = GetScopedFrameByName(self._plant, _prefixed(namespace, weld.child))
+        X_PC = RigidTransform() if weld.X_PC is None else weld.X_PC.GetDeterministicValue()
+        self._plant.WeldFrames(parent, child, X_PC)
+        for info in self.added:
+            if info.model_instance == child.model_instance():
+                info.note_weld(parent.name(), child.name(), X_PC)
+
+    def _add_collision_filter_group(self, group, namespace: str, where: Location) -> None:
+        if self._parser.scene_graph() is None:
+            return
+        scope = join_names(namespace, group.model_namespace) if group.model_namespace else namespace
+        self._parser.add_filter_group(
+            FilterGroupDescription(
+                where, group.name, group.members, group.member_groups, group.ignored_collision_filter_groups
+            ),
+            scope,
+        )
+
+    def _add_directives(self, directives, namespace: str, where: Location) -> None:
+        path = resolve_uri(directives.file, self._parser.package_map(), None, where, self._policy)
+        self._depth += 1
+        if self._depth > INCLUDE_DEPTH:
+            self._policy.Error(where, f"Directives files include each other deeper than {INCLUDE_DEPTH} levels.")
+        inner = join_names(namespace, directives.model_namespace) if directives.model_namespace else namespace
+        self.process(load_directives_file(path, self._policy), inner, Location(os.path.abspath(path)))
+        self._depth -= 1
