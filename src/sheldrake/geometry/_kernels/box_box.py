@@ -7,7 +7,7 @@ from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, scale3, sub
 from sheldrake.common.kernel import kernel
 
 from .convex import emit_candidate, emit_four, emit_middle, face_candidates
-from .model import CANDIDATE, MULTI_POINT
+from .model import CANDIDATE, MULTI_POINT, X_AXIS, Y_AXIS, Z_AXIS
 from .table import MIN_DEPTH, absolute, column, position_of, rotation_of
 
 _PREFER_FACES = 1.05  # an edge axis must be better by this factor
@@ -18,9 +18,9 @@ _PARALLEL = 1e-10  # squared sine of the angle between edges that define no axis
 def extent(R, h, l):
     """Half the extent of a box along l."""
     return (
-        h[0] * absolute(dot3(l, column(R, 0)))
-        + h[1] * absolute(dot3(l, column(R, 1)))
-        + h[2] * absolute(dot3(l, column(R, 2)))
+        h[0] * absolute(dot3(l, column(R, X_AXIS)))
+        + h[1] * absolute(dot3(l, column(R, Y_AXIS)))
+        + h[2] * absolute(dot3(l, column(R, Z_AXIS)))
     )
 
 
@@ -110,8 +110,8 @@ def face_of_box(model, table, ref, inc, axis, t):
     if model.geometry[ref, MULTI_POINT] + model.geometry[inc, MULTI_POINT] == 2:
         emit_four(model, table, inc, ref, out, count)
     elif count > 0:
-        deepest = 0
-        for k in range(1, count):
+        deepest = count - 1
+        for k in range(count):
             if table.work[CANDIDATE + k, 3] > table.work[CANDIDATE + deepest, 3]:
                 deepest = k
         emit_candidate(model, table, inc, ref, out, deepest)

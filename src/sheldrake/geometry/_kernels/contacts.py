@@ -8,7 +8,7 @@ from sheldrake.common.kernel import Matrix, kernel
 from .box_box import box_box_contacts
 from .convex import convex_contacts
 from .half_space import half_space_contacts
-from .model import BOUND, BOX, ELLIPSOID, HALF_SPACE, KIND, SPHERE, ContactTable, GeometryModel
+from .model import BOUND, BOX, ELLIPSOID, HALF_SPACE, KIND, SPHERE, Z_AXIS, ContactTable, GeometryModel
 from .sphere import sphere_contacts
 from .table import bounding_centre, column, place_geometry, position_of, rotation_of
 
@@ -18,7 +18,7 @@ def far_apart(model, table, i, j):
     """True if the bounding spheres of i and j (or of i and half space j) do not meet."""
     p_WI = bounding_centre(model, table, i)
     if model.geometry[j, KIND] == HALF_SPACE:
-        nhat = column(rotation_of(table, j), 2)
+        nhat = column(rotation_of(table, j), Z_AXIS)
         return dot3(nhat, sub3(p_WI, position_of(table, j))) > model.size[i, BOUND]
     r = sub3(bounding_centre(model, table, j), p_WI)
     reach = model.size[i, BOUND] + model.size[j, BOUND]

@@ -203,7 +203,7 @@ def edge_contacts(model, table, i, j, nhat_ji, phi):
             store3(table.work, CANDIDATE + k, p_i)
             table.work[CANDIDATE + k, 3] = depth
     if count == 2:
-        emit_candidate(model, table, i, j, nhat_ji, 0)
-        emit_candidate(model, table, i, j, nhat_ji, 1)
+        for k in range(2):
+            emit_candidate(model, table, i, j, nhat_ji, k)
         return 2
     return 0

@@ -9,6 +9,8 @@ SIMPLEX on: w = a - b, a, b with a on shape i and b on shape j.
 
 from __future__ import annotations
 
+import numpy as np
+
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, load3_at, scale3, store3, store3_at, sub3
 from sheldrake.common.kernel import kernel
@@ -23,6 +25,8 @@ from .model import (
     KIND,
     MAX_FACES,
     MAX_VERTICES,
+    ON_I,
+    ON_J,
     SIMPLEX,
     STACK,
 )
@@ -37,17 +41,24 @@ _EPA_GAP = 1e-13  # the same for EPA on polytopes
 _EPA_GAP_SMOOTH = 1e-6  # and on curved shapes, whose answer is then refined
 _CLEARANCE = 1e-2  # relative to the size: how far a refinement moves the shapes apart
 _REFINEMENTS = 12
+_NO_SHIFT = (0.0, 0.0, 0.0)
+_NONE = np.int64(-1)
+_0 = np.int64(0)
+_1 = np.int64(1)
+_2 = np.int64(2)
+_3 = np.int64(3)
+_4 = np.int64(4)
 
 
-@kernel
+@kernel(outline=True)
 def add_vertex(model, table, i, j, d, row, shift):
     """The vertex of the difference, less `shift`, that is farthest along d, into a row; its w."""
     a = support(model, table, i, d)
     b = support(model, table, j, scale3(d, -1.0))
     w = sub3(sub3(a, b), shift)
     store3(table.work, row, w)
-    store3_at(table.work, row, 3, a)
-    store3_at(table.work, row, 6, b)
+    store3_at(table.work, row, ON_I, a)
+    store3_at(table.work, row, ON_J, b)
     return w
 
 
@@ -193,7 +204,7 @@ def reduce_simplex(table, n):
     elif n == 4:
         inside, w0, w1, w2, w3 = nearest_on_tetrahedron(table, p, q, r, s)
         if inside:
-            return 4, (0.0, 0.0, 0.0), True
+            return _4, _NO_SHIFT, True
     kept = 0
     v = (0.0, 0.0, 0.0)
     for k in range(n):
@@ -259,7 +270,7 @@ def face_plane(table, f):
     n = cross3(ab, ac)
     area = sqrt(dot3(n, n))
     if area <= 1e-14 * (dot3(ab, ab) + dot3(ac, ac)):
-        store3(table.work, FACE + f, (0.0, 0.0, 0.0))
+        store3(table.work, FACE + f, _NO_SHIFT)
         table.work[FACE + f, 3] = 1e300
     else:
         n = scale3(n, 1.0 / area)
@@ -268,7 +279,7 @@ def face_plane(table, f):
     table.work[FACE + f, 4] = 1.0
 
 
-@kernel
+@kernel(outline=True)
 def set_face(table, f, a, b, c):
     table.iwork[CORNER + 3 * f] = a
     table.iwork[CORNER + 3 * f + 1] = b
@@ -297,7 +308,7 @@ def make_tetrahedron(model, table, i, j, n, size):
         for k in range(6):
             s = 1.0 if k < 3 else -1.0
             d = (s if k % 3 == 0 else 0.0, s if k % 3 == 1 else 0.0, s if k % 3 == 2 else 0.0)
-            w = sub3(add_vertex(model, table, i, j, d, SIMPLEX + 1, (0.0, 0.0, 0.0)), load3(table.work, SIMPLEX))
+            w = sub3(add_vertex(model, table, i, j, d, SIMPLEX + 1, _NO_SHIFT), load3(table.work, SIMPLEX))
             if dot3(w, w) > least * least:
                 n = 2
                 break
@@ -308,7 +319,7 @@ def make_tetrahedron(model, table, i, j, n, size):
         e = scale3(e, 1.0 / sqrt(dot3(e, e) + 1e-300))
         for k in range(4):
             across = scale3(d if k < 2 else e, 1.0 if k % 2 == 0 else -1.0)
-            w = sub3(add_vertex(model, table, i, j, across, SIMPLEX + 2, (0.0, 0.0, 0.0)), load3(table.work, SIMPLEX))
+            w = sub3(add_vertex(model, table, i, j, across, SIMPLEX + 2, _NO_SHIFT), load3(table.work, SIMPLEX))
             out = cross3(u, w)
             if dot3(out, out) > least * least * dot3(u, u):
                 n = 3
@@ -319,7 +330,7 @@ def make_tetrahedron(model, table, i, j, n, size):
         d = scale3(d, 1.0 / sqrt(dot3(d, d) + 1e-300))
         for k in range(2):
             s = 1.0 if k == 0 else -1.0
-            w = sub3(add_vertex(model, table, i, j, scale3(d, s), SIMPLEX + 3, (0.0, 0.0, 0.0)), p)
+            w = sub3(add_vertex(model, table, i, j, scale3(d, s), SIMPLEX + 3, _NO_SHIFT), p)
             if absolute(dot3(w, d)) > least:
                 n = 4
                 break
@@ -385,24 +396,24 @@ def epa(model, table, i, j, size, gap):
     r = load3(table.work, SIMPLEX + 2)
     s = load3(table.work, SIMPLEX + 3)
     if dot3(cross3(sub3(q, p), sub3(r, p)), sub3(s, p)) > 0.0:
-        set_face(table, 0, 0, 2, 1)
-        set_face(table, 1, 0, 1, 3)
-        set_face(table, 2, 1, 2, 3)
-        set_face(table, 3, 2, 0, 3)
+        set_face(table, _0, _0, _2, _1)
+        set_face(table, _1, _0, _1, _3)
+        set_face(table, _2, _1, _2, _3)
+        set_face(table, _3, _2, _0, _3)
     else:
-        set_face(table, 0, 0, 1, 2)
-        set_face(table, 1, 0, 3, 1)
-        set_face(table, 2, 1, 3, 2)
-        set_face(table, 3, 2, 3, 0)
-    faces = 4
-    vertices = 4
-    c0 = 0
-    c1 = 1
-    c2 = 2
+        set_face(table, _0, _0, _1, _2)
+        set_face(table, _1, _0, _3, _1)
+        set_face(table, _2, _1, _3, _2)
+        set_face(table, _3, _2, _3, _0)
+    faces = _4
+    vertices = _4
+    c0 = _0
+    c1 = _1
+    c2 = _2
     n = (1.0, 0.0, 0.0)
     depth = 1e300
     for _ in range(_EPA_STEPS):
-        best = -1
+        best = _NONE
         for f in range(faces):
             if table.work[FACE + f, 4] > 0.0:
                 if best < 0 or table.work[FACE + f, 3] < table.work[FACE + best, 3]:
@@ -411,7 +422,7 @@ def epa(model, table, i, j, size, gap):
             break
         d = load3(table.work, FACE + best)
         offset = table.work[FACE + best, 3]
-        w = add_vertex(model, table, i, j, d, SIMPLEX + vertices, (0.0, 0.0, 0.0))
+        w = add_vertex(model, table, i, j, d, SIMPLEX + vertices, _NO_SHIFT)
         if dot3(d, w) < depth:
             depth = dot3(d, w)
             n = d
@@ -460,7 +471,7 @@ def separation(model, table, i, j, reach):
     size = model.size[i, BOUND] + model.size[j, BOUND]
     margin_i = margin_of(model, i)
     margin_j = margin_of(model, j)
-    n, v, overlap = gjk(model, table, i, j, size, reach + margin_i + margin_j, (0.0, 0.0, 0.0))
+    n, v, overlap = gjk(model, table, i, j, size, reach + margin_i + margin_j, _NO_SHIFT)
     nhat = (1.0, 0.0, 0.0)
     phi = 0.0
     p_i = (0.0, 0.0, 0.0)
@@ -474,8 +485,8 @@ def separation(model, table, i, j, reach):
         b = load3(table.work, SIMPLEX + c1)
         c = load3(table.work, SIMPLEX + c2)
         w0, w1, w2 = triangle_weights(a, b, c)
-        p_i = blend(table, 3, c0, c1, c2, w0, w1, w2)
-        p_j = blend(table, 6, c0, c1, c2, w0, w1, w2)
+        p_i = blend(table, ON_I, c0, c1, c2, w0, w1, w2)
+        p_j = blend(table, ON_J, c0, c1, c2, w0, w1, w2)
         if curved:
             out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
         nhat = scale3(out, -1.0)
@@ -483,8 +494,8 @@ def separation(model, table, i, j, reach):
     else:
         if overlap:
             n, v, _inside = reduce_simplex(table, n)
-        p_i = witness(table, n, 3)
-        p_j = witness(table, n, 6)
+        p_i = witness(table, n, ON_I)
+        p_j = witness(table, n, ON_J)
         if overlap:
             nhat = flat_normal(table, n)
         else:
@@ -522,9 +533,9 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
         if overlap:
             break
         d = scale3(v, -1.0 / sqrt(dot3(v, v)))
-        a = witness(table, n, 3)
-        b = witness(table, n, 6)
-        w = add_vertex(model, table, i, j, d, SIMPLEX + 12, (0.0, 0.0, 0.0))
+        a = witness(table, n, ON_I)
+        b = witness(table, n, ON_J)
+        w = add_vertex(model, table, i, j, d, SIMPLEX + 12, _NO_SHIFT)
         better = dot3(d, w)
         if better > depth:
             break

@@ -29,6 +29,8 @@ from .model import (
     NUM_VERTICES,
     RADIUS,
     SPHERE,
+    X_AXIS,
+    Z_AXIS,
 )
 from .table import MIN_DEPTH, absolute, column, emit, position_of, rotation_of
 
@@ -39,7 +41,7 @@ LINEAR_SEARCH = 24  # hulls with at most so many vertices are searched one by on
 @kernel(outline=True)
 def half_space_contacts(model, table, i, j):
     """Contacts of shape i with half space j."""
-    nhat = column(rotation_of(table, j), 2)
+    nhat = column(rotation_of(table, j), Z_AXIS)
     p_HoGo = sub3(position_of(table, i), position_of(table, j))
     height = dot3(nhat, p_HoGo)
     kind = model.geometry[i, KIND]
@@ -137,7 +139,7 @@ def box_on_plane_multi(model, table, i, j, nhat, height):
 @kernel
 def cylinder_on_plane_single(model, table, i, j, nhat, height):
     """The lowest rim point; the middle of a level side line; the centre of a level cap."""
-    axis = column(rotation_of(table, i), 2)
+    axis = column(rotation_of(table, i), Z_AXIS)
     radius = model.size[i, RADIUS]
     c = dot3(axis, nhat)
     p_WQ = position_of(table, i)
@@ -161,7 +163,7 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
     Four rim points 90 degrees apart feel the same moment wherever the first one is, so that it may follow the tilt.
     """
     R_WG = rotation_of(table, i)
-    axis = column(R_WG, 2)
+    axis = column(R_WG, Z_AXIS)
     radius = model.size[i, RADIUS]
     half_length = model.size[i, HALF_LENGTH]
     c = dot3(axis, nhat)
@@ -169,7 +171,7 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
     slope = sqrt(dot3(down, down))
     if height > half_length * absolute(c) + radius * slope + MIN_DEPTH:
         return
-    U = column(R_WG, 0)
+    U = column(R_WG, X_AXIS)
     if slope > 1e-12:
         U = scale3(down, 1.0 / slope)
     V = scale3(cross3(axis, U), radius)
@@ -192,7 +194,7 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
 @kernel
 def capsule_on_plane(model, table, i, j, nhat, height, multi):
     """The lowest points of both end balls, or Drake's one point."""
-    axis = column(rotation_of(table, i), 2)
+    axis = column(rotation_of(table, i), Z_AXIS)
     radius = model.size[i, RADIUS]
     half_length = model.size[i, HALF_LENGTH]
     c = dot3(axis, nhat)

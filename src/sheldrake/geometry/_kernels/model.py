@@ -21,6 +21,12 @@ ELLIPSOID = np.int64(4)
 HULL = np.int64(5)
 HALF_SPACE = np.int64(6)
 
+# Axes of a frame, and small numbers that kernels pass on (a literal would be compiled once per value)
+X_AXIS = np.int64(0)
+Y_AXIS = np.int64(1)
+Z_AXIS = np.int64(2)
+POSITION = np.int64(9)  # column of p in a pose
+
 # Columns of GeometryModel.geometry
 KIND = np.int64(0)
 BODY = np.int64(1)
@@ -66,6 +72,7 @@ MAX_POINTS = 4  # contact points of one pair
 
 # Status of a search, in ContactTable.count[1]
 CAPACITY_EXCEEDED = np.int64(1)
+UNSUPPORTED_PAIR = np.int64(2)  # shapes for which there is no algorithm
 
 
 class GeometryModel(NamedTuple):
@@ -121,6 +128,8 @@ POLYGON_B = np.int64(64)
 POLYGON_C = np.int64(128)
 CANDIDATE = np.int64(192)  # contact candidates; depth in column 3
 SIMPLEX = np.int64(256)  # vertices of GJK and EPA: a - b, a, b
+ON_I = np.int64(3)  # columns of a
+ON_J = np.int64(6)  # columns of b
 FACE = np.int64(384)  # faces of EPA: unit normal, distance from the origin, 1.0 while it exists
 WORK_ROWS = 384 + 256
 MAX_CORNERS = 60

@@ -22,6 +22,8 @@ from .model import (
     NUM_FACES,
     RADIUS,
     SPHERE,
+    X_AXIS,
+    Z_AXIS,
 )
 from .table import absolute, column, position_of, rotation_of
 
@@ -86,7 +88,7 @@ def best_face(model, table, g, n_W):
     n = rotate_back(R_WG, n_W)
     kind = model.geometry[g, KIND]
     if kind == CYLINDER:
-        axis = column(R_WG, 2)
+        axis = column(R_WG, Z_AXIS)
         if n[2] >= 0.0:
             return 1, axis
         return 0, scale3(axis, -1.0)
@@ -136,7 +138,7 @@ def box_face(model, table, g, face, row):
 def cap(model, table, g, n_W, row):
     """A cap of a cylinder as a polygon; its first corner is the rim point farthest along n_W."""
     R_WG = rotation_of(table, g)
-    axis = column(R_WG, 2)
+    axis = column(R_WG, Z_AXIS)
     c = dot3(axis, n_W)
     s = 1.0 if c >= 0.0 else -1.0
     radius = model.size[g, RADIUS]
@@ -146,7 +148,7 @@ def cap(model, table, g, n_W, row):
     if slope > 1e-12:
         U = scale3(U, radius / slope)
     else:
-        U = scale3(column(R_WG, 0), radius)
+        U = scale3(column(R_WG, X_AXIS), radius)
     V = scale3(cross3(axis, U), s)
     for corner in range(_CAP_CORNERS):
         store3(table.work, row + corner, add3(centre, U))
@@ -179,7 +181,7 @@ def shown_feature(model, table, g, n_W, row):
     if kind == HULL:
         face, _normal = best_face(model, table, g, n_W)
         return hull_face(model, table, g, face, row)
-    axis = column(rotation_of(table, g), 2)
+    axis = column(rotation_of(table, g), Z_AXIS)
     c = dot3(axis, n_W)
     if kind == CYLINDER and absolute(c) > 0.7071067811865476:
         return cap(model, table, g, n_W, row)

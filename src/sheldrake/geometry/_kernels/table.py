@@ -5,7 +5,7 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import add3, compose, load3_at, load9, rotate, scale3, store3_at, store9
 from sheldrake.common.kernel import kernel
 
-from .model import BODY, CAPACITY_EXCEEDED, CENTRE, DEPTH, NHAT_BA_W, P_WCA, P_WCB
+from .model import BODY, CAPACITY_EXCEEDED, CENTRE, DEPTH, NHAT_BA_W, P_WCA, P_WCB, POSITION
 
 MIN_DEPTH = 2.220446049250313e-16  # [m] polytopes and round shapes must overlap by more; spheres may just touch
 
@@ -32,7 +32,8 @@ def place_geometry(model, X_WB, table):
         body = model.geometry[g, BODY]
         R_WB = load9(X_WB, body)
         store9(table.X_WG, g, compose(R_WB, load9(model.X_BG, g)))
-        store3_at(table.X_WG, g, 9, add3(load3_at(X_WB, body, 9), rotate(R_WB, load3_at(model.X_BG, g, 9))))
+        p_WG = add3(load3_at(X_WB, body, POSITION), rotate(R_WB, load3_at(model.X_BG, g, POSITION)))
+        store3_at(table.X_WG, g, POSITION, p_WG)
 
 
 @kernel
@@ -42,7 +43,7 @@ def rotation_of(table, g):
 
 @kernel
 def position_of(table, g):
-    return load3_at(table.X_WG, g, 9)
+    return load3_at(table.X_WG, g, POSITION)
 
 
 @kernel
