@@ -193,13 +193,19 @@ class BsplineTrajectory(Trajectory):
     def DoMakeDerivative(self, derivative_order: int) -> Any:
         """The derivative, a B-spline of lower order."""
         order, knots, points = self._require().order(), list(self._basis.knots()), self._points
-        start, end = self.start_time(), self.end_time()
         for _ in range(derivative_order):
             if order == 1:
-                return type(self)(_basis_family(self._T)(1, [start, end]), [points[0] * 0.0])
+                knots, points = [knots[0], knots[-1]], [self._zeros(*points[0].shape)]
+                break
             points = [
-                (b - a) * ((order - 1.0) / (knots[i + order] - knots[i + 1]))
+                self._slope(b - a, order - 1.0, knots[i + order] - knots[i + 1])
                 for i, (a, b) in enumerate(itertools.pairwise(points))
             ]
             order, knots = order - 1, knots[1:-1]
         return type(self)(_basis_family(self._T)(order, knots), points)
+
+    def _slope(self, difference: np.ndarray, degree: float, span: Any) -> np.ndarray:
+        """A control point of the derivative; of a basis function that repeated knots leave nothing, any will do."""
+        if not is_symbolic(self._T) and span == 0.0:
+            return difference * 0.0
+        return difference * (degree / span)

@@ -54,6 +54,11 @@ def kinds(m):
     yield "cubic pose", m.PiecewisePose.MakeCubicLinearWithEndLinearVelocity(BREAKS, poses, ANGLES[0], ANGLES[1])
     curve = m.BezierCurve(BREAKS[0], BREAKS[-1], SAMPLES[:, :5])
     yield "bezier", curve
+    spline = m.BsplineTrajectory(m.BsplineBasis(4, [0, 0, 0, 0, 0.4, 0.5, 0.9, 2, 2, 2, 2]), list(SAMPLES.T[..., None]))
+    yield "bspline", spline
+    finer = spline.CopyHead(1)
+    finer.InsertKnots([0.3, 0.5])
+    yield "finer bspline", finer
     pace = pp.CubicShapePreserving(BREAKS, np.sort(SAMPLES[:1]) + 2.0)
     yield "path", m.PathParameterizedTrajectory(curve, pace)
     yield "composite", m.CompositeTrajectory.AlignAndConcatenate([curve, pp.FirstOrderHold(BREAKS, SAMPLES)])

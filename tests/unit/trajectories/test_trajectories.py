@@ -6,11 +6,12 @@ import pytest
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
-from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from sheldrake.math import BsplineBasis, KnotVectorType, RigidTransform, RollPitchYaw, RotationMatrix
 from sheldrake.polynomial import Polynomial
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.trajectories import (
     BezierCurve,
+    BsplineTrajectory,
     CompositeTrajectory,
     DerivativeTrajectory,
     DiscreteTimeTrajectory,
@@ -458,3 +459,35 @@ def test_symbols():
     plain = PiecewisePolynomial.FirstOrderHold([0, 1, 2], [[0, 2.0, -1.0]])
     for at in (-1.0, 0.3, 1.0, 1.8, 5.0):
         assert many.Evaluate({t: at}) == pytest.approx(plain.value(at)[0, 0])
+
+
+def test_bspline_trajectories():
+    basis = BsplineBasis(4, 7, KnotVectorType.kClampedUniform, 1.0, 3.0)
+    points = [np.array([[i * 1.0, i * i], [np.sin(i), 1.0]]) for i in range(7)]
+    b = BsplineTrajectory(basis, points)
+    assert (b.rows(), b.cols(), b.num_control_points()) == (2, 2, 7)
+    np.testing.assert_allclose(b.InitialValue(), points[0])
+    np.testing.assert_allclose(b.FinalValue(), points[-1])
+    for t in (1.2, 1.9, 2.7):
+        for order in (1, 2):
+            np.testing.assert_allclose(b.EvalDerivative(t, order), slope(b, t, order), atol=1e-5)
+        weights = b.EvaluateLinearInControlPoints(t, 1)
+        np.testing.assert_allclose(sum(w * p for w, p in zip(weights, points)), b.EvalDerivative(t), atol=1e-12)
+        finer = b.Clone()
+        finer.InsertKnots([1.3, 2.0, 2.0, 2.9])
+        np.testing.assert_allclose(finer.value(t), b.value(t), atol=1e-13)
+        np.testing.assert_array_equal(b.CopyBlock(0, 1, 2, 1).value(t), b.value(t)[:, 1:])
+    assert finer.num_control_points() == 11 and b.num_control_points() == 7
+    scalar = BsplineTrajectory(basis, [list(range(7))])
+    linear = scalar.AsLinearInControlPoints(2)
+    new = np.arange(7.0) @ linear.toarray()
+    np.testing.assert_allclose(new, np.hstack(scalar.MakeDerivative(2).control_points())[0], atol=1e-12)
+    assert b.CopyBlock(0, 0, 2, 1).CopyHead(1).rows() == 1
+    for wrong in (
+        lambda: BsplineTrajectory(basis, points[:5]),
+        lambda: BsplineTrajectory().value(0.0),
+        lambda: b.InsertKnots([9.0]),
+        lambda: b.CopyHead(1),
+    ):
+        with pytest.raises(RuntimeError):
+            wrong()
