@@ -40,6 +40,7 @@ def make_solver_model(
     near_rigid_threshold: float = 1.0,
     relative_tolerance: float = REST_TOLERANCE,
     polish: int = 0,
+    settle: bool = False,
 ) -> SolverModel:
     """The constants of a solver.
 
@@ -53,6 +54,8 @@ def make_solver_model(
         near_rigid_threshold: beta of kSap's contacts.
         relative_tolerance: residual at which iterations stop, relative to momentum and impulse.
         polish: full Newton steps after success; 1 carries the derivatives of duals.
+        settle: rest exactly where rest is a solution, and search lines only where the full Newton step does not do;
+            False gives Drake's iterates.
 
     Raises:
         ValueError: if the approximation has no such name.
@@ -73,6 +76,7 @@ def make_solver_model(
     setting[columns.APPROXIMATION] = APPROXIMATIONS[approximation]
     setting[columns.MAX_ITERATIONS] = 100
     setting[columns.POLISH] = polish
+    setting[columns.SETTLE] = settle
     return SolverModel(
         option,
         setting,

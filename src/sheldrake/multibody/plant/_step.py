@@ -22,8 +22,8 @@ def solver_model_of(
     """The solver's constants for a tree and its geometry.
 
     Where pairs of geometries touch at several points, iterations stop at a smaller residual than Drake's: with Drake's,
-    a body at rest creeps at 1e-8 m/s, with ours it rests. With Drake's single points the tolerance is Drake's too, and
-    so are the numbers.
+    a body at rest creeps at 1e-8 m/s, with ours its velocity becomes exactly zero. With Drake's single points the
+    tolerance is Drake's too, and so are the numbers.
 
     Args:
         tree_model: the tree.
@@ -35,6 +35,7 @@ def solver_model_of(
     multi = geometry_model.geometry[:, geometry_columns.MULTI_POINT] == 1
     several = bool(np.any(multi[geometry_model.pair].all(axis=1)))
     options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
+    options.setdefault("settle", several)
     tree = tree_model.tree[:, [tree_columns.TREE_DOF, tree_columns.TREE_NV]]
     dof = tree_model.dof[:, [tree_columns.DOF_PARENT, tree_columns.DEPTH, tree_columns.ROW]]
     return _arrays.make_solver_model(tree, dof, dt, approximation, **options)

@@ -25,6 +25,7 @@ from sheldrake.multibody.contact_solvers._kernels.scalar_row import row_cost, ro
 ALPHA_MAX = np.float64(1.5)
 TOLERANCE = np.float64(1e-8)
 EVALUATIONS = np.int64(100)
+FULL_STEP = np.float64(0.1)
 COST_ABSOLUTE = np.float64(1e-30)
 COST_RELATIVE = np.float64(1e-15)
 
@@ -71,6 +72,13 @@ def constraint_slope(model, problem, contacts, rows, alpha):
         slope -= dvc_r * gamma_r
         curvature += dvc_r * G_r * dvc_r
     return slope, curvature
+
+
+@kernel
+def full_step_does(model, problem, contacts, rows, slope0, slope_A, curvature_A):
+    """1 when the slope of the cost at alpha = 1 is a tenth of what it was, or negative: no search is needed; else 0."""
+    slope, _ = constraint_slope(model, problem, contacts, rows, 1.0 + 0.0 * slope0)
+    return 1 if slope + slope_A + curvature_A <= -FULL_STEP * slope0 else 0
 
 
 @kernel(outline=True)

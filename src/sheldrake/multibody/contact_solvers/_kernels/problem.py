@@ -19,7 +19,7 @@ class SolverModel(NamedTuple):
 
     Attributes:
         option: Numbers of the solver, shape (7,), columns `DT` .. `ABSOLUTE_TOLERANCE`.
-        setting: Choices of the solver, shape (4,), columns `APPROXIMATION` .. `POLISH`.
+        setting: Choices of the solver, shape (4,), columns `APPROXIMATION` .. `SETTLE`.
         tree: First dof, number of dofs of each kinematic tree, shape (num_trees, 2).
         dof: Next dof towards the base or -1, number of ancestors, start of the packed row of each dof, shape (nv, 3).
     """
@@ -112,6 +112,7 @@ NUM_OPTIONS = 7
 APPROXIMATION = np.int64(0)
 MAX_ITERATIONS = np.int64(1)
 POLISH = np.int64(2)  # full Newton steps after success; 1 carries derivatives of duals through the solution
+SETTLE = np.int64(3)  # 1: rest exactly where rest is a solution; full steps where they do; 0: Drake's iterates
 NUM_SETTINGS = 4
 
 # values of setting[APPROXIMATION]

@@ -15,6 +15,7 @@ from sheldrake.multibody.contact_solvers._kernels.line_search import (
     COST_ABSOLUTE,
     COST_RELATIVE,
     constraint_cost,
+    full_step_does,
     line_search,
     magnitude,
 )
@@ -56,6 +57,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_UPPER,
     ROW_VC,
     ROW_VHAT,
+    SETTLE,
     V0,
     V_STAR,
     VC,
@@ -72,6 +74,9 @@ from sheldrake.multibody.contact_solvers._kernels.status import (
     SOLVED,
 )
 from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities, row_velocities
+
+DECREMENT = np.float64(1e-28)  # (relative error in the norm of H)^2 that is round-off
+NEARLY_STILL = np.float64(1e-8)  # (momentum over impulse of a step)^2 below which rest is tried
 
 
 @kernel
@@ -124,9 +129,14 @@ def apply_row_impulses(problem, rows):
             problem.x[J_GAMMA, rows.index[r, ROW_DOFS + a]] += rows.J[r, a] * gamma
 
 
-@kernel(outline=True)
-def evaluate(model, problem, contacts, rows):
-    """Impulses, gradient, and whether the gradient is small against momentum and impulse: 1 or 0."""
+@kernel
+def judge(model, problem, contacts, rows):
+    """Impulses and gradient at the iterate.
+
+    Returns:
+        (small, momentum, impulse): whether the gradient is small against momentum and impulse, 1 or 0; the squares of
+        these two, weighted by the mobilities [J].
+    """
     x = problem.x
     for t in range(model.tree.shape[0]):
         if problem.active[t] == 1:
@@ -151,7 +161,14 @@ def evaluate(model, problem, contacts, rows):
     if impulse > scale:
         scale = impulse
     limit = model.option[RELATIVE_TOLERANCE] * root(scale) + model.option[ABSOLUTE_TOLERANCE]
-    return 1 if residual <= limit * limit else 0
+    small = 1 if residual <= limit * limit else 0
+    return small, momentum, impulse
+
+
+@kernel(outline=True)
+def evaluate(model, problem, contacts, rows):
+    """`judge`, compiled once for all but the first call of a step."""
+    return judge(model, problem, contacts, rows)
 
 
 @kernel
@@ -163,20 +180,26 @@ def root(x):
 
 
 @kernel
-def start(model, problem, contacts, rows):
-    """Momenta and constraint velocities at the first iterate v0."""
+def go_to_v0(model, problem, rows):
+    """v = v0, its momenta and the velocities of the scalar rows; those of the contacts `prepare` has made."""
     for t in range(model.tree.shape[0]):
         if problem.active[t] == 1:
             first = model.tree[t, FIRST_DOF]
             for k in range(first, first + model.tree[t, NUM_DOFS]):
                 problem.x[V, k] = problem.x[V0, k]
     mul_A(model, problem, V, P)
+    row_velocities(rows, problem.count[NUM_ROWS], problem.x, V, ROW_VC)
+
+
+@kernel
+def start(model, problem, rows):
+    """The first iterate v0; completes p* = A v*."""
+    go_to_v0(model, problem, rows)
     for t in range(model.tree.shape[0]):
         if problem.active[t] == 1:
             first = model.tree[t, FIRST_DOF]
             for k in range(first, first + model.tree[t, NUM_DOFS]):
                 problem.x[P_STAR, k] += problem.x[P, k]
-    row_velocities(rows, problem.count[NUM_ROWS], problem.x, V, ROW_VC)
 
 
 @kernel
@@ -241,23 +264,24 @@ def direction(model, problem, contacts, rows, factor):
 
 @kernel(outline=True)
 def iterate(model, problem, contacts, rows, factor):
-    """Newton iterations from an iterate that `evaluate` has judged; a status."""
+    """Newton iterations from an iterate that `evaluate` has judged, as Drake does them; a status."""
     if lay_out(model, problem, contacts, rows, factor) > factor.L.shape[0]:
         return FACTOR_CAPACITY
+    if model.setting[SETTLE] == 1:
+        return iterate_settling(model, problem, contacts, rows, factor)
     cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
     for k in range(model.setting[MAX_ITERATIONS]):
         status = direction(model, problem, contacts, rows, factor)
         if status != SOLVED:
             return status
         slope, slope_A, curvature_A = along_direction(model, problem)
-        alpha, found = line_search(
-            model, problem, contacts, rows, slope, slope_A, curvature_A, momentum_cost(model, problem)
-        )
+        before = momentum_cost(model, problem)
+        alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, before)
         if found == 0:
             return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
         problem.count[ITERATIONS] = k + 1
-        small = evaluate(model, problem, contacts, rows)
+        small, _, _ = evaluate(model, problem, contacts, rows)
         before = cost
         cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
         size = 0.5 * (magnitude(before) + magnitude(cost))
@@ -265,6 +289,53 @@ def iterate(model, problem, contacts, rows, factor):
         if small == 1 or stalled:
             return SOLVED
     return ITERATION_LIMIT
+
+
+@kernel
+def iterate_settling(model, problem, contacts, rows, factor):
+    """Newton iterations that take the full step where it does, and search the line only where it does not; a status.
+
+    Stops, too, when what a step can still gain is round-off: gradient^T H^-1 gradient against momentum and impulse.
+    """
+    for k in range(model.setting[MAX_ITERATIONS]):
+        status = direction(model, problem, contacts, rows, factor)
+        if status != SOLVED:
+            return status
+        slope, slope_A, curvature_A = along_direction(model, problem)
+        alpha = 1.0 + 0.0 * slope
+        if full_step_does(model, problem, contacts, rows, slope, slope_A, curvature_A) == 0:
+            cost = momentum_cost(model, problem)
+            alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, cost)
+            if found == 0:
+                return LINE_SEARCH_FAILED
+        advance(model, problem, contacts, rows, alpha)
+        problem.count[ITERATIONS] = k + 1
+        small, momentum, impulse = evaluate(model, problem, contacts, rows)
+        if small == 1 or -slope <= DECREMENT * (momentum + impulse):
+            return SOLVED
+    return ITERATION_LIMIT
+
+
+@kernel(outline=True)
+def try_rest(model, problem, contacts, rows):
+    """Replaces an accepted v0 by zero where zero is as good, so that what is at rest does not creep at tolerance."""
+    x = problem.x
+    for t in range(model.tree.shape[0]):
+        if problem.active[t] == 1:
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                x[V, k] = x[V0, k] - x[V0, k]
+                x[P, k] = x[V, k]
+    zero = (0.0, 0.0, 0.0)
+    for c in range(problem.count[NUM_CONTACTS]):
+        store3_at(contacts.state, c, VC, zero)
+    for r in range(problem.count[NUM_ROWS]):
+        rows.state[r, ROW_VC] = 0.0
+    small, _, _ = evaluate(model, problem, contacts, rows)
+    if small == 0:
+        go_to_v0(model, problem, rows)
+        contact_velocities(contacts, problem.count[NUM_CONTACTS], x, V, VC)
+        evaluate(model, problem, contacts, rows)
 
 
 @kernel(outline=True)
@@ -285,10 +356,13 @@ def polish(model, problem, contacts, rows, factor):
 def sap_solve(model, problem, contacts, rows, factor):
     """Fills x[V] over the participating dofs, the impulses and x[J_GAMMA]; after `prepare`. Returns a status."""
     problem.count[ITERATIONS] = 0
-    start(model, problem, contacts, rows)
+    start(model, problem, rows)
     status = np.int64(SOLVED)
-    if evaluate(model, problem, contacts, rows) == 0:
+    small, momentum, impulse = judge(model, problem, contacts, rows)
+    if small == 0:
         status = iterate(model, problem, contacts, rows, factor)
+    elif model.setting[SETTLE] == 1 and momentum > 0.0 and momentum <= NEARLY_STILL * impulse:
+        try_rest(model, problem, contacts, rows)
     if status == SOLVED and model.setting[POLISH] > 0:
         status = polish(model, problem, contacts, rows, factor)
     return status
