@@ -8,7 +8,6 @@ PD actuator, no solver runs.
 """
 
 from sheldrake.common.kernel import Vector, Vectors, kernel
-from sheldrake.geometry._kernels import model as geometry
 from sheldrake.geometry._kernels.contacts import find_contacts
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -34,7 +33,6 @@ from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
     SOLVED,
-    UNSUPPORTED_PAIR,
 )
 from sheldrake.multibody.plant._kernels.contact_rows import put_contacts
 from sheldrake.multibody.plant._kernels.forces import (
@@ -50,8 +48,6 @@ from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
 from sheldrake.multibody.tree._kernels.integrate import integrate_positions
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_kinematics
 from sheldrake.multibody.tree._kernels.model import DAMPING, DEPTH, ROW, TreeModel, TreeWork
-
-UNSUPPORTED = geometry.UNSUPPORTED_PAIR
 
 
 @kernel
@@ -130,8 +126,6 @@ def contact_part(work, tree, contacts, tree_model, geometry_model):
     count = find_contacts(geometry_model, tree.X_WB, table)
     work.problem_count[NUM_CONTACTS] = 0
     work.problem_count[NUM_ROWS] = 0
-    if count == -UNSUPPORTED:
-        return UNSUPPORTED_PAIR
     if count < 0 or count > contacts.law.shape[0]:
         return CONTACT_CAPACITY
     work.problem_count[NUM_CONTACTS] = count

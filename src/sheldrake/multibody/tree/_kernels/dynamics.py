@@ -9,6 +9,7 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
+    cross3,
     cross_force,
     dot3,
     dot6,
@@ -116,6 +117,14 @@ def inertial_force(model, work, body, A_WB, gravity_scale):
 
 
 @kernel
+def gravity_forces(model: TreeModel, work: TreeWork, F: Matrix) -> None:
+    """Spatial forces of gravity about `root`, shape (num_bodies, 6)."""
+    for body in range(1, model.body.shape[0]):
+        g = load3(model.gravity, body)
+        store6(F, body, (cross3(load3_at(work.inertia, body, 1), g), scale3(g, work.inertia[body, 0])))
+
+
+@kernel
 def project_forces(model: TreeModel, work: TreeWork, tau: Vector) -> None:
     """tau = Sᵀ times the sum of `F` over all bodies outboard of a joint; turns `F` into those sums, tip to base."""
     for body in range(model.body.shape[0] - 1, 0, -1):
@@ -143,6 +152,18 @@ def accelerations(model: TreeModel, work: TreeWork, vdot: Vector, A_out: Matrix)
         for k in range(dof, dof + model.body[body, NV]):
             A_vdot = add6(A_vdot, scale6(load6(work.S, k), vdot[k]))
         store6(A_out, body, add6(load6(work.A, body), A_vdot))
+
+
+@kernel
+def body_accelerations(model: TreeModel, work: TreeWork, A: Matrix) -> None:
+    """Turns accelerations of velocity fields about `root` into accelerations of the body origins, in place."""
+    for body in range(1, model.body.shape[0]):
+        alpha, a = load6(A, body)
+        w_WB, v_Root = load6(work.V, body)
+        p_RootB = sub3(load3_at(work.X_WB, body, 9), load3_at(work.X_WB, model.body[body, ROOT], 9))
+        v_WBo = add3(v_Root, cross3(w_WB, p_RootB))
+        a_WBo = add3(add3(a, cross3(alpha, p_RootB)), cross3(w_WB, v_WBo))
+        store6(A, body, (alpha, a_WBo))
 
 
 @kernel

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from sheldrake.common.kernel import Matrix, Vector, kernel
-from sheldrake.multibody.tree._kernels import dynamics, factor, kinematics
+from sheldrake.multibody.tree._kernels import dynamics, factor, forces, integrate, kinematics
+from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import DAMPING, TreeModel, TreeWork
 
 
@@ -28,19 +29,34 @@ def calc_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Matrix) -> 
 
 
 @kernel(top=True)
-def calc_bias(model: TreeModel, work: TreeWork, gravity_scale: float, bias: Vector) -> None:
-    """C(q, v) v - gravity_scale * tau_g(q), shape (nv,); needs `calc_velocities`."""
-    dynamics.bias_term(model, work, gravity_scale)
+def calc_bias(model: TreeModel, work: TreeWork, bias: Vector) -> None:
+    """C(q, v) v, shape (nv,); needs `calc_velocities`."""
+    dynamics.bias_term(model, work, 0.0)
     for k in range(bias.shape[0]):
         bias[k] = work.bias[k]
 
 
 @kernel(top=True)
+def calc_bias_with_gravity(model: TreeModel, work: TreeWork, bias: Vector) -> None:
+    """C(q, v) v - tau_g(q), shape (nv,); needs `calc_velocities`."""
+    dynamics.bias_term(model, work, 1.0)
+    for k in range(bias.shape[0]):
+        bias[k] = work.bias[k]
+
+
+@kernel(top=True)
+def calc_gravity(model: TreeModel, work: TreeWork, tau: Vector) -> None:
+    """tau_g(q), shape (nv,); needs `calc_positions`."""
+    dynamics.gravity_forces(model, work, work.F)
+    dynamics.project_forces(model, work, tau)
+
+
+@kernel(top=True)
 def calc_inverse_dynamics(
-    model: TreeModel, p: Vector, work: TreeWork, vdot: Vector, gravity_scale: float, A_work: Matrix, tau: Vector
+    model: TreeModel, p: Vector, work: TreeWork, vdot: Vector, A_work: Matrix, tau: Vector
 ) -> None:
-    """M vdot + C v - gravity_scale * tau_g; needs `calc_velocities`."""
-    dynamics.inverse_dynamics(model, p, work, vdot, gravity_scale, A_work, tau)
+    """M vdot + C v; needs `calc_velocities`."""
+    dynamics.inverse_dynamics(model, p, work, vdot, 0.0, A_work, tau)
 
 
 @kernel(top=True)
@@ -63,3 +79,52 @@ def calc_forward_dynamics(
         vdot[k] = tau[k] - work.bias[k] - p[model.dof[k, DAMPING]] * v[k]
     factor.ltdl_solve(model, work.L, vdot)
     return bad + 1
+
+
+@kernel(top=True)
+def calc_body_velocities(model: TreeModel, work: TreeWork, V_WB: Matrix) -> None:
+    """Spatial velocities of the body origins, shape (num_bodies, 6); needs `calc_velocities`."""
+    kinematics.body_velocities(model, work, V_WB)
+
+
+@kernel(top=True)
+def calc_accelerations(model: TreeModel, work: TreeWork, vdot: Vector, A_WB: Matrix) -> None:
+    """Spatial accelerations of the body origins for given vdot, shape (num_bodies, 6); needs `calc_velocities`."""
+    dynamics.accelerations(model, work, vdot, A_WB)
+    dynamics.body_accelerations(model, work, A_WB)
+
+
+@kernel(top=True)
+def calc_generalized_forces(model: TreeModel, work: TreeWork, F_Bo_W: Matrix, tau: Vector) -> None:
+    """Generalized forces of spatial forces at the body origins, shape (num_bodies, 6); needs `calc_positions`."""
+    for body in range(model.body.shape[0]):
+        for c in range(6):
+            work.F[body, c] = 0.0
+    forces.add_body_forces(model, work, F_Bo_W, work.F)
+    dynamics.project_forces(model, work, tau)
+
+
+@kernel(top=True)
+def calc_element_forces(
+    model: TreeModel, force_model: ForceModel, p: Vector, work: TreeWork, q: Vector, F_Bo_W: Matrix, tau: Vector
+) -> None:
+    """Adds springs and struts to spatial forces at the body origins and to tau; needs `calc_velocities`."""
+    forces.add_dof_springs(force_model, p, q, tau)
+    if force_model.strut.shape[0] > 0:
+        for body in range(model.body.shape[0]):
+            for c in range(6):
+                work.F[body, c] = 0.0
+        forces.add_struts(model, force_model, p, work, work.F)
+        forces.add_at_body_origins(model, work, work.F, F_Bo_W)
+
+
+@kernel(top=True)
+def calc_qdot(model: TreeModel, q: Vector, v: Vector, qdot: Vector) -> None:
+    """qdot = N(q) v."""
+    integrate.qdot_of_velocity(model, q, v, qdot)
+
+
+@kernel(top=True)
+def calc_velocity(model: TreeModel, q: Vector, qdot: Vector, v: Vector) -> None:
+    """v = N⁺(q) qdot."""
+    integrate.velocity_of_qdot(model, q, qdot, v)

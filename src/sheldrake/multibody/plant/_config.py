@@ -1,0 +1,164 @@
+"""Plants made from a configuration, and together with a SceneGraph."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from typing import Any, NamedTuple
+
+from sheldrake.geometry import HydroelasticContactRepresentation
+from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
+from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+
+_CONTACT_MODELS = {
+    "point": ContactModel.kPoint,
+    "hydroelastic": ContactModel.kHydroelastic,
+    "hydroelastic_with_fallback": ContactModel.kHydroelasticWithFallback,
+}
+_APPROXIMATIONS = {
+    "tamsi": DiscreteContactApproximation.kTamsi,
+    "sap": DiscreteContactApproximation.kSap,
+    "similar": DiscreteContactApproximation.kSimilar,
+    "lagged": DiscreteContactApproximation.kLagged,
+}
+_REPRESENTATIONS = {
+    "triangle": HydroelasticContactRepresentation.kTriangle,
+    "polygon": HydroelasticContactRepresentation.kPolygon,
+}
+
+
+@dataclasses.dataclass
+class MultibodyPlantConfig:
+    """What can be configured of a plant.
+
+    Attributes:
+        time_step: Period of the discrete update [s], 0 for continuous state.
+        use_sampled_output_ports: Whether ports that depend on forces report the last step.
+        penetration_allowance: Penetration under a body's weight, where geometry says no stiffness [m].
+        stiction_tolerance: Slip below which friction counts as sticking [m/s].
+        contact_model: "point", "hydroelastic" or "hydroelastic_with_fallback".
+        discrete_contact_approximation: "tamsi", "sap", "similar" or "lagged".
+        sap_near_rigid_threshold: How stiff contact may be before kSap softens it.
+        contact_surface_representation: "triangle" or "polygon".
+        adjacent_bodies_collision_filters: Whether neighbours in the tree may not touch.
+    """
+
+    time_step: float = 0.001
+    use_sampled_output_ports: bool = True
+    penetration_allowance: float = 0.001
+    stiction_tolerance: float = 0.0001
+    contact_model: str = "hydroelastic_with_fallback"
+    discrete_contact_approximation: str = "lagged"
+    sap_near_rigid_threshold: float = 1.0
+    contact_surface_representation: str = "polygon"
+    adjacent_bodies_collision_filters: bool = True
+
+    def __copy__(self) -> MultibodyPlantConfig:
+        return dataclasses.replace(self)
+
+    def __deepcopy__(self, memo: dict) -> MultibodyPlantConfig:
+        return copy.copy(self)
+
+
+def _choice(what: str, choices: dict[str, Any], value: str) -> Any:
+    if value not in choices:
+        raise RuntimeError(f"Unknown {what}: '{value}'; it is one of {', '.join(repr(c) for c in choices)}.")
+    return choices[value]
+
+
+def ApplyMultibodyPlantConfig(config: MultibodyPlantConfig, plant: MultibodyPlant) -> None:
+    """Configures a plant, except for its time_step, which must agree.
+
+    Raises:
+        RuntimeError: the time step differs, a value is unknown, or the plant is finalized.
+    """
+    if config.time_step != plant.time_step():
+        raise RuntimeError(
+            f"ApplyMultibodyPlantConfig(): the plant's time_step is {plant.time_step()}, the configuration's "
+            f"{config.time_step}; the time step is given to the constructor."
+        )
+    plant._require_not_finalized("ApplyMultibodyPlantConfig")
+    model = _choice("contact_model", _CONTACT_MODELS, config.contact_model)
+    approximation = _choice("discrete_contact_approximation", _APPROXIMATIONS, config.discrete_contact_approximation)
+    surface = _choice("contact_surface_representation", _REPRESENTATIONS, config.contact_surface_representation)
+    plant.set_penetration_allowance(config.penetration_allowance)
+    plant.set_stiction_tolerance(config.stiction_tolerance)
+    plant.set_contact_model(model)
+    plant.set_sap_near_rigid_threshold(config.sap_near_rigid_threshold)
+    plant.set_contact_surface_representation(surface)
+    plant.set_adjacent_bodies_collision_filters(config.adjacent_bodies_collision_filters)
+    if plant.is_discrete():
+        plant.set_discrete_contact_approximation(approximation)
+        plant.SetUseSampledOutputPorts(config.use_sampled_output_ports)
+
+
+class PlantAndSceneGraph(NamedTuple):
+    """A plant and the SceneGraph that it is connected with; unpacks to both."""
+
+    plant: MultibodyPlant
+    scene_graph: Any
+
+
+def AddMultibodyPlantSceneGraph(
+    builder: Any, plant: Any = None, scene_graph: Any = None, *, time_step: float | None = None
+) -> PlantAndSceneGraph:
+    """Adds a plant and a SceneGraph to a diagram and connects them.
+
+    Args:
+        builder: The DiagramBuilder.
+        plant: A new MultibodyPlant, or the time step [s] of the one to make.
+        scene_graph: A new SceneGraph; made when left out.
+        time_step: The time step [s] of the plant to make, by name.
+
+    Returns:
+        (plant, scene_graph), also by name.
+    """
+    from sheldrake.geometry import SceneGraph
+
+    if plant is None:
+        plant = time_step
+    if not isinstance(plant, MultibodyPlant):
+        if plant is None:
+            raise TypeError(
+                "AddMultibodyPlantSceneGraph(): incompatible function arguments. Takes (builder, plant: "
+                "MultibodyPlant, scene_graph=None) or (builder, time_step: float, scene_graph=None)."
+            )
+        plant = MultibodyPlant(plant)
+    scene_graph = SceneGraph() if scene_graph is None else scene_graph
+    for system, name in ((plant, "plant"), (scene_graph, "scene_graph")):
+        if not system.get_name():
+            system.set_name(name)
+    builder.AddSystem(plant)
+    builder.AddSystem(scene_graph)
+    plant.RegisterAsSourceForSceneGraph(scene_graph)
+    builder.Connect(plant.get_geometry_pose_output_port(), scene_graph.get_source_pose_port(plant.get_source_id()))
+    builder.Connect(
+        plant.get_deformable_body_configuration_output_port(),
+        scene_graph.get_source_configuration_port(plant.get_source_id()),
+    )
+    builder.Connect(scene_graph.get_query_output_port(), plant.get_geometry_query_input_port())
+    return PlantAndSceneGraph(plant, scene_graph)
+
+
+def AddMultibodyPlant(*args: Any, **kwargs: Any) -> PlantAndSceneGraph:
+    """Adds a plant and a SceneGraph as configured: `(config, builder)` or `(plant_config, scene_graph_config,
+    builder)`.
+
+    Returns:
+        (plant, scene_graph), also by name.
+    """
+    from sheldrake.geometry import SceneGraph, SceneGraphConfig
+
+    given = list(args)
+    builder = kwargs.pop("builder", None) or given.pop()
+    config = kwargs.pop("config", None) or kwargs.pop("plant_config", None) or given.pop(0)
+    graph = kwargs.pop("scene_graph_config", None) or (given.pop(0) if given else None)
+    right = isinstance(config, MultibodyPlantConfig) and (graph is None or isinstance(graph, SceneGraphConfig))
+    if given or kwargs or not right:
+        raise TypeError(
+            "AddMultibodyPlant(): incompatible function arguments. Takes (config: MultibodyPlantConfig, builder) or "
+            "(plant_config: MultibodyPlantConfig, scene_graph_config: SceneGraphConfig, builder)."
+        )
+    plant = MultibodyPlant(config.time_step)
+    ApplyMultibodyPlantConfig(config, plant)
+    return AddMultibodyPlantSceneGraph(builder, plant, SceneGraph() if graph is None else SceneGraph(graph))

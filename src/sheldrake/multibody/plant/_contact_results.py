@@ -1,0 +1,199 @@
+"""What a plant reports about contact, and what can be applied to it from outside."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import _register_value_type
+from sheldrake.multibody.math import SpatialForce
+from sheldrake.multibody.tree import BodyIndex
+
+
+class PointPairContactInfo:
+    """One point contact between bodies A and B."""
+
+    def __init__(
+        self,
+        bodyA_index: BodyIndex,
+        bodyB_index: BodyIndex,
+        f_Bc_W: Any,
+        p_WC: Any,
+        separation_speed: float,
+        slip_speed: float,
+        point_pair: Any,
+    ):
+        """
+        Args:
+            bodyA_index: Body A.
+            bodyB_index: Body B.
+            f_Bc_W: Force on B at C, in W [N], shape (3,).
+            p_WC: The contact point C, in W [m], shape (3,).
+            separation_speed: Of the two points along the normal [m/s].
+            slip_speed: Of the two points tangentially [m/s].
+            point_pair: The PenetrationAsPointPair it comes from.
+        """
+        self._A, self._B = BodyIndex(int(bodyA_index)), BodyIndex(int(bodyB_index))
+        self._f_Bc_W, self._p_WC = np.array(f_Bc_W), np.array(p_WC)
+        self._separation, self._slip, self._pair = separation_speed, slip_speed, point_pair
+
+    def bodyA_index(self) -> BodyIndex:
+        """Body A."""
+        return self._A
+
+    def bodyB_index(self) -> BodyIndex:
+        """Body B."""
+        return self._B
+
+    def contact_force(self) -> np.ndarray:
+        """Force on B at C, in W [N], shape (3,)."""
+        return self._f_Bc_W.copy()
+
+    def contact_point(self) -> np.ndarray:
+        """p_WC [m], shape (3,)."""
+        return self._p_WC.copy()
+
+    def separation_speed(self) -> float:
+        """Speed of the two points along the normal, positive when they part [m/s]."""
+        return self._separation
+
+    def slip_speed(self) -> float:
+        """Tangential speed of the two points [m/s]."""
+        return self._slip
+
+    def point_pair(self) -> Any:
+        """The PenetrationAsPointPair it comes from."""
+        return self._pair
+
+    def __copy__(self) -> PointPairContactInfo:
+        return PointPairContactInfo(
+            self._A, self._B, self._f_Bc_W, self._p_WC, self._separation, self._slip, self._pair
+        )
+
+    def __deepcopy__(self, memo: dict) -> PointPairContactInfo:
+        return copy.copy(self)
+
+    def __repr__(self) -> str:
+        return (
+            f"PointPairContactInfo(bodyA_index={int(self._A)}, bodyB_index={int(self._B)}, "
+            f"f_Bc_W={self._f_Bc_W.tolist()}, p_WC={self._p_WC.tolist()})"
+        )
+
+
+class ContactResults:
+    """All contacts of a plant at one time."""
+
+    def __init__(self) -> None:
+        self._plant: Any = None
+        self._point_pairs: list[PointPairContactInfo] = []
+        self._hydroelastic: list[Any] = []
+
+    def plant(self) -> Any:
+        """The MultibodyPlant they come from, None when empty."""
+        return self._plant
+
+    def num_point_pair_contacts(self) -> int:
+        """Number of point contacts."""
+        return len(self._point_pairs)
+
+    def point_pair_contact_info(self, i: int) -> PointPairContactInfo:
+        """Point contact number i.
+
+        Raises:
+            RuntimeError: there is none.
+        """
+        if not 0 <= i < len(self._point_pairs):
+            raise RuntimeError(f"ContactResults.point_pair_contact_info(): {i} is not one of {len(self._point_pairs)}.")
+        return self._point_pairs[i]
+
+    def num_hydroelastic_contacts(self) -> int:
+        """Number of hydroelastic contacts."""
+        return len(self._hydroelastic)
+
+    def hydroelastic_contact_info(self, i: int) -> Any:
+        """Hydroelastic contact number i.
+
+        Raises:
+            RuntimeError: there is none.
+        """
+        if not 0 <= i < len(self._hydroelastic):
+            raise RuntimeError(
+                f"ContactResults.hydroelastic_contact_info(): {i} is not one of {len(self._hydroelastic)}."
+            )
+        return self._hydroelastic[i]
+
+    def num_deformable_contacts(self) -> int:
+        """Zero: there are no deformable bodies."""
+        return 0
+
+    def deformable_contact_info(self, i: int) -> Any:
+        """There are no deformable bodies.
+
+        Raises:
+            RuntimeError: always.
+        """
+        raise RuntimeError(f"ContactResults.deformable_contact_info(): {i} is not one of 0.")
+
+    def SelectHydroelastic(self, selector: Any) -> ContactResults:
+        """A copy with only those hydroelastic contacts that the selector wants."""
+        new = copy.copy(self)
+        new._hydroelastic = [info for info in self._hydroelastic if selector(info)]
+        return new
+
+    def __copy__(self) -> ContactResults:
+        new = ContactResults()
+        new._plant, new._point_pairs, new._hydroelastic = self._plant, list(self._point_pairs), list(self._hydroelastic)
+        return new
+
+    def __deepcopy__(self, memo: dict) -> ContactResults:
+        return copy.copy(self)
+
+
+class ExternallyAppliedSpatialForce:
+    """A force from outside on one body B at a point Bq fixed to it."""
+
+    def __init__(self) -> None:
+        self.body_index = BodyIndex()
+        self.p_BoBq_B = np.zeros(3)
+        self.F_Bq_W = SpatialForce(np.zeros(6))
+
+    @property
+    def body_index(self) -> BodyIndex:
+        """The body."""
+        return self._body_index
+
+    @body_index.setter
+    def body_index(self, value: Any) -> None:
+        self._body_index = value if isinstance(value, BodyIndex) else BodyIndex(value)
+
+    @property
+    def p_BoBq_B(self) -> np.ndarray:
+        """The point [m], shape (3,)."""
+        return self._p_BoBq_B
+
+    @p_BoBq_B.setter
+    def p_BoBq_B(self, value: Any) -> None:
+        array = np.asarray(value)
+        self._p_BoBq_B = np.ravel(array.astype(float) if array.dtype != object else array).copy()
+
+    def __copy__(self) -> ExternallyAppliedSpatialForce:
+        new = ExternallyAppliedSpatialForce()
+        new.body_index, new.p_BoBq_B, new.F_Bq_W = self.body_index, self.p_BoBq_B, self.F_Bq_W
+        return new
+
+    def __deepcopy__(self, memo: dict) -> ExternallyAppliedSpatialForce:
+        new = copy.copy(self)
+        new.F_Bq_W = copy.copy(self.F_Bq_W)
+        return new
+
+    def __repr__(self) -> str:
+        return (
+            f"ExternallyAppliedSpatialForce(body_index={self.body_index!r}, p_BoBq_B={self.p_BoBq_B.tolist()}, "
+            f"F_Bq_W={self.F_Bq_W!r})"
+        )
+
+
+_register_value_type(ContactResults)
+_register_value_type(ExternallyAppliedSpatialForce, with_list=True)

@@ -1,0 +1,265 @@
+"""The discrete update: what its kernel is given, and what it left for ports to report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
+from sheldrake.multibody.contact_solvers._status import explain_solver_status
+from sheldrake.multibody.plant import _step, _step_results
+from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
+from sheldrake.multibody.plant._enums import DiscreteContactApproximation
+from sheldrake.multibody.plant._kernels.model import StepWork
+from sheldrake.multibody.plant._kernels.step import plant_step, plant_step_tamsi
+from sheldrake.multibody.tree._kernels import dynamics
+from sheldrake.multibody.tree._kernels.model import TreeWork
+
+_NAMES = {
+    DiscreteContactApproximation.kTamsi: "tamsi",
+    DiscreteContactApproximation.kSap: "sap",
+    DiscreteContactApproximation.kSimilar: "similar",
+    DiscreteContactApproximation.kLagged: "lagged",
+}
+
+
+class DiscreteUpdate:
+    """The step of a plant with time_step > 0."""
+
+    # --- what the kernel is given
+
+    def _step_kernel(self) -> Any:
+        return plant_step_tamsi if self._approximation is DiscreteContactApproximation.kTamsi else plant_step
+
+    def _declare_discrete_update(self) -> None:
+        dt, kernel = self._time_step, self._step_kernel()
+        if self._sampled:
+            self.DeclarePeriodicUnrestrictedUpdateEvent(dt, 0.0, kernel)
+            self.DeclareForcedUnrestrictedUpdateEvent(kernel)
+        else:
+            self.DeclarePeriodicDiscreteUpdateEvent(dt, 0.0, kernel)
+            self.DeclareForcedDiscreteUpdateEvent(kernel)
+
+    def _compiled_geometry(self) -> tuple[Any, list[Any]]:
+        """Proximity geometry as arrays, and the ids of its rows; made again when geometry was registered since."""
+        if self._scene_graph is None:
+            return empty_geometry_model(), []
+        state = self._scene_graph._default_state()
+        if self._geometry_cache is None or self._geometry_cache[0] is not state:
+            rows = {frame: int(self._rows[i]) for i, frame in self._frame_of_body.items()}
+            model, ids = self._scene_graph._compile_proximity(rows, state)
+            stiffness, dissipation = self._fallback_stiffness()
+            _step.supply_missing_material(model, stiffness, dissipation, 0.1)
+            self._geometry_cache = state, (model, ids)
+        return self._geometry_cache[1]
+
+    def _fallback_stiffness(self) -> tuple[float, float]:
+        """Point stiffness [N/m] and dissipation [s/m] of geometry that says none, from the penetration allowance."""
+        masses = [b.default_mass() for b in self._bodies if b.index() != 0]
+        heaviest = max([m for m in masses if np.isfinite(m)], default=0.0)
+        g, delta = self._gravity_strength(), self._penetration_allowance
+        return 2.0 * heaviest * g / delta, 1.0 / (g * delta) ** 0.5
+
+    def _solver_model(self, geometry_model: Any) -> Any:
+        return _step.solver_model_of(
+            self._tree_model,
+            geometry_model,
+            self._time_step,
+            _NAMES[self._approximation],
+            stiction_tolerance=self._stiction_tolerance,
+            near_rigid_threshold=self._near_rigid_threshold,
+        )
+
+    def _compile_plant_model(self, connected: Any = lambda port: True) -> Any:
+        """Actuators and limits.
+
+        Args:
+            connected: tells whether an input port is.
+        """
+        actuators = []
+        for a in self._actuators:
+            joint, instance = a.joint(), int(a.model_instance())
+            of_instance = list(self._input_indices("actuation", a.model_instance()))
+            element = of_instance.index(a._input_start)
+            row = dict(
+                dof=joint._v_start,
+                q=joint._q_start,
+                port=self._port_numbers["actuation"],
+                element=a._input_start,
+                instance_port=self._port_numbers["actuation", instance],
+                instance_element=element,
+                effort_limit=a.effort_limit(),
+            )
+            desired = self._port_numbers["desired_state", instance]
+            if a._gains is not None:
+                row |= dict(p=a._gains.p, d=a._gains.d, desired_port=desired, desired_q=element)
+                row["desired_v"] = element + len(of_instance)
+            actuators.append(row)
+        limited = [j for j in self._joints if self.is_discrete() and j.num_velocities() == 1 and self._has_limits(j)]
+        limits = [self._limit_row(j) for j in limited]
+        return _step.make_plant_model(actuators, limits, [self._port_numbers["generalized_force"]])
+
+    def _has_limits(self, joint: Any) -> bool:
+        lower, upper = joint._limits["position"]
+        return bool(np.isfinite(lower[0]) or np.isfinite(upper[0]))
+
+    def _limit_row(self, joint: Any) -> dict[str, Any]:
+        lower, upper = joint._limits["position"]
+        stiffness, damping = _step.tamsi_limit_penalty(self._limit_inertia(joint), self._time_step)
+        return dict(
+            dof=joint._v_start, q=joint._q_start, lower=lower[0], upper=upper[0], stiffness=stiffness, damping=damping
+        )
+
+    def _limit_inertia(self, joint: Any) -> float:
+        """The smaller of parent's and child's mass, or inertia about the axis (for kTamsi's limits)."""
+
+        def of(frame: Any) -> float:
+            body = frame.body()
+            if body.index() == 0:
+                return np.inf
+            M = body.default_spatial_inertia()
+            if joint.type_name() == "prismatic":
+                return float(M.get_mass())
+            X_BF = frame.GetFixedPoseInBodyFrame()
+            axis = X_BF.rotation() @ joint._axis
+            I = M.Shift(X_BF.translation()).CalcRotationalInertia().CopyToFullMatrix3()
+            return float(axis @ I @ axis)
+
+        return min(of(joint.frame_on_parent()), of(joint.frame_on_child()))
+
+    def _actuator_changed(self, actuator: Any) -> None:
+        """Effort limits and gains may change after Finalize()."""
+        if self._finalized:
+            for number, a in enumerate(self._actuators):
+                if a is actuator and self._plant_model is not None:
+                    gains = (a._gains.p, a._gains.d) if a._gains else (0.0, 0.0)
+                    self._plant_model.gain[number] = a.effort_limit(), *gains
+
+    def _kernel_models(self, root: Any) -> dict[str, Any]:
+        models = {"tree_model": self._tree_model, "force_model": self._force_model, "plant_model": self._plant_model}
+        if root.source(0) is None:
+            models["geometry_model"] = empty_geometry_model()
+        else:
+            models["geometry_model"] = self._compiled_geometry()[0]
+        if self.is_discrete():
+            models["solver_model"] = self._solver_model(models["geometry_model"])
+        return models
+
+    @property
+    def _scratch_prototype(self) -> Any:
+        """Memory of the step in a context; grows with the geometry that may touch."""
+        if not self.__dict__.get("_finalized"):
+            return 0
+        model = self._compiled_geometry()[0]
+        if self._prototype is None or self._prototype[0] is not model:
+            if self.is_discrete():
+                table = contact_table(model)
+                work: Any = _step.make_step_work(self._tree_model, self._solver_model(model), self._plant_model, table)
+            else:
+                work = self._derivative_work(model)
+            self._prototype = model, work
+        return self._prototype[1]
+
+    @_scratch_prototype.setter
+    def _scratch_prototype(self, value: Any) -> None:
+        pass
+
+    def _explain_status(self, status: int, context: Any) -> Exception:
+        return RuntimeError(f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}")
+
+    # --- what it left
+
+    def _step_tickets(self) -> set[Any]:
+        """Prerequisites of what depends on the step."""
+        if self.is_discrete() and self._sampled:
+            return {self._scratch_ticket()}
+        return {self.all_sources_ticket()}
+
+    def _results(self, context: Any) -> StepWork:
+        """Scratch of the last step; of a step from the present state when ports are not sampled."""
+        system = context._system
+        if self._sampled:
+            return context._store.scratch(context._node)
+        view = system._view(context)
+        stamp = context._store.i[2]
+        if view.results is None or view.results[0] != stamp:
+            work = view.copy_of(self._scratch_prototype)
+            u = tuple(self._input_vector(context, i) for i in range(self.num_input_ports()))
+            geometry_model = context._store.layout._models[context._node]["geometry_model"]
+            status = view.call(
+                self._step_kernel(), view.x, view.p, u, work, self._tree_model, geometry_model,
+                self._solver_model(geometry_model), self._plant_model, view.zeros(len(view.x)),
+            )  # fmt: skip
+            if status:
+                raise self._explain_status(status, context)
+            view.results = stamp, work
+        return view.results[1]
+
+    def _input_vector(self, context: Any, i: int) -> np.ndarray:
+        """Value of an input port: empty for an abstract one, zeros for one without a value."""
+        declaration, port = self._inputs[i], context._system.get_input_port(i)
+        if declaration.size == 0:
+            return np.zeros(0)
+        return np.array(port.Eval(context)) if port.HasValue(context) else np.zeros(declaration.size)
+
+    def _vdot(self, context: Any) -> np.ndarray:
+        """Generalized accelerations, shape (nv,)."""
+        if self.is_discrete():
+            return _step_results.accelerations(self._results(context), self._time_step)
+        return self._continuous_vdot(context)
+
+    def _step_accelerations(self, context: Any) -> np.ndarray:
+        """Spatial accelerations of the body origins by row, as they were at the beginning of the last step."""
+        if not self.is_discrete():
+            return self._accelerations(context, self._continuous_vdot(context))
+        work = self._results(context)
+        tree = TreeWork(*work[: len(TreeWork._fields)])
+        A = np.zeros_like(tree.A)
+        dynamics.accelerations(self._tree_model, tree, _step_results.accelerations(work, self._time_step), A)
+        dynamics.body_accelerations(self._tree_model, tree, A)
+        return A
+
+    def _generalized_contact_forces(self, context: Any) -> np.ndarray:
+        if not self.is_discrete():
+            return self._continuous_contact_forces(context)
+        return _step_results.generalized_contact_forces(self._results(context), self._time_step)
+
+    def _net_actuation(self, context: Any) -> np.ndarray:
+        if not self.is_discrete():
+            return self._continuous_actuation(context)
+        return self._results(context).net_actuation
+
+    def _contact_results(self, context: Any) -> ContactResults:
+        results = ContactResults()
+        results._plant = self
+        if not self.is_discrete():
+            results._point_pairs = self._continuous_contacts(context)
+            return results
+        model, ids = self._compiled_geometry()
+        contacts = _step_results.step_contacts(self._results(context), model.material[:, 0], self._time_step)
+        for i in range(len(contacts.depth)):
+            A, B, body_A, body_B = contacts.pair[i]
+            results._point_pairs.append(
+                PointPairContactInfo(
+                    self._row_bodies[body_A].index(),
+                    self._row_bodies[body_B].index(),
+                    contacts.f_Bc_W[i],
+                    contacts.p_WC[i],
+                    contacts.separation_speed[i],
+                    contacts.slip_speed[i],
+                    self._point_pair(
+                        ids[A], ids[B], contacts.p_WCa[i], contacts.p_WCb[i], contacts.nhat_BA_W[i], contacts.depth[i]
+                    ),
+                )
+            )
+        return results
+
+    def _point_pair(self, id_A: Any, id_B: Any, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any) -> Any:
+        from sheldrake.geometry import PenetrationAsPointPair
+
+        pair = PenetrationAsPointPair()
+        pair.id_A, pair.id_B, pair.p_WCa, pair.p_WCb, pair.nhat_BA_W, pair.depth = (
+            id_A, id_B, p_WCa, p_WCb, nhat, depth,
+        )  # fmt: skip
+        return pair

@@ -1,0 +1,323 @@
+"""Mass matrix, bias, forces, inverse and forward dynamics, Jacobians."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.math import SpatialAcceleration_
+from sheldrake.multibody.plant._queries import Motion, points, relative_acceleration
+from sheldrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
+from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._kernels import jacobians, queries
+
+
+class Dynamics:
+    """Terms of the equation of motion M(q) vdot + C(q, v) v = tau."""
+
+    def CalcMassMatrix(self, context: Any) -> np.ndarray:
+        """M(q), reflected inertias of actuators included, shape (nv, nv)."""
+        view = self._view(context)
+        view.positions()
+        M = view.buffer("M", self._nv, self._nv)
+        view.bound(queries.calc_mass_matrix, view.model, view.p, view.work, M)
+        return M.copy()
+
+    def CalcMassMatrixViaInverseDynamics(self, context: Any) -> np.ndarray:
+        """M(q), column by column from inverse dynamics, shape (nv, nv): slower, for checks."""
+        view = self._view(context)
+        work = view.positions()
+        V, A = work.V.copy(), work.A.copy()
+        work.V[:], work.A[:] = 0.0, 0.0
+        M = np.array([self._inverse_dynamics(view, unit, 0.0) for unit in np.eye(self._nv)]).T
+        work.V[:], work.A[:] = V, A
+        return M.reshape(self._nv, self._nv)
+
+    def CalcBiasTerm(self, context: Any) -> np.ndarray:
+        """C(q, v) v: Coriolis, centrifugal and gyroscopic forces, shape (nv,)."""
+        return self._bias(context, 0.0)
+
+    def _bias(self, context: Any, gravity_scale: float) -> np.ndarray:
+        """C v - gravity_scale * tau_g."""
+        view = self._view(context)
+        view.velocities()
+        bias = view.buffer("bias", self._nv)
+        kernel = queries.calc_bias if gravity_scale == 0.0 else queries.calc_bias_with_gravity
+        view.bound(kernel, view.model, view.work, bias)
+        return bias.copy()
+
+    def CalcGravityGeneralizedForces(self, context: Any) -> np.ndarray:
+        """tau_g(q): generalized forces of gravity, shape (nv,)."""
+        view = self._view(context)
+        view.positions()
+        tau = view.buffer("tau_g", self._nv)
+        view.bound(queries.calc_gravity, view.model, view.work, tau)
+        return tau.copy()
+
+    def _inverse_dynamics(self, view: Any, vdot: Any, gravity_scale: float) -> np.ndarray:
+        given, tau = view.buffer("vdot", self._nv), view.buffer("tau_id", self._nv)
+        given[:] = vdot
+        A = view.buffer("A_id", len(self._row_bodies), 6)
+        view.bound(queries.calc_inverse_dynamics, view.model, view.p, view.work, given, A, tau)
+        return tau.copy()
+
+    def CalcInverseDynamics(self, context: Any, known_vdot: Any, external_forces: MultibodyForces) -> np.ndarray:
+        """Generalized forces that give known_vdot besides external_forces, gravity among these if wanted; (nv,)."""
+        vdot = vector("CalcInverseDynamics", "known_vdot", known_vdot, self._nv)
+        view = self._view(context)
+        view.velocities()
+        return self._inverse_dynamics(view, vdot, 0.0) - self.CalcGeneralizedForces(context, external_forces)
+
+    def CalcForceElementsContribution(self, context: Any, forces: MultibodyForces) -> None:
+        """Sets `forces` to those of all force elements, gravity and joint damping included."""
+        view = self._view(context)
+        view.velocities()
+        self._require_fitting("CalcForceElementsContribution", forces)
+        F, tau = view.buffer("F_Bo_W", len(self._row_bodies), 6), view.buffer("tau_elements", self._nv)
+        F[:], tau[:] = self._gravity_forces(view), 0.0
+        view.bound(queries.calc_element_forces, view.model, self._force_model, view.p, view.work, view.q, F, tau)
+        forces._F_Bo_W[:] = F[self._rows]
+        forces._tau[:] = tau
+        for joint in self._joints:
+            joint.AddInDamping(context, forces)
+
+    def _require_fitting(self, call: str, forces: MultibodyForces) -> None:
+        if forces.num_bodies() != len(self._rows) or forces.num_velocities() != self._nv:
+            raise RuntimeError(
+                f"{call}(): the forces are for {forces.num_bodies()} bodies and {forces.num_velocities()} velocities, "
+                f"this plant has {len(self._rows)} and {self._nv}."
+            )
+
+    def CalcGeneralizedForces(self, context: Any, forces: MultibodyForces) -> np.ndarray:
+        """All of `forces` as generalized forces, shape (nv,)."""
+        self._require_fitting("CalcGeneralizedForces", forces)
+        view = self._view(context)
+        view.positions()
+        F, tau = view.buffer("F_Bo_W", len(self._row_bodies), 6), view.buffer("tau_F", self._nv)
+        F[self._rows] = forces._F_Bo_W
+        view.bound(queries.calc_generalized_forces, view.model, view.work, F, tau)
+        return tau + forces._tau
+
+    # --- positions and velocities
+
+    def MapVelocityToQDot(self, context: Any, v: Any) -> np.ndarray:
+        """qdot = N(q) v, shape (nq,)."""
+        view = self._view(context)
+        given, qdot = view.buffer("v_in", self._nv), view.buffer("qdot_out", self._nq)
+        given[:] = vector("MapVelocityToQDot", "v", v, self._nv)
+        view.bound(queries.calc_qdot, view.model, view.q, given, qdot)
+        return qdot.copy()
+
+    def MapQDotToVelocity(self, context: Any, qdot: Any) -> np.ndarray:
+        """v = N⁺(q) qdot, shape (nv,)."""
+        view = self._view(context)
+        given, v = view.buffer("qdot_in", self._nq), view.buffer("v_out", self._nv)
+        given[:] = vector("MapQDotToVelocity", "qdot", qdot, self._nq)
+        view.bound(queries.calc_velocity, view.model, view.q, given, v)
+        return v.copy()
+
+    def _qdot_map(self, context: Any) -> np.ndarray:
+        """N⁺(q) as a dense matrix, shape (nv, nq)."""
+        columns = [self.MapQDotToVelocity(context, unit) for unit in np.eye(self._nq)]
+        return np.array(columns).T.reshape(self._nv, self._nq)
+
+    def MakeVelocityToQDotMap(self, context: Any) -> Any:
+        """N(q), a scipy.sparse.csc_matrix, shape (nq, nv)."""
+        from scipy.sparse import csc_matrix
+
+        columns = [self.MapVelocityToQDot(context, unit) for unit in np.eye(self._nv)]
+        return csc_matrix(np.array(columns).T.reshape(self._nq, self._nv))
+
+    def MakeQDotToVelocityMap(self, context: Any) -> Any:
+        """N⁺(q), a scipy.sparse.csc_matrix, shape (nv, nq)."""
+        from scipy.sparse import csc_matrix
+
+        return csc_matrix(self._qdot_map(context))
+
+    def IsVelocityEqualToQDot(self) -> bool:
+        """Whether qdot = v for all joints."""
+        self._require_finalized("IsVelocityEqualToQDot")
+        same = ("weld", "revolute", "prismatic", "screw", "planar", "universal")
+        return all(j.type_name() in same for j in self._joints)
+
+    # --- Jacobians
+
+    def _jacobian(self, context: Any, frame_B: Frame, frame_A: Frame, p_WQ: np.ndarray) -> np.ndarray:
+        """Spatial velocity Jacobian of a point of B, measured in A, expressed in W, shape (6, nv)."""
+        view = self._view(context)
+        view.positions()
+        bodies, point = view.integers("bodies", 2), view.buffer("point", 3)
+        bodies[:] = self._rows[frame_B._body._index._value], self._rows[frame_A._body._index._value]
+        point[:] = p_WQ
+        J = view.buffer("J", 6, self._nv)
+        view.bound(jacobians.calc_relative_jacobian, view.model, view.work, bodies, point, J)
+        return J.copy()
+
+    def _express(self, context: Any, call: str, J: np.ndarray, with_respect_to: Any, frame_E: Frame) -> np.ndarray:
+        """A Jacobian in W, blocks of three rows, turned to E and to the wanted variable."""
+        if not isinstance(with_respect_to, JacobianWrtVariable):
+            raise TypeError(
+                f"{call}(): incompatible function arguments. with_respect_to must be a JacobianWrtVariable, not "
+                f"{with_respect_to!r}."
+            )
+        if not frame_E.is_world_frame():
+            R_EW = self._motion(context, frame_E).R.T
+            J = np.concatenate([R_EW @ J[r : r + 3] for r in range(0, len(J), 3)])
+        return J if with_respect_to is JacobianWrtVariable.kV else J @ self._qdot_map(context)
+
+    def CalcJacobianSpatialVelocity(
+        self,
+        context: Any,
+        with_respect_to: JacobianWrtVariable,
+        frame_B: Frame,
+        p_BoBp_B: Any,
+        frame_A: Frame,
+        frame_E: Frame,
+    ) -> np.ndarray:
+        """J with V_ABp_E = J s for a point Bp of frame B, shape (6, nv or nq).
+
+        Args:
+            context: Where the bodies are.
+            with_respect_to: s: v or qdot.
+            frame_B: The frame that moves.
+            p_BoBp_B: The point [m], shape (3,).
+            frame_A: The frame in which its velocity is measured.
+            frame_E: The frame in which it is expressed.
+        """
+        call = "CalcJacobianSpatialVelocity"
+        B = self._motion(context, frame_B)
+        p_WQ = B.p + B.R @ vector(call, "p_BoBp_B", p_BoBp_B, 3)
+        J = self._jacobian(context, frame_B, frame_A, p_WQ)
+        return self._express(context, call, J, with_respect_to, frame_E)
+
+    def CalcJacobianAngularVelocity(
+        self, context: Any, with_respect_to: JacobianWrtVariable, frame_B: Frame, frame_A: Frame, frame_E: Frame
+    ) -> np.ndarray:
+        """J with w_AB_E = J s, shape (3, nv or nq); arguments as in CalcJacobianSpatialVelocity()."""
+        J = self._jacobian(context, frame_B, frame_A, self._motion(context, frame_B).p)[:3]
+        return self._express(context, "CalcJacobianAngularVelocity", J, with_respect_to, frame_E)
+
+    def CalcJacobianTranslationalVelocity(
+        self,
+        context: Any,
+        with_respect_to: JacobianWrtVariable,
+        frame_B: Frame,
+        p_BoBi_B: Any,
+        frame_A: Frame,
+        frame_E: Frame,
+    ) -> np.ndarray:
+        """J with v_ABi_E = J s for points Bi of frame B, stacked, shape (3 n, nv or nq)."""
+        call = "CalcJacobianTranslationalVelocity"
+        B, p_BoBi_B = self._motion(context, frame_B), points(call, "p_BoBi_B", p_BoBi_B)
+        J = self._jacobian(context, frame_B, frame_A, B.p)
+        arms = (B.R @ p_BoBi_B).T
+        rows = [J[3:] + np.cross(J[:3], arm[:, None], axis=0) for arm in arms]
+        return self._express(context, call, np.concatenate(rows), with_respect_to, frame_E)
+
+    def CalcJacobianPositionVector(
+        self, context: Any, frame_B: Frame, p_BoBi_B: Any, frame_A: Frame, frame_E: Frame
+    ) -> np.ndarray:
+        """Partial derivatives with respect to q of p_AoBi_E, differentiated in A, stacked, shape (3 n, nq)."""
+        return self.CalcJacobianTranslationalVelocity(
+            context, JacobianWrtVariable.kQDot, frame_B, p_BoBi_B, frame_A, frame_E
+        )
+
+    def CalcJacobianCenterOfMassTranslationalVelocity(self, context: Any, *args: Any, **kwargs: Any) -> np.ndarray:
+        """J with v_AScm_E = J s, shape (3, nv or nq): `(context, [model_instances], with_respect_to, frame_A,
+        frame_E)`.
+        """  # fmt: skip
+        call = "CalcJacobianCenterOfMassTranslationalVelocity"
+        instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
+        view, rows, mass = self._com_rows(call, context, instances)
+        mask, J = view.integers("mask", len(self._row_bodies)), view.buffer("J_com", 3, self._nv)
+        mask[:] = 0
+        mask[rows] = 1
+        view.bound(jacobians.calc_momentum_jacobian, view.model, view.work, mask, J)
+        J = J / mass
+        if not frame_A.is_world_frame():
+            p_WScm = self.CalcCenterOfMassPositionInWorld(context, instances)
+            J = J - self._jacobian(context, frame_A, self.world_frame(), p_WScm)[3:]
+        return self._express(context, call, J, wrt, frame_E)
+
+    # --- bias accelerations
+
+    def _bias_motions(self, context: Any, call: str, wrt: Any, frame_B: Frame, frame_A: Frame) -> tuple[Motion, Motion]:
+        """Motions of B and A with the accelerations they have when the speeds s do not change."""
+        A_WB = self._accelerations(context, self._bias_vdot(context, call, wrt))
+        return self._motion(context, frame_B, 1, A_WB), self._motion(context, frame_A, 1, A_WB)
+
+    def _bias_vdot(self, context: Any, call: str, wrt: Any) -> np.ndarray:
+        if wrt is not JacobianWrtVariable.kV:
+            raise RuntimeError(f"{call}(): only supports with_respect_to == JacobianWrtVariable.kV, not {wrt}.")
+        return np.zeros(self._nv)
+
+    def CalcBiasSpatialAcceleration(
+        self,
+        context: Any,
+        with_respect_to: JacobianWrtVariable,
+        frame_B: Frame,
+        p_BoBp_B: Any,
+        frame_A: Frame,
+        frame_E: Frame,
+    ) -> Any:
+        """The part of A_ABp_E that does not depend on vdot; arguments as in CalcJacobianSpatialVelocity()."""
+        call = "CalcBiasSpatialAcceleration"
+        B, A = self._bias_motions(context, call, with_respect_to, frame_B, frame_A)
+        moved = shifted(B, B.R @ vector(call, "p_BoBp_B", p_BoBp_B, 3))
+        alpha, a = relative_acceleration(moved, A)
+        R_EW = self._motion(context, frame_E).R.T
+        return SpatialAcceleration_[context._system._scalar](R_EW @ alpha, R_EW @ a)
+
+    def CalcBiasTranslationalAcceleration(
+        self,
+        context: Any,
+        with_respect_to: JacobianWrtVariable,
+        frame_B: Frame,
+        p_BoBi_B: Any,
+        frame_A: Frame,
+        frame_E: Frame,
+    ) -> np.ndarray:
+        """The part of a_ABi_E that does not depend on vdot, for points Bi of frame B [m/s²], shape (3, n)."""
+        call = "CalcBiasTranslationalAcceleration"
+        B, A = self._bias_motions(context, call, with_respect_to, frame_B, frame_A)
+        arms = (B.R @ points(call, "p_BoBi_B", p_BoBi_B)).T
+        R_EW = self._motion(context, frame_E).R.T
+        return np.array([R_EW @ relative_acceleration(shifted(B, arm), A)[1] for arm in arms]).T
+
+    def CalcBiasCenterOfMassTranslationalAcceleration(self, context: Any, *args: Any, **kwargs: Any) -> np.ndarray:
+        """The part of a_AScm_E that does not depend on vdot, shape (3,): `(context, [model_instances],
+        with_respect_to, frame_A, frame_E)`.
+
+        Raises:
+            RuntimeError: frame_A is not the world's, or with_respect_to is not kV.
+        """  # fmt: skip
+        call = "CalcBiasCenterOfMassTranslationalAcceleration"
+        instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
+        if not frame_A.is_world_frame():
+            raise RuntimeError(f"{call}(): only supports frame_A = world_frame().")
+        view, rows, mass = self._com_rows(call, context, instances)
+        a_W = self._com_acceleration(
+            view, rows, mass, self._accelerations(context, self._bias_vdot(context, call, wrt))
+        )
+        return self._motion(context, frame_E).R.T @ a_W
+
+
+def shifted(B: Motion, arm: np.ndarray) -> Motion:
+    """Motion of the frame fixed to B whose origin is at an arm from Bo, given in W."""
+    p = B.p + arm
+    return Motion(B.R, p, np.concatenate([B.w, B.velocity_at(p)]), np.concatenate([B.alpha, B.acceleration_at(p)]))
+
+
+def com_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, Any, Frame, Frame]:
+    """(model instances or None, with_respect_to, frame_A, frame_E)."""
+    names = ["model_instances", "with_respect_to", "frame_A", "frame_E"]
+    if (args and isinstance(args[0], JacobianWrtVariable)) or len(args) + len(kwargs) == 3:
+        names = names[1:]
+    given = dict(zip(names, args)) | kwargs
+    if set(given) != set(names) or len(args) + len(kwargs) != len(names):
+        raise TypeError(
+            f"{call}(): incompatible function arguments. Takes (context, [model_instances: list[ModelInstanceIndex]], "
+            "with_respect_to: JacobianWrtVariable, frame_A: Frame, frame_E: Frame)."
+        )
+    return given.get("model_instances"), given["with_respect_to"], given["frame_A"], given["frame_E"]

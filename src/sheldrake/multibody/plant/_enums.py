@@ -1,0 +1,29 @@
+"""Choices of contact model and solver."""
+
+from sheldrake.common._enums import BoundEnum
+
+
+class ContactModel(BoundEnum):
+    """How contact between two geometries is computed."""
+
+    kHydroelastic = 0
+    kPoint = 1
+    kHydroelasticWithFallback = 2
+    kHydroelasticsOnly = 0
+    kPointContactOnly = 1
+
+
+class DiscreteContactApproximation(BoundEnum):
+    """How the discrete update models contact and friction."""
+
+    kTamsi = 0
+    kSap = 1
+    kSimilar = 2
+    kLagged = 3
+
+
+class DiscreteContactSolver(BoundEnum):
+    """The solver of the discrete update."""
+
+    kTamsi = 0
+    kSap = 1

@@ -1,0 +1,150 @@
+"""MultibodyPlant: bodies and joints as a system with ports."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.plant._contact_settings import ContactSettings
+from sheldrake.multibody.plant._context_access import ContextAccess
+from sheldrake.multibody.plant._continuous import ContinuousDynamics
+from sheldrake.multibody.plant._discrete import DiscreteUpdate
+from sheldrake.multibody.plant._dynamics import Dynamics
+from sheldrake.multibody.plant._finalize import Finalization
+from sheldrake.multibody.plant._geometry import PlantGeometry
+from sheldrake.multibody.plant._ports import Ports
+from sheldrake.multibody.plant._queries import Queries
+from sheldrake.multibody.plant._reactions import Reactions
+from sheldrake.multibody.plant._registration import Registration
+from sheldrake.multibody.plant._state import State
+from sheldrake.multibody.plant._topology import Topology
+from sheldrake.systems.framework import BasicVector, LeafSystem
+
+
+class MultibodyPlant(
+    Registration, PlantGeometry, ContactSettings, Finalization, Topology, ContextAccess, State, Queries, Dynamics,
+    DiscreteUpdate, ContinuousDynamics, Reactions, Ports, LeafSystem,
+):  # fmt: skip
+    """Rigid bodies connected by joints, with contact, as a system.
+
+    Bodies, joints and geometry are added first; `Finalize()` ends that, and makes state, parameters and ports.
+
+    Args:
+        time_step: Period of the discrete update [s], 0 for a plant with continuous state.
+    """
+
+    _generic = True
+
+    def __init__(self, time_step: float):
+        try:
+            time_step = float(time_step)
+        except (TypeError, ValueError):
+            raise TypeError(
+                f"MultibodyPlant(): incompatible constructor arguments. time_step must be a float, not {time_step!r}."
+            ) from None
+        if not (time_step >= 0.0 and np.isfinite(time_step)):
+            raise RuntimeError(f"MultibodyPlant(): time_step must be zero or positive and finite, not {time_step}.")
+        self._time_step = time_step
+        self._family: Any = object()  # the same for copies on other scalars, so that elements serve them too
+        self._sampled = time_step > 0.0
+        self._geometry_cache: Any = None
+        self._prototype: Any = None
+        self._plant_model: Any = None
+        self._default_free_poses: dict[int, Any] = {}
+        self._index_cache: dict[Any, np.ndarray] = {}
+        self._start_geometry()
+        LeafSystem.__init__(self)
+        self._start_registration()
+        self._start_contact_settings()
+        self._declare_geometry_ports()
+
+    def time_step(self) -> float:
+        """Period of the discrete update [s], 0 for a plant with continuous state."""
+        return self._time_step
+
+    def is_discrete(self) -> bool:
+        """Whether the state is discrete."""
+        return self._time_step > 0.0
+
+    def SetUseSampledOutputPorts(self, use_sampled_output_ports: bool) -> None:
+        """Whether ports that depend on forces report the last step (the default) or are computed when asked.
+
+        Raises:
+            RuntimeError: the plant is finalized, or continuous and sampling is asked for.
+        """
+        self._require_not_finalized("SetUseSampledOutputPorts")
+        if use_sampled_output_ports and not self.is_discrete():
+            raise RuntimeError("SetUseSampledOutputPorts(): a continuous plant (time_step = 0) has no step to sample.")
+        self._sampled = bool(use_sampled_output_ports)
+
+    def has_sampled_output_ports(self) -> bool:
+        """Whether ports that depend on forces report the last step."""
+        return self._sampled
+
+    def Finalize(self) -> None:
+        """Ends the building of the model: connects free bodies to the world, declares state, parameters and ports.
+
+        Raises:
+            RuntimeError: called twice, or the joints do not make a forest; the plant is then as it was.
+        """
+        if self._finalized:
+            raise RuntimeError("MultibodyPlant::Finalize(): repeated calls not allowed.")
+        self._finalize_tree()
+        self._finalized = True
+        self._declare_state_and_parameters()
+        self._filter_collisions()
+        self._declare_input_ports()
+        self._plant_model = self._compile_plant_model()
+        self._declare_output_ports(self._state_index)
+        if self.is_discrete():
+            self._declare_discrete_update()
+        else:
+            self._declare_derivatives()
+
+    def _declare_state_and_parameters(self) -> None:
+        for model in self._parameter_models:
+            self.DeclareNumericParameter(BasicVector(model))
+        x0 = np.concatenate([self._all_default_positions(), np.zeros(self._nv)])
+        if self.is_discrete():
+            self._state_index: Any = self.DeclareDiscreteState(x0)
+        else:
+            self._state_index = self.DeclareContinuousState(BasicVector(x0), self._nq, self._nv, 0)
+
+    def _model_changed(self) -> None:
+        """The arrays of the model changed their values: what was computed from them is out of date."""
+        self._model_serial += 1
+
+    _model_serial = 0
+
+    # --- contexts
+
+    def AllocateContext(self) -> Any:
+        """A context whose state is not set yet.
+
+        Raises:
+            RuntimeError: before Finalize().
+        """
+        self._require_ready()
+        return super().AllocateContext()
+
+    def _require_ready(self) -> None:
+        if not self._finalized:
+            raise RuntimeError(
+                "MultibodyPlant cannot SetDefaultParameters or CreateDefaultContext until after "
+                "MultibodyPlant::Finalize() has been called."
+            )
+
+    def _set_default_context(self, context: Any) -> None:
+        """Defaults that may have changed since Finalize()."""
+        self._require_ready()
+        store, place = context._store, context._place
+        start = (place.xd if self.is_discrete() else place.xc)[0]
+        store.S[start : start + self._nq] = self._all_default_positions()
+        for actuator in self._actuators:
+            first = place.p[0] + self._start(actuator)
+            store.S[first : first + 2] = actuator.default_rotor_inertia(), actuator.default_gear_ratio()
+
+    @property
+    def _dtype(self) -> Any:
+        return float if self._scalar is float else object

@@ -1,0 +1,338 @@
+"""Where things are and how they move: poses, velocities, accelerations, centres of mass, momentum, energy."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.math import RotationMatrix_
+from sheldrake.multibody.math import SpatialAcceleration_, SpatialInertia_, SpatialMomentum_, SpatialVelocity_
+from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, RigidBody
+from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._kernels import queries
+from sheldrake.multibody.tree._kernels.model import ROOT
+
+
+class Motion:
+    """Pose, velocity and acceleration of a frame as plain arrays, in W."""
+
+    def __init__(self, R: np.ndarray, p: np.ndarray, V: np.ndarray | None = None, A: np.ndarray | None = None):
+        self.R, self.p = R, p
+        if V is not None:
+            self.w, self.v = V[:3], V[3:]
+        if A is not None:
+            self.alpha, self.a = A[:3], A[3:]
+
+    def velocity_at(self, p_WQ: np.ndarray) -> np.ndarray:
+        """Velocity of the point fixed to this frame that is now at p_WQ."""
+        return self.v + np.cross(self.w, p_WQ - self.p)
+
+    def acceleration_at(self, p_WQ: np.ndarray) -> np.ndarray:
+        """Acceleration of the point fixed to this frame that is now at p_WQ."""
+        r = p_WQ - self.p
+        return self.a + np.cross(self.alpha, r) + np.cross(self.w, np.cross(self.w, r))
+
+
+class Queries:
+    """Kinematics and properties of all or of some bodies."""
+
+    # --- bodies
+
+    def EvalBodyPoseInWorld(self, context: Any, body: RigidBody) -> Any:
+        """X_WB.
+
+        Raises:
+            RuntimeError: the body or the context is not of this plant.
+        """
+        view = self._view(context)
+        if body._owner is not self:
+            self._require_mine("EvalBodyPoseInWorld", body)
+        return self._transform(context, view.positions().X_WB[self._rows[body._index._value]])
+
+    def _body_velocities(self, context: Any) -> np.ndarray:
+        """Spatial velocities of the body origins, by row, shape (num_bodies, 6)."""
+        view = self._view(context)
+        view.velocities()
+        if view.done < 3:
+            view.V_WB = view.buffer("V_WB", len(self._row_bodies), 6)
+            view.bound(queries.calc_body_velocities, view.model, view.work, view.V_WB)
+            view.done = 3
+        return view.V_WB
+
+    def EvalBodySpatialVelocityInWorld(self, context: Any, body: RigidBody) -> Any:
+        """V_WB of the body origin, expressed in W."""
+        self._require_mine("EvalBodySpatialVelocityInWorld", body)
+        V = self._body_velocities(context)[self._rows[body._index._value]]
+        return SpatialVelocity_[context._system._scalar](V.copy())
+
+    def _accelerations(self, context: Any, vdot: np.ndarray) -> np.ndarray:
+        """Spatial accelerations of the body origins, by row, shape (num_bodies, 6)."""
+        view = self._view(context)
+        view.velocities()
+        given, A = view.buffer("vdot", self._nv), view.buffer("A_WB", len(self._row_bodies), 6)
+        given[:] = vdot
+        view.bound(queries.calc_accelerations, view.model, view.work, given, A)
+        return A.copy()
+
+    def CalcSpatialAccelerationsFromVdot(self, context: Any, known_vdot: Any) -> list[Any]:
+        """A_WB of all body origins, expressed in W, for given vdot, by body."""
+        vdot = vector("CalcSpatialAccelerationsFromVdot", "known_vdot", known_vdot, self._nv)
+        A, T = self._accelerations(context, vdot), SpatialAcceleration_[context._system._scalar]
+        return [T(A[self._rows[i]]) for i in range(len(self._rows))]
+
+    def EvalBodySpatialAccelerationInWorld(self, context: Any, body: RigidBody) -> Any:
+        """A_WB of the body origin, expressed in W, as the body_spatial_accelerations port has it."""
+        self._require_mine("EvalBodySpatialAccelerationInWorld", body)
+        A = self._accelerations(context, self._vdot(context))
+        return SpatialAcceleration_[context._system._scalar](A[self._rows[body._index._value]])
+
+    # --- frames
+
+    def _body_and_offset(self, context: Any, frame: Frame) -> tuple[int, Any]:
+        if frame._owner is not self:
+            self._require_mine("CalcRelativeTransform", frame)
+        return self._rows[frame._body._index._value], None if frame.is_body_frame() else frame._X_BF(context)
+
+    def _motion(self, context: Any, frame: Frame, order: int = 0, A_WB: np.ndarray | None = None) -> Motion:
+        """Motion of a frame; order 0: pose; 1: velocity too; A_WB: acceleration too."""
+        view = self._view(context)
+        row, X_BF = self._body_and_offset(context, frame)
+        X = view.positions().X_WB[row]
+        R_WB, p_WB = X[:9].reshape(3, 3), X[9:]
+        V = self._body_velocities(context)[row] if order else None
+        A = None if A_WB is None else A_WB[row]
+        body = Motion(R_WB, p_WB, V, A)
+        if X_BF is None:
+            return Motion(R_WB.copy(), p_WB.copy(), V, A)
+        p_WF = p_WB + R_WB @ X_BF.translation()
+        R_WF = R_WB @ X_BF.rotation().matrix()
+        V_F = None if V is None else np.concatenate([body.w, body.velocity_at(p_WF)])
+        A_F = None if A is None else np.concatenate([body.alpha, body.acceleration_at(p_WF)])
+        return Motion(R_WF, p_WF, V_F, A_F)
+
+    def _pose_of_frame(self, context: Any, frame: Frame) -> Any:
+        m = self._motion(context, frame)
+        return self._transform(context, np.concatenate([m.R.ravel(), m.p]))
+
+    def _velocity_of_frame(self, context: Any, frame: Frame) -> Any:
+        m = self._motion(context, frame, 1)
+        return SpatialVelocity_[context._system._scalar](m.w, m.v)
+
+    def _acceleration_of_frame(self, context: Any, frame: Frame) -> Any:
+        m = self._motion(context, frame, 1, self._accelerations(context, self._vdot(context)))
+        return SpatialAcceleration_[context._system._scalar](m.alpha, m.a)
+
+    def _relative_acceleration(self, context: Any, frame: Frame, measured_in: Frame) -> Any:
+        """A_MF expressed in W."""
+        A_WB = self._accelerations(context, self._vdot(context))
+        F, M = self._motion(context, frame, 1, A_WB), self._motion(context, measured_in, 1, A_WB)
+        alpha, a = relative_acceleration(F, M)
+        return SpatialAcceleration_[context._system._scalar](alpha, a)
+
+    def CalcRelativeTransform(self, context: Any, frame_A: Frame, frame_B: Frame) -> Any:
+        """X_AB: frame B in frame A."""
+        if frame_A.is_world_frame():
+            return self._pose_of_frame(context, frame_B)
+        A, B = self._motion(context, frame_A), self._motion(context, frame_B)
+        return self._transform(context, np.concatenate([(A.R.T @ B.R).ravel(), A.R.T @ (B.p - A.p)]))
+
+    def CalcRelativeRotationMatrix(self, context: Any, frame_A: Frame, frame_B: Frame) -> Any:
+        """R_AB: orientation of frame B in frame A."""
+        A, B = self._motion(context, frame_A), self._motion(context, frame_B)
+        return RotationMatrix_[context._system._scalar]._make(A.R.T @ B.R)
+
+    def CalcPointsPositions(self, context: Any, frame_B: Frame, p_BQi: Any, frame_A: Frame) -> np.ndarray:
+        """Positions in frame A of points given in frame B [m], shape (3, n)."""
+        A, B = self._motion(context, frame_A), self._motion(context, frame_B)
+        p_WQi = B.p[:, None] + B.R @ points("CalcPointsPositions", "p_BQi", p_BQi)
+        return A.R.T @ (p_WQi - A.p[:, None])
+
+    def CalcPointsVelocities(
+        self, context: Any, frame_B: Frame, p_BQi: Any, frame_A: Frame, frame_E: Frame
+    ) -> np.ndarray:
+        """Velocities measured in frame A, expressed in E, of points fixed to frame B [m/s], shape (3, n)."""
+        A, B, E = self._motion(context, frame_A, 1), self._motion(context, frame_B, 1), self._motion(context, frame_E)
+        p_WQi = B.p[:, None] + B.R @ points("CalcPointsVelocities", "p_BQi", p_BQi)
+        v = [B.velocity_at(p) - A.velocity_at(p) for p in p_WQi.T]
+        return E.R.T @ np.array(v).T.reshape(3, -1)
+
+    # --- groups of bodies
+
+    def _rows_of(self, call: str, model_instances: Any) -> np.ndarray:
+        """Rows of the bodies of some model instances, without the world; of all for None."""
+        self._require_finalized(call)
+        if model_instances is None:
+            return np.arange(1, len(self._row_bodies))
+        wanted = set()
+        for instance in model_instances:
+            self._instances.get(instance, call)
+            wanted.add(int(instance))
+        return np.array(
+            [r for r, b in enumerate(self._row_bodies) if r and int(b.model_instance()) in wanted], np.int64
+        )
+
+    def CalcTotalMass(self, context: Any, model_instances: list[ModelInstanceIndex] | None = None) -> float:
+        """Mass [kg] of all bodies or of those of some model instances."""
+        view, rows = self._view(context), self._rows_of("CalcTotalMass", model_instances)
+        if not len(rows):
+            return 0.0
+        masses = [view.p[self._start(self._row_bodies[r])] for r in rows]
+        return float(np.sum(masses)) if view.dtype == float else sum(masses[1:], masses[0])
+
+    def _com_rows(self, call: str, context: Any, model_instances: Any) -> tuple[Any, np.ndarray, Any]:
+        """(view, rows, total mass) of bodies whose centre of mass is asked for."""
+        view, rows = self._view(context), self._rows_of(call, model_instances)
+        if not len(rows):
+            raise RuntimeError(
+                f"{call}(): There must be at least one non-world body contained in model_instances."
+                if model_instances is not None
+                else f"{call}(): This MultibodyPlant only contains the world_body() so its center of mass is undefined."
+            )
+        view.positions()
+        mass = view.work.inertia[rows, 0].sum()
+        if view.dtype == float and not mass > 0.0:
+            raise RuntimeError(f"{call}(): the total mass must be positive, not {mass}.")
+        return view, rows, mass
+
+    def _roots(self, view: Any, rows: np.ndarray) -> np.ndarray:
+        """Reference points of rows, in W, shape (n, 3)."""
+        return view.work.X_WB[view.model.body[rows, ROOT], 9:]
+
+    def CalcCenterOfMassPositionInWorld(
+        self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
+    ) -> np.ndarray:
+        """p_WScm of all bodies or of those of some model instances [m], shape (3,)."""
+        view, rows, mass = self._com_rows("CalcCenterOfMassPositionInWorld", context, model_instances)
+        inertia = view.work.inertia[rows]
+        return (inertia[:, 1:4] + inertia[:, :1] * self._roots(view, rows)).sum(axis=0) / mass
+
+    def CalcCenterOfMassTranslationalVelocityInWorld(
+        self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
+    ) -> np.ndarray:
+        """v_WScm expressed in W, of all bodies or of those of some model instances [m/s], shape (3,)."""
+        view, rows, mass = self._com_rows("CalcCenterOfMassTranslationalVelocityInWorld", context, model_instances)
+        inertia, V = view.work.inertia[rows], view.velocities().V[rows]
+        return (inertia[:, :1] * V[:, 3:] + np.cross(V[:, :3], inertia[:, 1:4])).sum(axis=0) / mass
+
+    def CalcCenterOfMassTranslationalAccelerationInWorld(
+        self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
+    ) -> np.ndarray:
+        """a_WScm expressed in W, of all bodies or of those of some model instances [m/s²], shape (3,)."""
+        call = "CalcCenterOfMassTranslationalAccelerationInWorld"
+        view, rows, mass = self._com_rows(call, context, model_instances)
+        return self._com_acceleration(view, rows, mass, self._accelerations(context, self._vdot(context)))
+
+    def _com_acceleration(self, view: Any, rows: np.ndarray, mass: Any, A_WB: np.ndarray) -> np.ndarray:
+        """Acceleration of a centre of mass, given those of the body origins."""
+        inertia, V, A = view.work.inertia[rows], view.velocities().V[rows], A_WB[rows]
+        h = inertia[:, 1:4] + inertia[:, :1] * (self._roots(view, rows) - view.work.X_WB[rows, 9:])
+        w = V[:, :3]
+        a = inertia[:, :1] * A[:, 3:] + np.cross(A[:, :3], h) + np.cross(w, np.cross(w, h))
+        return a.sum(axis=0) / mass
+
+    def CalcSpatialMomentumInWorldAboutPoint(self, context: Any, *args: Any, **kwargs: Any) -> Any:
+        """Spatial momentum about a point P of W, expressed in W: `(context, p_WoP_W)` of all bodies, or
+        `(context, model_instances, p_WoP_W)`.
+        """  # fmt: skip
+        rest, instances = list(args), kwargs.pop("model_instances", None)
+        if len(rest) == 2:
+            instances = rest.pop(0)
+        point = rest.pop(0) if rest else kwargs.pop("p_WoP_W", None)
+        call = "CalcSpatialMomentumInWorldAboutPoint"
+        if rest or kwargs or point is None:
+            raise TypeError(f"{call}(): incompatible function arguments. Takes (context, [model_instances], p_WoP_W).")
+        view, rows = self._view(context), self._rows_of(call, instances)
+        view.velocities()
+        p_WP, L = vector(call, "p_WoP_W", point, 3), view.zeros(6)
+        for row in rows:
+            m, h, J = view.work.inertia[row, 0], view.work.inertia[row, 1:4], symmetric(view.work.inertia[row, 4:])
+            w, v = view.work.V[row, :3], view.work.V[row, 3:]
+            linear = m * v + np.cross(w, h)
+            arm = view.work.X_WB[view.model.body[row, ROOT], 9:] - p_WP
+            L[:3] = L[:3] + J @ w + np.cross(h, v) + np.cross(arm, linear)
+            L[3:] = L[3:] + linear
+        return SpatialMomentum_[context._system._scalar](L)
+
+    def CalcSpatialInertia(self, context: Any, frame_F: Frame, body_indexes: list[BodyIndex]) -> Any:
+        """Spatial inertia of some bodies about Fo, expressed in F.
+
+        Raises:
+            RuntimeError: a body is named twice.
+        """
+        rows = [int(i) for i in body_indexes]
+        if len(set(rows)) < len(rows):
+            raise RuntimeError("CalcSpatialInertia(): contains a repeated BodyIndex.")
+        bodies = [self.get_body(i) for i in body_indexes]
+        total = SpatialInertia_[context._system._scalar].Zero()
+        for body in bodies:
+            if body.index() != 0:
+                X_FB = self.CalcRelativeTransform(context, frame_F, body.body_frame())
+                M_BBo_F = body.CalcSpatialInertiaInBodyFrame(context).ReExpress(X_FB.rotation())
+                total += M_BBo_F.Shift(-X_FB.translation())
+        return total
+
+    # --- energy
+
+    def _gravity_forces(self, view: Any) -> np.ndarray:
+        """Spatial forces of gravity at the body origins, by row, shape (num_bodies, 6)."""
+        inertia, g = view.positions().inertia, view.model.gravity
+        all_rows = np.arange(len(inertia))
+        h = inertia[:, 1:4] + inertia[:, :1] * (self._roots(view, all_rows) - view.work.X_WB[:, 9:])
+        F = view.zeros(len(inertia), 6)
+        F[1:, :3] = np.cross(h, g)[1:]
+        F[1:, 3:] = (inertia[:, :1] * g)[1:]
+        return F
+
+    def CalcPotentialEnergy(self, context: Any) -> float:
+        """Energy of gravity (zero at the world's origin) and springs [J]."""
+        view = self._view(context)
+        inertia = view.positions().inertia[1:]
+        moment = inertia[:, 1:4] + inertia[:, :1] * self._roots(view, np.arange(1, len(self._row_bodies)))
+        energy = -(moment * view.model.gravity[1:]).sum()
+        for element in self._force_elements:
+            energy = energy + element._potential_energy(context)
+        return energy
+
+    def CalcKineticEnergy(self, context: Any) -> float:
+        """Energy of motion [J], of rotors too."""
+        view = self._view(context)
+        work, energy = view.velocities(), 0.0
+        for row in range(1, len(self._row_bodies)):
+            m, h, J = work.inertia[row, 0], work.inertia[row, 1:4], symmetric(work.inertia[row, 4:])
+            w, v = work.V[row, :3], work.V[row, 3:]
+            energy = energy + 0.5 * (w @ (J @ w) + m * (v @ v)) + v @ np.cross(w, h)
+        for a in self._actuators:
+            rate = view.v[a.joint()._v_start]
+            energy = energy + 0.5 * a.calc_reflected_inertia(context) * rate * rate
+        return energy
+
+    EvalPotentialEnergy = CalcPotentialEnergy
+    EvalKineticEnergy = CalcKineticEnergy
+
+
+def symmetric(s: np.ndarray) -> np.ndarray:
+    """The matrix of xx, yy, zz, xy, xz, yz."""
+    xx, yy, zz, xy, xz, yz = s
+    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+
+
+def relative_acceleration(B: Motion, A: Motion) -> tuple[np.ndarray, np.ndarray]:
+    """Angular acceleration of B in A and acceleration of Bo in A, expressed in W (both motions with acceleration)."""
+    w_AB, v_AB = B.w - A.w, B.v - A.velocity_at(B.p)
+    alpha = B.alpha - A.alpha - np.cross(A.w, w_AB)
+    return alpha, B.a - A.acceleration_at(B.p) - 2 * np.cross(A.w, v_AB)
+
+
+def points(call: str, name: str, value: Any) -> np.ndarray:
+    """`value` as points in columns, shape (3, n); one point may be given flat.
+
+    Raises:
+        RuntimeError: it has another number of rows.
+    """
+    array = np.asarray(value)
+    array = array.astype(float) if array.dtype != object else array
+    array = array.reshape(-1, 1) if array.ndim == 1 else array
+    if array.ndim != 2 or array.shape[0] != 3:
+        raise RuntimeError(f"{call}(): {name} must have shape (3, n), not {np.shape(value)}.")
+    return array

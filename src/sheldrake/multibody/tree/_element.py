@@ -1,0 +1,127 @@
+"""What bodies, frames, joints, actuators and force elements have in common.
+
+An element knows its *owner*, the plant, once it is added. It reads and writes a context only through these methods of
+the owner (all arrays are what the context holds, in the context's scalar type):
+
+    _require_finalized(call), _require_not_finalized(call)
+    _positions(context), _velocities(context)           read-only arrays of all q, all v
+    _write_positions(context, start, values), _write_velocities(context, start, values)
+    _numbers(context, group), _write_numbers(context, group, values)     a group of numeric parameters
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.multibody.tree._index import ModelInstanceIndex
+from sheldrake.multibody.tree._scoped_name import ScopedName
+
+
+class Element:
+    """A part of a plant."""
+
+    _index_type: ClassVar[type]
+
+    def __init__(self, model_instance: Any = None):
+        self._owner: Any = None
+        self._index: Any = None
+        self._instance = model_instance
+        self._group: int | None = None
+
+    def _adopt(self, owner: Any, index: int, model_instance: Any = None) -> None:
+        if self._owner is not None:
+            raise RuntimeError(f"{self!r} is already part of a MultibodyPlant; an element is added once.")
+        self._owner, self._index = owner, self._index_type(index)
+        if model_instance is not None:
+            self._instance = model_instance
+
+    def _plant(self, call: str) -> Any:
+        if self._owner is None:
+            raise RuntimeError(f"{type(self).__name__}.{call}(): {self!r} is not part of a MultibodyPlant yet.")
+        return self._owner
+
+    def _finalized(self, call: str) -> Any:
+        """The owner, after Finalize()."""
+        owner = self._plant(call)
+        owner._require_finalized(call)
+        return owner
+
+    def index(self) -> Any:
+        """Number of the element among its kind; invalid before it is added."""
+        return self._index_type() if self._index is None else self._index
+
+    def model_instance(self) -> ModelInstanceIndex:
+        """The model instance it belongs to."""
+        return ModelInstanceIndex() if self._instance is None else self._instance
+
+    def is_ephemeral(self) -> bool:
+        """Whether Finalize() made it, rather than the user."""
+        return False
+
+    def GetParentPlant(self) -> Any:
+        """The MultibodyPlant it belongs to.
+
+        Raises:
+            RuntimeError: it has not been added to one.
+        """
+        return self._plant("GetParentPlant")
+
+    def __repr__(self) -> str:
+        name = f"name={self.name()!r} " if hasattr(self, "name") else ""
+        return f"<{type(self).__name__} {name}index={int(self.index())} model_instance={int(self.model_instance())}>"
+
+
+class NamedElement(Element):
+    """An element with a name that is unique among its kind in its model instance."""
+
+    def __init__(self, name: str, model_instance: Any = None):
+        super().__init__(model_instance)
+        if not isinstance(name, str):
+            raise TypeError(
+                f"{type(self).__name__}(): incompatible constructor arguments. name must be a str, not {name!r}."
+            )
+        self._name = name
+
+    def name(self) -> str:
+        """Its name, without the model instance."""
+        return self._name
+
+    def scoped_name(self) -> ScopedName:
+        """Its name with that of its model instance, `model::name`."""
+        return ScopedName(self._plant("scoped_name").GetModelInstanceName(self._instance), self._name)
+
+
+def vector(call: str, name: str, value: Any, size: int) -> np.ndarray:
+    """`value` as a new array of `size` numbers (floats, or objects of another scalar type).
+
+    Raises:
+        TypeError: it is something else.
+    """
+    array = np.asarray(value)
+    if array.dtype != object:
+        try:
+            array = array.astype(float)
+        except (TypeError, ValueError):
+            array = np.empty(0, dtype=object)
+    if array.shape == (size, 1):
+        array = array[:, 0]
+    if array.shape != (size,):
+        raise TypeError(
+            f"{call}(): incompatible function arguments. {name} must be a vector of {size} numbers, "
+            f"not {np.shape(value) or value!r}."
+        )
+    return array.copy()
+
+
+def finite(call: str, name: str, value: Any) -> Any:
+    """`value`, after making sure that none of its numbers is infinite or nan (symbols pass).
+
+    Raises:
+        RuntimeError: one is.
+    """
+    array = np.asarray(value)
+    if array.dtype != object and not np.all(np.isfinite(array)):
+        raise RuntimeError(f"{call}(): {name} must be finite, not {value}.")
+    return value

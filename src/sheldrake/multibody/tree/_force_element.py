@@ -1,0 +1,243 @@
+"""Force elements: gravity, springs, dampers."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import sqrt
+from sheldrake.multibody.tree._element import Element, vector
+from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex, world_model_instance
+from sheldrake.multibody.tree._joints_axis import PrismaticJoint, RevoluteJoint
+from sheldrake.multibody.tree._rigid_body import RigidBody
+
+
+class ForceElement(Element):
+    """Puts forces on bodies or joints as a function of the plant's state."""
+
+    _index_type = ForceElementIndex
+
+    def _defaults(self) -> list[float]:
+        """Its numeric parameters in a default context."""
+        return []
+
+    def _parts(self) -> tuple[Any, ...]:
+        """Joints and bodies it acts on."""
+        return ()
+
+    def _potential_energy(self, context: Any) -> Any:
+        """Energy it stores [J]; gravity's is counted with the bodies."""
+        return 0.0
+
+
+class UniformGravityFieldElement(ForceElement):
+    """The same gravity everywhere; every plant has one, its first force element."""
+
+    kDefaultStrength: ClassVar[float] = 9.81  # [m/s²]
+
+    def __init__(self, g_W: Any = (0.0, 0.0, -kDefaultStrength)):
+        """
+        Args:
+            g_W: Acceleration of gravity, in W [m/s²], shape (3,).
+        """
+        super().__init__(world_model_instance())
+        self._g_W = vector("UniformGravityFieldElement", "g_W", g_W, 3)
+        self._disabled: set[int] = set()
+
+    def gravity_vector(self) -> np.ndarray:
+        """Acceleration of gravity, in W [m/s²], shape (3,)."""
+        return self._g_W.copy()
+
+    def set_gravity_vector(self, g_W: Any) -> None:
+        """Sets the acceleration of gravity, in W [m/s²]."""
+        self._g_W = vector("UniformGravityFieldElement.set_gravity_vector", "g_W", g_W, 3)
+        if self._owner is not None:
+            self._owner._gravity_changed()
+
+    def is_enabled(self, model_instance: ModelInstanceIndex) -> bool:
+        """Whether it acts on the bodies of a model instance."""
+        return int(model_instance) not in self._disabled
+
+    def set_enabled(self, model_instance: ModelInstanceIndex, is_enabled: bool) -> None:
+        """Switches it on or off for the bodies of a model instance, before Finalize()."""
+        if self._owner is not None:
+            self._owner._require_not_finalized("set_enabled")
+        (self._disabled.discard if is_enabled else self._disabled.add)(int(model_instance))
+
+    def CalcGravityGeneralizedForces(self, context: Any) -> np.ndarray:
+        """Generalized forces of gravity [N or N m], shape (nv,)."""
+        return self._finalized("CalcGravityGeneralizedForces").CalcGravityGeneralizedForces(context)
+
+
+class _JointSpring(ForceElement):
+    """A torsion or compression spring on a joint of one degree of freedom."""
+
+    _joint_type: ClassVar[type]
+
+    def __init__(self, joint: Any, nominal: float, stiffness: float):
+        if not isinstance(joint, self._joint_type):
+            raise TypeError(
+                f"{type(self).__name__}(): incompatible constructor arguments. joint must be a "
+                f"{self._joint_type.__name__}, not {joint!r}."
+            )
+        super().__init__(joint.model_instance())
+        if not stiffness >= 0.0:
+            raise RuntimeError(f"{type(self).__name__}: the stiffness must be nonnegative, not {stiffness}.")
+        self._joint, self._nominal, self._stiffness = joint, float(nominal), float(stiffness)
+
+    def joint(self) -> Any:
+        """The joint it acts on."""
+        return self._joint
+
+    def _defaults(self) -> list[float]:
+        return [self._stiffness, self._nominal]
+
+    def _parts(self) -> tuple[Any, ...]:
+        return (self._joint,)
+
+    def _potential_energy(self, context: Any) -> Any:
+        stiffness, nominal = self._owner._numbers(context, self._group)
+        stretch = self._joint.GetOnePosition(context) - nominal
+        return 0.5 * stiffness * stretch * stretch
+
+
+class RevoluteSpring(_JointSpring):
+    """Torque k (theta_0 - theta) on a revolute joint."""
+
+    _joint_type = RevoluteJoint
+
+    def __init__(self, joint: RevoluteJoint, nominal_angle: float, stiffness: float):
+        """
+        Args:
+            joint: The joint.
+            nominal_angle: Angle without torque [rad].
+            stiffness: [N m/rad].
+        """
+        super().__init__(joint, nominal_angle, stiffness)
+
+    def default_nominal_angle(self) -> float:
+        """Angle without torque [rad]."""
+        return self._nominal
+
+    def default_stiffness(self) -> float:
+        """Stiffness [N m/rad]."""
+        return self._stiffness
+
+    def GetNominalAngle(self, context: Any) -> float:
+        """Angle without torque as the context has it [rad]."""
+        return self._finalized("GetNominalAngle")._numbers(context, self._group)[1]
+
+    def SetNominalAngle(self, context: Any, nominal_angle: float) -> None:
+        """Changes the angle without torque in a context [rad]."""
+        owner = self._finalized("SetNominalAngle")
+        owner._write_numbers(context, self._group, [self.GetStiffness(context), nominal_angle])
+
+    def GetStiffness(self, context: Any) -> float:
+        """Stiffness as the context has it [N m/rad]."""
+        return self._finalized("GetStiffness")._numbers(context, self._group)[0]
+
+    def SetStiffness(self, context: Any, stiffness: float) -> None:
+        """Changes the stiffness in a context [N m/rad]."""
+        owner = self._finalized("SetStiffness")
+        if isinstance(stiffness, (int, float)) and not stiffness >= 0.0:
+            raise RuntimeError(f"RevoluteSpring.SetStiffness(): must be nonnegative, not {stiffness}.")
+        owner._write_numbers(context, self._group, [stiffness, self.GetNominalAngle(context)])
+
+
+class PrismaticSpring(_JointSpring):
+    """Force k (x_0 - x) on a prismatic joint."""
+
+    _joint_type = PrismaticJoint
+
+    def __init__(self, joint: PrismaticJoint, nominal_position: float, stiffness: float):
+        """
+        Args:
+            joint: The joint.
+            nominal_position: Position without force [m].
+            stiffness: [N/m].
+        """
+        super().__init__(joint, nominal_position, stiffness)
+
+    def nominal_position(self) -> float:
+        """Position without force [m]."""
+        return self._nominal
+
+    def stiffness(self) -> float:
+        """Stiffness [N/m]."""
+        return self._stiffness
+
+
+class LinearSpringDamper(ForceElement):
+    """A massless spring and damper between a point P of body A and a point Q of body B."""
+
+    def __init__(
+        self,
+        bodyA: RigidBody,
+        p_AP: Any,
+        bodyB: RigidBody,
+        p_BQ: Any,
+        free_length: float,
+        stiffness: float,
+        damping: float,
+    ):
+        """
+        Args:
+            bodyA: Body A.
+            p_AP: P in A [m], shape (3,).
+            bodyB: Body B.
+            p_BQ: Q in B [m], shape (3,).
+            free_length: Length without force [m].
+            stiffness: [N/m].
+            damping: [N s/m].
+        """
+        super().__init__(bodyB.model_instance())
+        if not (free_length > 0.0 and stiffness >= 0.0 and damping >= 0.0):
+            raise RuntimeError(
+                "LinearSpringDamper: needs free_length > 0, stiffness >= 0 and damping >= 0, not "
+                f"{free_length}, {stiffness} and {damping}."
+            )
+        self._A, self._B = bodyA, bodyB
+        self._p_AP = vector("LinearSpringDamper", "p_AP", p_AP, 3)
+        self._p_BQ = vector("LinearSpringDamper", "p_BQ", p_BQ, 3)
+        self._free_length, self._stiffness, self._damping = float(free_length), float(stiffness), float(damping)
+
+    def bodyA(self) -> RigidBody:
+        """Body A."""
+        return self._A
+
+    def bodyB(self) -> RigidBody:
+        """Body B."""
+        return self._B
+
+    def p_AP(self) -> np.ndarray:
+        """P in A [m], shape (3,)."""
+        return self._p_AP.copy()
+
+    def p_BQ(self) -> np.ndarray:
+        """Q in B [m], shape (3,)."""
+        return self._p_BQ.copy()
+
+    def free_length(self) -> float:
+        """Length without force [m]."""
+        return self._free_length
+
+    def stiffness(self) -> float:
+        """Stiffness [N/m]."""
+        return self._stiffness
+
+    def damping(self) -> float:
+        """Damping [N s/m]."""
+        return self._damping
+
+    def _defaults(self) -> list[float]:
+        return [*self._p_AP, *self._p_BQ, self._free_length, self._stiffness, self._damping]
+
+    def _parts(self) -> tuple[Any, ...]:
+        return (self._A, self._B)
+
+    def _potential_energy(self, context: Any) -> Any:
+        p_WP = self._A.EvalPoseInWorld(context) @ self._p_AP
+        p_PQ = self._B.EvalPoseInWorld(context) @ self._p_BQ - p_WP
+        stretch = sqrt(p_PQ @ p_PQ) - self._free_length
+        return 0.5 * self._stiffness * stretch * stretch

@@ -1,0 +1,83 @@
+"""The order in which bodies follow each other from the world outwards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
+
+
+class Step(NamedTuple):
+    """One body of the forest: it hangs on `parent` by `joint`."""
+
+    body: Any
+    parent: Any
+    joint: Any
+    reversed: bool
+    """The joint names this body as its parent."""
+
+
+def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint: Callable[[Any], Any]) -> list[Step]:
+    """Bodies depth first, each after its inboard body; Drake numbers positions and velocities in this order.
+
+    Trees on the world come first, in the order of its joints; then every other group of joined bodies, with the first
+    body that no joint names as a child as its floating base; then single bodies.
+
+    Args:
+        bodies: All bodies, the world first.
+        joints: All joints.
+        add_floating_joint: Makes and registers the joint of a body that floats.
+
+    Raises:
+        RuntimeError: joints form a loop, or a joint would have to be reversed that cannot be.
+    """
+    incident: dict[int, list[Any]] = {id(b): [] for b in bodies}
+    for joint in joints:
+        incident[id(joint.parent_body())].append(joint)
+        incident[id(joint.child_body())].append(joint)
+    steps: list[Step] = []
+    seen = {id(bodies[0])}
+    used: set[int] = set()
+
+    def grow(root: Any) -> None:
+        stack = [(root, iter(incident[id(root)]))]
+        while stack:
+            body, rest = stack[-1]
+            joint = next((j for j in rest if id(j) not in used), None)
+            if joint is None:
+                stack.pop()
+                continue
+            used.add(id(joint))
+            backwards = joint.child_body() is body
+            other = joint.parent_body() if backwards else joint.child_body()
+            if id(other) in seen:
+                raise RuntimeError(
+                    f"MultibodyPlant.Finalize(): the bodies and joints form a loop, closed by joint {joint.name()!r} "
+                    f"between bodies {joint.parent_body().name()!r} and {joint.child_body().name()!r}. Loops in the "
+                    "system graph are not supported as joints; remove that joint and close the loop with a constraint "
+                    "or a stiff LinearBushingRollPitchYaw instead."
+                )
+            if backwards and not joint._reversible:
+                raise RuntimeError(
+                    f"MultibodyPlant::Finalize(): parent/child ordering for {joint.type_name()} joint {joint.name()} "
+                    f"(body {joint.parent_body().name()!r} to body {joint.child_body().name()!r}) would have to be "
+                    "reversed to make a tree-structured model for this system. Joints that can be reversed are: "
+                    "prismatic, revolute, weld. Swap the parent and child of this joint."
+                )
+            steps.append(Step(other, body, joint, backwards))
+            seen.add(id(other))
+            stack.append((other, iter(incident[id(other)])))
+
+    def float_body(body: Any) -> None:
+        joint = add_floating_joint(body)
+        used.add(id(joint))
+        steps.append(Step(body, bodies[0], joint, False))
+        seen.add(id(body))
+        grow(body)
+
+    grow(bodies[0])
+    children = {id(j.child_body()) for j in joints}
+    joined = [b for b in bodies if incident[id(b)]]
+    for body in (*(b for b in joined if id(b) not in children), *joined, *bodies):
+        if id(body) not in seen:
+            float_body(body)
+    return steps

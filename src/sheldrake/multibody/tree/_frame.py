@@ -1,0 +1,217 @@
+"""Frames: fixed to bodies, where joints attach and poses are measured."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.math import RigidTransform, RotationMatrix
+from sheldrake.multibody.tree._element import NamedElement
+from sheldrake.multibody.tree._index import FrameIndex
+
+
+class Frame(NamedElement):
+    """A frame F fixed to a body B."""
+
+    _index_type = FrameIndex
+
+    def __init__(self, name: str, body: Any, model_instance: Any = None):
+        super().__init__(name, body.model_instance() if model_instance is None else model_instance)
+        self._body = body
+
+    def body(self) -> Any:
+        """The RigidBody it is fixed to."""
+        return self._body
+
+    def is_world_frame(self) -> bool:
+        """Whether it is the frame of the world body."""
+        return self.is_body_frame() and self._body.index() == 0
+
+    def is_body_frame(self) -> bool:
+        """Whether it is the frame of a body itself."""
+        return False
+
+    # --- where it is on its body
+
+    def _X_BF(self, context: Any) -> RigidTransform:
+        raise NotImplementedError
+
+    def CalcPoseInBodyFrame(self, context: Any) -> RigidTransform:
+        """X_BF."""
+        self._finalized("CalcPoseInBodyFrame")
+        return self._X_BF(context)
+
+    def CalcRotationMatrixInBodyFrame(self, context: Any) -> RotationMatrix:
+        """R_BF."""
+        return self.CalcPoseInBodyFrame(context).rotation()
+
+    def GetFixedPoseInBodyFrame(self) -> RigidTransform:
+        """X_BF by default; a context may hold another one."""
+        raise NotImplementedError
+
+    def GetFixedRotationMatrixInBodyFrame(self) -> RotationMatrix:
+        """R_BF by default."""
+        return self.GetFixedPoseInBodyFrame().rotation()
+
+    def GetFixedOffsetPoseInBody(self, X_FQ: RigidTransform) -> RigidTransform:
+        """X_BQ of a frame Q given in F, by default."""
+        return self.GetFixedPoseInBodyFrame() @ X_FQ
+
+    def GetFixedRotationMatrixInBody(self, R_FQ: RotationMatrix) -> RotationMatrix:
+        """R_BQ of a frame Q given in F, by default."""
+        return self.GetFixedRotationMatrixInBodyFrame() @ R_FQ
+
+    def CalcOffsetPoseInBody(self, context: Any, X_FQ: RigidTransform) -> RigidTransform:
+        """X_BQ of a frame Q given in F."""
+        return self.CalcPoseInBodyFrame(context) @ X_FQ
+
+    def CalcOffsetRotationMatrixInBody(self, context: Any, R_FQ: RotationMatrix) -> RotationMatrix:
+        """R_BQ of a frame Q given in F."""
+        return self.CalcRotationMatrixInBodyFrame(context) @ R_FQ
+
+    # --- where it is
+
+    def CalcPoseInWorld(self, context: Any) -> RigidTransform:
+        """X_WF."""
+        return self._finalized("CalcPoseInWorld")._pose_of_frame(context, self)
+
+    def CalcPose(self, context: Any, frame_M: Frame) -> RigidTransform:
+        """X_MF: this frame F in another frame M."""
+        return frame_M.CalcPoseInWorld(context).InvertAndCompose(self.CalcPoseInWorld(context))
+
+    def CalcRotationMatrixInWorld(self, context: Any) -> RotationMatrix:
+        """R_WF."""
+        return self.CalcPoseInWorld(context).rotation()
+
+    def CalcRotationMatrix(self, context: Any, frame_M: Frame) -> RotationMatrix:
+        """R_MF."""
+        return self.CalcPose(context, frame_M).rotation()
+
+    # --- how it moves
+
+    def EvalAngularVelocityInWorld(self, context: Any) -> np.ndarray:
+        """w_WF expressed in W [rad/s], shape (3,)."""
+        return self.CalcSpatialVelocityInWorld(context).rotational()
+
+    def CalcAngularVelocity(self, context: Any, measured_in_frame: Frame, expressed_in_frame: Frame) -> np.ndarray:
+        """w_MF expressed in E [rad/s], shape (3,)."""
+        return self.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame).rotational()
+
+    def CalcSpatialVelocityInWorld(self, context: Any) -> Any:
+        """V_WF expressed in W, a SpatialVelocity."""
+        return self._finalized("CalcSpatialVelocityInWorld")._velocity_of_frame(context, self)
+
+    def CalcSpatialVelocity(self, context: Any, frame_M: Frame, frame_E: Frame) -> Any:
+        """V_MF expressed in E, a SpatialVelocity."""
+        owner = self._finalized("CalcSpatialVelocity")
+        V_WF, V_WM = owner._velocity_of_frame(context, self), owner._velocity_of_frame(context, frame_M)
+        p_MoFo_W = self.CalcPoseInWorld(context).translation() - frame_M.CalcPoseInWorld(context).translation()
+        return _express(context, V_WF - V_WM.Shift(p_MoFo_W), frame_E)
+
+    def CalcRelativeSpatialVelocityInWorld(self, context: Any, other_frame: Frame) -> Any:
+        """V_WF - V_WB of another frame B, expressed in W."""
+        owner = self._finalized("CalcRelativeSpatialVelocityInWorld")
+        return owner._velocity_of_frame(context, self) - owner._velocity_of_frame(context, other_frame)
+
+    def CalcRelativeSpatialVelocity(
+        self, context: Any, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
+    ) -> Any:
+        """V_MF - V_MB of another frame B, expressed in E."""
+        return self.CalcSpatialVelocity(
+            context, measured_in_frame, expressed_in_frame
+        ) - other_frame.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame)
+
+    def CalcSpatialAccelerationInWorld(self, context: Any) -> Any:
+        """A_WF expressed in W, a SpatialAcceleration."""
+        return self._finalized("CalcSpatialAccelerationInWorld")._acceleration_of_frame(context, self)
+
+    def CalcSpatialAcceleration(self, context: Any, measured_in_frame: Frame, expressed_in_frame: Frame) -> Any:
+        """A_MF expressed in E, a SpatialAcceleration."""
+        owner = self._finalized("CalcSpatialAcceleration")
+        A_MF_W = owner._relative_acceleration(context, self, measured_in_frame)
+        return _express(context, A_MF_W, expressed_in_frame)
+
+    def CalcRelativeSpatialAccelerationInWorld(self, context: Any, other_frame: Frame) -> Any:
+        """A_WF - A_WB of another frame B, expressed in W."""
+        owner = self._finalized("CalcRelativeSpatialAccelerationInWorld")
+        return owner._acceleration_of_frame(context, self) - owner._acceleration_of_frame(context, other_frame)
+
+    def CalcRelativeSpatialAcceleration(
+        self, context: Any, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
+    ) -> Any:
+        """A_MF - A_MB of another frame B, expressed in E."""
+        return self.CalcSpatialAcceleration(
+            context, measured_in_frame, expressed_in_frame
+        ) - other_frame.CalcSpatialAcceleration(context, measured_in_frame, expressed_in_frame)
+
+
+def _express(context: Any, spatial_W: Any, frame_E: Frame) -> Any:
+    """A spatial vector given in W, expressed in E."""
+    if frame_E.is_world_frame():
+        return spatial_W
+    return spatial_W.Rotate(frame_E.CalcRotationMatrixInWorld(context).inverse())
+
+
+class RigidBodyFrame(Frame):
+    """The frame of a body."""
+
+    def __init__(self, body: Any):
+        super().__init__(body.name(), body)
+
+    def is_body_frame(self) -> bool:
+        """True."""
+        return True
+
+    def _X_BF(self, context: Any) -> RigidTransform:
+        return RigidTransform()
+
+    def GetFixedPoseInBodyFrame(self) -> RigidTransform:
+        """The identity."""
+        return RigidTransform()
+
+
+class FixedOffsetFrame(Frame):
+    """A frame F at a fixed pose in another frame P of the same body; the pose is a parameter of the context."""
+
+    def __init__(self, name: str, P: Any = None, X_PF: Any = None, model_instance: Any = None, **retired: Any):
+        """
+        Args:
+            name: Name of the frame.
+            P: The frame it is fixed to, or a RigidBody (then also named `bodyB`).
+            X_PF: Its pose in P (also named `X_BF`).
+            model_instance: Where it belongs; by default that of P.
+        """
+        P = retired.pop("bodyB", P)
+        X_PF = retired.pop("X_BF", X_PF)
+        if retired or P is None or not isinstance(X_PF, RigidTransform):
+            raise TypeError(
+                "FixedOffsetFrame(): incompatible constructor arguments. Takes (name: str, P: Frame, X_PF: "
+                "RigidTransform, model_instance: ModelInstanceIndex = None) or (name: str, bodyB: RigidBody, X_BF: "
+                "RigidTransform)."
+            )
+        parent = P if isinstance(P, Frame) else P.body_frame()
+        super().__init__(name, parent.body(), parent.model_instance() if model_instance is None else model_instance)
+        self._parent, self._X_PF = parent, X_PF
+
+    def GetFixedPoseInBodyFrame(self) -> RigidTransform:
+        """X_BF by default."""
+        return self._parent.GetFixedPoseInBodyFrame() @ self._X_PF
+
+    def _X_BF(self, context: Any) -> RigidTransform:
+        return self._parent._X_BF(context) @ self.GetPoseInParentFrame(context)
+
+    def GetPoseInParentFrame(self, context: Any) -> RigidTransform:
+        """X_PF as the context has it."""
+        owner = self._finalized("GetPoseInParentFrame")
+        return owner._transform(context, owner._numbers(context, self._group))
+
+    def SetPoseInParentFrame(self, context: Any, X_PF: RigidTransform) -> None:
+        """Changes X_PF in a context."""
+        owner = self._finalized("SetPoseInParentFrame")
+        owner._write_numbers(context, self._group, pose_numbers(X_PF))
+
+
+def pose_numbers(X: RigidTransform) -> np.ndarray:
+    """The twelve parameters of a pose: R row by row, then p."""
+    return np.concatenate([np.asarray(X.rotation().matrix()).ravel(), np.asarray(X.translation()).ravel()])

@@ -1,0 +1,364 @@
+"""What all joints have in common."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.math import RigidTransform
+from sheldrake.multibody.tree._element import NamedElement, finite, vector
+from sheldrake.multibody.tree._frame import Frame
+from sheldrake.multibody.tree._index import JointIndex
+
+_LIMITS = ("position", "velocity", "acceleration")
+
+
+class Joint(NamedElement):
+    """Connects a frame F on a parent body with a frame M on a child body."""
+
+    _index_type = JointIndex
+    kTypeName: ClassVar[str]
+    _q_suffixes: ClassVar[tuple[str, ...]] = ()
+    _v_suffixes: ClassVar[tuple[str, ...]] = ()
+    _rotates: ClassVar[bool] = False
+    _translates: ClassVar[bool] = False
+    _reversible: ClassVar[bool] = False
+
+    def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Any = ()):
+        """
+        Args:
+            name: Its name, unique in the model instance of the child.
+            frame_on_parent: F.
+            frame_on_child: M.
+            damping: Viscous damping of each velocity, shape (nv,).
+        """
+        for argument, value in (("frame_on_parent", frame_on_parent), ("frame_on_child", frame_on_child)):
+            if not isinstance(value, Frame):
+                raise TypeError(
+                    f"{type(self).__name__}(): incompatible constructor arguments. {argument} must be a Frame, "
+                    f"not {value!r}."
+                )
+        super().__init__(name, frame_on_child.model_instance())
+        self._F, self._M = frame_on_parent, frame_on_child
+        self._damping = self._checked_damping(damping)
+        infinite_q, infinite_v = np.full(self.num_positions(), np.inf), np.full(self.num_velocities(), np.inf)
+        self._limits = {
+            kind: (
+                -(infinite_q if kind == "position" else infinite_v),
+                infinite_q if kind == "position" else infinite_v,
+            )
+            for kind in _LIMITS
+        }
+        self._default_q = self._zero_positions()
+        self._random_q: Any = None
+        self._q_start = self._v_start = -1
+        self._ephemeral = False
+
+    # --- what it is
+
+    def is_ephemeral(self) -> bool:
+        """Whether Finalize() made it for a body without a joint."""
+        return self._ephemeral
+
+    def type_name(self) -> str:
+        """Its kind, such as "revolute"."""
+        return self.kTypeName
+
+    def parent_body(self) -> Any:
+        """The body of F."""
+        return self._F.body()
+
+    def child_body(self) -> Any:
+        """The body of M."""
+        return self._M.body()
+
+    def frame_on_parent(self) -> Frame:
+        """F."""
+        return self._F
+
+    def frame_on_child(self) -> Frame:
+        """M."""
+        return self._M
+
+    def num_positions(self) -> int:
+        """Number of its positions."""
+        return len(self._q_suffixes)
+
+    def num_velocities(self) -> int:
+        """Number of its velocities."""
+        return len(self._v_suffixes)
+
+    def can_rotate(self) -> bool:
+        """Whether M can turn in F."""
+        return self._rotates
+
+    def can_translate(self) -> bool:
+        """Whether M's origin can move in F."""
+        return self._translates
+
+    def position_start(self) -> int:
+        """Where its positions start in q.
+
+        Raises:
+            RuntimeError: before Finalize().
+        """
+        self._finalized("position_start")
+        return self._q_start
+
+    def velocity_start(self) -> int:
+        """Where its velocities start in v.
+
+        Raises:
+            RuntimeError: before Finalize().
+        """
+        self._finalized("velocity_start")
+        return self._v_start
+
+    def position_suffix(self, position_index_in_joint: int) -> str:
+        """What distinguishes the names of its positions."""
+        return self._q_suffixes[position_index_in_joint]
+
+    def velocity_suffix(self, velocity_index_in_joint: int) -> str:
+        """What distinguishes the names of its velocities."""
+        return self._v_suffixes[velocity_index_in_joint]
+
+    def _zero_positions(self) -> np.ndarray:
+        return np.zeros(self.num_positions())
+
+    def _constants(self) -> tuple[float, ...]:
+        """What the kernels need: an axis and a lead, or a pose."""
+        return ()
+
+    # --- limits
+
+    def position_lower_limits(self) -> np.ndarray:
+        """Lower limits of the positions, shape (nq,)."""
+        return self._limits["position"][0].copy()
+
+    def position_upper_limits(self) -> np.ndarray:
+        """Upper limits of the positions, shape (nq,)."""
+        return self._limits["position"][1].copy()
+
+    def velocity_lower_limits(self) -> np.ndarray:
+        """Lower limits of the velocities, shape (nv,). They are not enforced."""
+        return self._limits["velocity"][0].copy()
+
+    def velocity_upper_limits(self) -> np.ndarray:
+        """Upper limits of the velocities, shape (nv,). They are not enforced."""
+        return self._limits["velocity"][1].copy()
+
+    def acceleration_lower_limits(self) -> np.ndarray:
+        """Lower limits of the accelerations, shape (nv,). They are not enforced."""
+        return self._limits["acceleration"][0].copy()
+
+    def acceleration_upper_limits(self) -> np.ndarray:
+        """Upper limits of the accelerations, shape (nv,). They are not enforced."""
+        return self._limits["acceleration"][1].copy()
+
+    def set_position_limits(self, lower_limits: Any, upper_limits: Any) -> None:
+        """Sets the limits of the positions; before Finalize(), if the discrete update is to enforce them."""
+        self._set_limits("position", lower_limits, upper_limits)
+
+    def set_velocity_limits(self, lower_limits: Any, upper_limits: Any) -> None:
+        """Sets the limits of the velocities."""
+        self._set_limits("velocity", lower_limits, upper_limits)
+
+    def set_acceleration_limits(self, lower_limits: Any, upper_limits: Any) -> None:
+        """Sets the limits of the accelerations."""
+        self._set_limits("acceleration", lower_limits, upper_limits)
+
+    def _set_limits(self, kind: str, lower: Any, upper: Any) -> None:
+        call, size = f"set_{kind}_limits", len(self._limits[kind][0])
+        lower, upper = np.ravel(np.asarray(lower, float)), np.ravel(np.asarray(upper, float))
+        if lower.shape != (size,) or upper.shape != (size,):
+            raise RuntimeError(
+                f"{type(self).__name__}.{call}(): joint {self._name!r} takes limits of size {size}, "
+                f"not {lower.size} and {upper.size}."
+            )
+        if not np.all(lower <= upper):
+            raise RuntimeError(
+                f"{type(self).__name__}.{call}(): joint {self._name!r}: a lower limit exceeds its upper limit "
+                f"(lower {lower}, upper {upper})."
+            )
+        self._limits[kind] = (lower.copy(), upper.copy())
+
+    # --- damping
+
+    def _checked_damping(self, damping: Any) -> np.ndarray:
+        size = self.num_velocities()
+        damping = np.ravel(np.asarray(damping, float))
+        if damping.shape != (size,):
+            raise RuntimeError(
+                f"{type(self).__name__}: joint {self._name!r} takes {size} damping coefficients, not {damping.size}."
+            )
+        if not np.all(damping >= 0.0):
+            words = self.kTypeName.replace("_", " ").capitalize()
+            raise RuntimeError(f"{words} joint damping must be nonnegative.")
+        return damping
+
+    def default_damping_vector(self) -> np.ndarray:
+        """Damping of each velocity, shape (nv,)."""
+        return self._damping.copy()
+
+    def set_default_damping_vector(self, damping: Any) -> None:
+        """Sets the damping of each velocity, before Finalize()."""
+        if self._owner is not None:
+            self._owner._require_not_finalized("set_default_damping_vector")
+        self._damping = self._checked_damping(damping)
+
+    def GetDampingVector(self, context: Any) -> np.ndarray:
+        """Damping of each velocity as the context has it, shape (nv,)."""
+        return np.array(self._finalized("GetDampingVector")._numbers(context, self._group))
+
+    def SetDampingVector(self, context: Any, damping: Any) -> None:
+        """Changes the damping in a context."""
+        owner = self._finalized("SetDampingVector")
+        damping = vector("SetDampingVector", "damping", damping, self.num_velocities())
+        if damping.dtype != object:
+            self._checked_damping(damping)
+        owner._write_numbers(context, self._group, damping)
+
+    def AddInDamping(self, context: Any, forces: Any) -> None:
+        """Adds its damping forces to `forces`."""
+        v = self._velocities(context, "AddInDamping")
+        tau = forces.mutable_generalized_forces()
+        tau[self._v_start : self._v_start + len(v)] -= self.GetDampingVector(context) * v
+
+    def AddInOneForce(self, context: Any, joint_dof: int, joint_tau: float, forces: Any) -> None:
+        """Adds a force or torque on one of its velocities to `forces`."""
+        self._finalized("AddInOneForce")
+        if not 0 <= joint_dof < self.num_velocities():
+            raise RuntimeError(
+                f"Joint.AddInOneForce(): joint {self._name!r} has {self.num_velocities()} velocities, not {joint_dof}."
+            )
+        forces.mutable_generalized_forces()[self._v_start + joint_dof] += joint_tau
+
+    # --- default positions
+
+    def default_positions(self) -> np.ndarray:
+        """Positions of a default context, shape (nq,)."""
+        return self._default_q.copy()
+
+    def set_default_positions(self, default_positions: Any) -> None:
+        """Sets the positions of a default context."""
+        size = self.num_positions()
+        values = np.ravel(np.asarray(default_positions, float))
+        if values.shape != (size,):
+            raise RuntimeError(
+                f"Joint.set_default_positions(): joint {self._name!r} has {size} positions, not {values.size}."
+            )
+        self._default_q = values.copy()
+
+    def GetDefaultPose(self) -> RigidTransform:
+        """X_FM at the default positions."""
+        return self._pose_at(self._default_q)
+
+    def SetDefaultPose(self, X_FM: RigidTransform) -> None:
+        """Sets the default positions that put M at X_FM.
+
+        Raises:
+            RuntimeError: this kind of joint has no way to choose positions for a pose.
+        """
+        self._default_q = np.asarray(self._positions_of_pose("SetDefaultPose", X_FM), float)
+
+    def GetDefaultPosePair(self) -> tuple[Any, np.ndarray]:
+        """X_FM at the default positions as (Quaternion, p_FM)."""
+        X_FM = self.GetDefaultPose()
+        return X_FM.rotation().ToQuaternion(), X_FM.translation()
+
+    def SetDefaultPosePair(self, q_FM: Any, p_FM: Any) -> None:
+        """Sets the default positions from a Quaternion and p_FM."""
+        self.SetDefaultPose(RigidTransform(q_FM, p_FM))
+
+    def _pose_at(self, q: np.ndarray) -> RigidTransform:
+        raise NotImplementedError
+
+    def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Any:
+        raise RuntimeError(f"The function {call}() has not been implemented for {self.kTypeName} joints.")
+
+    def SetPose(self, context: Any, X_FM: RigidTransform) -> Any:
+        """Sets the positions that put M at X_FM."""
+        return self._write_q(context, "SetPose", self._positions_of_pose("SetPose", X_FM))
+
+    def GetPose(self, context: Any) -> RigidTransform:
+        """X_FM."""
+        return self._pose_at(self._q(context, "GetPose"))
+
+    def SetSpatialVelocity(self, context: Any, V_FM: Any) -> Any:
+        """Sets the velocities that give M the spatial velocity V_FM, expressed in F."""
+        return self._write_v(context, "SetSpatialVelocity", self._velocities_of(V_FM))
+
+    def _velocities_of(self, V_FM: Any) -> Any:
+        raise RuntimeError(f"The function SetSpatialVelocity() has not been implemented for {self.kTypeName} joints.")
+
+    # --- state in a context
+
+    def GetPositions(self, context: Any) -> np.ndarray:
+        """Its positions, shape (nq,)."""
+        return self._q(context, "GetPositions")
+
+    def SetPositions(self, context: Any, positions: Any) -> None:
+        """Sets its positions."""
+        self._write_q(context, "SetPositions", vector("SetPositions", "positions", positions, self.num_positions()))
+
+    def GetVelocities(self, context: Any) -> np.ndarray:
+        """Its velocities, shape (nv,)."""
+        return self._velocities(context, "GetVelocities")
+
+    def SetVelocities(self, context: Any, velocities: Any) -> None:
+        """Sets its velocities."""
+        self._write_v(
+            context, "SetVelocities", vector("SetVelocities", "velocities", velocities, self.num_velocities())
+        )
+
+    def GetOnePosition(self, context: Any) -> float:
+        """The position of a joint that has one."""
+        self._require_one("GetOnePosition", self.num_positions())
+        return self._q(context, "GetOnePosition")[0]
+
+    def GetOneVelocity(self, context: Any) -> float:
+        """The velocity of a joint that has one."""
+        self._require_one("GetOneVelocity", self.num_velocities())
+        return self._velocities(context, "GetOneVelocity")[0]
+
+    def _require_one(self, call: str, number: int) -> None:
+        if number != 1:
+            raise RuntimeError(f"Joint.{call}(): joint {self._name!r} of type {self.kTypeName} has {number}, not one.")
+
+    def _q(self, context: Any, call: str) -> np.ndarray:
+        owner = self._finalized(call)
+        return np.array(owner._positions(context)[self._q_start : self._q_start + self.num_positions()])
+
+    def _velocities(self, context: Any, call: str) -> np.ndarray:
+        owner = self._finalized(call)
+        return np.array(owner._velocities(context)[self._v_start : self._v_start + self.num_velocities()])
+
+    def _write_q(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
+        owner = self._finalized(call)
+        finite(f"{type(self).__name__}.{call}", "the positions", values)
+        owner._write_positions(context, self._q_start + at, values)
+        return self
+
+    def _write_v(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
+        owner = self._finalized(call)
+        finite(f"{type(self).__name__}.{call}", "the velocities", values)
+        owner._write_velocities(context, self._v_start + at, values)
+        return self
+
+    # --- locking
+
+    def Lock(self, context: Any) -> None:
+        """Locks it in a context: it keeps its positions and its velocities become zero. Discrete plants only."""
+        owner = self._finalized("Lock")
+        owner._set_locked(context, self, True)
+        if self.num_velocities():
+            owner._write_velocities(context, self._v_start, np.zeros(self.num_velocities()))
+
+    def Unlock(self, context: Any) -> None:
+        """Undoes Lock()."""
+        self._finalized("Unlock")._set_locked(context, self, False)
+
+    def is_locked(self, context: Any) -> bool:
+        """Whether it is locked in a context."""
+        return self._finalized("is_locked")._is_locked(context, self)

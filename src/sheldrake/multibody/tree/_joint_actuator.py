@@ -1,0 +1,168 @@
+"""Actuators and their gains."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.tree._element import NamedElement, vector
+from sheldrake.multibody.tree._index import JointActuatorIndex
+from sheldrake.multibody.tree._joint import Joint
+
+
+class PdControllerGains:
+    """Gains of a joint's position controller: p [N m/rad or N/m] and d [N m s/rad or N s/m]."""
+
+    __fields__ = ("p", "d")
+
+    def __init__(self, p: float = 0.0, d: float = 0.0):
+        self.p, self.d = float(p), float(d)
+
+    def __copy__(self) -> PdControllerGains:
+        return PdControllerGains(self.p, self.d)
+
+    def __deepcopy__(self, memo: dict) -> PdControllerGains:
+        return copy.copy(self)
+
+    def __repr__(self) -> str:
+        return f"PdControllerGains(p={self.p!r}, d={self.d!r})"
+
+
+class JointActuator(NamedElement):
+    """Applies an effort to a joint of one degree of freedom. Made by `MultibodyPlant.AddJointActuator`."""
+
+    _index_type = JointActuatorIndex
+
+    def __init__(self, name: str, joint: Joint, effort_limit: float = np.inf):
+        super().__init__(name, joint.model_instance())
+        if not effort_limit > 0.0:
+            raise RuntimeError(f"JointActuator effort limit must be strictly positive (not {effort_limit})")
+        self._joint, self._effort_limit = joint, float(effort_limit)
+        self._rotor_inertia, self._gear_ratio = 0.0, 1.0
+        self._gains: PdControllerGains | None = None
+        self._input_start = -1
+
+    def joint(self) -> Joint:
+        """The joint it acts on."""
+        return self._joint
+
+    def effort_limit(self) -> float:
+        """Largest effort [N m or N]."""
+        return self._effort_limit
+
+    def set_effort_limit(self, effort_limit: float) -> None:
+        """Sets the largest effort [N m or N].
+
+        Raises:
+            RuntimeError: it is not positive.
+        """
+        if not effort_limit > 0.0:
+            raise RuntimeError(f"JointActuator effort limit must be strictly positive (not {effort_limit})")
+        self._effort_limit = float(effort_limit)
+        if self._owner is not None:
+            self._owner._actuator_changed(self)
+
+    # --- rotor
+
+    def default_rotor_inertia(self) -> float:
+        """Inertia of the rotor about its axis [kg m²]."""
+        return self._rotor_inertia
+
+    def set_default_rotor_inertia(self, rotor_inertia: float) -> None:
+        """Sets the rotor inertia of a default context [kg m²]."""
+        if not rotor_inertia >= 0.0:
+            raise RuntimeError(f"JointActuator rotor inertia must be nonnegative (not {rotor_inertia})")
+        self._rotor_inertia = float(rotor_inertia)
+
+    def default_gear_ratio(self) -> float:
+        """Turns of the rotor for one of the joint (or [rad/m] for a prismatic joint)."""
+        return self._gear_ratio
+
+    def set_default_gear_ratio(self, gear_ratio: float) -> None:
+        """Sets the gear ratio of a default context."""
+        self._gear_ratio = float(gear_ratio)
+
+    def default_reflected_inertia(self) -> float:
+        """Rotor inertia as the joint feels it [kg m² or kg]."""
+        return self._gear_ratio * self._gear_ratio * self._rotor_inertia
+
+    def rotor_inertia(self, context: Any) -> float:
+        """Rotor inertia as the context has it [kg m²]."""
+        return self._finalized("rotor_inertia")._numbers(context, self._group)[0]
+
+    def gear_ratio(self, context: Any) -> float:
+        """Gear ratio as the context has it."""
+        return self._finalized("gear_ratio")._numbers(context, self._group + 1)[0]
+
+    def SetRotorInertia(self, context: Any, rotor_inertia: float) -> None:
+        """Changes the rotor inertia in a context [kg m²]."""
+        self._finalized("SetRotorInertia")._write_numbers(context, self._group, [rotor_inertia])
+
+    def SetGearRatio(self, context: Any, gear_ratio: float) -> None:
+        """Changes the gear ratio in a context."""
+        self._finalized("SetGearRatio")._write_numbers(context, self._group + 1, [gear_ratio])
+
+    def calc_reflected_inertia(self, context: Any) -> float:
+        """Rotor inertia as the joint feels it, in a context [kg m² or kg]."""
+        gear = self.gear_ratio(context)
+        return gear * gear * self.rotor_inertia(context)
+
+    # --- inputs
+
+    def input_start(self) -> int:
+        """Where its efforts start in the plant's actuation vector."""
+        self._finalized("input_start")
+        return self._input_start
+
+    def num_inputs(self) -> int:
+        """Number of its efforts."""
+        return self._joint.num_velocities()
+
+    def get_actuation_vector(self, u: Any) -> np.ndarray:
+        """Its part of the plant's actuation vector u."""
+        owner = self._finalized("get_actuation_vector")
+        u = vector("get_actuation_vector", "u", u, owner.num_actuated_dofs())
+        return u[self._input_start : self._input_start + self.num_inputs()]
+
+    def set_actuation_vector(self, u_actuator: Any, u: np.ndarray) -> None:
+        """Writes its part of the plant's actuation vector u, in place."""
+        self._finalized("set_actuation_vector")
+        u_actuator = vector("set_actuation_vector", "u_actuator", u_actuator, self.num_inputs())
+        u[self._input_start : self._input_start + self.num_inputs()] = np.reshape(
+            u_actuator, np.shape(u[self._input_start : self._input_start + self.num_inputs()])
+        )
+
+    # --- position control
+
+    def set_controller_gains(self, gains: PdControllerGains) -> None:
+        """Gives it a position controller, which the discrete update treats implicitly; before Finalize().
+
+        Raises:
+            RuntimeError: p is not positive, or d is negative.
+        """
+        if not gains.p > 0.0 or not gains.d >= 0.0:
+            raise RuntimeError(
+                f"JointActuator.set_controller_gains(): actuator {self._name!r} needs p > 0 and d >= 0, "
+                f"not p = {gains.p} and d = {gains.d}."
+            )
+        if self._owner is not None and self._gains is None:
+            self._owner._require_not_finalized("set_controller_gains")
+        self._gains = copy.copy(gains)
+        if self._owner is not None:
+            self._owner._actuator_changed(self)
+
+    def has_controller(self) -> bool:
+        """Whether it has a position controller."""
+        return self._gains is not None
+
+    def get_controller_gains(self) -> PdControllerGains:
+        """The gains of its position controller.
+
+        Raises:
+            RuntimeError: it has none.
+        """
+        if self._gains is None:
+            raise RuntimeError(f"JointActuator.get_controller_gains(): actuator {self._name!r} has no controller.")
+        return copy.copy(self._gains)

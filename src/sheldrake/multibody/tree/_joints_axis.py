@@ -1,0 +1,366 @@
+"""Joints along or about one axis, and the weld."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.eigen_geometry import AngleAxis
+from sheldrake.math import RigidTransform
+from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._frame import Frame, pose_numbers
+from sheldrake.multibody.tree._joint import Joint
+
+
+class _AxisJoint(Joint):
+    """One position, one velocity, one axis fixed in F and in M."""
+
+    _reversible = True
+
+    def __init__(
+        self,
+        name: str,
+        frame_on_parent: Frame,
+        frame_on_child: Frame,
+        axis: Any,
+        pos_lower_limit: float = -np.inf,
+        pos_upper_limit: float = np.inf,
+        damping: float = 0.0,
+    ):
+        super().__init__(name, frame_on_parent, frame_on_child, [damping])
+        axis = vector(type(self).__name__, "axis", axis, 3).astype(float)
+        length = float(np.linalg.norm(axis))
+        if not length >= np.sqrt(np.finfo(float).eps):
+            raise RuntimeError(f"{self.kTypeName.capitalize()} joint axis vector must have nonzero length.")
+        self._axis = axis / length
+        self._set_limits("position", [pos_lower_limit], [pos_upper_limit])
+
+    def _reversed_constants(self) -> tuple[float, ...]:
+        """Constants for the kernels when the child is the inboard body: the same motion about the opposite axis."""
+        x, y, z, lead = self._constants()
+        return (-x, -y, -z, lead)
+
+    def _one(self, kind: str, side: int) -> float:
+        return float(self._limits[kind][side][0])
+
+    def position_lower_limit(self) -> float:
+        """Lower limit of the position [rad or m]."""
+        return self._one("position", 0)
+
+    def position_upper_limit(self) -> float:
+        """Upper limit of the position [rad or m]."""
+        return self._one("position", 1)
+
+    def velocity_lower_limit(self) -> float:
+        """Lower limit of the velocity [rad/s or m/s]; not enforced."""
+        return self._one("velocity", 0)
+
+    def velocity_upper_limit(self) -> float:
+        """Upper limit of the velocity [rad/s or m/s]; not enforced."""
+        return self._one("velocity", 1)
+
+    def acceleration_lower_limit(self) -> float:
+        """Lower limit of the acceleration [rad/s² or m/s²]; not enforced."""
+        return self._one("acceleration", 0)
+
+    def acceleration_upper_limit(self) -> float:
+        """Upper limit of the acceleration [rad/s² or m/s²]; not enforced."""
+        return self._one("acceleration", 1)
+
+    def default_damping(self) -> float:
+        """Viscous damping [N m s or N s/m]."""
+        return float(self._damping[0])
+
+    def set_default_damping(self, damping: float) -> None:
+        """Sets the damping, before Finalize()."""
+        self.set_default_damping_vector([damping])
+
+    def GetDamping(self, context: Any) -> float:
+        """Viscous damping as the context has it."""
+        return self.GetDampingVector(context)[0]
+
+    def SetDamping(self, context: Any, damping: float) -> None:
+        """Changes the damping in a context."""
+        self.SetDampingVector(context, [damping])
+
+
+class RevoluteJoint(_AxisJoint):
+    """Turns about one axis."""
+
+    kTypeName = "revolute"
+    _q_suffixes, _v_suffixes, _rotates = ("q",), ("w",), True
+
+    def __init__(
+        self,
+        name: str,
+        frame_on_parent: Frame,
+        frame_on_child: Frame,
+        axis: Any,
+        *limits: float,
+        damping: float | None = None,
+        pos_lower_limit: float | None = None,
+        pos_upper_limit: float | None = None,
+    ):
+        """
+        Args:
+            name: Its name.
+            frame_on_parent: F.
+            frame_on_child: M.
+            axis: In F and in M; its length does not matter. Shape (3,).
+            limits: `damping`, or `pos_lower_limit, pos_upper_limit[, damping]`.
+            damping: Viscous damping [N m s].
+            pos_lower_limit: Lower limit of the angle [rad].
+            pos_upper_limit: Upper limit of the angle [rad].
+        """
+        if len(limits) == 1 and pos_upper_limit is None:
+            limits, damping = (), limits[0]
+        given = dict(zip(("lower", "upper", "damping"), limits))
+        super().__init__(
+            name,
+            frame_on_parent,
+            frame_on_child,
+            axis,
+            given.get("lower", -np.inf if pos_lower_limit is None else pos_lower_limit),
+            given.get("upper", np.inf if pos_upper_limit is None else pos_upper_limit),
+            given.get("damping", damping or 0.0),
+        )
+
+    def revolute_axis(self) -> np.ndarray:
+        """The axis, a unit vector in F and in M, shape (3,)."""
+        return self._axis.copy()
+
+    def _constants(self) -> tuple[float, ...]:
+        return (*self._axis, 0.0)
+
+    def _pose_at(self, q: np.ndarray) -> RigidTransform:
+        return RigidTransform(AngleAxis(q[0], self._axis), np.zeros(3))
+
+    def get_angle(self, context: Any) -> float:
+        """The angle [rad]."""
+        return self._q(context, "get_angle")[0]
+
+    def set_angle(self, context: Any, angle: float) -> RevoluteJoint:
+        """Sets the angle [rad]."""
+        return self._write_q(context, "set_angle", [angle])
+
+    def get_angular_rate(self, context: Any) -> float:
+        """The rate of the angle [rad/s]."""
+        return self._velocities(context, "get_angular_rate")[0]
+
+    def set_angular_rate(self, context: Any, angle: float) -> RevoluteJoint:
+        """Sets the rate of the angle [rad/s]."""
+        return self._write_v(context, "set_angular_rate", [angle])
+
+    def get_default_angle(self) -> float:
+        """The angle in a default context [rad]."""
+        return float(self._default_q[0])
+
+    def set_default_angle(self, angle: float) -> None:
+        """Sets the angle in a default context [rad]."""
+        self.set_default_positions([angle])
+
+    def set_random_angle_distribution(self, angle: Any) -> None:
+        """Sets the expression from which SetRandomState() draws the angle."""
+        self._random_q = [angle]
+
+
+class PrismaticJoint(_AxisJoint):
+    """Slides along one axis."""
+
+    kTypeName = "prismatic"
+    _q_suffixes, _v_suffixes, _translates = ("x",), ("v",), True
+
+    def translation_axis(self) -> np.ndarray:
+        """The axis, a unit vector in F and in M, shape (3,)."""
+        return self._axis.copy()
+
+    def _constants(self) -> tuple[float, ...]:
+        return (*self._axis, 1.0)
+
+    def _pose_at(self, q: np.ndarray) -> RigidTransform:
+        return RigidTransform(q[0] * self._axis)
+
+    def get_translation(self, context: Any) -> float:
+        """The translation [m]."""
+        return self._q(context, "get_translation")[0]
+
+    def set_translation(self, context: Any, translation: float) -> PrismaticJoint:
+        """Sets the translation [m]."""
+        return self._write_q(context, "set_translation", [translation])
+
+    def get_translation_rate(self, context: Any) -> float:
+        """The rate of the translation [m/s]."""
+        return self._velocities(context, "get_translation_rate")[0]
+
+    def set_translation_rate(self, context: Any, translation_dot: float) -> PrismaticJoint:
+        """Sets the rate of the translation [m/s]."""
+        return self._write_v(context, "set_translation_rate", [translation_dot])
+
+    def get_default_translation(self) -> float:
+        """The translation in a default context [m]."""
+        return float(self._default_q[0])
+
+    def set_default_translation(self, translation: float) -> None:
+        """Sets the translation in a default context [m]."""
+        self.set_default_positions([translation])
+
+    def set_random_translation_distribution(self, translation: Any) -> None:
+        """Sets the expression from which SetRandomState() draws the translation."""
+        self._random_q = [translation]
+
+
+class ScrewJoint(Joint):
+    """Turns about an axis and slides along it in proportion."""
+
+    kTypeName = "screw"
+    _q_suffixes, _v_suffixes, _rotates, _translates = ("q",), ("w",), True, True
+
+    def __init__(
+        self,
+        name: str,
+        frame_on_parent: Frame,
+        frame_on_child: Frame,
+        *args: Any,
+        axis: Any = (0.0, 0.0, 1.0),
+        screw_pitch: float | None = None,
+        damping: float | None = None,
+    ):
+        """
+        Args:
+            name: Its name.
+            frame_on_parent: F.
+            frame_on_child: M.
+            args: `screw_pitch, damping`, or `axis, screw_pitch, damping`.
+            axis: In F and in M; z when left out. Shape (3,).
+            screw_pitch: Translation for one turn [m].
+            damping: Viscous damping of the rotation [N m s].
+        """
+        rest = list(args)
+        if rest and np.ndim(rest[0]) > 0:
+            axis = rest.pop(0)
+        screw_pitch = rest.pop(0) if rest else screw_pitch
+        damping = rest.pop(0) if rest else damping
+        if rest or screw_pitch is None or damping is None:
+            raise TypeError(
+                "ScrewJoint(): incompatible constructor arguments. Takes (name, frame_on_parent, frame_on_child, "
+                "screw_pitch: float, damping: float) or (name, frame_on_parent, frame_on_child, axis, screw_pitch: "
+                "float, damping: float)."
+            )
+        super().__init__(name, frame_on_parent, frame_on_child, [damping])
+        axis = vector("ScrewJoint", "axis", axis, 3).astype(float)
+        length = float(np.linalg.norm(axis))
+        if not length >= np.sqrt(np.finfo(float).eps):
+            raise RuntimeError("Screw joint axis vector must have nonzero length.")
+        self._axis, self._pitch = axis / length, float(screw_pitch)
+
+    def _lead(self) -> float:
+        return self._pitch / (2 * np.pi)
+
+    def _constants(self) -> tuple[float, ...]:
+        return (*self._axis, self._lead())
+
+    def _pose_at(self, q: np.ndarray) -> RigidTransform:
+        return RigidTransform(AngleAxis(q[0], self._axis), q[0] * self._lead() * self._axis)
+
+    def _angle_of(self, call: str, translation: float) -> float:
+        if self._pitch == 0.0:
+            raise RuntimeError(f"ScrewJoint.{call}(): joint {self._name!r} has no pitch, so it does not translate.")
+        return translation / self._lead()
+
+    def screw_axis(self) -> np.ndarray:
+        """The axis, a unit vector in F and in M, shape (3,)."""
+        return self._axis.copy()
+
+    def screw_pitch(self) -> float:
+        """Translation for one turn [m]."""
+        return self._pitch
+
+    def default_damping(self) -> float:
+        """Viscous damping of the rotation [N m s]."""
+        return float(self._damping[0])
+
+    def GetDamping(self, context: Any) -> float:
+        """Viscous damping as the context has it [N m s]."""
+        return self.GetDampingVector(context)[0]
+
+    def SetDamping(self, context: Any, damping: float) -> None:
+        """Changes the damping in a context [N m s]."""
+        self.SetDampingVector(context, [damping])
+
+    def get_rotation(self, context: Any) -> float:
+        """The angle [rad]."""
+        return self._q(context, "get_rotation")[0]
+
+    def set_rotation(self, context: Any, theta: float) -> ScrewJoint:
+        """Sets the angle [rad]."""
+        return self._write_q(context, "set_rotation", [theta])
+
+    def get_translation(self, context: Any) -> float:
+        """The translation along the axis [m]."""
+        return self._q(context, "get_translation")[0] * self._lead()
+
+    def set_translation(self, context: Any, translation: float) -> ScrewJoint:
+        """Sets the translation along the axis [m]."""
+        return self._write_q(context, "set_translation", [self._angle_of("set_translation", translation)])
+
+    def get_angular_velocity(self, context: Any) -> float:
+        """The rate of the angle [rad/s]."""
+        return self._velocities(context, "get_angular_velocity")[0]
+
+    def set_angular_velocity(self, context: Any, theta_dot: float) -> ScrewJoint:
+        """Sets the rate of the angle [rad/s]."""
+        return self._write_v(context, "set_angular_velocity", [theta_dot])
+
+    def get_translational_velocity(self, context: Any) -> float:
+        """The speed along the axis [m/s]."""
+        return self._velocities(context, "get_translational_velocity")[0] * self._lead()
+
+    def set_translational_velocity(self, context: Any, translation_dot: float) -> ScrewJoint:
+        """Sets the speed along the axis [m/s]."""
+        rate = self._angle_of("set_translational_velocity", translation_dot)
+        return self._write_v(context, "set_translational_velocity", [rate])
+
+    def get_default_rotation(self) -> float:
+        """The angle in a default context [rad]."""
+        return float(self._default_q[0])
+
+    def set_default_rotation(self, theta: float) -> None:
+        """Sets the angle in a default context [rad]."""
+        self.set_default_positions([theta])
+
+    def get_default_translation(self) -> float:
+        """The translation in a default context [m]."""
+        return float(self._default_q[0]) * self._lead()
+
+    def set_default_translation(self, z: float) -> None:
+        """Sets the translation in a default context [m]."""
+        self.set_default_positions([self._angle_of("set_default_translation", z)])
+
+    def set_random_pose_distribution(self, theta: Any) -> None:
+        """Sets the expression from which SetRandomState() draws the angle."""
+        self._random_q = list(np.ravel(theta))
+
+
+class WeldJoint(Joint):
+    """Fixes M in F."""
+
+    kTypeName = "weld"
+    _reversible = True
+
+    def __init__(self, name: str, frame_on_parent_F: Frame, frame_on_child_M: Frame, X_FM: RigidTransform):
+        super().__init__(name, frame_on_parent_F, frame_on_child_M)
+        self._X_FM = X_FM
+
+    def X_FM(self) -> RigidTransform:
+        """Where M is in F."""
+        return self._X_FM
+
+    def _constants(self) -> tuple[float, ...]:
+        return tuple(pose_numbers(self._X_FM))
+
+    def _reversed_constants(self) -> tuple[float, ...]:
+        return tuple(pose_numbers(self._X_FM.inverse()))
+
+    def _pose_at(self, q: np.ndarray) -> RigidTransform:
+        return self._X_FM

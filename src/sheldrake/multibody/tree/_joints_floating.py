@@ -1,0 +1,184 @@
+"""Joints of six degrees of freedom."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.eigen_geometry import Quaternion
+from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._frame import Frame
+from sheldrake.multibody.tree._joint import Joint
+
+
+class _FloatingJoint(Joint):
+    """M moves freely in F; velocities are w_FM and v_FM, expressed in F."""
+
+    _v_suffixes = ("wx", "wy", "wz", "vx", "vy", "vz")
+    _rotates = _translates = True
+    _p_start = 0
+
+    def __init__(
+        self,
+        name: str,
+        frame_on_parent: Frame,
+        frame_on_child: Frame,
+        angular_damping: float = 0.0,
+        translational_damping: float = 0.0,
+    ):
+        """
+        Args:
+            name: Its name.
+            frame_on_parent: F.
+            frame_on_child: M.
+            angular_damping: Viscous damping of w_FM [N m s].
+            translational_damping: Viscous damping of v_FM [N s/m].
+        """
+        super().__init__(name, frame_on_parent, frame_on_child, [angular_damping] * 3 + [translational_damping] * 3)
+
+    def _rotation_positions(self, R: RotationMatrix) -> Any:
+        raise NotImplementedError
+
+    def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Any:
+        return [*self._rotation_positions(X_FM.rotation()), *X_FM.translation()]
+
+    def _velocities_of(self, V_FM: Any) -> Any:
+        return V_FM.get_coeffs()
+
+    def default_angular_damping(self) -> float:
+        """Viscous damping of w_FM [N m s]."""
+        return float(self._damping[0])
+
+    def default_translational_damping(self) -> float:
+        """Viscous damping of v_FM [N s/m]."""
+        return float(self._damping[3])
+
+    def SetOrientation(self, context: Any, R_FM: RotationMatrix) -> Any:
+        """Turns M to R_FM."""
+        return self._write_q(context, "SetOrientation", self._rotation_positions(R_FM))
+
+    def get_translation(self, context: Any) -> np.ndarray:
+        """p_FM [m], shape (3,)."""
+        return self._q(context, "get_translation")[self._p_start :]
+
+    def SetTranslation(self, context: Any, p_FM: Any) -> Any:
+        """Moves M's origin to p_FM [m]."""
+        return self._write_q(context, "SetTranslation", vector("SetTranslation", "p_FM", p_FM, 3), self._p_start)
+
+    def get_angular_velocity(self, context: Any) -> np.ndarray:
+        """w_FM expressed in F [rad/s], shape (3,)."""
+        return self._velocities(context, "get_angular_velocity")[:3]
+
+    def set_angular_velocity(self, context: Any, w_FM: Any) -> Any:
+        """Sets w_FM expressed in F [rad/s]."""
+        return self._write_v(context, "set_angular_velocity", vector("set_angular_velocity", "w_FM", w_FM, 3))
+
+    def get_translational_velocity(self, context: Any) -> np.ndarray:
+        """v_FM expressed in F [m/s], shape (3,)."""
+        return self._velocities(context, "get_translational_velocity")[3:]
+
+    def set_translational_velocity(self, context: Any, v_FM: Any) -> Any:
+        """Sets v_FM expressed in F [m/s]."""
+        call = "set_translational_velocity"
+        return self._write_v(context, call, vector(call, "v_FM", v_FM, 3), 3)
+
+    def get_default_translation(self) -> np.ndarray:
+        """p_FM in a default context [m], shape (3,)."""
+        return self._default_q[self._p_start :].copy()
+
+    def _set_default_translation(self, p_FM: Any) -> None:
+        self._default_q[self._p_start :] = vector("set_default_translation", "p_FM", p_FM, 3)
+
+
+class QuaternionFloatingJoint(_FloatingJoint):
+    """Positions are a quaternion (w, x, y, z), of any length, and p_FM."""
+
+    kTypeName = "quaternion_floating"
+    _q_suffixes = ("qw", "qx", "qy", "qz", "x", "y", "z")
+    _p_start = 4
+
+    def _zero_positions(self) -> np.ndarray:
+        return np.array([1.0, 0, 0, 0, 0, 0, 0])
+
+    def _rotation_positions(self, R: RotationMatrix) -> Any:
+        return R.ToQuaternion().wxyz()
+
+    def _pose_at(self, q: np.ndarray) -> RigidTransform:
+        return RigidTransform(Quaternion(wxyz=q[:4] / np.sqrt(q[:4] @ q[:4])), q[4:])
+
+    def get_quaternion(self, context: Any) -> Quaternion:
+        """The quaternion, normalised."""
+        q = self._q(context, "get_quaternion")[:4]
+        return Quaternion(wxyz=q / np.sqrt(q @ q))
+
+    def SetQuaternion(self, context: Any, q_FM: Quaternion) -> QuaternionFloatingJoint:
+        """Sets the quaternion."""
+        return self._write_q(context, "SetQuaternion", q_FM.wxyz())
+
+    def get_default_quaternion(self) -> Quaternion:
+        """The quaternion in a default context."""
+        return Quaternion(wxyz=self._default_q[:4])
+
+    def set_default_quaternion(self, q_FM: Quaternion) -> None:
+        """Sets the quaternion in a default context."""
+        self._default_q[:4] = q_FM.wxyz()
+
+    def set_default_translation(self, translation: Any) -> None:
+        """Sets p_FM in a default context [m]."""
+        self._set_default_translation(translation)
+
+    def set_random_quaternion_distribution(self, q_FM: Any) -> None:
+        """Sets the quaternion of expressions from which SetRandomState() draws."""
+        self._random_q = [*q_FM.wxyz(), *(self._random_q or list(self._default_q))[4:]]
+
+    def set_random_quaternion_distribution_to_uniform(self) -> None:
+        """Makes SetRandomState() draw uniformly distributed rotations."""
+        self._random_q = ["uniform", None, None, None, *(self._random_q or list(self._default_q))[4:]]
+
+    def set_random_translation_distribution(self, translation: Any) -> None:
+        """Sets the expressions from which SetRandomState() draws p_FM."""
+        self._random_q = [*(self._random_q or list(self._default_q))[:4], *np.ravel(translation)]
+
+
+class RpyFloatingJoint(_FloatingJoint):
+    """Positions are roll, pitch, yaw of R_FM (space-fixed x-y-z) and p_FM."""
+
+    kTypeName = "rpy_floating"
+    _q_suffixes = ("qx", "qy", "qz", "x", "y", "z")
+    _p_start = 3
+
+    def _rotation_positions(self, R: RotationMatrix) -> Any:
+        return RollPitchYaw(R).vector()
+
+    def _pose_at(self, q: np.ndarray) -> RigidTransform:
+        return RigidTransform(RollPitchYaw(q[:3]), q[3:])
+
+    def get_angles(self, context: Any) -> np.ndarray:
+        """Roll, pitch, yaw [rad], shape (3,)."""
+        return self._q(context, "get_angles")[:3]
+
+    def set_angles(self, context: Any, angles: Any) -> RpyFloatingJoint:
+        """Sets roll, pitch, yaw [rad]."""
+        return self._write_q(context, "set_angles", vector("set_angles", "angles", angles, 3))
+
+    def get_default_angles(self) -> np.ndarray:
+        """Roll, pitch, yaw in a default context [rad], shape (3,)."""
+        return self._default_q[:3].copy()
+
+    def set_default_angles(self, angles: Any) -> None:
+        """Sets roll, pitch, yaw in a default context [rad]."""
+        self._default_q[:3] = vector("set_default_angles", "angles", angles, 3)
+
+    def set_default_translation(self, p_FM: Any) -> None:
+        """Sets p_FM in a default context [m]."""
+        self._set_default_translation(p_FM)
+
+    def set_random_angles_distribution(self, angles: Any) -> None:
+        """Sets the expressions from which SetRandomState() draws the angles."""
+        self._random_q = [*np.ravel(angles), *(self._random_q or list(self._default_q))[3:]]
+
+    def set_random_translation_distribution(self, p_FM: Any) -> None:
+        """Sets the expressions from which SetRandomState() draws p_FM."""
+        self._random_q = [*(self._random_q or list(self._default_q))[:3], *np.ravel(p_FM)]

@@ -1,0 +1,83 @@
+"""Forces on a whole plant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+class MultibodyForces:
+    """Generalized forces, and spatial forces on the bodies at their origins, in W."""
+
+    def __init__(self, plant: Any = None, nv: int | None = None, *, nb: int | None = None):
+        """
+        Args:
+            plant: The MultibodyPlant they are for, or its number of bodies.
+            nv: Number of velocities, when `plant` is a number of bodies.
+            nb: Number of bodies, by name.
+        """
+        dtype: Any = float
+        if nb is None and isinstance(plant, (int, np.integer)):
+            nb = int(plant)
+        if nb is None:
+            if plant is None or nv is not None or not hasattr(plant, "num_velocities"):
+                raise TypeError(
+                    "MultibodyForces(): incompatible constructor arguments. Takes (plant: MultibodyPlant) or "
+                    "(nb: int, nv: int)."
+                )
+            plant._require_finalized("MultibodyForces")
+            nb, nv, dtype = plant.num_bodies(), plant.num_velocities(), plant._dtype
+        self._F_Bo_W = np.full((int(nb), 6), 0.0, dtype=dtype)
+        self._tau = np.full(int(nv or 0), 0.0, dtype=dtype)
+
+    def num_bodies(self) -> int:
+        """Number of bodies."""
+        return len(self._F_Bo_W)
+
+    def num_velocities(self) -> int:
+        """Number of generalized forces."""
+        return len(self._tau)
+
+    def SetZero(self) -> MultibodyForces:
+        """Makes all forces zero."""
+        self._F_Bo_W[:] = 0.0
+        self._tau[:] = 0.0
+        return self
+
+    def generalized_forces(self) -> np.ndarray:
+        """Generalized forces [N or N m], shape (nv,)."""
+        return self._tau.copy()
+
+    def mutable_generalized_forces(self) -> np.ndarray:
+        """The same, for writing."""
+        return self._tau
+
+    def body_forces(self) -> list[Any]:
+        """Spatial forces at the body origins, in W, by body."""
+        from sheldrake.multibody.math import SpatialForce
+
+        return [SpatialForce(F) for F in self._F_Bo_W]
+
+    def AddInForces(self, addend: MultibodyForces) -> None:
+        """Adds other forces.
+
+        Raises:
+            RuntimeError: they are for another number of bodies or velocities.
+        """
+        if addend._F_Bo_W.shape != self._F_Bo_W.shape or addend._tau.shape != self._tau.shape:
+            raise RuntimeError(
+                f"MultibodyForces.AddInForces(): these forces are for {self.num_bodies()} bodies and "
+                f"{self.num_velocities()} velocities, the others for {addend.num_bodies()} and "
+                f"{addend.num_velocities()}."
+            )
+        self._F_Bo_W += addend._F_Bo_W
+        self._tau += addend._tau
+
+    def __copy__(self) -> MultibodyForces:
+        new = object.__new__(MultibodyForces)
+        new._F_Bo_W, new._tau = self._F_Bo_W.copy(), self._tau.copy()
+        return new
+
+    def __deepcopy__(self, memo: dict) -> MultibodyForces:
+        return self.__copy__()

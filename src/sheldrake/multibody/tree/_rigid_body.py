@@ -1,0 +1,236 @@
+"""Bodies."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.math import RotationalInertia, SpatialForce, SpatialForce_, SpatialInertia, UnitInertia
+from sheldrake.multibody.tree._element import NamedElement, vector
+from sheldrake.multibody.tree._frame import Frame, RigidBodyFrame
+from sheldrake.multibody.tree._index import BodyIndex, ModelInstanceIndex, default_model_instance
+
+
+class RigidBody(NamedElement):
+    """A rigid body B with its frame and its default spatial inertia; a context may hold another inertia."""
+
+    _index_type = BodyIndex
+
+    def __init__(self, body_name: str, *args: Any, **kwargs: Any):
+        """
+        Args:
+            body_name: Its name.
+            model_instance: Where it belongs; the default instance when left out.
+            M_BBo_B: Its spatial inertia about its origin, in its own frame; zero when left out.
+        """
+        model_instance, M_BBo_B = body_arguments("RigidBody", args, kwargs)
+        super().__init__(body_name, default_model_instance() if model_instance is None else model_instance)
+        self._M_BBo_B = M_BBo_B
+        self._frame = RigidBodyFrame(self)
+
+    def body_frame(self) -> RigidBodyFrame:
+        """Its frame B."""
+        return self._frame
+
+    # --- default inertia
+
+    def default_mass(self) -> float:
+        """Mass [kg]."""
+        return self._M_BBo_B.get_mass()
+
+    def default_com(self) -> np.ndarray:
+        """Centre of mass p_BoBcm_B [m], shape (3,)."""
+        return self._M_BBo_B.get_com()
+
+    def default_unit_inertia(self) -> UnitInertia:
+        """G_BBo_B [m²]."""
+        return self._M_BBo_B.get_unit_inertia()
+
+    def default_rotational_inertia(self) -> RotationalInertia:
+        """I_BBo_B [kg m²]."""
+        return self._M_BBo_B.CalcRotationalInertia()
+
+    def default_spatial_inertia(self) -> SpatialInertia:
+        """M_BBo_B."""
+        return self._M_BBo_B
+
+    # --- inertia in a context
+
+    def get_mass(self, context: Any) -> float:
+        """Mass [kg] as the context has it."""
+        return self._finalized("get_mass")._numbers(context, self._group)[0]
+
+    def CalcCenterOfMassInBodyFrame(self, context: Any) -> np.ndarray:
+        """p_BoBcm_B [m] as the context has it, shape (3,)."""
+        return np.array(self._finalized("CalcCenterOfMassInBodyFrame")._numbers(context, self._group)[1:4])
+
+    def CalcSpatialInertiaInBodyFrame(self, context: Any) -> SpatialInertia:
+        """M_BBo_B as the context has it."""
+        owner = self._finalized("CalcSpatialInertiaInBodyFrame")
+        return owner._spatial_inertia(context, owner._numbers(context, self._group))
+
+    def SetMass(self, context: Any, mass: float) -> None:
+        """Changes the mass [kg] in a context; the unit inertia stays, so the rotational inertia scales.
+
+        Raises:
+            RuntimeError: the mass is negative or not finite.
+        """
+        self._change(context, "SetMass", 0, [mass])
+
+    def SetCenterOfMassInBodyFrame(self, context: Any, com: Any) -> None:
+        """Changes p_BoBcm_B [m] in a context; the unit inertia about Bo stays."""
+        self._change(context, "SetCenterOfMassInBodyFrame", 1, vector("SetCenterOfMassInBodyFrame", "com", com, 3))
+
+    def SetCenterOfMassInBodyFrameAndPreserveCentralInertia(self, context: Any, com: Any) -> None:
+        """Changes p_BoBcm_B [m] in a context and keeps the inertia about the centre of mass."""
+        call = "SetCenterOfMassInBodyFrameAndPreserveCentralInertia"
+        M = self.CalcSpatialInertiaInBodyFrame(context)
+        new = vector(call, "com", com, 3)
+        central = M.get_unit_inertia().ShiftToCenterOfMass(M.get_com())
+        self._change(context, call, 1, [*new, *unit_inertia_numbers(central.ShiftFromCenterOfMass(new))])
+
+    def SetSpatialInertiaInBodyFrame(self, context: Any, M_Bo_B: SpatialInertia) -> None:
+        """Changes the spatial inertia in a context."""
+        self._change(context, "SetSpatialInertiaInBodyFrame", 0, inertia_numbers(M_Bo_B))
+
+    def _change(self, context: Any, call: str, start: int, values: Any) -> None:
+        owner = self._finalized(call)
+        numbers = np.array(owner._numbers(context, self._group))
+        numbers[start : start + len(values)] = values
+        if numbers.dtype != object and not (np.all(np.isfinite(numbers)) and numbers[0] >= 0.0):
+            raise RuntimeError(
+                f"RigidBody.{call}(): body {self._name!r} needs a finite inertia and a mass of at least zero, "
+                f"not {values}."
+            )
+        owner._write_numbers(context, self._group, numbers)
+
+    # --- where it is
+
+    def EvalPoseInWorld(self, context: Any) -> Any:
+        """X_WB."""
+        return self._finalized("EvalPoseInWorld").EvalBodyPoseInWorld(context, self)
+
+    def EvalSpatialVelocityInWorld(self, context: Any) -> Any:
+        """V_WB, of Bo, expressed in W."""
+        return self._finalized("EvalSpatialVelocityInWorld").EvalBodySpatialVelocityInWorld(context, self)
+
+    def EvalSpatialAccelerationInWorld(self, context: Any) -> Any:
+        """A_WB, of Bo, expressed in W."""
+        return self._finalized("EvalSpatialAccelerationInWorld").EvalBodySpatialAccelerationInWorld(context, self)
+
+    def CalcCenterOfMassTranslationalVelocityInWorld(self, context: Any) -> np.ndarray:
+        """v_WBcm, expressed in W [m/s], shape (3,)."""
+        V_WB, p_BoBcm_W = self.EvalSpatialVelocityInWorld(context), self._com_W(context)
+        return V_WB.Shift(p_BoBcm_W).translational()
+
+    def CalcCenterOfMassTranslationalAccelerationInWorld(self, context: Any) -> np.ndarray:
+        """a_WBcm, expressed in W [m/s²], shape (3,)."""
+        A_WB, w_WB = self.EvalSpatialAccelerationInWorld(context), self.EvalSpatialVelocityInWorld(context).rotational()
+        return A_WB.Shift(self._com_W(context), w_WB).translational()
+
+    def _com_W(self, context: Any) -> np.ndarray:
+        """p_BoBcm expressed in W."""
+        return self.EvalPoseInWorld(context).rotation() @ self.CalcCenterOfMassInBodyFrame(context)
+
+    # --- forces
+
+    def GetForceInWorld(self, context: Any, forces: Any) -> SpatialForce:
+        """The spatial force on it at Bo, in W, among `forces`."""
+        self._finalized("GetForceInWorld")
+        return SpatialForce_[context._system._scalar](forces._F_Bo_W[int(self._index)].copy())
+
+    def AddInForceInWorld(self, context: Any, F_Bo_W: SpatialForce, forces: Any) -> None:
+        """Adds a spatial force at Bo, given in W, to `forces`."""
+        self._finalized("AddInForceInWorld")
+        forces._F_Bo_W[int(self._index)] += F_Bo_W.get_coeffs()
+
+    def AddInForce(self, context: Any, p_BP_E: Any, F_Bp_E: SpatialForce, frame_E: Frame, forces: Any) -> None:
+        """Adds a spatial force at a point P of the body, given in E, to `forces`.
+
+        Args:
+            context: Where the body is.
+            p_BP_E: From Bo to P, expressed in E [m], shape (3,).
+            F_Bp_E: The force.
+            frame_E: The frame in which both are expressed.
+            forces: What it is added to.
+        """
+        R_WE = frame_E.CalcRotationMatrixInWorld(context)
+        p_PB_W = -(R_WE @ vector("AddInForce", "p_BP_E", p_BP_E, 3))
+        self.AddInForceInWorld(context, F_Bp_E.Rotate(R_WE).Shift(p_PB_W), forces)
+
+    # --- free motion
+
+    def is_floating_base_body(self) -> bool:
+        """Whether it floats from the world by a joint that Finalize() added."""
+        return self._finalized("is_floating_base_body")._is_floating_base(self)
+
+    def has_quaternion_dofs(self) -> bool:
+        """Whether it floats with a quaternion."""
+        return self._finalized("has_quaternion_dofs")._has_quaternion(self)
+
+    def floating_positions_start(self) -> int:
+        """Where its seven (or six) positions start in q."""
+        return self._floating_joint("floating_positions_start").position_start()
+
+    def floating_velocities_start_in_v(self) -> int:
+        """Where its six velocities start in v."""
+        return self._floating_joint("floating_velocities_start_in_v").velocity_start()
+
+    def floating_position_suffix(self, position_index_in_body: int) -> str:
+        """Suffix of one of its positions."""
+        return self._floating_joint("floating_position_suffix").position_suffix(position_index_in_body)
+
+    def floating_velocity_suffix(self, velocity_index_in_body: int) -> str:
+        """Suffix of one of its velocities."""
+        return self._floating_joint("floating_velocity_suffix").velocity_suffix(velocity_index_in_body)
+
+    def _floating_joint(self, call: str) -> Any:
+        owner = self._finalized(call)
+        if not owner._is_floating_base(self):
+            raise RuntimeError(f"RigidBody.{call}(): body {self._name!r} is not a floating base body.")
+        return owner._inboard_joint(self)
+
+    def Lock(self, context: Any) -> None:
+        """Locks its inboard joint."""
+        self._finalized("Lock")._inboard_joint(self).Lock(context)
+
+    def Unlock(self, context: Any) -> None:
+        """Unlocks its inboard joint."""
+        self._finalized("Unlock")._inboard_joint(self).Unlock(context)
+
+    def is_locked(self, context: Any) -> bool:
+        """Whether its inboard joint is locked."""
+        return self._finalized("is_locked")._inboard_joint(self).is_locked(context)
+
+
+def body_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, SpatialInertia]:
+    """(model instance or None, inertia) of `([model_instance], [M_BBo_B])`.
+
+    Raises:
+        TypeError: other arguments.
+        RuntimeError: the inertia is not physically valid.
+    """
+    rest, model_instance, inertia = list(args), kwargs.pop("model_instance", None), kwargs.pop("M_BBo_B", None)
+    if rest and not isinstance(rest[0], SpatialInertia) and model_instance is None:
+        model_instance = rest.pop(0)
+    if rest and inertia is None:
+        inertia = rest.pop(0)
+    inertia = SpatialInertia.Zero() if inertia is None else inertia
+    wrong = rest or kwargs or not isinstance(inertia, SpatialInertia)
+    if wrong or not (model_instance is None or isinstance(model_instance, ModelInstanceIndex)):
+        raise TypeError(
+            f"{call}(): incompatible function arguments. Takes (name: str, M_BBo_B: SpatialInertia = zero) or (name: "
+            "str, model_instance: ModelInstanceIndex, M_BBo_B: SpatialInertia = zero)."
+        )
+    return model_instance, inertia
+
+
+def unit_inertia_numbers(G: UnitInertia) -> list[Any]:
+    """xx, yy, zz, xy, xz, yz."""
+    return [*G.get_moments(), *G.get_products()]
+
+
+def inertia_numbers(M: SpatialInertia) -> list[Any]:
+    """The ten parameters of a body: mass, centre of mass, unit inertia about Bo."""
+    return [M.get_mass(), *M.get_com(), *unit_inertia_numbers(M.get_unit_inertia())]

@@ -1,0 +1,263 @@
+"""Random plants: names, order and every model quantity equal pydrake's."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pydrake")
+
+from random_plants import build, pydrake, set_state, sheldrake
+
+pytestmark = pytest.mark.peer
+seeds = pytest.mark.parametrize("seed", range(16))
+TOLERANCE = 1e-12
+
+
+def close(ours, theirs, scale=None, tolerance=TOLERANCE):
+    ours, theirs = np.asarray(ours, float), np.asarray(theirs, float)
+    size = np.abs(theirs).max(initial=1.0) if scale is None else scale
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=tolerance * size)
+
+
+class Pair:
+    """A plant of each library in the same state."""
+
+    def __init__(self, seed, **options):
+        self.S, self.D = sheldrake(), pydrake()
+        self.s, self.d = build(self.S, seed, **options), build(self.D, seed, **options)
+        self.cs, self.cd = self.s.CreateDefaultContext(), self.d.CreateDefaultContext()
+        set_state(self.s, self.cs, seed)
+        self.rng = set_state(self.d, self.cd, seed)[2]
+        self.nv = self.d.num_velocities()
+
+    def both(self, query):
+        """query(lib, plant, context) of both."""
+        return query(self.S, self.s, self.cs), query(self.D, self.d, self.cd)
+
+    def check(self, query, tolerance=TOLERANCE):
+        close(*self.both(query), tolerance=tolerance)
+
+    def frames(self):
+        """Two random frame numbers of the plant."""
+        return [int(i) for i in self.rng.integers(self.s.num_frames(), size=3)]
+
+
+@seeds
+def test_counts_names_and_order(seed):
+    p = Pair(seed)
+
+    def describe(lib, plant, context):
+        joints = [plant.get_joint(lib.JointIndex(i)) for i in range(plant.num_joints())]
+        return {
+            "names": (plant.GetPositionNames(), plant.GetVelocityNames(), plant.GetStateNames(False)),
+            "short": plant.GetPositionNames(False, False),
+            "efforts": plant.GetActuatorNames(False),
+            "joints": [(j.name(), j.type_name(), j.position_start(), j.velocity_start()) for j in joints],
+            "instances": [int(j.model_instance()) for j in joints],
+            "actuators": plant.GetActuatorNames(),
+            "counts": (plant.num_positions(), plant.num_velocities(), plant.num_bodies()),
+            "floating": sorted(int(i) for i in plant.GetFloatingBaseBodies()),
+            "inputs": [(plant.get_input_port(i).get_name(), plant.get_input_port(i).size()) for i in range(10)],
+            "outputs": [(plant.get_output_port(i).get_name(), plant.get_output_port(i).size()) for i in range(18)],
+            "welded": [[b.name() for b in plant.GetBodiesWeldedTo(plant.get_body(lib.BodyIndex(1)))]],
+            "limits": (plant.GetPositionLowerLimits().tolist(), plant.GetEffortUpperLimits().tolist()),
+        }
+
+    ours, theirs = p.both(describe)
+    assert ours == theirs
+
+
+@seeds
+def test_default_context(seed):
+    p = Pair(seed)
+    p.check(lambda lib, plant, c: plant.GetPositionsAndVelocities(plant.CreateDefaultContext()))
+
+
+@seeds
+def test_mass_matrix_bias_and_gravity(seed):
+    p = Pair(seed)
+    p.check(lambda lib, plant, c: plant.CalcMassMatrix(c))
+    p.check(lambda lib, plant, c: plant.CalcMassMatrixViaInverseDynamics(c))
+    p.check(lambda lib, plant, c: plant.CalcBiasTerm(c))
+    p.check(lambda lib, plant, c: plant.CalcGravityGeneralizedForces(c))
+
+
+def test_a_fault_of_1e_8_in_the_mass_matrix_is_seen():
+    p = Pair(0)
+    ours, theirs = p.both(lambda lib, plant, c: plant.CalcMassMatrix(c))
+    ours[np.unravel_index(np.abs(theirs).argmax(), theirs.shape)] *= 1 + 1e-8
+    with pytest.raises(AssertionError):
+        close(ours, theirs)
+
+
+@seeds
+def test_inverse_dynamics_and_forces(seed):
+    p = Pair(seed)
+    vdot, tau, F = p.rng.normal(size=p.nv), p.rng.normal(size=p.nv), p.rng.normal(size=6)
+
+    def forces(lib, plant, context):
+        forces = lib.MultibodyForces(plant)
+        plant.CalcForceElementsContribution(context, forces)
+        body, frame = plant.get_body(lib.BodyIndex(3)), plant.get_frame(lib.FrameIndex(4))
+        body.AddInForce(context, [0.1, 0.2, 0.3], lib.SpatialForce(F), frame, forces)
+        forces.mutable_generalized_forces()[:] += tau
+        return forces
+
+    def spatial(lib, plant, c):
+        f = forces(lib, plant, c)
+        bodies = [plant.get_body(lib.BodyIndex(i)) for i in range(1, plant.num_bodies())]
+        return [b.GetForceInWorld(c, f).get_coeffs() for b in bodies]
+
+    p.check(spatial)
+    p.check(lambda lib, plant, c: forces(lib, plant, c).generalized_forces())
+    p.check(lambda lib, plant, c: plant.CalcGeneralizedForces(c, forces(lib, plant, c)))
+    p.check(lambda lib, plant, c: plant.CalcInverseDynamics(c, vdot, forces(lib, plant, c)))
+
+
+@seeds
+def test_poses_and_velocities_of_bodies_and_frames(seed):
+    p = Pair(seed)
+    a, b, e = p.frames()
+
+    def frame(lib, plant, i):
+        return plant.get_frame(lib.FrameIndex(i))
+
+    points = p.rng.normal(size=(3, 4))
+    for i in range(p.d.num_bodies()):
+        p.check(lambda lib, plant, c, i=i: plant.get_body(lib.BodyIndex(i)).EvalPoseInWorld(c).GetAsMatrix34())
+        p.check(lambda lib, plant, c, i=i: plant.get_body(lib.BodyIndex(i)).EvalSpatialVelocityInWorld(c).get_coeffs())
+    p.check(lambda L, m, c: m.CalcRelativeTransform(c, frame(L, m, a), frame(L, m, b)).GetAsMatrix34())
+    p.check(lambda L, m, c: m.CalcRelativeRotationMatrix(c, frame(L, m, a), frame(L, m, b)).matrix())
+    p.check(lambda L, m, c: m.CalcPointsPositions(c, frame(L, m, a), points, frame(L, m, b)))
+    p.check(lambda L, m, c: m.CalcPointsVelocities(c, frame(L, m, a), points, frame(L, m, b), frame(L, m, e)), 1e-11)
+    p.check(lambda L, m, c: frame(L, m, a).CalcSpatialVelocityInWorld(c).get_coeffs())
+    p.check(lambda L, m, c: frame(L, m, a).CalcSpatialVelocity(c, frame(L, m, b), frame(L, m, e)).get_coeffs(), 1e-11)
+    p.check(
+        lambda L, m, c: (
+            frame(L, m, a).CalcRelativeSpatialVelocity(c, frame(L, m, e), frame(L, m, b), frame(L, m, e)).get_coeffs()
+        ),
+        1e-11,
+    )
+
+
+@seeds
+def test_jacobians_and_bias_accelerations(seed):
+    p = Pair(seed)
+    a, b, e = p.frames()
+    points = np.asfortranarray(p.rng.normal(size=(3, 2)))
+
+    def frames(L, m):
+        return [m.get_frame(L.FrameIndex(i)) for i in (a, b, e)]
+
+    for name in ("kV", "kQDot"):
+
+        def wrt(L, name=name):
+            return getattr(L.JacobianWrtVariable, name)
+
+        def spatial(L, m, c, wrt=wrt):
+            B, A, E = frames(L, m)
+            return m.CalcJacobianSpatialVelocity(c, wrt(L), B, points[:, 0], A, E)
+
+        def angular(L, m, c, wrt=wrt):
+            return m.CalcJacobianAngularVelocity(c, wrt(L), *frames(L, m))
+
+        def translational(L, m, c, wrt=wrt):
+            B, A, E = frames(L, m)
+            return m.CalcJacobianTranslationalVelocity(c, wrt(L), B, points, A, E)
+
+        def com(L, m, c, wrt=wrt):
+            return m.CalcJacobianCenterOfMassTranslationalVelocity(c, wrt(L), m.world_frame(), frames(L, m)[2])
+
+        for query in (spatial, angular, translational, com):
+            p.check(query, 1e-11)
+
+    def position(L, m, c):
+        B, A, E = frames(L, m)
+        return m.CalcJacobianPositionVector(c, B, points, A, E)
+
+    def bias(L, m, c):
+        B, A, E = frames(L, m)
+        return m.CalcBiasSpatialAcceleration(c, L.JacobianWrtVariable.kV, B, points[:, 0], A, E).get_coeffs()
+
+    def bias_points(L, m, c):
+        B, A, E = frames(L, m)
+        return m.CalcBiasTranslationalAcceleration(c, L.JacobianWrtVariable.kV, B, points, A, E)
+
+    def bias_com(L, m, c):
+        return m.CalcBiasCenterOfMassTranslationalAcceleration(
+            c, L.JacobianWrtVariable.kV, m.world_frame(), frames(L, m)[2]
+        )
+
+    for query in (position, bias, bias_points, bias_com):
+        p.check(query, 1e-11)
+
+
+@seeds
+def test_mass_momentum_and_energy(seed):
+    p = Pair(seed)
+    about = p.rng.normal(size=3)
+    p.check(lambda L, m, c: m.CalcTotalMass(c))
+    p.check(lambda L, m, c: m.CalcTotalMass(c, [L.ModelInstanceIndex(2)]))
+    p.check(lambda L, m, c: m.CalcCenterOfMassPositionInWorld(c))
+    p.check(lambda L, m, c: m.CalcCenterOfMassTranslationalVelocityInWorld(c))
+    p.check(lambda L, m, c: m.CalcSpatialMomentumInWorldAboutPoint(c, about).get_coeffs())
+    p.check(lambda L, m, c: m.CalcPotentialEnergy(c))
+    p.check(lambda L, m, c: m.CalcKineticEnergy(c))
+    bodies = [1, 3, 4]
+
+    def inertia(L, m, c):
+        M = m.CalcSpatialInertia(c, m.get_frame(L.FrameIndex(5)), [L.BodyIndex(i) for i in bodies])
+        return M.CopyToFullMatrix6()
+
+    p.check(inertia)
+
+
+@seeds
+def test_maps_between_velocities_and_qdot(seed):
+    p = Pair(seed)
+    v, qdot = p.rng.normal(size=p.nv), p.rng.normal(size=p.d.num_positions())
+    p.check(lambda L, m, c: m.MapVelocityToQDot(c, v))
+    p.check(lambda L, m, c: m.MapQDotToVelocity(c, qdot))
+    p.check(lambda L, m, c: m.MakeVelocityToQDotMap(c).toarray())
+    p.check(lambda L, m, c: m.MakeQDotToVelocityMap(c).toarray())
+    assert p.s.IsVelocityEqualToQDot() == p.d.IsVelocityEqualToQDot()
+
+
+@seeds
+def test_selectors_and_actuation(seed):
+    p = Pair(seed)
+    p.check(lambda L, m, c: m.MakeActuationMatrix())
+    p.check(lambda L, m, c: m.MakeStateSelectorMatrix([L.JointIndex(1), L.JointIndex(0)]))
+    p.check(lambda L, m, c: m.MakeActuatorSelectorMatrix(m.GetJointActuatorIndices()))
+    p.check(lambda L, m, c: m.MakeActuationMatrixPseudoinverse().toarray())
+
+
+@seeds
+def test_continuous_dynamics(seed):
+    p = Pair(seed)
+    u = p.rng.normal(size=p.d.num_actuated_dofs())
+    tau = p.rng.normal(size=p.nv)
+
+    def derivatives(L, m, c):
+        m.get_actuation_input_port().FixValue(c, u)
+        m.get_applied_generalized_force_input_port().FixValue(c, tau)
+        return m.EvalTimeDerivatives(c).CopyToVector()
+
+    condition = np.linalg.cond(p.d.CalcMassMatrix(p.cd))
+    p.check(derivatives, max(1e-11, 40 * 2.2e-16 * condition))
+    p.check(lambda L, m, c: m.get_generalized_acceleration_output_port().Eval(c), max(1e-11, 1e-14 * condition))
+    p.check(
+        lambda L, m, c: [F.get_coeffs() for F in m.get_reaction_forces_output_port().Eval(c)][: m.num_joints()],
+        max(1e-11, 1e-13 * condition),
+    )
+    p.check(
+        lambda L, m, c: [A.get_coeffs() for A in m.get_body_spatial_accelerations_output_port().Eval(c)],
+        max(1e-11, 1e-14 * condition),
+    )
+    p.check(lambda L, m, c: m.CalcCenterOfMassTranslationalAccelerationInWorld(c), max(1e-11, 1e-14 * condition))
+
+
+@seeds
+def test_accelerations_from_vdot(seed):
+    p = Pair(seed)
+    vdot = p.rng.normal(size=p.nv)
+    p.check(lambda L, m, c: [A.get_coeffs() for A in m.CalcSpatialAccelerationsFromVdot(c, vdot)], 1e-11)
