@@ -79,7 +79,7 @@ class MemoryFile:
         """
         if not isinstance(contents, (str, bytes)) or not isinstance(extension, str):
             accepted = ["()", "(contents: str or bytes, extension: str, filename_hint: str)"]
-            raise incompatible("MemoryFile", accepted, (contents, extension, filename_hint), {})
+            raise incompatible("MemoryFile", accepted, (contents, extension, filename_hint), {}, constructor=True)
         if extension and not (extension.startswith(".") and len(extension) > 1):
             raise RuntimeError(
                 f"MemoryFile given invalid extension. Must be empty or of the form '.foo'; given '{extension}'."

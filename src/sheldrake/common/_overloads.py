@@ -38,7 +38,13 @@ def _bind(one: Signature, args: Sequence[Any], kwargs: Mapping[str, Any]) -> lis
 
 
 def call_first_match(
-    call: str, signatures: Sequence[Signature], target: Any, args: Sequence[Any], kwargs: Mapping[str, Any]
+    call: str,
+    signatures: Sequence[Signature],
+    target: Any,
+    args: Sequence[Any],
+    kwargs: Mapping[str, Any],
+    *,
+    constructor: bool = False,
 ) -> Any:
     """What the first signature that accepts the arguments gives.
 
@@ -48,6 +54,7 @@ def call_first_match(
         target: The object called upon, the first argument of each function.
         args: Positional arguments.
         kwargs: Named arguments.
+        constructor: The call makes an object.
 
     Raises:
         TypeError: no signature accepts them.
@@ -61,7 +68,7 @@ def call_first_match(
         except Mismatch:
             continue
         return one.function(target, *converted)
-    raise incompatible(call, [str(one) for one in signatures], args, kwargs)
+    raise incompatible(call, [str(one) for one in signatures], args, kwargs, constructor=constructor)
 
 
 def describe(value: Any) -> str:
@@ -71,13 +78,15 @@ def describe(value: Any) -> str:
     return f"{kind} of shape {shape}" if shape not in (None, ()) else kind
 
 
-def incompatible(call: str, accepted: Sequence[str], args: Sequence[Any], kwargs: Mapping[str, Any]) -> TypeError:
+def incompatible(
+    call: str, accepted: Sequence[str], args: Sequence[Any], kwargs: Mapping[str, Any], *, constructor: bool = False
+) -> TypeError:
     """The TypeError for a call with arguments of the wrong names or types.
 
     The words `incompatible ... arguments` are what `Foo_(...)` looks for when it tries one scalar after the other.
     """
     found = [describe(value) for value in args] + [f"{name}={describe(value)}" for name, value in kwargs.items()]
-    kind = "constructor" if call[:1].isupper() and "." not in call else "function"
+    kind = "constructor" if constructor else "function"
     return TypeError(
         f"{call}(): incompatible {kind} arguments. Got ({', '.join(found)}); accepted: {', '.join(accepted)}."
     )

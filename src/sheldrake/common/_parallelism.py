@@ -20,7 +20,9 @@ class Parallelism:
         values = [*args, *kwargs.values()]
         value = values[0] if values else 1
         if len(values) > 1 or not kwargs.keys() <= {"parallelize", "num_threads"} or not hasattr(value, "__index__"):
-            raise incompatible("Parallelism", ["()", "(parallelize: bool)", "(num_threads: int)"], args, kwargs)
+            raise incompatible(
+                "Parallelism", ["()", "(parallelize: bool)", "(num_threads: int)"], args, kwargs, constructor=True
+            )
         if isinstance(value, bool):
             value = _machine() if value else 1
         self._num_threads = int(value)  # type: ignore[call-overload]

@@ -31,7 +31,7 @@ class RandomGenerator:
             seed: Not negative.
         """
         if isinstance(seed, bool) or not hasattr(seed, "__index__") or seed < 0:
-            raise incompatible("RandomGenerator", ["()", "(seed: int, not negative)"], (seed,), {})
+            raise incompatible("RandomGenerator", ["()", "(seed: int, not negative)"], (seed,), {}, constructor=True)
         import numpy.random
 
         self._bits = numpy.random.RandomState(int(seed) % 2**32)._bit_generator

@@ -358,7 +358,7 @@ class ScalarBase:
         if signatures is None:
             signatures = self._signature_cache[key] = getattr(cls, f"_signatures_{call}")(cls)
         where = pretty_class_name(cls) if call == "init" else f"{pretty_class_name(cls)}.{call}"
-        return call_first_match(where, signatures, self, args, kwargs)
+        return call_first_match(where, signatures, self, args, kwargs, constructor=call == "init")
 
     @classmethod
     def _argument(cls, call: str, kind: tuple[Callable[[Any], Any], str], **named: Any) -> Any:

@@ -67,7 +67,8 @@ class BsplineBasis(ScalarBase):
                 "(order, num_basis_functions, type, initial_parameter_value, final_parameter_value)",
                 "(other)",
             ]
-            raise incompatible(pretty_class_name(self._plain_class()), accepted, args, kwargs) from None
+            name = pretty_class_name(self._plain_class())
+            raise incompatible(name, accepted, args, kwargs, constructor=True) from None
 
     def _init_from_knots(self, order: int, knots: Sequence[Any]) -> None:
         self._order = operator.index(order)

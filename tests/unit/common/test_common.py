@@ -182,3 +182,24 @@ def test_module_shim_and_forwarding():
 def test_public_objects_pickle():
     assert pickle.loads(pickle.dumps(RandomDistribution.kGaussian)) is RandomDistribution.kGaussian
     assert pickle.loads(pickle.dumps(Sha256.Checksum("a"))) == Sha256.Checksum("a")
+
+
+def test_all_has_the_names_of_every_module():
+    from sheldrake.common import all as everything
+
+    for name in ("RandomGenerator", "Quaternion", "Value", "namedview", "yaml_load", "Rotation"):
+        assert name in everything.__all__ and hasattr(everything, name)
+    assert len(set(everything.__all__)) == len(everything.__all__)
+
+
+def test_start_up_is_light():
+    import subprocess
+    import sys
+
+    heavy = "numba scipy matplotlib viser trimesh rich yaml".split()
+    modules = ["common", "common.schema", "common.value", "math", "multibody.math", "common.containers"]
+    imports = "; ".join(f"import sheldrake.{module}" for module in modules)
+    script = f"import sys; {imports}; print([m for m in {heavy} if m in sys.modules])"
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=environment)
+    assert done.stdout.strip() == "[]", done.stdout + done.stderr

@@ -63,7 +63,7 @@ class SpatialInertia(ScalarBase):
             accepted = [
                 f"(mass: {T.__name__}, p_PScm_E: array of shape (3,), G_SP_E: UnitInertia, skip_validity_check)"
             ]
-            raise incompatible(name, accepted, (mass, p_PScm_E, G_SP_E), {}) from None
+            raise incompatible(name, accepted, (mass, p_PScm_E, G_SP_E), {}, constructor=True) from None
         if not skip_validity_check and not is_symbolic(T):
             self._check()
 

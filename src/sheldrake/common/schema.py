@@ -1,0 +1,392 @@
+"""Random numbers, vectors, rotations and poses as YAML describes them."""
+
+from __future__ import annotations
+
+import copy
+import importlib
+import math
+import typing
+from types import SimpleNamespace
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.common._distributions import (
+    Deterministic,
+    Distribution,
+    DistributionVector,
+    Gaussian,
+    Uniform,
+    UniformDiscrete,
+    _DeterministicVector,
+    _family,
+    _GaussianVector,
+    _Schema,
+    _UniformVector,
+    random_variable,
+)
+from sheldrake.common._overloads import Mismatch, incompatible
+from sheldrake.common._random import RandomGenerator
+from sheldrake.common._scalars import as_array, as_scalar
+
+__all__ = [
+    "Deterministic",
+    "DeterministicVector",
+    "DeterministicVectorX",
+    "Distribution",
+    "DistributionVector",
+    "Gaussian",
+    "GaussianVector",
+    "GaussianVectorX",
+    "GetDeterministicValue",
+    "IsDeterministic",
+    "Mean",
+    "Rotation",
+    "Sample",
+    "ToDistribution",
+    "ToDistributionVector",
+    "ToSymbolic",
+    "Transform",
+    "Uniform",
+    "UniformDiscrete",
+    "UniformVector",
+    "UniformVectorX",
+]
+
+DeterministicVector = _family("DeterministicVector", _DeterministicVector, "value")
+GaussianVector = _family("GaussianVector", _GaussianVector, "mean", "stddev", loose="stddev")
+UniformVector = _family("UniformVector", _UniformVector, "min", "max")
+DeterministicVectorX = DeterministicVector[None]
+GaussianVectorX = GaussianVector[None]
+UniformVectorX = UniformVector[None]
+
+_Number = typing.Union[float, Deterministic, Gaussian, Uniform, UniformDiscrete]  # noqa: UP007
+_Vector3 = typing.Union[np.ndarray, DeterministicVector[3], GaussianVector[3], UniformVector[3]]  # noqa: UP007
+
+
+def _math() -> Any:
+    """Rotations live one floor up; they are looked up when a schema turns into one."""
+    return importlib.import_module("sheldrake.math")
+
+
+for _cls in (Deterministic, Distribution, DistributionVector, Gaussian, Uniform, UniformDiscrete):
+    _cls.__module__ = __name__
+
+
+def ToDistribution(var: Any) -> Any:
+    """`var`, a number or a Distribution, as a Distribution of its own."""
+    if isinstance(var, Distribution):
+        return copy.copy(var)
+    try:
+        return Deterministic(as_scalar(float, var))
+    except Mismatch:
+        raise incompatible("ToDistribution", ["(var: float or Distribution)"], (var,), {}) from None
+
+
+def ToDistributionVector(vec: Any) -> Any:
+    """`vec`, an array of numbers or a DistributionVector, as a DistributionVector of its own."""
+    if isinstance(vec, DistributionVector):
+        return copy.copy(vec)
+    try:
+        return DeterministicVectorX(vec)
+    except TypeError:
+        raise incompatible("ToDistributionVector", ["(vec: array or DistributionVector)"], (vec,), {}) from None
+
+
+def _distribution(call: str, var: Any) -> Any:
+    try:
+        return (
+            ToDistributionVector(var)
+            if np.ndim(var) > 0 or isinstance(var, DistributionVector)
+            else ToDistribution(var)
+        )
+    except TypeError:
+        raise incompatible(call, ["(a number, a vector or a distribution)"], (var,), {}) from None
+
+
+def Sample(var: Any, generator: RandomGenerator) -> float:
+    """A random value of a number or Distribution."""
+    if not isinstance(var, (Distribution, float, int, np.floating)):
+        raise incompatible("Sample", ["(var: float or Distribution, generator)"], (var, generator), {})
+    return ToDistribution(var).Sample(generator)
+
+
+def Mean(var: Any) -> float:
+    """The expected value of a number or Distribution."""
+    if not isinstance(var, (Distribution, float, int, np.floating)):
+        raise incompatible("Mean", ["(var: float or Distribution)"], (var,), {})
+    return ToDistribution(var).Mean()
+
+
+def ToSymbolic(var: Any) -> Any:
+    """A number or Distribution as an expression of random variables."""
+    if not isinstance(var, (Distribution, float, int, np.floating)):
+        raise incompatible("ToSymbolic", ["(var: float or Distribution)"], (var,), {})
+    return ToDistribution(var).ToSymbolic()
+
+
+def IsDeterministic(var: Any) -> bool:
+    """Whether a number, vector or distribution has only one possible value."""
+    d = _distribution("IsDeterministic", var)
+    if isinstance(d, Gaussian):
+        return d.stddev == 0.0
+    if isinstance(d, Uniform):
+        return d.min == d.max
+    if isinstance(d, UniformDiscrete):
+        return len(d.values) == 1
+    if isinstance(d, _GaussianVector):
+        return not d.stddev.any()
+    if isinstance(d, _UniformVector):
+        return bool((d.min == d.max).all())
+    return True
+
+
+def GetDeterministicValue(var: Any) -> Any:
+    """The only possible value of a number, vector or distribution.
+
+    Raises:
+        RuntimeError: it has several.
+    """
+    d = _distribution("GetDeterministicValue", var)
+    if not IsDeterministic(d):
+        raise RuntimeError(f"Attempt to GetDeterministicValue() on a variant that contains a {d!r}")
+    return d.Mean()
+
+
+def _as_number(value: Any) -> Any:
+    if isinstance(value, Distribution):
+        return copy.copy(value)
+    return as_scalar(float, value)
+
+
+def _as_vector3(value: Any) -> Any:
+    if isinstance(value, (DeterministicVector[3], GaussianVector[3], UniformVector[3])):
+        return copy.copy(value)
+    return as_array(float, value, (3,))
+
+
+class _Keywords(_Schema):
+    """Fields given by name, each optional; each has a converter in `_KINDS` and a default in `_DEFAULTS`."""
+
+    _KINDS: ClassVar[dict[str, Any]] = {}
+    _DEFAULTS: ClassVar[dict[str, Any]] = {}
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """Fields by name, or another one to copy."""
+        other = args[0] if args else kwargs.get("other")
+        if len(args) > 1 or (args and kwargs) or (other is not None and not isinstance(other, type(self))):
+            raise incompatible(type(self).__name__, ["(other)", "(**kwargs)"], args, kwargs, constructor=True)
+        for name, default in self._DEFAULTS.items():
+            setattr(self, name, copy.deepcopy(default) if other is None else getattr(other, name))
+        for name, value in {} if other is not None else kwargs.items():
+            setattr(self, name, value)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name not in self._KINDS:
+            raise AttributeError(f"{type(self).__name__} has no field '{name}'; it has {', '.join(self._KINDS)}.")
+        try:
+            object.__setattr__(self, name, self._KINDS[name](value))
+        except Mismatch:
+            raise TypeError(f"incompatible function arguments: {type(self).__name__}.{name} = {value!r}") from None
+
+
+class Rotation(_Schema):
+    """A rotation that may be random: `value` is an Identity, Rpy, AngleAxis or Uniform."""
+
+    class Identity(_Keywords):
+        """No rotation."""
+
+    class Rpy(_Keywords):
+        """Roll, pitch and yaw in `deg` [degrees], shape (3,), a vector or a distribution."""
+
+        _KINDS: ClassVar[dict] = {"deg": _as_vector3}
+        _DEFAULTS: ClassVar[dict] = {"deg": np.zeros(3)}
+        __fields__ = (SimpleNamespace(name="deg", type=_Vector3),)
+
+    class AngleAxis(_Keywords):
+        """A rotation by `angle_deg` [degrees] about `axis`, of any length, each known or random."""
+
+        _KINDS: ClassVar[dict] = {"angle_deg": _as_number, "axis": _as_vector3}
+        _DEFAULTS: ClassVar[dict] = {"angle_deg": 0.0, "axis": np.array([0.0, 0.0, 1.0])}
+        __fields__ = (
+            SimpleNamespace(name="angle_deg", type=_Number),
+            SimpleNamespace(name="axis", type=_Vector3),
+        )
+
+    class Uniform(_Keywords):
+        """Any rotation, all equally likely."""
+
+    value: Any
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """`Rotation()`, `Rotation(R)`, `Rotation(rpy)`, `Rotation(other)` or `Rotation(value=...)`."""
+        object.__setattr__(self, "value", Rotation.Identity())
+        if len(args) == 1 and not kwargs:
+            (source,) = args
+            m = _math()
+            if isinstance(source, Rotation):
+                self.value = source.value
+            elif isinstance(source, m.RotationMatrix):
+                self.value = Rotation.Rpy(deg=np.degrees(source.ToRollPitchYaw().vector()))
+            elif isinstance(source, m.RollPitchYaw):
+                self.value = Rotation.Rpy(deg=np.degrees(source.vector()))
+            else:
+                raise self._refuse(args, kwargs)
+        elif args:
+            raise self._refuse(args, kwargs)
+        for name, value in kwargs.items():
+            setattr(self, name, value.value if name == "other" else value)
+
+    @staticmethod
+    def _refuse(args: tuple, kwargs: dict) -> TypeError:
+        accepted = ["()", "(other)", "(RotationMatrix)", "(RollPitchYaw)", "(value=...)"]
+        return incompatible("Rotation", accepted, args, kwargs, constructor=True)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        if name == "other":
+            name = "value"
+        if name != "value":
+            raise AttributeError(f"Rotation has no field '{name}'; it has value.")
+        if not isinstance(value, _ROTATIONS):
+            raise TypeError(
+                f"incompatible function arguments: Rotation.value = {value!r}; it takes one of {_ROTATIONS}."
+            )
+        object.__setattr__(self, name, copy.copy(value))
+
+    def IsDeterministic(self) -> bool:
+        """Whether only one rotation is possible."""
+        if isinstance(self.value, Rotation.Uniform):
+            return False
+        return all(IsDeterministic(getattr(self.value, field.name)) for field in self.value.__fields__)
+
+    def GetDeterministicValue(self) -> Any:
+        """The RotationMatrix, if only one is possible.
+
+        Raises:
+            RuntimeError: several are.
+        """
+        if not self.IsDeterministic():
+            raise RuntimeError(f"Rotation.GetDeterministicValue(): {self!r} is random.")
+        parts = {field.name: GetDeterministicValue(getattr(self.value, field.name)) for field in self.value.__fields__}
+        return self._matrix(float, parts)
+
+    def ToSymbolic(self) -> Any:
+        """The rotation matrix as expressions of random variables."""
+        Expression = importlib.import_module("sheldrake.symbolic").Expression
+        parts = {}
+        for field in self.value.__fields__:
+            part = _distribution("ToSymbolic", getattr(self.value, field.name))
+            parts[field.name] = part.ToSymbolic()
+        return self._matrix(Expression, parts)
+
+    def _matrix(self, T: type, parts: dict[str, Any]) -> Any:
+        m, geometry = _math(), importlib.import_module("sheldrake.common.eigen_geometry")
+        if isinstance(self.value, Rotation.Identity):
+            return m.RotationMatrix_[T]()
+        if isinstance(self.value, Rotation.Rpy):
+            return m.RotationMatrix_[T](m.RollPitchYaw_[T](parts["deg"] * (math.pi / 180.0)))
+        if isinstance(self.value, Rotation.AngleAxis):
+            axis = parts["axis"]
+            squares = sum(x * x for x in axis)
+            length = m.sqrt(squares)
+            angle = parts["angle_deg"] * (math.pi / 180.0)
+            return m.RotationMatrix_[T](geometry.AngleAxis_[T](angle, [x / length for x in axis]))
+        u, a, b = (random_variable("uniform", i) for i in range(3))
+        r, s = m.sqrt(1.0 - u), m.sqrt(u)
+        a, b = 2.0 * math.pi * a, 2.0 * math.pi * b
+        wxyz = [r * m.sin(a), r * m.cos(a), s * m.sin(b), s * m.cos(b)]
+        return m.RotationMatrix_[T](geometry.Quaternion_[T](wxyz))
+
+    def _sample(self, generator: RandomGenerator) -> Any:
+        if isinstance(self.value, Rotation.Uniform):
+            return _math().UniformlyRandomRotationMatrix(generator)
+        parts = {
+            field.name: _distribution("Sample", getattr(self.value, field.name)).Sample(generator)
+            for field in self.value.__fields__
+        }
+        return self._matrix(float, parts)
+
+    def set_rpy_deg(self, rpy_deg: Any) -> None:
+        """Make this the rotation of roll, pitch and yaw [degrees], shape (3,)."""
+        self.value = Rotation.Rpy(deg=rpy_deg)
+
+
+_ROTATIONS = (Rotation.Identity, Rotation.Rpy, Rotation.AngleAxis, Rotation.Uniform)
+_AnyRotation = typing.Union[_ROTATIONS]  # noqa: UP007
+Rotation.__fields__ = (SimpleNamespace(name="value", type=_AnyRotation),)
+
+
+def _as_name(value: Any) -> str | None:
+    if not (value is None or isinstance(value, str)):
+        raise Mismatch
+    return value
+
+
+def _as_rotation(value: Any) -> Rotation:
+    if not isinstance(value, Rotation):
+        raise Mismatch
+    return copy.copy(value)
+
+
+class Transform(_Keywords):
+    """A pose in the frame `base_frame`, its `translation` [m] and `rotation` known or random."""
+
+    _KINDS: ClassVar[dict] = {"base_frame": _as_name, "translation": _as_vector3, "rotation": _as_rotation}
+    _DEFAULTS: ClassVar[dict] = {"base_frame": None, "translation": np.zeros(3), "rotation": Rotation()}
+    __fields__ = (
+        SimpleNamespace(name="base_frame", type=typing.Optional[str]),  # noqa: UP045
+        SimpleNamespace(name="translation", type=_Vector3),
+        SimpleNamespace(name="rotation", type=_AnyRotation),
+    )
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """`Transform()`, `Transform(X)` of a RigidTransform, `Transform(other)`, or fields by name."""
+        if len(args) == 1 and not kwargs and isinstance(args[0], _math().RigidTransform):
+            args, kwargs = (), {"translation": args[0].translation(), "rotation": Rotation(args[0].rotation())}
+        super().__init__(*args, **kwargs)
+
+    def _yaml_get(self, name: str) -> Any:
+        value = getattr(self, name)
+        return value.value if name == "rotation" else value
+
+    def _yaml_set(self, name: str, value: Any) -> None:
+        setattr(self, name, Rotation(value=value) if name == "rotation" else value)
+
+    def set_rotation_rpy_deg(self, rpy_deg: Any) -> None:
+        """Make the rotation that of roll, pitch and yaw [degrees], shape (3,)."""
+        self.rotation = Rotation(value=Rotation.Rpy(deg=rpy_deg))
+
+    def IsDeterministic(self) -> bool:
+        """Whether only one pose is possible."""
+        return IsDeterministic(self.translation) and self.rotation.IsDeterministic()
+
+    def GetDeterministicValue(self) -> Any:
+        """The RigidTransform, if only one is possible.
+
+        Raises:
+            RuntimeError: several are.
+        """
+        if not self.IsDeterministic():
+            raise RuntimeError(f"Transform.GetDeterministicValue(): {self!r} is random.")
+        return _math().RigidTransform(self.rotation.GetDeterministicValue(), GetDeterministicValue(self.translation))
+
+    def ToSymbolic(self) -> Any:
+        """The pose as expressions of random variables."""
+        Expression = importlib.import_module("sheldrake.symbolic").Expression
+        p = ToDistributionVector(self.translation).ToSymbolic()
+        return _math().RigidTransform_[Expression](self.rotation.ToSymbolic(), p)
+
+    def Mean(self) -> Any:
+        """The pose for the expected value of every random variable."""
+        m = _math()
+        p = ToDistributionVector(self.translation).Mean()
+        R = self.rotation.ToSymbolic().matrix()
+        variables = {v for x in R.flat for v in x.GetVariables()}
+        means = {v: 0.5 if v.get_name().startswith("random_uniform") else 0.0 for v in variables}
+        numbers = [[x.Evaluate(means) for x in row] for row in R.tolist()]
+        return m.RigidTransform(m.RotationMatrix(numbers), p)
+
+    def Sample(self, generator: RandomGenerator) -> Any:
+        """A random pose."""
+        p = ToDistributionVector(self.translation).Sample(generator)
+        return _math().RigidTransform(self.rotation._sample(generator), p)
