@@ -22,6 +22,7 @@ from ._mesh_source import InMemoryMesh, MeshSource
 from ._meshcat import Meshcat, StartMeshcat
 from ._meshcat_animation import MeshcatAnimation
 from ._meshcat_params import MeshcatParams, MeshcatVisualizerParams
+from ._meshcat_visualizer import MeshcatVisualizer
 from ._polygon_mesh import PolygonSurfaceMesh, SurfacePolygon
 from ._properties import (
     GeometryProperties,
@@ -90,6 +91,7 @@ __all__ = [
     "MeshcatAnimation",
     "MeshcatCone",
     "MeshcatParams",
+    "MeshcatVisualizer",
     "MeshcatVisualizerParams",
     "Obb",
     "PenetrationAsPointPair",

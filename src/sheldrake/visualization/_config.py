@@ -1,0 +1,139 @@
+"""Standard visualization of a plant: one call, or a configuration."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import logging
+from typing import Any
+
+from sheldrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+from sheldrake.geometry._meshcat_params import _typed_fields
+
+log = logging.getLogger("drake")
+
+
+@_typed_fields
+@dataclasses.dataclass(kw_only=True)
+class VisualizationConfig:
+    """What to show of a plant and its scene graph.
+
+    Attributes:
+        lcm_bus: Name of a message bus; only "default" exists here, and nothing is sent.
+        publish_period: Simulated time between two publishes [s].
+        publish_illustration: Whether to show what the models look like.
+        default_illustration_color: Color of illustration geometry that names none.
+        publish_proximity: Whether to show what collides; hidden until switched on in the page.
+        default_proximity_color: Color of proximity geometry that names none.
+        initial_proximity_alpha: Where the opacity slider of proximity geometry starts, in [0, 1].
+        publish_contacts: Whether to show contact forces.
+        publish_inertia: Whether to show inertias.
+        enable_meshcat_creation: Whether to make a Meshcat where none is given.
+        delete_on_initialization_event: Whether an initialization clears what was drawn before.
+        enable_alpha_sliders: Whether the page gets opacity sliders.
+    """
+
+    lcm_bus: str = "default"
+    publish_period: float = 1 / 64.0
+    publish_illustration: bool = True
+    default_illustration_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.9, 0.9, 0.9))
+    publish_proximity: bool = True
+    default_proximity_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.8, 0.0, 0.0))
+    initial_proximity_alpha: float = 0.5
+    publish_contacts: bool = True
+    publish_inertia: bool = True
+    enable_meshcat_creation: bool = True
+    delete_on_initialization_event: bool = True
+    enable_alpha_sliders: bool = False
+
+
+def _subsystem(builder: Any, given: Any, name: str) -> Any:
+    if given is not None:
+        return given
+    if not builder.HasSubsystemNamed(name):
+        names = sorted(system.get_name() for system in builder.GetSystems())
+        raise RuntimeError(
+            f"ApplyVisualizationConfig(): the builder has no system named '{name}'; it has "
+            f"{', '.join(names) or 'none'}. Call "
+            "AddMultibodyPlant() or AddMultibodyPlantSceneGraph() first, or pass the system."
+        )
+    return builder.GetSubsystemByName(name)
+
+
+def ApplyVisualizationConfig(
+    config: VisualizationConfig,
+    builder: Any,
+    lcm_buses: Any = None,
+    plant: Any = None,
+    scene_graph: Any = None,
+    meshcat: Meshcat | None = None,
+    lcm: Any = None,
+) -> None:
+    """Adds the visualizers that a configuration asks for to a diagram.
+
+    Args:
+        config: What to show.
+        builder: The diagram in the making.
+        lcm_buses: Not used: nothing is sent over LCM.
+        plant: The finalized plant; the system named "plant" when left out.
+        scene_graph: Its scene graph; the system named "scene_graph" when left out.
+        meshcat: Where to draw; a new one when left out, if the configuration allows.
+        lcm: Not used.
+
+    Raises:
+        RuntimeError: when a system is missing, the plant is not finalized, or another bus than "default" is named.
+    """
+    if lcm_buses is None and lcm is None and config.lcm_bus != "default":
+        raise RuntimeError(f"ApplyVisualizationConfig(): there is no LCM bus '{config.lcm_bus}' (only 'default').")
+    config = copy.copy(config)
+    plant = _subsystem(builder, plant, "plant")
+    scene_graph = _subsystem(builder, scene_graph, "scene_graph")
+    if not plant.is_finalized():
+        raise RuntimeError("ApplyVisualizationConfig(): call plant.Finalize() first.")
+    if meshcat is None:
+        if not config.enable_meshcat_creation:
+            return
+        meshcat = Meshcat()
+    for params in _visualizer_params(config):
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, params)
+
+
+def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerParams]:
+    """Returns the options of the visualizers which a configuration asks for."""
+    shared = {
+        "publish_period": config.publish_period,
+        "delete_on_initialization_event": config.delete_on_initialization_event,
+        "enable_alpha_slider": config.enable_alpha_sliders,
+    }
+    wanted = []
+    if config.publish_illustration:
+        color = config.default_illustration_color
+        wanted.append(
+            MeshcatVisualizerParams(role=Role.kIllustration, prefix="illustration", default_color=color, **shared)
+        )
+    if config.publish_proximity:
+        wanted.append(
+            MeshcatVisualizerParams(
+                role=Role.kProximity,
+                prefix="proximity",
+                default_color=config.default_proximity_color,
+                visible_by_default=False,
+                initial_alpha_slider_value=config.initial_proximity_alpha,
+                show_hydroelastic=True,
+                **shared,
+            )
+        )
+    return wanted
+
+
+def AddDefaultVisualization(builder: Any, meshcat: Meshcat | None = None) -> None:
+    """Shows the plant named "plant" of a diagram, with the default configuration.
+
+    Args:
+        builder: The diagram in the making; its plant is finalized.
+        meshcat: Where to draw; a new one when left out.
+
+    Raises:
+        RuntimeError: when a system is missing or the plant is not finalized.
+    """
+    ApplyVisualizationConfig(VisualizationConfig(), builder, meshcat=meshcat)

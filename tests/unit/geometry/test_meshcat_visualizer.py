@@ -1,0 +1,209 @@
+"""MeshcatVisualizer: what of a SceneGraph is drawn, where, and when."""
+
+import numpy as np
+import pytest
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.geometry import (
+    Box,
+    FramePoseVector,
+    GeometryFrame,
+    GeometryInstance,
+    HalfSpace,
+    IllustrationProperties,
+    MakePhongIllustrationProperties,
+    Meshcat,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    ProximityProperties,
+    Rgba,
+    Role,
+    SceneGraph,
+    Sphere,
+)
+from sheldrake.math import RigidTransform
+from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.framework import DiagramBuilder, LeafSystem
+
+
+class Faller(LeafSystem):
+    """One frame that moves along z with its time."""
+
+    def __init__(self, frame):
+        super().__init__()
+        self._frame = frame
+        self.DeclareAbstractOutputPort("poses", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
+
+    def _calc(self, context, output):
+        poses = FramePoseVector()
+        poses.set_value(self._frame, RigidTransform([0.0, 0.0, 1.0 - context.get_time()]))
+        output.set_value(poses)
+
+
+class Scene:
+    def __init__(self, params=None, connect=True):
+        builder = DiagramBuilder()
+        self.scene_graph = builder.AddSystem(SceneGraph())
+        self.source = self.scene_graph.RegisterSource("plant")
+        self.frame = self.scene_graph.RegisterFrame(self.source, GeometryFrame("robot::arm::hand"))
+        self.hand = self._add(self.frame, Box(0.1, 0.2, 0.3), [0.5, 0, 0], Rgba(1, 0, 0))
+        self.bare = self._add(self.frame, Sphere(0.1), [0, 0, 0], None)
+        self.ground = self._add(self.scene_graph.world_frame_id(), HalfSpace(), [0, 0, 0], Rgba(0, 1, 0))
+        faller = builder.AddSystem(Faller(self.frame))
+        builder.Connect(faller.get_output_port(0), self.scene_graph.get_source_pose_port(self.source))
+        self.meshcat = Meshcat(port=0)
+        if connect:
+            self.visualizer = MeshcatVisualizer.AddToBuilder(builder, self.scene_graph, self.meshcat, params)
+        self.diagram = builder.Build()
+        self.simulator = Simulator(self.diagram)
+
+    def _add(self, frame, shape, p, rgba):
+        instance = GeometryInstance(RigidTransform(p), shape, f"{type(shape).__name__}")
+        geometry = self.scene_graph.RegisterGeometry(self.source, frame, instance)
+        properties = IllustrationProperties() if rgba is None else MakePhongIllustrationProperties(rgba.rgba)
+        self.scene_graph.AssignRole(self.source, geometry, properties)
+        return geometry
+
+    def element(self, path):
+        return self.meshcat._hub.tree.get(path)
+
+
+def test_paths_shapes_colors_and_poses():
+    scene = Scene()
+    assert scene.visualizer.get_name() == "meshcat_visualizer(visualizer)"
+    assert not scene.meshcat.HasPath("visualizer")
+    scene.simulator.Initialize()
+    hand = f"/drake/visualizer/robot/arm/hand/{scene.hand.get_value()}"
+    assert isinstance(scene.element(hand).object.shape, Box)
+    assert scene.element(hand).object.rgba == Rgba(1, 0, 0)
+    assert scene.element(hand).pose[:, 3] == pytest.approx([0.5, 0, 0])
+    bare = f"/drake/visualizer/robot/arm/hand/{scene.bare.get_value()}"
+    assert scene.element(bare).object.rgba == Rgba(0.9, 0.9, 0.9)
+    assert isinstance(scene.element(f"/drake/visualizer/{scene.ground.get_value()}").object.shape, HalfSpace)
+    assert scene.element("/drake/visualizer/robot/arm/hand").pose[:, 3] == pytest.approx([0, 0, 1])
+    scene.simulator.AdvanceTo(0.5)
+    assert scene.element("/drake/visualizer/robot/arm/hand").pose[:, 3] == pytest.approx([0, 0, 0.5])
+
+
+def test_publishes_every_period():
+    scene = Scene(MeshcatVisualizerParams(publish_period=0.25))
+    scene.simulator.Initialize()
+    scene.visualizer.StartRecording(set_transforms_while_recording=False)
+    scene.simulator.AdvanceTo(1.0)
+    scene.visualizer.StopRecording()
+    recording = scene.visualizer.get_mutable_recording()
+    assert recording.frames_per_second() == 4.0
+    track = recording._poses["/drake/visualizer/robot/arm/hand"]
+    heights = {frame: pose[2, 3] for frame, pose in track.items() if frame}
+    assert heights == pytest.approx({1: 0.75, 2: 0.5, 3: 0.25, 4: 0})
+    assert scene.element("/drake/visualizer/robot/arm/hand").pose[2, 3] == 1.0, "the page was left alone"
+    scene.visualizer.DeleteRecording()
+    assert scene.visualizer.get_mutable_recording()._num_frames() == 0
+
+
+def test_role_prefix_and_default_color():
+    params = MeshcatVisualizerParams(
+        role=Role.kProximity, prefix="/collisions", default_color=Rgba(0.8, 0, 0), visible_by_default=False
+    )
+    scene = Scene(params)
+    scene.scene_graph.AssignRole(scene.source, scene.hand, ProximityProperties())
+    simulator = Simulator(scene.diagram)
+    simulator.Initialize()
+    hand = f"/collisions/robot/arm/hand/{scene.hand.get_value()}"
+    assert scene.element(hand).object.rgba == Rgba(0.8, 0, 0)
+    assert scene.element("/collisions").properties["visible"] is False
+    assert not scene.meshcat.HasPath(f"/collisions/{scene.ground.get_value()}")
+
+
+@pytest.mark.parametrize("accepting, drawn", [("visualizer", True), ("other", False)])
+def test_accepting(accepting, drawn):
+    scene = Scene()
+    properties = IllustrationProperties()
+    properties.AddProperty("meshcat", "accepting", accepting)
+    geometry = scene.scene_graph.RegisterGeometry(
+        scene.source, scene.frame, GeometryInstance(RigidTransform(), Sphere(1), "picky")
+    )
+    scene.scene_graph.AssignRole(scene.source, geometry, properties)
+    Simulator(scene.diagram).Initialize()
+    assert scene.meshcat.HasPath(f"visualizer/robot/arm/hand/{geometry.get_value()}") == drawn
+
+
+def test_include_unspecified_accepting():
+    scene = Scene(MeshcatVisualizerParams(include_unspecified_accepting=False))
+    scene.simulator.Initialize()
+    assert not scene.meshcat.HasPath("visualizer/robot")
+
+
+def test_geometry_removed_in_the_context_goes_from_the_page():
+    scene = Scene()
+    scene.simulator.Initialize()
+    hand = f"visualizer/robot/arm/hand/{scene.hand.get_value()}"
+    assert scene.meshcat.HasPath(hand)
+    context = scene.simulator.get_mutable_context()
+    graph_context = scene.scene_graph.GetMyMutableContextFromRoot(context)
+    scene.scene_graph.RemoveRole(graph_context, scene.source, scene.hand, Role.kIllustration)
+    scene.diagram.ForcedPublish(context)
+    assert not scene.meshcat.HasPath(hand)
+
+
+def test_delete_on_initialization():
+    for wanted in (True, False):
+        scene = Scene(MeshcatVisualizerParams(delete_on_initialization_event=wanted))
+        scene.meshcat.SetObject("visualizer/old", Sphere(1))
+        scene.simulator.Initialize()
+        assert scene.meshcat.HasPath("visualizer/old") != wanted
+
+
+def test_delete_draws_anew():
+    scene = Scene()
+    scene.simulator.Initialize()
+    scene.visualizer.Delete()
+    assert not scene.meshcat.HasPath("visualizer")
+    scene.diagram.ForcedPublish(scene.simulator.get_context())
+    assert scene.meshcat.HasPath("visualizer/robot/arm/hand")
+
+
+def test_alpha_slider():
+    scene = Scene(MeshcatVisualizerParams(enable_alpha_slider=True, initial_alpha_slider_value=0.501))
+    assert scene.meshcat.GetSliderNames() == ["visualizer α"]
+    scene.simulator.Initialize()
+    assert scene.element("/drake/visualizer").properties["modulated_opacity"] == pytest.approx(0.5)
+    scene.meshcat.SetSliderValue("visualizer α", 0.2)
+    scene.diagram.ForcedPublish(scene.simulator.get_context())
+    assert scene.element("/drake/visualizer").properties["modulated_opacity"] == pytest.approx(0.2)
+
+
+def test_add_to_builder_takes_the_query_port():
+    builder = DiagramBuilder()
+    scene_graph = builder.AddSystem(SceneGraph())
+    meshcat = Meshcat(port=0)
+    by_port = MeshcatVisualizer.AddToBuilder(
+        builder=builder, query_object_port=scene_graph.get_query_output_port(), meshcat=meshcat
+    )
+    twice = MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
+    assert by_port.get_name() != twice.get_name()
+    assert by_port.query_object_input_port().get_name() == "query_object"
+    builder.Build()
+
+
+def test_wrong_arguments():
+    meshcat, builder = Meshcat(port=0), DiagramBuilder()
+    with pytest.raises(RuntimeError, match="publish_period must be positive, got 0"):
+        MeshcatVisualizer(meshcat, MeshcatVisualizerParams(publish_period=0))
+    with pytest.raises(RuntimeError, match="role must not be kUnassigned"):
+        MeshcatVisualizer(meshcat, MeshcatVisualizerParams(role=Role.kUnassigned))
+    with pytest.raises(TypeError, match="got str and Meshcat"):
+        MeshcatVisualizer.AddToBuilder(builder, "graph", meshcat)
+    visualizer = MeshcatVisualizer(meshcat)
+    with pytest.raises(RuntimeError, match="input port 'query_object' is not connected"):
+        visualizer.ForcedPublish(visualizer.CreateDefaultContext())
+
+
+def test_cloned_context_publishes_the_same():
+    scene = Scene()
+    scene.simulator.Initialize()
+    scene.simulator.AdvanceTo(0.25)
+    clone = scene.simulator.get_context().Clone()
+    clone.SetTime(0.75)
+    scene.diagram.ForcedPublish(clone)
+    np.testing.assert_allclose(scene.element("/drake/visualizer/robot/arm/hand").pose[2, 3], 0.25)
