@@ -70,9 +70,7 @@ def drop(
     body = plant.GetBodyByName("body", model)
     X_WB = lib.RigidTransform(lib.RollPitchYaw(np.array(rpy)), np.array([0.0, 0.0, height]))
     plant.SetFreeBodyPose(plant_context, body, X_WB)
-    plant.SetFreeBodySpatialVelocity(
-        context=plant_context, body=body, V_PB=lib.SpatialVelocity(np.zeros(3), np.zeros(3))
-    )
+    plant.SetFreeBodySpatialVelocity(plant_context, body, lib.SpatialVelocity(np.zeros(3), np.zeros(3)))
     simulator = lib.Simulator(diagram, context)
     simulator.set_publish_every_time_step(False)
     simulator.Initialize()
