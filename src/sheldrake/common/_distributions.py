@@ -75,7 +75,7 @@ class _Fields(_Schema):
 
     def __init__(self, *args: Any, **kwargs: Any):
         """All fields, none, or another one to copy."""
-        cls = next(base for base in type(self).__mro__ if "_KINDS" in vars(base))
+        cls: Any = next(base for base in type(self).__mro__ if "_KINDS" in vars(base))
 
         def set_all(self: Any, *values: Any) -> None:
             for name, value in zip(cls._KINDS, values):

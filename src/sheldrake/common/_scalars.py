@@ -302,7 +302,7 @@ class ScalarBase:
     cast = _Cast()
 
     def _cast_to(self, cls: type) -> Any:
-        new = object.__new__(cls)
+        new: Any = object.__new__(cls)
         for name in self._FIELDS:
             value = getattr(self, name)
             if isinstance(value, np.ndarray):
@@ -346,7 +346,7 @@ class ScalarBase:
         return template[cls._T]
 
     @classmethod
-    def _plain_class(cls) -> type:
+    def _plain_class(cls) -> Any:
         """The class itself, also when asked on a user's subclass."""
         return cls._template[cls._T]
 
@@ -424,12 +424,12 @@ class ScalarTemplate(TemplateClass):
         """The scalar types, each as a tuple of one."""
         return [(T,) for T in scalar_types()]
 
-    def __str__(self) -> str:
-        return f"<TemplateClass {self._full_name()}>"
+    @param_list.setter
+    def param_list(self, value: list[tuple]) -> None:
+        assert value == []
 
     def _note_param(self, param: tuple) -> None:
         pass  # the list is known beforehand
 
-    @param_list.setter
-    def param_list(self, value: list[tuple]) -> None:
-        assert value == []
+    def __str__(self) -> str:
+        return f"<TemplateClass {self._full_name()}>"

@@ -96,7 +96,7 @@ class _Generic:
         return f"<Generic {self._name}>"
 
 
-Dict = _Generic("Dict", lambda params: dict[params], 2)
-List = _Generic("List", lambda params: list[params], 1)
+Dict = _Generic("Dict", lambda params: types.GenericAlias(dict, params), 2)
+List = _Generic("List", lambda params: types.GenericAlias(list, params), 1)
 Optional = _Generic("Optional", lambda params: typing.Optional[params[0]], 1)  # noqa: UP045
 Union = _Generic("Union", lambda params: typing.Union[params], None)  # noqa: UP007

@@ -220,7 +220,7 @@ class TemplateBase:
                     class Impl: ...
                     return Impl
         """
-        template = cls(name, *args, scope=_calling_module() if scope is None else scope, **kwargs)
+        template = cls(name, *args, scope=_calling_module() if scope is None else scope, **kwargs)  # type: ignore[misc]
 
         def decorate(instantiation_func: Callable[[tuple], Any]) -> Any:
             template.add_instantiations(instantiation_func, param_list)

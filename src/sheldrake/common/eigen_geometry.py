@@ -125,7 +125,7 @@ class Quaternion(ScalarBase):
     @classmethod
     def _make(cls, wxyz: Any) -> Any:
         """Unchecked, from four numbers of the right type."""
-        new = object.__new__(cls._plain_class())
+        new: Any = object.__new__(cls._plain_class())
         new._wxyz = wxyz if isinstance(wxyz, np.ndarray) else new_array(cls._T, wxyz)
         return new
 
@@ -327,7 +327,7 @@ class AngleAxis(ScalarBase):
 
     def inverse(self) -> Any:
         """The rotation by the opposite angle."""
-        new = object.__new__(self._plain_class())
+        new: Any = object.__new__(self._plain_class())
         new._angle, new._axis = -self._angle, self._axis
         return new
 
@@ -392,7 +392,7 @@ class Isometry3(ScalarBase):
 
     @classmethod
     def _make(cls, R: np.ndarray, p: np.ndarray) -> Any:
-        new = object.__new__(cls._plain_class())
+        new: Any = object.__new__(cls._plain_class())
         new._rotation, new._p = frozen(R), frozen(p)
         return new
 

@@ -61,7 +61,7 @@ GaussianVectorX = GaussianVector[None]
 UniformVectorX = UniformVector[None]
 
 _Number = typing.Union[float, Deterministic, Gaussian, Uniform, UniformDiscrete]  # noqa: UP007
-_Vector3 = typing.Union[np.ndarray, DeterministicVector[3], GaussianVector[3], UniformVector[3]]  # noqa: UP007
+_Vector3 = typing.Union[np.ndarray, DeterministicVector[3], GaussianVector[3], UniformVector[3]]  # type: ignore # noqa: UP007
 
 
 def _math() -> Any:
@@ -312,7 +312,7 @@ class Rotation(_Schema):
 
 
 _ROTATIONS = (Rotation.Identity, Rotation.Rpy, Rotation.AngleAxis, Rotation.Uniform)
-_AnyRotation = typing.Union[_ROTATIONS]  # noqa: UP007
+_AnyRotation = typing.Union[_ROTATIONS]  # type: ignore # noqa: UP007
 Rotation.__fields__ = (SimpleNamespace(name="value", type=_AnyRotation),)
 
 
@@ -331,6 +331,9 @@ def _as_rotation(value: Any) -> Rotation:
 class Transform(_Keywords):
     """A pose in the frame `base_frame`, its `translation` [m] and `rotation` known or random."""
 
+    base_frame: str | None
+    translation: Any
+    rotation: Rotation
     _KINDS: ClassVar[dict] = {"base_frame": _as_name, "translation": _as_vector3, "rotation": _as_rotation}
     _DEFAULTS: ClassVar[dict] = {"base_frame": None, "translation": np.zeros(3), "rotation": Rotation()}
     __fields__ = (
@@ -342,7 +345,8 @@ class Transform(_Keywords):
     def __init__(self, *args: Any, **kwargs: Any):
         """`Transform()`, `Transform(X)` of a RigidTransform, `Transform(other)`, or fields by name."""
         if len(args) == 1 and not kwargs and isinstance(args[0], _math().RigidTransform):
-            args, kwargs = (), {"translation": args[0].translation(), "rotation": Rotation(args[0].rotation())}
+            X = args[0]
+            args, kwargs = (), {"translation": X.translation(), "rotation": Rotation(X.rotation())}
         super().__init__(*args, **kwargs)
 
     def _yaml_get(self, name: str) -> Any:

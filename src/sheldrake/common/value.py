@@ -16,7 +16,7 @@ __all__ = ["AbstractValue", "Value"]
 class AbstractValue:
     """A held value whose type is fixed at construction. Made by `Value(x)`, `Value[T](...)` or `AbstractValue.Make`."""
 
-    _type: ClassVar[Any] = None
+    _type: ClassVar[Any] = None  # the class of the held object
     _held: Any
 
     def __init__(self, *args: Any, **kwargs: Any):
@@ -164,8 +164,8 @@ class _ScalarValue(AbstractValue):
 class _TypedValue(AbstractValue):
     """Holds its own copy of an object of one class."""
 
-    _clone: ClassVar[Callable[[Any], Any]] = staticmethod(copy.copy)
-    _coerce: ClassVar[Callable[[Any, Any], Any] | None] = None
+    _clone: ClassVar[Any] = staticmethod(copy.copy)
+    _coerce: ClassVar[Any] = None
 
     def __init__(self, *args: Any, **kwargs: Any):
         if len(args) == 1 and not kwargs and isinstance(args[0], self._type):
@@ -185,7 +185,7 @@ class _TypedValue(AbstractValue):
 
     def set_value(self, value: Any, /) -> None:
         if self._coerce is not None and not isinstance(value, self._type):
-            value = type(self)._coerce(value)  # type: ignore[misc]
+            value = self._coerce(value)
         super().set_value(value)
 
 

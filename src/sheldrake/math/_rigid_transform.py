@@ -211,8 +211,8 @@ class RigidTransform(ScalarBase):
     def __matmul__(self, other: Any) -> Any:
         T = self._T
         M = self._R._M
-        if isinstance(other, ScalarBase) and hasattr(other, "_R") and other._T is T:
-            return self._make(M.dot(other._R._M), M.dot(other._p) + self._p)
+        if hasattr(other, "_R") and isinstance(other, ScalarBase) and other._T is T:
+            return self._make(M.dot(other._R._M), M.dot(other._p) + self._p)  # type: ignore[attr-defined]
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):
             other = self._vectors(other)
         if other.shape == (3,):

@@ -92,7 +92,7 @@ class RotationalInertia(ScalarBase):
     @classmethod
     def _make(cls, numbers: np.ndarray) -> Any:
         """Unchecked, from a symmetric array that nobody else will write."""
-        new = _new(cls._plain_class())
+        new: Any = _new(cls._plain_class())
         new._set(numbers)
         return new
 

@@ -101,7 +101,7 @@ class SpatialInertia(ScalarBase):
     @classmethod
     def _make(cls, mass: Any, p: np.ndarray, G: np.ndarray) -> Any:
         """Unchecked, from numbers and arrays that nobody else will write."""
-        new = _new(cls._plain_class())
+        new: Any = _new(cls._plain_class())
         p.setflags(write=False)
         new._mass, new._p, new._G = mass, p, UnitInertia_[cls._T]._make(G)
         return new
