@@ -121,14 +121,20 @@ class ModelBuilder:
             self._scope = (*outer_scope, nested.name)
             instances += self._add(nested, f"{full_name}::{nested.name}")
         self._scope, self._instance, self._joints = outer_scope, instance, {}
+        among_elements = {id(element) for element in model.elements}
         for body in model.bodies:
-            self._call(body, self._add_body, body, model)
+            if id(body) not in among_elements:
+                self._call(body, self._add_body, body)
         for element in model.elements:
             self._call(element, _ADDERS[type(element)], self, element)
+        if model.gravity is not None:
+            self._plant.mutable_gravity_field().set_gravity_vector(model.gravity)
         for body in model.bodies:
             self._set_default_pose(body)
         for group in model.filter_groups:
             self._filters.add(group, full_name, self._policy)
+        for one, other in model.exclusions:
+            self._filters.exclude_bodies(self._body(one), self._body(other))
         return instances
 
     def _call(self, description, function: Callable, *args):
@@ -140,7 +146,7 @@ class ModelBuilder:
         except (RuntimeError, ValueError, ArithmeticError) as error:
             self._policy.Error(description, str(error))
 
-    def _add_body(self, description: BodyDescription, model: ModelDescription) -> None:
+    def _add_body(self, description: BodyDescription) -> None:
         if description.is_world:
             body = self._plant.world_body()
         else:
@@ -300,6 +306,7 @@ class ModelBuilder:
 
 
 _ADDERS: dict[type, Callable] = {
+    BodyDescription: ModelBuilder._add_body,
     FrameDescription: ModelBuilder._add_frame,
     JointDescription: ModelBuilder._add_joint,
     ActuatorDescription: ModelBuilder._add_actuator,

@@ -55,6 +55,7 @@ class FilterGroupCollector:
         self._members: dict[tuple, set] = {}
         self._pairs: set[frozenset] = set()
         self._open: list[tuple[FilterGroupDescription, str]] = []
+        self._open_bodies: list[tuple] = []
 
     def add(self, group: FilterGroupDescription, namespace: str, policy: DiagnosticPolicy) -> None:
         """Adds a group whose names are relative to the model (or namespace) of that full name.
@@ -72,6 +73,10 @@ class FilterGroupCollector:
             policy.Error(group, f"Collision filter group '{full_name}' is already defined.")
         self._members[key] = {self._find_body(member, namespace, group, policy) for member in group.members}
         self._open.append((group, namespace))
+
+    def exclude_bodies(self, one, other) -> None:
+        """Excludes collisions between two bodies; takes effect in `finish`."""
+        self._open_bodies.append((one, other))
 
     def finish(self, scene_graph, policy: DiagnosticPolicy) -> None:
         """Resolves references between groups and excludes collisions of everything added since the last call.
@@ -91,7 +96,10 @@ class FilterGroupCollector:
                     new_pairs.append(pair)
         if scene_graph is not None:
             for pair in new_pairs:
-                self._exclude(pair, scene_graph)
+                self._exclude([self._geometries(key) for key in pair], scene_graph)
+            for bodies in self._open_bodies:
+                self._exclude([self._plant.CollectRegisteredGeometries([body]) for body in bodies], scene_graph)
+        self._open_bodies = []
 
     def _unite_member_groups(self, opened, policy) -> None:
         """Adds the members of member groups until nothing changes (groups may name each other in circles)."""
@@ -148,10 +156,10 @@ class FilterGroupCollector:
             policy.Error(group, f"Collision filter group '{wanted}' is not defined; the defined groups are {known}.")
         return key
 
-    def _exclude(self, pair: frozenset, scene_graph) -> None:
+    def _exclude(self, sets: list, scene_graph) -> None:
+        """Excludes collisions within one set of geometries, or between two."""
         from sheldrake.geometry import CollisionFilterDeclaration
 
-        sets = [self._geometries(key) for key in pair]
         declaration = CollisionFilterDeclaration()
         if len(sets) == 1:
             declaration.ExcludeWithin(sets[0])

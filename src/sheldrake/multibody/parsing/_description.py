@@ -217,6 +217,7 @@ class ModelDescription:
     """One model instance: what a `<robot>`, `<model>` or `<mujoco>` element says.
 
     Attributes:
+        bodies: All bodies. They are added first, but for those that also stand among the elements.
         elements: Joints, frames, actuators, forces and constraints in the order in which they are to be added.
         nested: Models inside this one; they become instances of their own, named `outer::inner`, before the elements.
         couplers: Couplers found while joints are read, until they can be checked and joined to the elements.
@@ -234,6 +235,7 @@ class ModelDescription:
     exclusions: list[tuple[FrameReference, FrameReference]] = field(default_factory=list)
     couplers: list[CouplerDescription] = field(default_factory=list)
     comes_first: bool = False
+    gravity: np.ndarray | None = None  # [m/s^2] of the whole plant, when the file sets it
     is_world: bool = False
 
     def joints(self) -> list[JointDescription]:

@@ -23,7 +23,7 @@ def make_spatial_inertia(mass: float, X_BI, moments, products, warn):
     inertia_is_zero = not (np.any(moments) or np.any(products))
     if mass == 0.0 and inertia_is_zero:
         return SpatialInertia.Zero()
-    problem = _find_problem(mass, moments, products, inertia_is_zero)
+    problem = find_problem(mass, moments, products)
     if problem is not None:
         return _stand_in(mass, p_BoBcm_B, problem, warn)
     Ixx, Iyy, Izz = moments
@@ -41,8 +41,9 @@ def make_spatial_inertia(mass: float, X_BI, moments, products, warn):
     return SpatialInertia.MakeFromCentralInertia(mass, p_BoBcm_B, I_BBcm_B)
 
 
-def _find_problem(mass: float, moments, products, inertia_is_zero: bool) -> "str | None":
-    """Why the numbers cannot belong to a rigid body, or None."""
+def find_problem(mass: float, moments, products) -> "str | None":
+    """Why a mass [kg] and moments and products of inertia [kg m^2] cannot belong to a rigid body, or None."""
+    inertia_is_zero = not (np.any(moments) or np.any(products))
     if mass < 0.0 or (mass == 0.0 and not inertia_is_zero):
         return f"a mass of {mass:g} kg with a rotational inertia" if mass == 0.0 else f"a negative mass of {mass:g} kg"
     Ixx, Iyy, Izz = moments

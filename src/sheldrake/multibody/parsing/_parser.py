@@ -181,6 +181,7 @@ class Parser:
         """Reads everything first, then adds it to the plant."""
         if self._plant.is_finalized():
             raise RuntimeError("Parser: the plant was finalized; add models before Finalize().")
+        reading.num_bodies, reading.num_actuators = self._plant.num_bodies(), self._plant.num_actuators()
         if kind == ".dmd.yaml":
             instances = self._add_directives(reading, text)
         else:
@@ -210,7 +211,9 @@ class Parser:
         kind = self._kind_of(path)
         if kind == ".dmd.yaml":
             self._policy.Error(Location(path), "add_model takes a model file; use add_directives for this one.")
-        models = read_models(kind, self._reading_of(path), None, model_name)
+        reading = self._reading_of(path)
+        reading.num_bodies, reading.num_actuators = self._plant.num_bodies(), self._plant.num_actuators()
+        models = read_models(kind, reading, None, model_name)
         if len(models) != 1 or models[0].is_world:
             self._policy.Error(Location(path), "add_model needs a file with exactly one model.")
         return self._build(models, namespace)
@@ -241,6 +244,10 @@ def read_models(kind: str, reading: Reading, text: "str | None", model_name: str
         from ._sdf import read_sdf
 
         return read_sdf(_root(reading, text), reading, model_name)
+    if kind == ".xml":
+        from ._mjcf import read_mjcf
+
+        return [read_mjcf(_root(reading, text), reading, model_name)]
     raise NotImplementedError(f"{reading.source}: reading {kind} is not implemented.")
 
 

@@ -28,6 +28,8 @@ class Reading:
         folder: The folder relative file names start at; None for a string.
         wants_geometry: False when the plant has no scene graph: then shapes, and the files they name, are not read.
         includes: The files being read right now, outermost first.
+        num_bodies: Bodies the plant has already, the world included; MJCF numbers nameless bodies from there.
+        num_actuators: Actuators the plant has already, likewise.
     """
 
     policy: DiagnosticPolicy
@@ -36,6 +38,8 @@ class Reading:
     folder: "str | None"
     wants_geometry: bool
     includes: tuple[str, ...] = ()
+    num_bodies: int = 1
+    num_actuators: int = 0
 
     def warn(self, where, message: str) -> None:
         """Reports a warning at an element, description or location."""
