@@ -16,6 +16,12 @@ from sheldrake.systems.analysis._integrator import (
 )
 from sheldrake.systems.analysis._simulator import InitializeParams, Simulator
 from sheldrake.systems.analysis._status import SimulatorStatus
+from sheldrake.systems.framework._templates import SystemTemplate
+
+IntegratorBase_ = SystemTemplate("IntegratorBase_", IntegratorBase, scope=__name__)
+RungeKutta2Integrator_ = SystemTemplate("RungeKutta2Integrator_", RungeKutta2Integrator, scope=__name__)
+RungeKutta3Integrator_ = SystemTemplate("RungeKutta3Integrator_", RungeKutta3Integrator, scope=__name__)
+Simulator_ = SystemTemplate("Simulator_", Simulator, scope=__name__)
 
 __all__ = [
     "ApplySimulatorConfig",
@@ -24,11 +30,15 @@ __all__ = [
     "GetIntegrationSchemes",
     "InitializeParams",
     "IntegratorBase",
+    "IntegratorBase_",
     "PrintSimulatorStatistics",
     "ResetIntegratorFromFlags",
     "RungeKutta2Integrator",
+    "RungeKutta2Integrator_",
     "RungeKutta3Integrator",
+    "RungeKutta3Integrator_",
     "Simulator",
     "SimulatorConfig",
     "SimulatorStatus",
+    "Simulator_",
 ]

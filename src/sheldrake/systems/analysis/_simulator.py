@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+import weakref
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from sheldrake.systems.analysis._witness import WitnessWatch
 from sheldrake.systems.framework import _evaluate, _loop
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._system import System
+from sheldrake.systems.framework._vector import plain
 
 _FRESH = int(_loop.FRESH)
 _Reason = SimulatorStatus.ReturnReason
@@ -141,7 +143,7 @@ class Simulator:
         if self._last_time is None:
             return 0.0
         real = time.monotonic() - self._real0
-        return float(self._context.get_time() - self._time0) / real if real > 0 else 0.0
+        return float(self._context._store.S[0] - self._time0) / real if real > 0 else 0.0
 
     def set_publish_every_time_step(self, publish: bool) -> None:
         """Whether to force a publish after every step."""
@@ -180,7 +182,7 @@ class Simulator:
         self._N[[_loop.STEPS, _loop.PUBLISHES, _loop.DISCRETES, _loop.UNRESTRICTEDS]] = 0
         self._integrator.ResetStatistics()
         self._real0 = time.monotonic()
-        self._time0 = None if self._context is None else self._context.get_time()
+        self._time0 = None if self._context is None else float(plain(self._context._store.S[0]))
 
     def get_num_steps_taken(self) -> int:
         """How many steps were taken."""
@@ -210,6 +212,8 @@ class Simulator:
         self.ResetStatistics()
         self._make_span()
         store.I[_loop.TERMINATE] = 0
+        if store.scalar is not float:
+            store.S[0] = float(plain(store.S[0]))  # derivatives with respect to time stop here
         t = store.S[0]
         if not params.suppress_initialization_events:
             for kind, apply in (
@@ -228,13 +232,8 @@ class Simulator:
 
     def _make_span(self) -> None:
         store = self._context._store
-        special = [
-            store.commit_abstract,
-            self._witness_before,
-            self._witness_after,
-            self._call_monitor,
-            self._every_step,
-        ]
+        me = weakref.ref(self)  # the span must not own its simulator
+        special = [store.commit_abstract, *(_method(me, name) for name in _SPECIAL)]
         self._span = Span(store, self._N, self._integrator._Z, special, self._native)
         self._watch = None
         if store.layout.witness_nodes:
@@ -357,7 +356,7 @@ class Simulator:
 
     def _pause(self, t: float) -> None:
         """Sleeps as long as simulation time is ahead of real time."""
-        ahead = self._real0 + (t - float(self._time0)) / self._rate - time.monotonic()
+        ahead = self._real0 + (t - self._time0) / self._rate - time.monotonic()
         if ahead > 0:
             time.sleep(ahead)
 
@@ -409,3 +408,10 @@ class Simulator:
                 self._raise()
         code = _loop.TERMINATED if I[_loop.TERMINATE] else _loop.DONE
         return self._status(float(store.S[0]), int(code))
+
+
+_SPECIAL = ("_witness_before", "_witness_after", "_call_monitor", "_every_step")
+
+
+def _method(reference: Any, name: str) -> Any:
+    return lambda: getattr(reference(), name)()

@@ -84,7 +84,7 @@ class Span:
             elif function is not None:
                 callback = _ROW((lambda f: lambda t, slab, words: f())(function))
                 self._callbacks.append(callback)
-                table[r] = ctypes.cast(callback, ctypes.c_void_p).value
+                table[r] = ctypes.c_void_p.from_buffer(callback).value  # `ctypes.cast` would make a cycle
         self.table = table
         self._logs = None
 

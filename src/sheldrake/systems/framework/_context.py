@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._store import CONSTANT, CONTINUOUS, SAMPLED, Store
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues, Parameters, State
-from sheldrake.systems.framework._vector import BasicVector
+from sheldrake.systems.framework._vector import BasicVector, lifted, plain
 
 
 class _Toucher:
@@ -90,7 +90,9 @@ class Context(ContextBase):
     def get_time(self) -> Any:
         """Time [s]."""
         t = self._store.S[0]
-        return float(t) if type(t) is np.float64 else t
+        if type(t) is np.float64:
+            return float(t)
+        return t if isinstance(t, self._store.scalar) else self._store.scalar(t)
 
     def SetTime(self, time_sec: Any) -> None:
         """Sets the time [s] of the whole tree.
@@ -384,7 +386,7 @@ class Context(ContextBase):
         store, other = self._store, source._store
         for name in ("xc", "xd", "p"):
             values = other.S[slice(*getattr(its, name))]
-            store.S[slice(*getattr(mine, name))] = _converted(values, store.S.dtype.type)
+            store.S[slice(*getattr(mine, name))] = _converted(values, store.scalar)
         for name, values, others in (
             ("abstract", store.abstract, other.abstract),
             ("abstract_parameters", store.parameters, other.parameters),
@@ -397,7 +399,7 @@ class Context(ContextBase):
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
         """Copies time, state and parameters of a context of the same system, or of one built alike."""
         self._must_be_root("SetTimeStateAndParametersFrom")
-        self._store.S[0] = _converted(source._store.S[:1], self._store.S.dtype.type)[0]
+        self._store.S[0] = _converted(source._store.S[:1], self._store.scalar)[0]
         self.SetStateAndParametersFrom(source)
 
     def __str__(self) -> str:
@@ -414,20 +416,18 @@ class DiagramContext(Context):
 
 def _scalar(store: Store, value: Any, call: str) -> Any:
     if store.S.dtype == object:
-        return value
+        return value if isinstance(value, store.scalar) else store.scalar(value)
     try:
         return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"{call}(): incompatible function arguments: expected a number, got {value!r}") from None
 
 
-def _converted(values: np.ndarray, dtype: Any) -> np.ndarray:
+def _converted(values: np.ndarray, scalar: Any) -> np.ndarray:
     """Values for a slab of another scalar: floats go in as they are, other scalars give their value."""
-    if dtype is np.object_ or values.dtype != object:
-        return values
-    return np.array(
-        [x.value() if hasattr(x, "value") else x.Evaluate() if hasattr(x, "Evaluate") else x for x in values]
-    )
+    if scalar is float:
+        return values if values.dtype == float else np.array([plain(x) for x in values], float)
+    return lifted(np.array([x if isinstance(x, scalar) else plain(x) for x in values.tolist()], object), scalar)
 
 
 def _numbers(values: Any) -> str:

@@ -114,11 +114,14 @@ class Diagram(System):
         for system in self._systems:
             system.Accept(v)
 
+    def _is_generic(self) -> bool:
+        return all(s._is_generic() or s._scalar_converter is not None for s in self._systems)
+
     def _converted(self, scalar: Any) -> Any:
         systems = [s._convert(scalar) for s in self._systems]
         if any(s is None for s in systems):
             return None
-        new = Diagram()
+        new = Diagram._template[scalar]()  # type: ignore[attr-defined]
         inputs = [
             (d.name, [p for p, own in self._exported_inputs.items() if own == k]) for k, d in enumerate(self._inputs)
         ]

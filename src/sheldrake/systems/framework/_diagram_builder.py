@@ -20,6 +20,8 @@ from sheldrake.systems.framework._topology import Topology
 class DiagramBuilder:
     """Collects systems and connections; `Build` makes a Diagram of them, once."""
 
+    _scalar: Any = float
+
     def __init__(self) -> None:
         self._systems: list[System] = []
         self._place: dict[int, int] = {}
@@ -39,6 +41,11 @@ class DiagramBuilder:
         self._not_built("AddSystem")
         if not isinstance(system, System):
             raise TypeError(f"AddSystem(): incompatible function arguments: {system!r} is no System")
+        if system._scalar is not self._scalar:
+            raise TypeError(
+                f"AddSystem(): incompatible function arguments: {system._describe()} is on {system._scalar.__name__}, "
+                f"this DiagramBuilder on {self._scalar.__name__}."
+            )
         if system._system_id in self._place or system._parent() is not None:
             raise RuntimeError(
                 f"DiagramBuilder.AddSystem(): {system._describe()} has been added to a builder already; a System "
@@ -304,7 +311,7 @@ class DiagramBuilder:
         Raises:
             RuntimeError: it is empty, names are not unique, or there is an algebraic loop.
         """
-        diagram = Diagram()
+        diagram = Diagram._template[self._scalar]()  # type: ignore[attr-defined]
         self.BuildInto(diagram)
         return diagram
 
@@ -320,7 +327,6 @@ class DiagramBuilder:
         wires = {(place[a._system_id], i): (place[b._system_id], j) for (a, i), (b, j) in self._wires.items()}
         inputs = [(name, [(place[p.get_system()._system_id], p._index) for p in ports]) for name, ports in self._inputs]
         outputs = [(name, (place[p.get_system()._system_id], p._index)) for name, p in self._outputs]
-        scalars = {s._scalar for s in self._systems}
         trial = Diagram()
         trial._name = target._name
         parents = [s._parent_ref for s in self._systems]
@@ -332,7 +338,7 @@ class DiagramBuilder:
                 system._parent_ref = parent
             raise
         target._fill(self._systems, wires, inputs, outputs)
-        target._scalar = scalars.pop() if len(scalars) == 1 else float
+        target._scalar = self._scalar
         self._built = True
         self._systems, self._wires, self._inputs, self._outputs = [], {}, [], []
 

@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex, OutputPortIndex, PortDataType
 from sheldrake.systems.framework._store import CONSTANT, SAMPLED, Store, not_connected
-from sheldrake.systems.framework._vector import BasicVector
+from sheldrake.systems.framework._vector import BasicVector, lifted
 
 
 class FixedInputPortValue:
@@ -200,7 +200,7 @@ class InputPort(_Port):
                     f"input port '{declaration.name}' (index {self._index}) but the actual type was {name} with "
                     f"size={fresh.size()}. (System {self._system.GetSystemPathname()})"
                 )
-            store.S[slice(*slot.span)] = fresh._v
+            store.S[slice(*slot.span)] = lifted(fresh._v, store.scalar)
         else:
             store.fixed[slot.free] = self._abstract_value(value)
         store.i[store.layout.fixed0 + slot.free] = 1

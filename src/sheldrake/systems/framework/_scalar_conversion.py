@@ -4,7 +4,19 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable
-from typing import Any
+from typing import Any, ClassVar
+
+from sheldrake.common._scalars import autodiff_class, expression_class, scalar_types
+
+
+class _OfClass:
+    """An attribute of a class that is computed when asked for."""
+
+    def __init__(self, compute: Callable[[], Any]):
+        self._compute = compute
+
+    def __get__(self, obj: Any, objtype: Any = None) -> Any:
+        return self._compute()
 
 
 class SystemScalarConverter:
@@ -13,8 +25,10 @@ class SystemScalarConverter:
     Entries are functions `convert(system) -> system`, one per pair of scalars (to, from).
     """
 
-    SupportedScalars: tuple = ()
-    SupportedConversionPairs: tuple = ()
+    SupportedScalars: ClassVar[Any] = _OfClass(lambda: scalar_types())
+    SupportedConversionPairs: ClassVar[Any] = _OfClass(
+        lambda: tuple((to, source) for source in scalar_types() for to in scalar_types() if to is not source)
+    )
 
     def __init__(self) -> None:
         self._entries: dict[tuple[Any, Any], Callable[[Any], Any]] = {}
@@ -33,14 +47,6 @@ class SystemScalarConverter:
         new = SystemScalarConverter()
         new._entries = dict(self._entries)
         return new
-
-
-def _scalar_named(name: str) -> Any:
-    """AutoDiffXd or Expression, imported when first asked for."""
-    import importlib
-
-    module = "sheldrake.autodiffutils" if name == "AutoDiffXd" else "sheldrake.symbolic"
-    return getattr(importlib.import_module(module), name)
 
 
 class ScalarConversion:
@@ -64,6 +70,10 @@ class ScalarConversion:
         if not self._generic:
             return None
         new = self._copy()
+        new._name = ""
+        template = type(self).__dict__.get("_template")
+        if template is not None:
+            new.__class__ = template[scalar]
         new._scalar = scalar
         return new
 
@@ -92,7 +102,17 @@ class ScalarConversion:
 
     def get_system_scalar_converter(self) -> SystemScalarConverter:
         """The converter this system was given, or an empty one."""
-        return self._scalar_converter or SystemScalarConverter()
+        if self._scalar_converter is not None:
+            return self._scalar_converter
+        converter = SystemScalarConverter()
+        if self._is_generic():
+            for to, source in SystemScalarConverter.SupportedConversionPairs:
+                converter._Add(to, source, lambda system, to=to: system._converted(to))
+        return converter
+
+    def _is_generic(self) -> bool:
+        """Whether it converts to any scalar by a copy."""
+        return self._generic
 
     def _to(self, scalar: Any, must: bool) -> Any:
         new = self._convert(scalar)
@@ -110,16 +130,41 @@ class ScalarConversion:
 
     def ToAutoDiffXd(self) -> Any:
         """This system on AutoDiffXd; RuntimeError if it cannot be."""
-        return self._to(_scalar_named("AutoDiffXd"), True)
+        return self._to(autodiff_class(), True)
 
     def ToAutoDiffXdMaybe(self) -> Any:
         """This system on AutoDiffXd, or None."""
-        return self._to(_scalar_named("AutoDiffXd"), False)
+        return self._to(autodiff_class(), False)
 
     def ToSymbolic(self) -> Any:
         """This system on symbolic Expression; RuntimeError if it cannot be."""
-        return self._to(_scalar_named("Expression"), True)
+        return self._to(expression_class(), True)
 
     def ToSymbolicMaybe(self) -> Any:
         """This system on symbolic Expression, or None."""
-        return self._to(_scalar_named("Expression"), False)
+        return self._to(expression_class(), False)
+
+
+class _PerScalar:
+    """`obj.method[T](...)`: calls `call(obj, params, ...)`."""
+
+    def __init__(self, call: Callable):
+        self._call = call
+
+    def __get__(self, obj: Any, objtype: Any = None) -> Any:
+        return self if obj is None else _BoundPerScalar(self._call, obj)
+
+
+class _BoundPerScalar:
+    def __init__(self, call: Callable, obj: Any):
+        self._call, self._obj = call, obj
+
+    def __getitem__(self, param: Any) -> Callable:
+        return lambda *args: self._call(self._obj, param, *args)
+
+
+ScalarConversion.ToScalarType = _PerScalar(lambda system, T: system._to(T, True))  # type: ignore[attr-defined]
+ScalarConversion.ToScalarTypeMaybe = _PerScalar(lambda system, T: system._to(T, False))  # type: ignore[attr-defined]
+SystemScalarConverter.IsConvertible = _PerScalar(  # type: ignore[attr-defined]
+    lambda converter, pair: converter._is_convertible(*pair)
+)

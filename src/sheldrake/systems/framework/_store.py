@@ -15,7 +15,7 @@ from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUT
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._layout import Layout, Row, work_fields
-from sheldrake.systems.framework._vector import BasicVector
+from sheldrake.systems.framework._vector import BasicVector, lifted
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
 _STATUS, _TERMINATE = int(_loop.STATUS), int(_loop.TERMINATE)
@@ -45,9 +45,10 @@ class Store:
         values: abstract output values, by row.
     """
 
-    def __init__(self, layout: Layout, systems: list[Any], dtype: Any = float):
-        self.layout, self.systems = layout, systems
-        self.S = np.zeros(layout.size, dtype)
+    def __init__(self, layout: Layout, systems: list[Any], scalar: Any = float):
+        self.layout, self.systems, self.scalar = layout, systems, scalar
+        dtype = float if scalar is float else object
+        self.S = lifted(np.zeros(layout.size), scalar)
         self.I = np.zeros(layout.side_size, np.int64)
         self.I[:3] = 1
         self.L = np.empty(0, dtype)
@@ -63,7 +64,7 @@ class Store:
         for n, j in layout.ports:
             output, (a, b) = systems[n]._outputs[j], layout.places[n].outputs[j].span
             if b > a and isinstance(output.model, BasicVector):
-                self.S[a:b] = output.model._v
+                self.S[a:b] = lifted(output.model._v, scalar)
         for n in layout.leaves:
             self._reset_work(n)
 
@@ -110,7 +111,7 @@ class Store:
         """Gives a connected input port memory of its own, so that it can be fixed in this context."""
         old = self.layout
         new = self.systems[0]._layout_with(old.overrides | {(n, i)})
-        store = Store(new, self.systems, self.S.dtype)
+        store = Store(new, self.systems, self.scalar)
         state = slice(0, old.p[1])
         store.S[state] = self.S[state]
         for m in old.leaves:
@@ -318,11 +319,11 @@ class Store:
         node, layout = self.layout.nodes[n], self.layout
         for m in layout.leaves[node.first_leaf : node.last_leaf]:
             system, place = self.systems[m], layout.places[m]
-            self.S[slice(*place.xc)] = system._xc_model._v
+            self.S[slice(*place.xc)] = lifted(system._xc_model._v, self.scalar)
             for span, model in zip(layout.groups[slice(*place.groups)], system._xd_models):
-                self.S[slice(*span)] = model._v
+                self.S[slice(*span)] = lifted(model._v, self.scalar)
             for span, model in zip(layout.parameter_groups[slice(*place.parameters)], system._pn_models):
-                self.S[slice(*span)] = model._v
+                self.S[slice(*span)] = lifted(model._v, self.scalar)
             for k, model in enumerate(system._xa_models):
                 self.abstract[place.abstract[0] + k].SetFrom(model)
             for k, model in enumerate(system._pa_models):
@@ -337,7 +338,7 @@ class Store:
     def clone(self) -> Store:
         """An independent copy; stepping both gives the same bits."""
         new = object.__new__(Store)
-        new.layout, new.systems, new.accuracy = self.layout, self.systems, self.accuracy
+        new.layout, new.systems, new.scalar, new.accuracy = self.layout, self.systems, self.scalar, self.accuracy
         new.S, new.I, new.L = self.S.copy(), self.I.copy(), self.L.copy()
         new.abstract = [v.Clone() for v in self.abstract]
         new.parameters = [v.Clone() for v in self.parameters]

@@ -35,8 +35,7 @@ class System(ScalarConversion, Graphviz, SystemBase):
 
     def AllocateContext(self) -> Any:
         """A context whose state is not set yet."""
-        dtype = float if self._scalar is float else object
-        return Store(self._layout_with(), tree_of(self), dtype).context(0)
+        return Store(self._layout_with(), tree_of(self), self._scalar).context(0)
 
     def CreateDefaultContext(self) -> Any:
         """A context with default state and parameters, for this system as root."""

@@ -42,6 +42,21 @@ def is_size(value: Any) -> bool:
     return isinstance(value, (int, np.integer)) and not isinstance(value, bool)
 
 
+def plain(x: Any) -> Any:
+    """An AutoDiffXd's value, an Expression's if it is constant; a float as it is."""
+    return x.value() if hasattr(x, "value") else x.Evaluate() if hasattr(x, "Evaluate") else x
+
+
+def lifted(values: np.ndarray, scalar: Any) -> np.ndarray:
+    """`values` as an array of numbers of type `scalar`; of float64 where that is float."""
+    if scalar is float:
+        return values
+    new = np.empty(len(values), object)
+    for i, x in enumerate(values.tolist()):
+        new[i] = x if isinstance(x, scalar) else scalar(x)
+    return new
+
+
 def read_only(a: np.ndarray) -> np.ndarray:
     """A view of `a` that cannot be written."""
     view = a.view()
@@ -75,9 +90,15 @@ class VectorBase:
         a = value
         if type(a) is not np.ndarray or a.ndim != 1 or a.dtype != self._v.dtype:
             a = as_vector(value, None if self._v.dtype == object else self._v.dtype)
+            if self._v.dtype == object:
+                a = lifted(a, self._number_type())
         if a.shape != self._v.shape:
             raise IndexError(f"Operand vector size {a.size} does not match {self._describe()} size {self._v.size}")
         return a
+
+    def _number_type(self) -> Any:
+        """Type of the numbers in memory of objects."""
+        return type(self._v[0]) if self._v.size else float
 
     def _index(self, index: Any) -> int:
         i = index.__index__()
@@ -114,12 +135,11 @@ class VectorBase:
 
     def GetAtIndex(self, index: int) -> Any:
         """Element `index`, counted from 0."""
-        return self._scalar(self._v[self._index(index)])
+        return self._item(self._v[self._index(index)])
 
     def SetAtIndex(self, index: int, value: Any) -> None:
         """Sets element `index`."""
-        self._v[self._index(index)] = value
-        self._wrote()
+        self[index] = value
 
     def PlusEqScaled(self, scale: Any, rhs: VectorBase) -> VectorBase:
         """Adds `scale * rhs` in place."""
@@ -128,18 +148,20 @@ class VectorBase:
         return self
 
     @staticmethod
-    def _scalar(value: Any) -> Any:
+    def _item(value: Any) -> Any:
         return float(value) if isinstance(value, np.floating) else value
 
     def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return self._v[index].copy()
-        return self._scalar(self._v[self._index(index)])
+        return self._item(self._v[self._index(index)])
 
     def __setitem__(self, index: Any, value: Any) -> None:
         if isinstance(index, slice):
             self._v[index] = value
         else:
+            if self._v.dtype == object and not isinstance(value, self._number_type()):
+                value = self._number_type()(value)
             self._v[self._index(index)] = value
         if self._on_write is not None:
             self._on_write()
@@ -165,6 +187,8 @@ class BasicVector(VectorBase):
         size: how many, each not-a-number until set.
     """
 
+    _scalar: Any = float
+
     def __init__(self, data: Any = None, *, size: int | None = None):
         if data is None and size is None:
             raise TypeError("BasicVector(): incompatible constructor arguments: give data or size.")
@@ -173,9 +197,9 @@ class BasicVector(VectorBase):
         if size is not None:
             if size < 0:
                 raise TypeError(f"BasicVector(): size must not be negative, got {size}.")
-            self._v = np.full(size, np.nan)
+            self._v = lifted(np.full(size, np.nan), self._scalar)
         else:
-            self._v = as_vector(data)
+            self._v = lifted(as_vector(data), self._scalar)
 
     def value(self) -> np.ndarray:
         """The elements, shape (size,), as a read-only view."""

@@ -1,6 +1,5 @@
 """Random nested multi-rate diagrams."""
 
-
 from sheldrake.systems import primitives as pr
 from sheldrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
 
