@@ -65,13 +65,13 @@ def compare_state(oracle, root, where):
 
 
 def test_oracle_interpreted_and_native_agree():
-    assert sum(compare(seed) for seed in range(25)) > 1000
+    assert sum(compare(seed) for seed in range(12)) > 500
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(1, 8))
 def test_oracle_interpreted_and_native_agree_on_many_more(block):
-    assert sum(compare(seed) for seed in range(25 * block, 25 * block + 25)) > 1000
+    assert sum(compare(seed) for seed in range(25 * block - 13, 25 * block + 12)) > 1000
 
 
 def no_prerequisites(self, rows, original=Layout._prerequisites):
