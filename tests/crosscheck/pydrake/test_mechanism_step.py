@@ -14,6 +14,7 @@ from sheldrake.geometry._kernels.model import contact_table, empty_geometry_mode
 from sheldrake.multibody.plant import _step
 from sheldrake.multibody.plant._kernels.step import plant_step, plant_step_tamsi
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
+from sheldrake.multibody.tree._kernels.forces import empty_force_model
 
 pytestmark = pytest.mark.peer
 
@@ -64,6 +65,7 @@ class Mechanism:
             row = {"dof": dof, "q": dof, "lower": lower, "upper": upper, "stiffness": stiffness, "damping": damping}
             limits.append(row)
         self.plant = _step.make_plant_model(actuators, limits, force_ports=[1])
+        self.forces = empty_force_model()
         self.work = _step.make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
         self.kernel = plant_step_tamsi if name == "tamsi" else plant_step
 
@@ -84,7 +86,18 @@ class Mechanism:
 
     def step(self, x, u, force, desired):
         out = np.zeros_like(x)
-        arguments = x, self.p, (u, force, desired), self.work, self.tree, self.geometry, self.solver, self.plant, out
+        arguments = (
+            x,
+            self.p,
+            (u, force, desired),
+            self.work,
+            self.tree,
+            self.geometry,
+            self.solver,
+            self.forces,
+            self.plant,
+            out,
+        )
         status = self.kernel.native(*arguments)
         assert status == 0
         return out

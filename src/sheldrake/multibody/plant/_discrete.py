@@ -189,7 +189,7 @@ class DiscreteUpdate:
             geometry_model = context._store.layout._models[context._node]["geometry_model"]
             status = view.call(
                 self._step_kernel(), view.x, view.p, u, work, self._tree_model, geometry_model,
-                self._solver_model(geometry_model), self._plant_model, view.zeros(len(view.x)),
+                self._solver_model(geometry_model), self._force_model, self._plant_model, view.zeros(len(view.x)),
             )  # fmt: skip
             if status:
                 raise self._explain_status(status, context)

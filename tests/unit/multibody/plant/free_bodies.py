@@ -13,6 +13,7 @@ from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.multibody.plant import _step
 from sheldrake.multibody.plant._kernels.step import plant_step, plant_step_tamsi
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
+from sheldrake.multibody.tree._kernels.forces import empty_force_model
 
 
 def box_inertia(mass, size):
@@ -47,6 +48,7 @@ class FreeBodies:
         self.tree = compile_tree(description)
         self.geometry, _ = compile_proximity(state, frames)
         self.solver = _step.solver_model_of(self.tree, self.geometry, dt, approximation, **options)
+        self.forces = empty_force_model()
         self.plant = _step.make_plant_model()
         self.table = contact_table(self.geometry, capacity)
         self.kernel = plant_step_tamsi if approximation == "tamsi" else plant_step
@@ -67,7 +69,7 @@ class FreeBodies:
         state.register_geometry(source, frame, instance)
 
     def arguments(self):
-        return self.x, self.p, (), self.work, self.tree, self.geometry, self.solver, self.plant, self.next
+        return self.x, self.p, (), self.work, self.tree, self.geometry, self.solver, self.forces, self.plant, self.next
 
     def step(self, n=1):
         """Takes n steps by native code; the state after each, shape (n, 13 bodies)."""

@@ -35,7 +35,7 @@ def test_jacobian_of_a_step(approximation):
     x = InitializeAutoDiff(x0).ravel()
     work = _step.make_step_work(scene.tree, scene.solver, scene.plant, scene.table, dtype=object)
     out = np.full(n, 0.0, dtype=object)
-    arguments = x, scene.p, (), work, scene.tree, scene.geometry, scene.solver, scene.plant, out
+    arguments = x, scene.p, (), work, scene.tree, scene.geometry, scene.solver, scene.forces, scene.plant, out
     assert scene.kernel(*arguments) == 0
     np.testing.assert_allclose(ExtractValue(out).ravel(), scene.next, rtol=0, atol=1e-7)
 

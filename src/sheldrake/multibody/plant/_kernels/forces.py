@@ -1,4 +1,4 @@
-"""Generalized forces at the start of the step: inputs, actuation, bias and gravity, joint damping, TAMSI's limits."""
+"""Generalized forces at the start of the step: bias and gravity, joint damping, springs, inputs, TAMSI's limits."""
 
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.plant._kernels.model import (
@@ -16,6 +16,8 @@ from sheldrake.multibody.plant._kernels.model import (
     LOWER,
     UPPER,
 )
+from sheldrake.multibody.tree._kernels.dynamics import project_forces
+from sheldrake.multibody.tree._kernels.forces import add_dof_springs, add_struts
 from sheldrake.multibody.tree._kernels.model import DAMPING
 
 
@@ -42,6 +44,20 @@ def add_applied_forces(plant_model, u, force):
         port = plant_model.force_port[i]
         for k in range(u[port].shape[0]):
             force[k] += u[port][k]
+
+
+@kernel
+def add_element_forces(tree_model, force_model, p, tree, q, tau_work, force):
+    """Adds springs on dofs and struts between bodies; tau_work is scratch, shape (nv,)."""
+    add_dof_springs(force_model, p, q, force)
+    if force_model.strut.shape[0] > 0:
+        for body in range(tree.F.shape[0]):
+            for c in range(6):
+                tree.F[body, c] = 0.0
+        add_struts(tree_model, force_model, p, tree, tree.F)
+        project_forces(tree_model, tree, tau_work)
+        for k in range(force.shape[0]):
+            force[k] += tau_work[k]
 
 
 @kernel

@@ -38,6 +38,7 @@ from sheldrake.multibody.plant._kernels.contact_rows import put_contacts
 from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
     add_applied_forces,
+    add_element_forces,
     add_limit_penalties,
     put_passive_forces,
 )
@@ -45,6 +46,7 @@ from sheldrake.multibody.plant._kernels.joint_rows import put_actuators, put_lim
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepWork
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix
 from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
+from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.integrate import integrate_positions
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_kinematics
 from sheldrake.multibody.tree._kernels.model import DAMPING, DEPTH, ROW, TreeModel, TreeWork
@@ -101,7 +103,7 @@ def free_motion(tree_model, solver_model, p, tree, x, v, force, implicit_damping
 
 
 @kernel
-def smooth_part(xd, p, u, work, tree, tree_model, solver_model, plant_model, tamsi):
+def smooth_part(xd, p, u, work, tree, tree_model, solver_model, force_model, plant_model, tamsi):
     """Kinematics, forces and free motion; 1 when the mass matrix is not positive definite, else 0."""
     nv = work.v.shape[0]
     nq = xd.shape[0] - nv
@@ -112,6 +114,7 @@ def smooth_part(xd, p, u, work, tree, tree_model, solver_model, plant_model, tam
     velocity_kinematics(tree_model, p, tree, xd, work.v)
     bias_term(tree_model, tree, 1.0)
     put_passive_forces(tree_model, p, tree.bias, work.v, work.force)
+    add_element_forces(tree_model, force_model, p, tree, xd, work.v_next, work.force)
     add_applied_forces(plant_model, u, work.force)
     add_actuation(plant_model, u, work.force, work.net_actuation, not tamsi)
     if tamsi:
@@ -153,6 +156,7 @@ def plant_step(
     tree_model: TreeModel,
     geometry_model: GeometryModel,
     solver_model: SolverModel,
+    force_model: ForceModel,
     plant_model: PlantModel,
     out: Vector,
 ) -> int:
@@ -163,7 +167,7 @@ def plant_step(
     rows = Rows(work.rows_index, work.rows_J, work.rows_law, work.rows_state)
     factor = Factor(work.factor_slot, work.factor_row, work.factor_first, work.factor_L, work.factor_rhs)
     dt = solver_model.option[DT]
-    if smooth_part(xd, p, u, work, tree, tree_model, solver_model, plant_model, False) != 0:
+    if smooth_part(xd, p, u, work, tree, tree_model, solver_model, force_model, plant_model, False) != 0:
         return MASS_NOT_POSITIVE
     status = contact_part(work, tree, contacts, tree_model, geometry_model)
     if status != SOLVED:
@@ -189,6 +193,7 @@ def plant_step_tamsi(
     tree_model: TreeModel,
     geometry_model: GeometryModel,
     solver_model: SolverModel,
+    force_model: ForceModel,
     plant_model: PlantModel,
     out: Vector,
 ) -> int:
@@ -198,7 +203,7 @@ def plant_step_tamsi(
     contacts = Contacts(work.contacts_index, work.contacts_J, work.contacts_law, work.contacts_state)
     rows = Rows(work.rows_index, work.rows_J, work.rows_law, work.rows_state)
     factor = Factor(work.factor_slot, work.factor_row, work.factor_first, work.factor_L, work.factor_rhs)
-    if smooth_part(xd, p, u, work, tree, tree_model, solver_model, plant_model, True) != 0:
+    if smooth_part(xd, p, u, work, tree, tree_model, solver_model, force_model, plant_model, True) != 0:
         return MASS_NOT_POSITIVE
     status = contact_part(work, tree, contacts, tree_model, geometry_model)
     if status != SOLVED:
