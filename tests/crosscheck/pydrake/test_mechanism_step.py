@@ -14,7 +14,7 @@ from sheldrake.geometry._kernels.model import contact_table, empty_geometry_mode
 from sheldrake.multibody.plant import _step
 from sheldrake.multibody.plant._kernels.step import plant_step, plant_step_tamsi
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
-from sheldrake.multibody.tree._kernels.forces import empty_force_model
+from sheldrake.multibody.tree._kernels.forces import ForceModel
 
 pytestmark = pytest.mark.peer
 
@@ -65,7 +65,10 @@ class Mechanism:
             row = {"dof": dof, "q": dof, "lower": lower, "upper": upper, "stiffness": stiffness, "damping": damping}
             limits.append(row)
         self.plant = _step.make_plant_model(actuators, limits, force_ports=[1])
-        self.forces = empty_force_model()
+        springs = [(2, 2, store(4.0, 0.3)), (3, 3, store(50.0, 0.1))]
+        strut = (5, 7, store(0.1, 0.0, 0.0, 0.0, 0.0, 0.1, 0.3, 30.0, 2.0))
+        self.forces = ForceModel(np.array(springs, np.int64), np.array([strut], np.int64))
+        self.p = np.array(p)
         self.work = _step.make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
         self.kernel = plant_step_tamsi if name == "tamsi" else plant_step
 
@@ -103,25 +106,6 @@ class Mechanism:
         return out
 
 
-def spring_forces(plant, context):
-    """Generalized forces of the springs alone, by Drake."""
-    from pydrake.multibody.tree import MultibodyForces
-
-    forces = MultibodyForces(plant)
-    plant.CalcForceElementsContribution(context, forces)
-    nv = plant.num_velocities()
-    D = np.zeros(nv)
-    for j in plant.GetJointIndices():
-        joint = plant.get_joint(j)
-        if joint.num_velocities():
-            D[joint.velocity_start() : joint.velocity_start() + joint.num_velocities()] = joint.GetDampingVector(
-                context
-            )
-    total = -plant.CalcInverseDynamics(context, np.zeros(nv), forces)
-    gravity = plant.CalcGravityGeneralizedForces(context)
-    return total + plant.CalcBiasTerm(context) - gravity + D * plant.GetVelocities(context)
-
-
 CASES = {
     "limits": {},
     "effort limits": {"effort": (2.0, 0.5, INF)},
@@ -155,13 +139,15 @@ def test_one_step(case):
                 plant.SetFreeBodyPose(context, body, X_WB)
             plant.SetVelocities(context, rng.normal(0, 1.0, plant.num_velocities()))
             u, desired = rng.normal(0, 5.0, 3), rng.normal(0, 0.5, 6)
+            force = rng.normal(0, 1.0, plant.num_velocities())
             plant.get_actuation_input_port().FixValue(context, u)
+            plant.get_applied_generalized_force_input_port().FixValue(context, force)
             if options.get("gains") and not idle:
                 plant.get_desired_state_input_port(m.instance).FixValue(context, desired)
             x = plant.GetPositionsAndVelocities(context)
             given = np.zeros(0) if idle else desired
             drakes = one_step(m.diagram, plant, root)
-            result = ours.step(x, u, spring_forces(plant, context), given)
+            result = ours.step(x, u, force, given)
             np.testing.assert_allclose(result, drakes, rtol=1e-11, atol=1e-11)
             np.testing.assert_allclose(
                 ours.work.net_actuation, net_actuation(m, root), rtol=1e-8, atol=1e-8, err_msg=f"{dt} {trial}"
