@@ -57,7 +57,7 @@ class RigidTransform(ScalarBase):
                 self._R = R = _new(RotationMatrix)
                 R._M = args[0]._M
                 self._p = p = p.copy()
-                p.setflags(write=False)
+                p.setflags(False)
                 return
         if args or kwargs:
             self._choose("init", args, kwargs)
@@ -111,8 +111,8 @@ class RigidTransform(ScalarBase):
             R = _new(RotationMatrix)
         else:
             new, R = _new(cls._plain_class()), _new(RotationMatrix_[T])
-        M.setflags(write=False)
-        p.setflags(write=False)
+        M.setflags(False)
+        p.setflags(False)
         R._M = M
         new._R = R
         new._p = p
@@ -209,8 +209,12 @@ class RigidTransform(ScalarBase):
         return self.__matmul__(args[0])
 
     def __matmul__(self, other: Any) -> Any:
-        T = self._T
         M = self._R._M
+        if type(other) is RigidTransform and type(self) is RigidTransform:  # the one that has to be quick
+            p = M.dot(other._p)
+            p += self._p
+            return self._make(M.dot(other._R._M), p)
+        T = self._T
         if hasattr(other, "_R") and isinstance(other, ScalarBase) and other._T is T:
             return self._make(M.dot(other._R._M), M.dot(other._p) + self._p)  # type: ignore[attr-defined]
         if not (T is float and type(other) is _ndarray and other.dtype is _FLOAT64):

@@ -8,6 +8,7 @@ import numpy as np
 
 from sheldrake.common._overloads import Signature, instance_of, signature
 from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, sqrt, vector
+from sheldrake.multibody.math._retired_arguments import retired_arguments
 from sheldrake.multibody.math._rotational_inertia import RotationalInertia, RotationalInertia_, point_mass
 
 _UNIT_TOLERANCE = 1e-14  # how far from one the length of a direction may be, as in Drake
@@ -119,6 +120,7 @@ class UnitInertia(RotationalInertia):
         return cls.SolidBox(L, L, L)
 
     @classmethod
+    @retired_arguments(2, r="radius", L="length", b_E="unit_vector")
     def SolidCylinder(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
         """A cylinder [m] about its centre, its axis along `unit_vector`, shape (3,)."""
         radius, length = cls._lengths("SolidCylinder", radius=radius, length=length)
@@ -127,6 +129,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCylinder", along, across, unit_vector)
 
     @classmethod
+    @retired_arguments(2, r="radius", L="length", b_E="unit_vector")
     def SolidCylinderAboutEnd(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
         """A cylinder [m] about the centre of one end, its axis along `unit_vector`, shape (3,)."""
         radius, length = cls._lengths("SolidCylinderAboutEnd", radius=radius, length=length)
@@ -135,6 +138,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCylinderAboutEnd", along, across, unit_vector)
 
     @classmethod
+    @retired_arguments(2, r="radius", L="length")
     def SolidCapsule(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
         """A cylinder of `length` [m] with half balls of `radius` [m] on its ends, about its centre."""
         radius, length = cls._lengths("SolidCapsule", radius=radius, length=length)
@@ -153,6 +157,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCapsule", along, across, unit_vector)
 
     @classmethod
+    @retired_arguments(L="length", b_E="unit_vector")
     def ThinRod(cls, length: Any, unit_vector: Any) -> Any:
         """A thin rod of `length` [m] about its centre, along `unit_vector`, shape (3,)."""
         (length,) = cls._lengths("ThinRod", length=length)
@@ -162,6 +167,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("ThinRod", 0.0 * length, length * length / 12.0, unit_vector)
 
     @classmethod
+    @retired_arguments(J="moment_parallel", K="moment_perpendicular", b_E="unit_vector")
     def AxiallySymmetric(cls, moment_parallel: Any, moment_perpendicular: Any, unit_vector: Any) -> Any:
         """A body of revolution with the given moments [m^2], its axis along `unit_vector`, shape (3,).
 
@@ -179,6 +185,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial(call, along, across, unit_vector)
 
     @classmethod
+    @retired_arguments(K="moment_perpendicular", b_E="unit_vector")
     def StraightLine(cls, moment_perpendicular: Any, unit_vector: Any) -> Any:
         """Mass along a line: `moment_perpendicular` [m^2] across `unit_vector`, nothing along it."""
         (across,) = cls._lengths("StraightLine", moment_perpendicular=moment_perpendicular)
