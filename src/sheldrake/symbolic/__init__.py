@@ -6,7 +6,9 @@ from sheldrake.symbolic import (
     _expression,
     _formula,
     _functions,
+    _monomial,
     _operators,
+    _polynomial,
     _text,
     _traverse,
 )
@@ -49,6 +51,38 @@ from sheldrake.symbolic._functions import (
     uninterpreted_function,
 )
 from sheldrake.symbolic._kinds import ExpressionKind, FormulaKind
+from sheldrake.symbolic._latex import ToLatex
+from sheldrake.symbolic._linear import (
+    DecomposeAffineExpression,
+    DecomposeAffineExpressions,
+    DecomposeL2NormExpression,
+    DecomposeLinearExpressions,
+    DecomposeLumpedParameters,
+    DecomposeQuadraticPolynomial,
+    Evaluate,
+    ExtractVariablesFromExpression,
+    GetVariableVector,
+    IsAffine,
+    Jacobian,
+    ReplaceBilinearTerms,
+    Substitute,
+    TaylorExpand,
+)
+from sheldrake.symbolic._monomial import (
+    CalcMonomialBasisOrderUpToOne,
+    EvenDegreeMonomialBasis,
+    Monomial,
+    MonomialBasis,
+    OddDegreeMonomialBasis,
+)
+from sheldrake.symbolic._polynomial import (
+    CalcPolynomialWLowerTriangularPart,
+    Polynomial,
+    SubstituteAndExpandCacheData,
+)
+from sheldrake.symbolic._rational import RationalFunction
+from sheldrake.symbolic._sin_cos import SinCos, SinCosSubstitutionType, SubstituteStereographicProjection
+from sheldrake.symbolic._sympy import from_sympy, to_sympy
 from sheldrake.symbolic._variable import (
     MakeMatrixBinaryVariable,
     MakeMatrixBooleanVariable,
@@ -64,10 +98,24 @@ from sheldrake.symbolic._variable import (
 )
 
 __all__ = [
+    "CalcMonomialBasisOrderUpToOne",
+    "CalcPolynomialWLowerTriangularPart",
+    "DecomposeAffineExpression",
+    "DecomposeAffineExpressions",
+    "DecomposeL2NormExpression",
+    "DecomposeLinearExpressions",
+    "DecomposeLumpedParameters",
+    "DecomposeQuadraticPolynomial",
+    "Evaluate",
+    "EvenDegreeMonomialBasis",
     "Expression",
     "ExpressionKind",
+    "ExtractVariablesFromExpression",
     "Formula",
     "FormulaKind",
+    "GetVariableVector",
+    "IsAffine",
+    "Jacobian",
     "MakeMatrixBinaryVariable",
     "MakeMatrixBooleanVariable",
     "MakeMatrixContinuousVariable",
@@ -76,6 +124,19 @@ __all__ = [
     "MakeVectorBooleanVariable",
     "MakeVectorContinuousVariable",
     "MakeVectorVariable",
+    "Monomial",
+    "MonomialBasis",
+    "OddDegreeMonomialBasis",
+    "Polynomial",
+    "RationalFunction",
+    "ReplaceBilinearTerms",
+    "SinCos",
+    "SinCosSubstitutionType",
+    "Substitute",
+    "SubstituteAndExpandCacheData",
+    "SubstituteStereographicProjection",
+    "TaylorExpand",
+    "ToLatex",
     "Variable",
     "Variables",
     "abs",
@@ -93,6 +154,7 @@ __all__ = [
     "exp",
     "floor",
     "forall",
+    "from_sympy",
     "if_then_else",
     "intersect",
     "inv",
@@ -110,6 +172,7 @@ __all__ = [
     "sqrt",
     "tan",
     "tanh",
+    "to_sympy",
     "uninterpreted_function",
 ]
 
@@ -118,6 +181,7 @@ _operators._build, _operators._formula = _build, _formula
 _expression._build, _expression._differentiate, _expression._functions = _build, _differentiate, _functions
 _expression._text, _expression._traverse = _text, _traverse
 _formula._functions, _formula._traverse = _functions, _traverse
+_monomial._polynomial = _polynomial
 
 for _name in (*__all__, "_reduce_add", "_reduce_mul"):
     if hasattr(globals()[_name], "__module__"):

@@ -1,0 +1,140 @@
+"""Expressions, formulas and matrices for LaTeX."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+
+from sheldrake.symbolic import _build
+from sheldrake.symbolic import _kinds as k
+from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._formula import Formula, negation
+from sheldrake.symbolic._kinds import FormulaKind as K
+from sheldrake.symbolic._variable import Variable
+
+_SIGNS = {K.Eq: "=", K.Neq: r"\neq", K.Gt: ">", K.Geq: r"\ge", K.Lt: "<", K.Leq: r"\le"}
+_OPPOSITE = {K.Eq: K.Neq, K.Neq: K.Eq, K.Gt: K.Leq, K.Geq: K.Lt, K.Lt: K.Geq, K.Leq: K.Gt}
+
+
+def ToLatex(e: Any = None, precision: int = 3, *, f: Any = None, M: Any = None) -> str:
+    """Returns LaTeX for an expression, a formula, a number, or a matrix of expressions or numbers.
+
+    Args:
+        e: What to write.
+        precision: Digits after the point of numbers that are not whole.
+
+    Raises:
+        RuntimeError: for nan and uninterpreted functions.
+    """
+    what = next(x for x in (e, f, M) if x is not None)
+    if isinstance(what, Formula):
+        return _formula(what, precision)
+    if isinstance(what, (np.ndarray, list, tuple)):
+        matrix = np.asarray(what)
+        matrix = matrix.reshape(-1, 1) if matrix.ndim == 1 else matrix
+        return _matrix(matrix, precision)
+    return _expression(_build.expect("ToLatex", what), precision)
+
+
+def _matrix(matrix: np.ndarray, precision: int) -> str:
+    rows = [" & ".join(ToLatex(x, precision) for x in row) for row in matrix]
+    return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
+
+
+def _number(x: float, precision: int) -> str:
+    return f"{x:.0f}" if float(x).is_integer() else f"{x:.{precision}f}"
+
+
+def _variable(v: Variable) -> str:
+    """Indices in parentheses become subscripts."""
+    return re.sub(r"\(([^)]*)\)", r"_{\1}", v.get_name())
+
+
+def _expression(e: Expression, precision: int) -> str:
+    done: dict[int, str] = {}
+    for node in _build.nodes(e):
+        done[node._serial] = _node(node, done, precision)
+    return done[e._serial]
+
+
+def _node(e: Expression, done: dict[int, str], precision: int) -> str:
+    kind, args = e._kind, e._args
+    if kind == k.CONSTANT:
+        return _number(args[0], precision)
+    if kind == k.VAR:
+        return _variable(args[0])
+    if kind == k.ADD:
+        return _sum(args[0], [(done[t._serial], c) for t, c in args[1]], precision)
+    if kind == k.MUL:
+        factors = [_number(args[0], precision)] if args[0] != 1.0 else []
+        factors += [
+            done[b._serial] if x is _build.ONE else f"{done[b._serial]}^{{{done[x._serial]}}}" for b, x in args[1]
+        ]
+        return " ".join(factors)
+    if kind == k.NAN:
+        raise RuntimeError("NaN is detected while visiting an expression.")
+    if kind == k.UNINTERPRETED:
+        raise RuntimeError("ToLatex does not support uninterpreted functions.")
+    if kind == k.IF_THEN_ELSE:
+        then, otherwise = done[args[1]._serial], done[args[2]._serial]
+        condition = _formula(args[0], precision)
+        return rf"\begin{{cases}} {then} & \text{{if }} {condition}, \\ {otherwise} & \text{{otherwise}}.\end{{cases}}"
+    return _function(kind, [done[a._serial] for a in args])
+
+
+def _sum(c0: float, terms: list[tuple[str, float]], precision: int) -> str:
+    text = _number(c0, precision) if c0 != 0.0 else ""
+    for term, c in terms:
+        if c > 0.0:
+            text += " + " if text else ""
+        else:
+            text += " - "
+        text += term if abs(c) == 1.0 else _number(abs(c), precision) + term
+    return f"({text})"
+
+
+def _function(kind: int, args: list[str]) -> str:
+    templates = {
+        k.DIV: r"\frac{%s}{%s}",
+        k.POW: "%s^{%s}",
+        k.EXP: "e^{%s}",
+        k.ABS: "|%s|",
+        k.ATAN2: r"\atan{\frac{%s}{%s}}",
+        k.MIN: r"\min\{%s, %s\}",
+        k.MAX: r"\max\{%s, %s\}",
+        k.CEIL: r"\lceil %s \rceil",
+        k.FLOOR: r"\lfloor %s \rfloor",
+    }
+    template = templates.get(kind) or rf"\{k.UNARY_NAMES[kind]}{{%s}}"
+    return template % tuple(args)
+
+
+def _formula(f: Formula, precision: int) -> str:
+    kind, args = f._kind, f._args
+    if kind in _SIGNS:
+        return f"{_expression(args[0], precision)} {_SIGNS[kind]} {_expression(args[1], precision)}"
+    if kind in (K.And, K.Or):
+        return (r" \land " if kind is K.And else r" \lor ").join(_formula(part, precision) for part in args)
+    if kind is K.Not:
+        return _negated(args[0], precision)
+    if kind is K.Var:
+        return _variable(args[0])
+    if kind is K.Isnan:
+        return rf"\text{{isnan}}({_expression(args[0], precision)})"
+    if kind is K.Forall:
+        return rf"\forall {', '.join(_variable(v) for v in args[0])}: ({_formula(args[1], precision)})"
+    if kind is K.PositiveSemidefinite:
+        return rf"{_matrix(args[0], precision)} \succeq 0"
+    return r"\text{true}" if kind is K.True_ else r"\text{false}"
+
+
+def _negated(f: Formula, precision: int) -> str:
+    kind, args = f._kind, f._args
+    if kind in _SIGNS:
+        a, b = (_expression(x, precision) for x in args)
+        return f"{a} {_SIGNS[_OPPOSITE[kind]]} {b}"
+    if kind in (K.And, K.Or):
+        return (r" \lor " if kind is K.And else r" \land ").join(_formula(negation(part), precision) for part in args)
+    return rf"\neg {_formula(f, precision)}"

@@ -1,0 +1,267 @@
+"""Monomials and sets of them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.symbolic import _build
+from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._traverse import numbers_by_variable, object_array, variable_list
+from sheldrake.symbolic._variable import Variable, Variables
+
+_polynomial: Any = None  # A module that needs the class below; the package binds it when all is loaded.
+
+
+class Monomial:
+    """A product of powers of variables, such as x^2 * y.
+
+    Args:
+        powers: Exponents by variable; or a variable and its exponent; or a vector of variables and one of exponents.
+            The monomial 1 if absent.
+    """
+
+    __slots__ = ("_powers",)
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        given = [*args, *(kwargs[n] for n in ("powers", "var", "vars", "exponent", "exponents") if n in kwargs)]
+        pairs: Iterable[tuple[Variable, Any]] = ()
+        if len(given) == 1 and hasattr(given[0], "items"):
+            pairs = given[0].items()
+        elif len(given) == 1:
+            pairs = [(given[0], 1)]
+        elif len(given) == 2 and isinstance(given[0], Variable):
+            pairs = [(given[0], given[1])]
+        elif len(given) == 2:
+            if len(given[0]) != len(given[1]):
+                raise RuntimeError(f"Monomial(): {len(given[0])} variables but {len(given[1])} exponents.")
+            pairs = zip(given[0], given[1])
+        elif given:
+            raise TypeError(f"Monomial(): incompatible constructor arguments; got {given!r}.")
+        powers: dict[Variable, int] = {}
+        for v, exponent in pairs:
+            if not isinstance(v, Variable) or int(exponent) != exponent:
+                raise TypeError(
+                    f"Monomial(): incompatible constructor arguments; expected variables and whole exponents, got "
+                    f"{v!r}: {exponent!r}."
+                )
+            if exponent < 0:
+                raise RuntimeError(f"Monomial(): the exponent of {v} is negative: {exponent}.")
+            if exponent:
+                powers[v] = powers.get(v, 0) + int(exponent)
+        self._powers = dict(sorted(powers.items(), key=lambda item: item[0]._id))
+
+    @classmethod
+    def _of(cls, powers: dict[Variable, int]) -> Monomial:
+        out = object.__new__(cls)
+        out._powers = dict(sorted(powers.items(), key=lambda item: item[0]._id))
+        return out
+
+    def degree(self, v: Variable) -> int:
+        """Returns the exponent of a variable."""
+        return self._powers.get(v, 0)
+
+    def total_degree(self) -> int:
+        """Returns the sum of all exponents."""
+        return sum(self._powers.values())
+
+    def get_powers(self) -> dict[Variable, int]:
+        """Returns the exponents by variable."""
+        return dict(self._powers)
+
+    def GetVariables(self) -> Variables:
+        """Returns the variables in it."""
+        return Variables(self._powers)
+
+    def ToExpression(self) -> Expression:
+        """Returns it as an expression."""
+        out = _build.ONE
+        for v, exponent in self._powers.items():
+            out = _build.multiply(out, _build.power(_build.variable(v), _build.constant(exponent)))
+        return out
+
+    def EqualTo(self, other: Monomial) -> bool:
+        """Tells whether both are the same."""
+        return self == other
+
+    def Evaluate(self, *args: Any, **kwargs: Any) -> Any:
+        """Returns the value for given values of its variables.
+
+        Called as `Evaluate(env)`, or as `Evaluate(vars, vars_values)` for many: values as columns, shape
+        `(len(vars), n)`; returns shape `(n,)`.
+
+        Raises:
+            RuntimeError: a variable has no value.
+            ValueError: in the second form.
+        """
+        given = [*args, *(kwargs[n] for n in ("env", "vars", "vars_values") if n in kwargs)]
+        if len(given) == 2:
+            return self._evaluate_many(variable_list("Evaluate", given[0]), np.asarray(given[1], dtype=float))
+        env = numbers_by_variable("Evaluate", given[0])
+        out = 1.0
+        for v, exponent in self._powers.items():
+            if v not in env:
+                raise RuntimeError(
+                    f"Monomial {self} cannot be evaluated with the given environment which does not provide an entry "
+                    f"for variable = {v}."
+                )
+            out *= env[v] ** exponent
+        return out
+
+    def _evaluate_many(self, vars: list[Variable], values: np.ndarray) -> np.ndarray:
+        rows = {v: row for v, row in zip(vars, np.atleast_2d(values))}
+        out = np.ones(np.atleast_2d(values).shape[1])
+        for v, exponent in self._powers.items():
+            if v not in rows:
+                raise ValueError(f"Monomial::Evaluate(): {v} is not present in vars")
+            out = out * rows[v] ** exponent
+        return out
+
+    def EvaluatePartial(self, env: dict[Variable, float]) -> tuple[float, Monomial]:
+        """Returns the value of the variables given and the monomial of the rest."""
+        values = numbers_by_variable("EvaluatePartial", env)
+        out = 1.0
+        for v, exponent in self._powers.items():
+            if v in values:
+                out *= values[v] ** exponent
+        return out, Monomial._of({v: n for v, n in self._powers.items() if v not in values})
+
+    def pow_in_place(self, p: int) -> Monomial:
+        """Raises it to a power and returns it."""
+        if p < 0:
+            raise RuntimeError(f"Monomial.pow_in_place(): the exponent must not be negative, got {p}.")
+        self._powers = {v: n * p for v, n in self._powers.items()} if p else {}
+        return self
+
+    def _key(self) -> tuple:
+        """Order: by the exponents of the oldest variable first."""
+        return tuple((-v._id, n) for v, n in self._powers.items())
+
+    def __hash__(self) -> int:
+        return hash(tuple((v._id, n) for v, n in self._powers.items()))
+
+    def __eq__(self, other: Any) -> Any:
+        if not isinstance(other, Monomial):
+            return NotImplemented
+        return len(self._powers) == len(other._powers) and all(
+            v is w and m == n for (v, m), (w, n) in zip(self._powers.items(), other._powers.items())
+        )
+
+    def __pow__(self, p: int) -> Monomial:
+        return Monomial._of(self._powers).pow_in_place(p)
+
+    def _times(self, other: Monomial) -> Monomial:
+        powers = dict(self._powers)
+        for v, n in other._powers.items():
+            powers[v] = powers.get(v, 0) + n
+        return Monomial._of(powers)
+
+    def __mul__(self, other: Any) -> Any:
+        if isinstance(other, Monomial):
+            return self._times(other)
+        if isinstance(other, _build._REAL):
+            return _polynomial.Polynomial({self: _build.constant(other)})
+        e = _build.as_expression(other)
+        return NotImplemented if e is None else _build.multiply(self.ToExpression(), e)
+
+    __rmul__ = __mul__
+
+    def __add__(self, other: Any) -> Any:
+        e = _build.as_expression(other)
+        return NotImplemented if e is None else _build.add(self.ToExpression(), e)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        e = _build.as_expression(other)
+        return NotImplemented if e is None else _build.subtract(self.ToExpression(), e)
+
+    def __rsub__(self, other: Any) -> Any:
+        e = _build.as_expression(other)
+        return NotImplemented if e is None else _build.subtract(e, self.ToExpression())
+
+    def __truediv__(self, other: Any) -> Any:
+        e = _build.as_expression(other)
+        return NotImplemented if e is None else _build.divide(self.ToExpression(), e)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        e = _build.as_expression(other)
+        return NotImplemented if e is None else _build.divide(e, self.ToExpression())
+
+    def __copy__(self) -> Monomial:
+        return Monomial._of(self._powers)
+
+    def __deepcopy__(self, memo: dict) -> Monomial:
+        return Monomial._of(self._powers)
+
+    def __str__(self) -> str:
+        return " * ".join(f"{v}^{n}" if n != 1 else f"{v}" for v, n in self._powers.items()) or "1"
+
+    def __repr__(self) -> str:
+        return f'<Monomial "{self}">'
+
+
+def _in_order(monomials: Iterable[Monomial]) -> np.ndarray:
+    """Highest total degree first."""
+    return object_array(sorted(monomials, key=lambda m: (-m.total_degree(), m._key())))
+
+
+def _of_degree(variables: list[Variable], degree: int) -> Iterable[Monomial]:
+    for chosen in itertools.combinations_with_replacement(variables, degree):
+        powers: dict[Variable, int] = {}
+        for v in chosen:
+            powers[v] = powers.get(v, 0) + 1
+        yield Monomial._of(powers)
+
+
+def _of_degrees(vars: Any, degrees: Iterable[int]) -> np.ndarray:
+    variables = list(Variables(vars))
+    return _in_order(m for d in degrees for m in _of_degree(variables, d))
+
+
+def MonomialBasis(*args: Any, **kwargs: Any) -> np.ndarray:
+    """Returns all monomials up to a total degree, the highest first.
+
+    Called as `MonomialBasis(vars, degree)`, or as `MonomialBasis({vars: degree, ...})` for the products of monomials of
+    several sets of variables that share none.
+    """
+    given = [*args, *(kwargs[n] for n in ("vars", "degree", "vars_degree") if n in kwargs)]
+    if len(given) == 2:
+        return _of_degrees(given[0], range(int(given[1]) + 1))
+    sets = given[0]
+    if sum(len(v) for v in sets) != len(Variables([x for v in sets for x in v])):
+        raise RuntimeError("MonomialBasis(): the sets of variables must not share any.")
+    factors = [[m for d in range(n + 1) for m in _of_degree(list(v), d)] for v, n in sets.items()]
+    out = []
+    for chosen in itertools.product(*factors):
+        product = Monomial()
+        for m in chosen:
+            product = product._times(m)
+        out.append(product)
+    return _in_order(out)
+
+
+def EvenDegreeMonomialBasis(vars: Variables, degree: int) -> np.ndarray:
+    """Returns all monomials of even total degree up to `degree`, the highest first."""
+    return _of_degrees(vars, range(0, degree + 1, 2))
+
+
+def OddDegreeMonomialBasis(vars: Variables, degree: int) -> np.ndarray:
+    """Returns all monomials of odd total degree up to `degree`, the highest first."""
+    return _of_degrees(vars, range(1, degree + 1, 2))
+
+
+def CalcMonomialBasisOrderUpToOne(x: Variables, sort_monomial: bool = False) -> np.ndarray:
+    """Returns all monomials in which no variable has an exponent above one.
+
+    Args:
+        x: The variables.
+        sort_monomial: The highest total degree first; otherwise in the order of counting in binary.
+    """
+    variables = list(x)
+    n = len(variables)
+    out = [Monomial._of({v: 1 for i, v in enumerate(variables) if count >> (n - 1 - i) & 1}) for count in range(2**n)]
+    return _in_order(out) if sort_monomial else object_array(out)

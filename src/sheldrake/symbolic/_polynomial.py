@@ -1,0 +1,426 @@
+"""Polynomials in several indeterminates whose coefficients are expressions in other variables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.symbolic import _build, _decompose, _formula, _functions
+from sheldrake.symbolic import _kinds as k
+from sheldrake.symbolic._decompose import add_to, is_zero
+from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._monomial import Monomial
+from sheldrake.symbolic._traverse import (
+    is_polynomial,
+    numbers_by_variable,
+    object_array,
+    substitute,
+    variable_list,
+    variables_of,
+)
+from sheldrake.symbolic._variable import Variable, Variables
+
+
+class SubstituteAndExpandCacheData:
+    """What `Polynomial.SubstituteAndExpand` found for monomials, kept for calls with the same substitution."""
+
+    def __init__(self) -> None:
+        self._data: dict[Monomial, Polynomial] = {}
+
+    def get_data(self) -> dict[Monomial, Polynomial]:
+        """Returns what each monomial becomes."""
+        return self._data
+
+
+class Polynomial:
+    """A sum of monomials in the *indeterminates*, with coefficients in other variables, the *decision variables*.
+
+    Args:
+        e: An expression, a variable, a number or a monomial; or a dict of Monomial to coefficient.
+        indeterminates: Which variables of an expression are indeterminates; all if absent.
+
+    Raises:
+        RuntimeError: the expression is no polynomial in the indeterminates.
+    """
+
+    __slots__ = ("_decisions", "_indeterminates", "_map")
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        given = [*args, *(kwargs[n] for n in ("map", "m", "e", "indeterminates") if n in kwargs)]
+        first = given[0] if given else {}
+        if len(given) == 1 and isinstance(first, Monomial):
+            first = {first: _build.ONE}
+        if len(given) < 2 and hasattr(first, "items"):
+            self._set_map({m: _build.expect("Polynomial", c) for m, c in first.items()})
+            return
+        e = _build.as_expression(first)
+        if e is None or len(given) > 2:
+            raise TypeError(
+                "Polynomial(): incompatible constructor arguments; expected a dict of Monomial to Expression, a "
+                f"Monomial, or an Expression and its indeterminates; got {given!r}."
+            )
+        chosen = set(variables_of(e)) if len(given) == 1 else set(Variables(given[1]))
+        found = _decompose.decompose(e, chosen)
+        self._map = {m: c.Expand() if is_polynomial(c) else c for m, c in found.items()}
+        self._map = {m: c for m, c in self._map.items() if not is_zero(c)}
+        self._indeterminates = Variables(sorted(chosen, key=Variable.get_id))
+        self._decisions = Variables(variables_of(e) - chosen)
+
+    def _set_map(self, coefficients: dict[Monomial, Expression]) -> None:
+        self._map = {m: c for m, c in coefficients.items() if not is_zero(c)}
+        self._indeterminates = Variables({v for m in self._map for v in m._powers})
+        self._decisions = Variables({v for c in self._map.values() for v in variables_of(c)})
+
+    @classmethod
+    def _of(cls, coefficients: dict[Monomial, Expression]) -> Polynomial:
+        out = object.__new__(cls)
+        out._set_map(coefficients)
+        return out
+
+    # Parts
+
+    def indeterminates(self) -> Variables:
+        """Returns the variables of the monomials."""
+        return Variables(self._indeterminates)
+
+    def decision_variables(self) -> Variables:
+        """Returns the variables of the coefficients."""
+        return Variables(self._decisions)
+
+    def SetIndeterminates(self, new_indeterminates: Variables) -> None:
+        """Makes other variables the indeterminates.
+
+        Raises:
+            RuntimeError: it is no polynomial in those.
+        """
+        new = Polynomial(self.ToExpression(), new_indeterminates)
+        self._map, self._indeterminates, self._decisions = new._map, new._indeterminates, new._decisions
+
+    def monomial_to_coefficient_map(self) -> dict[Monomial, Expression]:
+        """Returns the coefficients by monomial, in the order of monomials."""
+        return dict(sorted(self._map.items(), key=lambda item: item[0]._key()))
+
+    def Degree(self, v: Variable) -> int:
+        """Returns the highest exponent of an indeterminate."""
+        return max((m.degree(v) for m in self._map), default=0)
+
+    def TotalDegree(self) -> int:
+        """Returns the highest total degree of its monomials."""
+        return max((m.total_degree() for m in self._map), default=0)
+
+    def IsEven(self) -> bool:
+        """Tells whether all monomials have an even total degree."""
+        return all(m.total_degree() % 2 == 0 for m in self._map)
+
+    def IsOdd(self) -> bool:
+        """Tells whether all monomials have an odd total degree."""
+        return all(m.total_degree() % 2 == 1 for m in self._map)
+
+    def ToExpression(self) -> Expression:
+        """Returns it as an expression."""
+        return _build.sum_of(
+            _build.multiply(c, m.ToExpression()) for m, c in self.monomial_to_coefficient_map().items()
+        )
+
+    # Values
+
+    def Evaluate(self, env: dict[Variable, float]) -> float:
+        """Returns the value for given values of all variables.
+
+        Raises:
+            RuntimeError: a variable has no value.
+        """
+        return sum(c.Evaluate(env) * m.Evaluate(env) for m, c in self._map.items()) * 1.0
+
+    def EvaluatePartial(self, *args: Any, **kwargs: Any) -> Polynomial:
+        """Returns it with values in the place of some variables; called with a dict, or with a variable and a value."""
+        given = [*args, *(kwargs[n] for n in ("env", "var", "c") if n in kwargs)]
+        env = numbers_by_variable("EvaluatePartial", {given[0]: given[1]} if len(given) == 2 else given[0])
+        out: dict[Monomial, Expression] = {}
+        for m, c in self._map.items():
+            value, rest = m.EvaluatePartial(env)
+            add_to(out, rest, _build.scale(value, substitute([c], env)[0]))
+        return Polynomial._of(out)
+
+    def EvaluateIndeterminates(self, indeterminates: Any, indeterminates_values: Any) -> np.ndarray:
+        """Returns the values for many values of the indeterminates, shape `(n,)`.
+
+        Args:
+            indeterminates: Shape `(k,)`.
+            indeterminates_values: Values as columns, shape `(k, n)`.
+
+        Raises:
+            RuntimeError: a coefficient is no number.
+        """
+        values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
+        out = np.zeros(values.shape[1])
+        for m, c in self._map.items():
+            if c._kind != k.CONSTANT:
+                raise RuntimeError(f"Polynomial::EvaluateIndeterminates: the coefficient {c} is not a constant")
+            out = out + c._args[0] * m.Evaluate(indeterminates, values)
+        return out
+
+    def EvaluateWithAffineCoefficients(
+        self, indeterminates: Any, indeterminates_values: Any
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Returns A, v, b such that the values are `A @ v + b`, v being the decision variables.
+
+        Args:
+            indeterminates: Shape `(k,)`.
+            indeterminates_values: Values as columns, shape `(k, n)`.
+
+        Raises:
+            RuntimeError: a coefficient is not affine.
+        """
+        from sheldrake.symbolic._linear import affine_row
+
+        values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
+        decisions = list(self._decisions)
+        A, b = np.zeros((values.shape[1], len(decisions))), np.zeros(values.shape[1])
+        places = {v: i for i, v in enumerate(decisions)}
+        for m, c in self._map.items():
+            row, constant = affine_row(c, places)
+            weight = m.Evaluate(indeterminates, values)
+            A += np.outer(weight, row)
+            b += weight * constant
+        return A, object_array(decisions), b
+
+    def Roots(self) -> np.ndarray:
+        """Returns the complex roots of a polynomial in one indeterminate with numbers as coefficients.
+
+        Raises:
+            RuntimeError: it is not of that kind.
+        """
+        if len(self._indeterminates) != 1:
+            raise RuntimeError(f"{self} is not a univariate polynomial; it has indeterminates {self._indeterminates}.")
+        coefficients = np.zeros(self.TotalDegree() + 1)
+        for m, c in self._map.items():
+            if c._kind != k.CONSTANT:
+                raise RuntimeError(
+                    "Polynomial::Roots() only supports polynomials with constant coefficients. This polynomial has "
+                    f"coefficient {c} for the monomial {m}."
+                )
+            coefficients[m.total_degree()] = c._args[0]
+        found = np.roots(coefficients[::-1]).astype(complex)
+        return found[np.lexsort((-found.imag, -found.real, -np.round(np.abs(found), 12)))]
+
+    # Calculus and substitution
+
+    def Differentiate(self, x: Variable) -> Polynomial:
+        """Returns the partial derivative by any of its variables."""
+        out: dict[Monomial, Expression] = {}
+        for m, c in self._map.items():
+            n = m.degree(x)
+            if n:
+                add_to(out, Monomial({**m._powers, x: n - 1}), _build.scale(float(n), c))
+            elif x in self._decisions:
+                add_to(out, m, c.Differentiate(x))
+        return Polynomial._of(out)
+
+    def Jacobian(self, vars: Any) -> np.ndarray:
+        """Returns the partial derivatives by each of the variables, shape `(n,)`."""
+        return object_array([self.Differentiate(v) for v in variable_list("Jacobian", vars)])
+
+    def Integrate(self, x: Variable, a: float | None = None, b: float | None = None) -> Polynomial:
+        """Returns the integral over an indeterminate: that which is zero at zero, or that from a to b.
+
+        Raises:
+            RuntimeError: x is a decision variable.
+        """
+        if x in self._decisions:
+            raise RuntimeError(
+                f"{x} is a decision variable of polynomial {self}. Integration with respect to decision variables is "
+                "not supported yet."
+            )
+        out: dict[Monomial, Expression] = {}
+        for m, c in self._map.items():
+            n = m.degree(x) + 1
+            add_to(out, Monomial({**m._powers, x: n}), _build.scale(1.0 / n, c))
+        whole = Polynomial._of(out)
+        return whole if a is None or b is None else whole.EvaluatePartial({x: b}) - whole.EvaluatePartial({x: a})
+
+    def Expand(self) -> Polynomial:
+        """Returns it with coefficients multiplied out, and those that vanish gone."""
+        return Polynomial._of(_decompose.expanded(self._map))
+
+    def SubstituteAndExpand(
+        self,
+        indeterminate_substitution: dict[Variable, Polynomial],
+        substitutions_cached_data: SubstituteAndExpandCacheData | None = None,
+    ) -> Polynomial:
+        """Returns it with polynomials in the place of its indeterminates, multiplied out.
+
+        Args:
+            indeterminate_substitution: A polynomial for each indeterminate.
+            substitutions_cached_data: Keeps what monomials become, for further calls with the same substitution.
+
+        Raises:
+            RuntimeError: an indeterminate has no polynomial.
+        """
+        for v in self._indeterminates:
+            if v not in indeterminate_substitution:
+                raise RuntimeError(f"Polynomial.SubstituteAndExpand(): the indeterminate {v} has no substitution.")
+        cache = substitutions_cached_data._data if substitutions_cached_data is not None else {}
+        cache.setdefault(Monomial(), Polynomial._of({Monomial(): _build.ONE}))
+        out: dict[Monomial, Expression] = {}
+        for m, c in self._map.items():
+            for n, d in _substituted(m, indeterminate_substitution, cache)._map.items():
+                add_to(out, n, _build.multiply(c, d))
+        return Polynomial._of(_decompose.expanded(out))
+
+    # Changes
+
+    def AddProduct(self, coeff: Any, m: Monomial) -> Polynomial:
+        """Adds a term to this polynomial and returns it."""
+        add_to(self._map, m, _build.expect("AddProduct", coeff))
+        self._set_map(self._map)
+        return self
+
+    def RemoveTermsWithSmallCoefficients(self, coefficient_tol: float) -> Polynomial:
+        """Returns it without the terms whose coefficients are numbers of no more than this magnitude."""
+        keep = {m: c for m, c in self._map.items() if c._kind != k.CONSTANT or abs(c._args[0]) > coefficient_tol}
+        return Polynomial._of(keep)
+
+    # Comparison
+
+    def EqualTo(self, other: Polynomial) -> bool:
+        """Tells whether both have the same monomials with coefficients of the same structure."""
+        return self._map.keys() == other._map.keys() and all(c is other._map[m] for m, c in self._map.items())
+
+    def CoefficientsAlmostEqual(self, p: Polynomial, tolerance: float) -> bool:
+        """Tells whether coefficients differ by numbers of no more than this magnitude."""
+        return all(c._kind == k.CONSTANT and abs(c._args[0]) <= tolerance for c in (self - p).Expand()._map.values())
+
+    def __eq__(self, other: Any) -> Any:
+        if not isinstance(other, Polynomial):
+            return NotImplemented
+        conditions = [_formula.compare("==", c, _build.ZERO) for c in (other - self).Expand()._map.values()]
+        return _functions.logical_and(_formula.truth(True), *conditions)
+
+    def __ne__(self, other: Any) -> Any:
+        return _formula.negation(self == other) if isinstance(other, Polynomial) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(frozenset((m, c._serial) for m, c in self._map.items()))
+
+    # Arithmetic
+
+    def _operand(self, other: Any) -> Polynomial | None:
+        """Another polynomial from what may be added; None for an expression, which makes the sum an expression."""
+        if isinstance(other, Polynomial):
+            return other
+        if isinstance(other, Monomial):
+            return Polynomial._of({other: _build.ONE})
+        if isinstance(other, Variable) and other in self._indeterminates:
+            return Polynomial._of({Monomial(other): _build.ONE})
+        if isinstance(other, (Variable, *_build._REAL)):
+            return Polynomial._of({Monomial(): _build.expect("Polynomial", other)})
+        return None
+
+    def _combine(self, terms: Iterable[tuple[Monomial, Expression]]) -> Polynomial:
+        out = dict(self._map)
+        for m, c in terms:
+            add_to(out, m, c)
+        return Polynomial._of(out)
+
+    def __add__(self, other: Any) -> Any:
+        p = self._operand(other)
+        if p is not None:
+            return self._combine(p._map.items())
+        return self.ToExpression() + other if isinstance(other, Expression) else NotImplemented
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        p = self._operand(other)
+        if p is not None:
+            return self._combine((m, _build.negate(c)) for m, c in p._map.items())
+        return self.ToExpression() - other if isinstance(other, Expression) else NotImplemented
+
+    def __rsub__(self, other: Any) -> Any:
+        return -(self - other) if not isinstance(other, Expression) else other - self.ToExpression()
+
+    def __mul__(self, other: Any) -> Any:
+        p = self._operand(other)
+        if p is not None:
+            return Polynomial._of(_decompose.multiply(self._map, p._map))
+        return self.ToExpression() * other if isinstance(other, Expression) else NotImplemented
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        if isinstance(other, _build._REAL):
+            divisor = _build.constant(other)
+            return Polynomial._of({m: _build.divide(c, divisor) for m, c in self._map.items()})
+        e = _build.as_expression(other)
+        return NotImplemented if e is None else _build.divide(self.ToExpression(), e)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        e = _build.as_expression(other)
+        return NotImplemented if e is None else _build.divide(e, self.ToExpression())
+
+    def __neg__(self) -> Polynomial:
+        return Polynomial._of({m: _build.negate(c) for m, c in self._map.items()})
+
+    def __pow__(self, n: int) -> Polynomial:
+        if n < 0:
+            raise RuntimeError(f"Polynomial.__pow__(): the exponent must not be negative, got {n}.")
+        return Polynomial._of(_decompose.power(self._map, int(n)))
+
+    def __copy__(self) -> Polynomial:
+        out = object.__new__(Polynomial)
+        out._map, out._indeterminates, out._decisions = (
+            dict(self._map),
+            self.indeterminates(),
+            self.decision_variables(),
+        )
+        return out
+
+    def __deepcopy__(self, memo: dict) -> Polynomial:
+        return self.__copy__()
+
+    def __str__(self) -> str:
+        return " + ".join(f"{c}*{m}" for m, c in self.monomial_to_coefficient_map().items()) or "0"
+
+    def __repr__(self) -> str:
+        return f'<Polynomial "{self}">'
+
+
+def _substituted(m: Monomial, places: dict[Variable, Polynomial], cache: dict[Monomial, Polynomial]) -> Polynomial:
+    """What a monomial becomes: one factor times what the rest becomes."""
+    if m not in cache:
+        v, n = next(iter(m._powers.items()))
+        if m.total_degree() == 1:
+            cache[m] = places[v].Expand()
+        else:
+            rest = Monomial({**m._powers, v: n - 1})
+            factor = _substituted(Monomial(v), places, cache)
+            cache[m] = (factor * _substituted(rest, places, cache)).Expand()
+    return cache[m]
+
+
+def CalcPolynomialWLowerTriangularPart(monomial_basis: Any, gram_lower: Any) -> Polynomial:
+    """Returns m' Q m for a vector of monomials m and a symmetric matrix Q, given by the columns of its lower half.
+
+    Args:
+        monomial_basis: Shape `(n,)`.
+        gram_lower: Numbers, variables or expressions, shape `(n * (n + 1) / 2,)`.
+
+    Raises:
+        RuntimeError: the lengths do not fit.
+    """
+    basis, lower = list(monomial_basis), list(gram_lower)
+    n = len(basis)
+    if len(lower) != n * (n + 1) // 2:
+        raise RuntimeError(
+            f"CalcPolynomialWLowerTriangularPart(): {n} monomials need {n * (n + 1) // 2} numbers, got {len(lower)}."
+        )
+    out: dict[Monomial, Expression] = {}
+    entries = iter(lower)
+    for j in range(n):
+        for i in range(j, n):
+            c = _build.expect("CalcPolynomialWLowerTriangularPart", next(entries))
+            add_to(out, basis[i] * basis[j], c if i == j else _build.scale(2.0, c))
+    return Polynomial._of(out)

@@ -1,0 +1,142 @@
+"""Quotients of polynomials."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.symbolic import _build
+from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._monomial import Monomial
+from sheldrake.symbolic._polynomial import Polynomial
+from sheldrake.symbolic._variable import Variable, Variables
+
+
+class RationalFunction:
+    """A quotient of two polynomials, not reduced.
+
+    Args:
+        numerator: A polynomial, a monomial or a number; zero if absent.
+        denominator: A polynomial; one if absent.
+
+    Raises:
+        RuntimeError: the denominator is zero.
+    """
+
+    __slots__ = ("_denominator", "_numerator")
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        given = [*args, *(kwargs[n] for n in ("numerator", "p", "m", "c", "denominator") if n in kwargs)]
+        parts = [_as_polynomial(p) for p in given] or [Polynomial()]
+        if any(p is None for p in parts) or len(parts) > 2:
+            raise TypeError(f"RationalFunction(): incompatible constructor arguments; got {given!r}.")
+        self._numerator: Polynomial = parts[0].__copy__()  # type: ignore[union-attr]
+        self._denominator: Polynomial = (parts[1] if len(parts) == 2 else Polynomial(1.0)).__copy__()  # type: ignore
+        if not self._denominator._map:
+            raise RuntimeError("RationalFunction(): the denominator must not be zero.")
+
+    def numerator(self) -> Polynomial:
+        """Returns the polynomial above."""
+        return self._numerator
+
+    def denominator(self) -> Polynomial:
+        """Returns the polynomial below."""
+        return self._denominator
+
+    def SetIndeterminates(self, new_indeterminates: Variables) -> None:
+        """Makes other variables the indeterminates of both polynomials."""
+        self._numerator.SetIndeterminates(new_indeterminates)
+        self._denominator.SetIndeterminates(new_indeterminates)
+
+    def Evaluate(self, env: dict[Variable, float]) -> float:
+        """Returns the value; infinite or nan where the denominator is zero."""
+        with np.errstate(all="ignore"):
+            return float(np.float64(self._numerator.Evaluate(env)) / np.float64(self._denominator.Evaluate(env)))
+
+    def ToExpression(self) -> Expression:
+        """Returns it as an expression."""
+        return _build.divide(self._numerator.ToExpression(), self._denominator.ToExpression())
+
+    def EqualTo(self, f: RationalFunction) -> bool:
+        """Tells whether both have equal numerators and equal denominators."""
+        return self._numerator.EqualTo(f._numerator) and self._denominator.EqualTo(f._denominator)
+
+    def __eq__(self, other: Any) -> Any:
+        r = _as_rational(other)
+        if r is None:
+            return NotImplemented
+        return self._numerator * r._denominator == self._denominator * r._numerator
+
+    def __ne__(self, other: Any) -> Any:
+        r = _as_rational(other)
+        if r is None:
+            return NotImplemented
+        return self._numerator * r._denominator != self._denominator * r._numerator
+
+    def __add__(self, other: Any) -> Any:
+        r = _as_rational(other)
+        if r is None:
+            return NotImplemented
+        if self._denominator.EqualTo(r._denominator):
+            return RationalFunction(self._numerator + r._numerator, self._denominator)
+        numerator = self._numerator * r._denominator + r._numerator * self._denominator
+        return RationalFunction(numerator, self._denominator * r._denominator)
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Any) -> Any:
+        r = _as_rational(other)
+        return NotImplemented if r is None else self + (-r)
+
+    def __rsub__(self, other: Any) -> Any:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Any:
+        r = _as_rational(other)
+        if r is None:
+            return NotImplemented
+        return RationalFunction(self._numerator * r._numerator, self._denominator * r._denominator)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Any) -> Any:
+        r = _as_rational(other)
+        if r is None:
+            return NotImplemented
+        if not r._numerator._map:
+            raise RuntimeError("RationalFunction: operator/=: The divider is 0.")
+        return RationalFunction(self._numerator * r._denominator, self._denominator * r._numerator)
+
+    def __rtruediv__(self, other: Any) -> Any:
+        r = _as_rational(other)
+        return NotImplemented if r is None else r / self
+
+    def __neg__(self) -> RationalFunction:
+        return RationalFunction(-self._numerator, self._denominator)
+
+    def __copy__(self) -> RationalFunction:
+        return RationalFunction(self._numerator, self._denominator)
+
+    def __deepcopy__(self, memo: dict) -> RationalFunction:
+        return self.__copy__()
+
+    def __str__(self) -> str:
+        return f"({self._numerator}) / ({self._denominator})"
+
+    def __repr__(self) -> str:
+        return f'<RationalFunction "{self}">'
+
+
+def _as_polynomial(p: Any) -> Polynomial | None:
+    if isinstance(p, Polynomial):
+        return p
+    return Polynomial(p) if isinstance(p, (Monomial, *_build._REAL)) else None
+
+
+def _as_rational(r: Any) -> RationalFunction | None:
+    if isinstance(r, RationalFunction):
+        return r
+    p = _as_polynomial(r)
+    return None if p is None else RationalFunction(p)
