@@ -103,11 +103,14 @@ class ModelBuilder:
         from sheldrake.multibody import tree
 
         for element in model.elements:
-            if isinstance(element, TendonDescription) and not hasattr(self._plant, "AddTendonConstraint"):
-                raise NotImplementedError(f"{element.where}: tendon constraints are not implemented.")
-            if isinstance(element, JointDescription) and element.kind == "curvilinear":
-                if not hasattr(tree, "CurvilinearJoint"):
-                    raise NotImplementedError(f"{element.where}: curvilinear joints are not implemented.")
+            names = _NEEDS.get(type(element), ())
+            if isinstance(element, JointDescription):
+                names = (_JOINT_CLASSES[element.kind],)
+                if element.spring is not None:
+                    names = (*names, "RevoluteSpring" if element.kind == "revolute" else "PrismaticSpring")
+            for name in names:
+                if not hasattr(tree, name) and not hasattr(self._plant, name):
+                    raise NotImplementedError(f"{element.where}: this needs {name}, which is not implemented.")
         for nested in model.nested:
             self._check_supported(nested)
 
@@ -238,6 +241,13 @@ class ModelBuilder:
                 "the tag is ignored. Use set_discrete_contact_approximation() with another one.",
             )
             return
+        if not hasattr(self._plant, "AddCouplerConstraint"):
+            self._policy.Warning(
+                description,
+                f"Joint '{description.joint}' mimics '{description.source}', but coupler constraints are not "
+                "implemented; the tag is ignored.",
+            )
+            return
         joint, source = self._joints[description.joint], self._joints[description.source]
         self._plant.AddCouplerConstraint(joint, source, description.ratio, description.offset)
 
@@ -318,6 +328,25 @@ _ADDERS: dict[type, Callable] = {
     DistanceConstraintDescription: ModelBuilder._add_distance_constraint,
     TendonDescription: ModelBuilder._add_tendon,
 }
+# What the plant must have for an element; a missing coupler is only warned of, as Drake does with some solvers.
+_NEEDS: dict[type, tuple[str, ...]] = {
+    BushingDescription: ("LinearBushingRollPitchYaw",),
+    SpringDamperDescription: ("LinearSpringDamper",),
+    BallConstraintDescription: ("AddBallConstraint",),
+    WeldConstraintDescription: ("AddWeldConstraint",),
+    DistanceConstraintDescription: ("AddDistanceConstraint",),
+    TendonDescription: ("AddTendonConstraint",),
+}
+_JOINT_CLASSES = {
+    "revolute": "RevoluteJoint",
+    "prismatic": "PrismaticJoint",
+    "weld": "WeldJoint",
+    "planar": "PlanarJoint",
+    "ball_rpy": "BallRpyJoint",
+    "universal": "UniversalJoint",
+    "screw": "ScrewJoint",
+    "curvilinear": "CurvilinearJoint",
+}
 _LIMITED = ("revolute", "prismatic")
 
 
@@ -366,4 +395,4 @@ def _make_joint(description: JointDescription, frame_F, frame_M):
             pos_upper_limit=limits.upper,
             damping=damping,
         )
-    return tree.QuaternionFloatingJoint(*ends)
+    raise AssertionError(f"joint kind {kind!r}")

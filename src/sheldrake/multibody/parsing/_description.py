@@ -84,7 +84,7 @@ class JointDescription:
 
     where: Location
     name: str
-    kind: str  # revolute, prismatic, weld, planar, ball_rpy, universal, screw, curvilinear, quaternion_floating
+    kind: str  # revolute, prismatic, weld, planar, ball_rpy, universal, screw, curvilinear
     parent: FrameReference
     child: FrameReference
     X_PF: Any = None

@@ -264,8 +264,10 @@ def _solid_properties(shape, mesh, element: Element, name: str, reading: Reading
 
 
 def _mesh_properties(shape, element: Element, name: str, reading: Reading):
-    from sheldrake.multibody.tree import CalcSpatialInertia
-
+    try:
+        from sheldrake.multibody.tree import CalcSpatialInertia
+    except ImportError:
+        raise NotImplementedError(f"{element.where}: the mass of a mesh needs CalcSpatialInertia.") from None
     try:
         M_SSo_S: Any = CalcSpatialInertia(shape, 1.0)
     except (RuntimeError, ValueError) as error:

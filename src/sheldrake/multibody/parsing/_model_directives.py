@@ -244,14 +244,14 @@ class _YamlReader:
 
         if not isinstance(node, yaml.MappingNode):
             self._fail(node, f"{what}: expected a mapping.")
-        self._flatten(node)
-        result: dict = {}
-        for key, value in node.value:
+        own: set[str] = set()
+        for key, _ in node.value:
             name = self._scalar(key, what)
-            if name in result:
+            if name in own:
                 self._fail(key, f"{what}: the key '{name}' is given twice.")
-            result[name] = value
-        return result
+            own.add(name)
+        self._flatten(node)  # puts what a merge key `<<` brings in before the node's own keys, which win
+        return {self._scalar(key, what): value for key, value in node.value}
 
     def _struct(self, node, plain, what: str):
         kinds = {field.name: field.type for field in plain.__fields__}

@@ -189,7 +189,7 @@ class DirectivesProcessor:
         X_PF = pose.GetDeterministicValue()
         X_BF = frame.GetFixedPoseInBodyFrame()
         X_PB = X_PF @ X_BF.inverse()
-        base = pose.base_frame
+        base = pose.base_frame or ""
         if base and base != "world":
             from sheldrake.multibody.tree import QuaternionFloatingJoint
 

@@ -5,8 +5,6 @@ import copy
 import numpy as np
 import pytest
 
-pytest.importorskip("sheldrake.common.schema")
-
 from sheldrake.multibody.parsing import (
     AddModel,
     AddModelInstance,
