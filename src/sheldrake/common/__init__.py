@@ -1,5 +1,8 @@
 """What everything else stands on: values, files in memory, random numbers, logging, and naming of templates."""
 
+import importlib
+from types import ModuleType
+
 from sheldrake.common import (
     containers,
     cpp_param,
@@ -33,3 +36,9 @@ __all__ = [
     "trigger_an_assertion_failure",
     "use_native_cpp_logging",
 ]
+
+
+def __getattr__(name: str) -> ModuleType:
+    if name in ("compatibility", "schema", "yaml"):  # imported when first used: start-up stays quick
+        return importlib.import_module(f"sheldrake.common.{name}")
+    raise AttributeError(f"module 'sheldrake.common' has no attribute {name!r}")

@@ -87,7 +87,7 @@ def test_yaml_text_is_the_same():
 
 
 MODULES = {
-    "common": {"np", "functools", "sys", "typing", "all", "compatibility", "schema", "yaml", "pybind11_version"},
+    "common": {"np", "functools", "sys", "typing", "all", "pybind11_version"},
     "common.containers": {"np", "re"},
     "common.cpp_param": {"ctypes", "np", "types", "typing", "pretty_class_name"},
     "common.cpp_template": {"get_param_canonical", "get_param_names", "inspect", "types", "pretty_class_name"},

@@ -203,3 +203,9 @@ def test_start_up_is_light():
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, env=environment)
     assert done.stdout.strip() == "[]", done.stdout + done.stderr
+
+
+def test_modules_are_found_without_importing_them():
+    assert common.schema.Gaussian(1, 2).Mean() == 1.0 and common.yaml.yaml_load(data="3") == 3
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        common.nothing  # noqa: B018
