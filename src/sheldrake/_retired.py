@@ -38,7 +38,8 @@ class Module(NamedTuple):
 
         vars(module)["__getattr__"] = __getattr__
         vars(module)["__all__"] = _existing(self.replacement, self.names)
-        _hint(f"{fullname} is retired: import from {self.replacement.replace('sheldrake', 'pydrake', 1)}.")
+        today = self.replacement.partition("._")[0].replace("sheldrake", "pydrake", 1)
+        _hint(f"{fullname} is retired: import from {today}.")
         return module
 
 
@@ -63,11 +64,12 @@ MODULES: dict[str, Module] = {
     **{f"pydrake.solvers.{name}": _folded("sheldrake.solvers") for name in _SOLVER_MODULES},
     **{f"pydrake.examples.{name}": _folded("sheldrake.examples") for name in _EXAMPLE_MODULES},
     "pydrake.geometry.render": _folded("sheldrake.geometry"),
+    "pydrake.systems.meshcat_visualizer": _folded("sheldrake.visualization._legacy_meshcat"),
 }
 """Retired modules by their pydrake names."""
 
 
-def renamed(new: str, call: str) -> Callable:
+def renamed(new: str, call: str, static: bool = False) -> Any:
     """A function for a class: warns that `call` is retired and calls the method `new` with the same arguments."""
 
     def method(self: Any, *args: Any, **kwargs: Any) -> Any:
@@ -75,7 +77,7 @@ def renamed(new: str, call: str) -> Callable:
         return getattr(self, new)(*args, **kwargs)
 
     method.__doc__ = f"Retired: use `{new}`."
-    return method
+    return classmethod(method) if static else method
 
 
 def forwarded(new: Callable, old: str, today: str) -> Callable:
@@ -106,7 +108,7 @@ def _declare_periodic_discrete_update(self: Any, period_sec: float, offset_sec: 
     self.DeclarePeriodicDiscreteUpdateEvent(period_sec, offset_sec, update)
 
 
-METHODS: dict[str, dict[str, dict[str, Callable]]] = {
+METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "sheldrake.systems.framework": {
         "System": {"Publish": renamed("ForcedPublish", "System.Publish")},
         "LeafSystem": {
@@ -116,6 +118,12 @@ METHODS: dict[str, dict[str, dict[str, Callable]]] = {
     },
     "sheldrake.systems.analysis": {
         "Simulator": {"StepTo": renamed("AdvanceTo", "Simulator.StepTo")},
+    },
+    "sheldrake.trajectories": {
+        "PiecewisePolynomial": {
+            "Cubic": renamed("CubicWithContinuousSecondDerivatives", "PiecewisePolynomial.Cubic", static=True),
+            "Pchip": renamed("CubicShapePreserving", "PiecewisePolynomial.Pchip", static=True),
+        },
     },
     "sheldrake.multibody.plant": {
         "MultibodyPlant": {
@@ -157,8 +165,131 @@ def _autodiffutils() -> dict[str, Any]:
     }
 
 
+def _visualization() -> dict[str, Any]:
+    from sheldrake.visualization import _legacy_meshcat
+
+    return {"ConnectMeshcatVisualizer": _legacy_meshcat.ConnectMeshcatVisualizer}
+
+
+def _geometry() -> dict[str, Any]:
+    from sheldrake.geometry import MeshcatVisualizer
+
+    class MeshcatVisualizerCpp(MeshcatVisualizer):
+        """Retired: use `MeshcatVisualizer`."""
+
+        @staticmethod
+        def AddToBuilder(*args: Any, **kwargs: Any) -> Any:
+            """Retired: use `MeshcatVisualizer.AddToBuilder`."""
+            _hint("MeshcatVisualizerCpp is retired: use MeshcatVisualizer.")
+            return MeshcatVisualizer.AddToBuilder(*args, **kwargs)
+
+    return {"MeshcatVisualizerCpp": MeshcatVisualizerCpp}
+
+
+def _primitives() -> dict[str, Any]:
+    import numpy as np
+
+    from sheldrake.systems.framework import LeafSystem
+
+    class SignalLogger(LeafSystem):
+        """Retired: use `VectorLogSink`. Keeps what it logs itself, whatever the context.
+
+        Args:
+            input_size: Size of the signal.
+            batch_allocation_size: Of no effect.
+        """
+
+        def __init__(self, input_size: int, batch_allocation_size: int = 1000):
+            LeafSystem.__init__(self)
+            _hint("SignalLogger is retired: use VectorLogSink, and FindLog(context) to read its log.")
+            self._size, self._when, self._period = input_size, "step", None
+            self.reset()
+            self.DeclareVectorInputPort("data", input_size)
+            self.DeclarePerStepPublishEvent(lambda context: self._log(context, "step"))
+            self.DeclareForcedPublishEvent(lambda context: self._log(context, "forced", "step", "period"))
+
+        def _log(self, context: Any, *modes: str) -> None:
+            if self._when in modes:
+                self._times.append(context.get_time())
+                self._columns.append(np.array(self.get_input_port(0).Eval(context)))
+
+        def set_publish_period(self, period: float) -> None:
+            """Logs at every multiple of `period` [s] instead of at every step."""
+            self._when = "period"
+            self.DeclarePeriodicPublishEvent(period, 0.0, lambda context: self._log(context, "period"))
+
+        def set_forced_publish_only(self) -> None:
+            """Logs only when a publish is forced."""
+            self._when = "forced"
+
+        def sample_times(self) -> Any:
+            """Returns the times [s], shape `(n,)`."""
+            return np.array(self._times)
+
+        def data(self) -> Any:
+            """Returns the samples as columns, shape `(input_size, n)`."""
+            return np.array(self._columns).reshape(-1, self._size).T
+
+        def reset(self) -> None:
+            """Forgets all samples."""
+            self._times, self._columns = [], []
+
+    def LogOutput(src: Any, builder: Any) -> Any:
+        """Retired: use `LogVectorOutput`, and `FindLog(context)` to read the log."""
+        _hint("LogOutput() is retired: use LogVectorOutput(src, builder), and FindLog(context) to read the log.")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            logger = builder.AddSystem(SignalLogger(src.size()))
+        builder.Connect(src, logger.get_input_port(0))
+        return logger
+
+    return {"SignalLogger": SignalLogger, "LogOutput": LogOutput}
+
+
+def _framework() -> dict[str, Any]:
+    def GenerateHtml(system: Any, initial_depth: int = 1) -> str:
+        """Retired: use `GetGraphvizString`. Returns a system and its subsystems as HTML that unfolds.
+
+        Args:
+            system: The system.
+            initial_depth: How many levels are unfolded at first.
+        """
+        _hint("GenerateHtml() is retired: use System.GetGraphvizString().")
+        return _html_of(system, initial_depth)
+
+    return {"GenerateHtml": GenerateHtml}
+
+
+def _html_of(system: Any, depth: int) -> str:
+    from html import escape
+
+    ports = [
+        f"<li>{kind} <code>{escape(port.get_name())}</code></li>"
+        for kind, number, get in (
+            ("input", system.num_input_ports(), system.get_input_port),
+            ("output", system.num_output_ports(), system.get_output_port),
+        )
+        for port in (get(i) for i in range(number))
+    ]
+    inside = ""
+    if hasattr(system, "GetSystems"):
+        inside = "".join(_html_of(child, depth - 1) for child in system.GetSystems())
+        for (to, i), (source, j) in system.connection_map().items():
+            a = f"{source.get_name()}.{source.get_output_port(j).get_name()}"
+            b = f"{to.get_name()}.{to.get_input_port(i).get_name()}"
+            ports.append(f"<li><code>{escape(a)}</code> → <code>{escape(b)}</code></li>")
+    name = escape(system.get_name() or type(system).__name__)
+    unfolded = " open" if depth > 0 else ""
+    style = "margin-left:1em;border-left:1px solid #ccc;padding-left:.5em"
+    return f'<details{unfolded} style="{style}"><summary>{name}</summary><ul>{"".join(ports)}</ul>{inside}</details>'
+
+
 FUNCTIONS: dict[str, Callable[[], dict[str, Any]]] = {
     "sheldrake.autodiffutils": _autodiffutils,
+    "sheldrake.geometry": _geometry,
+    "sheldrake.systems.framework": _framework,
+    "sheldrake.systems.primitives": _primitives,
+    "sheldrake.visualization": _visualization,
 }
 """Retired functions and classes of a module, made when the module is there."""
 

@@ -9,12 +9,14 @@ import os
 import sys
 import traceback
 from types import CodeType, ModuleType, TracebackType
+from typing import Any
 
 
 def run(args: argparse.Namespace) -> int:
     """Runs the script under the pydrake alias and returns its exit status."""
     import sheldrake.as_pydrake  # noqa: F401  (what makes `import pydrake` mean sheldrake)
 
+    _hints_on_one_line()
     try:
         code, filename, path = _module(args.script) if args.is_module else _script(args.script)
     except (OSError, ImportError, SyntaxError) as error:
@@ -23,6 +25,22 @@ def run(args: argparse.Namespace) -> int:
     sys.argv = [filename, *args.arguments]
     sys.path.insert(0, path)
     return _execute(code, filename)
+
+
+def _hints_on_one_line() -> None:
+    """Warnings about retired names are printed without the source line, which the reader has."""
+    import warnings
+
+    from sheldrake.common.deprecation import DrakeDeprecationWarning
+
+    standard = warnings.formatwarning
+
+    def format_warning(message: Any, category: type, filename: str, lineno: int, line: str | None = None) -> str:
+        if issubclass(category, DrakeDeprecationWarning):
+            return f"{filename}:{lineno}: hint: {message}\n"
+        return standard(message, category, filename, lineno, line)
+
+    warnings.formatwarning = format_warning  # type: ignore[assignment]
 
 
 def _script(name: str) -> tuple[CodeType, str, str]:

@@ -1,0 +1,135 @@
+"""A script of 2021, with the names of then, runs; each hint is given once."""
+
+import importlib
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+
+import sheldrake
+from sheldrake import _retired
+
+ROOT = pathlib.Path(__file__).parents[2]
+
+SCRIPT = """
+import sys
+import numpy as np
+from pydrake.all import *
+
+builder = DiagramBuilder()
+plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 1e-3)
+model = Parser(plant).AddModelFromFile(sys.argv[1], "block")
+plant.RegisterCollisionGeometry(
+    plant.world_body(), RigidTransform(), HalfSpace(), "ground_collision",
+    CoulombFriction(static_friction=0.7, dynamic_friction=0.5),
+)
+plant.Finalize()
+logger = LogOutput(plant.get_state_output_port(model), builder)
+logger.set_name("logger")
+visualizer = ConnectMeshcatVisualizer(
+    builder=builder, zmq_url="tcp://127.0.0.1:59999", scene_graph=scene_graph,
+    output_port=scene_graph.get_query_output_port(),
+)
+visualizer.load()
+diagram = builder.Build()
+context = diagram.CreateDefaultContext()
+plant_context = plant.GetMyContextFromRoot(context)
+body = plant.get_body(plant.GetBodyIndices(model)[0])
+plant.SetFreeBodyPose(plant_context, body, RigidTransform(RollPitchYaw(0.3, 0.2, 0.1), [0, 0, 0.1]))
+diagram.Publish(context)
+simulator = Simulator(diagram, context)
+simulator.set_publish_every_time_step(False)
+simulator.Initialize()
+simulator.StepTo(0.05)
+simulator.AdvanceTo(0.1)
+assert logger.data().shape == (13, logger.sample_times().size) and logger.sample_times()[-1] == 0.1
+assert abs(logger.data()[12, 50] + 9.81 * 0.05) < 0.03  # vz after falling for 0.05 s
+html = GenerateHtml(diagram)
+assert html.startswith("<details open") and "plant" in html
+print("done")
+"""
+
+
+def run(code, *arguments):
+    env = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "SHELDRAKE_QUIET": "1"}
+    command = [sys.executable, "-m", "sheldrake", "run", "-", *arguments]
+    return subprocess.run(command, input=code, env=env, capture_output=True, text=True)
+
+
+def test_a_script_of_2021():
+    result = run(SCRIPT, sheldrake.model_path("two_hole_block/two_hole_block.urdf"))
+    assert result.returncode == 0, result.stderr
+    assert "done" in result.stdout
+    hints = [line for line in result.stderr.splitlines() if "hint:" in line]
+    for name in ("LogOutput", "ConnectMeshcatVisualizer", "System.Publish", "Simulator.StepTo", "GenerateHtml"):
+        assert sum(name in hint for hint in hints) == 1, (name, hints)
+
+
+def test_old_ways_of_making_systems():
+    result = run("""
+from pydrake.systems.framework import LeafSystem, DiagramBuilder
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.primitives import ConstantVectorSource, SignalLogger, LogOutput
+import numpy as np
+
+class Counter(LeafSystem):
+    def __init__(self):
+        LeafSystem.__init__(self)
+        self.published = []
+        self.DeclareDiscreteState(1)
+        self.DeclarePeriodicDiscreteUpdate(0.1)
+        self.DeclarePeriodicPublish(0.25, 0.0)
+        self.DeclareVectorOutputPort("n", 1, self.count)
+    def count(self, context, output):
+        output.SetFromVector(context.get_discrete_state_vector().value())
+    def DoCalcDiscreteVariableUpdates(self, context, events, discrete_state):
+        discrete_state.get_mutable_vector().SetFromVector(context.get_discrete_state_vector().value() + 1)
+    def DoPublish(self, context, events):
+        self.published.append(context.get_time())
+
+builder = DiagramBuilder()
+counter = builder.AddSystem(Counter())
+every = LogOutput(counter.get_output_port(0), builder)
+some = builder.AddSystem(SignalLogger(1))
+some.set_publish_period(0.5)
+builder.Connect(counter.get_output_port(0), some.get_input_port(0))
+simulator = Simulator(builder.Build())
+simulator.AdvanceTo(1.0)
+assert counter.published == [0.0, 0.25, 0.5, 0.75, 1.0], counter.published
+np.testing.assert_allclose(some.sample_times(), [0.0, 0.5, 1.0])
+assert every.data()[0, -1] == 10.0, every.data()
+every.reset()
+assert every.data().shape == (1, 0)
+""")
+    assert result.returncode == 0, result.stderr
+
+
+def test_retired_functions_elsewhere():
+    result = run("""
+from pydrake.trajectories import PiecewisePolynomial
+from pydrake.geometry import MeshcatVisualizerCpp, MeshcatVisualizer
+from pydrake.systems.meshcat_visualizer import ConnectMeshcatVisualizer
+assert issubclass(MeshcatVisualizerCpp, MeshcatVisualizer)
+p = PiecewisePolynomial.Pchip([0.0, 1.0, 2.0], [[0.0, 1.0, 4.0]])
+assert p.isApprox(PiecewisePolynomial.CubicShapePreserving([0.0, 1.0, 2.0], [[0.0, 1.0, 4.0]]), 1e-12)
+assert PiecewisePolynomial.Cubic([0.0, 1.0], [[0.0, 1.0]], [0.0], [0.0]).value(0.5)[0, 0] == 0.5
+""")
+    assert result.returncode == 0, result.stderr
+    assert "PiecewisePolynomial.Pchip() is retired: use CubicShapePreserving()." in result.stderr
+
+
+@pytest.mark.parametrize("module", _retired.METHODS)
+def test_the_classes_and_todays_methods_exist(module):
+    loaded = importlib.import_module(module)
+    for name, methods in _retired.METHODS[module].items():
+        cls = getattr(loaded, name)
+        for old, function in methods.items():
+            assert old not in vars(cls) or vars(cls)[old] is function, f"{name}.{old} is not retired"
+
+
+@pytest.mark.parametrize("module", [m for m in _retired.FUNCTIONS])
+def test_retired_functions_are_not_todays(module):
+    loaded = importlib.import_module(module)
+    assert not set(_retired.FUNCTIONS[module]()) & set(loaded.__all__)
