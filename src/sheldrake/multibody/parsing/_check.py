@@ -23,6 +23,9 @@ def check_model(model: ModelDescription, policy: DiagnosticPolicy) -> None:
     frame_body: dict[tuple[tuple[str, ...], str], tuple] = {}
     _check_names(model, (), bodies, frame_body, policy)
     _check_topology(model, (), frame_body, policy, {})
+    groups: set[tuple[tuple[str, ...], str]] = set()
+    _collect_groups(model, (), groups, policy)
+    _check_groups(model, (), bodies, groups, policy)
 
 
 def _check_names(model, scope, bodies, frame_body, policy) -> None:
@@ -107,3 +110,36 @@ def _check_topology(model, scope, frame_body, policy, parents: dict) -> None:
         if other == _WORLD:
             one, other = other, one
         parents[other] = one
+
+
+def _collect_groups(model, scope, groups, policy) -> None:
+    """Names of all collision filter groups, unique within each model."""
+    for nested in model.nested:
+        _collect_groups(nested, (*scope, nested.name), groups, policy)
+    for group in model.filter_groups:
+        if "::" in group.name:
+            policy.Error(group, f"The name of collision filter group '{group.name}' must not be a scoped name.")
+        if (scope, group.name) in groups:
+            policy.Error(group, f"Collision filter group '{group.name}' is already defined.")
+        groups.add((scope, group.name))
+
+
+def _check_groups(model, scope, bodies, groups, policy) -> None:
+    """Every group has members, and everything it names exists."""
+    for nested in model.nested:
+        _check_groups(nested, (*scope, nested.name), bodies, groups, policy)
+    for group in model.filter_groups:
+        if not group.members and not group.member_groups:
+            policy.Error(group, f"Collision filter group '{group.name}' has no members.")
+        named = ((group.members, bodies, "body"), ((*group.member_groups, *group.ignored), groups, "group"))
+        for names, known, what in named:
+            for name in names:
+                *path, local = name.split("::")
+                if ((*scope, *path), local) not in known:
+                    inside = [key for key in known if key[0][: len(scope)] == scope]
+                    listed = ", ".join(sorted("::".join((*path[len(scope) :], local)) for path, local in inside)[:20])
+                    policy.Error(
+                        group,
+                        f"Collision filter group '{group.name}': there is no {what} '{name}'; known are "
+                        f"{listed or '(none)'}.",
+                    )

@@ -188,13 +188,13 @@ class _YamlReader:
     def read(self, text: str) -> ModelDirectives:
         import yaml
 
-        loader = yaml.SafeLoader(text)
-        loader.name = self._source
         try:
+            loader = yaml.SafeLoader(text)
+            loader.name = self._source
+            self._flatten = loader.flatten_mapping
             node = loader.get_single_node()
             if node is None:
                 self._policy.Error(Location(self._source), "The document is empty.")
-            self._flatten = loader.flatten_mapping
             return self._convert(node, ModelDirectives, "the document")
         except yaml.MarkedYAMLError as error:
             mark = error.problem_mark or error.context_mark
@@ -202,8 +202,6 @@ class _YamlReader:
             self._policy.Error(where, f"This is not valid YAML: {error.problem}.")
         except (yaml.YAMLError, RecursionError) as error:
             self._policy.Error(Location(self._source), f"This is not valid YAML: {error}.")
-        finally:
-            loader.dispose()
 
     def _fail(self, node, message: str) -> typing.NoReturn:
         self._policy.Error(Location(self._source, node.start_mark.line + 1, node.start_mark.column + 1), message)
