@@ -41,7 +41,18 @@ def solver_model_of(
     return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
 
 
-def make_plant_model(actuators: list[dict] = (), limits: list[dict] = (), force_ports: list[int] = ()) -> PlantModel:
+CONSTRAINT_KINDS = {
+    "coupler": (columns.COUPLER, 1),
+    "distance": (columns.DISTANCE, 1),
+    "ball": (columns.BALL, 3),
+    "weld": (columns.WELD, 6),
+}
+"""Kind and number of rows of each constraint."""
+
+
+def make_plant_model(
+    actuators: list[dict] = (), limits: list[dict] = (), force_ports: list[int] = (), constraints: list[dict] = ()
+) -> PlantModel:
     """The constants of the step that are neither tree nor geometry nor solver.
 
     Args:
@@ -51,6 +62,9 @@ def make_plant_model(actuators: list[dict] = (), limits: list[dict] = (), force_
         limits: one a one-dof joint with a position limit, by names: dof, q, lower, upper, and for kTamsi stiffness and
             damping (see `tamsi_limit_penalty`).
         force_ports: vector inputs that hold generalized forces of all dofs.
+        constraints: one a holonomic constraint, by names: kind ("coupler", "distance", "ball", "weld"), a and b (dofs
+            of a coupler, else body rows), q_a and q_b (a coupler's positions), p (where in p its numbers start, see
+            `_kernels.model`), active (where in p a positive number says that it acts).
     """
     names = [
         "dof",
@@ -67,12 +81,20 @@ def make_plant_model(actuators: list[dict] = (), limits: list[dict] = (), force_
     gain = np.array([[a.get("effort_limit", np.inf), a.get("p", 0.0), a.get("d", 0.0)] for a in actuators])
     limit = np.array([[a["dof"], a["q"]] for a in limits], np.int64)
     bound = np.array([[a["lower"], a["upper"], a.get("stiffness", 0.0), a.get("damping", 0.0)] for a in limits])
+    rows = np.array(
+        [
+            [CONSTRAINT_KINDS[c["kind"]][0], c["a"], c["b"], c.get("q_a", -1), c.get("q_b", -1), c["p"], c["active"]]
+            for c in constraints
+        ],
+        np.int64,
+    )
     return PlantModel(
         actuator.reshape(-1, columns.NUM_ACTUATOR_COLUMNS),
         gain.reshape(-1, columns.NUM_GAIN_COLUMNS),
         limit.reshape(-1, columns.NUM_LIMIT_COLUMNS),
         bound.reshape(-1, columns.NUM_BOUND_COLUMNS),
         np.array(force_ports, np.int64),
+        rows.reshape(-1, columns.NUM_CONSTRAINT_COLUMNS),
     )
 
 
@@ -101,7 +123,9 @@ def make_step_work(
         dtype: float, or object for duals and symbols.
     """
     tree = make_work(tree_model, dtype)
+    rows_of = dict(CONSTRAINT_KINDS.values())
     rows = 2 * len(plant_model.limit) + len(plant_model.actuator)
+    rows += sum(rows_of[kind] for kind in plant_model.constraint[:, columns.CONSTRAINT_KIND])
     solver = make_solver_work(solver_model, len(table.pair), rows, dtype)
     nv = len(tree_model.dof)
 

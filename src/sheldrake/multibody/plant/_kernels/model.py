@@ -36,6 +36,22 @@ LIMIT_STIFFNESS = np.int64(2)  # of TAMSI's penalty [N/m or N m/rad]
 LIMIT_DAMPING = np.int64(3)  # of TAMSI's penalty
 NUM_BOUND_COLUMNS = 4
 
+# PlantModel.constraint
+CONSTRAINT_KIND = np.int64(0)
+CONSTRAINT_A = np.int64(1)  # dof of a coupler, else body row
+CONSTRAINT_B = np.int64(2)
+CONSTRAINT_Q_A = np.int64(3)  # position of a coupler's dof
+CONSTRAINT_Q_B = np.int64(4)
+CONSTRAINT_P = np.int64(5)  # where in p its numbers start
+CONSTRAINT_ACTIVE = np.int64(6)  # where in p a positive number says that it acts
+NUM_CONSTRAINT_COLUMNS = 7
+
+# Kinds of constraints, and their numbers in p
+COUPLER = np.int64(0)  # gear ratio, offset
+DISTANCE = np.int64(1)  # p_AP, p_BQ, length, stiffness (may be infinite), damping
+BALL = np.int64(2)  # p_AP, p_BQ
+WELD = np.int64(3)  # X_AP, X_BQ: nine numbers of R row-major, then p, each
+
 
 class PlantModel(NamedTuple):
     """Constants of the step that are neither tree nor geometry nor solver.
@@ -46,6 +62,7 @@ class PlantModel(NamedTuple):
         limit: Dof and position of each one-dof joint with a position limit, shape (num_limits, 2).
         bound: Lower and upper position limit and TAMSI's penalty, shape (num_limits, 4).
         force_port: Vector input ports that hold generalized forces [N or N m], shape (num_force_ports,).
+        constraint: Holonomic constraints, shape (num_constraints, 7).
     """
 
     actuator: IntMatrix
@@ -53,6 +70,7 @@ class PlantModel(NamedTuple):
     limit: IntMatrix
     bound: Matrix
     force_port: IntVector
+    constraint: IntMatrix
 
 
 class StepWork(NamedTuple):

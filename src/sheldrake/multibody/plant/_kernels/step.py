@@ -34,6 +34,7 @@ from sheldrake.multibody.contact_solvers._kernels.status import (
     MASS_NOT_POSITIVE,
     SOLVED,
 )
+from sheldrake.multibody.plant._kernels.constraint_rows import put_constraints
 from sheldrake.multibody.plant._kernels.contact_rows import put_contacts
 from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
@@ -173,6 +174,7 @@ def plant_step(
     if status != SOLVED:
         return status
     put_limits(tree_model, solver_model, plant_model, problem, rows, xd)
+    put_constraints(tree_model, plant_model, problem, rows, tree, p, xd)
     put_actuators(tree_model, solver_model, plant_model, problem, rows, xd, u)
     status = solve_rows(solver_model, problem, contacts, rows, factor)
     if status != SOLVED:
