@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from sheldrake.common.kernel import Kernel
@@ -26,13 +26,13 @@ class Callback:
     owned: bool = False
 
     @staticmethod
-    def of(system: Any, function: Any, what: str) -> Callback | Kernel:
-        """A callback or a kernel, as it was given.
+    def of(system: Any, function: Any, what: str) -> Callback | Kernel | Stages:
+        """A callback; a kernel or stages as they were given.
 
         Raises:
             TypeError: it cannot be called.
         """
-        if isinstance(function, Kernel):
+        if isinstance(function, (Kernel, Stages)):
             return function
         if not callable(function):
             raise TypeError(f"{what}: incompatible function arguments: {function!r} cannot be called.")
@@ -42,6 +42,14 @@ class Callback:
 
     def __call__(self, system: Any, *args: Any) -> Any:
         return self.function(system, *args) if self.owned else self.function(*args)
+
+
+@dataclasses.dataclass(slots=True)
+class Stages:
+    """Kernels that follow each other as one handler of an event; the last of them completes what the event writes."""
+
+    choose: Callable[[Any, Any], Sequence[Kernel]]
+    """Tells which, when a root is compiled: of the system and its view of the root."""
 
 
 @dataclasses.dataclass(slots=True)

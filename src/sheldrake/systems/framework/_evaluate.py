@@ -57,8 +57,9 @@ def _run(store: Store, found: list, status: EventStatus) -> None:
         if r < 0:
             store.append_log(-1 - r)
             continue
-        prepare(store, r)
-        result = store.compute(r)
+        for stage in store.layout.stages(r):
+            prepare(store, stage)
+            result = store.compute(stage)
         if isinstance(result, EventStatus):
             status.KeepMoreSevere(result)
             if status.severity() is EventStatus.Severity.kFailed:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.systems.framework import _loop
+from sheldrake.systems.framework import _loop, _scratch
 from sheldrake.systems.framework._declarations import (
     DERIVATIVES,
     DISCRETE,
@@ -18,6 +18,7 @@ from sheldrake.systems.framework._declarations import (
     UNRESTRICTED,
     Callback,
     EventDeclaration,
+    Stages,
 )
 from sheldrake.systems.framework._index import PortDataType, Ticket
 from sheldrake.systems.framework._topology import Source, Topology
@@ -107,6 +108,7 @@ class Layout(Topology):
         self._take_ports()
         self._take_work()
         self._models: dict[int, dict] = {}
+        self._stages: dict[int, list[int]] = {}
         self._add_rows()
         self.program = self._program()
         self.version = sum(s._version for s in self.systems)
@@ -215,10 +217,7 @@ class Layout(Topology):
 
     def _take_work(self) -> None:
         for n in self.leaves:
-            prototype = self.systems[n]._scratch_prototype
-            self.places[n].work = self._take(
-                prototype if isinstance(prototype, int) else sum(np.asarray(a).size for a in prototype)
-            )
+            self.places[n].work = self._take(_scratch.size_of(self.systems[n]._scratch_prototype))
         self.plus = self._take(self.xd[1] - self.xc[0])[0] - self.xc[0]
         self.xdot = self._take(self.xc[1] - self.xc[0])
         self.rk = self._take(4 * (self.xc[1] - self.xc[0]))
@@ -253,7 +252,16 @@ class Layout(Topology):
                 self.logs.append((n, place.inputs[0].span))
             return -1 - self.log_of[n]
         out = self._shift(place.xd, self.plus) if event.kind != PUBLISH else (0, 0)
+        if isinstance(event.handler, Stages):
+            kernels = event.handler.choose(self.systems[n], RootView(self, n))
+            rows = [self._add(Row(n, event.kind, k, out, event=event)) for k in kernels]
+            self._stages[rows[0]] = rows
+            return rows[0]
         return self._add(Row(n, event.kind, event.handler, out, event=event))
+
+    def stages(self, row: int) -> list[int]:
+        """The rows that make up an event's handler, of which `row` is the first."""
+        return self._stages.get(row, [row])
 
     def _required(self, row: Row) -> tuple[int, ...]:
         if "u" not in row.calc.names:
@@ -339,7 +347,7 @@ class Layout(Topology):
                     clock = special[event.trigger]
                 rows, nodes = groups.setdefault((event.kind, clock), ([], set()))
                 if row != NO_ROW:
-                    rows.append(row)
+                    rows.extend(self.stages(row))
                 nodes.add(n)
         self.witness_nodes = [n for n in self.leaves if self.systems[n]._has_witnesses()]
         self.witness_rows: dict[int, int] = {}
@@ -366,31 +374,28 @@ class Layout(Topology):
         from sheldrake.common._native.words import pack_row
 
         place, found = self.places[row.node], {}
+        scratch = _scratch.places_of(place.work[0], self.systems[row.node]._scratch_prototype)
         last = row.calc.parameters[-1].name
         for parameter in row.calc.parameters:
             name = parameter.name
-            if name == last:
+            if name in scratch and (name != "work" or parameter.kind == "tuple"):
+                found[name] = scratch[name]
+            elif name == last:
                 a, b = row.out
-                found[name] = self._work_fields(row.node) if parameter.kind == "tuple" else (a, b - a)
+                found[name] = (a, b - a)
             elif name == "model" or name.endswith("_model"):
                 found[name] = row.models[name]
             elif name == "u":
                 found[name] = [(slot.span[0], slot.span[1] - slot.span[0]) for slot in place.inputs]
-            elif name == "work" and parameter.kind == "tuple":
-                found[name] = self._work_fields(row.node)
             elif name in ("xc", "xd", "p", "work"):
                 a, b = getattr(place, name)
                 found[name] = (a, b - a)
             elif parameter.kind != "t":
                 raise TypeError(
-                    f"{row.calc!r}: parameter {name!r} is none of t, xc, xd, p, u, work, model, *_model, "
-                    "and not the last, which is filled."
+                    f"{row.calc!r}: parameter {name!r} is none of t, xc, xd, p, u, work, model, *_model, not a part of "
+                    f"the scratch ({', '.join(scratch)}), and not the last, which is filled."
                 )
         return pack_row(row.calc, found).tolist()
-
-    def _work_fields(self, n: int) -> list[tuple[int, ...]]:
-        """Offset and shape of each array of a leaf's scratch."""
-        return work_fields(self.places[n].work[0], self.systems[n]._scratch_prototype)
 
     def _prerequisites(self, rows: list[int]) -> list[int]:
         """Output rows to bring up to date before a group acts, in topological order.
@@ -535,15 +540,6 @@ class Layout(Topology):
         if not self.nodes[n].leaf:
             n, j = self._outputs[n, j]
         return n, j, self.places[n].outputs[j]
-
-
-def work_fields(at: int, prototype: Any) -> list[tuple[int, ...]]:
-    """Offset in the slab and shape of each array of a scratch that begins at `at`."""
-    fields = []
-    for array in prototype:
-        fields.append((at, *array.shape))
-        at += array.size
-    return fields
 
 
 class RootView:

@@ -39,6 +39,7 @@ from sheldrake.systems.framework._index import (
     UseDefaultName,
 )
 from sheldrake.systems.framework._port import InputPort, LeafOutputPort
+from sheldrake.systems.framework._scratch import arrays_of
 from sheldrake.systems.framework._system import System
 from sheldrake.systems.framework._vector import BasicVector
 
@@ -387,7 +388,10 @@ class LeafSystem(System):
     # For compiled systems.
 
     def _declare_scratch(self, prototype: Any) -> None:
-        """Memory in the context that kernels see as `work`: a size, or a NamedTuple of arrays to copy."""
+        """Memory in the context for kernels: a size, or a NamedTuple of arrays to copy, or of NamedTuples of arrays.
+
+        Kernels see it as `work`; the fields of a NamedTuple are also parameters of their own.
+        """
         self._scratch_prototype = prototype
         self._changed()
 
@@ -395,7 +399,7 @@ class LeafSystem(System):
         """Read-only views of this system's scratch: what its last kernels left there."""
         self.ValidateContext(context)
         views = context._store.scratch(context._node)
-        for view in [views] if isinstance(views, np.ndarray) else views:
+        for view in [views] if isinstance(views, np.ndarray) else arrays_of(views):
             view.flags.writeable = False
         return views
 

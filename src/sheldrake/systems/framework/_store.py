@@ -10,11 +10,11 @@ import numpy as np
 
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework import _loop
+from sheldrake.systems.framework import _loop, _scratch
 from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED, Callback
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._index import Ticket
-from sheldrake.systems.framework._layout import Layout, Row, work_fields
+from sheldrake.systems.framework._layout import Layout, Row
 from sheldrake.systems.framework._vector import BasicVector, lifted
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
@@ -198,8 +198,8 @@ class Store:
 
     def _twin_arguments(self, row: Row) -> tuple:
         place, found = self.layout.places[row.node], []
-        models = row.models
-        for parameter in row.calc.parameters[:-1]:
+        models, scratch = row.models, self.scratch(row.node)
+        for parameter in row.calc.parameters:
             name = parameter.name
             if parameter.kind == "t":
                 found.append(None)
@@ -208,30 +208,23 @@ class Store:
             elif name == "u":
                 found.append(tuple(self.S[slice(*s.span)] for s in place.inputs))
             elif name == "work" and parameter.kind == "tuple":
-                found.append(self.scratch(row.node))
+                found.append(scratch)
+            elif name in getattr(scratch, "_fields", ()):
+                found.append(getattr(scratch, name))
+            elif name == row.calc.parameters[-1].name:
+                found.append(self.S[slice(*row.out)])
             else:
                 found.append(self.S[slice(*getattr(place, name))])
-        if row.calc.parameters[-1].kind == "tuple":
-            return (*found, self.scratch(row.node))
-        return (*found, self.S[slice(*row.out)])
+        return tuple(found)
 
     def scratch(self, n: int) -> Any:
         """Views of a leaf's scratch, of the class of its prototype."""
-        prototype, (a, b) = self.systems[n]._scratch_prototype, self.layout.places[n].work
-        if isinstance(prototype, int):
-            return self.S[a:b]
-        views = []
-        for array, (at, *shape) in zip(prototype, work_fields(a, prototype)):
-            view = self.S[at : at + array.size]
-            if self.S.dtype != object and array.dtype == np.int64:
-                view = view.view(np.int64)
-            views.append(view.reshape(shape))
-        return type(prototype)(*views)
+        return _scratch.views_of(self.S, self.layout.places[n].work[0], self.systems[n]._scratch_prototype)
 
     def _reset_work(self, n: int) -> None:
         prototype = self.systems[n]._scratch_prototype
         if not isinstance(prototype, int):
-            for view, initial in zip(self.scratch(n), prototype):
+            for view, initial in zip(_scratch.arrays_of(self.scratch(n)), _scratch.arrays_of(prototype)):
                 view[...] = initial
 
     # Rows that are Python functions.

@@ -1,0 +1,64 @@
+"""Scratch of a system in the slab: one NamedTuple of arrays, or a NamedTuple of such.
+
+Integer arrays take the slab's 8-byte words as int64. In a slab of objects they hold objects like all else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+
+def arrays_of(prototype: Any) -> Iterator[np.ndarray]:
+    """All arrays of a prototype, in order."""
+    for field in prototype:
+        if isinstance(field, tuple):
+            yield from field
+        else:
+            yield field
+
+
+def size_of(prototype: Any) -> int:
+    """Words a prototype takes; a prototype may also be just that number."""
+    return prototype if isinstance(prototype, int) else sum(a.size for a in arrays_of(prototype))
+
+
+def places_of(at: int, prototype: Any) -> dict[str, Any]:
+    """Where kernels find a scratch that begins at `at`, by the names its parts have in their parameters.
+
+    Returns:
+        (offset, shape...) of each array and a list of these for each NamedTuple, by name of the field; the whole, if it
+        holds arrays only, is "work".
+    """
+    if isinstance(prototype, int):
+        return {"work": (at, prototype)}
+    places: dict[str, Any] = {}
+    for name, field in zip(prototype._fields, prototype):
+        found = []
+        for array in field if isinstance(field, tuple) else (field,):
+            found.append((at, *array.shape))
+            at += array.size
+        places[name] = found if isinstance(field, tuple) else found[0]
+    if not any(isinstance(field, tuple) for field in prototype):
+        places["work"] = list(places.values())
+    return places
+
+
+def views_of(S: np.ndarray, at: int, prototype: Any) -> Any:
+    """The scratch itself: views of the slab, of the prototype's class."""
+    if isinstance(prototype, int):
+        return S[at : at + prototype]
+    views = []
+    for field in prototype:
+        if isinstance(field, tuple):
+            views.append(views_of(S, at, field))
+            at += size_of(field)
+            continue
+        view = S[at : at + field.size]
+        if S.dtype != object and field.dtype == np.int64:
+            view = view.view(np.int64)
+        views.append(view.reshape(field.shape))
+        at += field.size
+    return type(prototype)(*views)
