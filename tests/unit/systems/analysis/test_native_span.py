@@ -1,0 +1,164 @@
+"""Spans of machine code between which Python looks at the world: budget, Ctrl-C, clock, progress, errors."""
+
+import os
+import signal
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from sheldrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
+from sheldrake.systems.analysis import _progress as progress_module
+from sheldrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem, _loop
+from sheldrake.systems.primitives import Integrator, LinearSystem, LogVectorOutput, Sine
+
+SWING = dict(A=[[0.0, 0.001], [-0.001, 1.0]], B=[[0.0], [0.001]], C=np.eye(2), D=np.zeros((2, 1)), time_period=1e-3)
+
+
+def swinging():
+    builder = DiagramBuilder()
+    wave = builder.AddSystem(Sine(1.0, 3.0, 0.0, 1))
+    plant, sum_ = builder.AddSystem(LinearSystem(**SWING)), builder.AddSystem(Integrator(1))
+    builder.Connect(wave.get_output_port(0), plant.get_input_port())
+    builder.Connect(wave.get_output_port(0), sum_.get_input_port())
+    sinks = [LogVectorOutput(s.get_output_port(), builder) for s in (plant, sum_)]
+    return builder.Build(), sinks
+
+
+def logs(simulator, sinks):
+    return [a for s in sinks for log in [s.FindLog(simulator.get_context())] for a in (log.sample_times(), log.data())]
+
+
+def test_a_span_cut_after_every_step_gives_the_same_bits():
+    found = []
+    for cut in (False, True):
+        diagram, sinks = swinging()
+        simulator = Simulator(diagram)
+        simulator.Initialize()
+        if cut:
+            for k in range(1, 301):
+                simulator.AdvanceTo(k * 1e-3)
+        else:
+            simulator.AdvanceTo(300 * 1e-3)
+        found.append(logs(simulator, sinks))
+    for a, b in zip(*found):
+        assert np.array_equal(a, b)
+
+
+def test_control_c_stops_between_steps_and_the_rest_can_follow():
+    diagram, sinks = swinging()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.01)
+    timer = threading.Timer(0.2, os.kill, (os.getpid(), signal.SIGINT))
+    timer.start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        simulator.AdvanceTo(1e6)
+    assert time.monotonic() - begin < 5.0
+    t = simulator.get_context().get_time()
+    ticks = round(t / 1e-3)
+    assert t == ticks * 1e-3 > 0.01
+    simulator.AdvanceTo((ticks + 10) * 1e-3)
+    times = sinks[0].FindLog(simulator.get_context()).sample_times()
+    assert np.all(np.diff(times) > 0)
+    assert np.all(np.isin(np.arange(ticks + 11) * 1e-3, times))
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.0])
+def test_realtime_rate(rate):
+    diagram, _ = swinging()
+    simulator = Simulator(diagram)
+    simulator.set_target_realtime_rate(rate)
+    simulator.Initialize()
+    begin = time.monotonic()
+    simulator.AdvanceTo(0.3)
+    elapsed = time.monotonic() - begin
+    assert 0.3 / rate - 0.02 < elapsed < 0.3 / rate + 1.0
+    assert 0.0 < simulator.get_actual_realtime_rate() < 1.1 * rate
+
+
+def test_progress_is_shown_when_somebody_looks(monkeypatch, capsys):
+    monkeypatch.setattr(progress_module.Progress, "PATIENCE", 0.0)
+    monkeypatch.setattr(progress_module.Progress, "EVERY", 0.0)
+    diagram, _ = swinging()
+    for watched, asked, expected in ((True, True, True), (True, False, False), (False, True, False)):
+        monkeypatch.setattr(progress_module, "_watched", lambda watched=watched: watched)
+        simulator = Simulator(diagram)
+        simulator.set_progress(asked)
+        simulator.AdvanceTo(3.0)
+        text = capsys.readouterr().err
+        assert ("of 3 s" in text and "left" in text) == expected
+        assert text.endswith("\r") == expected  # the line is wiped
+
+
+class Fragile(LeafSystem):
+    """Fails, in its own way, after a while."""
+
+    def __init__(self, fail, after):
+        super().__init__()
+        self.fail, self.after = fail, after
+        self.DeclareContinuousState(1)
+        self.DeclarePerStepPublishEvent(self.publish)
+
+    def DoCalcTimeDerivatives(self, context, derivatives):
+        if self.fail == "derivatives" and context.get_time() > self.after:
+            raise ZeroDivisionError("stiff")
+        derivatives[0] = 1.0
+
+    def publish(self, context):
+        if self.fail == "publish" and context.get_time() > self.after:
+            return EventStatus.Failed(self, "disk full")
+        return EventStatus.Succeeded()
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_an_error_inside_a_stage_takes_the_step_back(native):
+    fragile = Fragile("derivatives", 0.052)
+    simulator = Simulator(fragile)
+    simulator._native = native
+    ApplySimulatorConfig(SimulatorConfig(use_error_control=False, max_step_size=0.01), simulator)
+    with pytest.raises(ZeroDivisionError, match="stiff") as info:
+        simulator.AdvanceTo(1.0)
+    assert "time derivatives of System ::_" in info.value.__notes__[0]
+    context = simulator.get_mutable_context()
+    assert context.get_time() == pytest.approx(0.05)
+    assert context.get_continuous_state_vector()[0] == pytest.approx(0.05)
+    fragile.fail = ""
+    assert simulator.AdvanceTo(1.0).succeeded()
+    assert context.get_continuous_state_vector()[0] == pytest.approx(1.0)
+
+
+def test_a_handler_that_failed_is_named():
+    fragile = Fragile("publish", 0.5)
+    simulator = Simulator(fragile)
+    with pytest.raises(RuntimeError, match=r"stopped at time .*Fragile.* failed with message: \"disk full\""):
+        simulator.AdvanceTo(1.0)
+
+
+def test_bad_calls():
+    diagram, _ = swinging()
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.5)
+    with pytest.raises(RuntimeError, match="before the current time"):
+        simulator.AdvanceTo(0.4)
+    simulator.get_mutable_context().SetTime(0.1)
+    with pytest.raises(RuntimeError, match="requires a call to Initialize"):
+        simulator.AdvanceTo(1.0)
+    assert simulator.Initialize().reason() is SimulatorStatus.ReturnReason.kReachedBoundaryTime
+    simulator.AdvanceTo(0.2)
+    simulator.reset_context(None)
+    assert not simulator.has_context()
+    with pytest.raises(RuntimeError, match="without a Context"):
+        simulator.Initialize()
+    with pytest.raises(RuntimeError, match="instead of the appropriate"):
+        Simulator(diagram, Integrator(1).CreateDefaultContext())
+    with pytest.raises(RuntimeError, match="must not be negative"):
+        simulator.set_target_realtime_rate(-1.0)
+    with pytest.raises(TypeError, match="no System"):
+        Simulator(3)
+
+
+def test_the_loop_is_compiled_without_contraction():
+    kernels = [k for k in vars(_loop).values() if type(k).__name__ == "Kernel"]
+    assert len(kernels) > 15 and all(k.strict for k in kernels)
