@@ -413,6 +413,9 @@ class LeafContext(Context):
 class DiagramContext(Context):
     """Context of a diagram; those of its subsystems are views of the same store."""
 
+    def __str__(self) -> str:
+        return _tree_text(self)
+
 
 def _scalar(store: Store, value: Any, call: str) -> Any:
     if store.S.dtype == object:
@@ -432,6 +435,26 @@ def _converted(values: np.ndarray, scalar: Any) -> np.ndarray:
 
 def _numbers(values: Any) -> str:
     return " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in values)
+
+
+def _tree_text(c: Context) -> str:
+    title = f"{c.GetSystemPathname()} Context (of a Diagram)"
+    lines = [title, "-" * len(title)]
+    if n := c.num_continuous_states():
+        lines.append(f"{n} total continuous states")
+    if n := c.num_discrete_state_groups():
+        total = sum(group.size() for group in c.get_discrete_state().get_data())
+        lines.append(f"{total} total discrete states in {n} groups")
+    if n := c.num_abstract_states():
+        lines.append(f"{n} total abstract states")
+    if n := c.num_numeric_parameter_groups():
+        lines.append(f"{n} total numeric parameter groups")
+    if n := c.num_abstract_parameters():
+        lines.append(f"{n} total abstract parameters")
+    node = c._store.layout.nodes[c._node]
+    leaves = [c._store.context(m) for m in c._store.layout.leaves[node.first_leaf : node.last_leaf]]
+    told = [_text(leaf) for leaf in leaves if not leaf.is_stateless() or leaf.num_numeric_parameter_groups()]
+    return "\n".join(["\n".join(lines) + "\n", *told])
 
 
 def _text(c: Context) -> str:

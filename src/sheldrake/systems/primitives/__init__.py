@@ -1,6 +1,6 @@
 """Small systems to build with."""
 
-from sheldrake.systems.framework import LeafSystem_
+from sheldrake.systems.framework import Diagram_, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.systems.primitives._blocks import (
     Adder,
@@ -14,6 +14,10 @@ from sheldrake.systems.primitives._blocks import (
     Saturation,
     Sine,
 )
+from sheldrake.systems.primitives._discrete_derivative import (
+    DiscreteDerivative,
+    StateInterpolatorWithDiscreteDerivative,
+)
 from sheldrake.systems.primitives._dynamics import (
     AffineSystem,
     DiscreteTimeDelay,
@@ -24,6 +28,25 @@ from sheldrake.systems.primitives._dynamics import (
     MatrixGain,
     WrapToSystem,
     ZeroOrderHold,
+)
+from sheldrake.systems.primitives._linearization import (
+    ControllabilityMatrix,
+    FirstOrderTaylorApproximation,
+    IsControllable,
+    IsDetectable,
+    IsObservable,
+    IsStabilizable,
+    Linearize,
+    ObservabilityMatrix,
+)
+from sheldrake.systems.primitives._random_source import AddRandomInputs, RandomSource
+from sheldrake.systems.primitives._routing import BusCreator, BusSelector, Selector, SelectorParams, SharedPointerSystem
+from sheldrake.systems.primitives._sparse_matrix_gain import SparseMatrixGain
+from sheldrake.systems.primitives._symbolic_vector_system import SymbolicVectorSystem
+from sheldrake.systems.primitives._trajectory_systems import (
+    TrajectoryAffineSystem,
+    TrajectoryLinearSystem,
+    TrajectorySource,
 )
 from sheldrake.systems.primitives._vector_log import VectorLog
 from sheldrake.systems.primitives._vector_log_sink import LogVectorOutput, VectorLogSink
@@ -53,44 +76,88 @@ Sine_ = _family(Sine)
 VectorLogSink_ = _family(VectorLogSink)
 WrapToSystem_ = _family(WrapToSystem)
 ZeroOrderHold_ = _family(ZeroOrderHold)
+BusCreator_ = _family(BusCreator)
+BusSelector_ = _family(BusSelector)
+DiscreteDerivative_ = _family(DiscreteDerivative)
+Selector_ = _family(Selector)
+SharedPointerSystem_ = _family(SharedPointerSystem)
+SparseMatrixGain_ = _family(SparseMatrixGain)
+SymbolicVectorSystem_ = _family(SymbolicVectorSystem)
+TrajectoryAffineSystem_ = _family(TrajectoryAffineSystem)
+TrajectoryLinearSystem_ = _family(TrajectoryLinearSystem, TrajectoryAffineSystem_)
+TrajectorySource_ = _family(TrajectorySource)
+StateInterpolatorWithDiscreteDerivative_ = _family(StateInterpolatorWithDiscreteDerivative, Diagram_)
 VectorLog_ = SystemTemplate("VectorLog_", VectorLog, scope=__name__)
 
 __all__ = [
+    "AddRandomInputs",
     "Adder",
     "Adder_",
     "AffineSystem",
     "AffineSystem_",
+    "BusCreator",
+    "BusCreator_",
+    "BusSelector",
+    "BusSelector_",
     "ConstantValueSource",
     "ConstantValueSource_",
     "ConstantVectorSource",
     "ConstantVectorSource_",
+    "ControllabilityMatrix",
     "Demultiplexer",
     "Demultiplexer_",
+    "DiscreteDerivative",
+    "DiscreteDerivative_",
     "DiscreteTimeDelay",
     "DiscreteTimeDelay_",
     "DiscreteTimeIntegrator",
     "DiscreteTimeIntegrator_",
     "FirstOrderLowPassFilter",
     "FirstOrderLowPassFilter_",
+    "FirstOrderTaylorApproximation",
     "Gain",
     "Gain_",
     "Integrator",
     "Integrator_",
+    "IsControllable",
+    "IsDetectable",
+    "IsObservable",
+    "IsStabilizable",
     "LinearSystem",
     "LinearSystem_",
+    "Linearize",
     "LogVectorOutput",
     "MatrixGain",
     "MatrixGain_",
     "Multiplexer",
     "Multiplexer_",
+    "ObservabilityMatrix",
     "PassThrough",
     "PassThrough_",
     "PortSwitch",
     "PortSwitch_",
+    "RandomSource",
     "Saturation",
     "Saturation_",
+    "Selector",
+    "SelectorParams",
+    "Selector_",
+    "SharedPointerSystem",
+    "SharedPointerSystem_",
     "Sine",
     "Sine_",
+    "SparseMatrixGain",
+    "SparseMatrixGain_",
+    "StateInterpolatorWithDiscreteDerivative",
+    "StateInterpolatorWithDiscreteDerivative_",
+    "SymbolicVectorSystem",
+    "SymbolicVectorSystem_",
+    "TrajectoryAffineSystem",
+    "TrajectoryAffineSystem_",
+    "TrajectoryLinearSystem",
+    "TrajectoryLinearSystem_",
+    "TrajectorySource",
+    "TrajectorySource_",
     "VectorLog",
     "VectorLogSink",
     "VectorLogSink_",

@@ -159,7 +159,7 @@ class DiscreteTimeDelay(LeafSystem):
         if isinstance(model, AbstractValue):
             self.DeclareAbstractInputPort("u", model)
             oldest = self.DeclareAbstractState(model)
-            for _ in range(steps):
+            for _ in range(steps + 1):  # one more than samples, as Drake has
                 self.DeclareAbstractState(model)
             self.DeclareStateOutputPort("delayed_u", oldest)
             self.DeclarePeriodicUnrestrictedUpdateEvent(float(update_sec), 0.0, self._shift)
@@ -172,9 +172,10 @@ class DiscreteTimeDelay(LeafSystem):
 
     def _shift(self, context: Any, state: Any) -> None:
         values = state.get_mutable_abstract_state()
-        for k in range(values.size() - 1):
+        last = values.size() - 2
+        for k in range(last):
             values.get_mutable_value(k).SetFrom(context.get_abstract_state(k + 1))
-        values.get_mutable_value(values.size() - 1).SetFrom(self.get_input_port(0).EvalAbstract(context))
+        values.get_mutable_value(last).SetFrom(self.get_input_port(0).EvalAbstract(context))
 
 
 class DiscreteTimeIntegrator(LeafSystem):

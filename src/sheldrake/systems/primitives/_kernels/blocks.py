@@ -240,6 +240,8 @@ def difference_next(xd: Vector, u: Vectors, x_next: Vector) -> None:
         x_next[i] = u[0][i]
         x_next[n + i] = xd[i]
     x_next[2 * n] = xd[2 * n] + 1.0
+    if xd[2 * n] > 2.0:
+        x_next[2 * n] = 1.0 * xd[2 * n]
 
 
 class Difference(NamedTuple):

@@ -1,0 +1,184 @@
+"""Linear approximations of systems, and what they tell about control."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, PortDataType, System
+from sheldrake.systems.primitives._dynamics import AffineSystem, LinearSystem
+
+
+def Linearize(
+    system: System,
+    context: Any,
+    input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
+    output_port_index: Any = OutputPortSelection.kUseFirstOutputIfItExists,
+    equilibrium_check_tolerance: float = 1e-6,
+) -> LinearSystem:
+    """The linear system of deviations from an equilibrium.
+
+    Args:
+        system: Converts to AutoDiffXd; its state is continuous, or discrete with one period.
+        context: The equilibrium; the chosen input has a value.
+        input_port_index: Which input, or an InputPortSelection.
+        output_port_index: Which output, or an OutputPortSelection.
+        equilibrium_check_tolerance: How far from standing still the equilibrium may be.
+
+    Raises:
+        RuntimeError: `context` is no equilibrium, or the system does not convert.
+    """
+    approximation = _taylor(system, context, input_port_index, output_port_index, equilibrium_check_tolerance)
+    A, B, _, C, D, _, period = approximation
+    return LinearSystem(A, B, C, D, period)
+
+
+def FirstOrderTaylorApproximation(
+    system: System,
+    context: Any,
+    input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
+    output_port_index: Any = OutputPortSelection.kUseFirstOutputIfItExists,
+) -> AffineSystem:
+    """The affine system that agrees with a system to first order; arguments as of `Linearize`."""
+    return AffineSystem(*_taylor(system, context, input_port_index, output_port_index, None))
+
+
+def _chosen(selection: Any, ports: list, none: Any, first: Any) -> int | None:
+    if selection is none:
+        return None
+    if selection is first:
+        vector = [i for i, port in enumerate(ports) if port.data_type is PortDataType.kVectorValued]
+        return 0 if ports and 0 in vector else None
+    return selection.__index__()
+
+
+def _taylor(system: System, context: Any, input_index: Any, output_index: Any, tolerance: float | None) -> tuple:
+    from sheldrake.common._scalars import autodiff_class
+
+    AutoDiff = autodiff_class()
+    system.ValidateContext(context)
+    periods = system._periodic_discrete()
+    if not context.has_only_continuous_state() and not context.is_stateless():
+        if not context.has_only_discrete_state() or len(periods) != 1:
+            raise RuntimeError(
+                f"Linearize: {system._describe()} must have only continuous state, or only "
+                "discrete state with one period."
+            )
+    period = periods.pop()[0] if context.has_only_discrete_state() else 0.0
+    i = _chosen(input_index, system._inputs, InputPortSelection.kNoInput, InputPortSelection.kUseFirstInputIfItExists)
+    j = _chosen(
+        output_index, system._outputs, OutputPortSelection.kNoOutput, OutputPortSelection.kUseFirstOutputIfItExists
+    )
+    dual = system.ToAutoDiffXd()
+    other = dual.CreateDefaultContext()
+    other.SetTimeStateAndParametersFrom(context)
+    for k in range(system.num_input_ports()):
+        port = system.get_input_port(k)
+        if k != i and port.HasValue(context):
+            if port.get_data_type() is PortDataType.kVectorValued:
+                dual.get_input_port(k).FixValue(other, port.Eval(context))
+            else:
+                dual.get_input_port(k).FixValue(other, port.EvalAbstract(context))
+    x0 = (
+        np.concatenate([g.CopyToVector() for g in context.get_discrete_state().get_data()])
+        if period
+        else context.get_continuous_state_vector().CopyToVector()
+    )
+    u0 = system.get_input_port(i).Eval(context) if i is not None else np.empty(0)
+    n, m = len(x0), len(u0)
+    seeds = np.eye(n + m)
+    variables = np.array([AutoDiff(v, d) for v, d in zip([*x0, *u0], seeds)], object)
+    if i is not None:
+        dual.get_input_port(i).FixValue(other, variables[n:])
+    if period:
+        at = 0
+        for g in range(other.num_discrete_state_groups()):
+            size = other.get_discrete_state(g).size()
+            other.SetDiscreteState(g, variables[at : at + size])
+            at += size
+        update = dual.EvalUniquePeriodicDiscreteUpdate(other)
+        moved = np.concatenate([g.CopyToVector() for g in update.get_data()])
+    elif n:
+        other.SetContinuousState(variables[:n])
+        moved = dual.EvalTimeDerivatives(other).CopyToVector()
+    else:
+        moved = np.empty(0, object)
+    f, AB = _split(moved, n + m)
+    if tolerance is not None:
+        still = np.max(np.abs(f - x0), initial=0.0) if period else np.max(np.abs(f), initial=0.0)
+        if still > tolerance:
+            raise RuntimeError(
+                "The nominal operating point (x0,u0) is not an equilibrium point of the system.  Without additional "
+                "information, a time-invariant linearization of this system is not well defined."
+            )
+    A, B = AB[:, :n], AB[:, n:]
+    y, CD = _split(dual.get_output_port(j).Eval(other), n + m) if j is not None else (np.empty(0), np.empty((0, n + m)))
+    C, D = CD[:, :n], CD[:, n:]
+    return A, B, f - A @ x0 - B @ u0, C, D, y - C @ x0 - D @ u0, period
+
+
+def _split(values: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Values and derivatives of dual numbers."""
+    plain, slopes = np.zeros(len(values)), np.zeros((len(values), size))
+    for k, x in enumerate(values):
+        if hasattr(x, "derivatives"):
+            plain[k] = x.value()
+            if len(x.derivatives()):
+                slopes[k] = x.derivatives()
+        else:
+            plain[k] = x
+    return plain, slopes
+
+
+def ControllabilityMatrix(linear_system: LinearSystem, /) -> np.ndarray:
+    """[B, A B, ..., A^(n-1) B], shape (n, n m)."""
+    A, block, blocks = linear_system.A(), linear_system.B(), []
+    for _ in range(linear_system.num_states()):
+        blocks.append(block)
+        block = A @ block
+    return np.hstack(blocks)
+
+
+def ObservabilityMatrix(linear_system: LinearSystem, /) -> np.ndarray:
+    """[C; C A; ...; C A^(n-1)], shape (n k, n)."""
+    A, block, blocks = linear_system.A(), linear_system.C(), []
+    for _ in range(linear_system.num_states()):
+        blocks.append(block)
+        block = block @ A
+    return np.vstack(blocks)
+
+
+def _rank(matrix: np.ndarray, threshold: float | None) -> int:
+    s = np.linalg.svd(matrix, compute_uv=False)
+    limit = threshold if threshold is not None else max(matrix.shape) * np.finfo(float).eps
+    return int(np.sum(s > limit * np.max(s, initial=0.0)))
+
+
+def IsControllable(sys: LinearSystem, threshold: float | None = None) -> bool:
+    """Whether input can steer every state."""
+    return _rank(ControllabilityMatrix(sys), threshold) == sys.num_states()
+
+
+def IsObservable(sys: LinearSystem, threshold: float | None = None) -> bool:
+    """Whether output tells every state."""
+    return _rank(ObservabilityMatrix(sys), threshold) == sys.num_states()
+
+
+def _hautus(A: np.ndarray, B: np.ndarray, discrete: bool, threshold: float | None) -> bool:
+    """Whether every mode that does not die out is reached by B (Hautus's test)."""
+    for mode in np.linalg.eigvals(A):
+        alive = abs(mode) >= 1.0 if discrete else mode.real >= 0.0
+        if alive and _rank(np.hstack([mode * np.eye(len(A)) - A, B]), threshold) < len(A):
+            return False
+    return True
+
+
+def IsStabilizable(sys: LinearSystem, threshold: float | None = None) -> bool:
+    """Whether input can bring every state to rest that does not come to rest by itself."""
+    return _hautus(sys.A(), sys.B(), sys.time_period() > 0, threshold)
+
+
+def IsDetectable(sys: LinearSystem, threshold: float | None = None) -> bool:
+    """Whether output tells every state that does not come to rest by itself."""
+    return _hautus(sys.A().T, sys.C().T, sys.time_period() > 0, threshold)

@@ -1,0 +1,96 @@
+"""Random signals."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common import RandomDistribution, RandomGenerator
+from sheldrake.common.value import Value
+from sheldrake.systems.framework import LeafSystem, PortDataType
+
+_seeds = itertools.count(RandomGenerator.default_seed)
+
+
+class _Sampler:
+    """A generator and its distribution; a copy continues the same sequence."""
+
+    def __init__(self, distribution: RandomDistribution, seed: int):
+        self.distribution, self.generator = distribution, RandomGenerator(seed)
+        self._spare: float | None = None
+
+    def draw(self) -> float:
+        """The next number."""
+        if self.distribution is RandomDistribution.kUniform:
+            return self.generator._uniform()
+        if self.distribution is RandomDistribution.kExponential:
+            return -float(np.log1p(-self.generator._uniform()))
+        return self._normal()
+
+    def _normal(self) -> float:
+        """Marsaglia's polar method, as C++'s normal_distribution does it."""
+        if self._spare is not None:
+            spare, self._spare = self._spare, None
+            return spare
+        while True:
+            x, y = 2.0 * self.generator._uniform() - 1.0, 2.0 * self.generator._uniform() - 1.0
+            r = x * x + y * y
+            if 0.0 < r <= 1.0:
+                break
+        scale = float(np.sqrt(-2.0 * np.log(r) / r))
+        self._spare = x * scale
+        return y * scale
+
+
+class RandomSource(LeafSystem):
+    """Independent random numbers, drawn anew periodically and held.
+
+    Args:
+        distribution: Of each number.
+        num_outputs: How many numbers.
+        sampling_interval_sec: Period [s].
+    """
+
+    def __init__(self, distribution: RandomDistribution, num_outputs: int, sampling_interval_sec: float):
+        super().__init__()
+        self._distribution, self._seed = distribution, next(_seeds)
+        self.DeclareStateOutputPort("output", self.DeclareDiscreteState(int(num_outputs)))
+        self.DeclareAbstractState(Value[object](_Sampler(distribution, self._seed)))
+        self.DeclarePeriodicUnrestrictedUpdateEvent(float(sampling_interval_sec), 0.0, self._draw)
+
+    def _draw(self, context: Any, state: Any) -> None:
+        sampler = state.get_mutable_abstract_state(0).get_mutable_value()
+        x = state.get_mutable_discrete_state(0)
+        x.SetFromVector([sampler.draw() for _ in range(x.size())])
+
+    def _set_default_context(self, context: Any) -> None:
+        self._start(context, self._seed)
+
+    def _set_random_context(self, context: Any, generator: Any) -> None:
+        self._start(context, generator())
+
+    def _start(self, context: Any, seed: int) -> None:
+        sampler = _Sampler(self._distribution, seed)
+        context.SetAbstractState(0, sampler)
+        x = context.get_mutable_discrete_state_vector()
+        x.SetFromVector([sampler.draw() for _ in range(x.size())])
+
+
+def AddRandomInputs(sampling_interval_sec: float, builder: Any) -> int:
+    """Feeds every unconnected input port that was declared with a distribution from a RandomSource; says how many."""
+    count = 0
+    for system in builder.GetSystems():
+        for i, declaration in enumerate(system._inputs):
+            port = system.get_input_port(i)
+            if (
+                declaration.random_type is None
+                or declaration.data_type is not PortDataType.kVectorValued
+                or builder.IsConnectedOrExported(port)
+            ):
+                continue
+            source = builder.AddSystem(RandomSource(declaration.random_type, declaration.size, sampling_interval_sec))
+            builder.Connect(source.get_output_port(), port)
+            count += 1
+    return count

@@ -1,0 +1,191 @@
+"""Buses, selections, and a holder of objects."""
+
+from __future__ import annotations
+
+import copy
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue, Value
+from sheldrake.systems.framework import BusValue, LeafSystem, UseDefaultName, kUseDefaultName
+from sheldrake.systems.framework._vector import BasicVector
+from sheldrake.systems.primitives._kernels import blocks
+
+
+class BusCreator(LeafSystem):
+    """Packs all its inputs into one bus, each under its port's name; inputs without a value are left out.
+
+    Args:
+        output_port_name: Name of the output.
+    """
+
+    _generic = True
+
+    def __init__(self, output_port_name: str | UseDefaultName = kUseDefaultName):
+        super().__init__()
+        self.DeclareAbstractOutputPort(output_port_name, Value[BusValue]().Clone, self._pack)
+
+    def _pack(self, context: Any, output: AbstractValue) -> None:
+        bus = BusValue()
+        for i, declaration in enumerate(self._inputs):
+            port = self.get_input_port(i)
+            if port.HasValue(context):
+                bus.Set(declaration.name, port.EvalAbstract(context))
+        output.set_value(bus)
+
+    def DeclareVectorInputPort(self, name: Any, size: Any, *args: Any) -> Any:
+        """Declares one more vector input."""
+        return super().DeclareVectorInputPort(name, size, *args)
+
+
+class BusSelector(LeafSystem):
+    """Unpacks a bus: each output shows the value under its port's name.
+
+    Args:
+        input_port_name: Name of the input.
+    """
+
+    _generic = True
+
+    def __init__(self, input_port_name: str | UseDefaultName = kUseDefaultName):
+        super().__init__()
+        self.DeclareAbstractInputPort(input_port_name, Value[BusValue]())
+
+    def _find(self, context: Any, name: str) -> Any:
+        bus = self.get_input_port(0).Eval(context)
+        found = bus.Find(name)
+        if found is None:
+            valid = ", ".join(bus) or "nothing"
+            raise RuntimeError(
+                f"Missing value for input signal {name} on {self.GetSystemPathname()}; the bus carries {valid}."
+            )
+        return found
+
+    def DeclareVectorOutputPort(self, name: Any, size: Any, *args: Any) -> Any:
+        """Declares an output for the vector under its name."""
+        j = len(self._outputs)
+        name = f"y{j}" if isinstance(name, UseDefaultName) else name
+
+        def calc(system: Any, context: Any, output: BasicVector) -> None:
+            found = system._find(context, name)
+            if not isinstance(found, BasicVector):
+                raise RuntimeError(f"BusSelector: the input signal {name} is {found!r}, not a vector.")
+            output.SetFromVector(found.value())
+
+        return super().DeclareVectorOutputPort(name, size, _method_of(self, calc))
+
+    def DeclareAbstractOutputPort(self, name: Any, model_value: AbstractValue, *args: Any) -> Any:
+        """Declares an output for the value under its name."""
+        j = len(self._outputs)
+        name = f"y{j}" if isinstance(name, UseDefaultName) else name
+        return super().DeclareAbstractOutputPort(
+            name,
+            model_value.Clone().Clone,
+            _method_of(self, lambda system, context, output: output.set_value(system._find(context, name))),
+        )
+
+
+def _method_of(system: Any, function: Any) -> Any:
+    from types import MethodType
+
+    return MethodType(function, system)
+
+
+class _Fields:
+    """A record with declared fields."""
+
+    __fields__: tuple = ()
+
+    def __init__(self, **kwargs: Any):
+        for field in self.__fields__:
+            setattr(self, field.name, copy.copy(field.default))
+        for name, value in kwargs.items():
+            if name not in self.__dict__:
+                raise AttributeError(f"{type(self).__name__} has no field {name!r}; it has {', '.join(self.__dict__)}.")
+            setattr(self, name, value)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__qualname__}({', '.join(f'{k}={v!r}' for k, v in self.__dict__.items())})"
+
+    def __copy__(self) -> Any:
+        return type(self)(**self.__dict__)
+
+    def __deepcopy__(self, memo: dict) -> Any:
+        return type(self)(**{k: copy.deepcopy(v, memo) for k, v in self.__dict__.items()})
+
+
+def _field(name: str, kind: Any, default: Any) -> SimpleNamespace:
+    return SimpleNamespace(name=name, type=kind, default=default)
+
+
+class SelectorParams(_Fields):
+    """What a Selector does: its inputs and outputs."""
+
+    class InputPortParams(_Fields):
+        """Name (or None) and size of an input."""
+
+        __fields__ = (_field("name", str, None), _field("size", int, 0))
+
+    class OutputSelection(_Fields):
+        """One element of an input."""
+
+        __fields__ = (_field("input_port_index", int, 0), _field("input_offset", int, 0))
+
+    class OutputPortParams(_Fields):
+        """Name (or None) and elements of an output."""
+
+        __fields__ = (_field("name", str, None), _field("selections", list, []))
+
+    __fields__ = (_field("inputs", list, []), _field("outputs", list, []))
+
+
+class Selector(LeafSystem):
+    """Outputs made of chosen elements of the inputs.
+
+    Args:
+        params: Which ones.
+    """
+
+    _generic = True
+
+    def __init__(self, params: SelectorParams):
+        super().__init__()
+        for port in params.inputs:
+            self.DeclareVectorInputPort(f"u{len(self._inputs)}" if port.name is None else port.name, int(port.size))
+        for port in params.outputs:
+            picks = [(int(s.input_port_index), int(s.input_offset)) for s in port.selections]
+            for i, k in picks:
+                if not 0 <= i < len(params.inputs) or not 0 <= k < params.inputs[i].size:
+                    sizes = [p.size for p in params.inputs]
+                    raise RuntimeError(
+                        f"Selector: there is no element {k} of input {i}; the inputs have sizes {sizes}."
+                    )
+            j = len(self._outputs)
+            self.DeclareVectorOutputPort(f"y{j}" if port.name is None else port.name, len(picks), blocks.pick)
+            self._output_models[j] = {"model": np.array(picks, np.int64).reshape(-1, 2)}
+
+
+class SharedPointerSystem(LeafSystem):
+    """Holds an object, so that it lives as long as the diagram.
+
+    Args:
+        value_to_hold: The object.
+    """
+
+    _generic = True
+
+    def __init__(self, value_to_hold: Any):
+        super().__init__()
+        self._value = value_to_hold
+
+    @staticmethod
+    def AddToBuilder(builder: Any, value_to_hold: Any) -> Any:
+        """Adds a holder of an object to a builder; gives the object."""
+        builder.AddSystem(SharedPointerSystem(value_to_hold))
+        return value_to_hold
+
+    def get(self) -> Any:
+        """The object."""
+        return self._value

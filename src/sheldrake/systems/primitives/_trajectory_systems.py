@@ -1,0 +1,186 @@
+"""Systems that follow trajectories."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework._index import Ticket
+from sheldrake.systems.framework._vector import as_vector
+
+
+class TrajectorySource(LeafSystem):
+    """A trajectory of time, with derivatives if asked for.
+
+    Args:
+        trajectory: A vector trajectory.
+        output_derivative_order: How many derivatives follow the value.
+        zero_derivatives_beyond_limits: Derivatives are zero outside the trajectory's time.
+    """
+
+    _generic = True
+
+    def __init__(self, trajectory: Any, output_derivative_order: int = 0, zero_derivatives_beyond_limits: bool = True):
+        super().__init__()
+        self._order, self._zero = int(output_derivative_order), bool(zero_derivatives_beyond_limits)
+        self._set(trajectory)
+        size = trajectory.rows() * (1 + self._order)
+        self.DeclareVectorOutputPort("y0", size, self._calc, {Ticket.TIME})
+
+    def _set(self, trajectory: Any) -> None:
+        if trajectory.cols() != 1:
+            raise RuntimeError(
+                f"TrajectorySource: the trajectory must be a column vector, not "
+                f"{trajectory.rows()} x {trajectory.cols()}."
+            )
+        if self._order < 0:
+            raise RuntimeError(f"TrajectorySource: output_derivative_order must not be negative, got {self._order}.")
+        self._trajectory = trajectory
+        self._derivatives = [trajectory.MakeDerivative(k) for k in range(1, self._order + 1)]
+
+    def UpdateTrajectory(self, trajectory: Any) -> None:
+        """Follows another trajectory of the same size from now on; contexts must be told their cache is out of date."""
+        if trajectory.rows() != self._trajectory.rows():
+            raise RuntimeError(
+                f"TrajectorySource.UpdateTrajectory(): the trajectory must have {self._trajectory.rows()} rows, not "
+                f"{trajectory.rows()}."
+            )
+        self._set(trajectory)
+
+    def _calc(self, context: Any, output: Any) -> None:
+        t = context.get_time()
+        time = t if isinstance(t, float) else t.value() if hasattr(t, "value") else t.Evaluate()
+        value = self._trajectory.value(time).ravel()
+        parts = [value]
+        inside = self._trajectory.start_time() <= time <= self._trajectory.end_time()
+        for derivative in self._derivatives:
+            parts.append(np.zeros_like(value) if self._zero and not inside else derivative.value(time).ravel())
+        output.SetFromVector(np.concatenate(parts))
+
+
+class TrajectoryAffineSystem(LeafSystem):
+    """x' = A(t) x + B(t) u + f0(t) (or the next x), y = C(t) x + D(t) u + y0(t).
+
+    Args:
+        A: Trajectory of shape (n, n).
+        B: Trajectory of shape (n, m).
+        f0: Trajectory of shape (n, 1).
+        C: Trajectory of shape (k, n).
+        D: Trajectory of shape (k, m).
+        y0: Trajectory of shape (k, 1).
+        time_period: Period of the discrete update [s]; 0: continuous.
+    """
+
+    def __init__(self, A: Any, B: Any, f0: Any, C: Any, D: Any, y0: Any, time_period: float = 0.0):
+        super().__init__()
+        self._of = {"A": A, "B": B, "f0": f0, "C": C, "D": D, "y0": y0}
+        self._period = float(time_period)
+        n, m, k = self._check()
+        self._covariance: Any = None
+        if m:
+            self.DeclareVectorInputPort("u0", m)
+        if n and self._period > 0:
+            self.DeclareDiscreteState(n)
+            self.DeclarePeriodicDiscreteUpdateEvent(self._period, 0.0, self._update)
+        elif n:
+            self.DeclareContinuousState(n)
+        if k:
+            self.DeclareVectorOutputPort("y0", k, self._calc)
+
+    def _check(self) -> tuple[int, int, int]:
+        shapes = {name: (t.rows(), t.cols()) for name, t in self._of.items() if t is not None}
+        n, m = shapes["B"]
+        k = shapes["C"][0]
+        wanted = {"A": (n, n), "B": (n, m), "f0": (n, 1), "C": (k, n), "D": (k, m), "y0": (k, 1)}
+        if any(shapes[name] != wanted[name] for name in shapes):
+            raise RuntimeError(f"{type(self).__name__}: the sizes of the coefficients do not fit: {shapes}.")
+        return n, m, k
+
+    def _at(self, name: str, t: float) -> np.ndarray:
+        trajectory = self._of[name]
+        if trajectory is None:
+            return np.zeros((self._of["B" if name == "f0" else "C"].rows(), 1))
+        return trajectory.value(t)
+
+    def _state(self, context: Any) -> np.ndarray:
+        x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()
+        return x.CopyToVector()
+
+    def _map(self, context: Any, M: str, N: str, offset: str) -> np.ndarray:
+        t = context.get_time()
+        out = self._at(offset, t).ravel()
+        if self._xc_counts[2] or self._xd_models:
+            out = out + self._at(M, t) @ self._state(context)
+        if self._inputs:
+            out = out + self._at(N, t) @ self.get_input_port(0).Eval(context)
+        return out
+
+    def _calc(self, context: Any, output: Any) -> None:
+        output.SetFromVector(self._map(context, "C", "D", "y0"))
+
+    def _update(self, context: Any, x_next: Any) -> None:
+        x_next.set_value(self._map(context, "A", "B", "f0"))
+
+    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+        derivatives.SetFromVector(self._map(context, "A", "B", "f0"))
+
+    def A(self, t: float, /) -> np.ndarray:
+        """Coefficient at time t [s]."""
+        return self._at("A", t)
+
+    def B(self, t: float, /) -> np.ndarray:
+        """Coefficient at time t [s]."""
+        return self._at("B", t)
+
+    def C(self, t: float, /) -> np.ndarray:
+        """Coefficient at time t [s]."""
+        return self._at("C", t)
+
+    def D(self, t: float, /) -> np.ndarray:
+        """Coefficient at time t [s]."""
+        return self._at("D", t)
+
+    def f0(self, t: float, /) -> np.ndarray:
+        """Coefficient at time t [s]."""
+        return self._at("f0", t).ravel()
+
+    def y0(self, t: float, /) -> np.ndarray:
+        """Coefficient at time t [s]."""
+        return self._at("y0", t).ravel()
+
+    def time_period(self) -> float:
+        """Period of the discrete update [s]; 0: continuous."""
+        return self._period
+
+    def configure_default_state(self, x0: Any) -> None:
+        """Sets the default state."""
+        (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(as_vector(x0))
+
+    def configure_random_state(self, covariance: Any) -> None:
+        """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
+        self._covariance = np.array(covariance, float)
+
+    def _set_random_context(self, context: Any, generator: Any) -> None:
+        if self._covariance is None:
+            return
+        values, vectors = np.linalg.eigh(self._covariance)
+        normal = np.random.default_rng(int(generator())).standard_normal(len(values))
+        x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()
+        x.SetFromVector(x.CopyToVector() + vectors @ (np.sqrt(np.maximum(values, 0.0)) * normal))
+
+
+class TrajectoryLinearSystem(TrajectoryAffineSystem):
+    """x' = A(t) x + B(t) u (or the next x), y = C(t) x + D(t) u.
+
+    Args:
+        A: Trajectory of shape (n, n).
+        B: Trajectory of shape (n, m).
+        C: Trajectory of shape (k, n).
+        D: Trajectory of shape (k, m).
+        time_period: Period of the discrete update [s]; 0: continuous.
+    """
+
+    def __init__(self, A: Any, B: Any, C: Any, D: Any, time_period: float = 0.0):
+        super().__init__(A, B, None, C, D, None, time_period)
