@@ -434,12 +434,12 @@ def _converted(values: np.ndarray, scalar: Any) -> np.ndarray:
 
 
 def _numbers(values: Any) -> str:
-    return " ".join(f"{x:g}" if isinstance(x, float) else str(x) for x in values)
+    return " ".join(repr(x).removesuffix(".0") if isinstance(x, float) else str(x) for x in values)
 
 
 def _tree_text(c: Context) -> str:
     title = f"{c.GetSystemPathname()} Context (of a Diagram)"
-    lines = [title, "-" * len(title)]
+    lines = [title, "-" * (len(title) + 1)]
     if n := c.num_continuous_states():
         lines.append(f"{n} total continuous states")
     if n := c.num_discrete_state_groups():
@@ -460,7 +460,7 @@ def _tree_text(c: Context) -> str:
 def _text(c: Context) -> str:
     title = f"{c.GetSystemPathname()} Context"
     t = c.get_time()
-    lines = [title, "-" * len(title), f"Time: {t:g}" if isinstance(t, float) else f"Time: {t}"]
+    lines = [title, "-" * (len(title) + 1), f"Time: {_numbers([t])}"]
     if not c.is_stateless():
         lines.append("States:")
         if n := c.num_continuous_states():

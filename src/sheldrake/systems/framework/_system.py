@@ -348,8 +348,8 @@ class System(ScalarConversion, Graphviz, SystemBase):
         return (True, period) if offset == 0.0 else (False, 0.0)
 
     def IsDifferentialEquationSystem(self) -> bool:
-        """Whether all there is is continuous state and vector input."""
-        if self.num_discrete_state_groups() or self.num_abstract_states() or not self.num_continuous_states():
+        """Whether there is no state but continuous state, and no input but vectors."""
+        if self.num_discrete_state_groups() or self.num_abstract_states():
             return False
         return all(port.data_type is PortDataType.kVectorValued for port in self._inputs)
 

@@ -31,7 +31,8 @@ class DiscreteDerivative(LeafSystem):
         self.DeclareVectorInputPort("u", n)
         self.DeclareDiscreteState(n)
         self.DeclareDiscreteState(n)
-        self.DeclareDiscreteState(1)
+        if self._suppress:
+            self.DeclareDiscreteState(1)
         self.DeclareVectorOutputPort("dudt", n, blocks.difference_output)
         self.DeclarePeriodicDiscreteUpdateEvent(self._dt, 0.0, blocks.difference_next)
 
@@ -52,7 +53,8 @@ class DiscreteDerivative(LeafSystem):
         u = as_vector(u)
         discrete.set_value(0, u)
         discrete.set_value(1, u if previous is None else previous)
-        discrete.set_value(2, [2.0])
+        if self._suppress:
+            discrete.set_value(2, [2.0])
 
 
 class StateInterpolatorWithDiscreteDerivative(Diagram):

@@ -234,14 +234,15 @@ def euler(step_model: Step, xd: Vector, u: Vectors, x_next: Vector) -> None:
 
 @kernel(top=True)
 def difference_next(xd: Vector, u: Vectors, x_next: Vector) -> None:
-    """State: newest input, the one before, and how many there were."""
+    """State: newest input, the one before, and, where it is kept, how many there were."""
     n = u[0].shape[0]
     for i in range(n):
         x_next[i] = u[0][i]
         x_next[n + i] = xd[i]
-    x_next[2 * n] = xd[2 * n] + 1.0
-    if xd[2 * n] > 2.0:
-        x_next[2 * n] = 1.0 * xd[2 * n]
+    if x_next.shape[0] > 2 * n:
+        x_next[2 * n] = xd[2 * n] + 1.0
+        if xd[2 * n] > 2.0:
+            x_next[2 * n] = 1.0 * xd[2 * n]
 
 
 class Difference(NamedTuple):
@@ -256,8 +257,9 @@ def difference_output(difference_model: Difference, xd: Vector, y: Vector) -> No
     n = y.shape[0]
     for i in range(n):
         y[i] = (xd[i] - xd[n + i]) / difference_model.settings[0]
-        if difference_model.settings[1] != 0.0 and xd[2 * n] < 2.0:
-            y[i] = 0.0 * xd[i]
+        if difference_model.settings[1] != 0.0:
+            if xd[2 * n] < 2.0:
+                y[i] = 0.0 * xd[i]
 
 
 @kernel(top=True)
