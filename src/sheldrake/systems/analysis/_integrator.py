@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework import _loop
-from sheldrake.systems.framework._loop import (
+from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._kernels.loop import (
     ACCURACY,
     EULER,
     FAILURES,

@@ -13,8 +13,9 @@ from sheldrake.systems.analysis._progress import Progress
 from sheldrake.systems.analysis._span import Span, note_status
 from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.analysis._witness import WitnessWatch
-from sheldrake.systems.framework import _evaluate, _loop
+from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._system import System
 from sheldrake.systems.framework._vector import plain
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework import _loop
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
 from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._store import FAILED, Store
 
 _ROW = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)

@@ -8,8 +8,8 @@ import numpy as np
 
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._span import Span
-from sheldrake.systems.framework import _loop
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction
+from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._layout import Row
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.systems.framework import _loop, _scratch
+from sheldrake.systems.framework import _scratch
 from sheldrake.systems.framework._declarations import (
     DERIVATIVES,
     DISCRETE,
@@ -21,6 +21,7 @@ from sheldrake.systems.framework._declarations import (
     Stages,
 )
 from sheldrake.systems.framework._index import PortDataType, Ticket
+from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._topology import Source, Topology
 
 Span = tuple[int, int]

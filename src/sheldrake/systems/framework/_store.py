@@ -10,10 +10,11 @@ import numpy as np
 
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework import _loop, _scratch
+from sheldrake.systems.framework import _scratch
 from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED, Callback
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._index import Ticket
+from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._layout import Layout, Row
 from sheldrake.systems.framework._vector import BasicVector, lifted
 
