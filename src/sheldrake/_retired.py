@@ -232,7 +232,8 @@ def _primitives() -> dict[str, Any]:
 
         def reset(self) -> None:
             """Forgets all samples."""
-            self._times, self._columns = [], []
+            self._times: list[float] = []
+            self._columns: list[Any] = []
 
     def LogOutput(src: Any, builder: Any) -> Any:
         """Retired: use `LogVectorOutput`, and `FindLog(context)` to read the log."""

@@ -92,7 +92,9 @@ class AutoDiffXd:
     """
 
     __slots__ = ("_d", "_v")
-    __hash__ = None
+    _d: np.ndarray | None
+    _v: float
+    __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, value, derivatives=None, offset=None, *, size=None):
         if not isinstance(value, _REAL):
@@ -366,7 +368,7 @@ _new = object.__new__
 
 
 def _is_count(n) -> bool:
-    return isinstance(n, (int, np.integer)) and not isinstance(n, bool) and n >= 0
+    return isinstance(n, (int, np.integer)) and not isinstance(n, bool) and bool(n >= 0)
 
 
 def _as_derivatives(derivatives):

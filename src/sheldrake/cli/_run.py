@@ -35,7 +35,9 @@ def _hints_on_one_line() -> None:
 
     standard = warnings.formatwarning
 
-    def format_warning(message: Any, category: type, filename: str, lineno: int, line: str | None = None) -> str:
+    def format_warning(
+        message: Any, category: type[Warning], filename: str, lineno: int, line: str | None = None
+    ) -> str:
         if issubclass(category, DrakeDeprecationWarning):
             return f"{filename}:{lineno}: hint: {message}\n"
         return standard(message, category, filename, lineno, line)

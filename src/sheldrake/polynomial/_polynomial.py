@@ -65,6 +65,7 @@ class Polynomial:
     """
 
     __slots__ = ("_c",)
+    _c: np.ndarray
     __hash__ = None  # type: ignore[assignment]
     _T: ClassVar[type] = float
     _template: ClassVar[Any]

@@ -36,7 +36,7 @@ def _node(identity: tuple, args: tuple, key: tuple) -> Expression:
     return node
 
 
-def constant(value: float) -> Expression:
+def constant(value: Any) -> Expression:
     """The expression of a number; of nan, the one expression that is not a number."""
     value = float(value)
     if value != value:

@@ -28,6 +28,11 @@ class Expression(Operators):
     """
 
     __slots__ = ("__weakref__", "_args", "_key", "_kind", "_serial", "_variables")
+    _args: Any
+    _key: tuple
+    _kind: int
+    _serial: int
+    _variables: Any
     __hash__ = None  # type: ignore[assignment]  # comparing two of them gives a formula, so no dict can hold them
 
     def __new__(cls, *args: Any, **kwargs: Any) -> Expression:

@@ -38,6 +38,10 @@ class Formula:
     """
 
     __slots__ = ("_args", "_hash", "_key", "_kind")
+    _args: Any
+    _hash: int | None
+    _key: tuple
+    _kind: K
 
     def __new__(cls, value: Any = False, *, var: Any = None) -> Formula:
         value = value if var is None else var

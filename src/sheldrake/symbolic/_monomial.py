@@ -25,6 +25,7 @@ class Monomial:
     """
 
     __slots__ = ("_powers",)
+    _powers: dict[Variable, int]
 
     def __init__(self, *args: Any, **kwargs: Any):
         given = [*args, *(kwargs[n] for n in ("powers", "var", "vars", "exponent", "exponents") if n in kwargs)]

@@ -58,7 +58,7 @@ class Operators:
         return _build.as_expression(self)
 
     def __abs__(self) -> Any:
-        return self.abs()
+        return _build.unary(_k.ABS, _build.as_expression(self))
 
     def __eq__(self, other: Any) -> Any:
         return _compare("==", self, other)

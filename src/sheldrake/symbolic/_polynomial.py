@@ -46,6 +46,9 @@ class Polynomial:
     """
 
     __slots__ = ("_decisions", "_indeterminates", "_map")
+    _decisions: Variables
+    _indeterminates: Variables
+    _map: dict[Monomial, Expression]
 
     def __init__(self, *args: Any, **kwargs: Any):
         given = [*args, *(kwargs[n] for n in ("map", "m", "e", "indeterminates") if n in kwargs)]

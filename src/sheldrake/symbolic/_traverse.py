@@ -177,7 +177,7 @@ def substitute(expressions: Iterable[Expression], s: dict[Variable, Any]) -> lis
     """Expressions with others (or numbers) in the place of variables."""
     expressions = list(expressions)
     places = {v: _build.as_expression(e) for v, e in s.items()}
-    done: dict[int, Expression] = {}
+    done: dict[int, Any] = {}
     for e in nodes(*expressions):
         if e._kind == k.VAR:
             done[e._serial] = places.get(e._args[0], e)

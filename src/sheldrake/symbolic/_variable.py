@@ -24,6 +24,7 @@ class Variable(Operators):
     """
 
     __slots__ = ("_expression", "_hash", "_id", "_name", "_type")
+    _expression: Any
     Type = VariableType
 
     def __init__(self, name: str, type: VariableType = VariableType.CONTINUOUS):

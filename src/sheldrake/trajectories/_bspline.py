@@ -122,7 +122,7 @@ class BsplineTrajectory(Trajectory):
 
         n = self.num_control_points()
         probe = type(self)(self._require(), [row.reshape(-1, 1) for row in np.eye(n)])
-        points = probe.MakeDerivative(derivative_order).control_points()
+        points = probe.DoMakeDerivative(derivative_order).control_points() if derivative_order else probe._points
         return scipy.sparse.csc_matrix(np.hstack(points))
 
     def InsertKnots(self, additional_knots: Any) -> None:

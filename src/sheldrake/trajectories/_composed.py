@@ -244,7 +244,8 @@ class StackedTrajectory(Trajectory):
     """
 
     def __init__(self, rowwise: bool = True):
-        self._rowwise, self._children = bool(rowwise), []
+        self._rowwise = bool(rowwise)
+        self._children: list[Trajectory] = []
 
     def Append(self, traj: Trajectory) -> None:
         """Adds a trajectory below, or to the right.

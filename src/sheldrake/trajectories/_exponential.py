@@ -28,7 +28,7 @@ class ExponentialPlusPiecewisePolynomial(PiecewiseTrajectory):
         p = piecewise_polynomial_part
         PiecewiseTrajectory.__init__(self, p.get_segment_times())
         self._K, self._A, self._alpha = (self._matrix("", m) for m in (K, A, alpha))
-        self._p = p.Clone()
+        self._p: Any = p.Clone()
         n = self._A.shape[0]
         expected = ((p.rows(), n), (n, n), (n, p.get_number_of_segments()))
         found = (self._K.shape, self._A.shape, self._alpha.shape)

@@ -41,13 +41,13 @@ def shape_preserving_slopes(h: list, y: np.ndarray, zero_ends: bool) -> np.ndarr
     """Slopes with which cubics are monotonic where the samples are (Fritsch and Butland 1984)."""
     d = _slopes(h, y)
     m = y * 0.0
-    for index in np.ndindex(*y.shape[1:]):
-        column = d[(slice(None), *index)]
+    for row, col in np.ndindex(*y.shape[1:]):
+        column, zero = d[:, row, col], y[0, row, col] * 0.0
         for i in range(1, len(h)):
-            m[(i, *index)] = _harmonic(h[i - 1], h[i], column[i - 1], column[i], y[(i, *index)] * 0.0)
+            m[i, row, col] = _harmonic(h[i - 1], h[i], column[i - 1], column[i], zero)
         if not zero_ends:
-            m[(0, *index)] = _end_slope(h[0], h[1], column[0], column[1])
-            m[(len(h), *index)] = _end_slope(h[-1], h[-2], column[-1], column[-2])
+            m[0, row, col] = _end_slope(h[0], h[1], column[0], column[1])
+            m[len(h), row, col] = _end_slope(h[-1], h[-2], column[-1], column[-2])
     return m
 
 
