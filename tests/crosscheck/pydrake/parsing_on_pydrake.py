@@ -9,6 +9,7 @@ Reads a JSON list of cases {"path" | "text"+"type", options} on stdin, writes a 
 import json
 import logging
 import sys
+import types
 
 import numpy as np
 import pydrake.common.eigen_geometry
@@ -37,6 +38,14 @@ def substitute() -> None:
         parent, _, child = name.rpartition(".")
         sys.modules[name] = module
         setattr(importlib.import_module(parent), child, module)
+    sys.modules["sheldrake.geometry._mass_properties"] = types.SimpleNamespace(mass_properties=mass_properties)
+
+
+def mass_properties(shape):
+    """Volume, centroid, inertia about it for unit density; as in sheldrake.geometry."""
+    M = pydrake.multibody.tree.CalcSpatialInertia(shape, 1.0)
+    M_cm = M.Shift(M.get_com())
+    return M.get_mass(), M.get_com(), M_cm.CalcRotationalInertia().CopyToFullMatrix3()
 
 
 class Messages(logging.Handler):

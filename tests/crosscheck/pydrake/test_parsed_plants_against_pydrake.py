@@ -25,7 +25,9 @@ TOLERANCE = 1e-12
 
 def files():
     own = sorted(
-        path for path in MODELS.iterdir() if path.suffix in (".urdf", ".sdf", ".xml") and "part" not in path.name
+        path
+        for path in MODELS.iterdir()
+        if path.suffix in (".urdf", ".sdf", ".xml", ".obj") and "part" not in path.name
     )
     found = [*own, *sorted(path for kind in ("urdf", "sdf") for path in SHARE.rglob(f"*.{kind}"))]
     more = os.environ.get("SHELDRAKE_ROBOTS")  # a folder of further robots, for example example-robot-data's

@@ -50,7 +50,7 @@ def differences(theirs, ours, path=""):
 
 
 def files():
-    endings = (".urdf", ".sdf", ".xml", ".dmd.yaml")
+    endings = (".urdf", ".sdf", ".xml", ".dmd.yaml", ".obj")
     names = sorted(path for path in MODELS.iterdir() if path.name.endswith(endings))
     own = [path for path in names if path.name not in PARTS]
     drakes = sorted(path for kind in ("urdf", "sdf") for path in SHARE.rglob(f"*.{kind}"))

@@ -70,3 +70,35 @@ def _stand_in(mass: float, p_BoBcm_B, problem: str, warn):
     )
     M_SScm = SpatialInertia.SolidSphereWithMass(used, radius)
     return M_SScm.Shift(-p_BoBcm_B)
+
+
+def solid_properties(shape, where, what: str, reading):
+    """Volume [m^3], centroid [m] and rotational inertia about it for unit density [m^5] of a solid shape.
+
+    A mesh that is not closed, or turned inside out, counts as its convex hull, with a warning, as in Drake.
+
+    Args:
+        shape: The shape.
+        where: Its place in the file.
+        what: What messages call it.
+        reading: Receives warnings and errors.
+    """
+    from sheldrake.geometry._mass_properties import mass_properties
+
+    try:
+        volume, centroid, inertia = mass_properties(shape)
+        problem = find_problem(volume, np.diag(inertia), (inertia[0, 1], inertia[0, 2], inertia[1, 2]))
+        if volume > 0.0 and problem is None:
+            return volume, centroid, inertia
+        reason = problem or f"its volume is {volume:g} m^3"
+    except RuntimeError as error:
+        reason = str(error)
+    if type(shape).__name__ != "Mesh":
+        reading.fail(where, f"The mass of {what} cannot be computed: {reason}")
+    from sheldrake.geometry import Convex
+
+    reading.warn(where, f"The mesh of {what} is not a closed surface ({reason}); its mass is that of its convex hull.")
+    try:
+        return mass_properties(Convex(shape.source().path(), shape.scale3()))
+    except RuntimeError as error:
+        reading.fail(where, f"The mass of {what} cannot be computed: {error}")

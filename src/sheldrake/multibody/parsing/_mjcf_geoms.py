@@ -2,11 +2,11 @@
 
 import os
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ._description import GeometryDescription
+from ._inertia import solid_properties
 from ._mjcf_defaults import Compiler, read_pose
 from ._reading import Reading, rotation_from_z
 from ._xml import Element
@@ -100,15 +100,15 @@ def read_geom(
     placed = _read_shape(element, name, assets, compiler, reading)
     if placed is None:
         return None
-    shape, X_BG, mesh = placed
+    shape, X_BG = placed
     _add_roles(GeometryDescription(element.where, name, X_BG, shape), element, body, assets, reading)
     if body.is_world:
         return None
-    return _read_mass(element, shape, mesh, X_BG, name, reading)
+    return _read_mass(element, shape, X_BG, name, reading)
 
 
 def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler, reading: Reading):
-    """(shape, X_BG, mesh asset or None), or None when the geom is ignored."""
+    """(shape, X_BG), or None when the geom is ignored."""
     from sheldrake.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
 
     kind = element.get("type", "sphere")
@@ -116,7 +116,7 @@ def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler,
         reading.fail(element, f"Geom '{name}' of type {kind} has a mesh: fitting shapes to meshes is not supported.")
     X_BG = read_pose(element, compiler, reading)
     if kind == "plane":
-        return HalfSpace(), X_BG, None
+        return HalfSpace(), X_BG
     if kind in ("hfield", "sdf"):
         reading.warn(element, f"Geom '{name}' of type {kind} is not supported and is ignored.")
         return None
@@ -126,7 +126,7 @@ def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler,
             known = ", ".join(assets.meshes) or "(none)"
             reading.warn(element, f"Geom '{name}' names the unknown mesh '{element.get('mesh')}'; known: {known}.")
             return None
-        return Mesh(asset.path, asset.scale), X_BG, asset
+        return Mesh(asset.path, asset.scale), X_BG
     if kind not in _SIZES:
         reading.fail(element, f"Geom '{name}' has the unknown type '{kind}'.")
     text = element.get("size", "0" if kind == "sphere" else "")
@@ -146,12 +146,12 @@ def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler,
     if kind == "sphere":
         if size[0] == 0.0:
             reading.warn(element, f"Geom '{name}' is a sphere of radius zero.")
-        return Sphere(size[0]), X_BG, None
+        return Sphere(size[0]), X_BG
     if kind == "box":
-        return Box(*(2.0 * size[:3])), X_BG, None
+        return Box(*(2.0 * size[:3])), X_BG
     if kind == "ellipsoid":
-        return Ellipsoid(*size[:3]), X_BG, None
-    return (Capsule if kind == "capsule" else Cylinder)(size[0], 2.0 * size[1]), X_BG, None
+        return Ellipsoid(*size[:3]), X_BG
+    return (Capsule if kind == "capsule" else Cylinder)(size[0], 2.0 * size[1]), X_BG
 
 
 def _read_from_to(element: Element, name: str, reading: Reading):
@@ -221,61 +221,19 @@ def _read_colour(element: Element, name: str, assets: Assets, reading: Reading):
     return GREY if rgba is None else np.clip(rgba, 0.0, 1.0)
 
 
-def _read_mass(element: Element, shape, mesh, X_BG, name: str, reading: Reading) -> "MassElement | None":
+def _read_mass(element: Element, shape, X_BG, name: str, reading: Reading) -> "MassElement | None":
     mass, density = reading.number(element, "mass"), reading.number(element, "density", DENSITY)
     if (mass is not None and mass < 0.0) or density < 0.0:
         reading.fail(element, f"Geom '{name}': mass and density must not be negative.")
-    properties = _solid_properties(shape, mesh, element, name, reading)
-    if properties is None:
+    if type(shape).__name__ == "HalfSpace":
         return None
-    volume, p_GoScm_G, G_SScm_G = properties
+    if element.get("type", "sphere") == "sphere" and shape.radius() == 0.0:
+        return MassElement(mass or 0.0, np.asarray(X_BG.translation()), np.zeros((3, 3)))
+    volume, p_GoScm_G, I_SScm_G = solid_properties(shape, element, f"geom '{name}'", reading)
     mass = density * volume if mass is None else mass
     R_BG = X_BG.rotation().matrix()
-    p_BoScm_B = X_BG @ np.asarray(p_GoScm_G, dtype=float)
-    return MassElement(mass, np.asarray(p_BoScm_B).reshape(3), mass * R_BG @ G_SScm_G @ R_BG.T)
-
-
-def _solid_properties(shape, mesh, element: Element, name: str, reading: Reading):
-    """Volume [m^3], centre of mass and unit inertia about it [m^2], shape (3, 3), of a solid shape."""
-    from sheldrake.multibody.tree import UnitInertia
-
-    kind = type(shape).__name__
-    origin = np.zeros(3)
-    if kind == "HalfSpace":
-        return None
-    if kind == "Mesh":
-        return _mesh_properties(shape, element, name, reading)
-    if kind == "Sphere":
-        r = shape.radius()
-        return 4.0 / 3.0 * np.pi * r**3, origin, 0.4 * r * r * np.eye(3)
-    if kind == "Box":
-        unit, volume = UnitInertia.SolidBox(*shape.size()), float(np.prod(shape.size()))
-    elif kind == "Ellipsoid":
-        a, b, c = shape.a(), shape.b(), shape.c()
-        unit, volume = UnitInertia.SolidEllipsoid(a, b, c), 4.0 / 3.0 * np.pi * a * b * c
-    elif kind == "Cylinder":
-        r, length = shape.radius(), shape.length()
-        unit, volume = UnitInertia.SolidCylinder(r, length, np.array([0.0, 0.0, 1.0])), np.pi * r * r * length
-    else:
-        r, length = shape.radius(), shape.length()
-        unit = UnitInertia.SolidCapsule(r, length, np.array([0.0, 0.0, 1.0]))
-        volume = np.pi * r * r * (length + 4.0 / 3.0 * r)
-    return volume, origin, np.asarray(unit.CopyToFullMatrix3())
-
-
-def _mesh_properties(shape, element: Element, name: str, reading: Reading):
-    try:
-        from sheldrake.multibody.tree import CalcSpatialInertia
-    except ImportError:
-        raise NotImplementedError(f"{element.where}: the mass of a mesh needs CalcSpatialInertia.") from None
-    try:
-        M_SSo_S: Any = CalcSpatialInertia(shape, 1.0)
-    except (RuntimeError, ValueError) as error:
-        reading.fail(element, f"Geom '{name}': the mass of its mesh cannot be computed: {error}")
-    p_SoScm_S = np.asarray(M_SSo_S.get_com())
-    M_SScm_S = M_SSo_S.Shift(p_SoScm_S)
-    volume = float(M_SSo_S.get_mass())
-    return volume, p_SoScm_S, np.asarray(M_SScm_S.CalcRotationalInertia().CopyToFullMatrix3()) / volume
+    p_BoScm_B = np.asarray(X_BG @ np.asarray(p_GoScm_G, dtype=float)).reshape(3)
+    return MassElement(mass, p_BoScm_B, mass / volume * R_BG @ I_SScm_G @ R_BG.T)
 
 
 def sum_mass(parts: "list[MassElement]"):

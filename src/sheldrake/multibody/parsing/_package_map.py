@@ -343,11 +343,13 @@ def _split_paths(variable: str) -> "list[str]":
 
 def _find_drake_root() -> "str | None":
     """The folder of Drake's own resource files, when this machine has them."""
-    root = os.environ.get("DRAKE_RESOURCE_ROOT")
-    if root and os.path.isdir(os.path.join(root, "drake")):
-        return os.path.join(root, "drake")
     import importlib.metadata
 
+    from sheldrake.common._files import GetDrakePath
+
+    root = GetDrakePath()
+    if root is not None:
+        return root
     try:
         wheel = importlib.metadata.distribution("drake")
     except importlib.metadata.PackageNotFoundError:

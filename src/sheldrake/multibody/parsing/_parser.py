@@ -248,7 +248,9 @@ def read_models(kind: str, reading: Reading, text: "str | None", model_name: str
         from ._mjcf import read_mjcf
 
         return [read_mjcf(_root(reading, text), reading, model_name)]
-    raise NotImplementedError(f"{reading.source}: reading {kind} is not implemented.")
+    from ._mesh_model import read_mesh_model
+
+    return [read_mesh_model(reading, model_name)]
 
 
 def _root(reading: Reading, text: "str | None"):
