@@ -14,13 +14,16 @@ from ._inspector import SceneGraphInspector
 from ._kernels import model as columns
 from ._kernels.contacts import find_all_contacts
 from ._kernels.model import ContactTable, GeometryModel, contact_table
-from ._query_results import PenetrationAsPointPair
+from ._kernels.pair_distance import find_distances
+from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
 from ._roles import Role
+from ._shapes import Mesh
 from ._state import WORLD_FRAME_ID, GeometryState
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
+    from ._bounding import Obb
     from ._scene_graph import SceneGraph
 
 
@@ -192,6 +195,99 @@ class QueryObject:
                 found.append((ids[a], ids[b]))
         return found
 
+    # ---- distances
+
+    def _distances(self, model: GeometryModel, X_WB: np.ndarray, reach: float) -> ContactTable:
+        table = contact_table(model, capacity=max(1, model.pair.shape[0]))
+        find_distances.native(model, X_WB, float(reach), table)
+        return table
+
+    def _pair(self, table: ContactTable, row: int, ids: list[GeometryId]) -> SignedDistancePair:
+        a, b = int(table.pair[row, 0]), int(table.pair[row, 1])
+        point = table.point[row]
+        return SignedDistancePair(
+            id_A=ids[a],
+            id_B=ids[b],
+            p_ACa=_in_frame(table.X_WG[a], point[0:3]),
+            p_BCb=_in_frame(table.X_WG[b], point[3:6]),
+            distance=-float(point[9]),
+            nhat_BA_W=point[6:9].copy(),
+        )
+
+    def ComputeSignedDistancePairwiseClosestPoints(self, max_distance: float = math.inf) -> list[SignedDistancePair]:
+        """Signed distance and nearest points of all pairs that may touch and are no farther apart than max_distance.
+
+        Meshes count as their convex hulls. Sorted by ids.
+        """
+        model, ids, X_WB = self._placed()
+        table = self._distances(model, X_WB, max_distance)
+        return [self._pair(table, row, ids) for row in range(table.count[0])]
+
+    def ComputeSignedDistancePairClosestPoints(
+        self, geometry_id_A: GeometryId, geometry_id_B: GeometryId
+    ) -> SignedDistancePair:
+        """Signed distance and nearest points of one pair, filtered or not.
+
+        Raises:
+            RuntimeError: one of them is unknown, has no proximity role, or both are half spaces.
+        """
+        model, ids, X_WB = self._placed()
+        rows = []
+        for geometry_id in (geometry_id_A, geometry_id_B):
+            if geometry_id not in ids:
+                raise RuntimeError(
+                    f"The geometry given by id {geometry_id.get_value()} does not reference a geometry that can be "
+                    "used in a signed distance query"
+                )
+            rows.append(ids.index(geometry_id))
+        if all(model.geometry[row, columns.KIND] == columns.HALF_SPACE for row in rows):
+            raise RuntimeError("Signed distance queries between two half spaces are not supported.")
+        table = self._distances(model._replace(pair=np.array([rows], np.int64)), X_WB, math.inf)
+        found = self._pair(table, 0, ids)
+        if found.id_A != geometry_id_A:
+            found.id_A, found.id_B, found.p_ACa, found.p_BCb = found.id_B, found.id_A, found.p_BCb, found.p_ACa
+            found.nhat_BA_W = -found.nhat_BA_W
+        return found
+
+    def ComputeSignedDistanceToPoint(self, p_WQ: Any, threshold: float = math.inf) -> list[SignedDistanceToPoint]:
+        """Signed distance of point Q, in W [m], to every proximity geometry no farther away than `threshold`.
+
+        Meshes count as they are, not as their hulls. Sorted by id.
+        """
+        from ._mesh_distance import point_to_triangles
+        from ._mesh_files import read_mesh
+
+        p_WQ = np.asarray(p_WQ, dtype=float).reshape(3)
+        model, ids, X_WB = self._placed()
+        model, X_WB = _with_point(model, X_WB, p_WQ)
+        table = self._distances(model, X_WB, math.inf)
+        found = []
+        for row in range(table.count[0]):
+            g = int(table.pair[row, 0])
+            shape = self._state.geometries[ids[g]].shape
+            X_WG, point = table.X_WG[g], table.point[row]
+            distance, p_GN, grad_W = -float(point[9]), _in_frame(X_WG, point[0:3]), -point[6:9]
+            if isinstance(shape, Mesh):
+                data = read_mesh(shape.source(), "ComputeSignedDistanceToPoint()")
+                scale = shape.scale3()
+                triangles = data.triangles[:, ::-1] if np.prod(scale) < 0.0 else data.triangles
+                distance, p_GN, gradient = point_to_triangles(_in_frame(X_WG, p_WQ), data.vertices * scale, triangles)
+                grad_W = X_WG[:9].reshape(3, 3) @ gradient
+            if distance <= threshold:
+                found.append(SignedDistanceToPoint(id_G=ids[g], p_GN=p_GN, distance=distance, grad_W=grad_W.copy()))
+        return found
+
+    def ComputeObbInWorld(self, geometry_id: GeometryId) -> Obb | None:
+        """The oriented bounding box of a geometry in W; None for a half space."""
+        from ._bounding import Obb
+
+        local = self.inspector().GetObbInGeometryFrame(geometry_id)
+        return None if local is None else Obb(self.GetPoseInWorld(geometry_id) @ local.pose(), local.half_width())
+
+    def ComputeAabbInWorld(self, geometry_id: GeometryId) -> None:
+        """None: only deformable geometry has an axis-aligned box in W."""
+        self._state.geometry(geometry_id)
+
     # ---- what is not there
 
     def ComputeContactSurfaces(self, representation: Any) -> list:
@@ -239,3 +335,27 @@ def explain_contact_status(model: GeometryModel, table: ContactTable) -> Excepti
         f"More than {table.pair.shape[0]} contact points among {model.pair.shape[0]} pairs of geometries: the contact "
         "table is full."
     )
+
+
+def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
+    """p_GQ of a point given in W; X_WG is a row of ContactTable.X_WG."""
+    return (p_WQ - X_WG[9:]) @ X_WG[:9].reshape(3, 3)
+
+
+def _with_point(model: GeometryModel, X_WB: np.ndarray, p_WQ: np.ndarray) -> tuple[GeometryModel, np.ndarray]:
+    """The model with a point Q as last geometry, paired with all others, on a body of its own."""
+    count = len(model.geometry)
+    geometry = np.vstack([model.geometry, np.zeros((1, columns.GEOMETRY_COLUMNS), np.int64)])
+    geometry[count, columns.KIND], geometry[count, columns.BODY] = columns.SPHERE, len(X_WB)
+    pose = np.array([[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+    body = pose.copy()
+    body[0, 9:] = p_WQ
+    pairs = np.stack([np.arange(count), np.full(count, count)], axis=1).astype(np.int64)
+    extended = model._replace(
+        geometry=geometry,
+        size=np.vstack([model.size, np.zeros((1, columns.SIZE_COLUMNS))]),
+        material=np.vstack([model.material, np.zeros((1, columns.MATERIAL_COLUMNS))]),
+        X_BG=np.vstack([model.X_BG, pose]),
+        pair=np.ascontiguousarray(pairs),
+    )
+    return extended, np.vstack([X_WB, body])
