@@ -6,10 +6,9 @@ import copy
 import os
 from pathlib import Path
 from types import SimpleNamespace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from sheldrake.common import MemoryFile
+from sheldrake.common import MemoryFile
 
 
 class InMemoryMesh:
@@ -21,12 +20,12 @@ class InMemoryMesh:
     """
 
     __fields__ = (
-        SimpleNamespace(name="mesh_file", type=object),
+        SimpleNamespace(name="mesh_file", type=MemoryFile),
         SimpleNamespace(name="supporting_files", type=dict[str, Any]),
     )
 
     def __init__(self, mesh_file: MemoryFile | None = None, supporting_files: dict[str, Any] | None = None) -> None:
-        self.mesh_file = _empty_file() if mesh_file is None else mesh_file
+        self.mesh_file = MemoryFile() if mesh_file is None else mesh_file
         self.supporting_files = {} if supporting_files is None else dict(supporting_files)
 
     def __copy__(self) -> InMemoryMesh:
@@ -38,12 +37,6 @@ class InMemoryMesh:
     def __repr__(self) -> str:
         supporting = f", supporting_files={self.supporting_files!r}" if self.supporting_files else ""
         return f"InMemoryMesh(mesh_file={self.mesh_file!r}{supporting})"
-
-
-def _empty_file() -> MemoryFile:
-    from sheldrake.common import MemoryFile
-
-    return MemoryFile()
 
 
 class MeshSource:

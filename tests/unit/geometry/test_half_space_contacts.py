@@ -3,21 +3,13 @@ import pytest
 from proximity_scenes import HULL_POINTS, SHAPES, Scene, height_of, random_pose
 
 from sheldrake import geometry as g
-from sheldrake.geometry._convex_hull import make_convex_hull
 from sheldrake.geometry._kernels.contacts import find_all_contacts
 from sheldrake.geometry._kernels.model import CAPACITY_EXCEEDED, contact_table
-from sheldrake.geometry._shapes import Convex
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 
-class PointHull(Convex):
-    """A Convex that gets its hull from an array."""
-
-    def __init__(self, points):
-        self._points, self._hull = np.asarray(points), make_convex_hull(points)
-
-    def __copy__(self):
-        return self
+def PointHull(points):
+    return g.Convex(np.asarray(points, dtype=float).T, "points")
 
 
 def support_depth(shape, X_GH):
@@ -34,7 +26,7 @@ def support_depth(shape, X_GH):
     elif isinstance(shape, g.Ellipsoid):
         reach = np.linalg.norm(n_G * [shape.a(), shape.b(), shape.c()])
     else:
-        reach = -(shape._points @ n_G).min()
+        reach = -(shape.GetConvexHull()._vertices @ n_G).min()
     return reach + X_GH.translation() @ n_G
 
 

@@ -78,36 +78,68 @@ def segment_weights(a, b):
 
 
 @kernel(outline=True)
+def inner_weights(r, p, q):
+    """Weights of the origin's projection into the plane of triangle rpq, whose shortest edge is pq.
+
+    Written in an orthonormal basis that starts along the long edge, so that needles lose no accuracy. The first weight
+    is -1 if the triangle has no area.
+    """
+    rp = sub3(p, r)
+    length = sqrt(dot3(rp, rp))
+    if length <= 0.0:
+        return -1.0, 0.0, 0.0
+    u = scale3(rp, 1.0 / length)
+    pq = sub3(q, p)
+    along = dot3(pq, u)
+    across = sub3(pq, scale3(u, along))
+    height = sqrt(dot3(across, across))
+    if height * height <= 1e-28 * (length * length + dot3(r, r)):
+        return -1.0, 0.0, 0.0
+    wq = -dot3(r, across) / (height * height)
+    wp = (-dot3(r, u) - wq * (length + along)) / length
+    return 1.0 - wp - wq, wp, wq
+
+
+@kernel(outline=True)
 def triangle_weights(a, b, c):
-    """Barycentric weights of the point of triangle abc nearest to the origin (Ericson 2005, 5.1.5)."""
+    """Barycentric weights of the point of triangle abc nearest to the origin."""
     ab = sub3(b, a)
-    ac = sub3(c, a)
-    d1 = -dot3(ab, a)
-    d2 = -dot3(ac, a)
-    if d1 <= 0.0 and d2 <= 0.0:
-        return 1.0, 0.0, 0.0
-    d3 = -dot3(ab, b)
-    d4 = -dot3(ac, b)
-    if d3 >= 0.0 and d4 <= d3:
-        return 0.0, 1.0, 0.0
-    vc = d1 * d4 - d3 * d2
-    if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        t = d1 / (d1 - d3)
-        return 1.0 - t, t, 0.0
-    d5 = -dot3(ab, c)
-    d6 = -dot3(ac, c)
-    if d6 >= 0.0 and d5 <= d6:
-        return 0.0, 0.0, 1.0
-    vb = d5 * d2 - d1 * d6
-    if vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        t = d2 / (d2 - d6)
-        return 1.0 - t, 0.0, t
-    va = d3 * d6 - d5 * d4
-    if va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        t = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        return 0.0, 1.0 - t, t
-    scale = 1.0 / (va + vb + vc)
-    return 1.0 - (vb + vc) * scale, vb * scale, vc * scale
+    bc = sub3(c, b)
+    ca = sub3(a, c)
+    ab2 = dot3(ab, ab)
+    bc2 = dot3(bc, bc)
+    ca2 = dot3(ca, ca)
+    wa = 0.0
+    wb = 0.0
+    wc = 0.0
+    if bc2 <= ab2 and bc2 <= ca2:
+        wa, wb, wc = inner_weights(a, b, c)
+    elif ca2 <= ab2:
+        wb, wc, wa = inner_weights(b, c, a)
+    else:
+        wc, wa, wb = inner_weights(c, a, b)
+    if wa >= 0.0 and wb >= 0.0 and wc >= 0.0:
+        return wa, wb, wc
+    x, y = segment_weights(a, b)
+    v = add3(scale3(a, x), scale3(b, y))
+    best = dot3(v, v)
+    wa = x
+    wb = y
+    wc = 0.0
+    x, y = segment_weights(b, c)
+    v = add3(scale3(b, x), scale3(c, y))
+    if dot3(v, v) < best:
+        best = dot3(v, v)
+        wa = 0.0
+        wb = x
+        wc = y
+    x, y = segment_weights(c, a)
+    v = add3(scale3(c, x), scale3(a, y))
+    if dot3(v, v) < best:
+        wc = x
+        wa = y
+        wb = 0.0
+    return wa, wb, wc
 
 
 @kernel
@@ -218,42 +250,46 @@ def reduce_simplex(table, n):
     return kept, v, False
 
 
+@kernel
+def witness(table, n, column):
+    """The point on one of the shapes (columns from `column` on) that the weights of the simplex stand for."""
+    p = (0.0, 0.0, 0.0)
+    for k in range(n):
+        p = add3(p, scale3(load3_at(table.work, SIMPLEX + k, column), table.work[SIMPLEX + 8 + k, 0]))
+    return p
+
+
 @kernel(outline=True)
 def gjk(model, table, i, j, size, reach, shift):
-    """(number of vertices of the simplex, nearest point v of the difference, whether the cores overlap or touch).
+    """(number of vertices of the simplex, nearest point v of the difference, whether cores overlap, witnesses a, b).
 
-    With a `shift`, shape j is moved by it.
-
-    Stops early, with v a lower bound's witness, as soon as the cores are known to be farther apart than `reach`.
+    With a `shift`, shape j is moved by it. Stops early, with an estimate, once the distance is known to exceed `reach`.
     """
     d = add3(sub3(bounding_centre(model, table, j), bounding_centre(model, table, i)), shift)
     if dot3(d, d) < 1e-28 * size * size:
         d = (1.0, 0.0, 0.0)
     v = add_vertex(model, table, i, j, d, SIMPLEX, shift)
     table.work[SIMPLEX + 8, 0] = 1.0
-    n = 1
+    n = _1
+    a = load3_at(table.work, SIMPLEX, ON_I)
+    b = load3_at(table.work, SIMPLEX, ON_J)
     for _ in range(_GJK_STEPS):
         distance = sqrt(dot3(v, v))
         if distance <= _TOUCHING * size:
-            return n, v, True
+            return n, v, True, a, b
         w = add_vertex(model, table, i, j, scale3(v, -1.0), SIMPLEX + n, shift)
         bound = dot3(v, w) / distance
         if bound > reach or distance - bound <= _GAP * size:
-            return n, v, False
-        known = False
-        for k in range(n):
-            r = sub3(load3(table.work, SIMPLEX + k), w)
-            if dot3(r, r) == 0.0:
-                known = True
-        if known:
-            return n, v, False
+            return n, v, False, a, b
         n, closer, inside = reduce_simplex(table, n + 1)
         if inside:
-            return 4, closer, True
+            return _4, closer, True, a, b
         if dot3(closer, closer) >= dot3(v, v):
-            return n, closer, False
+            return n, v, False, a, b
         v = closer
-    return n, v, False
+        a = witness(table, n, ON_I)
+        b = witness(table, n, ON_J)
+    return n, v, False, a, b
 
 
 # ---- EPA
@@ -471,11 +507,9 @@ def separation(model, table, i, j, reach):
     size = model.size[i, BOUND] + model.size[j, BOUND]
     margin_i = margin_of(model, i)
     margin_j = margin_of(model, j)
-    n, v, overlap = gjk(model, table, i, j, size, reach + margin_i + margin_j, _NO_SHIFT)
+    n, v, overlap, p_i, p_j = gjk(model, table, i, j, size, reach + margin_i + margin_j, _NO_SHIFT)
     nhat = (1.0, 0.0, 0.0)
     phi = 0.0
-    p_i = (0.0, 0.0, 0.0)
-    p_j = (0.0, 0.0, 0.0)
     if overlap:
         n = make_tetrahedron(model, table, i, j, n, size)
     if overlap and n == 4:
@@ -491,16 +525,11 @@ def separation(model, table, i, j, reach):
             out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
         nhat = scale3(out, -1.0)
         phi = -depth
+    elif overlap:
+        nhat = flat_normal(table, n)
     else:
-        if overlap:
-            n, v, _inside = reduce_simplex(table, n)
-        p_i = witness(table, n, ON_I)
-        p_j = witness(table, n, ON_J)
-        if overlap:
-            nhat = flat_normal(table, n)
-        else:
-            phi = sqrt(dot3(v, v))
-            nhat = scale3(v, 1.0 / phi)
+        phi = sqrt(dot3(v, v))
+        nhat = scale3(v, 1.0 / phi)
     p_i = sub3(p_i, scale3(nhat, margin_i))
     p_j = add3(p_j, scale3(nhat, margin_j))
     return phi - margin_i - margin_j, nhat, p_i, p_j
@@ -512,15 +541,6 @@ def is_curved(model, g):
     return kind == CYLINDER or kind == ELLIPSOID
 
 
-@kernel
-def witness(table, n, column):
-    """The point on one of the shapes (columns from `column` on) that the weights of the simplex stand for."""
-    p = (0.0, 0.0, 0.0)
-    for k in range(n):
-        p = add3(p, scale3(load3_at(table.work, SIMPLEX + k, column), table.work[SIMPLEX + 8 + k, 0]))
-    return p
-
-
 @kernel(outline=True)
 def refine(model, table, i, j, size, out, depth, p_i, p_j):
     """A better direction out of curved shapes: the shapes are moved apart along `out` and GJK tells the nearest way.
@@ -529,12 +549,10 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
     """
     for _ in range(_REFINEMENTS):
         shift = scale3(out, depth + _CLEARANCE * size)
-        n, v, overlap = gjk(model, table, i, j, size, 1e300, shift)
+        _n, v, overlap, a, b = gjk(model, table, i, j, size, 1e300, shift)
         if overlap:
             break
         d = scale3(v, -1.0 / sqrt(dot3(v, v)))
-        a = witness(table, n, ON_I)
-        b = witness(table, n, ON_J)
         w = add_vertex(model, table, i, j, d, SIMPLEX + 12, _NO_SHIFT)
         better = dot3(d, w)
         if better > depth:
