@@ -36,8 +36,8 @@ def run(options: argparse.Namespace) -> int:
     took = time.perf_counter() - visualizer_time
 
     log = logger.FindLog(simulator.get_context())
-    log.ToNpz(out / "block.npz", state_names=names)
-    log.ToCsv(out / "block.csv", state_names=names)
+    log.ToNpz(out / "block.npz")
+    log.ToCsv(out / "block.csv")
     _plot(log, names, out / "block.png")
     (out / "block.html").write_text(meshcat.StaticHtml(), encoding="utf-8")
     state = log.data()[:, -1]

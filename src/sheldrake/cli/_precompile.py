@@ -16,8 +16,8 @@ def run(args: argparse.Namespace) -> int:
     """Compiles what is not compiled yet, with a progress bar, and says what failed."""
     kernels = list(entry_kernels())
     if args.list:
-        for kernel, arity in kernels:
-            print(f"{kernel.__module__}.{kernel.__qualname__}" + (f" ({arity} vectors)" if arity else ""))
+        for kernel in kernels:
+            print(f"{kernel.__module__}.{kernel.__qualname__}")
         return 0
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -28,10 +28,10 @@ def run(args: argparse.Namespace) -> int:
     columns = (TextColumn("{task.description:<32}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
     with Progress(*columns, console=console) as progress:
         task = progress.add_task("", total=len(kernels))
-        for kernel, arity in kernels:
+        for kernel in kernels:
             progress.update(task, description=kernel.__name__)
             try:
-                kernel.address(arity)
+                kernel.address()
             except Exception as error:  # One kernel that fails must not keep the others from being ready.
                 failures.append(f"{kernel!r}: {type(error).__name__}: {error}")
             progress.advance(task)
@@ -41,8 +41,8 @@ def run(args: argparse.Namespace) -> int:
     return 1 if failures else 0
 
 
-def entry_kernels() -> Iterator[tuple[Any, int]]:
-    """Every entry kernel of the package, with how many vectors its `Vectors` parameter takes (1; 0 without one)."""
+def entry_kernels() -> Iterator[Any]:
+    """Every entry kernel of the package."""
     from sheldrake.common.kernel import Kernel
 
     seen: set[int] = set()
@@ -50,7 +50,7 @@ def entry_kernels() -> Iterator[tuple[Any, int]]:
         for value in vars(module).values():
             if isinstance(value, Kernel) and value.top and id(value) not in seen:
                 seen.add(id(value))
-                yield value, 1 if any(p.kind == "arrays" for p in value.parameters) else 0
+                yield value
 
 
 def _modules() -> Iterator[Any]:

@@ -121,24 +121,25 @@ def test_precompile_compiles_what_it_lists(tmp_path, capsys, monkeypatch):
         def __init__(self, name):
             self.__name__ = self.__qualname__ = name
 
-        def address(self, arity):
+        def address(self):
             if self.__name__ == "bad":
                 raise TypeError("cannot")
-            compiled.append((self.__name__, arity))
+            compiled.append(self.__name__)
 
         def __repr__(self):
             return f"<kernel {self.__name__}>"
 
     compiled = []
-    monkeypatch.setattr(_precompile, "entry_kernels", lambda: iter([(Fake("good"), 0), (Fake("bad"), 1)]))
+    monkeypatch.setattr(_precompile, "entry_kernels", lambda: iter([Fake("good"), Fake("bad")]))
     monkeypatch.setenv("SHELDRAKE_QUIET", "0")
     assert main(["precompile"]) == 1
-    assert compiled == [("good", 0)] and "<kernel bad>: TypeError: cannot" in capsys.readouterr().out
+    assert compiled == ["good"] and "<kernel bad>: TypeError: cannot" in capsys.readouterr().out
 
 
 def test_entry_kernels_are_found():
     from sheldrake.cli._precompile import entry_kernels
     from sheldrake.common.kernel import Kernel
 
-    for kernel, arity in entry_kernels():
-        assert isinstance(kernel, Kernel) and kernel.top and arity in (0, 1)
+    kernels = list(entry_kernels())
+    assert kernels and len(set(map(id, kernels))) == len(kernels)
+    assert all(isinstance(kernel, Kernel) and kernel.top for kernel in kernels)
