@@ -121,6 +121,7 @@ def test_precompile_compiles_what_it_lists(tmp_path, capsys, monkeypatch):
         def __init__(self, name):
             self.__name__ = self.__qualname__ = name
 
+        @property
         def address(self):
             if self.__name__ == "bad":
                 raise TypeError("cannot")
@@ -134,6 +135,16 @@ def test_precompile_compiles_what_it_lists(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("SHELDRAKE_QUIET", "0")
     assert main(["precompile"]) == 1
     assert compiled == ["good"] and "<kernel bad>: TypeError: cannot" in capsys.readouterr().out
+
+
+def test_precompile_of_a_real_kernel(monkeypatch):
+    from sheldrake.cli import _precompile
+
+    kernel = next(k for k in _precompile.entry_kernels() if k.__module__.endswith("primitives._kernels.blocks"))
+    monkeypatch.setattr(_precompile, "entry_kernels", lambda: iter([kernel]))
+    monkeypatch.setenv("SHELDRAKE_QUIET", "1")
+    assert main(["precompile"]) == 0
+    assert kernel.address > 0
 
 
 def test_entry_kernels_are_found():
