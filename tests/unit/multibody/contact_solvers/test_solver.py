@@ -1,0 +1,146 @@
+"""The solvers on random problems that Python writes: optimality, structure, statuses."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sheldrake.multibody.contact_solvers import _arrays
+from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels import status as codes
+from sheldrake.multibody.contact_solvers._kernels.solve import solve, solve_tamsi
+from sheldrake.multibody.contact_solvers._kernels.tamsi_limit import step_limit
+
+
+class RandomProblem:
+    """Chains of dofs as trees, contacts between random pairs of them; the last tree stays free."""
+
+    def __init__(self, rng, name="lagged", sizes=(3, 4, 2, 5), contacts=6, dt=1e-3, factor=None, **options):
+        nv = sum(sizes)
+        first = np.concatenate([[0], np.cumsum(sizes)[:-1]])
+        dof = np.zeros((nv, 3), np.int64)
+        for f, n in zip(first, sizes):
+            for k in range(n):
+                dof[f + k] = (f + k - 1 if k else -1), k, 0
+        dof[:, 2] = np.concatenate([[0], np.cumsum(dof[:, 1] + 1)[:-1]])
+        self.model = _arrays.make_solver_model(np.column_stack([first, sizes]), dof, dt, name, **options)
+        self.work = _arrays.make_solver_work(self.model, contacts, 4)
+        if factor is not None:
+            self.work = self.work._replace(factor=self.work.factor._replace(L=np.zeros(factor)))
+        self.A = np.zeros((nv, nv))
+        for f, n in zip(first, sizes):
+            B = rng.normal(size=(n, n))
+            self.A[f : f + n, f : f + n] = B @ B.T + n * np.eye(n)
+            for k in range(n):
+                for j in range(k + 1):
+                    self.work.problem.A[dof[f + k, 2] + j] = self.A[f + k, f + j]
+        x = self.work.problem.x
+        self.v0, self.v_star = rng.normal(0, 0.1, nv), rng.normal(0, 0.1, nv)
+        x[columns.V0], x[columns.V_STAR] = self.v0, self.v_star
+        x[columns.P_STAR] = self.A @ (self.v_star - self.v0)
+        self.J = np.zeros((3 * contacts, nv))
+        self.touched = set()
+        for c in range(contacts):
+            pair = sorted(rng.choice(len(sizes) - 1, 2, replace=False)) if len(sizes) > 2 and c else [0]
+            self.touched.update(pair)
+            dofs = np.concatenate([np.arange(first[t], first[t] + sizes[t]) for t in pair])
+            index = self.work.contacts.index[c]
+            index[columns.WIDTH], index[columns.TREE_A] = len(dofs), pair[0]
+            index[columns.TREE_B] = pair[1] if len(pair) > 1 else -1
+            index[int(columns.DOFS) : int(columns.DOFS) + len(dofs)] = dofs
+            block = rng.normal(size=(3, len(dofs)))
+            self.work.contacts.J[3 * c : 3 * c + 3, : len(dofs)] = block
+            self.J[3 * c : 3 * c + 3, dofs] = block
+            self.work.contacts.law[c, :5] = 1e5, 10.0, 0.1, 0.5, rng.uniform(0, 1e-3)
+        self.work.problem.count[columns.NUM_CONTACTS] = contacts
+        self.run = solve_tamsi if name == "tamsi" else solve
+
+    def solve(self):
+        return self.run.native(self.model, *self.work)
+
+    @property
+    def v(self):
+        return self.work.problem.x[columns.V]
+
+    def gamma(self):
+        n = self.work.problem.count[columns.NUM_CONTACTS]
+        return self.work.contacts.state[:n, int(columns.GAMMA) : int(columns.GAMMA) + 3].ravel()
+
+
+@pytest.mark.parametrize("settle", [False, True])
+@pytest.mark.parametrize("name", ["lagged", "similar", "sap", "tamsi"])
+def test_momentum_balance(name, settle):
+    """A (v - v*) = J^T gamma, with the impulses the solver reports."""
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        problem = RandomProblem(rng, name, settle=settle)
+        assert problem.solve() == codes.SOLVED
+        residual = problem.A @ (problem.v - problem.v_star) - problem.J.T @ problem.gamma()
+        if name != "tamsi":  # it may take sub-steps, and reports the forces of the last
+            assert np.abs(residual).max() < 1e-7
+        elif problem.work.problem.count[columns.SUBSTEPS] == 1:
+            assert np.abs(residual).max() < 1e-3  # it stops on changes of velocity below 1e-6 m/s
+        free = slice(9, 14)
+        np.testing.assert_array_equal(problem.v[free], problem.v_star[free])
+        assert problem.work.problem.active.tolist() == [int(t in problem.touched) for t in range(4)]
+
+
+@pytest.mark.parametrize("name", ["lagged", "similar", "sap"])
+def test_full_steps_and_line_searches_find_the_same_minimum(name):
+    for seed in range(10):
+        results = []
+        for settle in (False, True):
+            problem = RandomProblem(np.random.default_rng(seed), name, settle=settle, relative_tolerance=1e-12)
+            assert problem.solve() == codes.SOLVED
+            results.append(problem.v.copy())
+        np.testing.assert_allclose(results[0], results[1], atol=1e-9)
+
+
+def test_more_iterations_than_allowed_are_a_status():
+    problem = RandomProblem(np.random.default_rng(1))
+    problem.model.setting[columns.MAX_ITERATIONS] = 1
+    assert problem.solve() == codes.ITERATION_LIMIT
+
+
+def test_a_small_factor_is_a_status():
+    assert RandomProblem(np.random.default_rng(1), factor=5).solve() == codes.FACTOR_CAPACITY
+    assert RandomProblem(np.random.default_rng(1), "tamsi", factor=5).solve() == codes.FACTOR_CAPACITY
+
+
+def test_nan_is_a_status_and_not_an_answer():
+    for settle in (False, True):
+        problem = RandomProblem(np.random.default_rng(1), settle=settle)
+        problem.work.problem.x[columns.V0, 0] = np.nan
+        problem.work.problem.x[columns.P_STAR, 0] = np.nan
+        assert problem.solve() != codes.SOLVED
+
+
+def test_an_unknown_approximation_is_an_error():
+    with pytest.raises(ValueError, match="'hertz' is not one of lagged, similar, sap, tamsi"):
+        RandomProblem(np.random.default_rng(1), "hertz")
+
+
+def test_rest_is_exact_where_rest_is_a_solution():
+    """A mass on the spring that carries it: a creep below tolerance becomes none."""
+    for settle, expected in ((True, 0.0), (False, 1e-13)):
+        problem = RandomProblem(np.random.default_rng(1), sizes=(3, 1), contacts=1, settle=settle)
+        work, dt, g = problem.work, 1e-3, 10.0
+        work.problem.A[:6] = [1.0, 0.0, 1.0, 0.0, 0.0, 1.0]
+        x = work.problem.x
+        x[:] = 0.0
+        x[columns.V0, 2] = 1e-13
+        x[columns.V_STAR, 2] = 1e-13 - g * dt
+        x[columns.P_STAR, 2] = -g * dt
+        work.contacts.J[:3, :3] = np.eye(3)
+        work.contacts.law[0, :5] = 1e5, 10.0, 0.1, 0.5, g / 1e5
+        assert problem.solve() == codes.SOLVED
+        assert problem.v[2] == expected
+
+
+def test_slip_does_not_jump_over_stiction():
+    vs = 1e-4
+    assert step_limit((1.0, 0.0), (-2.0, 0.0), vs) == pytest.approx(0.5 - vs / 4)  # lands just beside zero
+    assert step_limit((1.0, 0.0), (0.1, 0.0), vs) == 1.0
+    assert step_limit((0.5e-6, 0.0), (1.0, 0.0), vs) == pytest.approx(vs / 2)
+    alpha = step_limit((1.0, 0.0), (0.0, 5.0), vs)  # would turn by 79 degrees: stopped at 60
+    assert np.arctan2(5.0 * alpha, 1.0) == pytest.approx(np.pi / 3)
