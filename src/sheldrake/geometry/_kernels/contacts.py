@@ -8,7 +8,18 @@ from sheldrake.common.kernel import Matrix, kernel
 from .box_box import box_box_contacts
 from .convex import convex_contacts
 from .half_space import half_space_contacts
-from .model import BOUND, BOX, ELLIPSOID, HALF_SPACE, KIND, SPHERE, Z_AXIS, ContactTable, GeometryModel
+from .model import (
+    BOUND,
+    BOX,
+    ELLIPSOID,
+    HALF_SPACE,
+    KIND,
+    SPHERE,
+    UNSUPPORTED_PAIR,
+    Z_AXIS,
+    ContactTable,
+    GeometryModel,
+)
 from .sphere import sphere_contacts
 from .table import bounding_centre, column, place_geometry, position_of, rotation_of
 
@@ -28,11 +39,7 @@ def far_apart(model, table, i, j):
 @kernel(outline=True)
 def collide(model, table, a, b):
     """Contacts of geometries a and b, if any."""
-    i = a
-    j = b
-    if model.geometry[b, KIND] < model.geometry[a, KIND]:
-        i = b
-        j = a
+    i, j = in_order(model, a, b)
     if far_apart(model, table, i, j):
         return
     if model.geometry[j, KIND] == HALF_SPACE:
@@ -46,16 +53,58 @@ def collide(model, table, a, b):
 
 
 @kernel(outline=True)
-def find_contacts(geometry_model, X_WB, table):
-    """Fills the table with all contacts, ordered by pair; the number of them, or minus the status of the search."""
-    place_geometry(geometry_model, X_WB, table)
+def collide_basic(model, table, a, b):
+    """The same for pairs with a half space, or of a sphere and another round or flat shape."""
+    i, j = in_order(model, a, b)
+    if far_apart(model, table, i, j):
+        return
+    if model.geometry[j, KIND] == HALF_SPACE:
+        half_space_contacts(model, table, i, j)
+    elif model.geometry[i, KIND] == SPHERE and model.geometry[j, KIND] <= ELLIPSOID:
+        sphere_contacts(model, table, i, j)
+    else:
+        table.count[1] = UNSUPPORTED_PAIR
+
+
+@kernel
+def in_order(model, a, b):
+    """The two geometries in the order in which pair kernels take them."""
+    if model.geometry[b, KIND] < model.geometry[a, KIND]:
+        return b, a
+    return a, b
+
+
+@kernel
+def begin_search(model, X_WB, table):
+    place_geometry(model, X_WB, table)
     table.count[0] = 0
     table.count[1] = 0
-    for k in range(geometry_model.pair.shape[0]):
-        collide(geometry_model, table, geometry_model.pair[k, 0], geometry_model.pair[k, 1])
+
+
+@kernel
+def search_result(table):
+    """The number of contacts, or minus the status of the search."""
     if table.count[1] != 0:
         return -table.count[1]
     return table.count[0]
+
+
+@kernel(outline=True)
+def find_contacts(geometry_model, X_WB, table):
+    """Fills the table with all contacts, ordered by pair; the number of them, or minus the status of the search."""
+    begin_search(geometry_model, X_WB, table)
+    for k in range(geometry_model.pair.shape[0]):
+        collide(geometry_model, table, geometry_model.pair[k, 0], geometry_model.pair[k, 1])
+    return search_result(table)
+
+
+@kernel(outline=True)
+def find_basic_contacts(geometry_model, X_WB, table):
+    """The same for models whose pairs are all basic (`is_basic`); takes a third of the time to compile."""
+    begin_search(geometry_model, X_WB, table)
+    for k in range(geometry_model.pair.shape[0]):
+        collide_basic(geometry_model, table, geometry_model.pair[k, 0], geometry_model.pair[k, 1])
+    return search_result(table)
 
 
 @kernel(top=True)

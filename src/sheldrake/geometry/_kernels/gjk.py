@@ -562,7 +562,7 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
         depth = better
         p_i = a
         p_j = b
-        if gain <= 1e-16 * size:
+        if gain <= 1e-14 * size:
             break
     return out, depth, p_i, p_j
 

@@ -161,6 +161,13 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
     )
 
 
+def is_basic(model: GeometryModel) -> bool:
+    """True if `find_basic_contacts` serves the model: half spaces with anything, spheres with round and flat shapes."""
+    kinds = np.sort(model.geometry[model.pair, KIND], axis=1)
+    basic = (kinds[:, 1] == HALF_SPACE) | ((kinds[:, 0] == SPHERE) & (kinds[:, 1] <= ELLIPSOID))
+    return bool(np.all(basic))
+
+
 def empty_geometry_model() -> GeometryModel:
     """A model without geometry, for a plant that has no SceneGraph."""
     return GeometryModel(
