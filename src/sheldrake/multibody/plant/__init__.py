@@ -3,6 +3,7 @@
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 
 from ._config import AddMultibodyPlant, AddMultibodyPlantSceneGraph, ApplyMultibodyPlantConfig, MultibodyPlantConfig
+from ._constraints import DistanceConstraintParams
 from ._contact_results import ContactResults, ExternallyAppliedSpatialForce, PointPairContactInfo
 from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 from ._multibody_plant import MultibodyPlant
@@ -16,6 +17,7 @@ __all__ = [
     "CoulombFriction",
     "DiscreteContactApproximation",
     "DiscreteContactSolver",
+    "DistanceConstraintParams",
     "ExternallyAppliedSpatialForce",
     "MultibodyPlant",
     "MultibodyPlantConfig",

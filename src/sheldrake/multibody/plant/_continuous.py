@@ -24,7 +24,7 @@ class ContinuousDynamics:
         return DerivativeWork(
             *make_work(self._tree_model), *table, np.zeros((len(table.pair), columns.NUM_CONTACT_COLUMNS)),
             np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv), np.zeros(nv), np.zeros(nv), np.zeros(len(self._actuators)),
-            np.zeros(self._nq), np.array([self._stiction_tolerance]),
+            np.zeros(self._nq), np.array([self._stiction_tolerance]), np.zeros(nv),
         )  # fmt: skip
 
     def _derivatives(self, context: Any) -> DerivativeWork:
@@ -33,14 +33,7 @@ class ContinuousDynamics:
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
             work = view.copy_of(self._scratch_prototype)
-            u = tuple(self._input_vector(context, i) for i in range(self.num_input_ports()))
-            geometry_model = context._store.layout._models[context._node]["geometry_model"]
-            status = view.call(
-                plant_derivatives, view.x, view.p, u, work, self._tree_model, geometry_model, self._force_model,
-                self._plant_model, view.zeros(len(view.x)),
-            )  # fmt: skip
-            if status:
-                raise self._explain_status(status, context)
+            self._run(context, plant_derivatives, work, view.zeros(len(view.x)))
             view.results = stamp, work
         return view.results[1]
 

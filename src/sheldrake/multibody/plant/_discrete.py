@@ -98,7 +98,12 @@ class DiscreteUpdate:
             actuators.append(row)
         limited = [j for j in self._joints if self.is_discrete() and j.num_velocities() == 1 and self._has_limits(j)]
         limits = [self._limit_row(j) for j in limited]
-        return _step.make_plant_model(actuators, limits, [self._port_numbers["generalized_force"]])
+        first_lock = self._parameter_starts[self._lock_group]
+        locks = np.zeros(self._nv, np.int64)
+        for joint in self._joints:
+            locks[joint._v_start : joint._v_start + joint.num_velocities()] = first_lock + int(joint.index())
+        ports = [self._port_numbers["generalized_force"]]
+        return _step.make_plant_model(actuators, limits, ports, self._constraint_rows(), locks)
 
     def _has_limits(self, joint: Any) -> bool:
         lower, upper = joint._limits["position"]
@@ -137,11 +142,12 @@ class DiscreteUpdate:
                     self._plant_model.gain[number] = a.effort_limit(), *gains
 
     def _kernel_models(self, root: Any) -> dict[str, Any]:
+        return self._models(root.source(0) is not None)
+
+    def _models(self, has_geometry: bool) -> dict[str, Any]:
+        """Constant arrays of the kernels, with proximity geometry when the geometry_query port is connected."""
         models = {"tree_model": self._tree_model, "force_model": self._force_model, "plant_model": self._plant_model}
-        if root.source(0) is None:
-            models["geometry_model"] = empty_geometry_model()
-        else:
-            models["geometry_model"] = self._compiled_geometry()[0]
+        models["geometry_model"] = self._compiled_geometry()[0] if has_geometry else empty_geometry_model()
         if self.is_discrete():
             models["solver_model"] = self._solver_model(models["geometry_model"])
         return models
@@ -185,14 +191,7 @@ class DiscreteUpdate:
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
             work = view.copy_of(self._scratch_prototype)
-            u = tuple(self._input_vector(context, i) for i in range(self.num_input_ports()))
-            geometry_model = context._store.layout._models[context._node]["geometry_model"]
-            status = view.call(
-                self._step_kernel(), view.x, view.p, u, work, self._tree_model, geometry_model,
-                self._solver_model(geometry_model), self._force_model, self._plant_model, view.zeros(len(view.x)),
-            )  # fmt: skip
-            if status:
-                raise self._explain_status(status, context)
+            self._run(context, self._step_kernel(), work, view.zeros(len(view.x)))
             view.results = stamp, work
         return view.results[1]
 

@@ -40,6 +40,7 @@ class Finalization:
         self._lay_out_parameters()
         self._tree_model = compile_tree(self._tree_description(steps))
         self._force_model = self._compile_forces()
+        self._place_open_points()
 
     def _number(self, steps: list[Step]) -> None:
         """Rows of bodies; starts of positions, velocities and inputs."""
@@ -86,6 +87,8 @@ class Finalization:
         for element in self._force_elements:
             if element._defaults():
                 element._group = take(element, element._defaults())
+        for record in self._constraints.values():
+            record.group = take(record, [1.0, *record.numbers])
         self._lock_group = take(None, np.zeros(len(self._joints.slots)))
 
     def _refresh_parameter_models(self) -> None:

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.plant._applied_forces import AppliedForces
+from sheldrake.multibody.plant._constraints import Constraints
 from sheldrake.multibody.plant._contact_settings import ContactSettings
 from sheldrake.multibody.plant._context_access import ContextAccess
 from sheldrake.multibody.plant._continuous import ContinuousDynamics
@@ -23,8 +25,8 @@ from sheldrake.systems.framework import BasicVector, LeafSystem
 
 
 class MultibodyPlant(
-    Registration, PlantGeometry, ContactSettings, Finalization, Topology, ContextAccess, State, Queries, Dynamics,
-    DiscreteUpdate, ContinuousDynamics, Reactions, Ports, LeafSystem,
+    Registration, PlantGeometry, Constraints, ContactSettings, Finalization, Topology, ContextAccess, State, Queries,
+    Dynamics, AppliedForces, DiscreteUpdate, ContinuousDynamics, Reactions, Ports, LeafSystem,
 ):  # fmt: skip
     """Rigid bodies connected by joints, with contact, as a system.
 
@@ -51,6 +53,7 @@ class MultibodyPlant(
         self._geometry_cache: Any = None
         self._prototype: Any = None
         self._plant_model: Any = None
+        self._constraints: dict[Any, Any] = {}
         self._default_free_poses: dict[int, Any] = {}
         self._index_cache: dict[Any, np.ndarray] = {}
         self._start_geometry()
@@ -144,6 +147,10 @@ class MultibodyPlant(
         for actuator in self._actuators:
             first = place.p[0] + self._start(actuator)
             store.S[first : first + 2] = actuator.default_rotor_inertia(), actuator.default_gear_ratio()
+        for i in range(len(self._instances.slots)):
+            slot = place.inputs[self._port_numbers["desired_state", i]]
+            if slot.free >= 0 and not store.i[store.layout.fixed0 + slot.free]:
+                store.S[slice(*slot.span)] = np.nan  # the step's mark of a desired state that nobody gave
 
     @property
     def _dtype(self) -> Any:

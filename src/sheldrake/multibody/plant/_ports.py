@@ -11,6 +11,7 @@ from sheldrake.geometry import FramePoseVector, GeometryConfigurationVector, Que
 from sheldrake.math import RigidTransform_
 from sheldrake.multibody.math import SpatialAcceleration_, SpatialForce_, SpatialVelocity_
 from sheldrake.multibody.plant._contact_results import ContactResults, ExternallyAppliedSpatialForce
+from sheldrake.multibody.plant._kernels.ports import select_continuous_state, select_discrete_state
 from sheldrake.multibody.tree import ModelInstanceIndex
 
 
@@ -132,9 +133,9 @@ class Ports:
         if len(at) == self._nq + self._nv:
             port = self.DeclareStateOutputPort(name, self._state_index)
         else:
-            port = self.DeclareVectorOutputPort(
-                name, len(at), lambda context, vector: vector.SetFromVector(self._view(context).x[at]), tickets
-            )
+            kernel = select_discrete_state if self.is_discrete() else select_continuous_state
+            port = self.DeclareVectorOutputPort(name, len(at), kernel, tickets)
+            self._output_models[int(port.get_index())] = {"select_model": at}
         number["out", ("state", int(instance))] = int(port.get_index())
 
     # --- values

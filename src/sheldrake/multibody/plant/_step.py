@@ -51,7 +51,11 @@ CONSTRAINT_KINDS = {
 
 
 def make_plant_model(
-    actuators: list[dict] = (), limits: list[dict] = (), force_ports: list[int] = (), constraints: list[dict] = ()
+    actuators: list[dict] = (),
+    limits: list[dict] = (),
+    force_ports: list[int] = (),
+    constraints: list[dict] = (),
+    locks: list[int] = (),
 ) -> PlantModel:
     """The constants of the step that are neither tree nor geometry nor solver.
 
@@ -65,6 +69,7 @@ def make_plant_model(
         constraints: one a holonomic constraint, by names: kind ("coupler", "distance", "ball", "weld"), a and b (dofs
             of a coupler, else body rows), q_a and q_b (a coupler's positions), p (where in p its numbers start, see
             `_kernels.model`), active (where in p a positive number says that it acts).
+        locks: where in p the lock flag of each dof is; empty when no joint can be locked.
     """
     names = [
         "dof",
@@ -95,6 +100,7 @@ def make_plant_model(
         bound.reshape(-1, columns.NUM_BOUND_COLUMNS),
         np.array(force_ports, np.int64),
         rows.reshape(-1, columns.NUM_CONSTRAINT_COLUMNS),
+        np.array(locks, np.int64),
     )
 
 
@@ -146,6 +152,7 @@ def make_step_work(
         numbers(nv),
         numbers(nv),
         numbers(len(plant_model.actuator)),
+        numbers(nv),
     )
 
 

@@ -18,11 +18,16 @@ from sheldrake.multibody.contact_solvers._kernels.status import (
     SOLVED,
 )
 from sheldrake.multibody.plant._kernels.contact_rows import combined_material
-from sheldrake.multibody.plant._kernels.forces import add_actuation, add_applied_forces, put_passive_forces
+from sheldrake.multibody.plant._kernels.forces import (
+    add_actuation,
+    add_applied_forces,
+    add_element_forces,
+    put_passive_forces,
+)
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix, project_forces
 from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
-from sheldrake.multibody.tree._kernels.forces import ForceModel, add_dof_springs, add_point_force, add_struts
+from sheldrake.multibody.tree._kernels.forces import ForceModel, add_point_force
 from sheldrake.multibody.tree._kernels.integrate import qdot_of_velocity
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_at, velocity_kinematics
 from sheldrake.multibody.tree._kernels.model import ROOT, TreeModel, TreeWork
@@ -61,6 +66,7 @@ class DerivativeWork(NamedTuple):
         net_actuation: shape (num_actuators,).
         qdot: shape (nq,).
         stiction_tolerance: [m/s], shape (1,).
+        applied_force: generalized forces that applied spatial forces amount to, shape (nv,).
     """
 
     tree_X_WB: Matrix
@@ -88,6 +94,7 @@ class DerivativeWork(NamedTuple):
     net_actuation: Vector
     qdot: Vector
     stiction_tolerance: Vector
+    applied_force: Vector
 
 
 @kernel
@@ -213,13 +220,9 @@ def plant_derivatives(
     velocity_kinematics(tree_model, p, tree, xc, work.v)
     bias_term(tree_model, tree, 1.0)
     put_passive_forces(tree_model, p, tree.bias, work.v, work.force)
-    add_applied_forces(plant_model, u, work.force)
+    add_element_forces(tree_model, force_model, p, tree, xc, work.qdot, work.force)
+    add_applied_forces(plant_model, u, work.applied_force, work.force)
     add_actuation(plant_model, u, work.force, work.net_actuation, False)
-    add_dof_springs(force_model, p, xc, work.force)
-    if force_model.strut.shape[0] > 0:
-        clear(work.F)
-        add_struts(tree_model, force_model, p, tree, work.F)
-        add_projected(tree_model, work, tree, work.force)
     status = add_contacts(tree_model, geometry_model, work, tree)
     if status != SOLVED:
         return status

@@ -38,8 +38,10 @@ def put_passive_forces(tree_model, p, bias, v, force):
 
 
 @kernel
-def add_applied_forces(plant_model, u, force):
-    """Adds the generalized forces of input ports."""
+def add_applied_forces(plant_model, u, applied_force, force):
+    """Adds the generalized forces of input ports, and those that applied spatial forces amount to."""
+    for k in range(force.shape[0]):
+        force[k] += applied_force[k]
     for i in range(plant_model.force_port.shape[0]):
         port = plant_model.force_port[i]
         for k in range(u[port].shape[0]):

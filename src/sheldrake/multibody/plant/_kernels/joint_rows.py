@@ -75,6 +75,17 @@ def put_limit(tree_model, problem, rows, dof, owner, gap, sign, dt):
 
 
 @kernel
+def has_desired_state(plant_model, u, i):
+    """Whether actuator i is under PD control and told where to go; an input port without a value holds NaN."""
+    port = plant_model.actuator[i, DESIRED_PORT]
+    if port >= 0:
+        if u[port].shape[0] > 0:
+            desired = u[port][plant_model.actuator[i, DESIRED_Q]]
+            return desired == desired
+    return False
+
+
+@kernel
 def put_limits(tree_model, solver_model, plant_model, problem, rows, q):
     """Rows of the position limits that the joint may reach within two steps."""
     dt = solver_model.option[DT]
@@ -99,9 +110,9 @@ def put_actuators(tree_model, solver_model, plant_model, problem, rows, q, u):
     """Rows of the actuators under PD control that have a desired state."""
     dt = solver_model.option[DT]
     for i in range(plant_model.actuator.shape[0]):
-        port = plant_model.actuator[i, DESIRED_PORT]
-        if port >= 0 and u[port].shape[0] > 0:
-            dof = plant_model.actuator[i, ACTUATOR_DOF]
+        dof = plant_model.actuator[i, ACTUATOR_DOF]
+        if has_desired_state(plant_model, u, i):
+            port = plant_model.actuator[i, DESIRED_PORT]
             effort = plant_model.gain[i, EFFORT_LIMIT]
             r = put_joint_row(tree_model, problem, rows, dof, ACTUATOR, i, 1.0)
             rows.law[r, ROW_LOWER] = -dt * effort

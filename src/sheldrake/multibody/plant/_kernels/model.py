@@ -63,6 +63,7 @@ class PlantModel(NamedTuple):
         bound: Lower and upper position limit and TAMSI's penalty, shape (num_limits, 4).
         force_port: Vector input ports that hold generalized forces [N or N m], shape (num_force_ports,).
         constraint: Holonomic constraints, shape (num_constraints, 7).
+        lock: Where in p the lock flag of each dof's joint is, shape (nv,); empty when no joint can be locked.
     """
 
     actuator: IntMatrix
@@ -71,13 +72,15 @@ class PlantModel(NamedTuple):
     bound: Matrix
     force_port: IntVector
     constraint: IntMatrix
+    lock: IntVector
 
 
 class StepWork(NamedTuple):
     """Scratch of the step: work of every stage, and what the last step left for ports to report.
 
     The fields are those of `TreeWork`, `ContactTable`, `Problem`, `Contacts`, `Rows` and `Factor`, with a prefix; then
-    velocities before and after the last step, its generalized forces without constraints, its net actuation.
+    velocities before and after the last step, its generalized forces without constraints, its net actuation, and the
+    generalized forces that applied spatial forces amount to.
     """
 
     tree_X_WB: Matrix
@@ -116,3 +119,4 @@ class StepWork(NamedTuple):
     v_next: Vector
     force: Vector
     net_actuation: Vector
+    applied_force: Vector

@@ -44,6 +44,7 @@ from sheldrake.multibody.plant._kernels.forces import (
     put_passive_forces,
 )
 from sheldrake.multibody.plant._kernels.joint_rows import put_actuators, put_limits
+from sheldrake.multibody.plant._kernels.locks import lock_contacts, lock_mass_matrix, lock_motion, lock_rows
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepWork
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix
 from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
@@ -82,13 +83,14 @@ def contact_table(work):
 
 
 @kernel
-def free_motion(tree_model, solver_model, p, tree, x, v, force, implicit_damping):
+def free_motion(tree_model, solver_model, plant_model, p, tree, x, v, force, implicit_damping):
     """A in tree.M, dt force and v* in the problem's vectors; 1 when A is not positive definite, else 0."""
     dt = solver_model.option[DT]
     mass_matrix(tree_model, p, tree)
     if implicit_damping:
         for k in range(tree_model.dof.shape[0]):
             tree.M[tree_model.dof[k, ROW] + tree_model.dof[k, DEPTH]] += dt * p[tree_model.dof[k, DAMPING]]
+    lock_mass_matrix(tree_model, plant_model, p, tree.M)
     for i in range(tree.M.shape[0]):
         tree.L[i] = tree.M[i]
     if ltdl(tree_model, tree.L) >= 0:
@@ -116,11 +118,14 @@ def smooth_part(xd, p, u, work, tree, tree_model, solver_model, force_model, pla
     bias_term(tree_model, tree, 1.0)
     put_passive_forces(tree_model, p, tree.bias, work.v, work.force)
     add_element_forces(tree_model, force_model, p, tree, xd, work.v_next, work.force)
-    add_applied_forces(plant_model, u, work.force)
+    add_applied_forces(plant_model, u, work.applied_force, work.force)
     add_actuation(plant_model, u, work.force, work.net_actuation, not tamsi)
     if tamsi:
         add_limit_penalties(plant_model, xd, work.v, work.force)
-    return free_motion(tree_model, solver_model, p, tree, work.problem_x, work.v, work.force, not tamsi)
+    lock_motion(plant_model, p, work.v, work.force)
+    return free_motion(
+        tree_model, solver_model, plant_model, p, tree, work.problem_x, work.v, work.force, not tamsi
+    )
 
 
 @kernel
@@ -173,9 +178,11 @@ def plant_step(
     status = contact_part(work, tree, contacts, tree_model, geometry_model)
     if status != SOLVED:
         return status
+    lock_contacts(plant_model, p, contacts, problem.count)
     put_limits(tree_model, solver_model, plant_model, problem, rows, xd)
     put_constraints(tree_model, plant_model, problem, rows, tree, p, xd)
     put_actuators(tree_model, solver_model, plant_model, problem, rows, xd, u)
+    lock_rows(plant_model, p, rows, problem.count)
     status = solve_rows(solver_model, problem, contacts, rows, factor)
     if status != SOLVED:
         return status
@@ -210,6 +217,7 @@ def plant_step_tamsi(
     status = contact_part(work, tree, contacts, tree_model, geometry_model)
     if status != SOLVED:
         return status
+    lock_contacts(plant_model, p, contacts, problem.count)
     status = solve_rows_tamsi(solver_model, problem, contacts, rows, factor)
     if status != SOLVED:
         return status

@@ -1,0 +1,287 @@
+"""Constraints between joints and between bodies, which the discrete update keeps."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.plant._enums import DiscreteContactApproximation
+from sheldrake.multibody.tree import BodyIndex, Joint, MultibodyConstraintId, RigidBody
+from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._frame import pose_numbers
+from sheldrake.multibody.tree._kernels import model as tree_columns
+from sheldrake.multibody.tree._kernels import queries
+
+
+class DistanceConstraintParams:
+    """What a distance constraint keeps: points P of body A and Q of body B at a distance, with a spring and damper."""
+
+    def __init__(
+        self,
+        bodyA: BodyIndex | None = None,
+        p_AP: Any = (0.0, 0.0, 0.0),
+        bodyB: BodyIndex | None = None,
+        p_BQ: Any = (0.0, 0.0, 0.0),
+        distance: float = 1.0,
+        stiffness: float = np.inf,
+        damping: float = 0.0,
+    ):
+        """
+        Args:
+            bodyA: Body A.
+            p_AP: P in A [m], shape (3,).
+            bodyB: Body B.
+            p_BQ: Q in B [m], shape (3,).
+            distance: [m], positive.
+            stiffness: [N/m], positive, may be infinite.
+            damping: [N s/m], not negative.
+
+        Raises:
+            RuntimeError: both bodies are the same, or a number is out of range.
+        """
+        if bodyA is not None and bodyA == bodyB:
+            raise RuntimeError(f"DistanceConstraintParams(): bodyA and bodyB are the same body, {bodyA!r}.")
+        if not (distance > 0.0 and stiffness > 0.0 and damping >= 0.0):
+            raise RuntimeError(
+                "DistanceConstraintParams(): needs distance > 0, stiffness > 0 and damping >= 0, not "
+                f"{distance}, {stiffness} and {damping}."
+            )
+        self._A, self._B = BodyIndex() if bodyA is None else bodyA, BodyIndex() if bodyB is None else bodyB
+        self._p_AP = vector("DistanceConstraintParams", "p_AP", p_AP, 3)
+        self._p_BQ = vector("DistanceConstraintParams", "p_BQ", p_BQ, 3)
+        self._distance, self._stiffness, self._damping = float(distance), float(stiffness), float(damping)
+
+    def bodyA(self) -> BodyIndex:
+        """Body A."""
+        return self._A
+
+    def bodyB(self) -> BodyIndex:
+        """Body B."""
+        return self._B
+
+    def p_AP(self) -> np.ndarray:
+        """P in A [m], shape (3,)."""
+        return self._p_AP.copy()
+
+    def p_BQ(self) -> np.ndarray:
+        """Q in B [m], shape (3,)."""
+        return self._p_BQ.copy()
+
+    def distance(self) -> float:
+        """The distance [m]."""
+        return self._distance
+
+    def stiffness(self) -> float:
+        """Stiffness [N/m]."""
+        return self._stiffness
+
+    def damping(self) -> float:
+        """Damping [N s/m]."""
+        return self._damping
+
+    def _numbers(self) -> list[float]:
+        return [*self._p_AP, *self._p_BQ, self._distance, self._stiffness, self._damping]
+
+    def __copy__(self) -> DistanceConstraintParams:
+        return DistanceConstraintParams(
+            self._A, self._p_AP, self._B, self._p_BQ, self._distance, self._stiffness, self._damping
+        )
+
+    def __deepcopy__(self, memo: dict) -> DistanceConstraintParams:
+        return copy.copy(self)
+
+
+@dataclasses.dataclass
+class ConstraintRecord:
+    """A registered constraint: its kind, what it joins, its numbers in p after the flag."""
+
+    kind: str
+    A: Any
+    B: Any
+    numbers: list[float]
+    group: int = -1
+    open_point: bool = False
+    """p_BQ of a ball is to be found at Finalize()."""
+
+
+class Constraints:
+    """Registering constraints, before Finalize(), and changing them in contexts."""
+
+    def _add_constraint(self, call: str, kind: Any, A: Any, B: Any, numbers: Any, **options: Any) -> Any:
+        self._require_not_finalized(call)
+        if not self.is_discrete():
+            raise RuntimeError(
+                f"{call}(): Currently constraints are only supported for discrete MultibodyPlant models "
+                "(time_step > 0)."
+            )
+        if self._approximation is DiscreteContactApproximation.kTamsi:
+            raise RuntimeError(
+                f"{call}(): Currently this MultibodyPlant is set to use the TAMSI solver, which takes no constraints. "
+                "Choose another DiscreteContactApproximation."
+            )
+        self._require_mine(call, A, B)
+        new = MultibodyConstraintId.get_new_id()
+        self._constraints[new] = ConstraintRecord(kind, A, B, [float(x) for x in numbers], **options)
+        return new
+
+    def AddCouplerConstraint(
+        self, joint0: Joint, joint1: Joint, gear_ratio: float, offset: float = 0.0
+    ) -> MultibodyConstraintId:
+        """Keeps q0 = gear_ratio q1 + offset for two joints of one degree of freedom.
+
+        Raises:
+            RuntimeError: a joint has more, the plant is continuous, uses TAMSI, or is finalized.
+        """
+        for joint in (joint0, joint1):
+            if joint.num_velocities() != 1:
+                raise RuntimeError(
+                    f"AddCouplerConstraint(): Coupler constraint can only be defined on single-DOF joints. However "
+                    f"joint '{joint.name()}' has {joint.num_velocities()} degrees of freedom."
+                )
+        return self._add_constraint("AddCouplerConstraint", "coupler", joint0, joint1, [gear_ratio, offset])
+
+    def AddDistanceConstraint(
+        self,
+        body_A: RigidBody,
+        p_AP: Any,
+        body_B: RigidBody,
+        p_BQ: Any,
+        distance: float,
+        stiffness: float = np.inf,
+        damping: float = 0.0,
+    ) -> MultibodyConstraintId:
+        """Keeps a point P of body A and a point Q of body B at a distance [m], with a spring [N/m] and damper [N s/m].
+
+        Raises:
+            RuntimeError: a number is out of range, the plant is continuous, uses TAMSI, or is finalized.
+        """
+        params = DistanceConstraintParams(body_A.index(), p_AP, body_B.index(), p_BQ, distance, stiffness, damping)
+        return self._add_constraint("AddDistanceConstraint", "distance", body_A, body_B, params._numbers())
+
+    def AddBallConstraint(
+        self, body_A: RigidBody, p_AP: Any, body_B: RigidBody, p_BQ: Any = None
+    ) -> MultibodyConstraintId:
+        """Keeps a point P of body A and a point Q of body B together [m]; Q is by default where P is at the default
+        positions.
+
+        Raises:
+            RuntimeError: the bodies are the same, the plant is continuous, uses TAMSI, or is finalized.
+        """  # fmt: skip
+        call = "AddBallConstraint"
+        if body_A is body_B:
+            raise RuntimeError(f"{call}(): Invalid set of parameters for constraint: bodies A and B are the same.")
+        points = [*vector(call, "p_AP", p_AP, 3), *(np.zeros(3) if p_BQ is None else vector(call, "p_BQ", p_BQ, 3))]
+        return self._add_constraint(call, "ball", body_A, body_B, points, open_point=p_BQ is None)
+
+    def AddWeldConstraint(self, body_A: RigidBody, X_AP: Any, body_B: RigidBody, X_BQ: Any) -> MultibodyConstraintId:
+        """Keeps a frame P of body A and a frame Q of body B together.
+
+        Raises:
+            RuntimeError: the bodies are the same, the plant is continuous, uses TAMSI, or is finalized.
+        """
+        if body_A is body_B:
+            raise RuntimeError(
+                "AddWeldConstraint(): Invalid set of parameters for constraint: bodies A and B are the same."
+            )
+        P, Q = pose_numbers(X_AP), pose_numbers(X_BQ)
+        return self._add_constraint("AddWeldConstraint", "weld", body_A, body_B, [*P, *Q])
+
+    def RemoveConstraint(self, id: MultibodyConstraintId) -> None:
+        """Takes a constraint out again, before Finalize()."""
+        self._require_not_finalized("RemoveConstraint")
+        self._constraint("RemoveConstraint", id)
+        del self._constraints[id]
+
+    def _constraint(self, call: str, id: MultibodyConstraintId) -> ConstraintRecord:
+        if id not in self._constraints:
+            raise RuntimeError(f"{call}(): The constraint id {id!r} does not match any constraint of this plant.")
+        return self._constraints[id]
+
+    def num_constraints(self) -> int:
+        """Number of constraints."""
+        return len(self._constraints)
+
+    def GetConstraintIds(self) -> list[MultibodyConstraintId]:
+        """All constraints."""
+        return list(self._constraints)
+
+    # --- in a context
+
+    def GetConstraintActiveStatus(self, context: Any, id: MultibodyConstraintId) -> bool:
+        """Whether a constraint is active in a context."""
+        record = self._constraint("GetConstraintActiveStatus", id)
+        return bool(self._numbers(context, record.group)[0])
+
+    def SetConstraintActiveStatus(self, context: Any, id: MultibodyConstraintId, status: bool) -> None:
+        """Makes a constraint active in a context, or not."""
+        record = self._constraint("SetConstraintActiveStatus", id)
+        numbers = np.array(self._numbers(context, record.group))
+        numbers[0] = float(status)
+        self._write_numbers(context, record.group, numbers)
+
+    def GetDefaultDistanceConstraintParams(self) -> dict[MultibodyConstraintId, DistanceConstraintParams]:
+        """The distance constraints as contexts are made with."""
+        return {
+            id: self._distance_params(record, record.numbers)
+            for id, record in self._constraints.items()
+            if record.kind == "distance"
+        }
+
+    def _distance_params(self, record: ConstraintRecord, n: Any) -> DistanceConstraintParams:
+        return DistanceConstraintParams(record.A.index(), n[:3], record.B.index(), n[3:6], n[6], n[7], n[8])
+
+    def GetDistanceConstraintParams(self, context: Any, id: MultibodyConstraintId | None = None) -> Any:
+        """A distance constraint as a context has it, or all by id."""
+        if id is None:
+            return {i: self.GetDistanceConstraintParams(context, i) for i in self.GetDefaultDistanceConstraintParams()}
+        record = self._constraint("GetDistanceConstraintParams", id)
+        if record.kind != "distance":
+            raise RuntimeError(f"GetDistanceConstraintParams(): constraint {id!r} is no distance constraint.")
+        return self._distance_params(record, self._numbers(context, record.group)[1:])
+
+    def SetDistanceConstraintParams(
+        self, context: Any, id: MultibodyConstraintId, params: DistanceConstraintParams
+    ) -> None:
+        """Changes the numbers of a distance constraint in a context; its bodies stay.
+
+        Raises:
+            RuntimeError: it is no distance constraint, or joins other bodies than params say.
+        """
+        record = self._constraint("SetDistanceConstraintParams", id)
+        if record.kind != "distance" or {params.bodyA(), params.bodyB()} != {record.A.index(), record.B.index()}:
+            raise RuntimeError(
+                f"SetDistanceConstraintParams(): constraint {id!r} is no distance constraint between the bodies of "
+                "params."
+            )
+        active = self._numbers(context, record.group)[0]
+        self._write_numbers(context, record.group, [active, *params._numbers()])
+
+    # --- for the kernels
+
+    def _place_open_points(self) -> None:
+        """Points of balls that are where the other one is at the default positions."""
+        if not any(record.open_point for record in self._constraints.values()):
+            return
+        p = np.concatenate([*self._parameter_models, np.zeros(0)])
+        work = tree_columns.make_work(self._tree_model)
+        queries.calc_positions(self._tree_model, p, work, self._all_default_positions())
+        for record in self._constraints.values():
+            if record.open_point:
+                X_A, X_B = (work.X_WB[self._rows[int(body.index())]] for body in (record.A, record.B))
+                p_WP = X_A[9:] + X_A[:9].reshape(3, 3) @ record.numbers[:3]
+                record.numbers[3:6] = X_B[:9].reshape(3, 3).T @ (p_WP - X_B[9:])
+                self._parameter_models[record.group][4:7] = record.numbers[3:6]
+
+    def _constraint_rows(self) -> list[dict[str, Any]]:
+        rows = []
+        for record in self._constraints.values():
+            start = self._parameter_starts[record.group]
+            if record.kind == "coupler":
+                ends = dict(a=record.A._v_start, b=record.B._v_start, q_a=record.A._q_start, q_b=record.B._q_start)
+            else:
+                ends = dict(a=int(self._rows[int(record.A.index())]), b=int(self._rows[int(record.B.index())]))
+            rows.append(dict(kind=record.kind, active=start, p=start + 1, **ends))
+        return rows
