@@ -1,5 +1,8 @@
 """Shapes, their roles and properties, and the SceneGraph that knows where they are and which of them touch."""
 
+from sheldrake.systems.framework import LeafSystem_
+from sheldrake.systems.framework._templates import SystemTemplate
+
 from ._bounding import (
     Aabb,
     CalcObb,
@@ -48,6 +51,21 @@ from ._state import GeometryVersion
 from ._triangle_mesh import ReadObjToTriangleSurfaceMesh, SurfaceTriangle, TriangleSurfaceMesh
 from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeElement, VolumeMesh
 
+FramePoseVector_ = SystemTemplate("FramePoseVector_", FramePoseVector, scope=__name__)
+GeometryConfigurationVector_ = SystemTemplate(
+    "GeometryConfigurationVector_", GeometryConfigurationVector, scope=__name__
+)
+PenetrationAsPointPair_ = SystemTemplate("PenetrationAsPointPair_", PenetrationAsPointPair, scope=__name__)
+Plane_ = SystemTemplate("Plane_", Plane, scope=__name__)
+PolygonSurfaceMesh_ = SystemTemplate("PolygonSurfaceMesh_", PolygonSurfaceMesh, scope=__name__)
+QueryObject_ = SystemTemplate("QueryObject_", QueryObject, scope=__name__)
+SceneGraphInspector_ = SystemTemplate("SceneGraphInspector_", SceneGraphInspector, scope=__name__)
+SignedDistancePair_ = SystemTemplate("SignedDistancePair_", SignedDistancePair, scope=__name__)
+SignedDistanceToPoint_ = SystemTemplate("SignedDistanceToPoint_", SignedDistanceToPoint, scope=__name__)
+TriangleSurfaceMesh_ = SystemTemplate("TriangleSurfaceMesh_", TriangleSurfaceMesh, scope=__name__)
+VolumeMesh_ = SystemTemplate("VolumeMesh_", VolumeMesh, scope=__name__)
+SceneGraph_ = SystemTemplate("SceneGraph_", SceneGraph, scope=__name__, own=True, base=LeafSystem_)
+
 __all__ = [
     "Aabb",
     "AddCompliantHydroelasticProperties",
@@ -73,7 +91,9 @@ __all__ = [
     "FilterId",
     "FrameId",
     "FramePoseVector",
+    "FramePoseVector_",
     "GeometryConfigurationVector",
+    "GeometryConfigurationVector_",
     "GeometryFrame",
     "GeometryId",
     "GeometryInstance",
@@ -95,11 +115,15 @@ __all__ = [
     "MeshcatVisualizerParams",
     "Obb",
     "PenetrationAsPointPair",
+    "PenetrationAsPointPair_",
     "PerceptionProperties",
     "Plane",
+    "Plane_",
     "PolygonSurfaceMesh",
+    "PolygonSurfaceMesh_",
     "ProximityProperties",
     "QueryObject",
+    "QueryObject_",
     "ReadObjToTriangleSurfaceMesh",
     "RenderLabel",
     "Rgba",
@@ -108,15 +132,21 @@ __all__ = [
     "SceneGraph",
     "SceneGraphConfig",
     "SceneGraphInspector",
+    "SceneGraphInspector_",
+    "SceneGraph_",
     "Shape",
     "SignedDistancePair",
+    "SignedDistancePair_",
     "SignedDistanceToPoint",
+    "SignedDistanceToPoint_",
     "SourceId",
     "Sphere",
     "StartMeshcat",
     "SurfacePolygon",
     "SurfaceTriangle",
     "TriangleSurfaceMesh",
+    "TriangleSurfaceMesh_",
     "VolumeElement",
     "VolumeMesh",
+    "VolumeMesh_",
 ]

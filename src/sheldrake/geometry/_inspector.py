@@ -265,6 +265,20 @@ class SceneGraphInspector:
 
         return CalcObb(self.GetShape(geometry_id))
 
+    def maybe_get_hydroelastic_mesh(self, geometry_id: GeometryId) -> None:
+        """None: the geometry has no hydroelastic representation.
+
+        Raises:
+            NotImplementedError: its properties ask for one.
+        """
+        properties = self.GetProximityProperties(geometry_id)
+        kind = None if properties is None else properties.GetPropertyOrDefault("hydroelastic", "compliance_type", None)
+        if getattr(kind, "value", 0) != 0:
+            raise NotImplementedError(
+                f"SceneGraphInspector.maybe_get_hydroelastic_mesh(): the hydroelastic representation of geometry "
+                f"'{self.GetName(geometry_id)}' is not supported."
+            )
+
     # ---- what does not exist here: deformable geometry, hydroelastic meshes made at registration
 
     def IsDeformableGeometry(self, geometry_id: GeometryId) -> bool:

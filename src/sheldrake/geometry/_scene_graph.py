@@ -52,6 +52,12 @@ class SceneGraph(LeafSystem):
         self.DeclareAbstractParameter(AbstractValue.Make(SceneGraphConfig()))
         self.DeclareAbstractOutputPort("query", lambda: AbstractValue.Make(QueryObject()), self._calc_query)
 
+    def _copy(self) -> SceneGraph:
+        """For clones and conversions: a copy with a model of its own."""
+        new = super()._copy()
+        new._model, new._config = self._model.copy(), copy.deepcopy(self._config)
+        return new
+
     # ---- ports
 
     def get_query_output_port(self) -> Any:
@@ -278,6 +284,14 @@ class SceneGraph(LeafSystem):
     def HasRenderer(self, *args: Any, **kwargs: Any) -> bool:
         """False: rendering is not supported."""
         return False
+
+    def RemoveRenderer(self, *args: Any, **kwargs: Any) -> None:
+        """Raises: there is no renderer to remove."""
+        raise RuntimeError("SceneGraph.RemoveRenderer(): there is no renderer; rendering is not supported.")
+
+    def GetRendererParameterYaml(self, *args: Any, **kwargs: Any) -> str:
+        """Empty: there is no renderer."""
+        return ""
 
     def GetRendererTypeName(self, *args: Any, **kwargs: Any) -> str:
         """Empty: there is no renderer."""

@@ -302,6 +302,19 @@ def test_in_a_diagram_with_a_source_and_a_listener(world):
         assert depth.Eval(listener.GetMyContextFromRoot(context)) == pytest.approx([time])
 
 
+def test_other_scalars_and_clones_have_a_model_of_their_own(world):
+    from sheldrake.autodiffutils import AutoDiffXd
+
+    for other in (world.scene_graph.ToAutoDiffXd(), world.scene_graph.Clone()):
+        world.scene_graph.RegisterFrame(world.source, g.GeometryFrame(f"later {type(other).__name__}"))
+        assert other.model_inspector().num_frames() == 3 < world.inspector.num_frames()
+        query = other.get_query_output_port().Eval(other.CreateDefaultContext())
+        assert query.inspector().num_frames() == 3
+        world = World()
+    assert isinstance(world.scene_graph.ToAutoDiffXd(), g.SceneGraph_[AutoDiffXd])
+    assert g.SceneGraph_[float] is g.SceneGraph and g.FramePoseVector_[AutoDiffXd] is g.FramePoseVector
+
+
 def test_bounding_boxes_and_planes():
     X = RigidTransform(RollPitchYaw(0.3, 0.2, 0.1).ToRotationMatrix(), [0.1, 0.2, 0.3])
     box = g.Obb(X, [1, 2, 3])
