@@ -16,6 +16,7 @@ from sheldrake.systems.analysis._witness import WitnessWatch
 from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._store import checked_status
 from sheldrake.systems.framework._system import System
 from sheldrake.systems.framework._vector import plain
 
@@ -279,7 +280,7 @@ class Simulator:
             self._every_step()
         if self._monitor is not None and not store.I[_loop.STATUS]:
             result = self._monitor(self._context)
-            if isinstance(result, EventStatus) and note_status(result, span.outcome, store):
+            if result is not None and note_status(checked_status(result), span.outcome, store):
                 store.I[_loop.STATUS] = -1
         if store.I[_loop.STATUS]:
             self._raise()
@@ -403,7 +404,7 @@ class Simulator:
                 self._every_step()
             if self._monitor is not None and not I[_loop.STATUS]:
                 result = self._monitor(self._context)
-                if isinstance(result, EventStatus) and note_status(result, span.outcome, store):
+                if result is not None and note_status(checked_status(result), span.outcome, store):
                     I[_loop.STATUS] = -1
             if I[_loop.STATUS]:
                 self._raise()

@@ -10,10 +10,10 @@ import numpy as np
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels import loop as _loop
-from sheldrake.systems.framework._store import FAILED, Store
+from sheldrake.systems.framework._store import FAILED, Store, checked_status
 
 _ROW = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)
-_STATUS, _TERMINATE, _ROW_AT = int(_loop.STATUS), int(_loop.TERMINATE), int(_loop.ROW)
+_STATUS, _TERMINATE, _ROW_AT, _IDLE = int(_loop.STATUS), int(_loop.TERMINATE), int(_loop.ROW), int(_loop.IDLE)
 
 
 class Outcome:
@@ -138,9 +138,7 @@ def _guard(function: Any, outcome: Outcome, store: Store, system: Any, kind: str
     def run() -> int:
         try:
             result = function()
-            if isinstance(result, EventStatus):
-                return note_status(result, outcome, store)
-            return 0
+            return 0 if result is None else note_status(checked_status(result), outcome, store)
         except BaseException as e:
             outcome.error, outcome.system, outcome.kind = e, system, kind
             return FAILED
@@ -151,6 +149,9 @@ def _guard(function: Any, outcome: Outcome, store: Store, system: Any, kind: str
 def note_status(status: EventStatus, outcome: Outcome, store: Store) -> int:
     """Keeps the worst status of the events of a span; gives the row's status."""
     severity = status.severity()
+    if severity is EventStatus.Severity.kDidNothing:
+        store.I[_IDLE] += 1
+        return 0
     if severity is EventStatus.Severity.kReachedTermination:
         store.I[_TERMINATE] = 1
     elif severity is not EventStatus.Severity.kFailed:

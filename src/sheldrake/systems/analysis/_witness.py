@@ -11,6 +11,7 @@ from sheldrake.systems.analysis._span import Span
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._layout import Row
+from sheldrake.systems.framework._store import checked_status
 
 
 class WitnessWatch:
@@ -108,8 +109,8 @@ class WitnessWatch:
             context = self._context(witness)
             target = () if kind == 2 else (store.event_argument(Row(context._node, kind, None, (0, 0)), context),)
             result = event._call(witness._system, context, *target)
-            if isinstance(result, EventStatus):
-                status.KeepMoreSevere(result)
+            if result is not None:
+                status.KeepMoreSevere(checked_status(result))
         return status
 
 

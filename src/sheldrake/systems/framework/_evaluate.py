@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED, EventDeclaration
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._layout import NO_ROW
-from sheldrake.systems.framework._store import Store
+from sheldrake.systems.framework._store import Store, checked_status
 from sheldrake.systems.framework._values import DiscreteValues, State
 
 Select = Callable[[EventDeclaration], bool]
@@ -60,8 +60,8 @@ def _run(store: Store, found: list, status: EventStatus) -> None:
         for stage in store.layout.stages(r):
             prepare(store, stage)
             result = store.compute(stage)
-        if isinstance(result, EventStatus):
-            status.KeepMoreSevere(result)
+        if result is not None:
+            status.KeepMoreSevere(checked_status(result))
             if status.severity() is EventStatus.Severity.kFailed:
                 system = status.system()
                 where = system._describe() if system is not None else "a system"

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex, OutputPortIndex, PortDataType
 from sheldrake.systems.framework._store import CONSTANT, SAMPLED, Store, not_connected
-from sheldrake.systems.framework._vector import BasicVector, lifted
+from sheldrake.systems.framework._vector import BasicVector, as_vector, lifted
 
 
 class FixedInputPortValue:
@@ -224,10 +222,8 @@ class InputPort(_Port):
 
 def _coerced(value: Any, store: Store) -> BasicVector:
     if store.S.dtype == object:
-        from sheldrake.systems.framework._vector import as_vector
-
         return BasicVector._view(as_vector(value, object))
-    return BasicVector(np.atleast_1d(np.asarray(value, float)))
+    return BasicVector(as_vector(value))
 
 
 class OutputPort(_Port):

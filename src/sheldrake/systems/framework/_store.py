@@ -11,9 +11,8 @@ import numpy as np
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import _scratch
-from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED, Callback
+from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, Callback
 from sheldrake.systems.framework._event import EventStatus
-from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._layout import Layout, Row
 from sheldrake.systems.framework._vector import BasicVector, lifted
@@ -399,6 +398,17 @@ class Store:
         self.i[self.layout.log0 + 3 * s + 2] = 0
 
 
+def checked_status(result: Any) -> EventStatus:
+    """What an event's handler returned, if it is an EventStatus.
+
+    Raises:
+        RuntimeError: it is not.
+    """
+    if not isinstance(result, EventStatus):
+        raise RuntimeError(f"An event handler must return None or an EventStatus, not {result!r}.")
+    return result
+
+
 def not_connected(system: Any, i: int, exported: Any = None) -> RuntimeError:
     """The error for an input port without a value."""
     also = ""
@@ -410,4 +420,4 @@ def not_connected(system: Any, i: int, exported: Any = None) -> RuntimeError:
     )
 
 
-__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "UNRESTRICTED", "Store", "Ticket", "not_connected", "tree_of"]
+__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "Store", "checked_status", "not_connected", "tree_of"]

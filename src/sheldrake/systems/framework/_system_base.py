@@ -43,7 +43,7 @@ class SystemBase:
         self._layouts: dict = {}
 
     def __getattr__(self, name: str) -> Any:
-        if name in ("_system_id", "_inputs", "_outputs", "_name"):
+        if name.startswith("_") and not name.startswith("__") and "_system_id" not in self.__dict__:
             raise TypeError(
                 f"{type(self).__name__}.__init__() must be called when overriding __init__: call "
                 "super().__init__() before anything else."

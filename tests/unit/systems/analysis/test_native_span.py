@@ -10,7 +10,8 @@ import pytest
 
 from sheldrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
 from sheldrake.systems.analysis import _progress as progress_module
-from sheldrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem, _loop
+from sheldrake.systems.framework import DiagramBuilder, EventStatus, LeafSystem
+from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.primitives import Integrator, LinearSystem, LogVectorOutput, Sine
 
 SWING = dict(A=[[0.0, 0.001], [-0.001, 1.0]], B=[[0.0], [0.001]], C=np.eye(2), D=np.zeros((2, 1)), time_period=1e-3)

@@ -21,7 +21,7 @@ stage = kernel(outline=True, strict=True)
 # I: change counters of the three levels. A counter grows when a source of its level, or of a slower one, changes:
 # parameters and fixed inputs; discrete and abstract state; time and continuous state.
 CONSTANT, SAMPLED, CONTINUOUS = i64(0), i64(1), i64(2)
-STATUS, ROW, TERMINATE, WITNESSED, NUM_SIDE = i64(3), i64(4), i64(5), i64(6), i64(8)
+STATUS, ROW, TERMINATE, WITNESSED, IDLE, NUM_SIDE = i64(3), i64(4), i64(5), i64(6), i64(7), i64(8)
 
 UNRESTRICTED, DISCRETE, PUBLISH = i64(0), i64(1), i64(2)
 
@@ -135,6 +135,12 @@ def copy_state(P, S, g, source, target):
 
 
 @inner
+def num_calls(P, g):
+    """How many rows group `g` calls."""
+    return P.act_ptr[g + 1] - P.act_ptr[g]
+
+
+@inner
 def due(P, I, g, kind):
     """Whether group `g` is of this kind and triggered."""
     return P.group[g, 0] == kind and I[P.size[TRIG0] + g] != 0
@@ -148,14 +154,17 @@ def update(P: Program, N: IntVector, S: Vector, I: IntVector, L: Vector, rows: I
         if due(P, I, g, kind):
             refresh(P, S, I, rows, g)
             copy_state(P, S, g, i64(0), P.size[PLUS])
-            n += 1
+            n += num_calls(P, g)
     if n == 0 or I[STATUS] != 0:
         return
+    I[IDLE] = 0
     for g in range(P.size[NUM_GROUPS]):
         if due(P, I, g, kind):
             fire(P, S, I, L, rows, g)
             if I[STATUS] != 0:
                 return  # nothing committed: the context keeps the last good state
+    if I[IDLE] == n:
+        return  # nobody had anything to do
     for g in range(P.size[NUM_GROUPS]):
         if due(P, I, g, kind):
             copy_state(P, S, g, P.size[PLUS], i64(0))
@@ -169,6 +178,7 @@ def update(P: Program, N: IntVector, S: Vector, I: IntVector, L: Vector, rows: I
 def publish(P: Program, N: IntVector, S: Vector, I: IntVector, L: Vector, rows: IntVector) -> None:
     """All triggered publishes."""
     n = 0
+    I[IDLE] = 0
     for g in range(P.size[NUM_GROUPS]):
         if due(P, I, g, PUBLISH):
             refresh(P, S, I, rows, g)
@@ -176,8 +186,8 @@ def publish(P: Program, N: IntVector, S: Vector, I: IntVector, L: Vector, rows: 
             if I[STATUS] != 0:
                 return
             I[P.size[TRIG0] + g] = 0
-            n += 1
-    if n > 0:
+            n += num_calls(P, g)
+    if n > I[IDLE]:
         N[PUBLISHES] += 1
 
 
