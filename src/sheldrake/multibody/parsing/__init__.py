@@ -1,7 +1,7 @@
 """Robot descriptions (URDF, SDFormat, MJCF, model directives) to a MultibodyPlant."""
 
 from ._collision_filter_groups import CollisionFilterGroups
-from ._diagnostics import DiagnosticDetail, DiagnosticPolicy, Location, ParseError
+from ._diagnostics import DiagnosticPolicy, ParseError
 from ._model_directives import (
     AddCollisionFilterGroup,
     AddDirectives,
@@ -27,14 +27,12 @@ __all__ = [
     "AddModelInstance",
     "AddWeld",
     "CollisionFilterGroups",
-    "DiagnosticDetail",
     "DiagnosticPolicy",
     "FlattenModelDirectives",
     "GetScopedFrameByName",
     "GetScopedFrameByNameMaybe",
     "LoadModelDirectives",
     "LoadModelDirectivesFromString",
-    "Location",
     "ModelDirective",
     "ModelDirectives",
     "ModelInstanceInfo",

@@ -252,7 +252,7 @@ class ModelBuilder:
         self._plant.AddCouplerConstraint(joint, source, description.ratio, description.offset)
 
     def _add_bushing(self, description: BushingDescription) -> None:
-        from sheldrake.multibody.tree import LinearBushingRollPitchYaw
+        from sheldrake.multibody.tree import LinearBushingRollPitchYaw  # type: ignore[attr-defined]
 
         self._plant.AddForceElement(
             LinearBushingRollPitchYaw(
@@ -388,7 +388,7 @@ def _make_joint(description: JointDescription, frame_F, frame_M):
         return tree.ScrewJoint(*ends, axis=axis, screw_pitch=description.screw_pitch, damping=damping)
     if kind == "curvilinear":
         limits = description.limits
-        return tree.CurvilinearJoint(
+        return tree.CurvilinearJoint(  # type: ignore[attr-defined]
             *ends,
             curvilinear_path=description.path,
             pos_lower_limit=limits.lower,

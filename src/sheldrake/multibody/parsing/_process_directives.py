@@ -129,7 +129,7 @@ def _with_namespace(directive: ModelDirective, namespace: str) -> ModelDirective
         frame = result.add_frame
         if "::" in frame.name:
             frame.name = join_names(namespace, frame.name)
-        frame.X_PF.base_frame = _prefixed(namespace, frame.X_PF.base_frame)
+        frame.X_PF.base_frame = _prefixed(namespace, frame.X_PF.base_frame or "world")
     if result.add_weld is not None:
         result.add_weld.parent = _prefixed(namespace, result.add_weld.parent)
         result.add_weld.child = _prefixed(namespace, result.add_weld.child)
