@@ -1,1 +1,14 @@
-"""sheldrake.systems.controllers"""
+"""Controllers: PID, linear quadratic regulators."""
+
+from sheldrake.systems.controllers._lqr import DiscreteTimeLinearQuadraticRegulator, LinearQuadraticRegulator
+from sheldrake.systems.controllers._pid import PidControlledSystem, PidController
+
+__all__ = [
+    "DiscreteTimeLinearQuadraticRegulator",
+    "LinearQuadraticRegulator",
+    "PidControlledSystem",
+    "PidController",
+]
+
+for _name in __all__:
+    globals()[_name].__module__ = __name__

@@ -1,0 +1,135 @@
+"""Linear quadratic regulators."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, System
+from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
+
+
+def _square(call: str, name: str, value: Any, n: int) -> np.ndarray:
+    array = np.array(value, dtype=float)
+    if array.shape != (n, n):
+        raise RuntimeError(f"{call}(): {name} must be {n} x {n}, it is {array.shape}.")
+    if np.abs(array - array.T).max(initial=0.0) > 1e-10 * max(1.0, np.abs(array).max(initial=0.0)):
+        raise RuntimeError(f"{call}(): {name} must be symmetric.")
+    return array
+
+
+def _checked(call: str, A: Any, B: Any, Q: Any, R: Any, N: Any) -> tuple[np.ndarray, ...]:
+    A, B = np.array(A, dtype=float), np.array(B, dtype=float)
+    if A.ndim != 2 or A.shape[0] != A.shape[1] or B.ndim != 2 or B.shape[0] != A.shape[0]:
+        raise RuntimeError(f"{call}(): A must be n x n and B n x m; they are {A.shape} and {B.shape}.")
+    n, m = B.shape
+    Q, R = _square(call, "Q", Q, n), _square(call, "R", R, m)
+    if np.linalg.eigvalsh(R).min(initial=np.inf) <= 0.0:
+        raise RuntimeError(f"{call}(): R must be positive definite")
+    N = np.zeros((n, m)) if N is None or np.size(N) == 0 else np.array(N, dtype=float)
+    if N.shape != (n, m):
+        raise RuntimeError(f"{call}(): N must be {n} x {m}, it is {N.shape}.")
+    return A, B, Q, R, N
+
+
+def _riccati(call: str, solve: Any, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.ndarray) -> np.ndarray:
+    try:
+        S = solve(A, B, Q, R)
+    except (np.linalg.LinAlgError, ValueError) as error:
+        raise RuntimeError(
+            f"{call}(): the Riccati equation has no stabilizing solution ({error}). Either (A, B) is not stabilizable, "
+            "or (Q, A) is not detectable."
+        ) from None
+    return S
+
+
+def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> Any:
+    """Returns the linear feedback that minimizes ∫ x'Qx + u'Ru + 2x'Nu.
+
+    Called as
+
+    - `LinearQuadraticRegulator(A, B, Q, R, N=None, F=None)`: for x' = A x + B u, where F x = 0 always; returns K and S
+      with u = -K x and the cost x'Sx;
+    - `LinearQuadraticRegulator(system, Q, R, N=None)` with a LinearSystem: returns the regulator, a LinearSystem;
+    - `LinearQuadraticRegulator(system, context, Q, R, N=None, input_port_index=...)`: for any system, linearized at an
+      equilibrium; returns the regulator about it, an AffineSystem.
+
+    Raises:
+        RuntimeError: sizes do not fit, R is not positive definite, or there is no stabilizing feedback.
+    """
+    first = args[0] if args else kwargs.get("system")
+    if not isinstance(first, System):
+        return _of_matrices(*args, **kwargs)
+    has_context = "context" in kwargs or (len(args) > 1 and not isinstance(args[1], (np.ndarray, list, tuple)))
+    if has_context:
+        return _of_system_at(*args, **kwargs)
+    return _of_linear_system(*args, **kwargs)
+
+
+def _of_matrices(A: Any, B: Any, Q: Any, R: Any, N: Any = None, F: Any = None) -> tuple[np.ndarray, np.ndarray]:
+    from scipy.linalg import null_space, solve_continuous_are
+
+    call = "LinearQuadraticRegulator"
+    A, B, Q, R, N = _checked(call, A, B, Q, R, N)
+    if F is not None and np.size(F):
+        basis = null_space(np.atleast_2d(np.array(F, dtype=float)))
+        K, S = _of_matrices(basis.T @ A @ basis, basis.T @ B, basis.T @ Q @ basis, R, basis.T @ N)
+        return K @ basis.T, basis @ S @ basis.T
+    R_inverse = np.linalg.inv(R)
+    # Completing the square in u takes N away (Bertsekas 2017, section 3.1).
+    A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
+    S = _riccati(call, solve_continuous_are, A1, B, Q1, R)
+    return R_inverse @ (B.T @ S + N.T), S
+
+
+def DiscreteTimeLinearQuadraticRegulator(
+    A: Any, B: Any, Q: Any, R: Any, N: Any = None
+) -> tuple[np.ndarray, np.ndarray]:
+    """Returns K and S: u = -K x minimizes Σ x'Qx + u'Ru + 2x'Nu for x[k+1] = A x[k] + B u[k], at the cost x'Sx.
+
+    Raises:
+        RuntimeError: sizes do not fit, R is not positive definite, or there is no stabilizing feedback.
+    """
+    from scipy.linalg import solve_discrete_are
+
+    call = "DiscreteTimeLinearQuadraticRegulator"
+    A, B, Q, R, N = _checked(call, A, B, Q, R, N)
+    R_inverse = np.linalg.inv(R)
+    A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
+    S = _riccati(call, solve_discrete_are, A1, B, Q1, R)
+    return np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T), S
+
+
+def _gain(system: LinearSystem, Q: Any, R: Any, N: Any) -> np.ndarray:
+    if system.time_period() > 0.0:
+        return DiscreteTimeLinearQuadraticRegulator(system.A(), system.B(), Q, R, N)[0]
+    return _of_matrices(system.A(), system.B(), Q, R, N)[0]
+
+
+def _of_linear_system(system: LinearSystem, Q: Any, R: Any, N: Any = None) -> LinearSystem:
+    K = _gain(system, Q, R, N)
+    m, n = K.shape
+    empty = np.zeros
+    return LinearSystem(empty((0, 0)), empty((0, n)), empty((m, 0)), -K, system.time_period())
+
+
+def _of_system_at(
+    system: System,
+    context: Any,
+    Q: Any,
+    R: Any,
+    N: Any = None,
+    input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
+) -> AffineSystem:
+    linear = Linearize(system, context, input_port_index, OutputPortSelection.kNoOutput)
+    K = _gain(linear, Q, R, N)
+    index = 0 if isinstance(input_port_index, InputPortSelection) else int(input_port_index)
+    u0 = np.array(system.get_input_port(index).Eval(context), dtype=float)
+    if linear.time_period() > 0.0:
+        x0 = np.array(context.get_discrete_state_vector().CopyToVector(), dtype=float)
+    else:
+        x0 = np.array(context.get_continuous_state_vector().CopyToVector(), dtype=float)
+    m, n = K.shape
+    empty = np.zeros
+    return AffineSystem(empty((0, 0)), empty((0, n)), empty(0), empty((m, 0)), -K, u0 + K @ x0, linear.time_period())
