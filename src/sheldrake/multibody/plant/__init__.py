@@ -1,6 +1,8 @@
 """MultibodyPlant: bodies, joints, geometry and contact as a system."""
 
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
+from sheldrake.systems.framework import LeafSystem_
+from sheldrake.systems.framework._templates import SystemTemplate
 
 from ._config import AddMultibodyPlant, AddMultibodyPlantSceneGraph, ApplyMultibodyPlantConfig, MultibodyPlantConfig
 from ._constraints import DistanceConstraintParams
@@ -8,18 +10,51 @@ from ._contact_results import ContactResults, ExternallyAppliedSpatialForce, Poi
 from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 from ._multibody_plant import MultibodyPlant
 
+MultibodyPlant_ = SystemTemplate("MultibodyPlant_", MultibodyPlant, scope=__name__, own=True, base=LeafSystem_)
+
+
+def _family(cls: type) -> SystemTemplate:
+    return SystemTemplate(f"{cls.__name__}_", cls, scope=__name__)
+
+
+ContactResults_ = _family(ContactResults)
+CoulombFriction_ = _family(CoulombFriction)
+ExternallyAppliedSpatialForce_ = _family(ExternallyAppliedSpatialForce)
+PointPairContactInfo_ = _family(PointPairContactInfo)
+
+
+def CalcContactFrictionFromSurfaceProperties(
+    surface_properties1: CoulombFriction, surface_properties2: CoulombFriction
+) -> CoulombFriction:
+    """Friction of a pair of surfaces: harmonic means, static and dynamic apart."""
+
+    def mean(a: float, b: float) -> float:
+        return 2.0 * a * b / (a + b) if a + b > 0.0 else 0.0
+
+    one, two = surface_properties1, surface_properties2
+    return CoulombFriction(
+        mean(one.static_friction(), two.static_friction()), mean(one.dynamic_friction(), two.dynamic_friction())
+    )
+
+
 __all__ = [
     "AddMultibodyPlant",
     "AddMultibodyPlantSceneGraph",
     "ApplyMultibodyPlantConfig",
+    "CalcContactFrictionFromSurfaceProperties",
     "ContactModel",
     "ContactResults",
+    "ContactResults_",
     "CoulombFriction",
+    "CoulombFriction_",
     "DiscreteContactApproximation",
     "DiscreteContactSolver",
     "DistanceConstraintParams",
     "ExternallyAppliedSpatialForce",
+    "ExternallyAppliedSpatialForce_",
     "MultibodyPlant",
     "MultibodyPlantConfig",
+    "MultibodyPlant_",
     "PointPairContactInfo",
+    "PointPairContactInfo_",
 ]

@@ -152,6 +152,15 @@ class MultibodyPlant(
             if slot.free >= 0 and not store.i[store.layout.fixed0 + slot.free]:
                 store.S[slice(*slot.span)] = np.nan  # the step's mark of a desired state that nobody gave
 
+    def SetDefaultState(self, context: Any, state: Any) -> None:
+        """Sets a state of a context's structure to the default positions, at rest."""
+        self._view(context)
+        x0 = np.concatenate([self._all_default_positions(), np.zeros(self._nv)])
+        if self.is_discrete():
+            state.get_mutable_discrete_state().get_mutable_vector(0).SetFromVector(x0)
+        else:
+            state.get_mutable_continuous_state().SetFromVector(x0)
+
     @property
     def _dtype(self) -> Any:
         return float if self._scalar is float else object

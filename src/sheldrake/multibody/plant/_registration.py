@@ -217,7 +217,7 @@ class Registration:
 
     def _require_mine(self, call: str, *elements: Any) -> None:
         for element in elements:
-            if element._owner is not self:
+            if getattr(element._owner, "_family", None) is not self._family:
                 raise RuntimeError(f"{call}(): {element!r} is not part of this MultibodyPlant.")
 
     def num_frames(self) -> int:

@@ -16,6 +16,8 @@ class PdControllerGains:
     """Gains of a joint's position controller: p [N m/rad or N/m] and d [N m s/rad or N s/m]."""
 
     __fields__ = ("p", "d")
+    p: float = 0.0
+    d: float = 0.0
 
     def __init__(self, p: float = 0.0, d: float = 0.0):
         self.p, self.d = float(p), float(d)

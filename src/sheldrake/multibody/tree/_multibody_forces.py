@@ -10,6 +10,8 @@ import numpy as np
 class MultibodyForces:
     """Generalized forces, and spatial forces on the bodies at their origins, in W."""
 
+    _scalar: Any = float
+
     def __init__(self, plant: Any = None, nv: int | None = None, *, nb: int | None = None):
         """
         Args:
@@ -17,7 +19,7 @@ class MultibodyForces:
             nv: Number of velocities, when `plant` is a number of bodies.
             nb: Number of bodies, by name.
         """
-        dtype: Any = float
+        dtype: Any = float if self._scalar is float else object
         if nb is None and isinstance(plant, (int, np.integer)):
             nb = int(plant)
         if nb is None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common.deprecation import _warn_deprecated
 from sheldrake.multibody.math import RotationalInertia, SpatialForce, SpatialForce_, SpatialInertia, UnitInertia
 from sheldrake.multibody.tree._element import NamedElement, vector
 from sheldrake.multibody.tree._frame import Frame, RigidBodyFrame
@@ -164,6 +165,11 @@ class RigidBody(NamedElement):
     def is_floating_base_body(self) -> bool:
         """Whether it floats from the world by a joint that Finalize() added."""
         return self._finalized("is_floating_base_body")._is_floating_base(self)
+
+    def is_floating(self) -> bool:
+        """The retired name of `is_floating_base_body`."""
+        _warn_deprecated("Use is_floating_base_body() instead of is_floating().", date="2026-06-01", stacklevel=3)
+        return self.is_floating_base_body()
 
     def has_quaternion_dofs(self) -> bool:
         """Whether it floats with a quaternion."""

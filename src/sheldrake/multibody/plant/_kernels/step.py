@@ -123,9 +123,7 @@ def smooth_part(xd, p, u, work, tree, tree_model, solver_model, force_model, pla
     if tamsi:
         add_limit_penalties(plant_model, xd, work.v, work.force)
     lock_motion(plant_model, p, work.v, work.force)
-    return free_motion(
-        tree_model, solver_model, plant_model, p, tree, work.problem_x, work.v, work.force, not tamsi
-    )
+    return free_motion(tree_model, solver_model, plant_model, p, tree, work.problem_x, work.v, work.force, not tamsi)
 
 
 @kernel

@@ -1,0 +1,36 @@
+"""Inertia of solids of uniform density."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry import Shape, TriangleSurfaceMesh
+from sheldrake.geometry._mass_properties import mass_properties
+from sheldrake.multibody.math import RotationalInertia, SpatialInertia
+
+
+def CalcSpatialInertia(shape: Any = None, density: float | None = None, *, mesh: Any = None) -> SpatialInertia:
+    """M_BBo_B of a body of uniform density that fills a shape whose frame is the body frame.
+
+    Args:
+        shape: A Shape, or a closed TriangleSurfaceMesh whose triangles wind outwards.
+        density: [kg/m³].
+        mesh: A TriangleSurfaceMesh, by name.
+
+    Raises:
+        RuntimeError: the shape is a HalfSpace or a MeshcatCone, or the mesh gives no physical inertia.
+    """
+    solid = shape if mesh is None else mesh
+    if density is None or not isinstance(solid, (Shape, TriangleSurfaceMesh)):
+        raise TypeError(
+            "CalcSpatialInertia(): incompatible function arguments. Takes (shape: Shape, density: float) or (mesh: "
+            "TriangleSurfaceMesh, density: float)."
+        )
+    try:
+        volume, c, I = mass_properties(solid)
+    except ValueError as error:
+        raise RuntimeError(str(error)) from None
+    central = RotationalInertia(*(density * np.diag(I)), *(density * I[[0, 0, 1], [1, 2, 2]]))
+    return SpatialInertia.MakeFromCentralInertia(density * volume, c, central)

@@ -1,0 +1,51 @@
+"""Gradients of model quantities on AutoDiffXd equal pydrake's."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pydrake")
+
+from random_plants import build, pydrake, random_state, sheldrake
+from test_plant_against_pydrake import close
+
+pytestmark = pytest.mark.peer
+
+
+def gradients(lib, seed):
+    """Names and derivatives with respect to (q, v) of everything a plant can be asked for."""
+    ad = importlib.import_module(f"{lib.library}.autodiffutils")
+    plant = build(lib, seed, num_bodies=5).ToAutoDiffXd()
+    assert isinstance(plant, lib.MultibodyPlant_[ad.AutoDiffXd])
+    context = plant.CreateDefaultContext()
+    q, v, _ = random_state(plant, seed)
+    plant.SetPositionsAndVelocities(context, ad.InitializeAutoDiff(np.concatenate([q, v])).ravel())
+    plant.get_actuation_input_port().FixValue(context, np.array([ad.AutoDiffXd(1.5)] * plant.num_actuators()))
+    body, world = plant.get_body(lib.BodyIndex(2)), plant.world_frame()
+    kV = lib.JacobianWrtVariable.kV
+    forces = lib.MultibodyForces_[ad.AutoDiffXd](plant)
+    plant.CalcForceElementsContribution(context, forces)
+    v = plant.GetVelocities(context)
+    values = {
+        "mass matrix": plant.CalcMassMatrix(context),
+        "bias": plant.CalcBiasTerm(context),
+        "gravity": plant.CalcGravityGeneralizedForces(context),
+        "centre of mass": plant.CalcCenterOfMassPositionInWorld(context),
+        "pose": plant.EvalBodyPoseInWorld(context, body).GetAsMatrix34(),
+        "velocity": plant.EvalBodySpatialVelocityInWorld(context, body).get_coeffs(),
+        "Jacobian": plant.CalcJacobianSpatialVelocity(context, kV, body.body_frame(), [0.1, 0.2, 0.3], world, world),
+        "potential energy": np.array([plant.CalcPotentialEnergy(context)]),
+        "kinetic energy": np.array([plant.CalcKineticEnergy(context)]),
+        "qdot": plant.MapVelocityToQDot(context, v),
+        "inverse dynamics": plant.CalcInverseDynamics(context, v, forces),
+        "derivatives": np.array(plant.EvalTimeDerivatives(context).CopyToVector()),
+    }
+    return {name: ad.ExtractGradient(np.reshape(value, (-1, 1))) for name, value in values.items()}
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_gradients(seed):
+    ours, theirs = gradients(sheldrake(), seed), gradients(pydrake(), seed)
+    for name in theirs:
+        close(ours[name], theirs[name], tolerance=1e-11)
