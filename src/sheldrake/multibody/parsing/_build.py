@@ -241,15 +241,15 @@ class ModelBuilder:
                 "the tag is ignored. Use set_discrete_contact_approximation() with another one.",
             )
             return
-        if not hasattr(self._plant, "AddCouplerConstraint"):
-            self._policy.Warning(
-                description,
-                f"Joint '{description.joint}' mimics '{description.source}', but coupler constraints are not "
-                "implemented; the tag is ignored.",
-            )
-            return
         joint, source = self._joints[description.joint], self._joints[description.source]
-        self._plant.AddCouplerConstraint(joint, source, description.ratio, description.offset)
+        try:
+            self._plant.AddCouplerConstraint(joint, source, description.ratio, description.offset)
+        except RuntimeError as error:
+            if self._plant.time_step() > 0.0:
+                raise
+            self._policy.Warning(
+                description, f"Joint '{description.joint}' mimics '{description.source}'; the tag is ignored: {error}"
+            )
 
     def _add_bushing(self, description: BushingDescription) -> None:
         from sheldrake.multibody.tree import LinearBushingRollPitchYaw  # type: ignore[attr-defined]

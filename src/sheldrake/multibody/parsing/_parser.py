@@ -185,7 +185,11 @@ class Parser:
         if kind == ".dmd.yaml":
             instances = self._add_directives(reading, text)
         else:
-            instances = self._build(read_models(kind, reading, text, model_name), self._prefix)
+            try:
+                models = read_models(kind, reading, text, model_name)
+            except RecursionError:
+                self._policy.Error(Location(reading.source), "Elements refer to each other, or are nested, too deeply.")
+            instances = self._build(models, self._prefix)
         self.finish_filters()
         return instances
 

@@ -39,6 +39,7 @@ class SdfScope:
     is_world: bool = False
     canonical_link: str = ""
     places: dict[str, Place] = field(default_factory=dict)
+    known_poses: dict[str, Any] = field(default_factory=dict)
 
     def add(self, place: Place) -> None:
         """Adds a place; names are unique among links, joints, frames and nested models.
@@ -56,6 +57,7 @@ class SdfScope:
         if place.name in ROOT_NAMES or "::" in place.name:
             self.reading.fail(place.where, f"The {place.kind} name '{place.name}' is reserved.")
         self.places[place.name] = place
+        self.known_poses.clear()
 
     def find(self, name: str, where: Location) -> "tuple[SdfScope, Place]":
         """The place a possibly scoped name stands for, and the scope that owns it.
@@ -89,6 +91,8 @@ class SdfScope:
 
         if name in ("", MODEL_FRAME) or (self.is_world and name == "world"):
             return RigidTransform()
+        if name in self.known_poses:
+            return self.known_poses[name]
         if "::" in name:
             model, _, rest = name.partition("::")
             return self.pose(model, where, pending) @ self._nested(model, name, where).pose(rest, where, pending)
@@ -101,7 +105,8 @@ class SdfScope:
         X_MP = X_MR @ place.X_RP
         if place.placement_frame:
             X_NF = place.scope.pose(place.placement_frame, place.where, pending)
-            return X_MP @ X_NF.inverse()
+            X_MP = X_MP @ X_NF.inverse()
+        self.known_poses[name] = X_MP
         return X_MP
 
     def _nested(self, model: str, name: str, where: Location) -> "SdfScope":

@@ -232,9 +232,11 @@ def make_path(pieces, initial_tangent, plane_normal, is_periodic: bool):
 def read_mimic(element: Element, model: ModelDescription, reading: Reading) -> None:
     """Adds the coupler of a joint's `<mimic>` child, when it has one."""
     mimic = element.find("mimic")
+    if mimic is None:
+        return
     joints = {joint.name: joint for joint in model.joints()}
     joint = joints.get(element.get("name", ""))
-    if mimic is None or joint is None:
+    if joint is None:
         return
     reading.warn_unknown(mimic, attributes=("joint", "multiplier", "offset"))
     source_name = reading.name(mimic, f"<mimic> of joint '{joint.name}'", "joint")

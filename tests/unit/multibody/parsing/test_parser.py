@@ -299,6 +299,17 @@ def test_mimic_is_ignored_with_a_warning_when_the_solver_takes_no_constraints(pl
     assert "mimics 'j', but TAMSI takes no constraints" in caplog.text
 
 
+def test_mimic_couples_joints():
+    chain = (
+        link("a") + link("b") + link("c") + joint() + joint('<mimic joint="j" multiplier="2"/>', name="k", child="c")
+    )
+    discrete, continuous = MultibodyPlant(1e-3), MultibodyPlant(0.0)
+    add(discrete, robot(chain))
+    assert discrete.num_constraints() == 1
+    add(continuous, robot(chain))
+    assert continuous.HasJointNamed("k")
+
+
 def test_files(plant, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     parser = Parser(plant)

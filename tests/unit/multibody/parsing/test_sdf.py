@@ -239,3 +239,13 @@ def test_ignored_content_is_reported(plant, caplog):
     messages = [record.getMessage() for record in caplog.records]
     assert [message.split(":")[1] for message in messages] == ["2", "4", "5"]
     assert "<self_collide>" in messages[0] and "<sensor>" in messages[1] and "friction 1" in messages[2]
+
+
+def test_long_chains_of_poses_and_deep_nesting():
+    links = "".join(f'<link name="l{i}"><pose relative_to="l{i - 1}">0 0 1 0 0 0</pose></link>' for i in range(1, 400))
+    plant = MultibodyPlant(0.0)
+    add(plant, document('<link name="l0"/>' + links))
+    assert_pose(pose_of(plant, "l399"), X(0, 0, 399))
+    nested = "".join(f'<model name="n{i}"><link name="a"/>' for i in range(400)) + "</model>" * 400
+    with pytest.raises(ParseError, match="too deeply"):
+        add(MultibodyPlant(0.0), f'<sdf version="1.9">{nested}</sdf>')
