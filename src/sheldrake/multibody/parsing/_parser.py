@@ -1,8 +1,9 @@
 """Parser: model files into a plant."""
 
 import os
+import warnings
 
-from sheldrake.common.deprecation import _warn_deprecated
+from sheldrake.common.deprecation import DrakeDeprecationWarning
 
 from ._build import ModelBuilder
 from ._collision_filter_groups import CollisionFilterGroups, FilterGroupCollector
@@ -125,29 +126,19 @@ class Parser:
 
     def AddModelFromFile(self, file_name, model_name: str = ""):
         """Retired: `AddModels(file_name)[0]`."""
-        _warn_deprecated(
-            "Parser.AddModelFromFile() was retired; use AddModels(file_name), which returns a list.",
-            date="2023-06-01",
-            stacklevel=3,
-        )
+        _hint("AddModelFromFile", "AddModels(file_name)[0]")
         return self._only(self._add_file(os.fspath(file_name), model_name), "AddModelFromFile()")
 
     def AddModelFromString(self, file_contents: str, file_type: str, model_name: str = ""):
         """Retired: `AddModelsFromString(file_contents, file_type)[0]`."""
-        _warn_deprecated(
-            "Parser.AddModelFromString() was retired; use AddModelsFromString(), which returns a list.",
-            date="2023-06-01",
-            stacklevel=3,
-        )
+        _hint("AddModelFromString", "AddModelsFromString(file_contents, file_type)[0]")
         source = f"<literal-string>.{file_type}"
         reading = Reading(self._policy, self._packages, source, None, self._wants_geometry())
         return self._only(self._add(self._kind_of(source), reading, file_contents, model_name), "AddModelFromString()")
 
     def AddAllModelsFromFile(self, file_name) -> list:
         """Retired: `AddModels(file_name)`."""
-        _warn_deprecated(
-            "Parser.AddAllModelsFromFile() was retired; use AddModels(file_name).", date="2023-06-01", stacklevel=3
-        )
+        _hint("AddAllModelsFromFile", "AddModels(file_name)")
         return self._add_file(os.fspath(file_name))
 
     def _only(self, instances: list, call: str):
@@ -236,6 +227,10 @@ class Parser:
         for model in models:
             instances += builder.add(model, prefix)
         return instances
+
+
+def _hint(retired: str, today: str) -> None:
+    warnings.warn(f"Parser.{retired}() is retired: use {today}.", DrakeDeprecationWarning, stacklevel=3)
 
 
 def read_models(kind: str, reading: Reading, text: "str | None", model_name: str = "") -> "list[ModelDescription]":
