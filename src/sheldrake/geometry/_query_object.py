@@ -339,7 +339,7 @@ def explain_contact_status(model: GeometryModel, table: ContactTable) -> Excepti
 
 def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
     """p_GQ of a point given in W; X_WG is a row of ContactTable.X_WG."""
-    return (p_WQ - X_WG[9:]) @ X_WG[:9].reshape(3, 3)
+    return (p_WQ - X_WG[9:12]) @ X_WG[:9].reshape(3, 3)
 
 
 def _with_point(model: GeometryModel, X_WB: np.ndarray, p_WQ: np.ndarray) -> tuple[GeometryModel, np.ndarray]:

@@ -25,25 +25,27 @@ from .table import bounding_centre, column, place_geometry, position_of, rotatio
 
 
 @kernel
-def far_apart(model, table, i, j):
-    """True if the bounding spheres of i and j (or of i and half space j) do not meet."""
-    p_WI = bounding_centre(model, table, i)
-    if model.geometry[j, KIND] == HALF_SPACE:
-        nhat = column(rotation_of(table, j), Z_AXIS)
-        return dot3(nhat, sub3(p_WI, position_of(table, j))) > model.size[i, BOUND]
-    r = sub3(bounding_centre(model, table, j), p_WI)
-    reach = model.size[i, BOUND] + model.size[j, BOUND]
+def spheres_apart(model, table, a, b):
+    """True if the bounding spheres of a and b do not meet; a half space meets everything."""
+    r = sub3(bounding_centre(table, a), bounding_centre(table, b))
+    reach = model.size[a, BOUND] + model.size[b, BOUND]
     return dot3(r, r) > reach * reach
+
+
+@kernel
+def above(model, table, i, j):
+    """True if the bounding sphere of i does not reach half space j."""
+    nhat = column(rotation_of(table, j), Z_AXIS)
+    return dot3(nhat, sub3(bounding_centre(table, i), position_of(table, j))) > model.size[i, BOUND]
 
 
 @kernel(outline=True)
 def collide(model, table, a, b):
-    """Contacts of geometries a and b, if any."""
+    """Contacts of geometries a and b, whose bounding spheres meet, if any."""
     i, j = in_order(model, a, b)
-    if far_apart(model, table, i, j):
-        return
     if model.geometry[j, KIND] == HALF_SPACE:
-        half_space_contacts(model, table, i, j)
+        if not above(model, table, i, j):
+            half_space_contacts(model, table, i, j)
     elif model.geometry[i, KIND] == SPHERE and model.geometry[j, KIND] <= ELLIPSOID:
         sphere_contacts(model, table, i, j)
     elif model.geometry[i, KIND] == BOX and model.geometry[j, KIND] == BOX:
@@ -56,10 +58,9 @@ def collide(model, table, a, b):
 def collide_basic(model, table, a, b):
     """The same for pairs with a half space, or of a sphere and another round or flat shape."""
     i, j = in_order(model, a, b)
-    if far_apart(model, table, i, j):
-        return
     if model.geometry[j, KIND] == HALF_SPACE:
-        half_space_contacts(model, table, i, j)
+        if not above(model, table, i, j):
+            half_space_contacts(model, table, i, j)
     elif model.geometry[i, KIND] == SPHERE and model.geometry[j, KIND] <= ELLIPSOID:
         sphere_contacts(model, table, i, j)
     else:
@@ -94,7 +95,10 @@ def find_contacts(geometry_model, X_WB, table):
     """Fills the table with all contacts, ordered by pair; the number of them, or minus the status of the search."""
     begin_search(geometry_model, X_WB, table)
     for k in range(geometry_model.pair.shape[0]):
-        collide(geometry_model, table, geometry_model.pair[k, 0], geometry_model.pair[k, 1])
+        a = geometry_model.pair[k, 0]
+        b = geometry_model.pair[k, 1]
+        if not spheres_apart(geometry_model, table, a, b):
+            collide(geometry_model, table, a, b)
     return search_result(table)
 
 
@@ -103,7 +107,10 @@ def find_basic_contacts(geometry_model, X_WB, table):
     """The same for models whose pairs are all basic (`is_basic`); takes a third of the time to compile."""
     begin_search(geometry_model, X_WB, table)
     for k in range(geometry_model.pair.shape[0]):
-        collide_basic(geometry_model, table, geometry_model.pair[k, 0], geometry_model.pair[k, 1])
+        a = geometry_model.pair[k, 0]
+        b = geometry_model.pair[k, 1]
+        if not spheres_apart(geometry_model, table, a, b):
+            collide_basic(geometry_model, table, a, b)
     return search_result(table)
 
 

@@ -265,7 +265,7 @@ def gjk(model, table, i, j, size, reach, shift):
 
     With a `shift`, shape j is moved by it. Stops early, with an estimate, once the distance is known to exceed `reach`.
     """
-    d = add3(sub3(bounding_centre(model, table, j), bounding_centre(model, table, i)), shift)
+    d = add3(sub3(bounding_centre(table, j), bounding_centre(table, i)), shift)
     if dot3(d, d) < 1e-28 * size * size:
         d = (1.0, 0.0, 0.0)
     v = add_vertex(model, table, i, j, d, SIMPLEX, shift)

@@ -26,6 +26,7 @@ X_AXIS = np.int64(0)
 Y_AXIS = np.int64(1)
 Z_AXIS = np.int64(2)
 POSITION = np.int64(9)  # column of p in a pose
+CENTRE_W = np.int64(12)  # column of the bounding sphere's centre in ContactTable.X_WG
 
 # Columns of GeometryModel.geometry
 KIND = np.int64(0)
@@ -109,7 +110,7 @@ class ContactTable(NamedTuple):
         pair: geometry A, geometry B, body A, body B, shape (capacity, 4).
         point: p_WCa, p_WCb [m], nhat_BA_W, depth [m], shape (capacity, 10).
         count: number of contacts, and the status of the search (0 is fine), shape (2,).
-        X_WG: poses of all geometries, shape (num_geometries, 12).
+        X_WG: poses of all geometries and centres of their bounding spheres [m], shape (num_geometries, 15).
         work: scratch of the pair kernels.
         iwork: integer scratch of the pair kernels.
     """
@@ -155,7 +156,7 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
         pair=np.zeros((capacity, 4), np.int64),
         point=np.zeros((capacity, 10)),
         count=np.zeros(2, np.int64),
-        X_WG=np.zeros((model.geometry.shape[0], 12)),
+        X_WG=np.zeros((model.geometry.shape[0], 15)),
         work=np.zeros((WORK_ROWS, 9)),
         iwork=np.zeros(IWORK_SIZE, np.int64),
     )

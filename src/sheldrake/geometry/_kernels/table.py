@@ -5,7 +5,7 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import add3, compose, load3_at, load9, rotate, scale3, store3_at, store9
 from sheldrake.common.kernel import kernel
 
-from .model import BODY, CAPACITY_EXCEEDED, CENTRE, DEPTH, NHAT_BA_W, P_WCA, P_WCB, POSITION
+from .model import BODY, CAPACITY_EXCEEDED, CENTRE, CENTRE_W, DEPTH, NHAT_BA_W, P_WCA, P_WCB, POSITION
 
 MIN_DEPTH = 2.220446049250313e-16  # [m] polytopes and round shapes must overlap by more; spheres may just touch
 
@@ -31,9 +31,11 @@ def place_geometry(model, X_WB, table):
     for g in range(model.geometry.shape[0]):
         body = model.geometry[g, BODY]
         R_WB = load9(X_WB, body)
-        store9(table.X_WG, g, compose(R_WB, load9(model.X_BG, g)))
+        R_WG = compose(R_WB, load9(model.X_BG, g))
+        store9(table.X_WG, g, R_WG)
         p_WG = add3(load3_at(X_WB, body, POSITION), rotate(R_WB, load3_at(model.X_BG, g, POSITION)))
         store3_at(table.X_WG, g, POSITION, p_WG)
+        store3_at(table.X_WG, g, CENTRE_W, add3(p_WG, rotate(R_WG, load3_at(model.size, g, CENTRE))))
 
 
 @kernel
@@ -47,9 +49,9 @@ def position_of(table, g):
 
 
 @kernel
-def bounding_centre(model, table, g):
+def bounding_centre(table, g):
     """Centre of the bounding sphere in W."""
-    return add3(position_of(table, g), rotate(rotation_of(table, g), load3_at(model.size, g, CENTRE)))
+    return load3_at(table.X_WG, g, CENTRE_W)
 
 
 @kernel(outline=True)
