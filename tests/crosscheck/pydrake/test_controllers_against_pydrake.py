@@ -1,7 +1,10 @@
 """Gains against pydrake's to 1e-9, and a PID loop's trajectory."""
 
+import importlib
+
 import numpy as np
 import pytest
+from tests.unit.systems.controllers.test_inverse_dynamics import ARM
 
 from sheldrake.systems import controllers as ours
 
@@ -31,3 +34,34 @@ def test_gains(seed):
 
 def test_the_comparison_sees_a_slightly_wrong_system():
     assert worst(gains(ours, 0, error=1e-7), gains(theirs, 0)) > 1e-9
+
+
+def forces(name):
+    """What the controllers of a two-link arm give in a library."""
+    parsing, plants, math = (
+        importlib.import_module(f"{name}.{m}") for m in ("multibody.parsing", "multibody.plant", "math")
+    )
+    m = importlib.import_module(f"{name}.systems.controllers")
+    plant = plants.MultibodyPlant(0.0)
+    parsing.Parser(plant).AddModelsFromString(ARM, "urdf")
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"), math.RigidTransform())
+    plant.Finalize()
+    systems = [
+        m.InverseDynamics(plant, m.InverseDynamics.kGravityCompensation),
+        m.InverseDynamics(plant),
+        m.InverseDynamicsController(plant, [1.0, 2.0], [0.1, 0.2], [3.0, 4.0], True),
+        m.JointStiffnessController(plant, [1.0, 2.0], [3.0, 4.0]),
+    ]
+    out = []
+    for system in systems:
+        context = system.CreateDefaultContext()
+        values = {"estimated_state": [0.3, 0.4, 0.5, 0.6], "desired_state": [1.3, 1.4, 0, 0.6]}
+        values["desired_acceleration"] = [5.0, 6.0]
+        for i in range(system.num_input_ports()):
+            system.get_input_port(i).FixValue(context, values[system.get_input_port(i).get_name()])
+        out += [system.get_output_port(i).Eval(context) for i in range(system.num_output_ports())]
+    return np.array(out)
+
+
+def test_forces_of_an_arm():
+    np.testing.assert_allclose(forces("sheldrake"), forces("pydrake"), rtol=1e-12)

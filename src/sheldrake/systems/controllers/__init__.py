@@ -1,10 +1,18 @@
-"""Controllers: PID, linear quadratic regulators."""
+"""Controllers: PID, linear quadratic regulators, inverse dynamics."""
 
+from sheldrake.systems.controllers._inverse_dynamics import (
+    InverseDynamics,
+    InverseDynamicsController,
+    JointStiffnessController,
+)
 from sheldrake.systems.controllers._lqr import DiscreteTimeLinearQuadraticRegulator, LinearQuadraticRegulator
 from sheldrake.systems.controllers._pid import PidControlledSystem, PidController
 
 __all__ = [
     "DiscreteTimeLinearQuadraticRegulator",
+    "InverseDynamics",
+    "InverseDynamicsController",
+    "JointStiffnessController",
     "LinearQuadraticRegulator",
     "PidControlledSystem",
     "PidController",

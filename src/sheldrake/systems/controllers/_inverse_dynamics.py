@@ -1,0 +1,251 @@
+"""Controllers that know the dynamics of a multibody plant."""
+
+from __future__ import annotations
+
+import enum
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.tree import MultibodyForces
+from sheldrake.systems.controllers._pid import PidController, _vector
+from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
+
+
+class InverseDynamicsMode(enum.Enum):
+    """What `InverseDynamics` computes: forces for accelerations, or forces that hold against gravity."""
+
+    kInverseDynamics = 0
+    kGravityCompensation = 1
+
+    def __int__(self) -> int:
+        return self.value
+
+    __index__ = __int__
+
+
+class _PlantKeeper(LeafSystem):
+    """A system that computes with a plant, in a context of its own."""
+
+    _plant: MultibodyPlant
+
+    def _keep(self, plant: MultibodyPlant, plant_context: Any = None) -> None:
+        self._plant = plant
+        given = plant_context is not None
+        self._plant_context = plant_context.Clone() if given else plant.CreateDefaultContext()
+
+    def _plant_at(self, x: np.ndarray) -> Any:
+        self._plant.SetPositionsAndVelocities(self._plant_context, x)
+        return self._plant_context
+
+    def _applied_forces(self, context: Any) -> MultibodyForces:
+        forces = MultibodyForces(self._plant)
+        self._plant.CalcForceElementsContribution(context, forces)
+        return forces
+
+    def get_input_port_estimated_state(self) -> InputPort:
+        """Returns the input for the plant's state."""
+        return self.GetInputPort("estimated_state")
+
+
+class InverseDynamics(_PlantKeeper):
+    """Generalized forces that give a plant desired accelerations, or that hold it against gravity.
+
+    Args:
+        plant: The plant, finalized. It is not part of the diagram; only its parameters are used.
+        mode: Which of the two.
+        plant_context: Holds the plant's parameters; defaults if absent.
+
+    Raises:
+        RuntimeError: the plant is not finalized.
+    """
+
+    InverseDynamicsMode = InverseDynamicsMode
+    kInverseDynamics = InverseDynamicsMode.kInverseDynamics
+    kGravityCompensation = InverseDynamicsMode.kGravityCompensation
+
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        mode: InverseDynamicsMode = InverseDynamicsMode.kInverseDynamics,
+        plant_context: Any = None,
+    ):
+        super().__init__()
+        states = plant.num_positions() + plant.num_velocities()
+        self._mode = mode
+        self._keep(plant, plant_context)
+        self.DeclareVectorInputPort("estimated_state", states)
+        if mode is InverseDynamicsMode.kInverseDynamics:
+            self.DeclareVectorInputPort("desired_acceleration", plant.num_velocities())
+        self.DeclareVectorOutputPort("generalized_force", plant.num_velocities(), self._calc_force)
+
+    def _calc_force(self, context: Any, output: Any) -> None:
+        x = np.array(self.get_input_port(0).Eval(context))
+        plant = self._plant
+        if self.is_pure_gravity_compensation():
+            output.SetFromVector(-plant.CalcGravityGeneralizedForces(self._plant_at(x)))
+            return
+        plant_context = self._plant_at(x)
+        vdot = np.array(self.get_input_port(1).Eval(context))
+        output.SetFromVector(plant.CalcInverseDynamics(plant_context, vdot, self._applied_forces(plant_context)))
+
+    def is_pure_gravity_compensation(self) -> bool:
+        """Tells whether only gravity is compensated."""
+        return self._mode is InverseDynamicsMode.kGravityCompensation
+
+    def get_input_port_desired_acceleration(self) -> InputPort:
+        """Returns the input for desired accelerations [rad/s^2 or m/s^2].
+
+        Raises:
+            RuntimeError: only gravity is compensated.
+        """
+        if self.is_pure_gravity_compensation():
+            raise RuntimeError("InverseDynamics: gravity compensation has no input for a desired acceleration.")
+        return self.GetInputPort("desired_acceleration")
+
+    def get_output_port_generalized_force(self) -> OutputPort:
+        """Returns the output with generalized forces [Nm or N]."""
+        return self.get_output_port(0)
+
+
+def _require_fully_actuated(call: str, plant: MultibodyPlant, *gains: np.ndarray) -> None:
+    n = plant.num_positions()
+    if plant.num_velocities() != n or plant.num_actuated_dofs() != n:
+        raise RuntimeError(
+            f"{call}(): the plant must be fully actuated, with as many positions as velocities; it has {n} positions, "
+            f"{plant.num_velocities()} velocities and {plant.num_actuated_dofs()} actuated degrees of freedom."
+        )
+    for gain in gains:
+        if gain.size != n:
+            raise RuntimeError(f"{call}(): {n} positions need {n} gains of each kind, got {gain.size}.")
+
+
+class InverseDynamicsController(Diagram):
+    """Tracks a desired state: inverse dynamics of the accelerations that a PID law asks for.
+
+    τ = inverse dynamics of (v̇_desired + kp (q_d - q) + kd (v_d - v) + ki ∫(q_d - q)).
+
+    Args:
+        robot: The plant, finalized and fully actuated.
+        kp: Proportional gains [1/s^2], shape `(n,)`.
+        ki: Integral gains [1/s^3].
+        kd: Derivative gains [1/s].
+        has_reference_acceleration: There is an input for desired accelerations; otherwise they are zero.
+        plant_context: Holds the plant's parameters; defaults if absent.
+
+    Raises:
+        RuntimeError: the plant is not fully actuated, or gains have another size.
+    """
+
+    def __init__(
+        self,
+        robot: MultibodyPlant,
+        kp: Any,
+        ki: Any,
+        kd: Any,
+        has_reference_acceleration: bool,
+        plant_context: Any = None,
+    ):
+        super().__init__()
+        call = "InverseDynamicsController"
+        gains = [_vector(call, n, g) for n, g in (("kp", kp), ("ki", ki), ("kd", kd))]
+        _require_fully_actuated(call, robot, *gains)
+        self._plant, n = robot, robot.num_velocities()
+        builder = DiagramBuilder()
+        dynamics = builder.AddSystem(InverseDynamics(robot, plant_context=plant_context))
+        self._pid = builder.AddSystem(PidController(*gains))
+        total = builder.AddSystem(Adder(2, n))
+        to_actuators = np.linalg.inv(robot.MakeActuationMatrix())
+        actuation = builder.AddSystem(MatrixGain(to_actuators))
+        builder.Connect(self._pid.get_output_port_control(), total.get_input_port(0))
+        builder.Connect(total.get_output_port(), dynamics.get_input_port_desired_acceleration())
+        builder.Connect(dynamics.get_output_port_generalized_force(), actuation.get_input_port())
+        state = builder.ExportInput(dynamics.get_input_port_estimated_state(), "estimated_state")
+        builder.ConnectInput(state, self._pid.get_input_port_estimated_state())
+        builder.ExportInput(self._pid.get_input_port_desired_state(), "desired_state")
+        if has_reference_acceleration:
+            builder.ExportInput(total.get_input_port(1), "desired_acceleration")
+        else:
+            zero = builder.AddSystem(ConstantVectorSource(np.zeros(n)))
+            builder.Connect(zero.get_output_port(), total.get_input_port(1))
+        builder.ExportOutput(actuation.get_output_port(), "actuation")
+        builder.ExportOutput(dynamics.get_output_port_generalized_force(), "generalized_force")
+        builder.BuildInto(self)
+
+    def set_integral_value(self, context: Any, value: Any, /) -> None:
+        """Sets the integral of the error in positions, shape `(n,)`."""
+        self.GetMutableSubsystemContext(self._pid, context).SetContinuousState(value)
+
+    def get_multibody_plant_for_control(self) -> MultibodyPlant:
+        """Returns the plant."""
+        return self._plant
+
+    def get_input_port_estimated_state(self) -> InputPort:
+        """Returns the input for the plant's state."""
+        return self.GetInputPort("estimated_state")
+
+    def get_input_port_desired_state(self) -> InputPort:
+        """Returns the input for the desired state."""
+        return self.GetInputPort("desired_state")
+
+    def get_input_port_desired_acceleration(self) -> InputPort:
+        """Returns the input for desired accelerations; there is one if so constructed."""
+        return self.GetInputPort("desired_acceleration")
+
+    def get_output_port_control(self) -> OutputPort:
+        """Returns the output with actuation [Nm or N], one element for each actuator."""
+        return self.GetOutputPort("actuation")
+
+    def get_output_port_generalized_force(self) -> OutputPort:
+        """Returns the output with generalized forces [Nm or N]."""
+        return self.GetOutputPort("generalized_force")
+
+
+class JointStiffnessController(_PlantKeeper):
+    """Makes the joints of a plant springs and dampers about a desired state, gravity compensated.
+
+    actuation = B⁻¹ (kp (q_d - q) + kd (v_d - v) - τ_gravity - τ_applied), τ_applied being springs' and dampers' in the
+    plant; Coriolis forces are left alone.
+
+    Args:
+        plant: The plant, finalized and fully actuated.
+        kp: Stiffness [Nm/rad or N/m], shape `(n,)`.
+        kd: Damping [Nm s/rad or N s/m], shape `(n,)`.
+
+    Raises:
+        RuntimeError: the plant is not fully actuated, or gains have another size.
+    """
+
+    def __init__(self, plant: MultibodyPlant, kp: Any, kd: Any):
+        super().__init__()
+        self._kp, self._kd = (_vector("JointStiffnessController", n, g) for n, g in (("kp", kp), ("kd", kd)))
+        _require_fully_actuated("JointStiffnessController", plant, self._kp, self._kd)
+        self._keep(plant)
+        self._to_actuators = np.linalg.inv(plant.MakeActuationMatrix())
+        states = plant.num_multibody_states()
+        self.DeclareVectorInputPort("estimated_state", states)
+        self.DeclareVectorInputPort("desired_state", states)
+        self.DeclareVectorOutputPort("actuation", plant.num_actuated_dofs(), self._calc_actuation)
+
+    def _calc_actuation(self, context: Any, output: Any) -> None:
+        x, desired = (np.array(self.get_input_port(i).Eval(context)) for i in range(2))
+        n = self._plant.num_positions()
+        forces = self._applied_forces(self._plant_at(x))
+        at_rest = self._plant_at(np.concatenate([x[:n], np.zeros(n)]))
+        tau = self._plant.CalcInverseDynamics(at_rest, np.zeros(n), forces)
+        tau = tau + self._kp * (desired[:n] - x[:n]) + self._kd * (desired[n:] - x[n:])
+        output.SetFromVector(self._to_actuators @ tau)
+
+    def get_multibody_plant(self) -> MultibodyPlant:
+        """Returns the plant."""
+        return self._plant
+
+    def get_input_port_desired_state(self) -> InputPort:
+        """Returns the input for the desired state."""
+        return self.GetInputPort("desired_state")
+
+    def get_output_port_actuation(self) -> OutputPort:
+        """Returns the output with actuation [Nm or N], one element for each actuator."""
+        return self.get_output_port(0)
