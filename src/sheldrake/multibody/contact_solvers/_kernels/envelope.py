@@ -125,6 +125,28 @@ def assemble(model, problem, contacts, rows, factor):
                     L[entry(factor, i, j)] += Gu * rows.J[r, b]
 
 
+@kernel
+def row_product(L, start_i, start_j, begin, end):
+    """Sum of L_ik L_jk for k in [begin, end), in four chains that the processor runs side by side."""
+    k = begin
+    s = 0.0
+    if end - begin >= 4:
+        a = 0.0
+        b = 0.0
+        c = 0.0
+        while k + 4 <= end:
+            s += L[start_i + k] * L[start_j + k]
+            a += L[start_i + k + 1] * L[start_j + k + 1]
+            b += L[start_i + k + 2] * L[start_j + k + 2]
+            c += L[start_i + k + 3] * L[start_j + k + 3]
+            k += 4
+        s = (s + a) + (b + c)
+    while k < end:
+        s += L[start_i + k] * L[start_j + k]
+        k += 1
+    return s
+
+
 @kernel(outline=True)
 def factorise(factor, n):
     """L L^T = H in place, row by row; the diagonal holds 1 / L_ii. Returns 1 when a pivot is not positive, else 0."""
@@ -138,10 +160,7 @@ def factorise(factor, n):
             k0 = factor.row[j, ENVELOPE]
             if k0 < first_i:
                 k0 = first_i
-            s = L[start_i + j]
-            for k in range(k0, j):
-                s -= L[start_i + k] * L[start_j + k]
-            s *= L[start_j + j]
+            s = (L[start_i + j] - row_product(L, start_i, start_j, k0, j)) * L[start_j + j]
             L[start_i + j] = s
             diagonal -= s * s
         if not diagonal > 0.0:
