@@ -115,7 +115,12 @@ def make_solver_work(model: SolverModel, contacts: int, rows: int, dtype: type =
     dense = model.setting[columns.APPROXIMATION] == columns.TAMSI
     size = min(nv * nv if dense else nv * (nv + 1) // 2, MAX_FACTOR) if contacts + rows else 0
     return SolverWork(
-        Problem(numbers(packed), numbers(columns.NUM_VECTORS, nv), integers(num_trees), integers(columns.NUM_COUNTS)),
+        Problem(
+            numbers(packed),
+            numbers(columns.NUM_VECTORS, nv),
+            integers(num_trees, columns.NUM_TREE_COLUMNS),
+            integers(columns.NUM_COUNTS),
+        ),
         Contacts(
             integers(contacts, int(columns.DOFS) + width),
             numbers(3 * contacts, width),

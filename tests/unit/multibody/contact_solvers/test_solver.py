@@ -82,7 +82,7 @@ def test_momentum_balance(name, settle):
             assert np.abs(residual).max() < 1e-3  # it stops on changes of velocity below 1e-6 m/s
         free = slice(9, 14)
         np.testing.assert_array_equal(problem.v[free], problem.v_star[free])
-        assert problem.work.problem.active.tolist() == [int(t in problem.touched) for t in range(4)]
+        assert problem.work.problem.tree[:, 0].tolist() == [int(t in problem.touched) for t in range(4)]
 
 
 @pytest.mark.parametrize("name", ["lagged", "similar", "sap"])

@@ -8,6 +8,8 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import column3, dot3, load_symmetric_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    CONTACTS_BEGIN,
+    CONTACTS_END,
     DEPTH_OF,
     DOFS,
     DV,
@@ -15,25 +17,30 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     FIRST_DOF,
     G_XX,
     GRADIENT,
-    NUM_CONTACTS,
     NUM_DOFS,
-    NUM_ROWS,
+    ORDER,
     PARENT_DOF,
     PARTICIPATING,
     ROW_DOFS,
     ROW_G,
     ROW_START,
+    ROWS_BEGIN,
+    ROWS_END,
     START,
     TREE_A,
     TREE_B,
+    TREE_ORDER,
+    TREES_BEGIN,
+    TREES_END,
     WIDTH,
 )
 
 
 @kernel
-def couple_trees(model, slot, first, index, count):
+def couple_trees(model, slot, first, index, begin, end):
     """Lets the rows of the later of two coupled trees start at the earlier one."""
-    for c in range(count):
+    for place in range(begin, end):
+        c = index[place, ORDER]
         a = index[c, TREE_A]
         b = index[c, TREE_B]
         if a >= 0 and b >= 0 and a != b:
@@ -50,24 +57,25 @@ def couple_trees(model, slot, first, index, count):
 def lay_out(model, problem, contacts, rows, factor):
     """Slots, first columns and addresses of the factor; returns the number of entries it needs."""
     n = 0
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            factor.first[t] = n
-            for k in range(model.tree[t, NUM_DOFS]):
-                factor.slot[model.tree[t, FIRST_DOF] + k] = n
-                n += 1
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        factor.first[t] = n
+        for k in range(model.tree[t, NUM_DOFS]):
+            factor.slot[model.tree[t, FIRST_DOF] + k] = n
+            n += 1
     problem.count[PARTICIPATING] = n
-    couple_trees(model, factor.slot, factor.first, contacts.index, problem.count[NUM_CONTACTS])
-    couple_trees(model, factor.slot, factor.first, rows.index, problem.count[NUM_ROWS])
+    count = problem.count
+    couple_trees(model, factor.slot, factor.first, contacts.index, count[CONTACTS_BEGIN], count[CONTACTS_END])
+    couple_trees(model, factor.slot, factor.first, rows.index, count[ROWS_BEGIN], count[ROWS_END])
     size = 0
     i = 0
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            for _ in range(model.tree[t, NUM_DOFS]):
-                factor.row[i, ENVELOPE] = factor.first[t]
-                factor.row[i, START] = size - factor.first[t]
-                size += i - factor.first[t] + 1
-                i += 1
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        for _ in range(model.tree[t, NUM_DOFS]):
+            factor.row[i, ENVELOPE] = factor.first[t]
+            factor.row[i, START] = size - factor.first[t]
+            size += i - factor.first[t] + 1
+            i += 1
     return size
 
 
@@ -83,24 +91,25 @@ def entry(factor, i, j):
 def assemble(model, problem, contacts, rows, factor):
     """H = A + J^T G J."""
     L = factor.L
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            base = factor.slot[first]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                i = base + k - first
-                start = factor.row[i, START]
-                for j in range(factor.row[i, ENVELOPE], i):
-                    L[start + j] = 0.0
-                at = model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]
-                L[start + i] = problem.A[at]
-                j = model.dof[k, PARENT_DOF]
-                while j >= 0:
-                    at -= 1
-                    L[start + base + j - first] = problem.A[at]
-                    j = model.dof[j, PARENT_DOF]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        base = factor.slot[first]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            i = base + k - first
+            start = factor.row[i, START]
+            for j in range(factor.row[i, ENVELOPE], i):
+                L[start + j] = 0.0
+            at = model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]
+            L[start + i] = problem.A[at]
+            j = model.dof[k, PARENT_DOF]
+            while j >= 0:
+                at -= 1
+                L[start + base + j - first] = problem.A[at]
+                j = model.dof[j, PARENT_DOF]
     J = contacts.J
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         xx, xy, yy, xz, yz, zz = load_symmetric_at(contacts.state, c, G_XX)
         if xx > 0.0 or zz > 0.0:
             for a in range(contacts.index[c, WIDTH]):
@@ -114,7 +123,8 @@ def assemble(model, problem, contacts, rows, factor):
                 for b in range(a + 1):
                     j = factor.slot[contacts.index[c, DOFS + b]]
                     L[entry(factor, i, j)] += dot3(Gu, column3(J, 3 * c, b))
-    for r in range(problem.count[NUM_ROWS]):
+    for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
+        r = rows.index[place, ORDER]
         G = rows.state[r, ROW_G]
         if G > 0.0:
             for a in range(rows.index[r, WIDTH]):
@@ -175,10 +185,10 @@ def newton_direction(model, problem, factor):
     L = factor.L
     x = factor.rhs
     n = problem.count[PARTICIPATING]
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            for dof in range(model.tree[t, FIRST_DOF], model.tree[t, FIRST_DOF] + model.tree[t, NUM_DOFS]):
-                x[factor.slot[dof]] = -problem.x[GRADIENT, dof]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        for dof in range(model.tree[t, FIRST_DOF], model.tree[t, FIRST_DOF] + model.tree[t, NUM_DOFS]):
+            x[factor.slot[dof]] = -problem.x[GRADIENT, dof]
     for i in range(n):
         start = factor.row[i, START]
         s = x[i]
@@ -191,7 +201,7 @@ def newton_direction(model, problem, factor):
         x[i] = s
         for k in range(factor.row[i, ENVELOPE], i):
             x[k] -= L[start + k] * s
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            for dof in range(model.tree[t, FIRST_DOF], model.tree[t, FIRST_DOF] + model.tree[t, NUM_DOFS]):
-                problem.x[DV, dof] = x[factor.slot[dof]]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        for dof in range(model.tree[t, FIRST_DOF], model.tree[t, FIRST_DOF] + model.tree[t, NUM_DOFS]):
+            problem.x[DV, dof] = x[factor.slot[dof]]

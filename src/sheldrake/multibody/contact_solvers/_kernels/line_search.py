@@ -9,15 +9,18 @@ from sheldrake.common._kernels.vec import add3, dot3, load3_at, mul_symmetric, s
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.contact_law import contact_cost, contact_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    CONTACTS_BEGIN,
+    CONTACTS_END,
     DVC,
-    NUM_CONTACTS,
-    NUM_ROWS,
+    ORDER,
     ROW_DVC,
     ROW_LOWER,
     ROW_R,
     ROW_UPPER,
     ROW_VC,
     ROW_VHAT,
+    ROWS_BEGIN,
+    ROWS_END,
     VC,
 )
 from sheldrake.multibody.contact_solvers._kernels.scalar_row import row_cost, row_impulse
@@ -42,11 +45,13 @@ def magnitude(x):
 def constraint_cost(model, problem, contacts, rows, alpha):
     """Sum of all l_i at vc + alpha dvc [J]."""
     total = 0.0
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         vc = add3(load3_at(contacts.state, c, VC), scale3(load3_at(contacts.state, c, DVC), alpha))
         total += contact_cost(model, contacts.law, c, vc)
     law = rows.law
-    for r in range(problem.count[NUM_ROWS]):
+    for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
+        r = rows.index[place, ORDER]
         vc_r = rows.state[r, ROW_VC] + alpha * rows.state[r, ROW_DVC]
         total += row_cost(law[r, ROW_R], law[r, ROW_VHAT], law[r, ROW_LOWER], law[r, ROW_UPPER], vc_r)
     return total
@@ -57,7 +62,8 @@ def constraint_slope(model, problem, contacts, rows, alpha):
     """First and second derivative of `constraint_cost` with respect to alpha."""
     slope = 0.0
     curvature = 0.0
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         dvc = load3_at(contacts.state, c, DVC)
         vc = add3(load3_at(contacts.state, c, VC), scale3(dvc, alpha))
         gamma, G = contact_impulse(model, contacts.law, c, vc)
@@ -65,7 +71,8 @@ def constraint_slope(model, problem, contacts, rows, alpha):
         slope -= dot3(dvc, gamma)
         curvature += dot3(dvc, G_dvc)
     law = rows.law
-    for r in range(problem.count[NUM_ROWS]):
+    for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
+        r = rows.index[place, ORDER]
         dvc_r = rows.state[r, ROW_DVC]
         vc_r = rows.state[r, ROW_VC] + alpha * dvc_r
         gamma_r, G_r = row_impulse(law[r, ROW_R], law[r, ROW_VHAT], law[r, ROW_LOWER], law[r, ROW_UPPER], vc_r)

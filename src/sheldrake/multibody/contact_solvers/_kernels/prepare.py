@@ -6,6 +6,7 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import dot3, load3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    ACTIVE,
     ACTUATOR,
     APPROXIMATION,
     DELASSUS,
@@ -52,26 +53,26 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     VHAT_N,
     WIDTH,
 )
-from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities
+from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocity
 
 FOUR_PI_SQUARED = np.float64(4.0 * np.pi**2)
 
 
 @kernel
-def mark_trees(active, index, count):
+def mark_trees(tree, index, count):
     """A tree takes part when a constraint touches it."""
     for c in range(count):
         if index[c, TREE_A] >= 0:
-            active[index[c, TREE_A]] = 1
+            tree[index[c, TREE_A], ACTIVE] = 1
         if index[c, TREE_B] >= 0:
-            active[index[c, TREE_B]] = 1
+            tree[index[c, TREE_B], ACTIVE] = 1
 
 
 @kernel
 def mobilities(model, problem):
     """1 / diag(A) of the dofs that take part."""
     for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
+        if problem.tree[t, ACTIVE] == 1:
             first = model.tree[t, FIRST_DOF]
             for k in range(first, first + model.tree[t, NUM_DOFS]):
                 problem.x[MOBILITY, k] = 1.0 / problem.A[model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]]
@@ -205,14 +206,14 @@ def prepare_rows(model, problem, rows):
 def prepare(model, problem, contacts, rows):
     """Marks the trees that take part and makes every constraint's law from what the plant wrote."""
     for t in range(model.tree.shape[0]):
-        problem.active[t] = 0
+        problem.tree[t, ACTIVE] = 0
     nc = problem.count[NUM_CONTACTS]
-    mark_trees(problem.active, contacts.index, nc)
-    mark_trees(problem.active, rows.index, problem.count[NUM_ROWS])
+    mark_trees(problem.tree, contacts.index, nc)
+    mark_trees(problem.tree, rows.index, problem.count[NUM_ROWS])
     mobilities(model, problem)
-    contact_velocities(contacts, nc, problem.x, V0, VC)
     kind = model.setting[APPROXIMATION]
     for c in range(nc):
+        contact_velocity(contacts, c, problem.x, V0, VC)
         w = contact_delassus(problem, contacts, c)
         contacts.law[c, DELASSUS] = w
         vc0 = load3_at(contacts.state, c, VC)

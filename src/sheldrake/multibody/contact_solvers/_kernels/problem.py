@@ -36,13 +36,13 @@ class Problem(NamedTuple):
     Attributes:
         A: Momentum matrix, packed: entry of dof k and its ancestor j at A[dof[k, ROW_START] + dof[j, DEPTH_OF]].
         x: Vectors over the dofs, shape (10, nv), rows `V0` .. `MOBILITY`.
-        active: 1 for a tree touched by a constraint, else 0, shape (num_trees,).
-        count: Numbers of this solve, shape (8,), columns `NUM_CONTACTS` .. `PARTICIPATING`.
+        tree: Who takes part, and in which island, shape (num_trees, 6), columns `ACTIVE` .. `ISLAND_ROWS`.
+        count: Numbers of this solve, shape (16,), columns `NUM_CONTACTS` .. `ROWS_END`.
     """
 
     A: Vector
     x: Matrix
-    active: IntVector
+    tree: IntMatrix
     count: IntVector
 
 
@@ -50,7 +50,7 @@ class Contacts(NamedTuple):
     """Frictional contacts, three rows each (two tangents, normal) in the contact frame C.
 
     Attributes:
-        index: Shape (capacity, 3 + width): `WIDTH`, `TREE_A`, `TREE_B`, then the dofs that move this contact.
+        index: Shape (capacity, 4 + width): `WIDTH`, `TREE_A`, `TREE_B`, `ORDER`, then the dofs that move it.
         J: Shape (3 capacity, width): rows 3 c .. 3 c + 2, a column for each of those dofs.
         law: Numbers of the contact law, shape (capacity, 9), columns `STIFFNESS` .. `DELASSUS`.
         state: Shape (capacity, 15): vc [m/s] (3), its change along the search direction (3), gamma [N s] (3),
@@ -67,7 +67,7 @@ class Rows(NamedTuple):
     """Scalar constraint rows: joint limits, PD actuators, couplers, distances, each direction of a ball or weld.
 
     Attributes:
-        index: Shape (capacity, 6 + width): `WIDTH`, `TREE_A`, `TREE_B`, `ROW_KIND`, `ROW_OWNER`, `ROW_GROUP`, dofs.
+        index: Shape (capacity, 7 + width): as of contacts to `ORDER`, then `ROW_KIND`, `ROW_OWNER`, `ROW_GROUP`, dofs.
         J: Shape (capacity, width).
         law: Shape (capacity, 9), columns `ROW_R` .. `ROW_FORWARD`: gamma = clamp((vhat - vc) / R, lower, upper);
             `prepare` makes R and vhat from the columns behind them.
@@ -147,19 +147,36 @@ NUM_VECTORS = 10
 NUM_CONTACTS = np.int64(0)
 NUM_ROWS = np.int64(1)
 ITERATIONS = np.int64(2)
-PARTICIPATING = np.int64(3)  # dofs of the active trees, once a factor has been needed
+PARTICIPATING = np.int64(3)  # dofs of the last island that needed a factor
 SUBSTEPS = np.int64(4)
-NUM_COUNTS = 8
+NUM_ISLANDS = np.int64(5)
+TREES_BEGIN = np.int64(6)  # the island at hand: places in the orders of trees, contacts and rows
+TREES_END = np.int64(7)
+CONTACTS_BEGIN = np.int64(8)
+CONTACTS_END = np.int64(9)
+ROWS_BEGIN = np.int64(10)
+ROWS_END = np.int64(11)
+NUM_COUNTS = 16
+
+# Problem.tree: rows are trees, then places, then islands
+ACTIVE = np.int64(0)  # 1 for a tree touched by a constraint, else 0
+ROOT_TREE = np.int64(1)  # towards the first tree of its island; then the number of the island
+TREE_ORDER = np.int64(2)  # the tree at a place: islands one after the other
+ISLAND_TREES = np.int64(3)  # where an island's trees end
+ISLAND_CONTACTS = np.int64(4)  # where an island's contacts end
+ISLAND_ROWS = np.int64(5)  # where an island's rows end
+NUM_TREE_COLUMNS = 6
 
 # Contacts.index and the first columns of Rows.index
 WIDTH = np.int64(0)
 TREE_A = np.int64(1)  # -1 for none
 TREE_B = np.int64(2)
-DOFS = np.int64(3)
-ROW_KIND = np.int64(3)
-ROW_OWNER = np.int64(4)
-ROW_GROUP = np.int64(5)  # n in the first of n rows that share their dofs and one Delassus estimate, 0 in the others
-ROW_DOFS = np.int64(6)
+ORDER = np.int64(3)  # the contact or row at this place: islands one after the other
+DOFS = np.int64(4)
+ROW_KIND = np.int64(4)
+ROW_OWNER = np.int64(5)
+ROW_GROUP = np.int64(6)  # n in the first of n rows that share their dofs and one Delassus estimate, 0 in the others
+ROW_DOFS = np.int64(7)
 
 # Contacts.law: the material, then what `prepare` derives (Hunt-Crossley | kSap)
 STIFFNESS = np.int64(0)  # k [N/m]

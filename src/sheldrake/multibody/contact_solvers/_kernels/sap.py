@@ -11,6 +11,7 @@ from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at, scale3,
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.contact_law import contact_impulse
 from sheldrake.multibody.contact_solvers._kernels.envelope import assemble, factorise, lay_out, newton_direction
+from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
 from sheldrake.multibody.contact_solvers._kernels.line_search import (
     COST_ABSOLUTE,
     COST_RELATIVE,
@@ -22,6 +23,8 @@ from sheldrake.multibody.contact_solvers._kernels.line_search import (
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     A_DV,
     ABSOLUTE_TOLERANCE,
+    CONTACTS_BEGIN,
+    CONTACTS_END,
     DEPTH_OF,
     DOFS,
     DV,
@@ -39,9 +42,9 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     J_GAMMA,
     MAX_ITERATIONS,
     MOBILITY,
-    NUM_CONTACTS,
     NUM_DOFS,
-    NUM_ROWS,
+    NUM_ISLANDS,
+    ORDER,
     P_STAR,
     PARENT_DOF,
     PARTICIPATING,
@@ -57,7 +60,12 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_UPPER,
     ROW_VC,
     ROW_VHAT,
+    ROWS_BEGIN,
+    ROWS_END,
     SETTLE,
+    TREE_ORDER,
+    TREES_BEGIN,
+    TREES_END,
     V0,
     V_STAR,
     VC,
@@ -83,27 +91,28 @@ NEARLY_STILL = np.float64(1e-8)  # (momentum over impulse of a step)^2 below whi
 def mul_A(model, problem, source, target):
     """x[target] = A x[source] over the participating dofs."""
     x = problem.x
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                at = model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]
-                x_k = x[source, k]
-                y_k = problem.A[at] * x_k
-                j = model.dof[k, PARENT_DOF]
-                while j >= 0:
-                    at -= 1
-                    y_k += problem.A[at] * x[source, j]
-                    x[target, j] += problem.A[at] * x_k
-                    j = model.dof[j, PARENT_DOF]
-                x[target, k] = y_k
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            at = model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]
+            x_k = x[source, k]
+            y_k = problem.A[at] * x_k
+            j = model.dof[k, PARENT_DOF]
+            while j >= 0:
+                at -= 1
+                y_k += problem.A[at] * x[source, j]
+                x[target, j] += problem.A[at] * x_k
+                j = model.dof[j, PARENT_DOF]
+            x[target, k] = y_k
 
 
 @kernel
 def apply_contact_impulses(model, problem, contacts):
     """Impulses and G at the present vc; adds J^T gamma to x[J_GAMMA]."""
     state = contacts.state
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         gamma, G = contact_impulse(model, contacts.law, c, load3_at(state, c, VC))
         store3_at(state, c, GAMMA, gamma)
         state[c, G_XX] = G[0]
@@ -120,7 +129,8 @@ def apply_contact_impulses(model, problem, contacts):
 def apply_row_impulses(problem, rows):
     """Impulses and G of the scalar rows at the present velocity; adds J^T gamma to x[J_GAMMA]."""
     law = rows.law
-    for r in range(problem.count[NUM_ROWS]):
+    for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
+        r = rows.index[place, ORDER]
         vc = rows.state[r, ROW_VC]
         gamma, G = row_impulse(law[r, ROW_R], law[r, ROW_VHAT], law[r, ROW_LOWER], law[r, ROW_UPPER], vc)
         rows.state[r, ROW_GAMMA] = gamma
@@ -138,25 +148,25 @@ def judge(model, problem, contacts, rows):
         these two, weighted by the mobilities [J].
     """
     x = problem.x
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                x[J_GAMMA, k] = 0.0
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            x[J_GAMMA, k] = 0.0
     apply_contact_impulses(model, problem, contacts)
     apply_row_impulses(problem, rows)
     residual = 0.0
     momentum = 0.0
     impulse = 0.0
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                g = x[P, k] - x[P_STAR, k] - x[J_GAMMA, k]
-                x[GRADIENT, k] = g
-                residual += g * g * x[MOBILITY, k]
-                momentum += x[P, k] * x[P, k] * x[MOBILITY, k]
-                impulse += x[J_GAMMA, k] * x[J_GAMMA, k] * x[MOBILITY, k]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            g = x[P, k] - x[P_STAR, k] - x[J_GAMMA, k]
+            x[GRADIENT, k] = g
+            residual += g * g * x[MOBILITY, k]
+            momentum += x[P, k] * x[P, k] * x[MOBILITY, k]
+            impulse += x[J_GAMMA, k] * x[J_GAMMA, k] * x[MOBILITY, k]
     scale = momentum
     if impulse > scale:
         scale = impulse
@@ -182,24 +192,24 @@ def root(x):
 @kernel
 def go_to_v0(model, problem, rows):
     """v = v0, its momenta and the velocities of the scalar rows; those of the contacts `prepare` has made."""
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                problem.x[V, k] = problem.x[V0, k]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            problem.x[V, k] = problem.x[V0, k]
     mul_A(model, problem, V, P)
-    row_velocities(rows, problem.count[NUM_ROWS], problem.x, V, ROW_VC)
+    row_velocities(problem, rows, V, ROW_VC)
 
 
 @kernel
 def start(model, problem, rows):
     """The first iterate v0; completes p* = A v*."""
     go_to_v0(model, problem, rows)
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                problem.x[P_STAR, k] += problem.x[P, k]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            problem.x[P_STAR, k] += problem.x[P, k]
 
 
 @kernel
@@ -207,11 +217,11 @@ def momentum_cost(model, problem):
     """1/2 (v - v*)^T A (v - v*) [J]."""
     x = problem.x
     s = 0.0
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                s += (x[V, k] - x[V_STAR, k]) * (x[P, k] - x[P_STAR, k])
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            s += (x[V, k] - x[V_STAR, k]) * (x[P, k] - x[P_STAR, k])
     return 0.5 * s
 
 
@@ -222,13 +232,13 @@ def along_direction(model, problem):
     slope = 0.0
     slope_A = 0.0
     curvature_A = 0.0
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                slope += x[DV, k] * x[GRADIENT, k]
-                slope_A += x[DV, k] * (x[P, k] - x[P_STAR, k])
-                curvature_A += x[DV, k] * x[A_DV, k]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            slope += x[DV, k] * x[GRADIENT, k]
+            slope_A += x[DV, k] * (x[P, k] - x[P_STAR, k])
+            curvature_A += x[DV, k] * x[A_DV, k]
     return slope, slope_A, curvature_A
 
 
@@ -236,16 +246,18 @@ def along_direction(model, problem):
 def advance(model, problem, contacts, rows, alpha):
     """v += alpha dv, and with it momenta and constraint velocities."""
     x = problem.x
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                x[V, k] += alpha * x[DV, k]
-                x[P, k] += alpha * x[A_DV, k]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            x[V, k] += alpha * x[DV, k]
+            x[P, k] += alpha * x[A_DV, k]
     state = contacts.state
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         store3_at(state, c, VC, add3(load3_at(state, c, VC), scale3(load3_at(state, c, DVC), alpha)))
-    for r in range(problem.count[NUM_ROWS]):
+    for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
+        r = rows.index[place, ORDER]
         rows.state[r, ROW_VC] += alpha * rows.state[r, ROW_DVC]
 
 
@@ -257,8 +269,8 @@ def direction(model, problem, contacts, rows, factor):
         return HESSIAN_NOT_POSITIVE
     newton_direction(model, problem, factor)
     mul_A(model, problem, DV, A_DV)
-    contact_velocities(contacts, problem.count[NUM_CONTACTS], problem.x, DV, DVC)
-    row_velocities(rows, problem.count[NUM_ROWS], problem.x, DV, ROW_DVC)
+    contact_velocities(problem, contacts, DV, DVC)
+    row_velocities(problem, rows, DV, ROW_DVC)
     return SOLVED
 
 
@@ -270,7 +282,7 @@ def iterate(model, problem, contacts, rows, factor):
     if model.setting[SETTLE] == 1:
         return iterate_settling(model, problem, contacts, rows, factor)
     cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
-    for k in range(model.setting[MAX_ITERATIONS]):
+    for _ in range(model.setting[MAX_ITERATIONS]):
         status = direction(model, problem, contacts, rows, factor)
         if status != SOLVED:
             return status
@@ -280,7 +292,7 @@ def iterate(model, problem, contacts, rows, factor):
         if found == 0:
             return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
-        problem.count[ITERATIONS] = k + 1
+        problem.count[ITERATIONS] += 1
         small, _, _ = evaluate(model, problem, contacts, rows)
         before = cost
         cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
@@ -297,7 +309,7 @@ def iterate_settling(model, problem, contacts, rows, factor):
 
     Stops, too, when what a step can still gain is round-off: gradient^T H^-1 gradient against momentum and impulse.
     """
-    for k in range(model.setting[MAX_ITERATIONS]):
+    for _ in range(model.setting[MAX_ITERATIONS]):
         status = direction(model, problem, contacts, rows, factor)
         if status != SOLVED:
             return status
@@ -309,7 +321,7 @@ def iterate_settling(model, problem, contacts, rows, factor):
             if found == 0:
                 return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
-        problem.count[ITERATIONS] = k + 1
+        problem.count[ITERATIONS] += 1
         small, momentum, impulse = evaluate(model, problem, contacts, rows)
         if small == 1 or -slope <= DECREMENT * (momentum + impulse):
             return SOLVED
@@ -320,21 +332,23 @@ def iterate_settling(model, problem, contacts, rows, factor):
 def try_rest(model, problem, contacts, rows):
     """Replaces an accepted v0 by zero where zero is as good, so that what is at rest does not creep at tolerance."""
     x = problem.x
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                x[V, k] = x[V0, k] - x[V0, k]
-                x[P, k] = x[V, k]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            x[V, k] = x[V0, k] - x[V0, k]
+            x[P, k] = x[V, k]
     zero = (0.0, 0.0, 0.0)
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         store3_at(contacts.state, c, VC, zero)
-    for r in range(problem.count[NUM_ROWS]):
+    for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
+        r = rows.index[place, ORDER]
         rows.state[r, ROW_VC] = 0.0
     small, _, _ = evaluate(model, problem, contacts, rows)
     if small == 0:
         go_to_v0(model, problem, rows)
-        contact_velocities(contacts, problem.count[NUM_CONTACTS], x, V, VC)
+        contact_velocities(problem, contacts, V, VC)
         evaluate(model, problem, contacts, rows)
 
 
@@ -353,9 +367,8 @@ def polish(model, problem, contacts, rows, factor):
 
 
 @kernel
-def sap_solve(model, problem, contacts, rows, factor):
-    """Fills x[V] over the participating dofs, the impulses and x[J_GAMMA]; after `prepare`. Returns a status."""
-    problem.count[ITERATIONS] = 0
+def solve_island(model, problem, contacts, rows, factor):
+    """The island at hand, from its first iterate v0 on; a status."""
     start(model, problem, rows)
     status = np.int64(SOLVED)
     small, momentum, impulse = judge(model, problem, contacts, rows)
@@ -366,3 +379,20 @@ def sap_solve(model, problem, contacts, rows, factor):
     if status == SOLVED and model.setting[POLISH] > 0:
         status = polish(model, problem, contacts, rows, factor)
     return status
+
+
+@kernel
+def sap_solve(model, problem, contacts, rows, factor):
+    """Fills x[V] over the participating dofs, the impulses and x[J_GAMMA]; after `prepare`. Returns a status.
+
+    Drake solves all at once, and stops when the sum of all residuals is small. When settling, each island of trees that
+    constraints connect is solved on its own: one that moves does not make those at rest iterate.
+    """
+    problem.count[ITERATIONS] = 0
+    group_islands(model, problem, contacts, rows, model.setting[SETTLE])
+    for island in range(problem.count[NUM_ISLANDS]):
+        select_island(problem, island)
+        status = solve_island(model, problem, contacts, rows, factor)
+        if status != SOLVED:
+            return status
+    return SOLVED

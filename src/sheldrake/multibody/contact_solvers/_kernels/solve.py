@@ -3,6 +3,7 @@
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.prepare import prepare
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    ACTIVE,
     FIRST_DOF,
     NUM_CONTACTS,
     NUM_DOFS,
@@ -24,14 +25,14 @@ from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_solve
 def leave_free(model, problem):
     """Takes every tree out of the solve."""
     for t in range(model.tree.shape[0]):
-        problem.active[t] = 0
+        problem.tree[t, ACTIVE] = 0
 
 
 @kernel
 def move_free_trees(model, problem):
     """x[V] = v* for the trees that no constraint touches."""
     for t in range(model.tree.shape[0]):
-        if problem.active[t] == 0:
+        if problem.tree[t, ACTIVE] == 0:
             first = model.tree[t, FIRST_DOF]
             for k in range(first, first + model.tree[t, NUM_DOFS]):
                 problem.x[V, k] = problem.x[V_STAR, k]

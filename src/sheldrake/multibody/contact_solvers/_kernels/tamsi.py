@@ -10,9 +10,12 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.envelope import lay_out
+from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
 from sheldrake.multibody.contact_solvers._kernels.line_search import magnitude
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     A_DV,
+    CONTACTS_BEGIN,
+    CONTACTS_END,
     DEPTH,
     DEPTH_OF,
     DISSIPATION,
@@ -33,8 +36,8 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     GRADIENT,
     ITERATIONS,
     J_GAMMA,
-    NUM_CONTACTS,
     NUM_DOFS,
+    ORDER,
     P_STAR,
     PARENT_DOF,
     PARTICIPATING,
@@ -43,6 +46,9 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     STICTION,
     STIFFNESS,
     SUBSTEPS,
+    TREE_ORDER,
+    TREES_BEGIN,
+    TREES_END,
     V0,
     VC,
     WIDTH,
@@ -76,7 +82,8 @@ def contact_forces(model, problem, contacts, h):
     """Impulses h f, and K = -d(h f)/dvc with rows (xx, xy, xz), (xy, yy, yz), (0, 0, zz), at the present vc."""
     law = contacts.law
     state = contacts.state
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         vx, vy, vn = load3_at(state, c, VC)
         k = law[c, STIFFNESS]
         d = law[c, DISSIPATION]
@@ -106,12 +113,13 @@ def contact_forces(model, problem, contacts, h):
 def momentum_residual(model, problem, contacts):
     """x[GRADIENT] = A v - p* - J^T gamma over the participating dofs."""
     x = problem.x
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                x[GRADIENT, k] = x[P, k] - x[START_MOMENTUM, k]
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            x[GRADIENT, k] = x[P, k] - x[START_MOMENTUM, k]
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         gamma = load3_at(contacts.state, c, GAMMA)
         for a in range(contacts.index[c, WIDTH]):
             x[GRADIENT, contacts.index[c, DOFS + a]] -= dot3(column3(contacts.J, 3 * c, a), gamma)
@@ -124,23 +132,24 @@ def assemble_dense(model, problem, contacts, factor):
     n = problem.count[PARTICIPATING]
     for i in range(n * n):
         H[i] = 0.0
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for dof in range(first, first + model.tree[t, NUM_DOFS]):
-                i = factor.slot[dof]
-                at = model.dof[dof, ROW_START] + model.dof[dof, DEPTH_OF]
-                H[i * n + i] = problem.A[at]
-                other = model.dof[dof, PARENT_DOF]
-                while other >= 0:
-                    at -= 1
-                    j = factor.slot[other]
-                    H[i * n + j] = problem.A[at]
-                    H[j * n + i] = problem.A[at]
-                    other = model.dof[other, PARENT_DOF]
-                factor.rhs[i] = -problem.x[GRADIENT, dof]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for dof in range(first, first + model.tree[t, NUM_DOFS]):
+            i = factor.slot[dof]
+            at = model.dof[dof, ROW_START] + model.dof[dof, DEPTH_OF]
+            H[i * n + i] = problem.A[at]
+            other = model.dof[dof, PARENT_DOF]
+            while other >= 0:
+                at -= 1
+                j = factor.slot[other]
+                H[i * n + j] = problem.A[at]
+                H[j * n + i] = problem.A[at]
+                other = model.dof[other, PARENT_DOF]
+            factor.rhs[i] = -problem.x[GRADIENT, dof]
     state = contacts.state
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         for b in range(contacts.index[c, WIDTH]):
             u = column3(contacts.J, 3 * c, b)
             K_u = (
@@ -192,7 +201,6 @@ def newton(model, problem, contacts, factor, h):
     """Newton iterations of one sub-step from v in x[V]; 1 when they converge, else 0."""
     x = problem.x
     state = contacts.state
-    count = problem.count[NUM_CONTACTS]
     tolerance = TOLERANCE * model.option[STICTION]
     change = 2.0 * tolerance
     polished = 0
@@ -208,11 +216,12 @@ def newton(model, problem, contacts, factor, h):
             return 0
         scatter(model, problem, factor)
         mul_A(model, problem, DV, A_DV)
-        contact_velocities(contacts, count, x, DV, DVC)
+        contact_velocities(problem, contacts, DV, DVC)
         tangential = 0.0
         normal = 0.0
         alpha = 1.0
-        for c in range(count):
+        for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+            c = contacts.index[place, ORDER]
             u = load3_at(state, c, DVC)
             tangential += u[0] * u[0] + u[1] * u[1]
             normal += u[2] * u[2]
@@ -224,13 +233,14 @@ def newton(model, problem, contacts, factor, h):
         change = root(tangential)
         if root(normal) > change:
             change = root(normal)
-        for t in range(model.tree.shape[0]):
-            if problem.active[t] == 1:
-                first = model.tree[t, FIRST_DOF]
-                for k in range(first, first + model.tree[t, NUM_DOFS]):
-                    x[V, k] += alpha * x[DV, k]
-                    x[P, k] += alpha * x[A_DV, k]
-        for c in range(count):
+        for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+            t = problem.tree[place, TREE_ORDER]
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                x[V, k] += alpha * x[DV, k]
+                x[P, k] += alpha * x[A_DV, k]
+        for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+            c = contacts.index[place, ORDER]
             store3_at(state, c, VC, add3(load3_at(state, c, VC), scale3(load3_at(state, c, DVC), alpha)))
         problem.count[ITERATIONS] += 1
     return 0
@@ -239,11 +249,11 @@ def newton(model, problem, contacts, factor, h):
 @kernel
 def scatter(model, problem, factor):
     """x[DV] from the solution by slots."""
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for dof in range(first, first + model.tree[t, NUM_DOFS]):
-                problem.x[DV, dof] = factor.rhs[factor.slot[dof]]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for dof in range(first, first + model.tree[t, NUM_DOFS]):
+            problem.x[DV, dof] = factor.rhs[factor.slot[dof]]
 
 
 @kernel(outline=True)
@@ -252,25 +262,26 @@ def substeps(model, problem, contacts, factor, n):
     x = problem.x
     law = contacts.law
     h = model.option[DT] / n
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                x[V, k] = x[V0, k]
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            x[V, k] = x[V0, k]
     mul_A(model, problem, V, P)
-    count = problem.count[NUM_CONTACTS]
-    contact_velocities(contacts, count, x, V, VC)
-    for c in range(count):
+    contact_velocities(problem, contacts, V, VC)
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         law[c, FE0] = law[c, STIFFNESS] * law[c, DEPTH]
     for _ in range(n):
-        for t in range(model.tree.shape[0]):
-            if problem.active[t] == 1:
-                first = model.tree[t, FIRST_DOF]
-                for k in range(first, first + model.tree[t, NUM_DOFS]):
-                    x[START_MOMENTUM, k] = x[P, k] + x[P_STAR, k] / n
+        for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+            t = problem.tree[place, TREE_ORDER]
+            first = model.tree[t, FIRST_DOF]
+            for k in range(first, first + model.tree[t, NUM_DOFS]):
+                x[START_MOMENTUM, k] = x[P, k] + x[P_STAR, k] / n
         if newton(model, problem, contacts, factor, h) == 0:
             return 0
-        for c in range(count):
+        for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+            c = contacts.index[place, ORDER]
             force = law[c, FE0] - h * law[c, STIFFNESS] * contacts.state[c, VC + 2]
             if force < 0.0:
                 force = 0.0 * force
@@ -282,12 +293,13 @@ def substeps(model, problem, contacts, factor, n):
 def store_impulses(model, problem, contacts, n):
     """Impulses of the last sub-step's forces over the whole step, and J^T of them in x[J_GAMMA]."""
     x = problem.x
-    for t in range(model.tree.shape[0]):
-        if problem.active[t] == 1:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                x[J_GAMMA, k] = 0.0
-    for c in range(problem.count[NUM_CONTACTS]):
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            x[J_GAMMA, k] = 0.0
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
         gamma = scale3(load3_at(contacts.state, c, GAMMA), 1.0 * n)
         store3_at(contacts.state, c, GAMMA, gamma)
         for a in range(contacts.index[c, WIDTH]):
@@ -300,6 +312,8 @@ def tamsi_solve(model, problem, contacts, rows, factor):
 
     x[P_STAR] holds dt times the generalized forces; here A = M.
     """
+    group_islands(model, problem, contacts, rows, 0)
+    select_island(problem, 0)
     lay_out(model, problem, contacts, rows, factor)
     n = problem.count[PARTICIPATING]
     if n * n > factor.L.shape[0]:

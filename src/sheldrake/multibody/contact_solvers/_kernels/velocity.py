@@ -2,30 +2,46 @@
 
 from sheldrake.common._kernels.vec import store3_at
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.problem import DOFS, ROW_DOFS, WIDTH
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    CONTACTS_BEGIN,
+    CONTACTS_END,
+    DOFS,
+    ORDER,
+    ROW_DOFS,
+    ROWS_BEGIN,
+    ROWS_END,
+    WIDTH,
+)
 
 
 @kernel
-def contact_velocities(contacts, count, x, row, column):
-    """Columns column .. column + 2 of every contact's state = J x[row] [m/s]."""
-    for c in range(count):
-        r = 3 * c
-        ux = 0.0
-        uy = 0.0
-        uz = 0.0
-        for a in range(contacts.index[c, WIDTH]):
-            s = x[row, contacts.index[c, DOFS + a]]
-            ux += contacts.J[r, a] * s
-            uy += contacts.J[r + 1, a] * s
-            uz += contacts.J[r + 2, a] * s
-        store3_at(contacts.state, c, column, (ux, uy, uz))
+def contact_velocity(contacts, c, x, row, column):
+    """Columns column .. column + 2 of a contact's state = J x[row] [m/s]."""
+    r = 3 * c
+    ux = 0.0
+    uy = 0.0
+    uz = 0.0
+    for a in range(contacts.index[c, WIDTH]):
+        s = x[row, contacts.index[c, DOFS + a]]
+        ux += contacts.J[r, a] * s
+        uy += contacts.J[r + 1, a] * s
+        uz += contacts.J[r + 2, a] * s
+    store3_at(contacts.state, c, column, (ux, uy, uz))
 
 
 @kernel
-def row_velocities(rows, count, x, row, column):
-    """Column `column` of every row's state = J x[row]."""
-    for r in range(count):
+def contact_velocities(problem, contacts, row, column):
+    """`contact_velocity` of the island's contacts."""
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        contact_velocity(contacts, contacts.index[place, ORDER], problem.x, row, column)
+
+
+@kernel
+def row_velocities(problem, rows, row, column):
+    """Column `column` of the state of the island's rows = J x[row]."""
+    for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
+        r = rows.index[place, ORDER]
         u = 0.0
         for a in range(rows.index[r, WIDTH]):
-            u += rows.J[r, a] * x[row, rows.index[r, ROW_DOFS + a]]
+            u += rows.J[r, a] * problem.x[row, rows.index[r, ROW_DOFS + a]]
         rows.state[r, column] = u

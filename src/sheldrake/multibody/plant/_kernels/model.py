@@ -100,7 +100,7 @@ class StepWork(NamedTuple):
     table_work: Matrix
     table_iwork: IntVector
     problem_x: Matrix
-    problem_active: IntVector
+    problem_tree: IntMatrix
     problem_count: IntVector
     contacts_index: IntMatrix
     contacts_J: Matrix

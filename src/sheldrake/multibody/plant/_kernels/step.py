@@ -166,7 +166,7 @@ def plant_step(
 ) -> int:
     """x+ of a discrete plant under kLagged, kSimilar or kSap; a status of `contact_solvers`, 0 when all is well."""
     tree = tree_work(work)
-    problem = Problem(work.tree_M, work.problem_x, work.problem_active, work.problem_count)
+    problem = Problem(work.tree_M, work.problem_x, work.problem_tree, work.problem_count)
     contacts = Contacts(work.contacts_index, work.contacts_J, work.contacts_law, work.contacts_state)
     rows = Rows(work.rows_index, work.rows_J, work.rows_law, work.rows_state)
     factor = Factor(work.factor_slot, work.factor_row, work.factor_first, work.factor_L, work.factor_rhs)
@@ -206,7 +206,7 @@ def plant_step_tamsi(
 ) -> int:
     """x+ of a discrete plant under kTamsi; a status of `contact_solvers`, 0 when all is well."""
     tree = tree_work(work)
-    problem = Problem(work.tree_M, work.problem_x, work.problem_active, work.problem_count)
+    problem = Problem(work.tree_M, work.problem_x, work.problem_tree, work.problem_count)
     contacts = Contacts(work.contacts_index, work.contacts_J, work.contacts_law, work.contacts_state)
     rows = Rows(work.rows_index, work.rows_J, work.rows_law, work.rows_state)
     factor = Factor(work.factor_slot, work.factor_row, work.factor_first, work.factor_L, work.factor_rhs)
