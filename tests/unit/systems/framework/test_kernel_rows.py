@@ -1,0 +1,208 @@
+"""Systems whose behaviour is kernels: what they see, what they fill, how they fail."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from sheldrake.common.kernel import IntVector, Matrix, Vector, Vectors, kernel
+from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
+from sheldrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput
+
+
+class Springs(NamedTuple):
+    stiffness: Matrix  # [N/m]
+    settings: Vector  # time step [s], mass [kg], longest extension [m]
+
+
+class Work(NamedTuple):
+    force: Matrix
+    count: IntVector
+
+
+@kernel(top=True)
+def step(t: float, model: Springs, xd: Vector, p: Vector, u: Vectors, work: Work, x_next: Vector) -> int:
+    n = xd.shape[0] // 2
+    dt = model.settings[0]
+    for i in range(n):
+        work.force[i, 0] = p[0] * u[0][i]
+        for j in range(n):
+            work.force[i, 0] -= model.stiffness[i, j] * xd[j]
+        if xd[i] > model.settings[2]:
+            return 7 + i
+    for i in range(n):
+        x_next[n + i] = xd[n + i] + dt * work.force[i, 0] / model.settings[1]
+        x_next[i] = xd[i] + dt * x_next[n + i]
+    work.count[0] += 1
+    return 0
+
+
+@kernel(top=True)
+def forces(work: Work, y: Vector) -> None:
+    for i in range(y.shape[0]):
+        y[i] = work.force[i, 0]
+
+
+@kernel(top=True)
+def positions(xd: Vector, y: Vector) -> None:
+    for i in range(y.shape[0]):
+        y[i] = xd[i]
+
+
+class Chain(LeafSystem):
+    """Masses on springs: state, parameters, scratch, model, and an output of what the last step left."""
+
+    K = np.array([[20.0, -10.0], [-10.0, 20.0]])
+
+    def __init__(self, longest=1e9, optional=False):
+        super().__init__()
+        self.settings = np.array([0.01, 2.0, longest])
+        self.DeclareVectorInputPort("force", 2)
+        self._inputs[0].optional = optional
+        self.DeclareNumericParameter(BasicVector([3.0]))
+        self.DeclareDiscreteState([0.1, 0.0])
+        self.DeclareDiscreteState([0.0, 1.0])
+        self._declare_scratch(Work(np.full((2, 1), -1.0), np.zeros(1, np.int64)))
+        self.DeclarePeriodicDiscreteUpdateEvent(0.01, 0.0, step)
+        self.DeclareForcedDiscreteUpdateEvent(step)
+        self.DeclareVectorOutputPort("forces", 2, forces)
+        self.DeclareVectorOutputPort("positions", 2, positions)
+        self.asked = 0
+
+    def _kernel_models(self, root):
+        self.asked += 1
+        self.fed_by = root.source(0)
+        return {"model": Springs(self.K, self.settings)}
+
+    def _explain_status(self, status, context):
+        return ValueError(f"spring {status - 7} broke at {context.get_discrete_state(0)[status - 7]:.3f} m")
+
+
+def reference(steps, force):
+    q, v = np.array([0.1, 0.0]), np.array([0.0, 1.0])
+    for _ in range(steps):
+        f = 3.0 * force - Chain.K @ q
+        v = v + 0.01 * f / 2.0
+        q = q + 0.01 * v
+    return q, v, f
+
+
+@pytest.fixture(params=[False, True], ids=["interpreted", "native"])
+def scene(request):
+    builder = DiagramBuilder()
+    source = builder.AddSystem(ConstantVectorSource([1.0, -2.0]))
+    chain, gain = builder.AddNamedSystem("chain", Chain()), builder.AddSystem(Gain(1.0, 2))
+    builder.Connect(source.get_output_port(), chain.get_input_port())
+    builder.Connect(chain.GetOutputPort("positions"), gain.get_input_port())
+    sink = LogVectorOutput(gain.get_output_port(), builder)
+    simulator = Simulator(builder.Build())
+    simulator._native = request.param
+    return simulator, chain, source, sink
+
+
+def test_state_scratch_and_model(scene):
+    simulator, chain, source, sink = scene
+    context = chain.GetMyContextFromRoot(simulator.get_context())
+    port = chain.GetOutputPort("forces")
+    assert np.array_equal(port.Eval(context), [-1.0, -1.0])
+    simulator.AdvanceTo(0.2)
+    q, v, f = reference(20, np.array([1.0, -2.0]))
+    np.testing.assert_allclose(context.get_discrete_state(0).value(), q, rtol=1e-13)
+    np.testing.assert_allclose(context.get_discrete_state(1).value(), v, rtol=1e-13)
+    np.testing.assert_allclose(port.Eval(context), f, rtol=1e-13)
+    assert chain._scratch(context).count[0] == 20
+    with pytest.raises(ValueError, match="read-only"):
+        chain._scratch(context).force[0, 0] = 1.0
+    np.testing.assert_allclose(sink.FindLog(simulator.get_context()).data()[:, -1], q, rtol=1e-13)
+    assert chain.asked == 1 and chain.fed_by == (source, 0)
+
+
+def test_scratch_is_cloned(scene):
+    simulator, chain, _, _ = scene
+    simulator.AdvanceTo(0.1)
+    clone = simulator.get_context().Clone()
+    simulator.AdvanceTo(0.2)
+    counts = [chain._scratch(chain.GetMyContextFromRoot(c)).count[0] for c in (clone, simulator.get_context())]
+    assert counts == [10, 20]
+
+
+def test_an_update_by_hand_leaves_the_state_alone(scene):
+    simulator, chain, _, _ = scene
+    context = chain.GetMyContextFromRoot(simulator.get_context())
+    values = chain.AllocateDiscreteVariables()
+    chain.CalcForcedDiscreteVariableUpdate(context, values)
+    q, v, _ = reference(1, np.array([1.0, -2.0]))
+    np.testing.assert_allclose(values.get_vector(0).value(), q, rtol=1e-14)
+    np.testing.assert_allclose(values.get_vector(1).value(), v, rtol=1e-14)
+    assert context.get_discrete_state(0)[0] == 0.1
+    again = chain.EvalUniquePeriodicDiscreteUpdate(context)
+    assert np.array_equal(again.get_vector(1).value(), values.get_vector(1).value())
+
+
+@pytest.mark.parametrize("native", [False, True])
+def test_a_status_becomes_the_systems_error(native):
+    chain = Chain(longest=0.105)
+    simulator = Simulator(chain)
+    simulator._native = native
+    chain.get_input_port().FixValue(simulator.get_mutable_context(), [0.0, 0.0])
+    with pytest.raises(ValueError, match=r"spring 1 broke at 0\.1\d\d m") as info:
+        simulator.AdvanceTo(1.0)
+    context = simulator.get_context()
+    assert "discrete update of System ::_" in info.value.__notes__[0]
+    assert context.get_discrete_state(0)[1] > 0.105
+    steps = round(context.get_time() / 0.01)
+    assert np.allclose(context.get_discrete_state(0).value(), reference(steps, np.zeros(2))[0], rtol=1e-12)
+    with pytest.raises(ValueError, match="spring 1 broke"):
+        chain.EvalUniquePeriodicDiscreteUpdate(context)
+
+
+def test_a_missing_input_is_an_error_unless_it_is_optional():
+    with pytest.raises(RuntimeError, match=r"InputPort\[0\] \(force\) of System .* is not connected"):
+        Simulator(Chain()).AdvanceTo(0.1)
+    chain = Chain(optional=True)
+    simulator = Simulator(chain)
+    simulator.AdvanceTo(0.05)
+    q, _, _ = reference(5, np.zeros(2))
+    np.testing.assert_allclose(simulator.get_context().get_discrete_state(0).value(), q, rtol=1e-13)
+
+
+def test_parameters_reach_the_kernel():
+    chain = Chain()
+    context = chain.CreateDefaultContext()
+    chain.get_input_port().FixValue(context, [1.0, 0.0])
+    first = chain.EvalUniquePeriodicDiscreteUpdate(context).get_vector(1)[0]
+    context.get_mutable_numeric_parameter(0)[0] = 30.0
+    second = chain.EvalUniquePeriodicDiscreteUpdate(context).get_vector(1)[0]
+    assert second - first == pytest.approx(0.01 * 27.0 / 2.0)
+
+
+def test_feedthrough_and_freshness_are_read_off_the_signature():
+    chain = Chain()
+    assert not chain.HasAnyDirectFeedthrough()
+
+    @kernel(top=True)
+    def through(u: Vectors, y: Vector) -> None:
+        y[0] = u[0][0]
+
+    @kernel(top=True)
+    def wrong(speed: Vector, y: Vector) -> None:
+        y[0] = speed[0]
+
+    system = LeafSystem()
+    system.DeclareVectorInputPort("u", 1)
+    system.DeclareVectorOutputPort("y", 1, through)
+    assert system.HasDirectFeedthrough(0, 0)
+    system = LeafSystem()
+    system.DeclareVectorOutputPort("y", 1, wrong)
+    with pytest.raises(TypeError, match="'speed' is none of t, xc, xd, p, u, work, model"):
+        system.CreateDefaultContext()
+
+
+def test_a_missing_model_is_named():
+    class Bare(Chain):
+        def _kernel_models(self, root):
+            return {"other": 1}
+
+    with pytest.raises(ValueError, match=r"gives \['other'\]; .*step.* needs 'model'"):
+        Bare().CreateDefaultContext()
