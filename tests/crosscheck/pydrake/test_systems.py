@@ -136,6 +136,9 @@ def run(lib, make, stops, setting):
         integrator.set_maximum_step_size(0.01)
     elif setting in ("runge_kutta2", "explicit_euler"):
         lib.ResetIntegratorFromFlags(simulator, setting, 0.013)
+    elif setting in ("runge_kutta5", "bogacki_shampine3"):
+        lib.ResetIntegratorFromFlags(simulator, setting, 0.1)
+        simulator.get_mutable_integrator().set_target_accuracy(1e-3)
     elif isinstance(setting, float):
         integrator.set_target_accuracy(setting)
     for stop in stops:
@@ -147,7 +150,9 @@ def run(lib, make, stops, setting):
     return found, simulator
 
 
-@pytest.mark.parametrize("setting", ["fixed", "runge_kutta2", "explicit_euler", 1e-4, 1e-7])
+@pytest.mark.parametrize(
+    "setting", ["fixed", "runge_kutta2", "explicit_euler", "runge_kutta5", "bogacki_shampine3", 1e-4, 1e-7]
+)
 @pytest.mark.parametrize("make", [signals, delays, feedback])
 def test_logs_are_equal(drake, make, setting):
     stops = (0.0, 0.35, 1.0, 1.2345, 3.0)

@@ -7,12 +7,14 @@ from sheldrake.systems.analysis._config import (
     SimulatorConfig,
 )
 from sheldrake.systems.analysis._integrator import (
+    BogackiShampine3Integrator,
     ExplicitEulerIntegrator,
     GetIntegrationSchemes,
     IntegratorBase,
     ResetIntegratorFromFlags,
     RungeKutta2Integrator,
     RungeKutta3Integrator,
+    RungeKutta5Integrator,
 )
 from sheldrake.systems.analysis._simulator import InitializeParams, Simulator
 from sheldrake.systems.analysis._status import SimulatorStatus
@@ -25,6 +27,7 @@ Simulator_ = SystemTemplate("Simulator_", Simulator, scope=__name__)
 
 __all__ = [
     "ApplySimulatorConfig",
+    "BogackiShampine3Integrator",
     "ExplicitEulerIntegrator",
     "ExtractSimulatorConfig",
     "GetIntegrationSchemes",
@@ -37,6 +40,7 @@ __all__ = [
     "RungeKutta2Integrator_",
     "RungeKutta3Integrator",
     "RungeKutta3Integrator_",
+    "RungeKutta5Integrator",
     "Simulator",
     "SimulatorConfig",
     "SimulatorStatus",

@@ -50,7 +50,7 @@ class IntegratorBase:
 
     def _set_up(self, system: Any, context: Any) -> None:
         self._system, self._context = system, context
-        self._Z, self._N = np.zeros(16), np.zeros(16, np.int64)
+        self._Z, self._N = np.zeros(int(_loop.NUM_Z)), np.zeros(16, np.int64)
         self._Z[SCHEME], self._Z[ORDER], self._Z[THROW_ON_MIN] = self._scheme, self._order, 1.0
         self._Z[FIXED] = 0.0 if self._supports_error_estimation else 1.0
         self._Z[_loop.T_BREAK] = np.inf
@@ -263,10 +263,60 @@ class ExplicitEulerIntegrator(IntegratorBase):
         self.set_maximum_step_size(max_step_size)
 
 
+class _TableauIntegrator(IntegratorBase):
+    """Explicit, with error control, by a Butcher tableau: nodes, coefficients, weights, and weights of lower order."""
+
+    _scheme = int(_loop.TABLEAU)
+    _nodes: tuple = ()
+    _coefficients: tuple = ()
+    _weights: tuple = ()
+    _lower: tuple = ()
+
+    def __init__(self, system: Any, context: Any = None):
+        self._set_up(system, context)
+        Z, width = self._Z, int(_loop.WIDTH)
+        Z[_loop.STAGES] = stages = len(self._nodes)
+        Z[_loop.NODES : _loop.NODES + stages] = self._nodes
+        for s, row in enumerate(self._coefficients):
+            Z[_loop.ROWS + s * width : _loop.ROWS + s * width + len(row)] = row
+        Z[_loop.WEIGHTS : _loop.WEIGHTS + stages] = self._weights
+        Z[_loop.ERRORS : _loop.ERRORS + stages] = np.subtract(self._weights, self._lower)
+
+
+class BogackiShampine3Integrator(_TableauIntegrator):
+    """Third order with an embedded second-order result (Bogacki and Shampine, 1989)."""
+
+    _name = "bogacki_shampine3"
+    _nodes = (0.0, 1 / 2, 3 / 4, 1.0)
+    _coefficients = ((), (1 / 2,), (0.0, 3 / 4), (2 / 9, 1 / 3, 4 / 9))
+    _weights = (2 / 9, 1 / 3, 4 / 9, 0.0)
+    _lower = (7 / 24, 1 / 4, 1 / 3, 1 / 8)
+
+
+class RungeKutta5Integrator(_TableauIntegrator):
+    """Fifth order with an embedded fourth-order result (Dormand and Prince, 1980)."""
+
+    _name, _order = "runge_kutta5", 5.0
+    _nodes = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
+    _coefficients = (
+        (),
+        (1 / 5,),
+        (3 / 40, 9 / 40),
+        (44 / 45, -56 / 15, 32 / 9),
+        (19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729),
+        (9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656),
+        (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84),
+    )
+    _weights = (35 / 384, 0.0, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84, 0.0)
+    _lower = (5179 / 57600, 0.0, 7571 / 16695, 393 / 640, -92097 / 339200, 187 / 2100, 1 / 40)
+
+
 _SCHEMES = {
+    "bogacki_shampine3": BogackiShampine3Integrator,
     "explicit_euler": ExplicitEulerIntegrator,
     "runge_kutta2": RungeKutta2Integrator,
     "runge_kutta3": RungeKutta3Integrator,
+    "runge_kutta5": RungeKutta5Integrator,
 }
 
 

@@ -221,7 +221,7 @@ class Layout(Topology):
             self.places[n].work = self._take(_scratch.size_of(self.systems[n]._scratch_prototype))
         self.plus = self._take(self.xd[1] - self.xc[0])[0] - self.xc[0]
         self.xdot = self._take(self.xc[1] - self.xc[0])
-        self.rk = self._take(4 * (self.xc[1] - self.xc[0]))
+        self.rk = self._take(8 * (self.xc[1] - self.xc[0]))  # x0 and up to seven stages
 
     def _shift(self, span: Span, by: int) -> Span:
         return span[0] + by, span[1] + by

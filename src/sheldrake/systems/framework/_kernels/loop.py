@@ -47,7 +47,9 @@ EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS = i64(10), i64(11), i6
 SCHEME, FIXED, H_MAX, ACCURACY, H_INITIAL, H_MIN, H_IDEAL = i64(0), i64(1), i64(2), i64(3), i64(4), i64(5), i64(6)
 H_FIRST, H_SMALLEST, H_LARGEST, H_PREVIOUS, AT_MINIMUM, ORDER = i64(7), i64(8), i64(9), i64(10), i64(11), i64(12)
 THROW_ON_MIN, T_BREAK = i64(13), i64(14)
-EULER, RK2, RK3 = i64(1), i64(2), i64(3)
+EULER, RK2, RK3, TABLEAU = i64(1), i64(2), i64(3), i64(4)
+# A Butcher tableau in Z: number of stages, nodes, rows of coefficients, weights, weights minus those of lower order.
+STAGES, NODES, ROWS, WEIGHTS, ERRORS, WIDTH, NUM_Z = i64(16), i64(17), i64(24), i64(73), i64(80), i64(7), i64(88)
 
 MIN_STEP_STATUS = i64(-1001)
 
@@ -211,13 +213,53 @@ def set_back(P, S, I, t):
     changed(I, CONTINUOUS)
 
 
+@inner
+def combine(P, Z, S, h, first, count, out):
+    """x0 + h (coefficients Z[first:first + count] times the stages so far), into S[out:]."""
+    n, x0 = P.size[NUM_XC], P.size[RK]
+    for i in range(n):
+        S[out + i] = 1.0 * S[x0 + i]
+    for k in range(count):
+        c = h * Z[first + k]
+        if c != 0.0:
+            for i in range(n):
+                S[out + i] = S[out + i] + c * S[x0 + (k + 1) * n + i]
+
+
+@stage
+def tableau_step(
+    P: Program, N: IntVector, Z: Vector, S: Vector, I: IntVector, L: Vector, rows: IntVector, h: float
+) -> float:
+    """One step by the tableau in Z; x0 is in place. Gives the norm of the error estimate."""
+    n, x0, xc = P.size[NUM_XC], P.size[RK], P.size[XC]
+    t = S[0]
+    stages = int(Z[STAGES])
+    for s in range(stages):
+        if s > 0:
+            S[0] = t + h * Z[NODES + s]
+            combine(P, Z, S, h, ROWS + s * WIDTH, s, xc)
+        derivatives(P, N, S, I, L, rows, x0 + (s + 1) * n)
+        if I[STATUS] != 0:
+            return 0.0
+    combine(P, Z, S, h, WEIGHTS, stages, xc)
+    error = 0.0
+    for i in range(n):
+        e = 0.0
+        for s in range(stages):
+            e = e + h * Z[ERRORS + s] * S[x0 + (s + 1) * n + i]
+        if not abs(e) <= error:
+            error = abs(e)
+    return error
+
+
 @stage
 def explicit_step(
     P: Program, N: IntVector, Z: Vector, S: Vector, I: IntVector, L: Vector, rows: IntVector, h: float
 ) -> float:
-    """One step of length h [s]: explicit Euler, Runge-Kutta 2 (Heun) or 3; gives the norm of the error estimate.
+    """One step of length h [s]: explicit Euler, Runge-Kutta 2 (Heun), 3, or by a tableau.
 
-    Memory at S[RK:]: x0, k1, k2, k3. On a bad status the state is what it was.
+    Gives the norm of the error estimate. Memory at S[RK:]: x0, then the stages. On a bad status the state is what it
+    was.
     """
     n, x0, xc = P.size[NUM_XC], P.size[RK], P.size[XC]
     k1, k2, k3 = x0 + n, x0 + 2 * n, x0 + 3 * n
@@ -225,8 +267,11 @@ def explicit_step(
     error = 0.0
     for i in range(n):
         S[x0 + i] = S[xc + i]
-    derivatives(P, N, S, I, L, rows, k1)
-    if I[STATUS] == 0:
+    if Z[SCHEME] == TABLEAU:
+        error = tableau_step(P, N, Z, S, I, L, rows, h)
+    else:
+        derivatives(P, N, S, I, L, rows, k1)
+    if I[STATUS] == 0 and Z[SCHEME] != TABLEAU:
         if Z[SCHEME] == EULER:
             for i in range(n):
                 S[xc + i] = S[x0 + i] + h * S[k1 + i]
