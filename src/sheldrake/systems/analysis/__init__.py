@@ -1,11 +1,13 @@
 """Simulators and integrators."""
 
+from sheldrake.systems.analysis._batch import BatchEvalTimeDerivatives, BatchEvalUniquePeriodicDiscreteUpdate
 from sheldrake.systems.analysis._config import (
     ApplySimulatorConfig,
     ExtractSimulatorConfig,
     PrintSimulatorStatistics,
     SimulatorConfig,
 )
+from sheldrake.systems.analysis._discrete_time import DiscreteTimeApproximation
 from sheldrake.systems.analysis._integrator import (
     BogackiShampine3Integrator,
     ExplicitEulerIntegrator,
@@ -16,6 +18,7 @@ from sheldrake.systems.analysis._integrator import (
     RungeKutta3Integrator,
     RungeKutta5Integrator,
 )
+from sheldrake.systems.analysis._monte_carlo import MonteCarloSimulation, RandomSimulation, RandomSimulationResult
 from sheldrake.systems.analysis._simulator import InitializeParams, Simulator
 from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.framework._templates import SystemTemplate
@@ -27,14 +30,20 @@ Simulator_ = SystemTemplate("Simulator_", Simulator, scope=__name__)
 
 __all__ = [
     "ApplySimulatorConfig",
+    "BatchEvalTimeDerivatives",
+    "BatchEvalUniquePeriodicDiscreteUpdate",
     "BogackiShampine3Integrator",
+    "DiscreteTimeApproximation",
     "ExplicitEulerIntegrator",
     "ExtractSimulatorConfig",
     "GetIntegrationSchemes",
     "InitializeParams",
     "IntegratorBase",
     "IntegratorBase_",
+    "MonteCarloSimulation",
     "PrintSimulatorStatistics",
+    "RandomSimulation",
+    "RandomSimulationResult",
     "ResetIntegratorFromFlags",
     "RungeKutta2Integrator",
     "RungeKutta2Integrator_",

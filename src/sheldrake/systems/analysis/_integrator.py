@@ -56,6 +56,7 @@ class IntegratorBase:
         self._Z[_loop.T_BREAK] = np.inf
         self._maximum, self._accuracy, self._initial, self._minimum = nan, nan, nan, 0.0
         self._initialized = False
+        self._dense: list | None = None
         self.ResetStatistics()
 
     # Settings.
@@ -181,6 +182,46 @@ class IntegratorBase:
         self._Z[H_IDEAL] = 0.0
         self.ResetStatistics()
 
+    # Dense output.
+
+    def StartDenseIntegration(self) -> None:
+        """Keeps the trajectory of the continuous state from now on.
+
+        Raises:
+            RuntimeError: it is kept already, or there is no continuous state.
+        """
+        if self._dense is not None:
+            raise RuntimeError("StartDenseIntegration(): dense integration has been started already.")
+        if self._context is None or not self._context.num_continuous_states():
+            raise RuntimeError("StartDenseIntegration(): there is no continuous state to integrate.")
+        self._dense = []
+
+    def get_dense_output(self) -> Any:
+        """The trajectory kept so far (a PiecewisePolynomial), or None if none is kept."""
+        return None if self._dense is None else _piecewise(self._dense)
+
+    def StopDenseIntegration(self) -> Any:
+        """The trajectory kept, which ends here.
+
+        Raises:
+            RuntimeError: none was kept.
+        """
+        if self._dense is None:
+            raise RuntimeError("StopDenseIntegration(): dense integration has not been started.")
+        trajectory, self._dense = self.get_dense_output(), None
+        return trajectory
+
+    def _keep_step(self, begin: float) -> None:
+        """Adds the step that began at `begin` [s] to the trajectory."""
+        store = self._context._store
+        n, (x0, _), end = self._context.num_continuous_states(), store.layout.rk, float(store.S[0])
+        if end <= begin:
+            return
+        first, slope = store.S[x0 : x0 + n].copy(), store.S[x0 + n : x0 + 2 * n].copy()
+        last = self._context.get_continuous_state_vector().CopyToVector()
+        end_slope = self._system.EvalTimeDerivatives(self._context).CopyToVector()
+        self._dense.append((begin, end, first, last, slope, end_slope))
+
     # Statistics.
 
     def ResetStatistics(self) -> None:
@@ -234,6 +275,21 @@ class IntegratorBase:
                 ),
             ]
         return [*found, ("integrator_num_derivative_evaluations", self.get_num_derivative_evaluations())]
+
+
+def _piecewise(steps: list) -> Any:
+    """Cubic pieces with the values and slopes at the ends of each step."""
+    from sheldrake.trajectories import PiecewisePolynomial
+
+    found = None
+    for begin, end, *values in steps:
+        x0, x1, v0, v1 = (np.asarray(v, float).reshape(-1, 1) for v in values)
+        piece = PiecewisePolynomial.CubicHermite([begin, end], np.hstack([x0, x1]), np.hstack([v0, v1]))
+        if found is None:
+            found = piece
+        else:
+            found.ConcatenateInTime(piece)
+    return PiecewisePolynomial() if found is None else found
 
 
 class RungeKutta3Integrator(IntegratorBase):

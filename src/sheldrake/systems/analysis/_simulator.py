@@ -341,8 +341,13 @@ class Simulator:
             if self._rate > 0:
                 self._pause(float(store.S[0]))
                 Z[_loop.T_BREAK] = float(store.S[0]) + 0.004 * self._rate
+            dense, t0 = self._integrator._dense is not None, float(store.S[0])
+            if dense:
+                N[_loop.BUDGET] = 1
             begin = time.monotonic()
             code = span.advance(T)
+            if dense:
+                self._integrator._keep_step(t0)
             elapsed = time.monotonic() - begin
             if code == _loop.ERROR:
                 self._raise()

@@ -310,6 +310,21 @@ class AffineSystem(LeafSystem):
                 self._outputs[0].calc = calc
                 self._changed()
 
+    def _discrete_time_approximation(self, period: float) -> AffineSystem:
+        """The same system as seen every `period` [s], its input held between."""
+        from scipy.linalg import expm
+
+        if self._period != 0:
+            raise RuntimeError("DiscreteTimeApproximation(): the system is discrete already.")
+        n, m = self.num_states(), self.num_inputs()
+        M = np.zeros((n + m + 1, n + m + 1))
+        M[:n, :n], M[:n, n : n + m], M[:n, n + m] = self.A(), self.B(), self.f0()
+        E = expm(M * period)
+        A, B, f0 = E[:n, :n], E[:n, n : n + m], E[:n, n + m]
+        if isinstance(self, LinearSystem):
+            return LinearSystem(A, B, self.C(), self.D(), period)
+        return AffineSystem(A, B, f0, self.C(), self.D(), self.y0(), period)
+
     def A(self) -> np.ndarray:
         """Shape (n, n)."""
         return self._coefficients.A.copy()
