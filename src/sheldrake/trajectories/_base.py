@@ -199,7 +199,13 @@ def _copied(value: Any) -> Any:
 
 def kept(trajectory: Any) -> Any:
     """A trajectory to keep: a copy of ours, which may be changed by its owner, and a user's own as it is."""
-    return trajectory.Clone() if type(trajectory).__module__.startswith("sheldrake.") else trajectory
+    module = getattr(type(trajectory), "__module__", "")
+    return trajectory.Clone() if module.startswith("sheldrake.") else trajectory
+
+
+def holds(condition: Any) -> bool:
+    """The truth of a comparison; of expressions, which must be numbers for that."""
+    return condition.Evaluate() if hasattr(condition, "Evaluate") else bool(condition)
 
 
 def _order(call: str, order: int) -> int:

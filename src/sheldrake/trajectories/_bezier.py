@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._scalars import as_scalar, is_symbolic
+from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
 
 
@@ -41,8 +41,11 @@ class BezierCurve(Trajectory):
         """Returns the weight of point i at a time [s], for this order or another."""
         n = self.order() if order is None else int(order)
         s = self._unit(self._scalar("BernsteinBasis", time))
-        one = as_scalar(self._T, 1.0)
-        return math.comb(n, i) * s**i * (one - s) ** (n - i)
+        return self._weight(i, n, s)
+
+    @staticmethod
+    def _weight(i: int, n: int, s: Any) -> Any:
+        return math.comb(n, i) * _power(s, i) * _power(1.0 - s, n - i)
 
     def _unit(self, t: Any) -> Any:
         """Time from 0 at the start to 1 at the end."""
@@ -88,12 +91,12 @@ class BezierCurve(Trajectory):
         t = Variable("t") if time is None else time
         out = np.empty(self.do_rows(), dtype=object)
         n = self.order()
-        start, end = self._times
+        start, end = (_plain(x) for x in self._times)
         s = (t - start) / (end - start) if (start, end) != (0.0, 1.0) else Expression(t)
         for row in range(len(out)):
             total = Expression(0.0)
             for power, c in enumerate(self._power_coefficients(row)):
-                total = total + c * s**power
+                total = total + _plain(c) * s**power
             out[row] = total.Expand() if n >= 0 else total
         return out
 
@@ -107,15 +110,12 @@ class BezierCurve(Trajectory):
         return out
 
     def do_value(self, t: Any) -> np.ndarray:
-        """The point at time t, by de Casteljau's rule."""
+        """The point at time t."""
         n = self.order()
         if n < 0:
             return self._zeros(self._points.shape[0], 1)
         s = self._unit(t)
-        points = self._points
-        for _ in range(n):
-            points = points[:, :-1] * (1.0 - s) + points[:, 1:] * s
-        return points
+        return sum(self._points[:, i : i + 1] * self._weight(i, n, s) for i in range(n + 1))
 
     def do_rows(self) -> int:
         """The number of rows."""
@@ -151,3 +151,15 @@ class BezierCurve(Trajectory):
                 break
             points = (points[:, 1:] - points[:, :-1]) * (n / duration)
         return type(self)(*self._times, points)
+
+
+def _power(x: Any, n: int) -> Any:
+    """x to a whole power; 1 to the power 0, whatever x is."""
+    return x**n if n else x * 0.0 + 1.0
+
+
+def _plain(x: Any) -> Any:
+    """A number without its derivatives, a constant expression as a number; another expression as it is."""
+    if hasattr(x, "derivatives"):
+        return x.value()
+    return x.Evaluate() if hasattr(x, "Evaluate") and x.GetVariables().empty() else x

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.trajectories._base import holds
+
 
 def constant(y: np.ndarray) -> list[np.ndarray]:
     """Each sample holds until the next."""
@@ -52,7 +54,7 @@ def shape_preserving_slopes(h: list, y: np.ndarray, zero_ends: bool) -> np.ndarr
 
 
 def _harmonic(h0: Any, h1: Any, d0: Any, d1: Any, zero: Any) -> Any:
-    if d0 * d1 <= 0.0:
+    if holds(d0 * d1 <= 0.0):
         return zero
     w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1
     return (w0 + w1) / (w0 / d0 + w1 / d1)
@@ -60,9 +62,9 @@ def _harmonic(h0: Any, h1: Any, d0: Any, d1: Any, zero: Any) -> Any:
 
 def _end_slope(h0: Any, h1: Any, d0: Any, d1: Any) -> Any:
     m = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
-    if m * d0 <= 0.0:
+    if holds(m * d0 <= 0.0):
         return d0 * 0.0
-    if d0 * d1 <= 0.0 and abs(m) > abs(3.0 * d0):
+    if holds(d0 * d1 <= 0.0) and holds(abs(m) > abs(3.0 * d0)):
         return 3.0 * d0
     return m
 

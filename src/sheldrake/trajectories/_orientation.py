@@ -9,8 +9,16 @@ import numpy as np
 from sheldrake.common._scalars import acos, as_scalar, atan2, is_symbolic, select, sin, sqrt
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
 from sheldrake.math import RigidTransform_, RotationMatrix_
+from sheldrake.trajectories._base import holds
 from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
+
+
+def _select(condition: Any, yes: Any, no: Any) -> Any:
+    """As `select`, but of a formula that is decided only the branch it takes is made: the other may divide by zero."""
+    if hasattr(condition, "Evaluate") and condition.GetFreeVariables().empty():
+        condition = condition.Evaluate()
+    return select(condition, yes, no)
 
 
 class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
@@ -51,7 +59,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
     def _add(self, q: np.ndarray) -> None:
         """Adds a sample, of the two quaternions that mean it the one nearer to the last."""
         if self._q:
-            sign = select((self._q[-1] * q).sum() < 0.0, lambda: -1.0, lambda: 1.0)
+            sign = _select((self._q[-1] * q).sum() < 0.0, lambda: -1.0, lambda: 1.0)
             q = q * sign
         self._q.append(q)
 
@@ -102,7 +110,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             scale = sin(angle)
             return sin((1.0 - fraction) * angle) / scale, sin(fraction * angle) / scale
 
-        weight_a, weight_b = select(cosine >= 1.0 - 2.220446049250313e-16, straight, along_the_arc)
+        weight_a, weight_b = _select(cosine >= 1.0 - 2.220446049250313e-16, straight, along_the_arc)
         return a * weight_a + b * weight_b
 
     def orientation(self, time: Any) -> Any:
@@ -128,7 +136,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             length = sqrt(square)
             return 2.0 * atan2(length, w) / length
 
-        scale = select(square == 0.0, lambda: as_scalar(self._T, 0.0), rate) / self.duration(i)
+        scale = _select(square == 0.0, lambda: as_scalar(self._T, 0.0), rate) / self.duration(i)
         out = np.empty(3, dtype=float if self._T is float else object)
         out[:] = x * scale, y * scale, z * scale
         return out
@@ -272,7 +280,7 @@ class PiecewisePose(PiecewiseTrajectory):
         if not self._p.isApprox(other._p, tol) or len(self._R._q) != len(other._R._q):
             return False
         # Two unit quaternions are one orientation when their product's scalar part is one.
-        return all(abs(abs((a * b).sum()) - 1.0) <= tol for a, b in zip(self._R._q, other._R._q))
+        return all(holds(abs(abs((a * b).sum()) - 1.0) <= tol) for a, b in zip(self._R._q, other._R._q))
 
     def do_value(self, t: Any) -> np.ndarray:
         """The pose as a matrix."""

@@ -14,7 +14,7 @@ from sheldrake.common._scalars import any_array, as_scalar, is_symbolic
 from sheldrake.polynomial import Polynomial, Polynomial_
 from sheldrake.polynomial._polynomial import differentiate, evaluate, integrate
 from sheldrake.trajectories import _interpolation as interpolation
-from sheldrake.trajectories._base import _order
+from sheldrake.trajectories._base import _order, holds
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 
 _GIVEN = object()
@@ -480,18 +480,18 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         """Tells whether all breaks and coefficients agree; see `Polynomial.CoefficientsAlmostEqual`."""
         if len(self._c) != len(other._c) or (self._c and self._shape("rows") != other._shape("rows")):
             return False
-        if any(abs(a - b) > tol for a, b in zip(self._breaks, other._breaks)):
+        if any(holds(abs(a - b) > tol) for a, b in zip(self._breaks, other._breaks)):
             return False
         for i in range(len(self._c)):
             pairs = zip(self.getPolynomialMatrix(i).flat, other.getPolynomialMatrix(i).flat)
-            if not all(p.CoefficientsAlmostEqual(q, tol, tol_type) for p, q in pairs):
+            if not all(holds(p.CoefficientsAlmostEqual(q, tol, tol_type)) for p, q in pairs):
                 return False
         return True
 
     def __add__(self, other: Any) -> Any:
         if not isinstance(other, self._template[self._T]):
             return NotImplemented
-        times_differ = any(abs(a - b) > EPSILON_OF_A_JOINT for a, b in zip(self._breaks, other._breaks))
+        times_differ = any(holds(abs(a - b) > EPSILON_OF_A_JOINT) for a, b in zip(self._breaks, other._breaks))
         if len(self._c) != len(other._c) or times_differ:
             raise RuntimeError(f"{self._name('')}: adding needs the same breaks in both.")
         out = []

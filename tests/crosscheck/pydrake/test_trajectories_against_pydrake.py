@@ -1,9 +1,11 @@
 """Values, derivatives and edge cases of trajectories against pydrake's, to 1e-12."""
 
 import importlib
+import pathlib
 
 import numpy as np
 import pytest
+from tests.crosscheck.pydrake import lines
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake.trajectories")
@@ -119,3 +121,25 @@ def test_the_comparison_sees_a_slightly_wrong_sample(both):
     samples[0, 3] += 1e-11
     ours = library("sheldrake").PiecewisePolynomial.CubicWithContinuousSecondDerivatives(BREAKS, samples)
     assert max(disagreement(ours, theirs, lambda p, t=t: p.value(t)) for t in TIMES) > 1e-12
+
+
+SETUP = """
+A, E = AutoDiffXd, Expression
+
+
+def f(M):
+    return np.array([[x.value() if hasattr(x, "value") else x.Evaluate() for x in r] for r in np.atleast_2d(M)])
+"""
+
+
+def test_every_line_gives_the_same():
+    path = pathlib.Path(__file__).with_name("trajectory_lines.txt")
+    modules = ["symbolic", "autodiffutils", "polynomial", "common.eigen_geometry", "math", "trajectories"]
+    different = lines.differences(path, modules, SETUP)
+    assert not different, dict(list(different.items())[:5])
+
+
+def test_lines_see_small_differences():
+    assert lines.same("array([1.0, 2.0])", "array([1.0, 2.0000000000000004])")
+    assert not lines.same("array([1.0, 2.0])", "array([1.0, 2.00000000001])")
+    assert not lines.same("RuntimeError", "TypeError")
