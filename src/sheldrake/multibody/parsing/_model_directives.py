@@ -150,8 +150,13 @@ def parse_directives(text: str, source: str, policy: DiagnosticPolicy) -> ModelD
     """The directives in a YAML text called `source`, with errors reported to `policy`."""
     result = _YamlReader(source, policy).read(text)
     for directive in result.directives:
-        check_directive(directive, Location(source), policy)
+        check_directive(directive, place_of(directive, Location(source)), policy)
     return result
+
+
+def place_of(directive: ModelDirective, otherwise: Location) -> Location:
+    """Where a directive stands in its file; `otherwise` for one that was made in Python."""
+    return getattr(directive, "_where", otherwise)
 
 
 def check_directive(directive: ModelDirective, where: Location, policy: DiagnosticPolicy) -> str:
@@ -254,6 +259,7 @@ class _YamlReader:
     def _struct(self, node, plain, what: str):
         kinds = {field.name: field.type for field in plain.__fields__}
         result = plain()
+        result._where = Location(self._source, node.start_mark.line + 1, node.start_mark.column + 1)
         for name, value in self._pairs(node, what).items():
             if name not in kinds:
                 self._fail(value, f"{what}: unknown key '{name}'; the known keys are {', '.join(kinds)}.")

@@ -4,8 +4,8 @@ import copy
 import os
 
 from ._description import FilterGroupDescription
-from ._diagnostics import DiagnosticPolicy, Location
-from ._model_directives import ModelDirective, ModelDirectives, check_directive, load_directives_file
+from ._diagnostics import DiagnosticPolicy, Location, ParseError
+from ._model_directives import ModelDirective, ModelDirectives, check_directive, load_directives_file, place_of
 from ._package_map import PackageMap, resolve_uri
 from ._reading import INCLUDE_DEPTH
 from ._scoped_names import GetScopedFrameByName, join_names
@@ -164,11 +164,14 @@ class DirectivesProcessor:
         if namespace and not self._plant.HasModelInstanceNamed(namespace):
             self._policy.Error(where, f"The namespace '{namespace}' does not exist as a model instance.")
         for directive in directives.directives:
-            kind = check_directive(directive, where, self._policy)
+            here = place_of(directive, where)
+            kind = check_directive(directive, here, self._policy)
             try:
-                getattr(self, f"_{kind}")(getattr(directive, kind), namespace, where)
-            except (ValueError, ArithmeticError) as error:
-                self._policy.Error(where, f"{kind}: {error}")
+                getattr(self, f"_{kind}")(getattr(directive, kind), namespace, here)
+            except (ParseError, NotImplementedError):
+                raise
+            except (RuntimeError, ValueError, ArithmeticError) as error:
+                self._policy.Error(here, f"{kind}: {error}")
 
     def _add_model(self, model, namespace: str, where: Location) -> None:
         path = resolve_uri(model.file, self._parser.package_map(), None, where, self._policy)

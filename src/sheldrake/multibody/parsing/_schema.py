@@ -45,16 +45,15 @@ class Struct:
     def __init__(self, **kwargs):
         for field in self.__fields__:
             object.__setattr__(self, field.name, _empty(field.type))
-        names = [field.name for field in self.__fields__]
         for name, value in kwargs.items():
-            if name not in names:
-                raise AttributeError(f"{type(self).__name__} has no field '{name}'; its fields are {', '.join(names)}.")
             setattr(self, name, value)
 
     def __setattr__(self, name, value):
-        for field in self.__fields__:
-            if field.name == name and not _fits(field.type, value):
-                raise TypeError(f"{type(self).__name__}.{name} must be {field.type}, not {type(value).__name__}.")
+        kinds = {field.name: field.type for field in self.__fields__}
+        if name not in kinds and not name.startswith("_"):
+            raise AttributeError(f"{type(self).__name__} has no field '{name}'; its fields are {', '.join(kinds)}.")
+        if name in kinds and not _fits(kinds[name], value):
+            raise TypeError(f"{type(self).__name__}.{name} must be {kinds[name]}, not {type(value).__name__}.")
         object.__setattr__(self, name, value)
 
     def __repr__(self):

@@ -9,12 +9,19 @@ from sheldrake.multibody.parsing import (
     AddModel,
     AddModelInstance,
     FlattenModelDirectives,
+    GetScopedFrameByName,
+    GetScopedFrameByNameMaybe,
     LoadModelDirectives,
     LoadModelDirectivesFromString,
     ModelDirective,
     ModelDirectives,
     PackageMap,
+    ParseError,
+    Parser,
+    ProcessModelDirectives,
 )
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from sheldrake.systems.framework import DiagramBuilder
 
 
 def load(*lines):
@@ -72,6 +79,69 @@ def test_nested_aliases_do_not_explode():
     lines = ["a0: &a0 [x, x]"] + [f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]" for i in range(1, 60)]
     with pytest.raises(RuntimeError, match="unknown key 'a0'"):
         LoadModelDirectivesFromString("\n".join(lines) + "\ndirectives: *a59\n")
+
+
+def test_what_goes_wrong_on_the_plant_is_reported_with_its_line(tmp_path):
+    (tmp_path / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
+    for line, message in (
+        ("- add_weld: {parent: world, child: m::nope}", "no frame 'nope' in model instance 'm'; its frames are a"),
+        ("- add_weld: {parent: world, child: nope::a}", "no model instance 'nope'"),
+        ("- add_model: {name: m, file: 'package://p/r.urdf'}", "already has a model instance named 'm'"),
+        ("- add_model: {name: n, file: 'package://p/nope.urdf'}", "does not exist"),
+        ("- add_frame: {name: x::f, X_PF: {base_frame: world}}", "no model instance 'x'"),
+        ("- add_model: {name: n, file: 'package://p/r.urdf', default_joint_positions: {j: [1]}}", "'j'"),
+        ("- add_directives: {file: 'package://p/r.urdf', model_namespace: q}", "."),
+        ("- add_collision_filter_group: {name: g, members: [m::b]}", "no body 'm::b'"),
+        ("- add_model_instance: {name: m}", "already has a model instance named 'm'"),
+    ):
+        builder = DiagramBuilder()
+        plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
+        parser = Parser(plant)
+        parser.package_map().Add("p", tmp_path)
+        text = "directives:\n- add_model: {name: m, file: 'package://p/r.urdf'}\n" + line
+        with pytest.raises(ParseError, match=message) as caught:
+            parser.AddModelsFromString(text, "dmd.yaml")
+        assert caught.value.location.source.endswith((".dmd.yaml", "r.urdf"))
+        assert caught.value.location.line in (1, 3)
+
+
+def test_models_frames_welds_and_infos(tmp_path):
+    (tmp_path / "r.urdf").write_text('<robot name="r"><link name="a"/></robot>')
+    directives = load(
+        "- add_model: {name: one, file: 'package://p/r.urdf'}",
+        "- add_frame: {name: one::f, X_PF: {base_frame: world, translation: [0, 0, 1]}}",
+        "- add_weld: {parent: one::f, child: one::a, X_PC: {rotation: !Rpy {deg: [0, 0, 90]}}}",
+        "- add_model:",
+        "    name: two",
+        "    file: package://p/r.urdf",
+        "    default_free_body_pose: {a: {translation: [5, 0, 0]}}",
+    )
+    plant = MultibodyPlant(1e-3)
+    parser = Parser(plant)
+    parser.package_map().Add("p", tmp_path)
+    one, two = ProcessModelDirectives(directives, parser)
+    assert (one.model_name, one.parent_frame_name, one.child_frame_name) == ("one", "f", "a")
+    assert (two.model_name, two.parent_frame_name) == ("two", "")
+    assert two.model_path == str(tmp_path / "r.urdf")
+    assert GetScopedFrameByName(plant, "one::f").name() == "f"
+    assert GetScopedFrameByNameMaybe(plant, "one::g") is None
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    poses = [plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("a", info.model_instance)) for info in (one, two)]
+    np.testing.assert_allclose(poses[0].translation(), [0, 0, 1])
+    np.testing.assert_allclose(poses[0].rotation().matrix(), [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+    np.testing.assert_allclose(poses[1].translation(), [5, 0, 0])
+
+
+def test_process_takes_a_plant_or_a_parser():
+    plant, other = MultibodyPlant(0.0), MultibodyPlant(0.0)
+    directives = load("- add_model_instance: {name: i}")
+    assert ProcessModelDirectives(directives=directives, plant=plant) == []
+    assert plant.HasModelInstanceNamed("i")
+    with pytest.raises(RuntimeError, match="another plant"):
+        ProcessModelDirectives(directives, plant, Parser(other))
+    with pytest.raises(TypeError, match="ProcessModelDirectives"):
+        ProcessModelDirectives(directives)
 
 
 def test_missing_file():
