@@ -33,7 +33,10 @@ class View:
         self.work = tree_model.make_work(self.model, float if store.S.dtype == float else object)
         self.dtype = store.S.dtype
         self.stamp, self.done = -1, 0
-        self._bound: dict[Any, Any] = {}
+        self.T, self.family, self._types = context._system._scalar, plant._family, {}
+        first = place.groups[0] if plant.is_discrete() else context._node
+        self.source = ("xd", first) if plant.is_discrete() else ("xc", first)
+        self.calls: dict[Any, Any] = {}
         self._buffers: dict[str, np.ndarray] = {}
 
     def zeros(self, *shape: int) -> np.ndarray:
@@ -62,29 +65,37 @@ class View:
         """Runs a kernel on arrays that are new at each call."""
         return (kernel.native if self.native else kernel)(*args) or 0
 
-    def bound(self, kernel: Any, *args: Any) -> Any:
+    def bind(self, kernel: Any, *args: Any) -> Any:
+        """A call of a kernel on arrays that are always the same for this view; kept in `calls`."""
+        call = self.calls[kernel] = kernel.bind(*args) if self.native else lambda: kernel(*args)
+        return call
+
+    def run(self, kernel: Any, *args: Any) -> Any:
         """Runs a kernel on arrays that are always the same for this view."""
-        call = self._bound.get(kernel)
-        if call is None:
-            call = kernel.bind(*args) if self.native else lambda: kernel(*args)
-            self._bound[kernel] = call
-        return call()
+        return (self.calls.get(kernel) or self.bind(kernel, *args))()
+
+    def of(self, family: Any) -> Any:
+        """The class of a family for the context's scalar type."""
+        cls = self._types.get(family)
+        if cls is None:
+            cls = self._types[family] = family[self.T]
+        return cls
 
     def positions(self) -> Any:
         """The workspace with `X_WB`, `S` and `inertia`."""
         stamp = self.counters[self.level]
-        if stamp != self.stamp:
-            self.stamp, self.done = stamp, 0
-        if self.done < 1:
-            self.bound(queries.calc_positions, self.model, self.p, self.work, self.q)
-            self.done = 1
+        if stamp != self.stamp or self.done < 1:
+            kernel = queries.calc_positions
+            (self.calls.get(kernel) or self.bind(kernel, self.model, self.p, self.work, self.q))()
+            self.stamp, self.done = stamp, 1
         return self.work
 
     def velocities(self) -> Any:
         """The workspace with `V` and `A` too."""
         self.positions()
         if self.done < 2:
-            self.bound(queries.calc_velocities, self.model, self.p, self.work, self.q, self.v)
+            kernel = queries.calc_velocities
+            (self.calls.get(kernel) or self.bind(kernel, self.model, self.p, self.work, self.q, self.v))()
             self.done = 2
         return self.work
 
@@ -98,6 +109,16 @@ class ContextAccess:
         Raises:
             RuntimeError: the context belongs to another system, or the plant is not finalized.
         """
+        try:
+            store = context._store
+            view = store._plant_views[context._node]
+            if view.S is store.S and view.family is self._family:
+                return view
+        except (AttributeError, KeyError):
+            pass
+        return self._new_view(context)
+
+    def _new_view(self, context: Any) -> View:
         system = getattr(context, "_system", None)
         if system is not self and getattr(system, "_family", None) is not self._family:
             self._require_finalized("ValidateContext")
@@ -120,18 +141,12 @@ class ContextAccess:
     def _write_positions(self, context: Any, start: int, values: Any) -> None:
         view = self._view(context)
         view.q[start : start + len(values)] = values
-        self._touch_state(context)
+        context._store.touch(view.level, view.source)
 
     def _write_velocities(self, context: Any, start: int, values: Any) -> None:
         view = self._view(context)
         view.v[start : start + len(values)] = values
-        self._touch_state(context)
-
-    def _touch_state(self, context: Any) -> None:
-        if self.is_discrete():
-            context.get_mutable_discrete_state_vector()
-        else:
-            context.get_mutable_continuous_state_vector()
+        context._store.touch(view.level, view.source)
 
     def _numbers(self, context: Any, group: int) -> np.ndarray:
         start = self._parameter_starts[group]
@@ -158,8 +173,8 @@ class ContextAccess:
 
     def _transform(self, context: Any, numbers: Any) -> Any:
         """A RigidTransform, of the context's scalar, of twelve numbers: R row by row, then p."""
-        T = context._system._scalar
-        return RigidTransform_[T]._make(numbers[:9].reshape(3, 3).copy(), numbers[9:12].copy())
+        make = self._view(context).of(RigidTransform_)._make
+        return make(numbers[:9].reshape(3, 3).copy(), numbers[9:12].copy())
 
     def _spatial_inertia(self, context: Any, numbers: Any) -> Any:
         """A SpatialInertia, of the context's scalar, of the ten parameters of a body."""

@@ -21,7 +21,7 @@ class Dynamics:
         view = self._view(context)
         view.positions()
         M = view.buffer("M", self._nv, self._nv)
-        view.bound(queries.calc_mass_matrix, view.model, view.p, view.work, M)
+        view.run(queries.calc_mass_matrix, view.model, view.p, view.work, M)
         return M.copy()
 
     def CalcMassMatrixViaInverseDynamics(self, context: Any) -> np.ndarray:
@@ -44,7 +44,7 @@ class Dynamics:
         view.velocities()
         bias = view.buffer("bias", self._nv)
         kernel = queries.calc_bias if gravity_scale == 0.0 else queries.calc_bias_with_gravity
-        view.bound(kernel, view.model, view.work, bias)
+        view.run(kernel, view.model, view.work, bias)
         return bias.copy()
 
     def CalcGravityGeneralizedForces(self, context: Any) -> np.ndarray:
@@ -52,14 +52,14 @@ class Dynamics:
         view = self._view(context)
         view.positions()
         tau = view.buffer("tau_g", self._nv)
-        view.bound(queries.calc_gravity, view.model, view.work, tau)
+        view.run(queries.calc_gravity, view.model, view.work, tau)
         return tau.copy()
 
     def _inverse_dynamics(self, view: Any, vdot: Any, gravity_scale: float) -> np.ndarray:
         given, tau = view.buffer("vdot", self._nv), view.buffer("tau_id", self._nv)
         given[:] = vdot
         A = view.buffer("A_id", len(self._row_bodies), 6)
-        view.bound(queries.calc_inverse_dynamics, view.model, view.p, view.work, given, A, tau)
+        view.run(queries.calc_inverse_dynamics, view.model, view.p, view.work, given, A, tau)
         return tau.copy()
 
     def CalcInverseDynamics(self, context: Any, known_vdot: Any, external_forces: MultibodyForces) -> np.ndarray:
@@ -67,7 +67,14 @@ class Dynamics:
         vdot = vector("CalcInverseDynamics", "known_vdot", known_vdot, self._nv)
         view = self._view(context)
         view.velocities()
-        return self._inverse_dynamics(view, vdot, 0.0) - self.CalcGeneralizedForces(context, external_forces)
+        self._require_fitting("CalcInverseDynamics", external_forces)
+        given, applied = view.buffer("vdot", self._nv), view.buffer("tau applied", self._nv)
+        F, A = view.buffer("F_Bo_W", len(self._rows), 6), view.buffer("A_id", len(self._rows), 6)
+        tau = view.buffer("tau_id", self._nv)
+        given[:], applied[:], F[self._rows] = vdot, external_forces._tau, external_forces._F_Bo_W
+        kernel = queries.calc_inverse_dynamics_with_forces
+        view.run(kernel, view.model, view.p, view.work, given, F, applied, A, tau)
+        return tau.copy()
 
     def CalcForceElementsContribution(self, context: Any, forces: MultibodyForces) -> None:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
@@ -76,7 +83,7 @@ class Dynamics:
         self._require_fitting("CalcForceElementsContribution", forces)
         F, tau = view.buffer("F_Bo_W", len(self._row_bodies), 6), view.buffer("tau_elements", self._nv)
         F[:], tau[:] = self._gravity_forces(view), 0.0
-        view.bound(queries.calc_element_forces, view.model, self._force_model, view.p, view.work, view.q, F, tau)
+        view.run(queries.calc_element_forces, view.model, self._force_model, view.p, view.work, view.q, F, tau)
         forces._F_Bo_W[:] = F[self._rows]
         forces._tau[:] = tau
         for joint in self._joints:
@@ -96,7 +103,7 @@ class Dynamics:
         view.positions()
         F, tau = view.buffer("F_Bo_W", len(self._row_bodies), 6), view.buffer("tau_F", self._nv)
         F[self._rows] = forces._F_Bo_W
-        view.bound(queries.calc_generalized_forces, view.model, view.work, F, tau)
+        view.run(queries.calc_generalized_forces, view.model, view.work, F, tau)
         return tau + forces._tau
 
     # --- positions and velocities
@@ -106,7 +113,7 @@ class Dynamics:
         view = self._view(context)
         given, qdot = view.buffer("v_in", self._nv), view.buffer("qdot_out", self._nq)
         given[:] = vector("MapVelocityToQDot", "v", v, self._nv)
-        view.bound(queries.calc_qdot, view.model, view.q, given, qdot)
+        view.run(queries.calc_qdot, view.model, view.q, given, qdot)
         return qdot.copy()
 
     def MapQDotToVelocity(self, context: Any, qdot: Any) -> np.ndarray:
@@ -114,7 +121,7 @@ class Dynamics:
         view = self._view(context)
         given, v = view.buffer("qdot_in", self._nq), view.buffer("v_out", self._nv)
         given[:] = vector("MapQDotToVelocity", "qdot", qdot, self._nq)
-        view.bound(queries.calc_velocity, view.model, view.q, given, v)
+        view.run(queries.calc_velocity, view.model, view.q, given, v)
         return v.copy()
 
     def _qdot_map(self, context: Any) -> np.ndarray:
@@ -143,6 +150,16 @@ class Dynamics:
 
     # --- Jacobians
 
+    def _frame_jacobian(self, context: Any, frame_B: Frame, p_BoBp_B: Any, frame_A: Frame, frame_E: Frame) -> Any:
+        """Spatial velocity Jacobian of a point of frame B measured in A, expressed in E, shape (6, nv); reused."""
+        view = self._view(context)
+        view.positions()
+        ends, point, J = view.integers("ends", 5), view.buffer("point B", 3), view.buffer("J_E", 6, self._nv)
+        ends[:] = (*self._place(frame_B), self._place(frame_A)[0], *self._place(frame_E))
+        point[:] = p_BoBp_B
+        view.run(jacobians.calc_frame_jacobian, view.model, view.p, view.work, ends, point, J)
+        return J
+
     def _jacobian(self, context: Any, frame_B: Frame, frame_A: Frame, p_WQ: np.ndarray) -> np.ndarray:
         """Spatial velocity Jacobian of a point of B, measured in A, expressed in W, shape (6, nv)."""
         view = self._view(context)
@@ -151,20 +168,26 @@ class Dynamics:
         bodies[:] = self._rows[frame_B._body._index._value], self._rows[frame_A._body._index._value]
         point[:] = p_WQ
         J = view.buffer("J", 6, self._nv)
-        view.bound(jacobians.calc_relative_jacobian, view.model, view.work, bodies, point, J)
+        view.run(jacobians.calc_relative_jacobian, view.model, view.work, bodies, point, J)
         return J.copy()
 
     def _express(self, context: Any, call: str, J: np.ndarray, with_respect_to: Any, frame_E: Frame) -> np.ndarray:
         """A Jacobian in W, blocks of three rows, turned to E and to the wanted variable."""
-        if not isinstance(with_respect_to, JacobianWrtVariable):
+        if not frame_E.is_world_frame():
+            R_EW = self._motion(context, frame_E).R.T
+            J = np.concatenate([R_EW @ J[r : r + 3] for r in range(0, len(J), 3)])
+        return self._by_variable(context, call, J, with_respect_to)
+
+    def _by_variable(self, context: Any, call: str, J: np.ndarray, with_respect_to: Any) -> np.ndarray:
+        """A new Jacobian with respect to v or qdot, from one with respect to v."""
+        if with_respect_to is JacobianWrtVariable.kV:
+            return J.copy()
+        if with_respect_to is not JacobianWrtVariable.kQDot:
             raise TypeError(
                 f"{call}(): incompatible function arguments. with_respect_to must be a JacobianWrtVariable, not "
                 f"{with_respect_to!r}."
             )
-        if not frame_E.is_world_frame():
-            R_EW = self._motion(context, frame_E).R.T
-            J = np.concatenate([R_EW @ J[r : r + 3] for r in range(0, len(J), 3)])
-        return J if with_respect_to is JacobianWrtVariable.kV else J @ self._qdot_map(context)
+        return J @ self._qdot_map(context)
 
     def CalcJacobianSpatialVelocity(
         self,
@@ -186,17 +209,16 @@ class Dynamics:
             frame_E: The frame in which it is expressed.
         """
         call = "CalcJacobianSpatialVelocity"
-        B = self._motion(context, frame_B)
-        p_WQ = B.p + B.R @ vector(call, "p_BoBp_B", p_BoBp_B, 3)
-        J = self._jacobian(context, frame_B, frame_A, p_WQ)
-        return self._express(context, call, J, with_respect_to, frame_E)
+        point = vector(call, "p_BoBp_B", p_BoBp_B, 3)
+        J = self._frame_jacobian(context, frame_B, point, frame_A, frame_E)
+        return self._by_variable(context, call, J, with_respect_to)
 
     def CalcJacobianAngularVelocity(
         self, context: Any, with_respect_to: JacobianWrtVariable, frame_B: Frame, frame_A: Frame, frame_E: Frame
     ) -> np.ndarray:
         """J with w_AB_E = J s, shape (3, nv or nq); arguments as in CalcJacobianSpatialVelocity()."""
-        J = self._jacobian(context, frame_B, frame_A, self._motion(context, frame_B).p)[:3]
-        return self._express(context, "CalcJacobianAngularVelocity", J, with_respect_to, frame_E)
+        J = self._frame_jacobian(context, frame_B, np.zeros(3), frame_A, frame_E)[:3]
+        return self._by_variable(context, "CalcJacobianAngularVelocity", J, with_respect_to)
 
     def CalcJacobianTranslationalVelocity(
         self,
@@ -209,7 +231,11 @@ class Dynamics:
     ) -> np.ndarray:
         """J with v_ABi_E = J s for points Bi of frame B, stacked, shape (3 n, nv or nq)."""
         call = "CalcJacobianTranslationalVelocity"
-        B, p_BoBi_B = self._motion(context, frame_B), points(call, "p_BoBi_B", p_BoBi_B)
+        p_BoBi_B = points(call, "p_BoBi_B", p_BoBi_B)
+        if p_BoBi_B.shape[1] == 1:
+            J = self._frame_jacobian(context, frame_B, p_BoBi_B[:, 0], frame_A, frame_E)[3:]
+            return self._by_variable(context, call, J, with_respect_to)
+        B = self._motion(context, frame_B)
         J = self._jacobian(context, frame_B, frame_A, B.p)
         arms = (B.R @ p_BoBi_B).T
         rows = [J[3:] + np.cross(J[:3], arm[:, None], axis=0) for arm in arms]
@@ -233,7 +259,7 @@ class Dynamics:
         mask, J = view.integers("mask", len(self._row_bodies)), view.buffer("J_com", 3, self._nv)
         mask[:] = 0
         mask[rows] = 1
-        view.bound(jacobians.calc_momentum_jacobian, view.model, view.work, mask, J)
+        view.run(jacobians.calc_momentum_jacobian, view.model, view.work, mask, J)
         J = J / mass
         if not frame_A.is_world_frame():
             p_WScm = self.CalcCenterOfMassPositionInWorld(context, instances)
@@ -267,7 +293,7 @@ class Dynamics:
         moved = shifted(B, B.R @ vector(call, "p_BoBp_B", p_BoBp_B, 3))
         alpha, a = relative_acceleration(moved, A)
         R_EW = self._motion(context, frame_E).R.T
-        return SpatialAcceleration_[context._system._scalar](R_EW @ alpha, R_EW @ a)
+        return self._view(context).of(SpatialAcceleration_)(R_EW @ alpha, R_EW @ a)
 
     def CalcBiasTranslationalAcceleration(
         self,

@@ -154,11 +154,11 @@ class Ports:
         value.set_value([self._transform(context, X_WB[row]) for row in self._rows])
 
     def _calc_body_velocities(self, context: Any, value: AbstractValue) -> None:
-        V, T = self._body_velocities(context), SpatialVelocity_[context._system._scalar]
+        V, T = self._body_velocities(context), self._view(context).of(SpatialVelocity_)._make
         value.set_value([T(V[row].copy()) for row in self._rows])
 
     def _calc_body_accelerations(self, context: Any, value: AbstractValue) -> None:
-        A, T = self._step_accelerations(context), SpatialAcceleration_[context._system._scalar]
+        A, T = self._step_accelerations(context), self._view(context).of(SpatialAcceleration_)._make
         value.set_value([T(A[row].copy()) for row in self._rows])
 
     def _calc_contact_results(self, context: Any, value: AbstractValue) -> None:

@@ -10,7 +10,7 @@ from sheldrake.math import RotationMatrix_
 from sheldrake.multibody.math import SpatialAcceleration_, SpatialInertia_, SpatialMomentum_, SpatialVelocity_
 from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import vector
-from sheldrake.multibody.tree._kernels import queries
+from sheldrake.multibody.tree._kernels import jacobians, queries
 from sheldrake.multibody.tree._kernels.model import ROOT
 
 
@@ -56,7 +56,7 @@ class Queries:
         view.velocities()
         if view.done < 3:
             view.V_WB = view.buffer("V_WB", len(self._row_bodies), 6)
-            view.bound(queries.calc_body_velocities, view.model, view.work, view.V_WB)
+            view.run(queries.calc_body_velocities, view.model, view.work, view.V_WB)
             view.done = 3
         return view.V_WB
 
@@ -64,7 +64,7 @@ class Queries:
         """V_WB of the body origin, expressed in W."""
         self._require_mine("EvalBodySpatialVelocityInWorld", body)
         V = self._body_velocities(context)[self._rows[body._index._value]]
-        return SpatialVelocity_[context._system._scalar](V.copy())
+        return self._view(context).of(SpatialVelocity_)._make(V.copy())
 
     def _accelerations(self, context: Any, vdot: np.ndarray) -> np.ndarray:
         """Spatial accelerations of the body origins, by row, shape (num_bodies, 6)."""
@@ -72,20 +72,20 @@ class Queries:
         view.velocities()
         given, A = view.buffer("vdot", self._nv), view.buffer("A_WB", len(self._row_bodies), 6)
         given[:] = vdot
-        view.bound(queries.calc_accelerations, view.model, view.work, given, A)
+        view.run(queries.calc_accelerations, view.model, view.work, given, A)
         return A.copy()
 
     def CalcSpatialAccelerationsFromVdot(self, context: Any, known_vdot: Any) -> list[Any]:
         """A_WB of all body origins, expressed in W, for given vdot, by body."""
         vdot = vector("CalcSpatialAccelerationsFromVdot", "known_vdot", known_vdot, self._nv)
-        A, T = self._accelerations(context, vdot), SpatialAcceleration_[context._system._scalar]
+        A, T = self._accelerations(context, vdot), self._view(context).of(SpatialAcceleration_)
         return [T(A[self._rows[i]]) for i in range(len(self._rows))]
 
     def EvalBodySpatialAccelerationInWorld(self, context: Any, body: RigidBody) -> Any:
         """A_WB of the body origin, expressed in W, as the body_spatial_accelerations port has it."""
         self._require_mine("EvalBodySpatialAccelerationInWorld", body)
         A = self._accelerations(context, self._vdot(context))
-        return SpatialAcceleration_[context._system._scalar](A[self._rows[body._index._value]])
+        return self._view(context).of(SpatialAcceleration_)(A[self._rows[body._index._value]])
 
     # --- frames
 
@@ -112,41 +112,51 @@ class Queries:
         return Motion(R_WF, p_WF, V_F, A_F)
 
     def _pose_of_frame(self, context: Any, frame: Frame) -> Any:
-        m = self._motion(context, frame)
-        return self._transform(context, np.concatenate([m.R.ravel(), m.p]))
+        return self._transform(context, self._relative_pose(context, self.world_frame(), frame))
 
     def _velocity_of_frame(self, context: Any, frame: Frame) -> Any:
         m = self._motion(context, frame, 1)
-        return SpatialVelocity_[context._system._scalar](m.w, m.v)
+        return self._view(context).of(SpatialVelocity_)(m.w, m.v)
 
     def _acceleration_of_frame(self, context: Any, frame: Frame) -> Any:
         m = self._motion(context, frame, 1, self._accelerations(context, self._vdot(context)))
-        return SpatialAcceleration_[context._system._scalar](m.alpha, m.a)
+        return self._view(context).of(SpatialAcceleration_)(m.alpha, m.a)
 
     def _relative_acceleration(self, context: Any, frame: Frame, measured_in: Frame) -> Any:
         """A_MF expressed in W."""
         A_WB = self._accelerations(context, self._vdot(context))
         F, M = self._motion(context, frame, 1, A_WB), self._motion(context, measured_in, 1, A_WB)
         alpha, a = relative_acceleration(F, M)
-        return SpatialAcceleration_[context._system._scalar](alpha, a)
+        return self._view(context).of(SpatialAcceleration_)(alpha, a)
 
     def CalcRelativeTransform(self, context: Any, frame_A: Frame, frame_B: Frame) -> Any:
         """X_AB: frame B in frame A."""
-        if frame_A.is_world_frame():
-            return self._pose_of_frame(context, frame_B)
-        A, B = self._motion(context, frame_A), self._motion(context, frame_B)
-        return self._transform(context, np.concatenate([(A.R.T @ B.R).ravel(), A.R.T @ (B.p - A.p)]))
+        return self._transform(context, self._relative_pose(context, frame_A, frame_B))
+
+    def _relative_pose(self, context: Any, frame_A: Frame, frame_B: Frame) -> np.ndarray:
+        """X_AB as twelve numbers; overwritten by the next call."""
+        view = self._view(context)
+        view.positions()
+        ends, X = view.integers("pose ends", 4), view.buffer("X_AB", 1, 12)
+        ends[:] = (*self._place(frame_A), *self._place(frame_B))
+        view.run(jacobians.calc_relative_pose, view.model, view.p, view.work, ends, X)
+        return X[0]
+
+    def _place(self, frame: Frame) -> tuple[int, int]:
+        """Body row and frame row of a frame."""
+        if frame._owner is not self:
+            self._require_mine("a query", frame)
+        return self._rows[frame._body._index._value], self._frame_rows.get(frame._index._value, -1)
 
     def CalcRelativeRotationMatrix(self, context: Any, frame_A: Frame, frame_B: Frame) -> Any:
         """R_AB: orientation of frame B in frame A."""
-        A, B = self._motion(context, frame_A), self._motion(context, frame_B)
-        return RotationMatrix_[context._system._scalar]._make(A.R.T @ B.R)
+        X_AB = self._relative_pose(context, frame_A, frame_B)
+        return self._view(context).of(RotationMatrix_)._make(X_AB[:9].reshape(3, 3).copy())
 
     def CalcPointsPositions(self, context: Any, frame_B: Frame, p_BQi: Any, frame_A: Frame) -> np.ndarray:
         """Positions in frame A of points given in frame B [m], shape (3, n)."""
-        A, B = self._motion(context, frame_A), self._motion(context, frame_B)
-        p_WQi = B.p[:, None] + B.R @ points("CalcPointsPositions", "p_BQi", p_BQi)
-        return A.R.T @ (p_WQi - A.p[:, None])
+        X_AB = self._relative_pose(context, frame_A, frame_B)
+        return X_AB[:9].reshape(3, 3) @ points("CalcPointsPositions", "p_BQi", p_BQi) + X_AB[9:, None]
 
     def CalcPointsVelocities(
         self, context: Any, frame_B: Frame, p_BQi: Any, frame_A: Frame, frame_E: Frame
@@ -203,7 +213,16 @@ class Queries:
         self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """p_WScm of all bodies or of those of some model instances [m], shape (3,)."""
-        view, rows, mass = self._com_rows("CalcCenterOfMassPositionInWorld", context, model_instances)
+        call = "CalcCenterOfMassPositionInWorld"
+        view = self._view(context)
+        view.positions()
+        if model_instances is None and len(self._row_bodies) > 1:
+            mask, total = view.integers("all", len(self._row_bodies)), view.buffer("total", 4)
+            mask[:] = 1
+            view.run(queries.calc_total, view.model, view.work, mask, total)
+            if view.T is not float or total[0] > 0.0:
+                return total[1:] / total[0]
+        view, rows, mass = self._com_rows(call, context, model_instances)
         inertia = view.work.inertia[rows]
         return (inertia[:, 1:4] + inertia[:, :1] * self._roots(view, rows)).sum(axis=0) / mass
 
@@ -252,7 +271,7 @@ class Queries:
             arm = view.work.X_WB[view.model.body[row, ROOT], 9:] - p_WP
             L[:3] = L[:3] + J @ w + np.cross(h, v) + np.cross(arm, linear)
             L[3:] = L[3:] + linear
-        return SpatialMomentum_[context._system._scalar](L)
+        return self._view(context).of(SpatialMomentum_)(L)
 
     def CalcSpatialInertia(self, context: Any, frame_F: Frame, body_indexes: list[BodyIndex]) -> Any:
         """Spatial inertia of some bodies about Fo, expressed in F.
@@ -264,7 +283,7 @@ class Queries:
         if len(set(rows)) < len(rows):
             raise RuntimeError("CalcSpatialInertia(): contains a repeated BodyIndex.")
         bodies = [self.get_body(i) for i in body_indexes]
-        total = SpatialInertia_[context._system._scalar].Zero()
+        total = self._view(context).of(SpatialInertia_).Zero()
         for body in bodies:
             if body.index() != 0:
                 X_FB = self.CalcRelativeTransform(context, frame_F, body.body_frame())

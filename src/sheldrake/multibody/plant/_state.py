@@ -11,6 +11,8 @@ from sheldrake.math import RigidTransform
 from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import finite, vector
 
+_FLOAT64 = np.dtype(np.float64)
+
 
 class State:
     """How many positions and velocities there are, what they are called, and reading and writing them."""
@@ -222,6 +224,8 @@ class State:
     def GetPositionsAndVelocities(self, context: Any, model_instance: ModelInstanceIndex | None = None) -> np.ndarray:
         """Positions, then velocities, shape (nq + nv,), of all or of one model instance."""
         view, call = self._view(context), "GetPositionsAndVelocities"
+        if model_instance is None:
+            return view.x.copy()
         return np.concatenate(
             [self._sub(call, view.q, model_instance, "q"), self._sub(call, view.v, model_instance, "v")]
         )
@@ -252,7 +256,20 @@ class State:
             view.q[at[0]] = array[: len(at[0])]
         if "v" in parts:
             view.v[at[-1]] = array[size - len(at[-1]) :]
-        self._touch_state(context)
+        context._store.touch(view.level, view.source)
+
+    def _write_fast(self, context: Any, view: Any, target: np.ndarray, args: tuple, kwargs: dict) -> bool:
+        """Writes all of q, v or both when given as a finite array of floats; whether it did."""
+        if len(args) != 1 or kwargs:
+            return False
+        array = args[0]
+        if type(array) is not np.ndarray or array.shape != target.shape or array.dtype != _FLOAT64:
+            return False
+        if view.dtype != _FLOAT64 or not array.dot(array) < np.inf:
+            return False
+        target[:] = array
+        context._store.touch(view.level, view.source)
+        return True
 
     def SetPositions(self, context: Any, *args: Any, **kwargs: Any) -> None:
         """Sets positions: `(context, q)` all, `(context, model_instance, q)` those of one model instance.
@@ -260,7 +277,9 @@ class State:
         Raises:
             RuntimeError: the size is wrong or a number is not finite.
         """
-        self._write("SetPositions", context, "q", args, kwargs)
+        view = self._view(context)
+        if not self._write_fast(context, view, view.q, args, kwargs):
+            self._write("SetPositions", context, "q", args, kwargs)
 
     def SetVelocities(self, context: Any, *args: Any, **kwargs: Any) -> None:
         """Sets velocities: `(context, v)` all, `(context, model_instance, v)` those of one model instance.
@@ -268,7 +287,9 @@ class State:
         Raises:
             RuntimeError: the size is wrong or a number is not finite.
         """
-        self._write("SetVelocities", context, "v", args, kwargs)
+        view = self._view(context)
+        if not self._write_fast(context, view, view.v, args, kwargs):
+            self._write("SetVelocities", context, "v", args, kwargs)
 
     def SetPositionsAndVelocities(self, context: Any, *args: Any, **kwargs: Any) -> None:
         """Sets both: `(context, q_v)` all, `(context, model_instance, q_v)` those of one model instance.
@@ -276,7 +297,9 @@ class State:
         Raises:
             RuntimeError: the size is wrong or a number is not finite.
         """
-        self._write("SetPositionsAndVelocities", context, "qv", args, kwargs)
+        view = self._view(context)
+        if not self._write_fast(context, view, view.x, args, kwargs):
+            self._write("SetPositionsAndVelocities", context, "qv", args, kwargs)
 
     def GetPositionsFromArray(self, model_instance: ModelInstanceIndex, q: Any) -> np.ndarray:
         """The positions of a model instance among all."""

@@ -18,6 +18,8 @@ import numpy as np
 from sheldrake.multibody.tree._index import ModelInstanceIndex
 from sheldrake.multibody.tree._scoped_name import ScopedName
 
+_FLOAT64 = np.dtype(np.float64)
+
 
 class Element:
     """A part of a plant."""
@@ -99,6 +101,8 @@ def vector(call: str, name: str, value: Any, size: int) -> np.ndarray:
     Raises:
         TypeError: it is something else.
     """
+    if type(value) is np.ndarray and value.shape == (size,) and value.dtype == _FLOAT64:
+        return value.copy()
     array = np.asarray(value)
     if array.dtype != object:
         try:

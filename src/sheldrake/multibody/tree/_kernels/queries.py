@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from sheldrake.common.kernel import Matrix, Vector, kernel
+from sheldrake.common._kernels.vec import add3, load3_at, load6, scale3, scale6, store6
+from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.multibody.tree._kernels import dynamics, factor, forces, integrate, kinematics
 from sheldrake.multibody.tree._kernels.forces import ForceModel
-from sheldrake.multibody.tree._kernels.model import DAMPING, TreeModel, TreeWork
+from sheldrake.multibody.tree._kernels.model import ACTUATOR_DOF, DAMPING, ROOT, TreeModel, TreeWork
 
 
 @kernel(top=True)
@@ -57,6 +58,31 @@ def calc_inverse_dynamics(
 ) -> None:
     """M vdot + C v; needs `calc_velocities`."""
     dynamics.inverse_dynamics(model, p, work, vdot, 0.0, A_work, tau)
+
+
+@kernel(top=True)
+def calc_inverse_dynamics_with_forces(
+    model: TreeModel,
+    p: Vector,
+    work: TreeWork,
+    vdot: Vector,
+    F_Bo_W: Matrix,
+    applied: Vector,
+    A_work: Matrix,
+    tau: Vector,
+) -> None:
+    """M vdot + C v less applied generalized forces and spatial forces at the body origins; needs `calc_velocities`."""
+    dynamics.accelerations(model, work, vdot, A_work)
+    for body in range(1, model.body.shape[0]):
+        A_WB = load6(A_work, body)
+        store6(work.F, body, scale6(dynamics.inertial_force(model, work, body, A_WB, 0.0), -1.0))
+    forces.add_body_forces(model, work, F_Bo_W, work.F)
+    dynamics.project_forces(model, work, tau)
+    for k in range(tau.shape[0]):
+        tau[k] = -tau[k] - applied[k]
+    for i in range(model.actuator.shape[0]):
+        k = model.actuator[i, ACTUATOR_DOF]
+        tau[k] += dynamics.reflected_inertia(model, p, i) * vdot[k]
 
 
 @kernel(top=True)
@@ -128,3 +154,19 @@ def calc_qdot(model: TreeModel, q: Vector, v: Vector, qdot: Vector) -> None:
 def calc_velocity(model: TreeModel, q: Vector, qdot: Vector, v: Vector) -> None:
     """v = N⁺(q) qdot."""
     integrate.velocity_of_qdot(model, q, qdot, v)
+
+
+@kernel(top=True)
+def calc_total(model: TreeModel, work: TreeWork, mask: IntVector, total: Vector) -> None:
+    """Mass [kg] and first moment about W's origin [kg m] of the masked bodies, shape (4,); needs `calc_positions`."""
+    for c in range(4):
+        total[c] = 0.0
+    for body in range(1, model.body.shape[0]):
+        if mask[body] != 0:
+            mass = work.inertia[body, 0]
+            moment = scale3(load3_at(work.X_WB, model.body[body, ROOT], 9), mass)
+            moment = add3(moment, load3_at(work.inertia, body, 1))
+            total[0] += mass
+            total[1] += moment[0]
+            total[2] += moment[1]
+            total[3] += moment[2]
