@@ -58,7 +58,7 @@ class TemplateSystem(TemplateClass):
             raise RuntimeError(f"{name}: T_pairs must name types of T_list, {self._T_list}.")
 
     @classmethod
-    def define(
+    def define(  # type: ignore[override]
         cls,
         name: str,
         T_list: Iterable[Any] | None = None,

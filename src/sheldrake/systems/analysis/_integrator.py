@@ -220,6 +220,7 @@ class IntegratorBase:
         first, slope = store.S[x0 : x0 + n].copy(), store.S[x0 + n : x0 + 2 * n].copy()
         last = self._context.get_continuous_state_vector().CopyToVector()
         end_slope = self._system.EvalTimeDerivatives(self._context).CopyToVector()
+        assert self._dense is not None
         self._dense.append((begin, end, first, last, slope, end_slope))
 
     # Statistics.
@@ -390,7 +391,7 @@ def ResetIntegratorFromFlags(simulator: Any, scheme: str, max_step_size: float) 
     if scheme not in _SCHEMES:
         raise RuntimeError(f"Unknown integration scheme: {scheme} (valid: {', '.join(GetIntegrationSchemes())})")
     system = simulator.get_system()
-    cls = _SCHEMES[scheme]
+    cls: Any = _SCHEMES[scheme]
     if cls._supports_error_estimation:
         integrator = cls(system)
         integrator.set_maximum_step_size(max_step_size)

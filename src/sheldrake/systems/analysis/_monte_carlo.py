@@ -12,6 +12,9 @@ from sheldrake.common import RandomGenerator
 class RandomSimulationResult:
     """One sample: `output`, and `generator_snapshot`, the generator from which it can be had again."""
 
+    generator_snapshot: Any
+    output: float
+
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("RandomSimulationResult: No constructor defined!")
 

@@ -65,7 +65,7 @@ class Simulator:
         self._rate, self._show, self._native = 0.0, True, True
         self._monitor: Any = None
         self._publish_at_initialization = self._publish_every_step = False
-        self._span: Span | None = None
+        self._span: Any = None
         self._ready = False
         self._last_time: Any = None
         if context is None:
@@ -184,7 +184,7 @@ class Simulator:
         self._N[[_loop.STEPS, _loop.PUBLISHES, _loop.DISCRETES, _loop.UNRESTRICTEDS]] = 0
         self._integrator.ResetStatistics()
         self._real0 = time.monotonic()
-        self._time0 = None if self._context is None else float(plain(self._context._store.S[0]))
+        self._time0 = 0.0 if self._context is None else float(plain(self._context._store.S[0]))
 
     def get_num_steps_taken(self) -> int:
         """How many steps were taken."""
@@ -237,7 +237,7 @@ class Simulator:
         me = weakref.ref(self)  # the span must not own its simulator
         special = [store.commit_abstract, *(_method(me, name) for name in _SPECIAL)]
         self._span = Span(store, self._N, self._integrator._Z, special, self._native)
-        self._watch = None
+        self._watch: Any = None
         if store.layout.witness_nodes:
             self._watch = WitnessWatch(self._system, self._span, self._integrator)
 

@@ -76,7 +76,7 @@ class Span:
             self._bind()
 
     def _bind(self) -> None:
-        table = np.zeros(len(self.python), np.int64)
+        table: Any = np.zeros(len(self.python), np.int64)
         self._callbacks = []
         for r, function in enumerate(self.python):
             if r < len(self.layout.rows) and self.layout.rows[r].native:

@@ -10,6 +10,12 @@ from sheldrake.systems.framework._index import _PrintedEnum
 class SimulatorStatus:
     """Why and when `Simulator.AdvanceTo` or `Initialize` returned."""
 
+    _boundary: float
+    _time: float
+    _reason: SimulatorStatus.ReturnReason
+    _system: Any
+    _message: str
+
     class ReturnReason(_PrintedEnum):
         """Why it returned."""
 

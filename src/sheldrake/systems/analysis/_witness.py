@@ -65,8 +65,8 @@ class WitnessWatch:
         """How exactly to locate a change of sign [s]; None: not at all."""
         integrator = self._integrator
         if not integrator.get_fixed_step_mode():
-            accuracy = self._store.accuracy or integrator.get_accuracy_in_use()
-            return max(integrator.get_working_minimum_step_size(), 0.01 * accuracy)
+            wanted = self._store.accuracy or integrator.get_accuracy_in_use()
+            return max(integrator.get_working_minimum_step_size(), 0.01 * wanted)
         accuracy = self._store.accuracy
         if accuracy is None:
             return None

@@ -30,6 +30,10 @@ class ValueProducer:
 class CacheEntryValue:
     """The kept value of a cache entry in one context."""
 
+    _entry: CacheEntry
+    _context: Any
+    _mutable: bool
+
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("CacheEntryValue: No constructor defined!")
 
@@ -57,6 +61,9 @@ class CacheEntryValue:
 
 class CacheEntry:
     """A value that a system computes from its context."""
+
+    _system: Any
+    _number: int
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("CacheEntry: No constructor defined! Use System.DeclareCacheEntry().")

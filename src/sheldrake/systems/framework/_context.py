@@ -30,6 +30,7 @@ class ContextBase:
     _store: Store
     _node: int
     _system: Any
+    _place: Any
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
@@ -385,8 +386,8 @@ class Context(ContextBase):
             )
         store, other = self._store, source._store
         for name in ("xc", "xd", "p"):
-            values = other.S[slice(*getattr(its, name))]
-            store.S[slice(*getattr(mine, name))] = _converted(values, store.scalar)
+            numbers = other.S[slice(*getattr(its, name))]
+            store.S[slice(*getattr(mine, name))] = _converted(numbers, store.scalar)
         for name, values, others in (
             ("abstract", store.abstract, other.abstract),
             ("abstract_parameters", store.parameters, other.parameters),

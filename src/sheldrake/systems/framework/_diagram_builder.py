@@ -219,7 +219,7 @@ class DiagramBuilder:
             )
         del self._wires[key]
 
-    def ConnectInput(self, diagram_port: Any = None, input: InputPort | None = None, **kwargs: Any) -> None:
+    def ConnectInput(self, diagram_port: Any = None, input: Any = None, **kwargs: Any) -> None:
         """Lets an exported input port, by name or index, feed one more input port."""
         self._not_built("ConnectInput")
         for name in ("diagram_port_name", "diagram_port_index"):

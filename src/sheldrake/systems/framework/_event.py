@@ -32,6 +32,10 @@ class WitnessFunctionDirection(_PrintedEnum):
 class EventStatus:
     """How handling an event went."""
 
+    _severity: EventStatus.Severity
+    _system: Any
+    _message: str
+
     class Severity(_PrintedEnum):
         """From best to worst."""
 
@@ -97,6 +101,9 @@ class EventStatus:
 class PeriodicEventData:
     """Period and offset of a periodic event."""
 
+    _period: float
+    _offset: float
+
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("PeriodicEventData: No constructor defined!")
 
@@ -127,7 +134,9 @@ class Event:
     _kind = ""
 
     def __init__(self) -> None:
-        self._trigger, self._callback, self._system_callback = TriggerType.kUnknown, None, None
+        self._trigger = TriggerType.kUnknown
+        self._callback: Callable | None = None
+        self._system_callback: Callable | None = None
 
     def _set(self, args: tuple, kwargs: dict) -> None:
         Event.__init__(self)
@@ -185,6 +194,12 @@ class UnrestrictedUpdateEvent(Event):
 
 class WitnessFunction:
     """A function of a context whose change of sign triggers an event. Made by `LeafSystem.MakeWitnessFunction`."""
+
+    _system: Any
+    _description: str
+    _direction: WitnessFunctionDirection
+    _calc: Callable
+    _event: Event | None
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("WitnessFunction: No constructor defined! Use LeafSystem.MakeWitnessFunction().")

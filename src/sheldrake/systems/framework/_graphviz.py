@@ -25,14 +25,12 @@ class Graphviz:
     GraphvizFragment = GraphvizFragment
     GraphvizFragmentParams = GraphvizFragmentParams
 
-    def GetGraphvizString(self, max_depth: int | None = None, options: dict[str, str] | None = None) -> str:
+    def GetGraphvizString(self: Any, max_depth: int | None = None, options: dict[str, str] | None = None) -> str:
         """The system as a Graphviz "digraph"; diagrams deeper than `max_depth` are drawn as boxes."""
         fragment = self.GetGraphvizFragment(max_depth, options)
         return f"digraph _{self._system_id} {{\nrankdir=LR\n{''.join(fragment.fragments)}}}\n"
 
-    def GetGraphvizFragment(
-        self, max_depth: int | None = None, options: dict[str, str] | None = None
-    ) -> GraphvizFragment:
+    def GetGraphvizFragment(self: Any, max_depth: int | None = None, options: dict[str, str] | None = None) -> Any:
         """The system as a piece of a picture.
 
         Args:
@@ -47,11 +45,11 @@ class Graphviz:
             GraphvizFragmentParams(depth, dict(options or {}), f"s{self._system_id}", header)
         )
 
-    def _class_label(self) -> str:
+    def _class_label(self: Any) -> str:
         name = self.GetSystemType()
         return type(self).__name__ if name.startswith("sheldrake.") else name
 
-    def DoGetGraphvizFragment(self, params: GraphvizFragmentParams) -> GraphvizFragment:
+    def DoGetGraphvizFragment(self: Any, params: Any) -> Any:
         """Draws the system; may be overridden."""
         if self._subsystems() is not None and params.max_depth > 0:
             return _diagram(self, params)

@@ -68,7 +68,7 @@ class Place:
     """Where one system's values are."""
 
     xc: Span = (0, 0)
-    parts: tuple[list[Span], list[Span], list[Span]] = ((), (), ())
+    parts: tuple[list[Span], list[Span], list[Span]] = ([], [], [])
     """q, v and z, relative to xc."""
     xd: Span = (0, 0)
     p: Span = (0, 0)
@@ -293,7 +293,8 @@ class Layout(Topology):
     # The program.
 
     def _program(self) -> _loop.Program:
-        words, at = [], []
+        words: list[int] = []
+        at: list[int] = []
         for row in self.rows:
             at.append(len(words))
             if row.native:
@@ -481,7 +482,8 @@ class Layout(Topology):
         while m >= 0:
             chain.append(m)
             m = self.nodes[m].parent
-        place, keys, level = self.places[n], {"all"}, 0
+        place, level = self.places[n], 0
+        keys: set[Any] = {"all"}
         for need in needs:
             if isinstance(need, tuple):
                 slot = place.inputs[need[1]]

@@ -152,7 +152,7 @@ class LeafSystem(System):
         )
         self._outputs.append(OutputDeclaration(name, data_type, size, model, calc, tickets, state, index))
         self._changed()
-        return self._output_port(j)
+        return self._output_port(j)  # type: ignore[return-value]
 
     def DeclareStateOutputPort(self, name: Any, state_index: Any) -> LeafOutputPort:
         """Declares an output port that shows a state; `state_index` is what a Declare...State() call gave."""

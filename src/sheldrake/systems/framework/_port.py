@@ -13,6 +13,9 @@ from sheldrake.systems.framework._vector import BasicVector, as_vector, lifted
 class FixedInputPortValue:
     """The value an input port was fixed to."""
 
+    _store: Store
+    _slot: Any
+
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("FixedInputPortValue: No constructor defined! Use InputPort.FixValue().")
 
@@ -35,6 +38,13 @@ class FixedInputPortValue:
 
 class _Port:
     __slots__ = ("__weakref__", "_index", "_system")
+    _kind = ""
+    _index: int
+    _system: Any
+
+    @property
+    def _declaration(self) -> Any:
+        raise NotImplementedError
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined!")

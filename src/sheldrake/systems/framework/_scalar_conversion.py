@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import weakref
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -60,13 +61,13 @@ class ScalarConversion:
     _generic = False
     _scalar_converter: SystemScalarConverter | None = None
 
-    def _convert(self, scalar: Any) -> Any:
+    def _convert(self: Any, scalar: Any) -> Any:
         """This system on another scalar, or None."""
         if self._scalar_converter is not None:
             return self._scalar_converter._convert(scalar, self)
         return self._converted(scalar)
 
-    def _converted(self, scalar: Any) -> Any:
+    def _converted(self: Any, scalar: Any) -> Any:
         if not self._generic:
             return None
         new = self._copy()
@@ -77,7 +78,7 @@ class ScalarConversion:
         new._scalar = scalar
         return new
 
-    def _copy(self) -> Any:
+    def _copy(self: Any) -> Any:
         from sheldrake.systems.framework._system_base import _ids as system_ids
 
         new = object.__new__(type(self))
@@ -89,7 +90,7 @@ class ScalarConversion:
         new._ports, new._layouts = weakref.WeakValueDictionary(), {}
         return new
 
-    def _clone(self) -> Any:
+    def _clone(self: Any) -> Any:
         new = self._convert(self._scalar)
         if new is None and self._generic:
             new = self._copy()
@@ -100,21 +101,21 @@ class ScalarConversion:
         new._name = self._name
         return new
 
-    def get_system_scalar_converter(self) -> SystemScalarConverter:
+    def get_system_scalar_converter(self: Any) -> SystemScalarConverter:
         """The converter this system was given, or an empty one."""
         if self._scalar_converter is not None:
             return self._scalar_converter
         converter = SystemScalarConverter()
         if self._is_generic():
             for to, source in SystemScalarConverter.SupportedConversionPairs:
-                converter._Add(to, source, lambda system, to=to: system._converted(to))
+                converter._Add(to, source, functools.partial(_converted_to, to))
         return converter
 
-    def _is_generic(self) -> bool:
+    def _is_generic(self: Any) -> bool:
         """Whether it converts to any scalar by a copy."""
         return self._generic
 
-    def _to(self, scalar: Any, must: bool) -> Any:
+    def _to(self: Any, scalar: Any, must: bool) -> Any:
         new = self._convert(scalar)
         if new is None:
             if not must:
@@ -128,21 +129,25 @@ class ScalarConversion:
             new.set_name(self.get_name())
         return new
 
-    def ToAutoDiffXd(self) -> Any:
+    def ToAutoDiffXd(self: Any) -> Any:
         """This system on AutoDiffXd; RuntimeError if it cannot be."""
         return self._to(autodiff_class(), True)
 
-    def ToAutoDiffXdMaybe(self) -> Any:
+    def ToAutoDiffXdMaybe(self: Any) -> Any:
         """This system on AutoDiffXd, or None."""
         return self._to(autodiff_class(), False)
 
-    def ToSymbolic(self) -> Any:
+    def ToSymbolic(self: Any) -> Any:
         """This system on symbolic Expression; RuntimeError if it cannot be."""
         return self._to(expression_class(), True)
 
-    def ToSymbolicMaybe(self) -> Any:
+    def ToSymbolicMaybe(self: Any) -> Any:
         """This system on symbolic Expression, or None."""
         return self._to(expression_class(), False)
+
+
+def _converted_to(scalar: Any, system: Any) -> Any:
+    return system._converted(scalar)
 
 
 class _PerScalar:

@@ -70,7 +70,7 @@ class Store:
 
     def _begin(self) -> None:
         """What is rebuilt for every store, clones too."""
-        self.i = memoryview(self.I)
+        self.i: Any = memoryview(self.I)  # type: ignore[arg-type]
         self.uncached = self.frozen = False
         self.cache: dict[tuple[int, int], list] = {}
         self.serials: dict[Any, int] = {}
@@ -197,7 +197,8 @@ class Store:
         return row.calc(*(self.S[0] if a is None else a for a in arguments)) or 0
 
     def _twin_arguments(self, row: Row) -> tuple:
-        place, found = self.layout.places[row.node], []
+        place = self.layout.places[row.node]
+        found: list[Any] = []
         models, scratch = row.models, self.scratch(row.node)
         for parameter in row.calc.parameters:
             name = parameter.name
@@ -238,6 +239,7 @@ class Store:
         if row.kind == DERIVATIVES:
             row.calc(system, context, context._continuous_view(row.out[0]))
             return None
+        assert row.event is not None
         if row.kind == PUBLISH:
             return row.event.call(system, context)
         return row.event.call(system, context, self.event_argument(row, context))

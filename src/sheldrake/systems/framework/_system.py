@@ -431,7 +431,8 @@ class System(ScalarConversion, Graphviz, SystemBase):
     def GetWitnessFunctions(self, context: Any) -> list:
         """Witness functions that are active now."""
         self.ValidateContext(context)
-        store, found = context._store, []
+        store = context._store
+        found: list = []
         for m in _evaluate.leaves_under(store, context._node):
             if store.systems[m]._has_witnesses():
                 found += store.systems[m].DoGetWitnessFunctions(store.context(m)) or []

@@ -104,7 +104,8 @@ class Topology:
         for n, j in ports:
             found = [self.sources[n, i] for i in sorted(x[1] for x in self.needs[n, j] if isinstance(x, tuple))]
             reads.append([number[s[1], s[2]] for s in found if s[0] == "out" and (s[1], s[2]) in number])
-        waits, readers = [len(r) for r in reads], [[] for _ in ports]
+        waits = [len(r) for r in reads]
+        readers: list[list[int]] = [[] for _ in ports]
         for k, r in enumerate(reads):
             for m in r:
                 readers[m].append(k)

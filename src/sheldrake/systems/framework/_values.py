@@ -80,7 +80,7 @@ class DiscreteValues:
 
     def __init__(self, data: Any = None, *, datum: BasicVector | None = None):
         data = datum if data is None else data
-        groups = [] if data is None else [data] if isinstance(data, VectorBase) else list(data)
+        groups: list[Any] = [] if data is None else [data] if isinstance(data, VectorBase) else list(data)
         for group in groups:
             if not isinstance(group, BasicVector):
                 raise TypeError(f"DiscreteValues(): incompatible constructor arguments: {group!r} is no BasicVector.")
@@ -291,6 +291,8 @@ class ContinuousState:
 class State:
     """Everything that changes in time: continuous, discrete and abstract."""
 
+    _pending: dict[int, list[AbstractValue]]
+
     def __init__(self) -> None:
         self._continuous, self._discrete, self._abstract = ContinuousState(), DiscreteValues(), AbstractValues()
 
@@ -480,6 +482,8 @@ _register_value_type(BusValue)
 
 class SystemOutput:
     """The values of all output ports of a system, filled by `System.CalcOutput`."""
+
+    _values: list[AbstractValue]
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("SystemOutput: No constructor defined! Use System.AllocateOutput().")

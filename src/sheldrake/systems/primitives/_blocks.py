@@ -270,4 +270,6 @@ class Sine(LeafSystem):
             self.DeclareVectorInputPort("u0", n)
         for order in range(3):
             self.DeclareVectorOutputPort(f"y{order}", n, blocks.sine_of_time if of_time else blocks.sine_of_input)
-            self._output_models[order] = {"wave_model": blocks.Waves(*waves, np.array([float(order)]))}
+            self._output_models[order] = {
+                "wave_model": blocks.Waves(waves[0], waves[1], waves[2], np.array([float(order)]))
+            }

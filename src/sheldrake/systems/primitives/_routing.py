@@ -35,7 +35,7 @@ class BusCreator(LeafSystem):
                 bus.Set(declaration.name, port.EvalAbstract(context))
         output.set_value(bus)
 
-    def DeclareVectorInputPort(self, name: Any, size: Any, *args: Any) -> Any:
+    def DeclareVectorInputPort(self, name: Any, size: Any, *args: Any) -> Any:  # type: ignore[override]
         """Declares one more vector input."""
         return super().DeclareVectorInputPort(name, size, *args)
 
@@ -63,7 +63,7 @@ class BusSelector(LeafSystem):
             )
         return found
 
-    def DeclareVectorOutputPort(self, name: Any, size: Any, *args: Any) -> Any:
+    def DeclareVectorOutputPort(self, name: Any, size: Any, *args: Any) -> Any:  # type: ignore[override]
         """Declares an output for the vector under its name."""
         j = len(self._outputs)
         name = f"y{j}" if isinstance(name, UseDefaultName) else name
@@ -76,7 +76,9 @@ class BusSelector(LeafSystem):
 
         return super().DeclareVectorOutputPort(name, size, _method_of(self, calc))
 
-    def DeclareAbstractOutputPort(self, name: Any, model_value: AbstractValue, *args: Any) -> Any:
+    def DeclareAbstractOutputPort(  # type: ignore[override]
+        self, name: Any, model_value: AbstractValue, *args: Any
+    ) -> Any:
         """Declares an output for the value under its name."""
         j = len(self._outputs)
         name = f"y{j}" if isinstance(name, UseDefaultName) else name
@@ -138,6 +140,8 @@ class SelectorParams(_Fields):
 
         __fields__ = (_field("name", str, None), _field("selections", list, []))
 
+    inputs: list
+    outputs: list
     __fields__ = (_field("inputs", list, []), _field("outputs", list, []))
 
 
