@@ -9,6 +9,7 @@ import pytest
 from tests.scenes.scene import SLIDER, drop, library, trajectory
 
 import sheldrake
+from sheldrake.common.eigen_geometry import Quaternion
 
 OWN_BLOCK = sheldrake.model_path("two_hole_block/two_hole_block.urdf")
 APPROXIMATIONS = ("kLagged", "kSimilar", "kSap", "kTamsi")
@@ -51,7 +52,7 @@ def test_own_block_comes_to_rest_on_a_face(rpy):
     last = x[:, times > 10.0]
     assert np.abs(last[7:10]).max() < 1e-9, "angular velocity [rad/s]"
     assert np.abs(last[10:13]).max() < 1e-9, "velocity [m/s]"
-    up = ours.RotationMatrix(ours.Quaternion(x[:4, -1] / np.linalg.norm(x[:4, -1]))).matrix()[2]
+    up = ours.RotationMatrix(Quaternion(x[:4, -1] / np.linalg.norm(x[:4, -1]))).matrix()[2]
     assert np.abs(up).max() > 1.0 - 1e-6, "a face of the block is level"
 
 

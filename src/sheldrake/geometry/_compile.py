@@ -56,11 +56,20 @@ def compile_proximity(
     kind, body = geometry[:, columns.KIND], geometry[:, columns.BODY]
     half_space = kind == columns.HALF_SPACE
     pairs = [(a, b) for a, b in pairs if body[a] != body[b] and not (half_space[a] and half_space[b])]
+    pair, family = _by_family(np.array(pairs, np.int64).reshape(-1, 2), kind)
     vertex, face, loop, topology = hulls.arrays(geometry)
-    model = GeometryModel(
-        geometry, size, material, X_BG, np.array(pairs, np.int64).reshape(-1, 2), vertex, face, loop, topology
-    )
-    return model, ids
+    return GeometryModel(geometry, size, material, X_BG, pair, family, vertex, face, loop, topology), ids
+
+
+def _by_family(pair: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pairs sorted by family, A and B, and where each family begins."""
+    first, second = np.sort(kind[pair], axis=1).T
+    family = np.full(len(pair), columns.CONVEX)
+    family[(first == columns.BOX) & (second == columns.BOX)] = columns.BOXES
+    family[(first == columns.SPHERE) & (second <= columns.ELLIPSOID)] = columns.SPHERES
+    family[second == columns.HALF_SPACE] = columns.HALF_SPACES
+    order = np.lexsort((pair[:, 1], pair[:, 0], family))
+    return np.ascontiguousarray(pair[order]), np.searchsorted(family[order], np.arange(columns.NUM_FAMILIES + 1))
 
 
 def _property(record: GeometryRecord, group: str, name: str, default: Any = None) -> Any:

@@ -9,10 +9,10 @@ import numpy as np
 
 from sheldrake.common.value import _register_value_type
 
+from ._contact_search import find_contacts
 from ._ids import FrameId, GeometryId
 from ._inspector import SceneGraphInspector
 from ._kernels import model as columns
-from ._kernels.contacts import find_all_contacts
 from ._kernels.model import ContactTable, GeometryModel, contact_table
 from ._kernels.pair_distance import find_distances
 from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
@@ -147,7 +147,7 @@ class QueryObject:
     def _contacts(self) -> tuple[ContactTable, list[GeometryId]]:
         model, ids, X_WB = self._placed()
         table = contact_table(model, capacity=max(1, model.pair.shape[0]))
-        if find_all_contacts.native(model, X_WB, table):
+        if find_contacts(model, X_WB, table):
             raise explain_contact_status(model, table)
         return table, ids
 

@@ -10,9 +10,9 @@ pytest.importorskip("pydrake")
 from drake_problem import one_step
 from test_constraint_rows import INF, mechanism, put
 
+from sheldrake.common.chain import Chain
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
 from sheldrake.multibody.plant import _step
-from sheldrake.multibody.plant._kernels.step import plant_step, plant_step_tamsi
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 
@@ -74,7 +74,7 @@ class Mechanism:
         self.forces = ForceModel(np.array(springs, np.int64), np.array([strut], np.int64))
         self.p = np.array(p)
         self.work = _step.make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
-        self.kernel = plant_step_tamsi if name == "tamsi" else plant_step
+        self.chain = Chain(_step.stages(self.geometry, self.plant, name == "tamsi"))
 
     @staticmethod
     def constraint_rows(m, names, distance_spring, store):
@@ -110,19 +110,18 @@ class Mechanism:
 
     def step(self, x, u, force, desired):
         out = np.zeros_like(x)
-        arguments = (
-            x,
-            self.p,
-            (u, force, desired),
-            self.work,
-            self.tree,
-            self.geometry,
-            self.solver,
-            self.forces,
-            self.plant,
-            out,
+        status = self.chain.native(
+            **self.work._asdict(),
+            xd=x,
+            p=self.p,
+            u=(u, force, desired),
+            tree_model=self.tree,
+            geometry_model=self.geometry,
+            solver_model=self.solver,
+            force_model=self.forces,
+            plant_model=self.plant,
+            out=out,
         )
-        status = self.kernel.native(*arguments)
         assert status == 0
         return out
 

@@ -4,7 +4,7 @@ import numpy as np
 
 from sheldrake import geometry as g
 from sheldrake.geometry._compile import compile_proximity
-from sheldrake.geometry._kernels.contacts import find_all_contacts
+from sheldrake.geometry._contact_search import find_contacts
 from sheldrake.geometry._kernels.model import contact_table
 from sheldrake.geometry._state import WORLD_FRAME_ID, GeometryState
 from sheldrake.math import RigidTransform, RotationMatrix
@@ -63,8 +63,7 @@ class Scene:
         """Rows (A, B, p_WCa, p_WCb, nhat_BA_W, depth), shape (n, 12)."""
         for body, X in enumerate(poses, 1):
             self.X_WB[body] = row_of(X)
-        run = find_all_contacts.native if native else find_all_contacts
-        status = run(self.model, self.X_WB, self.table)
+        status = find_contacts(self.model, self.X_WB, self.table, native)
         assert status == 0
         n = self.table.count[0]
         return np.hstack([self.table.pair[:n, :2], self.table.point[:n]])

@@ -3,8 +3,8 @@ import pytest
 from proximity_scenes import HULL_POINTS, SHAPES, Scene, height_of, random_pose
 
 from sheldrake import geometry as g
-from sheldrake.geometry._kernels.contacts import find_all_contacts, find_basic_contacts
-from sheldrake.geometry._kernels.model import CAPACITY_EXCEEDED, UNSUPPORTED_PAIR, contact_table, is_basic
+from sheldrake.geometry._contact_search import find_contacts
+from sheldrake.geometry._kernels.model import CAPACITY_EXCEEDED, contact_table
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 
@@ -145,7 +145,7 @@ def test_overflow_is_reported():
     scene = Scene([g.Box(1, 1, 1), g.HalfSpace()])
     scene.X_WB[1, 11] = 0.4
     table = contact_table(scene.model, capacity=3)
-    assert find_all_contacts(scene.model, scene.X_WB, table) == CAPACITY_EXCEEDED
+    assert find_contacts(scene.model, scene.X_WB, table) == CAPACITY_EXCEEDED
     assert table.count[0] == 3
 
 
@@ -159,20 +159,6 @@ def test_large_hull_descends_to_the_lowest_vertex():
         X_WG = RigidTransform(random_pose(rng).rotation(), [0, 0, 0.9])
         row = scene.contacts(X_WG, RigidTransform())[0]
         assert row[11] == pytest.approx(support_depth(shape, X_WG.inverse()), abs=1e-15)
-
-
-@pytest.mark.parametrize("name", ROUND)
-def test_basic_search_finds_the_same(name):
-    scene = Scene([ROUND[name], g.HalfSpace(), g.Sphere(0.2)])
-    poses = RigidTransform([0, 0, 0.1]), RigidTransform(), RigidTransform([0, 0, 0.1])
-    rows = scene.contacts(*poses)
-    if name == "hull":
-        assert not is_basic(scene.model)
-        assert find_basic_contacts(scene.model, scene.X_WB, scene.table) == -UNSUPPORTED_PAIR
-    else:
-        assert is_basic(scene.model)
-        assert find_basic_contacts(scene.model, scene.X_WB, scene.table) == len(rows)
-        assert np.array_equal(scene.table.point[: len(rows)], rows[:, 2:])
 
 
 @pytest.mark.parametrize("name", ROUND)

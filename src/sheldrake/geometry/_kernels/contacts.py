@@ -1,4 +1,4 @@
-"""All contacts of a scene: place geometry, discard far pairs, collide the others."""
+"""All contacts of a scene: place geometry, then family by family discard far pairs and collide the others."""
 
 from __future__ import annotations
 
@@ -10,12 +10,11 @@ from .convex import convex_contacts
 from .half_space import half_space_contacts
 from .model import (
     BOUND,
-    BOX,
-    ELLIPSOID,
-    HALF_SPACE,
+    BOXES,
+    CONVEX,
+    HALF_SPACES,
     KIND,
-    SPHERE,
-    UNSUPPORTED_PAIR,
+    SPHERES,
     Z_AXIS,
     ContactTable,
     GeometryModel,
@@ -26,7 +25,7 @@ from .table import bounding_centre, column, place_geometry, position_of, rotatio
 
 @kernel
 def spheres_apart(model, table, a, b):
-    """True if the bounding spheres of a and b do not meet; a half space meets everything."""
+    """True if the bounding spheres of a and b do not meet."""
     r = sub3(bounding_centre(table, a), bounding_centre(table, b))
     reach = model.size[a, BOUND] + model.size[b, BOUND]
     return dot3(r, r) > reach * reach
@@ -39,83 +38,101 @@ def above(model, table, i, j):
     return dot3(nhat, sub3(bounding_centre(table, i), position_of(table, j))) > model.size[i, BOUND]
 
 
-@kernel(outline=True)
-def collide(model, table, a, b):
-    """Contacts of geometries a and b, whose bounding spheres meet, if any."""
-    i, j = in_order(model, a, b)
-    if model.geometry[j, KIND] == HALF_SPACE:
-        if not above(model, table, i, j):
-            half_space_contacts(model, table, i, j)
-    elif model.geometry[i, KIND] == SPHERE and model.geometry[j, KIND] <= ELLIPSOID:
-        sphere_contacts(model, table, i, j)
-    elif model.geometry[i, KIND] == BOX and model.geometry[j, KIND] == BOX:
-        box_box_contacts(model, table, i, j)
-    else:
-        convex_contacts(model, table, i, j)
-
-
-@kernel(outline=True)
-def collide_basic(model, table, a, b):
-    """The same for pairs with a half space, or of a sphere and another round or flat shape."""
-    i, j = in_order(model, a, b)
-    if model.geometry[j, KIND] == HALF_SPACE:
-        if not above(model, table, i, j):
-            half_space_contacts(model, table, i, j)
-    elif model.geometry[i, KIND] == SPHERE and model.geometry[j, KIND] <= ELLIPSOID:
-        sphere_contacts(model, table, i, j)
-    else:
-        table.count[1] = UNSUPPORTED_PAIR
-
-
 @kernel
-def in_order(model, a, b):
-    """The two geometries in the order in which pair kernels take them."""
-    if model.geometry[b, KIND] < model.geometry[a, KIND]:
-        return b, a
-    return a, b
-
-
-@kernel
-def begin_search(model, X_WB, table):
+def begin_contacts(model, X_WB, table):
+    """Places the geometry; no contacts yet."""
     place_geometry(model, X_WB, table)
     table.count[0] = 0
     table.count[1] = 0
 
 
 @kernel
-def search_result(table):
-    """The number of contacts, or minus the status of the search."""
-    if table.count[1] != 0:
-        return -table.count[1]
-    return table.count[0]
-
-
-@kernel(outline=True)
-def find_contacts(geometry_model, X_WB, table):
-    """Fills the table with all contacts, ordered by pair; the number of them, or minus the status of the search."""
-    begin_search(geometry_model, X_WB, table)
-    for k in range(geometry_model.pair.shape[0]):
-        a = geometry_model.pair[k, 0]
-        b = geometry_model.pair[k, 1]
-        if not spheres_apart(geometry_model, table, a, b):
-            collide(geometry_model, table, a, b)
-    return search_result(table)
-
-
-@kernel(outline=True)
-def find_basic_contacts(geometry_model, X_WB, table):
-    """The same for models whose pairs are all basic (`is_basic`); takes a third of the time to compile."""
-    begin_search(geometry_model, X_WB, table)
-    for k in range(geometry_model.pair.shape[0]):
-        a = geometry_model.pair[k, 0]
-        b = geometry_model.pair[k, 1]
-        if not spheres_apart(geometry_model, table, a, b):
-            collide_basic(geometry_model, table, a, b)
-    return search_result(table)
+def ordered(model, a, b):
+    """The two geometries, the one of the lower kind first."""
+    if model.geometry[b, KIND] < model.geometry[a, KIND]:
+        return b, a
+    return a, b
 
 
 @kernel(top=True)
-def find_all_contacts(geometry_model: GeometryModel, X_WB: Matrix, table: ContactTable) -> int:
-    """`find_contacts` as an entry: 0, or the status of the search."""
-    find_contacts(geometry_model, X_WB, table)
-    return table.count[1]
+def place_geometries(geometry_model: GeometryModel, X_WB: Matrix, table: ContactTable) -> None:
+    """Poses of all geometries for those of the bodies; empties the table."""
+    begin_contacts(geometry_model, X_WB, table)
+
+
+@kernel(top=True)
+def half_space_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
+    """Adds the contacts with half spaces."""
+    model = geometry_model
+    for k in range(model.family[HALF_SPACES], model.family[HALF_SPACES + 1]):
+        i, j = ordered(model, model.pair[k, 0], model.pair[k, 1])
+        if not above(model, table, i, j):
+            half_space_contacts(model, table, i, j)
+
+
+@kernel(top=True)
+def sphere_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
+    """Adds the contacts of spheres with spheres, boxes, cylinders, capsules and ellipsoids."""
+    model = geometry_model
+    for k in range(model.family[SPHERES], model.family[SPHERES + 1]):
+        a = model.pair[k, 0]
+        b = model.pair[k, 1]
+        if not spheres_apart(model, table, a, b):
+            i, j = ordered(model, a, b)
+            sphere_contacts(model, table, i, j)
+
+
+@kernel(top=True)
+def box_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
+    """Adds the contacts of boxes with boxes."""
+    model = geometry_model
+    for k in range(model.family[BOXES], model.family[BOXES + 1]):
+        a = model.pair[k, 0]
+        b = model.pair[k, 1]
+        if not spheres_apart(model, table, a, b):
+            i, j = ordered(model, a, b)
+            box_box_contacts(model, table, i, j)
+
+
+@kernel(top=True)
+def convex_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
+    """Adds the contacts of all other convex pairs."""
+    model = geometry_model
+    for k in range(model.family[CONVEX], model.family[CONVEX + 1]):
+        a = model.pair[k, 0]
+        b = model.pair[k, 1]
+        if not spheres_apart(model, table, a, b):
+            i, j = ordered(model, a, b)
+            convex_contacts(model, table, i, j)
+
+
+@kernel
+def belongs_after(table, m, a, b):
+    """Whether contact m belongs behind contacts of the pair (a, b)."""
+    if table.pair[m, 0] != a:
+        return table.pair[m, 0] > a
+    return table.pair[m, 1] > b
+
+
+@kernel
+def swap_contacts(table, m, n):
+    for c in range(table.pair.shape[1]):
+        number = table.pair[m, c]
+        table.pair[m, c] = table.pair[n, c]
+        table.pair[n, c] = number
+    for c in range(table.point.shape[1]):
+        value = table.point[m, c]
+        table.point[m, c] = table.point[n, c]
+        table.point[n, c] = value
+
+
+@kernel(top=True)
+def sort_contacts(table: ContactTable) -> None:
+    """Orders contacts by pair, whatever families found them: the solver's sums must not depend on families."""
+    for n in range(1, table.count[0]):
+        a = table.pair[n, 0]
+        b = table.pair[n, 1]
+        m = n
+        while m > 0 and belongs_after(table, m - 1, a, b):
+            swap_contacts(table, m - 1, m)
+            m -= 1

@@ -71,9 +71,15 @@ DEPTH = np.int64(9)
 
 MAX_POINTS = 4  # contact points of one pair
 
+# Families of pairs: each has an entry kernel of its own, so that nobody compiles what no pair needs
+HALF_SPACES = np.int64(0)  # a half space and anything
+SPHERES = np.int64(1)  # a sphere and another round or flat shape
+BOXES = np.int64(2)  # two boxes
+CONVEX = np.int64(3)  # all other pairs
+NUM_FAMILIES = 4
+
 # Status of a search, in ContactTable.count[1]
 CAPACITY_EXCEEDED = np.int64(1)
-UNSUPPORTED_PAIR = np.int64(2)  # shapes for which there is no algorithm
 
 
 class GeometryModel(NamedTuple):
@@ -84,7 +90,8 @@ class GeometryModel(NamedTuple):
         size: measures [m] and bounding sphere, shape (n, SIZE_COLUMNS).
         material: shape (n, MATERIAL_COLUMNS).
         X_BG: pose in the body, R row-major then p [m], shape (n, 12).
-        pair: geometries A < B that may touch, sorted, shape (num_pairs, 2).
+        pair: geometries A < B that may touch, by family and then by A and B, shape (num_pairs, 2).
+        family: first pair of each family of pair kernels, and the number of pairs, shape (NUM_FAMILIES + 1,).
         vertex: hull vertices in G [m], shape (num_vertices, 3).
         face: outward unit normal and offset [m] of hull faces in G (normal . x <= offset inside), shape (num_faces, 4).
         loop: where the corners and feet of hull faces are, shape (num_faces, 3).
@@ -97,6 +104,7 @@ class GeometryModel(NamedTuple):
     material: Matrix
     X_BG: Matrix
     pair: IntMatrix
+    family: IntVector
     vertex: Matrix
     face: Matrix
     loop: IntMatrix
@@ -162,13 +170,6 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
     )
 
 
-def is_basic(model: GeometryModel) -> bool:
-    """True if `find_basic_contacts` serves the model: half spaces with anything, spheres with round and flat shapes."""
-    kinds = np.sort(model.geometry[model.pair, KIND], axis=1)
-    basic = (kinds[:, 1] == HALF_SPACE) | ((kinds[:, 0] == SPHERE) & (kinds[:, 1] <= ELLIPSOID))
-    return bool(np.all(basic))
-
-
 def empty_geometry_model() -> GeometryModel:
     """A model without geometry, for a plant that has no SceneGraph."""
     return GeometryModel(
@@ -177,6 +178,7 @@ def empty_geometry_model() -> GeometryModel:
         material=np.zeros((0, MATERIAL_COLUMNS)),
         X_BG=np.zeros((0, 12)),
         pair=np.zeros((0, 2), np.int64),
+        family=np.zeros(NUM_FAMILIES + 1, np.int64),
         vertex=np.zeros((0, 3)),
         face=np.zeros((0, 4)),
         loop=np.zeros((0, 3), np.int64),

@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.multibody.plant._kernels.derivatives import plant_derivatives
 from sheldrake.multibody.tree._kernels import queries
 from sheldrake.systems.framework import InputPort
 from sheldrake.systems.framework._declarations import Callback
@@ -87,18 +86,20 @@ class AppliedForces:
         view.call(queries.calc_generalized_forces, view.model, view.work, F_Bo_W, tau)
         return tau
 
-    def _run(self, context: Any, kernel: Any, work: Any, out: np.ndarray) -> None:
-        """Runs the step or the derivatives on given scratch, with everything that acts from outside.
+    def _run(self, context: Any, work: Any, out: np.ndarray) -> None:
+        """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside.
 
         Raises:
             RuntimeError: the kernel says why.
         """
         view = context._system._view(context)
-        work.applied_force[:] = self._applied_as_generalized(context)
+        vectors = work.step if self.is_discrete() else work.flow
+        vectors.applied_force[:] = self._applied_as_generalized(context)
         u = tuple(self._input_vector(context, i) for i in range(self.num_input_ports()))
         models = self._models(context._system.get_geometry_query_input_port().HasValue(context))
-        arguments = dict(xd=view.x, xc=view.x, p=view.p, u=u, work=work, out=out, **models)
-        status = view.call(kernel, *(arguments[name] for name in kernel.names))
+        geometry_model = models["geometry_model"]
+        stages = (self._step_stages if self.is_discrete() else self._derivative_stages)(geometry_model)
+        status = view.run(stages, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
         if status:
             raise self._explain_status(status, context)
 
@@ -106,11 +107,11 @@ class AppliedForces:
         """The step as an update event: `target` is x+, as State or as DiscreteValues."""
         store = context._store
         out = store.S[slice(*(place + store.layout.plus for place in context._place.xd))]
-        self._run(context, self._step_kernel(), store.scratch(context._node), out)
+        self._run(context, store.scratch(context._node), out)
 
     def _derivatives_in_python(self, context: Any, derivatives: Any) -> None:
         """Time derivatives into `derivatives`."""
         view = context._system._view(context)
         out = view.zeros(len(view.x))
-        self._run(context, plant_derivatives, context._store.scratch(context._node), out)
+        self._run(context, context._store.scratch(context._node), out)
         derivatives.SetFromVector(out)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common.chain import Chain
 from sheldrake.math import RigidTransform_
 from sheldrake.multibody.math import SpatialInertia_, UnitInertia_
 from sheldrake.multibody.tree._kernels import model as tree_model
@@ -52,7 +53,9 @@ class View:
 
     def copy_of(self, work: Any) -> Any:
         """A workspace like `work`, of the context's scalar type."""
-        return type(work)(*(a.copy() if a.dtype == np.int64 else a.astype(self.dtype) for a in work))
+        if isinstance(work, np.ndarray):
+            return work.copy() if work.dtype == np.int64 else work.astype(self.dtype)
+        return type(work)(*(self.copy_of(part) for part in work))
 
     def integers(self, name: str, size: int) -> np.ndarray:
         """The same for integers."""
@@ -60,6 +63,11 @@ class View:
         if array is None:
             array = self._buffers[name] = np.zeros(size, np.int64)
         return array
+
+    def run(self, kernels: list[Any], **values: Any) -> int:
+        """Runs kernels in turn on values by name; a status."""
+        chain = Chain(kernels)
+        return chain.native(**values) if self.native else chain(**values)
 
     def call(self, kernel: Any, *args: Any) -> int:
         """Runs a kernel on arrays that are new at each call."""

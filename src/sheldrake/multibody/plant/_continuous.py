@@ -6,26 +6,42 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry._contact_search import family_kernels
 from sheldrake.geometry._kernels.model import contact_table
 from sheldrake.multibody.plant._contact_results import PointPairContactInfo
 from sheldrake.multibody.plant._kernels import derivatives as columns
-from sheldrake.multibody.plant._kernels.derivatives import DerivativeWork, plant_derivatives
+from sheldrake.multibody.plant._kernels.derivatives import (
+    DerivativeVectors,
+    DerivativeWork,
+    contact_forces,
+    plant_derivatives,
+    smooth_forces,
+)
 from sheldrake.multibody.tree._kernels.model import make_work
+from sheldrake.systems.framework._declarations import Stages
 
 
 class ContinuousDynamics:
     """Time derivatives of a plant with time_step = 0."""
 
     def _declare_derivatives(self) -> None:
-        self._declare_time_derivatives(plant_derivatives)
+        self._declare_time_derivatives(Stages(ContinuousDynamics._derivative_stages_in))
+
+    def _derivative_stages(self, geometry_model: Any) -> list[Any]:
+        contact = [*family_kernels(geometry_model), contact_forces] if len(geometry_model.pair) else []
+        return [smooth_forces, *contact, plant_derivatives]
+
+    def _derivative_stages_in(self, root: Any) -> list[Any]:
+        return self._derivative_stages(self._geometry_in(root))
 
     def _derivative_work(self, geometry_model: Any) -> DerivativeWork:
         table, nb, nv = contact_table(geometry_model), len(self._row_bodies), self._nv
-        return DerivativeWork(
-            *make_work(self._tree_model), *table, np.zeros((len(table.pair), columns.NUM_CONTACT_COLUMNS)),
-            np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv), np.zeros(nv), np.zeros(nv), np.zeros(len(self._actuators)),
-            np.zeros(self._nq), np.array([self._stiction_tolerance]), np.zeros(nv),
+        flow = DerivativeVectors(
+            np.zeros((len(table.pair), columns.NUM_CONTACT_COLUMNS)), np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv),
+            np.zeros(nv), np.zeros(nv), np.zeros(len(self._actuators)), np.zeros(self._nq),
+            np.array([self._stiction_tolerance]), np.zeros(nv),
         )  # fmt: skip
+        return DerivativeWork(make_work(self._tree_model), table, flow)
 
     def _derivatives(self, context: Any) -> DerivativeWork:
         """The work of the derivatives at the present state."""
@@ -33,25 +49,25 @@ class ContinuousDynamics:
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
             work = view.copy_of(self._scratch_prototype)
-            self._run(context, plant_derivatives, work, view.zeros(len(view.x)))
+            self._run(context, work, view.zeros(len(view.x)))
             view.results = stamp, work
         return view.results[1]
 
     def _continuous_vdot(self, context: Any) -> np.ndarray:
-        return self._derivatives(context).vdot
+        return self._derivatives(context).flow.vdot
 
     def _continuous_contact_forces(self, context: Any) -> np.ndarray:
-        return self._derivatives(context).contact_force
+        return self._derivatives(context).flow.contact_force
 
     def _continuous_actuation(self, context: Any) -> np.ndarray:
-        return self._derivatives(context).net_actuation
+        return self._derivatives(context).flow.net_actuation
 
     def _continuous_contacts(self, context: Any) -> list[PointPairContactInfo]:
         work, (_, ids) = self._derivatives(context), self._compiled_geometry()
         infos = []
-        for c in range(int(work.table_count[0])):
-            A, B, body_A, body_B = work.table_pair[c]
-            point, row = work.table_point[c], work.contact[c]
+        for c in range(int(work.table.count[0])):
+            A, B, body_A, body_B = work.table.pair[c]
+            point, row = work.table.point[c], work.flow.contact[c]
             pair = self._point_pair(ids[A], ids[B], point[0:3], point[3:6], point[6:9], point[9])
             bodies = (self._row_bodies[body_A].index(), self._row_bodies[body_B].index())
             infos.append(PointPairContactInfo(*bodies, row[:3], row[3:6], row[7], row[6], pair))

@@ -12,9 +12,8 @@ from sheldrake.multibody.plant import _step, _step_results
 from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
 from sheldrake.multibody.plant._enums import DiscreteContactApproximation
 from sheldrake.multibody.plant._kernels.model import StepWork
-from sheldrake.multibody.plant._kernels.step import plant_step, plant_step_tamsi
 from sheldrake.multibody.tree._kernels import dynamics
-from sheldrake.multibody.tree._kernels.model import TreeWork
+from sheldrake.systems.framework._declarations import Stages
 
 _NAMES = {
     DiscreteContactApproximation.kTamsi: "tamsi",
@@ -29,17 +28,21 @@ class DiscreteUpdate:
 
     # --- what the kernel is given
 
-    def _step_kernel(self) -> Any:
-        return plant_step_tamsi if self._approximation is DiscreteContactApproximation.kTamsi else plant_step
+    def _step_stages(self, geometry_model: Any) -> list[Any]:
+        tamsi = self._approximation is DiscreteContactApproximation.kTamsi
+        return _step.stages(geometry_model, self._plant_model, tamsi)
+
+    def _stages_in(self, root: Any) -> list[Any]:
+        return self._step_stages(self._geometry_in(root))
 
     def _declare_discrete_update(self) -> None:
-        dt, kernel = self._time_step, self._step_kernel()
+        dt, stages = self._time_step, Stages(DiscreteUpdate._stages_in)
         if self._sampled:
-            self.DeclarePeriodicUnrestrictedUpdateEvent(dt, 0.0, kernel)
-            self.DeclareForcedUnrestrictedUpdateEvent(kernel)
+            self.DeclarePeriodicUnrestrictedUpdateEvent(dt, 0.0, stages)
+            self.DeclareForcedUnrestrictedUpdateEvent(stages)
         else:
-            self.DeclarePeriodicDiscreteUpdateEvent(dt, 0.0, kernel)
-            self.DeclareForcedDiscreteUpdateEvent(kernel)
+            self.DeclarePeriodicDiscreteUpdateEvent(dt, 0.0, stages)
+            self.DeclareForcedDiscreteUpdateEvent(stages)
 
     def _compiled_geometry(self) -> tuple[Any, list[Any]]:
         """Proximity geometry as arrays, and the ids of its rows; made again when geometry was registered since."""
@@ -141,6 +144,10 @@ class DiscreteUpdate:
                     gains = (a._gains.p, a._gains.d) if a._gains else (0.0, 0.0)
                     self._plant_model.gain[number] = a.effort_limit(), *gains
 
+    def _geometry_in(self, root: Any) -> Any:
+        """The proximity geometry, if a scene graph answers queries in this root."""
+        return self._models(root.source(0) is not None)["geometry_model"]
+
     def _kernel_models(self, root: Any) -> dict[str, Any]:
         return self._models(root.source(0) is not None)
 
@@ -191,7 +198,7 @@ class DiscreteUpdate:
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
             work = view.copy_of(self._scratch_prototype)
-            self._run(context, self._step_kernel(), work, view.zeros(len(view.x)))
+            self._run(context, work, view.zeros(len(view.x)))
             view.results = stamp, work
         return view.results[1]
 
@@ -213,7 +220,7 @@ class DiscreteUpdate:
         if not self.is_discrete():
             return self._accelerations(context, self._continuous_vdot(context))
         work = self._results(context)
-        tree = TreeWork(*work[: len(TreeWork._fields)])
+        tree = work.tree
         A = np.zeros_like(tree.A)
         dynamics.accelerations(self._tree_model, tree, _step_results.accelerations(work, self._time_step), A)
         dynamics.body_accelerations(self._tree_model, tree, A)
@@ -227,7 +234,7 @@ class DiscreteUpdate:
     def _net_actuation(self, context: Any) -> np.ndarray:
         if not self.is_discrete():
             return self._continuous_actuation(context)
-        return self._results(context).net_actuation
+        return self._results(context).step.net_actuation
 
     def _contact_results(self, context: Any) -> ContactResults:
         results = ContactResults()

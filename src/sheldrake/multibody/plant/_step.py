@@ -4,12 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 
+from sheldrake.common.kernel import Kernel
+from sheldrake.geometry._contact_search import family_kernels
 from sheldrake.geometry._kernels import model as geometry_columns
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
+from sheldrake.multibody.contact_solvers._kernels.solve import solve, solve_tamsi
 from sheldrake.multibody.plant._kernels import model as columns
-from sheldrake.multibody.plant._kernels.model import PlantModel, StepWork
+from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors, StepWork
+from sheldrake.multibody.plant._kernels.step import (
+    contact_constraints,
+    joint_constraints,
+    next_state,
+    smooth_motion,
+    smooth_motion_tamsi,
+)
 from sheldrake.multibody.tree._kernels import model as tree_columns
 from sheldrake.multibody.tree._kernels.model import TreeModel, make_work
 
@@ -48,6 +58,16 @@ CONSTRAINT_KINDS = {
     "weld": (columns.WELD, 6),
 }
 """Kind and number of rows of each constraint."""
+
+
+def stages(geometry_model: GeometryModel, plant_model: PlantModel, tamsi: bool = False) -> list[Kernel]:
+    """The kernels of a plant's step, in their order: those it needs, no others."""
+    chain: list[Kernel] = [smooth_motion_tamsi if tamsi else smooth_motion]
+    if len(geometry_model.pair) > 0:
+        chain += [*family_kernels(geometry_model), contact_constraints]
+    if not tamsi and any(len(a) for a in (plant_model.limit, plant_model.actuator, plant_model.constraint)):
+        chain.append(joint_constraints)
+    return [*chain, solve_tamsi if tamsi else solve, next_state]
 
 
 def make_plant_model(
@@ -141,19 +161,8 @@ def make_step_work(
     def convert(a: np.ndarray) -> np.ndarray:
         return a if dtype is float or a.dtype == np.int64 else a.astype(dtype)
 
-    return StepWork(
-        *tree,
-        *(convert(a) for a in table),
-        *solver.problem[1:],
-        *solver.contacts,
-        *solver.rows,
-        *solver.factor,
-        numbers(nv),
-        numbers(nv),
-        numbers(nv),
-        numbers(len(plant_model.actuator)),
-        numbers(nv),
-    )
+    step = StepVectors(numbers(nv), numbers(nv), numbers(nv), numbers(len(plant_model.actuator)), numbers(nv))
+    return StepWork(tree, ContactTable(*(convert(a) for a in table)), *solver, step)
 
 
 def supply_missing_material(model: GeometryModel, stiffness: float, dissipation: float, relaxation_time: float) -> None:

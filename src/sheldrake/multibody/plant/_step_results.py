@@ -46,8 +46,8 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
         stiffness: point stiffness of each geometry, shape (num_geometries,), as in `GeometryModel.material`.
         dt: time step [s].
     """
-    n = int(work.problem_count[columns.NUM_CONTACTS])
-    pair, point, state = work.table_pair[:n].copy(), work.table_point[:n], work.contacts_state[:n]
+    n = int(work.problem.count[columns.NUM_CONTACTS])
+    pair, point, state = work.table.pair[:n].copy(), work.table.point[:n], work.contacts.state[:n]
     p_WCa, p_WCb = (point[:, k : k + 3].copy() for k in (int(geometry.P_WCA), int(geometry.P_WCB)))
     nhat = point[:, int(geometry.NHAT_BA_W) : int(geometry.NHAT_BA_W) + 3].copy()
     gamma = state[:, int(columns.GAMMA) : int(columns.GAMMA) + 3]
@@ -64,15 +64,15 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
 
 def generalized_contact_forces(work: StepWork, dt: float) -> np.ndarray:
     """J^T f over all contacts of the last step [N or N m], shape (nv,)."""
-    tau = np.zeros(len(work.v), dtype=work.v.dtype)
-    for c in range(int(work.problem_count[columns.NUM_CONTACTS])):
-        width = work.contacts_index[c, columns.WIDTH]
-        dofs = work.contacts_index[c, int(columns.DOFS) : int(columns.DOFS) + width]
-        gamma = work.contacts_state[c, int(columns.GAMMA) : int(columns.GAMMA) + 3]
-        tau[dofs] += gamma @ work.contacts_J[3 * c : 3 * c + 3, :width] / dt
+    tau = np.zeros(len(work.step.v), dtype=work.step.v.dtype)
+    for c in range(int(work.problem.count[columns.NUM_CONTACTS])):
+        width = work.contacts.index[c, columns.WIDTH]
+        dofs = work.contacts.index[c, int(columns.DOFS) : int(columns.DOFS) + width]
+        gamma = work.contacts.state[c, int(columns.GAMMA) : int(columns.GAMMA) + 3]
+        tau[dofs] += gamma @ work.contacts.J[3 * c : 3 * c + 3, :width] / dt
     return tau
 
 
 def accelerations(work: StepWork, dt: float) -> np.ndarray:
     """Change of the generalized velocities over the last step, per time [rad/s² or m/s²], shape (nv,)."""
-    return (work.v_next - work.v) / dt
+    return (work.step.v_next - work.step.v) / dt

@@ -37,8 +37,9 @@ def derivatives(store: Store, n: int) -> None:
             continue
         at = layout.stamp0 + r
         if i[at] != i[2] or store.uncached:
-            prepare(store, r)
-            store.compute(r)
+            for stage in layout.stages(r):
+                prepare(store, stage)
+                store.compute(stage)
             i[at] = i[2]
 
 

@@ -236,7 +236,8 @@ class Layout(Topology):
             if place.xc[1] > place.xc[0]:
                 calc = system._derivatives_calc()
                 out = self._shift(place.xc, self.xdot[0] - self.xc[0])
-                place.derivatives = self._add(Row(n, DERIVATIVES, calc, out))
+                kernels = calc.choose(system, RootView(self, n)) if isinstance(calc, Stages) else [calc]
+                place.derivatives = self._add_stages([Row(n, DERIVATIVES, k, out) for k in kernels])
             for event in system._all_events():
                 place.events.append(self._event_row(n, place, event))
         for row in self.rows:
@@ -255,10 +256,13 @@ class Layout(Topology):
         out = self._shift(place.xd, self.plus) if event.kind != PUBLISH else (0, 0)
         if isinstance(event.handler, Stages):
             kernels = event.handler.choose(self.systems[n], RootView(self, n))
-            rows = [self._add(Row(n, event.kind, k, out, event=event)) for k in kernels]
-            self._stages[rows[0]] = rows
-            return rows[0]
+            return self._add_stages([Row(n, event.kind, k, out, event=event) for k in kernels])
         return self._add(Row(n, event.kind, event.handler, out, event=event))
+
+    def _add_stages(self, rows: list[Row]) -> int:
+        numbers = [self._add(row) for row in rows]
+        self._stages[numbers[0]] = numbers
+        return numbers[0]
 
     def stages(self, row: int) -> list[int]:
         """The rows that make up an event's handler, of which `row` is the first."""
@@ -360,7 +364,7 @@ class Layout(Topology):
                 row = self._add(Row(-1, kind, None, (0, 0)))
                 self.witness_rows[kind] = row
                 self.group_list.append((kind, int(_loop.AT_WITNESS), [row], set(self.witness_nodes)))
-        derivatives = [p.derivatives for p in self.places if p.derivatives >= 0]
+        derivatives = [r for p in self.places if p.derivatives >= 0 for r in self.stages(p.derivatives)]
         self.group_list.append((DERIVATIVES, -9, derivatives, set()))
 
     def _segments(self, nodes: set[int], kind: int) -> list[tuple[int, int]]:
@@ -382,11 +386,11 @@ class Layout(Topology):
             name = parameter.name
             if name in scratch and (name != "work" or parameter.kind == "tuple"):
                 found[name] = scratch[name]
+            elif name in row.models:
+                found[name] = row.models[name]
             elif name == last:
                 a, b = row.out
                 found[name] = (a, b - a)
-            elif name == "model" or name.endswith("_model"):
-                found[name] = row.models[name]
             elif name == "u":
                 found[name] = [(slot.span[0], slot.span[1] - slot.span[0]) for slot in place.inputs]
             elif name in ("xc", "xd", "p", "work"):

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from sheldrake import geometry as g
+from sheldrake.common.chain import Chain
 from sheldrake.geometry._compile import compile_proximity
 from sheldrake.geometry._kernels.model import contact_table
 from sheldrake.geometry._state import WORLD_FRAME_ID, GeometryState
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.multibody.plant import _step
-from sheldrake.multibody.plant._kernels.step import plant_step, plant_step_tamsi
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._kernels.forces import empty_force_model
 
@@ -51,7 +51,7 @@ class FreeBodies:
         self.forces = empty_force_model()
         self.plant = _step.make_plant_model()
         self.table = contact_table(self.geometry, capacity)
-        self.kernel = plant_step_tamsi if approximation == "tamsi" else plant_step
+        self.chain = Chain(_step.stages(self.geometry, self.plant, approximation == "tamsi"))
         self.work = _step.make_step_work(self.tree, self.solver, self.plant, self.table)
         n = len(bodies)
         self.x, self.next = np.zeros(13 * n), np.zeros(13 * n)
@@ -69,12 +69,23 @@ class FreeBodies:
         state.register_geometry(source, frame, instance)
 
     def arguments(self):
-        return self.x, self.p, (), self.work, self.tree, self.geometry, self.solver, self.forces, self.plant, self.next
+        return {
+            **self.work._asdict(),
+            "xd": self.x,
+            "p": self.p,
+            "u": (),
+            "tree_model": self.tree,
+            "geometry_model": self.geometry,
+            "solver_model": self.solver,
+            "force_model": self.forces,
+            "plant_model": self.plant,
+            "out": self.next,
+        }
 
     def step(self, n=1):
         """Takes n steps by native code; the state after each, shape (n, 13 bodies)."""
         if self._bound is None:
-            self._bound = self.kernel.bind(*self.arguments())
+            self._bound = self.chain.bind(**self.arguments())
         states = np.empty((n, len(self.x)))
         for i in range(n):
             status = self._bound()

@@ -29,7 +29,7 @@ def test_free_flight_is_symplectic_euler():
     n, dt = 100, scene.dt
     np.testing.assert_allclose(x[10:], [1.0, 2.0, 3.0 - 9.81 * n * dt], rtol=1e-13)
     np.testing.assert_allclose(x[6], 10.0 + 3.0 * n * dt - 9.81 * dt**2 * n * (n + 1) / 2, rtol=1e-13)
-    assert scene.work.problem_count[columns.NUM_CONTACTS] == 0
+    assert scene.work.problem.count[columns.NUM_CONTACTS] == 0
 
 
 def test_a_sliding_ball_starts_to_roll():
@@ -54,7 +54,7 @@ def test_a_cube_comes_to_rest(approximation):
     assert np.abs(states[-1000:, 7:10]).max() < 1e-9
     # kTamsi stops on changes of velocity, not on a residual
     assert np.abs(states[-1000:, 10:]).max() < (1e-6 if approximation == "tamsi" else 1e-9)
-    assert scene.work.problem_count[columns.NUM_CONTACTS] == 4
+    assert scene.work.problem.count[columns.NUM_CONTACTS] == 4
     assert 0.0499 < states[-1, 6] < 0.05
 
 
@@ -70,7 +70,7 @@ def test_action_equals_reaction():
     touched = 0
     for i in range(1, 200):
         scene.step()
-        touched += scene.work.problem_count[columns.NUM_CONTACTS]
+        touched += scene.work.problem.count[columns.NUM_CONTACTS]
         fallen = np.array([0.0, 0.0, -2 * 9.81 * i * scene.dt])
         np.testing.assert_allclose(scene.v[:, 3:].sum(axis=0), before + fallen, atol=1e-12)
     assert touched > 5
@@ -80,7 +80,7 @@ def test_trees_without_contact_take_their_free_motion():
     scene = FreeBodies([CUBE, BALL])
     scene.q[0, 6], scene.q[1, 4:] = 0.0499, [5.0, 0.0, 5.0]
     scene.step(3)
-    assert scene.work.problem_tree[:, 0].tolist() == [1, 0]
+    assert scene.work.problem.tree[:, 0].tolist() == [1, 0]
     np.testing.assert_allclose(scene.v[1], [0, 0, 0, 0, 0, -9.81 * 3e-3], rtol=1e-13)
 
 
@@ -105,7 +105,7 @@ def test_python_twin_and_native_agree(approximation):
     native = scene.step(5)[-1]
     scene.x[:] = before
     for _ in range(5):
-        assert scene.kernel(*scene.arguments()) == 0
+        assert scene.chain(**scene.arguments()) == 0
         scene.x[:] = scene.next
     np.testing.assert_allclose(scene.x, native, rtol=0, atol=1e-11)
 
@@ -113,14 +113,14 @@ def test_python_twin_and_native_agree(approximation):
 def test_too_many_contacts_are_a_status():
     scene = FreeBodies([CUBE], capacity=2)
     scene.q[0, 6] = 0.049
-    assert scene.kernel.native(*scene.arguments()) == codes.CONTACT_CAPACITY
+    assert scene.chain.native(**scene.arguments()) == codes.CONTACT_CAPACITY
     assert "more contact points" in explain_solver_status(codes.CONTACT_CAPACITY)
 
 
 def test_a_body_without_mass_is_a_status():
     scene = FreeBodies([CUBE])
     scene.p[1] = 0.0
-    assert scene.kernel.native(*scene.arguments()) == codes.MASS_NOT_POSITIVE
+    assert scene.chain.native(**scene.arguments()) == codes.MASS_NOT_POSITIVE
 
 
 def test_every_status_is_explained():

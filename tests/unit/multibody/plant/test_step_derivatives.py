@@ -30,13 +30,12 @@ def test_jacobian_of_a_step(approximation):
     n = len(scene.x)
     x0 = scene.x.copy()
     assert scene.step(1).shape == (1, n)
-    assert scene.work.problem_count[0] >= 1
+    assert scene.work.problem.count[0] >= 1
 
     x = InitializeAutoDiff(x0).ravel()
     work = _step.make_step_work(scene.tree, scene.solver, scene.plant, scene.table, dtype=object)
     out = np.full(n, 0.0, dtype=object)
-    arguments = x, scene.p, (), work, scene.tree, scene.geometry, scene.solver, scene.forces, scene.plant, out
-    assert scene.kernel(*arguments) == 0
+    assert scene.chain(**scene.arguments() | work._asdict() | {"xd": x, "out": out}) == 0
     np.testing.assert_allclose(ExtractValue(out).ravel(), scene.next, rtol=0, atol=1e-7)
 
     J = np.empty((n, n))

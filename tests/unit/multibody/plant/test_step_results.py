@@ -26,16 +26,16 @@ def test_forces_and_momentum_balance():
         scene.q[0] = [0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.0]
         scene.q[0, :4] /= np.linalg.norm(scene.q[0, :4])
         scene.q[0, 6] = 0.0795
-        while scene.work.problem_count[0] == 0:
+        while scene.work.problem.count[0] == 0:
             scene.step()
         contacts = step_contacts(scene.work, scene.geometry.material[:, 0], scene.dt)
         force_on_cube = -contacts.f_Bc_W if contacts.pair[0, 2] == 1 else contacts.f_Bc_W
         tau = generalized_contact_forces(scene.work, scene.dt)
         np.testing.assert_allclose(tau[3:], force_on_cube.sum(axis=0), rtol=1e-12, atol=1e-12)
-        arm = contacts.p_WC - scene.work.tree_X_WB[1, 9:]
+        arm = contacts.p_WC - scene.work.tree.X_WB[1, 9:]
         np.testing.assert_allclose(tau[:3], np.cross(arm, force_on_cube).sum(axis=0), rtol=1e-12, atol=1e-12)
         # M vdot + bias = J^T f for a body to the solver's tolerance
-        R_WB = scene.work.tree_X_WB[1, :9].reshape(3, 3)
+        R_WB = scene.work.tree.X_WB[1, :9].reshape(3, 3)
         c, w, vdot = R_WB @ CUBE[2], scene.work.v[:3], accelerations(scene.work, scene.dt)
         a_com = vdot[3:] + np.cross(vdot[:3], c) + np.cross(w, np.cross(w, c))
         weight = np.array([0.0, 0.0, -9.81 * mass])
@@ -51,6 +51,6 @@ def test_speeds_are_those_of_the_contact_point():
     scene.v[0, 3:] = [0.3, 0.4, 0.0]
     scene.step()
     contacts = step_contacts(scene.work, scene.geometry.material[:, 0], scene.dt)
-    speed = scene.v[0, 3:] + np.cross(scene.v[0, :3], contacts.p_WC - scene.work.tree_X_WB[1, 9:])
+    speed = scene.v[0, 3:] + np.cross(scene.v[0, :3], contacts.p_WC - scene.work.tree.X_WB[1, 9:])
     np.testing.assert_allclose(contacts.slip_speed, np.hypot(speed[:, 0], speed[:, 1]), rtol=1e-12)
     np.testing.assert_allclose(contacts.separation_speed, speed[:, 2], atol=1e-13)

@@ -38,39 +38,27 @@ def move_free_trees(model, problem):
                 problem.x[V, k] = problem.x[V_STAR, k]
 
 
-@kernel
-def solve_rows(model, problem, contacts, rows, factor):
+@kernel(top=True)
+def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
     """x[V] of all dofs under kLagged, kSimilar or kSap. Returns a status."""
     status = SOLVED
     if problem.count[NUM_CONTACTS] + problem.count[NUM_ROWS] == 0:
-        leave_free(model, problem)
+        leave_free(solver_model, problem)
     else:
-        prepare(model, problem, contacts, rows)
-        status = sap_solve(model, problem, contacts, rows, factor)
-    move_free_trees(model, problem)
+        prepare(solver_model, problem, contacts, rows)
+        status = sap_solve(solver_model, problem, contacts, rows, factor)
+    move_free_trees(solver_model, problem)
     return status
 
 
-@kernel
-def solve_rows_tamsi(model, problem, contacts, rows, factor):
+@kernel(top=True)
+def solve_tamsi(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
     """x[V] of all dofs under kTamsi, which knows contacts alone. Returns a status."""
     status = SOLVED
     if problem.count[NUM_CONTACTS] == 0:
-        leave_free(model, problem)
+        leave_free(solver_model, problem)
     else:
-        prepare(model, problem, contacts, rows)
-        status = tamsi_solve(model, problem, contacts, rows, factor)
-    move_free_trees(model, problem)
+        prepare(solver_model, problem, contacts, rows)
+        status = tamsi_solve(solver_model, problem, contacts, rows, factor)
+    move_free_trees(solver_model, problem)
     return status
-
-
-@kernel(top=True)
-def solve(model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """Solves a problem that Python has written, under kLagged, kSimilar or kSap."""
-    return solve_rows(model, problem, contacts, rows, factor)
-
-
-@kernel(top=True)
-def solve_tamsi(model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """Solves a problem that Python has written, under kTamsi."""
-    return solve_rows_tamsi(model, problem, contacts, rows, factor)

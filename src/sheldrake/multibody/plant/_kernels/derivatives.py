@@ -8,9 +8,9 @@ import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, dot3, load3_at, neg3, scale3, sub3
-from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, Vectors, kernel
+from sheldrake.common.kernel import Matrix, Vector, Vectors, kernel
 from sheldrake.geometry._kernels import model as geometry
-from sheldrake.geometry._kernels.contacts import find_contacts
+from sheldrake.geometry._kernels.contacts import begin_contacts
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
@@ -43,7 +43,7 @@ DEPTH = geometry.DEPTH
 FRICTION_STATIC = geometry.FRICTION_STATIC
 FRICTION_DYNAMIC = geometry.FRICTION_DYNAMIC
 
-# Columns of DerivativeWork.contact: force on B at C (3), C (3), slip speed, separation speed.
+# Columns of DerivativeVectors.contact: force on B at C (3), C (3), slip speed, separation speed.
 FORCE = np.int64(0)
 POINT = np.int64(3)
 SLIP = np.int64(6)
@@ -53,8 +53,8 @@ NUM_CONTACT_COLUMNS = 8
 STILL = np.float64(1e-14)  # slip speed without friction [m/s]
 
 
-class DerivativeWork(NamedTuple):
-    """Scratch of the derivatives: fields of `TreeWork` and `ContactTable` with a prefix, then what ports report.
+class DerivativeVectors(NamedTuple):
+    """What stages of the derivatives hand on, and ports report.
 
     Attributes:
         contact: force, point and speeds of each contact, shape (capacity, 8).
@@ -69,22 +69,6 @@ class DerivativeWork(NamedTuple):
         applied_force: generalized forces that applied spatial forces amount to, shape (nv,).
     """
 
-    tree_X_WB: Matrix
-    tree_S: Matrix
-    tree_V: Matrix
-    tree_A: Matrix
-    tree_inertia: Matrix
-    tree_composite: Matrix
-    tree_F: Matrix
-    tree_M: Vector
-    tree_L: Vector
-    tree_bias: Vector
-    table_pair: IntMatrix
-    table_point: Matrix
-    table_count: IntVector
-    table_X_WG: Matrix
-    table_work: Matrix
-    table_iwork: IntVector
     contact: Matrix
     F: Matrix
     v: Vector
@@ -95,6 +79,14 @@ class DerivativeWork(NamedTuple):
     qdot: Vector
     stiction_tolerance: Vector
     applied_force: Vector
+
+
+class DerivativeWork(NamedTuple):
+    """Scratch of the derivatives: the work of every stage."""
+
+    tree: TreeWork
+    table: ContactTable
+    flow: DerivativeVectors
 
 
 @kernel
@@ -121,21 +113,21 @@ def harmonic(a, b):
 
 
 @kernel
-def contact_force_on_B(model, geometry_model, work, tree, c):
+def contact_force_on_B(model, geometry_model, table, flow, tree, c):
     """Compliant normal force with Hunt-Crossley dissipation, and regularised friction; fills row c of `contact`."""
-    a = work.table_pair[c, GEOMETRY_A]
-    b = work.table_pair[c, GEOMETRY_B]
-    body_A = work.table_pair[c, BODY_A]
-    body_B = work.table_pair[c, BODY_B]
-    nhat = load3_at(work.table_point, c, NHAT_BA_W)
-    middle = scale3(add3(load3_at(work.table_point, c, P_WCA), load3_at(work.table_point, c, P_WCB)), 0.5)
+    a = table.pair[c, GEOMETRY_A]
+    b = table.pair[c, GEOMETRY_B]
+    body_A = table.pair[c, BODY_A]
+    body_B = table.pair[c, BODY_B]
+    nhat = load3_at(table.point, c, NHAT_BA_W)
+    middle = scale3(add3(load3_at(table.point, c, P_WCA), load3_at(table.point, c, P_WCB)), 0.5)
     _, v_A = velocity_at(tree, body_A, model.body[body_A, ROOT], middle)
     _, v_B = velocity_at(tree, body_B, model.body[body_B, ROOT], middle)
     v_AB = sub3(v_B, v_A)
     approach = dot3(v_AB, nhat)
     v_t = sub3(v_AB, scale3(nhat, approach))
     _, k, d, _, _ = combined_material(geometry_model.material, a, b)
-    normal = k * work.table_point[c, DEPTH] * (1.0 + d * approach)
+    normal = k * table.point[c, DEPTH] * (1.0 + d * approach)
     f_B = scale3(nhat, 0.0)
     slip = 0.0 * normal
     if dot3(v_t, v_t) > STILL * STILL:
@@ -145,35 +137,14 @@ def contact_force_on_B(model, geometry_model, work, tree, c):
         if slip > STILL:
             mu_s = harmonic(geometry_model.material[a, FRICTION_STATIC], geometry_model.material[b, FRICTION_STATIC])
             mu_d = harmonic(geometry_model.material[a, FRICTION_DYNAMIC], geometry_model.material[b, FRICTION_DYNAMIC])
-            mu = stribeck(mu_s, mu_d, slip / work.stiction_tolerance[0])
+            mu = stribeck(mu_s, mu_d, slip / flow.stiction_tolerance[0])
             f_B = add3(f_B, scale3(v_t, -mu * normal / slip))
     for i in range(3):
-        work.contact[c, FORCE + i] = f_B[i]
-        work.contact[c, POINT + i] = middle[i]
-    work.contact[c, SLIP] = slip
-    work.contact[c, SEPARATION] = -approach
+        flow.contact[c, FORCE + i] = f_B[i]
+        flow.contact[c, POINT + i] = middle[i]
+    flow.contact[c, SLIP] = slip
+    flow.contact[c, SEPARATION] = -approach
     return f_B, middle
-
-
-@kernel(outline=True)
-def add_contacts(tree_model: TreeModel, geometry_model: GeometryModel, work: DerivativeWork, tree: TreeWork) -> int:
-    """Contact forces into F and `contact_force`; a status."""
-    table = ContactTable(
-        work.table_pair, work.table_point, work.table_count, work.table_X_WG, work.table_work, work.table_iwork
-    )
-    count = find_contacts(geometry_model, tree.X_WB, table)
-    if count < 0:
-        return CONTACT_CAPACITY
-    for k in range(work.contact_force.shape[0]):
-        work.contact_force[k] = 0.0
-    if count > 0:
-        clear(work.F)
-        for c in range(count):
-            f_B, p_WC = contact_force_on_B(tree_model, geometry_model, work, tree, c)
-            add_point_force(tree_model, tree, work.F, work.table_pair[c, BODY_B], p_WC, f_B)
-            add_point_force(tree_model, tree, work.F, work.table_pair[c, BODY_A], p_WC, neg3(f_B))
-        add_projected(tree_model, work, tree, work.contact_force)
-    return SOLVED
 
 
 @kernel
@@ -184,59 +155,85 @@ def clear(F):
 
 
 @kernel
-def add_projected(tree_model, work, tree, tau):
+def add_projected(tree_model, flow, tree, tau):
     """Adds the generalized forces of F to tau; uses tree.F and qdot."""
-    for body in range(work.F.shape[0]):
+    for body in range(flow.F.shape[0]):
         for c in range(6):
-            tree.F[body, c] = work.F[body, c]
-    project_forces(tree_model, tree, work.qdot)
+            tree.F[body, c] = flow.F[body, c]
+    project_forces(tree_model, tree, flow.qdot)
     for k in range(tau.shape[0]):
-        tau[k] += work.qdot[k]
+        tau[k] += flow.qdot[k]
 
 
 @kernel(top=True)
-def plant_derivatives(
+def smooth_forces(
     xc: Vector,
     p: Vector,
     u: Vectors,
-    work: DerivativeWork,
+    tree: TreeWork,
+    table: ContactTable,
+    flow: DerivativeVectors,
     tree_model: TreeModel,
     geometry_model: GeometryModel,
     force_model: ForceModel,
     plant_model: PlantModel,
-    out: Vector,
-) -> int:
-    """Time derivatives of positions and velocities; a status of `contact_solvers`, 0 when all is well."""
-    tree = TreeWork(
-        work.tree_X_WB, work.tree_S, work.tree_V, work.tree_A, work.tree_inertia, work.tree_composite, work.tree_F,
-        work.tree_M, work.tree_L, work.tree_bias,
-    )  # fmt: skip
-    nv = work.v.shape[0]
-    nq = xc.shape[0] - nv
-    for k in range(nv):
-        work.v[k] = xc[nq + k]
+) -> None:
+    """Kinematics and all forces but contact; places the geometry."""
+    v = flow.v
+    nq = xc.shape[0] - v.shape[0]
+    for k in range(v.shape[0]):
+        v[k] = xc[nq + k]
+        flow.contact_force[k] = 0.0
     position_kinematics(tree_model, p, tree, xc)
     body_inertias(tree_model, p, tree)
-    velocity_kinematics(tree_model, p, tree, xc, work.v)
+    velocity_kinematics(tree_model, p, tree, xc, v)
     bias_term(tree_model, tree, 1.0)
-    put_passive_forces(tree_model, p, tree.bias, work.v, work.force)
-    add_element_forces(tree_model, force_model, p, tree, xc, work.qdot, work.force)
-    add_applied_forces(plant_model, u, work.applied_force, work.force)
-    add_actuation(plant_model, u, work.force, work.net_actuation, False)
-    status = add_contacts(tree_model, geometry_model, work, tree)
-    if status != SOLVED:
-        return status
+    put_passive_forces(tree_model, p, tree.bias, v, flow.force)
+    add_element_forces(tree_model, force_model, p, tree, xc, flow.qdot, flow.force)
+    add_applied_forces(plant_model, u, flow.applied_force, flow.force)
+    add_actuation(plant_model, u, flow.force, flow.net_actuation, False)
+    begin_contacts(geometry_model, tree.X_WB, table)
+
+
+@kernel(top=True)
+def contact_forces(
+    tree: TreeWork,
+    table: ContactTable,
+    flow: DerivativeVectors,
+    tree_model: TreeModel,
+    geometry_model: GeometryModel,
+) -> int:
+    """The forces of the contacts found, into `contact_force`; a status of `contact_solvers`."""
+    if table.count[1] != 0:
+        return CONTACT_CAPACITY
+    if table.count[0] > 0:
+        clear(flow.F)
+        for c in range(table.count[0]):
+            f_B, p_WC = contact_force_on_B(tree_model, geometry_model, table, flow, tree, c)
+            add_point_force(tree_model, tree, flow.F, table.pair[c, BODY_B], p_WC, f_B)
+            add_point_force(tree_model, tree, flow.F, table.pair[c, BODY_A], p_WC, neg3(f_B))
+        add_projected(tree_model, flow, tree, flow.contact_force)
+    return SOLVED
+
+
+@kernel(top=True)
+def plant_derivatives(
+    xc: Vector, p: Vector, tree: TreeWork, flow: DerivativeVectors, tree_model: TreeModel, out: Vector
+) -> int:
+    """Time derivatives of positions and velocities; a status of `contact_solvers`, 0 when all is well."""
+    nv = flow.v.shape[0]
+    nq = xc.shape[0] - nv
     mass_matrix(tree_model, p, tree)
     for i in range(tree.M.shape[0]):
         tree.L[i] = tree.M[i]
     if ltdl(tree_model, tree.L) >= 0:
         return MASS_NOT_POSITIVE
     for k in range(nv):
-        work.vdot[k] = work.force[k] + work.contact_force[k]
-    ltdl_solve(tree_model, tree.L, work.vdot)
-    qdot_of_velocity(tree_model, xc, work.v, work.qdot)
+        flow.vdot[k] = flow.force[k] + flow.contact_force[k]
+    ltdl_solve(tree_model, tree.L, flow.vdot)
+    qdot_of_velocity(tree_model, xc, flow.v, flow.qdot)
     for k in range(nq):
-        out[k] = work.qdot[k]
+        out[k] = flow.qdot[k]
     for k in range(nv):
-        out[nq + k] = work.vdot[k]
+        out[nq + k] = flow.vdot[k]
     return SOLVED

@@ -5,6 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
+from sheldrake.geometry._kernels.model import ContactTable
+from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows
+from sheldrake.multibody.tree._kernels.model import TreeWork
 
 # PlantModel.actuator
 ACTUATOR_DOF = np.int64(0)
@@ -75,48 +78,31 @@ class PlantModel(NamedTuple):
     lock: IntVector
 
 
-class StepWork(NamedTuple):
-    """Scratch of the step: work of every stage, and what the last step left for ports to report.
+class StepVectors(NamedTuple):
+    """What stages of the step hand on, and ports report.
 
-    The fields are those of `TreeWork`, `ContactTable`, `Problem`, `Contacts`, `Rows` and `Factor`, with a prefix; then
-    velocities before and after the last step, its generalized forces without constraints, its net actuation, and the
-    generalized forces that applied spatial forces amount to.
+    Attributes:
+        v: velocities at the step's start, shape (nv,).
+        v_next: velocities at its end, shape (nv,).
+        force: generalized forces without constraints [N or N m], shape (nv,).
+        net_actuation: [N or N m], shape (num_actuators,).
+        applied_force: generalized forces that applied spatial forces amount to, shape (nv,).
     """
 
-    tree_X_WB: Matrix
-    tree_S: Matrix
-    tree_V: Matrix
-    tree_A: Matrix
-    tree_inertia: Matrix
-    tree_composite: Matrix
-    tree_F: Matrix
-    tree_M: Vector
-    tree_L: Vector
-    tree_bias: Vector
-    table_pair: IntMatrix
-    table_point: Matrix
-    table_count: IntVector
-    table_X_WG: Matrix
-    table_work: Matrix
-    table_iwork: IntVector
-    problem_x: Matrix
-    problem_tree: IntMatrix
-    problem_count: IntVector
-    contacts_index: IntMatrix
-    contacts_J: Matrix
-    contacts_law: Matrix
-    contacts_state: Matrix
-    rows_index: IntMatrix
-    rows_J: Matrix
-    rows_law: Matrix
-    rows_state: Matrix
-    factor_slot: IntVector
-    factor_row: IntMatrix
-    factor_first: IntVector
-    factor_L: Vector
-    factor_rhs: Vector
     v: Vector
     v_next: Vector
     force: Vector
     net_actuation: Vector
     applied_force: Vector
+
+
+class StepWork(NamedTuple):
+    """Scratch of the step: the work of every stage, and what the last step left for ports to report."""
+
+    tree: TreeWork
+    table: ContactTable
+    problem: Problem
+    contacts: Contacts
+    rows: Rows
+    factor: Factor
+    step: StepVectors
