@@ -18,7 +18,7 @@ import sheldrake
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "sheldrake"
 FILES = sorted(SOURCE.rglob("*.py"))
-HEAVY = ("numba", "llvmlite", "scipy", "viser", "trimesh", "matplotlib", "rich", "sympy", "pandas", "yaml")
+HEAVY = ("numba", "llvmlite", "scipy", "viser", "trimesh", "matplotlib", "rich", "sympy", "pandas")
 PRIVATE_WORDS = re.compile(r"/work/|\bspikes?\b|\bpypi\.org|\bhelper-\d")
 
 

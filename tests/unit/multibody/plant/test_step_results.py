@@ -36,7 +36,7 @@ def test_forces_and_momentum_balance():
         np.testing.assert_allclose(tau[:3], np.cross(arm, force_on_cube).sum(axis=0), rtol=1e-12, atol=1e-12)
         # M vdot + bias = J^T f for a body to the solver's tolerance
         R_WB = scene.work.tree.X_WB[1, :9].reshape(3, 3)
-        c, w, vdot = R_WB @ CUBE[2], scene.work.v[:3], accelerations(scene.work, scene.dt)
+        c, w, vdot = R_WB @ CUBE[2], scene.work.step.v[:3], accelerations(scene.work, scene.dt)
         a_com = vdot[3:] + np.cross(vdot[:3], c) + np.cross(w, np.cross(w, c))
         weight = np.array([0.0, 0.0, -9.81 * mass])
         # kTamsi stops on changes of velocity below 1e-6 m/s: 1e-6 / dt * mass
