@@ -199,3 +199,49 @@ def test_random_source_draws_the_same_numbers(drake):
             samples.append(source.get_output_port().Eval(context))
         found.append(np.array(samples))
     assert np.array_equal(*found)
+
+
+def perceptron(m, periodic):
+    kinds = m.PerceptronActivationType
+    if periodic:
+        return m.MultilayerPerceptron([True, False], [3, 1], [kinds.kTanh, kinds.kReLU])
+    return m.MultilayerPerceptron([2, 4, 3, 1], [kinds.kTanh, kinds.kReLU, kinds.kIdentity])
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_perceptron(drake, periodic):
+    found = []
+    for m in (OURS, drake):
+        g = np.random.default_rng(1)
+        network = perceptron(m, periodic)
+        context = network.CreateDefaultContext()
+        network.SetParameters(context, g.normal(size=network.num_parameters()))
+        network.SetBiases(context, 0, g.normal(size=len(network.GetBiases(context, 0))))
+        X, wanted = g.normal(size=(2, 6)), g.normal(size=(1, 6))
+        network.get_input_port().FixValue(context, X[:, 0])
+        Y, slopes = np.zeros((1, 6), order="F"), np.zeros((2, 6), order="F")
+        network.BatchOutput(context, X, Y, slopes)
+        gradient = np.zeros(network.num_parameters())
+        loss = network.BackpropagationMeanSquaredError(context, X, wanted, gradient)
+        found.append([network.layers(), network.get_output_port().Eval(context), Y, slopes, loss, gradient])
+        found[-1] += [network.GetWeights(context, 1), network.BatchOutput(context, X)]
+    for a, b in zip(*found):
+        np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-12)
+
+
+def test_density_of_a_linear_transform(drake):
+    import pydrake.common
+
+    from sheldrake.common import RandomDistribution
+
+    found = []
+    for m, distributions in ((OURS, RandomDistribution), (drake, pydrake.common.RandomDistribution)):
+        system = m.LinearTransformDensity(distributions.kGaussian, 2, 2)
+        context = system.CreateDefaultContext()
+        system.FixConstantA(context, np.array([[1.0, 2.0], [3.0, 5.5]]))
+        system.get_input_port_w_in().FixValue(context, [0.1, 0.2])
+        found.append([port.Eval(context) for port in (system.get_output_port(0), system.get_output_port(1))])
+        system.FixConstantB(context, [1.0, 2.0])
+        found[-1] += [system.get_output_port(0).Eval(context), system.CalcDensity(context)]
+    for a, b in zip(*found):
+        np.testing.assert_allclose(a, b, rtol=1e-13)

@@ -29,6 +29,7 @@ from sheldrake.systems.primitives._dynamics import (
     WrapToSystem,
     ZeroOrderHold,
 )
+from sheldrake.systems.primitives._linear_transform_density import LinearTransformDensity
 from sheldrake.systems.primitives._linearization import (
     ControllabilityMatrix,
     FirstOrderTaylorApproximation,
@@ -39,6 +40,7 @@ from sheldrake.systems.primitives._linearization import (
     Linearize,
     ObservabilityMatrix,
 )
+from sheldrake.systems.primitives._multilayer_perceptron import MultilayerPerceptron, PerceptronActivationType
 from sheldrake.systems.primitives._random_source import AddRandomInputs, RandomSource
 from sheldrake.systems.primitives._routing import BusCreator, BusSelector, Selector, SelectorParams, SharedPointerSystem
 from sheldrake.systems.primitives._sparse_matrix_gain import SparseMatrixGain
@@ -87,6 +89,8 @@ TrajectoryAffineSystem_ = _family(TrajectoryAffineSystem)
 TrajectoryLinearSystem_ = _family(TrajectoryLinearSystem, TrajectoryAffineSystem_)
 TrajectorySource_ = _family(TrajectorySource)
 StateInterpolatorWithDiscreteDerivative_ = _family(StateInterpolatorWithDiscreteDerivative, Diagram_)
+LinearTransformDensity_ = _family(LinearTransformDensity)
+MultilayerPerceptron_ = _family(MultilayerPerceptron)
 VectorLog_ = SystemTemplate("VectorLog_", VectorLog, scope=__name__)
 
 __all__ = [
@@ -125,15 +129,20 @@ __all__ = [
     "IsStabilizable",
     "LinearSystem",
     "LinearSystem_",
+    "LinearTransformDensity",
+    "LinearTransformDensity_",
     "Linearize",
     "LogVectorOutput",
     "MatrixGain",
     "MatrixGain_",
+    "MultilayerPerceptron",
+    "MultilayerPerceptron_",
     "Multiplexer",
     "Multiplexer_",
     "ObservabilityMatrix",
     "PassThrough",
     "PassThrough_",
+    "PerceptronActivationType",
     "PortSwitch",
     "PortSwitch_",
     "RandomSource",

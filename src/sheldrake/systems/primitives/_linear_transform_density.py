@@ -1,0 +1,94 @@
+"""A random vector through an affine map."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common import CalcProbabilityDensity, RandomDistribution
+from sheldrake.systems.framework import LeafSystem
+
+
+class LinearTransformDensity(LeafSystem):
+    """w_out = A w_in + b, and the density of w_out where the elements of w_in are independent.
+
+    Args:
+        distribution: Of each element of w_in.
+        input_size: Size of w_in.
+        output_size: Size of w_out.
+    """
+
+    _generic = True
+
+    def __init__(self, distribution: RandomDistribution, input_size: int, output_size: int):
+        super().__init__()
+        self._distribution, self._shape = distribution, (int(output_size), int(input_size))
+        self.DeclareVectorInputPort("w_in", self._shape[1], distribution)
+        self.DeclareVectorInputPort("A", self._shape[0] * self._shape[1])
+        self.DeclareVectorInputPort("b", self._shape[0])
+        self._inputs[2].optional = True
+        self.DeclareVectorOutputPort("w_out", self._shape[0], self._calc)
+        self.DeclareVectorOutputPort("w_out_density", 1, self._calc_density)
+
+    def get_distribution(self) -> RandomDistribution:
+        """Distribution of each element of w_in."""
+        return self._distribution
+
+    def get_input_port_w_in(self) -> Any:
+        """The input w_in."""
+        return self.get_input_port(0)
+
+    def get_input_port_A(self) -> Any:
+        """The input A, its columns one after the other."""
+        return self.get_input_port(1)
+
+    def get_input_port_b(self) -> Any:
+        """The input b; zero if it has no value."""
+        return self.get_input_port(2)
+
+    def get_output_port_w_out(self) -> Any:
+        """The output w_out."""
+        return self.get_output_port(0)
+
+    def get_output_port_w_out_density(self) -> Any:
+        """The output with the density of w_out."""
+        return self.get_output_port(1)
+
+    def FixConstantA(self, context: Any, A: Any) -> Any:
+        """Fixes A, shape (output_size, input_size)."""
+        A = np.asarray(A)
+        if A.shape != self._shape:
+            raise RuntimeError(
+                f"LinearTransformDensity.FixConstantA(): A must have shape {self._shape}, not {A.shape}."
+            )
+        return self.get_input_port_A().FixValue(context, A.reshape(-1, order="F"))
+
+    def FixConstantB(self, context: Any, b: Any) -> Any:
+        """Fixes b, shape (output_size,)."""
+        return self.get_input_port_b().FixValue(context, b)
+
+    def _matrix(self, context: Any) -> np.ndarray:
+        return self.get_input_port_A().Eval(context).reshape(self._shape, order="F")
+
+    def _calc(self, context: Any, output: Any) -> None:
+        w = self._matrix(context) @ self.get_input_port_w_in().Eval(context)
+        port = self.get_input_port_b()
+        output.SetFromVector(w + port.Eval(context) if port.HasValue(context) else w)
+
+    def CalcDensity(self, context: Any) -> Any:
+        """Density of w_out.
+
+        Raises:
+            RuntimeError: A is not invertible.
+        """
+        from sheldrake.systems.framework._vector import plain
+
+        A = np.array([[plain(x) for x in row] for row in self._matrix(context)], float)
+        if A.shape[0] != A.shape[1] or np.linalg.matrix_rank(A) < len(A):
+            raise RuntimeError("CalcDensity() requires the matrix A to be invertible.")
+        density = CalcProbabilityDensity(self._distribution, self.get_input_port_w_in().Eval(context))
+        return density / abs(float(np.linalg.det(A)))
+
+    def _calc_density(self, context: Any, output: Any) -> None:
+        output.SetFromVector([self.CalcDensity(context)])
