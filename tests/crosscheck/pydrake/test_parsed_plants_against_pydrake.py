@@ -131,3 +131,16 @@ def test_a_fault_of_one_part_in_a_hundred_million_is_seen(tmp_path):
     theirs = load(TheirPlant(1e-3), TheirParser, paths[0])
     ours = load(MultibodyPlant(1e-3), Parser, paths[1])
     assert worst(numbers(theirs), numbers(ours))[1] > 1e-9
+
+
+def test_every_public_name_of_pydrakes_module_is_here():
+    import pydrake.multibody.parsing as theirs
+
+    import sheldrake.multibody.parsing as ours
+
+    missing = [name for name in dir(theirs) if not name.startswith("_") and name not in ours.__all__]
+    assert missing == []
+    for name in ours.__all__:
+        for member in dir(getattr(theirs, name, object)):
+            known = [field.name for field in getattr(getattr(ours, name), "__fields__", ())]
+            assert member.startswith("_") or member in known or hasattr(getattr(ours, name), member), (name, member)

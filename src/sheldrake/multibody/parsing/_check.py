@@ -23,6 +23,7 @@ def check_model(model: ModelDescription, policy: DiagnosticPolicy) -> None:
     frame_body: dict[tuple[tuple[str, ...], str], tuple] = {}
     _check_names(model, (), bodies, frame_body, policy)
     _check_topology(model, (), frame_body, policy, {})
+    _check_frame_names(model, (), frame_body, {}, policy)
     groups: set[tuple[tuple[str, ...], str]] = set()
     _collect_groups(model, (), groups, policy)
     _check_groups(model, (), bodies, groups, policy)
@@ -112,6 +113,36 @@ def _check_topology(model, scope, frame_body, policy, parents: dict) -> None:
         if other == _WORLD:
             one, other = other, one
         parents[other] = one
+
+
+def _check_frame_names(model, scope, frame_body, taken: dict, policy) -> None:
+    """No two of links, frames and the frames that joints add share a name in one model instance."""
+
+    def claim(owner, name: str, description) -> None:
+        earlier = taken.get((owner, name))
+        if earlier is not None:
+            full_name = "::".join((model.name, *owner[len(scope) :]))
+            policy.Error(
+                description,
+                f"Model '{full_name}' would have two frames named '{name}' (see line {earlier.where.line}); "
+                "a joint adds frames with its own name and '_parent' or '_child'.",
+            )
+        taken[owner, name] = description
+
+    for nested in model.nested:
+        _check_frame_names(nested, (*scope, nested.name), frame_body, taken, policy)
+    for body in model.bodies:
+        if not body.is_world:
+            claim(scope, body.name, body)
+    for element in model.elements:
+        if isinstance(element, FrameDescription) and not element.base.is_world:
+            base = scope if element.is_model_frame else (*scope, *element.base.scope)
+            claim(base, element.name, element)
+        elif isinstance(element, JointDescription):
+            owner = (*scope, *element.child.scope)
+            for X, suffix in ((element.X_PF, "parent"), (element.X_CM, "child")):
+                if X is not None and not element.child.is_world:
+                    claim(owner, f"{element.name}_{suffix}", element)
 
 
 def _collect_groups(model, scope, groups, policy) -> None:

@@ -170,6 +170,20 @@ class PackageMap:
         for path in _split_paths("ROS_PACKAGE_PATH"):
             self._crawl(path, stop_at_packages=True)
 
+    def PopulateUpstreamToDrake(self, model_file: "str | os.PathLike") -> None:
+        """Retired: adds the packages around a model file; these are found without it today."""
+        import warnings
+
+        from sheldrake.common.deprecation import DrakeDeprecationWarning
+
+        text = "PackageMap.PopulateUpstreamToDrake() is retired: packages around a model file are found without it."
+        warnings.warn(text, DrakeDeprecationWarning, stacklevel=2)
+        folder = os.path.dirname(os.path.abspath(os.fspath(model_file)))
+        while folder != os.path.dirname(folder):
+            if os.path.isfile(os.path.join(folder, "package.xml")):
+                self._insert_found(os.path.join(folder, "package.xml"))
+            folder = os.path.dirname(folder)
+
     def _crawl(self, root: str, stop_at_packages: bool) -> None:
         if not os.path.isdir(root):
             _LOG.warning("PackageMap: the folder '%s' cannot be opened.", root)

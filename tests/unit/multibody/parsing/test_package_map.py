@@ -7,6 +7,7 @@ import tarfile
 
 import pytest
 
+from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.multibody.parsing import PackageMap
 from sheldrake.multibody.parsing._diagnostics import DiagnosticPolicy, Location, ParseError
 from sheldrake.multibody.parsing._package_map import resolve_uri
@@ -86,6 +87,13 @@ def test_ros_search_stops_at_packages_and_markers(tree, monkeypatch):
     assert packages.GetPackageNames() == ["first"]
     with pytest.raises(RuntimeError, match="PopulateFromRosPackagePath"):
         packages.PopulateFromEnvironment("ROS_PACKAGE_PATH")
+
+
+def test_upward_search_is_retired(tree):
+    packages = empty()
+    with pytest.warns(DrakeDeprecationWarning, match="PopulateUpstreamToDrake.*retired"):
+        packages.PopulateUpstreamToDrake(tree / "one" / "inner" / "robot.urdf")
+    assert packages.GetPackageNames() == ["first", "second"]
 
 
 def test_environment_search(tree, monkeypatch, caplog):

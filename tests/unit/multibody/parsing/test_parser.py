@@ -168,6 +168,10 @@ BAD = {
     "no child link": (robot(link("a") + joint()), "no child link 'b'"),
     "no parent tag": (robot(link("a") + '<joint name="j" type="fixed"><child link="a"/></joint>'), "no <parent>"),
     "itself": (robot(link("a") + joint(child="a")), "to itself"),
+    "frame of a joint": (
+        robot(link("a") + link("b") + '<link name="j_parent"/>' + joint()),
+        "two frames named 'j_parent' \\(see line 1\\)",
+    ),
     "loop": (
         robot(
             link("a")
