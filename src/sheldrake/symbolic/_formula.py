@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import sys
 from typing import Any
 
 import numpy as np
@@ -113,6 +114,9 @@ class Formula:
         return self._hash
 
     def __bool__(self) -> bool:
+        # A kernel that runs on expressions may branch on numbers, such as a mass: those comparisons are decided.
+        if self._is_constant() and "._kernels." in sys._getframe(1).f_globals.get("__name__", ""):
+            return self._truth()
         raise RuntimeError(
             "You should not call `__bool__` / `__nonzero__` on `Formula`: it has no truth value before Evaluate(). For "
             "a dictionary whose keys are a Variable, Expression or Polynomial, use common.containers.EqualToDict."

@@ -248,3 +248,13 @@ def test_random_variables_take_values_from_the_generator():
     assert Expression(r).Evaluate(generator=lambda: next(words)) == 0.5928446165166826  # pydrake 1.51.1
     with pytest.raises(RuntimeError, match="variable r"):
         Expression(r).Evaluate()
+
+
+def test_kernels_may_branch_on_numbers_but_not_on_symbols():
+    kernel_file = {"__name__": "sheldrake.made_up._kernels.stage", "Expression": Expression}
+    exec("def is_massless(mass):\n    return True if mass == 0.0 else False", kernel_file)
+    assert kernel_file["is_massless"](Expression(0.0)) and not kernel_file["is_massless"](Expression(2.0))
+    with pytest.raises(RuntimeError, match="EqualToDict"):
+        kernel_file["is_massless"](x * 1)
+    with pytest.raises(RuntimeError, match="EqualToDict"):
+        bool(Expression(2.0) == 2.0)
