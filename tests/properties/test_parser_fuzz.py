@@ -143,7 +143,13 @@ def mutated(draw, text):
 def test_mutated_files_give_models_or_clear_errors(path):
     seed, kind = load_seed(path), kind_of(path)
 
-    @settings(max_examples=int(os.environ.get("SHELDRAKE_FUZZ_EXAMPLES", "60")), deadline=None, derandomize=True, suppress_health_check=list(HealthCheck), database=None)
+    @settings(
+        max_examples=int(os.environ.get("SHELDRAKE_FUZZ_EXAMPLES", "60")),
+        deadline=None,
+        derandomize=True,
+        suppress_health_check=list(HealthCheck),
+        database=None,
+    )
     @given(mutated(seed))
     def check(text):
         parse(text, kind)
