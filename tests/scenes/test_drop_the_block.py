@@ -45,9 +45,12 @@ def test_the_comparison_sees_a_slightly_wrong_scene():
     assert np.abs(x[:7] - y[:7]).max(0)[:150].max() > 1e-9
 
 
-@pytest.mark.parametrize("rpy", [(0.3, 0.2, 0.1), (1.4, 0.1, 0.0), (0.0, 0.0, 0.0), (2.0, -0.7, 0.4)])
-def test_own_block_comes_to_rest_on_a_face(rpy):
-    times, x = trajectory(ours, OWN_BLOCK, 15.0, rpy=rpy)
+@pytest.mark.parametrize("approximation", APPROXIMATIONS)
+@pytest.mark.parametrize(
+    "rpy", [(0.3, 0.2, 0.1), (1.4, 0.1, 0.0), (0.0, 0.0, 0.0), (2.0, -0.7, 0.4), (2.07, -0.65, 0.0)]
+)
+def test_own_block_comes_to_rest_on_a_face(rpy, approximation):
+    times, x = trajectory(ours, OWN_BLOCK, 15.0, rpy=rpy, approximation=approximation)
     assert len(times) == 15001
     last = x[:, times > 10.0]
     assert np.abs(last[7:10]).max() < 1e-9, "angular velocity [rad/s]"

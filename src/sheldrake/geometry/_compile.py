@@ -58,7 +58,7 @@ def compile_proximity(
     pairs = [(a, b) for a, b in pairs if body[a] != body[b] and not (half_space[a] and half_space[b])]
     pair, family = _by_family(np.array(pairs, np.int64).reshape(-1, 2), kind)
     vertex, face, loop, topology = hulls.arrays(geometry)
-    return GeometryModel(geometry, size, material, X_BG, pair, family, vertex, face, loop, topology), ids
+    return GeometryModel(geometry, size, material, X_BG, pair, np.zeros(1), family, vertex, face, loop, topology), ids
 
 
 def _by_family(pair: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from sheldrake.common.kernel import kernel
 
 from .convex import emit_candidate, emit_four, emit_middle, face_candidates
 from .model import CANDIDATE, MULTI_POINT, X_AXIS, Y_AXIS, Z_AXIS
-from .table import MIN_DEPTH, absolute, column, position_of, rotation_of
+from .table import absolute, column, least_depth, position_of, rotation_of
 
 _PREFER_FACES = 1.05  # an edge axis must be better by this factor
 _PARALLEL = 1e-10  # squared sine of the angle between edges that define no axis
@@ -34,10 +34,11 @@ def box_box_contacts(model, table, a, b):
     t = sub3(position_of(table, b), position_of(table, a))
     best = -1e300
     code = 0
+    least = least_depth(model, a, b)
     for k in range(3):
         l = column(R_WA, k)
         s = absolute(dot3(l, t)) - model.size[a, k] - extent(R_WB, h_B, l)
-        if s > 0.0:
+        if s > -least:
             return
         if s > best:
             best = s
@@ -45,7 +46,7 @@ def box_box_contacts(model, table, a, b):
     for k in range(3):
         l = column(R_WB, k)
         s = absolute(dot3(l, t)) - model.size[b, k] - extent(R_WA, h_A, l)
-        if s > 0.0:
+        if s > -least:
             return
         if s > best:
             best = s
@@ -56,12 +57,12 @@ def box_box_contacts(model, table, a, b):
             norm2 = dot3(l, l)
             if norm2 > _PARALLEL:
                 s = (absolute(dot3(l, t)) - extent(R_WA, h_A, l) - extent(R_WB, h_B, l)) / sqrt(norm2)
-                if s > 0.0:
+                if s > -least:
                     return
                 if _PREFER_FACES * s > best:
                     best = s
                     code = 6 + 3 * i + j
-    if -best <= MIN_DEPTH:
+    if -best <= least:
         return
     if code >= 6:
         edge_edge(model, table, a, b, t, (code - 6) // 3, (code - 6) % 3, -best)

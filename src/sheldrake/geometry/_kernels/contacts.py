@@ -27,7 +27,7 @@ from .table import bounding_centre, column, place_geometry, position_of, rotatio
 def spheres_apart(model, table, a, b):
     """True if the bounding spheres of a and b do not meet."""
     r = sub3(bounding_centre(table, a), bounding_centre(table, b))
-    reach = model.size[a, BOUND] + model.size[b, BOUND]
+    reach = model.size[a, BOUND] + model.size[b, BOUND] + model.margin[0]
     return dot3(r, r) > reach * reach
 
 
@@ -35,7 +35,7 @@ def spheres_apart(model, table, a, b):
 def above(model, table, i, j):
     """True if the bounding sphere of i does not reach half space j."""
     nhat = column(rotation_of(table, j), Z_AXIS)
-    return dot3(nhat, sub3(bounding_centre(table, i), position_of(table, j))) > model.size[i, BOUND]
+    return dot3(nhat, sub3(bounding_centre(table, i), position_of(table, j))) > model.size[i, BOUND] + model.margin[0]
 
 
 @kernel

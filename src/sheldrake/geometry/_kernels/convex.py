@@ -9,7 +9,7 @@ from sheldrake.common.kernel import kernel
 from .gjk import separation
 from .model import CANDIDATE, MULTI_POINT, POLYGON_A, POLYGON_B, POLYGON_C
 from .support import best_face, has_faces, shown_feature
-from .table import MIN_DEPTH, emit
+from .table import MIN_DEPTH, emit, least_depth
 
 _FLAT = 1e-9  # 1 - cosine: a face this well along the normal is what touches
 _ROWS = 63  # of a polygon
@@ -18,8 +18,9 @@ _ROWS = 63  # of a polygon
 @kernel(outline=True)
 def convex_contacts(model, table, i, j):
     """Contacts of shapes i and j, neither of them a half space."""
-    phi, nhat_ji, p_WCi, p_WCj = separation(model, table, i, j, 0.0)
-    if -phi <= MIN_DEPTH:
+    least = least_depth(model, i, j)
+    phi, nhat_ji, p_WCi, p_WCj = separation(model, table, i, j, MIN_DEPTH - least)
+    if -phi <= least:
         return
     if model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2:
         if touching_features(model, table, i, j, nhat_ji, phi) > 0:
@@ -69,10 +70,11 @@ def face_candidates(model, table, ref, inc, out):
         source = target
     base = load3(table.work, POLYGON_A)
     count = 0
+    least = least_depth(model, ref, inc)
     for k in range(corners):
         x = load3(table.work, source + k)
         depth = dot3(out, sub3(base, x))
-        if depth > MIN_DEPTH:
+        if depth > least:
             store3(table.work, CANDIDATE + count, x)
             table.work[CANDIDATE + count, 3] = depth
             count += 1

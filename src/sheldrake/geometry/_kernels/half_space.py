@@ -32,7 +32,7 @@ from .model import (
     X_AXIS,
     Z_AXIS,
 )
-from .table import MIN_DEPTH, absolute, column, emit, position_of, rotation_of
+from .table import MIN_DEPTH, absolute, column, emit, least_depth, position_of, rotation_of
 
 ALIGNED = 1e-7  # Drake's tolerance for an axis that is (not) along the normal
 LINEAR_SEARCH = 24  # hulls with at most so many vertices are searched one by one
@@ -68,8 +68,8 @@ def half_space_contacts(model, table, i, j):
 
 @kernel
 def emit_below(model, table, i, j, p_WQ, nhat, depth):
-    """A contact at Q of shape i, which is `depth` below the plane of j, if it is below."""
-    if depth > MIN_DEPTH:
+    """A contact at Q of shape i, which is `depth` below the plane of j, if it is below (see `least_depth`)."""
+    if depth > least_depth(model, i, j):
         emit(model, table, i, j, p_WQ, add3(p_WQ, scale3(nhat, depth)), nhat, depth)
 
 
@@ -112,7 +112,7 @@ def box_on_plane_multi(model, table, i, j, nhat, height):
     c0 = absolute(c[0])
     c1 = absolute(c[1])
     c2 = absolute(c[2])
-    if height > h[0] * c0 + h[1] * c1 + h[2] * c2:
+    if height > h[0] * c0 + h[1] * c1 + h[2] * c2 - least_depth(model, i, j):
         return
     down = 0
     if c1 > c0:
@@ -169,7 +169,8 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
     c = dot3(axis, nhat)
     down = sub3(scale3(axis, c), nhat)
     slope = sqrt(dot3(down, down))
-    if height > half_length * absolute(c) + radius * slope + MIN_DEPTH:
+    least = least_depth(model, i, j)
+    if height > half_length * absolute(c) + radius * slope - least:
         return
     U = column(R_WG, X_AXIS)
     if slope > 1e-12:
@@ -187,7 +188,7 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
     emit_below(model, table, i, j, add3(sub3(p_WGo, to_low), U), nhat, depth_upper)
     emit_below(model, table, i, j, add3(p_WL, V), nhat, depth_L - swing)
     emit_below(model, table, i, j, sub3(p_WL, V), nhat, depth_L + swing)
-    if depth_upper <= MIN_DEPTH:
+    if depth_upper <= least:
         emit_below(model, table, i, j, sub3(p_WL, U), nhat, depth_L - drop)
 
 
@@ -281,7 +282,8 @@ def hull_on_plane(model, table, i, j, nhat, height, multi):
     n_G = rotate_back(rotation_of(table, i), nhat)
     low = lowest_vertex(model, i, n_G)
     depth = -(dot3(load3(model.vertex, low), n_G) + height)
-    if depth <= MIN_DEPTH:
+    least = least_depth(model, i, j)
+    if depth <= least:
         return
     if not multi:
         emit_vertex(model, table, i, j, low, nhat, depth)
@@ -290,7 +292,7 @@ def hull_on_plane(model, table, i, j, nhat, height, multi):
     last = first + model.geometry[i, NUM_VERTICES]
     below = 0
     for v in range(first, last):
-        if -(dot3(load3(model.vertex, v), n_G) + height) > MIN_DEPTH:
+        if -(dot3(load3(model.vertex, v), n_G) + height) > least:
             below += 1
     if below > 4:
         four_vertices_below(model, table, i, j, low, n_G, nhat, height)
@@ -311,11 +313,12 @@ def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
     for f in range(face, face + model.geometry[i, NUM_FACES]):
         if dot3(load3(model.face, f), n_G) < dot3(load3(model.face, face), n_G):
             face = f
+    least = least_depth(model, i, j)
     foot = model.loop[face, FIRST_FOOT]
     if foot >= 0:
         standing = True
         for k in range(foot, foot + 4):
-            if -(dot3(load3(model.vertex, model.topology[k]), n_G) + height) <= MIN_DEPTH:
+            if -(dot3(load3(model.vertex, model.topology[k]), n_G) + height) <= least:
                 standing = False
         if standing:
             for k in range(foot, foot + 4):
@@ -330,7 +333,7 @@ def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
     for v in range(first, last):
         p = load3(model.vertex, v)
         r = sub3(p, p_low)
-        if dot3(r, r) > farthest and -(dot3(p, n_G) + height) > MIN_DEPTH:
+        if dot3(r, r) > farthest and -(dot3(p, n_G) + height) > least:
             farthest = dot3(r, r)
             far = v
     line = cross3(n_G, sub3(load3(model.vertex, far), p_low))
@@ -340,7 +343,7 @@ def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
     least = 0.0
     for v in range(first, last):
         p = load3(model.vertex, v)
-        if -(dot3(p, n_G) + height) > MIN_DEPTH:
+        if -(dot3(p, n_G) + height) > least:
             side = dot3(line, sub3(p, p_low))
             if side > most:
                 most = side

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sheldrake.common.kernel import IntMatrix, IntVector, Matrix
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
 
 # Shapes, in the order in which pair kernels take them: the lower one comes first.
 SPHERE = np.int64(0)
@@ -91,6 +91,8 @@ class GeometryModel(NamedTuple):
         material: shape (n, MATERIAL_COLUMNS).
         X_BG: pose in the body, R row-major then p [m], shape (n, 12).
         pair: geometries A < B that may touch, by family and then by A and B, shape (num_pairs, 2).
+        margin: distance from which on pairs with several points are seen before they touch [m], shape (1,); see
+            `least_depth`.
         family: first pair of each family of pair kernels, and the number of pairs, shape (NUM_FAMILIES + 1,).
         vertex: hull vertices in G [m], shape (num_vertices, 3).
         face: outward unit normal and offset [m] of hull faces in G (normal . x <= offset inside), shape (num_faces, 4).
@@ -104,6 +106,7 @@ class GeometryModel(NamedTuple):
     material: Matrix
     X_BG: Matrix
     pair: IntMatrix
+    margin: Vector
     family: IntVector
     vertex: Matrix
     face: Matrix
@@ -178,6 +181,7 @@ def empty_geometry_model() -> GeometryModel:
         material=np.zeros((0, MATERIAL_COLUMNS)),
         X_BG=np.zeros((0, 12)),
         pair=np.zeros((0, 2), np.int64),
+        margin=np.zeros(1),
         family=np.zeros(NUM_FAMILIES + 1, np.int64),
         vertex=np.zeros((0, 3)),
         face=np.zeros((0, 4)),

@@ -5,9 +5,22 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import add3, compose, load3_at, load9, rotate, scale3, store3_at, store9
 from sheldrake.common.kernel import kernel
 
-from .model import BODY, CAPACITY_EXCEEDED, CENTRE, CENTRE_W, DEPTH, NHAT_BA_W, P_WCA, P_WCB, POSITION
+from .model import BODY, CAPACITY_EXCEEDED, CENTRE, CENTRE_W, DEPTH, MULTI_POINT, NHAT_BA_W, P_WCA, P_WCB, POSITION
 
 MIN_DEPTH = 2.220446049250313e-16  # [m] polytopes and round shapes must overlap by more; spheres may just touch
+
+
+@kernel
+def least_depth(model, i, j):
+    """Depth beyond which a point of shapes i and j is a contact [m].
+
+    Where a pair has several points, those that are not yet touching count too, a little before they do: else a stiff
+    and light body hops from one corner to the other, as each corner is free while the step that lands it is solved.
+    The contact law gives such a point no force unless it is about to touch within the step.
+    """
+    if model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2:
+        return MIN_DEPTH - model.margin[0]
+    return MIN_DEPTH
 
 
 @kernel

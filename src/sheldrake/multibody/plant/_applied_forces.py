@@ -99,7 +99,7 @@ class AppliedForces:
         models = self._models(context._system.get_geometry_query_input_port().HasValue(context))
         geometry_model = models["geometry_model"]
         stages = (self._step_stages if self.is_discrete() else self._derivative_stages)(geometry_model)
-        status = view.run(stages, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
+        status = view.run_chain(stages, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
         if status:
             raise self._explain_status(status, context)
 

@@ -64,7 +64,7 @@ class View:
             array = self._buffers[name] = np.zeros(size, np.int64)
         return array
 
-    def run(self, kernels: list[Any], **values: Any) -> int:
+    def run_chain(self, kernels: list[Any], **values: Any) -> int:
         """Runs kernels in turn on values by name; a status."""
         chain = Chain(kernels)
         return chain.native(**values) if self.native else chain(**values)

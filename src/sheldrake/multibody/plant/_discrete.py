@@ -54,6 +54,8 @@ class DiscreteUpdate:
             model, ids = self._scene_graph._compile_proximity(rows, state)
             stiffness, dissipation = self._fallback_stiffness()
             _step.supply_missing_material(model, stiffness, dissipation, 0.1)
+            if self.is_discrete():
+                _step.set_margin(model, _NAMES[self._approximation])
             self._geometry_cache = state, (model, ids)
         return self._geometry_cache[1]
 

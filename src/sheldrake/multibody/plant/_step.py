@@ -60,6 +60,15 @@ CONSTRAINT_KINDS = {
 """Kind and number of rows of each constraint."""
 
 
+CONTACT_MARGIN = 1e-4
+"""Distance at which points of multi-point pairs are seen before they touch [m]."""
+
+
+def set_margin(model: GeometryModel, approximation: str) -> None:
+    """Lets the contact search look ahead where the contact law has no force at a distance: all but kSap."""
+    model.margin[0] = CONTACT_MARGIN if approximation != "sap" else 0.0
+
+
 def stages(geometry_model: GeometryModel, plant_model: PlantModel, tamsi: bool = False) -> list[Kernel]:
     """The kernels of a plant's step, in their order: those it needs, no others."""
     chain: list[Kernel] = [smooth_motion_tamsi if tamsi else smooth_motion]

@@ -59,7 +59,10 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
         w_A = share(stiffness[pair[c, 0]], stiffness[pair[c, 1]])
         middle[c] = p_WCb[c] + w_A * (p_WCa[c] - p_WCb[c])
     slip = (vc[:, 0] * vc[:, 0] + vc[:, 1] * vc[:, 1]) ** 0.5
-    return StepContacts(pair, p_WCa, p_WCb, nhat, point[:, geometry.DEPTH].copy(), middle, force, slip, vc[:, 2].copy())
+    depth = point[:, geometry.DEPTH]
+    felt = np.array([d > 0.0 or f > 0.0 for d, f in zip(depth, gamma[:, 2])], bool)  # not those only seen ahead
+    columns_ = (pair, p_WCa, p_WCb, nhat, depth, middle, force, slip, vc[:, 2])
+    return StepContacts(*(column[felt] for column in columns_))
 
 
 def generalized_contact_forces(work: StepWork, dt: float) -> np.ndarray:
