@@ -40,6 +40,16 @@ _TEXT = {
 }
 
 
+SOLVE_FAILURES = (
+    codes.ITERATION_LIMIT,
+    codes.LINE_SEARCH_FAILED,
+    codes.HESSIAN_NOT_POSITIVE,
+    codes.FACTOR_CAPACITY,
+    codes.TAMSI_FAILED,
+)
+"""What can go wrong while an island of bodies is solved."""
+
+
 def explain_solver_status(status: int) -> str:
     """What went wrong and what to try, as the end of a sentence; an empty string for 0 and for codes of others."""
     return _TEXT.get(status, "")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
-from sheldrake.multibody.contact_solvers._status import explain_solver_status
+from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant import _step, _step_results
 from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
 from sheldrake.multibody.plant._enums import DiscreteContactApproximation
@@ -181,7 +181,13 @@ class DiscreteUpdate:
         pass
 
     def _explain_status(self, status: int, context: Any) -> Exception:
-        return RuntimeError(f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}")
+        text = f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}"
+        if status in SOLVE_FAILURES and self._sampled:
+            rows = _step_results.bodies_at_hand(context._store.scratch(context._node), self._tree_model)
+            names = [repr(self._row_bodies[row].name()) for row in rows]
+            shown = ", ".join(names[:10]) + (f" and {len(names) - 10} more" if len(names) > 10 else "")
+            text += f" It happened among: {shown}."
+        return RuntimeError(text)
 
     # --- what it left
 

@@ -10,6 +10,8 @@ from sheldrake.geometry._kernels import model as geometry
 from sheldrake.multibody.contact_solvers._kernels import problem as columns
 from sheldrake.multibody.plant._kernels.contact_rows import contact_frame, share
 from sheldrake.multibody.plant._kernels.model import StepWork
+from sheldrake.multibody.tree._kernels import model as tree_columns
+from sheldrake.multibody.tree._kernels.model import TreeModel
 
 
 class StepContacts(NamedTuple):
@@ -74,6 +76,14 @@ def generalized_contact_forces(work: StepWork, dt: float) -> np.ndarray:
         gamma = work.contacts.state[c, int(columns.GAMMA) : int(columns.GAMMA) + 3]
         tau[dofs] += gamma @ work.contacts.J[3 * c : 3 * c + 3, :width] / dt
     return tau
+
+
+def bodies_at_hand(work: StepWork, tree_model: TreeModel) -> list[int]:
+    """Body rows of the island that the solver worked on last: where it gave up, if it did."""
+    begin, end = work.problem.count[columns.TREES_BEGIN], work.problem.count[columns.TREES_END]
+    trees = work.problem.tree[begin:end, columns.TREE_ORDER]
+    spans = tree_model.tree[np.sort(trees)][:, [tree_columns.TREE_BODY, tree_columns.TREE_NUM_BODIES]]
+    return [int(row) for first, n in spans for row in range(first, first + n)]
 
 
 def accelerations(work: StepWork, dt: float) -> np.ndarray:
