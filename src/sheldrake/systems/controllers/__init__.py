@@ -1,5 +1,11 @@
 """Controllers: PID, linear quadratic regulators, inverse dynamics."""
 
+from sheldrake.systems.controllers._finite_horizon import (
+    FiniteHorizonLinearQuadraticRegulator,
+    FiniteHorizonLinearQuadraticRegulatorOptions,
+    FiniteHorizonLinearQuadraticRegulatorResult,
+    MakeFiniteHorizonLinearQuadraticRegulator,
+)
 from sheldrake.systems.controllers._inverse_dynamics import (
     InverseDynamics,
     InverseDynamicsController,
@@ -10,10 +16,14 @@ from sheldrake.systems.controllers._pid import PidControlledSystem, PidControlle
 
 __all__ = [
     "DiscreteTimeLinearQuadraticRegulator",
+    "FiniteHorizonLinearQuadraticRegulator",
+    "FiniteHorizonLinearQuadraticRegulatorOptions",
+    "FiniteHorizonLinearQuadraticRegulatorResult",
     "InverseDynamics",
     "InverseDynamicsController",
     "JointStiffnessController",
     "LinearQuadraticRegulator",
+    "MakeFiniteHorizonLinearQuadraticRegulator",
     "PidControlledSystem",
     "PidController",
 ]

@@ -69,7 +69,7 @@ class InverseDynamics(_PlantKeeper):
     def __init__(
         self,
         plant: MultibodyPlant,
-        mode: InverseDynamicsMode = InverseDynamicsMode.kInverseDynamics,
+        mode: Any = InverseDynamicsMode.kInverseDynamics,
         plant_context: Any = None,
     ):
         super().__init__()
