@@ -8,6 +8,13 @@ from sheldrake.systems.analysis._config import (
     SimulatorConfig,
 )
 from sheldrake.systems.analysis._discrete_time import DiscreteTimeApproximation
+from sheldrake.systems.analysis._implicit import (
+    ImplicitEulerIntegrator,
+    Radau1Integrator,
+    Radau3Integrator,
+    SemiExplicitEulerIntegrator,
+    VelocityImplicitEulerIntegrator,
+)
 from sheldrake.systems.analysis._integrator import (
     BogackiShampine3Integrator,
     ExplicitEulerIntegrator,
@@ -37,11 +44,14 @@ __all__ = [
     "ExplicitEulerIntegrator",
     "ExtractSimulatorConfig",
     "GetIntegrationSchemes",
+    "ImplicitEulerIntegrator",
     "InitializeParams",
     "IntegratorBase",
     "IntegratorBase_",
     "MonteCarloSimulation",
     "PrintSimulatorStatistics",
+    "Radau1Integrator",
+    "Radau3Integrator",
     "RandomSimulation",
     "RandomSimulationResult",
     "ResetIntegratorFromFlags",
@@ -50,8 +60,10 @@ __all__ = [
     "RungeKutta3Integrator",
     "RungeKutta3Integrator_",
     "RungeKutta5Integrator",
+    "SemiExplicitEulerIntegrator",
     "Simulator",
     "SimulatorConfig",
     "SimulatorStatus",
     "Simulator_",
+    "VelocityImplicitEulerIntegrator",
 ]

@@ -182,6 +182,10 @@ class IntegratorBase:
         self._Z[H_IDEAL] = 0.0
         self.ResetStatistics()
 
+    def _make_step(self, span: Any) -> None:
+        """Makes a step in Python, for schemes that are not in the event loop."""
+        raise NotImplementedError
+
     # Dense output.
 
     def StartDenseIntegration(self) -> None:

@@ -250,6 +250,9 @@ class Simulator:
     def _call_monitor(self) -> Any:
         return self._monitor(self._context)
 
+    def _python_step(self) -> None:
+        self._integrator._make_step(self._span)
+
     def _every_step(self) -> None:
         self._system.ForcedPublish(self._context)
         self._N[_loop.PUBLISHES] += 1
@@ -417,7 +420,7 @@ class Simulator:
         return self._status(float(store.S[0]), int(code))
 
 
-_SPECIAL = ("_witness_before", "_witness_after", "_call_monitor", "_every_step")
+_SPECIAL = ("_witness_before", "_witness_after", "_call_monitor", "_every_step", "_python_step")
 
 
 def _method(reference: Any, name: str) -> Any:

@@ -303,7 +303,7 @@ class Layout(Topology):
             at.append(len(words))
             if row.native:
                 words.extend(self._words(row))
-        num_special = 5
+        num_special = int(_loop.NUM_SPECIAL)
         at += [len(words)] * (num_special + 1)
         self._make_groups()
         pre = [self._prerequisites(rows) for _, _, rows, _ in self.group_list]

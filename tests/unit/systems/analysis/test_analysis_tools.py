@@ -123,7 +123,17 @@ def test_dense_output_is_continuous_and_accurate():
 
 @pytest.mark.parametrize(
     ("scheme", "order"),
-    [("explicit_euler", 1), ("runge_kutta2", 2), ("runge_kutta3", 3), ("bogacki_shampine3", 3), ("runge_kutta5", 5)],
+    [
+        ("explicit_euler", 1),
+        ("runge_kutta2", 2),
+        ("runge_kutta3", 3),
+        ("bogacki_shampine3", 3),
+        ("runge_kutta5", 5),
+        ("implicit_euler", 1),
+        ("radau1", 1),
+        ("radau3", 3),
+        ("velocity_implicit_euler", 1),
+    ],
 )
 def test_order_of_convergence(scheme, order):
     assert scheme in GetIntegrationSchemes()
@@ -139,6 +149,38 @@ def test_order_of_convergence(scheme, order):
         errors.append(np.linalg.norm(x - expm(A) @ [1.0, 0.0]))
     found = np.polyfit(np.log(steps), np.log(errors), 1)[0]
     assert found == pytest.approx(order, abs=0.25)
+
+
+@pytest.mark.parametrize("scheme", ["implicit_euler", "radau3"])
+def test_stiff_systems(scheme):
+    class Stiff(LeafSystem):
+        """x' = -1e5 (x - cos t)."""
+
+        def __init__(self):
+            super().__init__()
+            self.DeclareContinuousState(1)
+
+        def DoCalcTimeDerivatives(self, context, derivatives):
+            derivatives[0] = -1e5 * (context.get_continuous_state_vector()[0] - np.cos(context.get_time()))
+
+    simulator = Simulator(Stiff())
+    integrator = ResetIntegratorFromFlags(simulator, scheme, 0.1)
+    integrator.set_target_accuracy(1e-3)
+    simulator.AdvanceTo(1.0)
+    assert simulator.get_context().get_continuous_state_vector()[0] == pytest.approx(np.cos(1.0), abs=1e-3)
+    assert integrator.get_num_steps_taken() < 1000  # an explicit integrator needs about 1e5
+
+
+def test_semi_explicit_euler_keeps_energy_bounded():
+    pendulum = Pendulum()
+    simulator = Simulator(pendulum)
+    ResetIntegratorFromFlags(simulator, "semi_explicit_euler", 0.01)
+    context = simulator.get_mutable_context()
+    context.SetContinuousState([0.5, 0.0])
+    pendulum.get_input_port().FixValue(context, [0.0])
+    simulator.AdvanceTo(50.0)
+    q, v = context.get_continuous_state_vector().value()
+    assert 0.5 * v * v - np.cos(q) == pytest.approx(-np.cos(0.5), abs=2e-3)
 
 
 def test_error_control_keeps_its_promise():

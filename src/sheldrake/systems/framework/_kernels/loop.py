@@ -35,7 +35,10 @@ NUM_GROUPS, NUM_CLOCKS, NUM_XC, STAMP0, K0, TRIG0, LOG0, PLUS, XDOT, RK, NUM_ROW
 # Groups that belong to no clock.
 PER_STEP, AT_WITNESS, AT_START = i64(-1), i64(-2), i64(-3)
 # Rows after the program's own.
-COMMIT, WITNESS_BEFORE, WITNESS_AFTER, MONITOR, EVERY_STEP = i64(0), i64(1), i64(2), i64(3), i64(4)
+COMMIT, WITNESS_BEFORE, WITNESS_AFTER, MONITOR, EVERY_STEP, PYTHON_STEP = (
+    i64(0), i64(1), i64(2), i64(3), i64(4), i64(5),
+)  # fmt: skip
+NUM_SPECIAL = i64(6)
 
 # N: switches, then counts.
 HAS_COMMIT, HAS_WITNESS, HAS_MONITOR, HAS_EVERY_STEP, BUDGET = i64(0), i64(1), i64(2), i64(3), i64(4)
@@ -47,7 +50,8 @@ EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS = i64(10), i64(11), i6
 SCHEME, FIXED, H_MAX, ACCURACY, H_INITIAL, H_MIN, H_IDEAL = i64(0), i64(1), i64(2), i64(3), i64(4), i64(5), i64(6)
 H_FIRST, H_SMALLEST, H_LARGEST, H_PREVIOUS, AT_MINIMUM, ORDER = i64(7), i64(8), i64(9), i64(10), i64(11), i64(12)
 THROW_ON_MIN, T_BREAK = i64(13), i64(14)
-EULER, RK2, RK3, TABLEAU = i64(1), i64(2), i64(3), i64(4)
+H_TRY, H_ERROR = i64(86), i64(87)  # what a step made in Python is asked for, and gives
+EULER, RK2, RK3, TABLEAU, PYTHON = i64(1), i64(2), i64(3), i64(4), i64(5)
 # A Butcher tableau in Z: number of stages, nodes, rows of coefficients, weights, weights minus those of lower order.
 STAGES, NODES, ROWS, WEIGHTS, ERRORS, WIDTH, NUM_Z = i64(16), i64(17), i64(24), i64(73), i64(80), i64(7), i64(88)
 
@@ -269,9 +273,13 @@ def explicit_step(
         S[x0 + i] = S[xc + i]
     if Z[SCHEME] == TABLEAU:
         error = tableau_step(P, N, Z, S, I, L, rows, h)
+    elif Z[SCHEME] == PYTHON:
+        Z[H_TRY] = h
+        special(P, S, I, rows, PYTHON_STEP)
+        error = Z[H_ERROR]
     else:
         derivatives(P, N, S, I, L, rows, k1)
-    if I[STATUS] == 0 and Z[SCHEME] != TABLEAU:
+    if I[STATUS] == 0 and Z[SCHEME] < TABLEAU:
         if Z[SCHEME] == EULER:
             for i in range(n):
                 S[xc + i] = S[x0 + i] + h * S[k1 + i]
