@@ -62,7 +62,7 @@ def make_joint(lib, rng, kind, name, F, M):
     return lib.RpyFloatingJoint(name, F, M, d[0], d[1])
 
 
-def build(lib, seed, num_bodies=9, time_step=0.0, joints=JOINTS, forces=True, reversals=True):
+def build(lib, seed, num_bodies=9, time_step=0.0, joints=JOINTS, forces=True, reversals=True, bushings=False):
     """A finalized plant: random trees, frames, actuators, springs, two model instances."""
     rng = np.random.default_rng(seed)
     plant = lib.MultibodyPlant(time_step)
@@ -106,6 +106,12 @@ def build(lib, seed, num_bodies=9, time_step=0.0, joints=JOINTS, forces=True, re
         if A is not B:
             points = rng.normal(size=(2, 3))
             plant.AddForceElement(lib.LinearSpringDamper(A, points[0], B, points[1], 0.5, 20.0, 3.0))
+    if forces and bushings:
+        A, C = (frame(bodies[i], f"bushing{i}") for i in rng.permutation(num_bodies + 1)[:2])
+        plant.AddForceElement(lib.LinearBushingRollPitchYaw(A, C, *rng.uniform(0, 5, (4, 3))))
+        for j in [j for j in single if j.type_name() == "revolute"][:1]:
+            config = lib.DoorHingeConfig(motion_threshold=0.1, catch_width=0.5)
+            plant.AddForceElement(lib.DoorHinge(j, config))
     plant.mutable_gravity_field().set_gravity_vector(rng.normal(size=3) * 9.81)
     plant.Finalize()
     return plant

@@ -14,7 +14,7 @@ from sheldrake.common.chain import Chain
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
 from sheldrake.multibody.plant import _step
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
-from sheldrake.multibody.tree._kernels.forces import ForceModel
+from sheldrake.multibody.tree._kernels.forces import empty_force_model
 
 pytestmark = pytest.mark.peer
 
@@ -71,7 +71,7 @@ class Mechanism:
         self.plant = _step.make_plant_model(actuators, limits, [1], rows)
         springs = [(2, 2, store(4.0, 0.3)), (3, 3, store(50.0, 0.1))]
         strut = (5, 7, store(0.1, 0.0, 0.0, 0.0, 0.0, 0.1, 0.3, 30.0, 2.0))
-        self.forces = ForceModel(np.array(springs, np.int64), np.array([strut], np.int64))
+        self.forces = empty_force_model()._replace(spring=np.array(springs, np.int64), strut=np.array([strut], np.int64))
         self.p = np.array(p)
         self.work = _step.make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
         self.chain = Chain(_step.stages(self.geometry, self.plant, name == "tamsi"))

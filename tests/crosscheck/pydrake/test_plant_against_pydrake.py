@@ -261,3 +261,47 @@ def test_accelerations_from_vdot(seed):
     p = Pair(seed)
     vdot = p.rng.normal(size=p.nv)
     p.check(lambda L, m, c: [A.get_coeffs() for A in m.CalcSpatialAccelerationsFromVdot(c, vdot)], 1e-11)
+
+
+@seeds
+def test_bushings_and_door_hinges(seed):
+    p = Pair(seed, bushings=True)
+
+    def elements(lib, plant):
+        all_elements = (plant.get_force_element(lib.ForceElementIndex(i)) for i in range(plant.num_force_elements()))
+        return {type(e).__name__: e for e in all_elements}
+
+    def forces(lib, plant, context):
+        forces = lib.MultibodyForces(plant)
+        plant.CalcForceElementsContribution(context, forces)
+        return plant.CalcGeneralizedForces(context, forces)
+
+    def bushing(lib, plant, context):
+        e = elements(lib, plant)["LinearBushingRollPitchYaw"]
+        on_A, on_C = e.CalcBushingSpatialForceOnFrameA(context), e.CalcBushingSpatialForceOnFrameC(context)
+        return [on_A.get_coeffs(), on_C.get_coeffs()]
+
+    p.check(forces, 1e-11)
+    p.check(bushing, 1e-11)
+    if "DoorHinge" in elements(p.D, p.d):
+        for angle, rate in ((0.3, 0.05), (-0.1, -2.0)):
+            p.check(lambda L, m, c, a=angle, r=rate: elements(L, m)["DoorHinge"].CalcHingeTorque(a, r))
+            p.check(lambda L, m, c, a=angle: elements(L, m)["DoorHinge"].CalcHingeSpringTorque(a))
+            p.check(lambda L, m, c, r=rate: elements(L, m)["DoorHinge"].CalcHingeFrictionalTorque(r))
+
+
+def test_potential_energy_of_a_door_hinge():
+    def energies(lib):
+        plant = lib.MultibodyPlant(0.0)
+        door = plant.AddRigidBody("door", lib.SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3))
+        hinge = plant.AddJoint(lib.RevoluteJoint("hinge", plant.world_frame(), door.body_frame(), [0, 0, 1]))
+        plant.AddForceElement(lib.DoorHinge(hinge, lib.DoorHingeConfig(catch_width=0.4)))
+        plant.Finalize()
+        context = plant.CreateDefaultContext()
+        values = []
+        for angle in (0.0, 0.1, 0.4, 1.2):
+            hinge.set_angle(context, angle)
+            values.append(plant.CalcPotentialEnergy(context))
+        return np.array(values)
+
+    close(np.diff(energies(sheldrake())), np.diff(energies(pydrake())))

@@ -6,6 +6,7 @@ import pytest
 pytest.importorskip("pydrake")
 
 from random_plants import build, pydrake, random_inertia, random_pose, set_state, sheldrake
+from test_plant_against_pydrake import Pair as ContinuousPair
 from test_plant_against_pydrake import close
 
 pytestmark = pytest.mark.peer
@@ -84,6 +85,21 @@ def test_applied_spatial_forces(seed):
         return step(lib, plant, context, 0.02)
 
     p.check(inputs, 1e-9)
+
+
+@seeds
+def test_applied_spatial_forces_of_a_continuous_plant(seed):
+    p = ContinuousPair(seed)
+    row = p.rng.normal(size=9)
+
+    def derivatives(L, m, c):
+        force = L.ExternallyAppliedSpatialForce()
+        force.body_index, force.p_BoBq_B, force.F_Bq_W = L.BodyIndex(2), row[:3], L.SpatialForce(row[3:])
+        m.get_applied_spatial_force_input_port().FixValue(c, [force])
+        return m.EvalTimeDerivatives(c).CopyToVector()
+
+    condition = np.linalg.cond(p.d.CalcMassMatrix(p.cd))
+    p.check(derivatives, max(1e-11, 1e-14 * condition))
 
 
 @seeds

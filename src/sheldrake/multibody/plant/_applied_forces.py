@@ -12,10 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common.kernel import Kernel
 from sheldrake.multibody.tree._kernels import queries
 from sheldrake.systems.framework import InputPort
-from sheldrake.systems.framework._declarations import Callback
+from sheldrake.systems.framework._declarations import Callback, Stages
 
 
 class SpatialForcePort(InputPort):
@@ -69,7 +68,7 @@ class AppliedForces:
         if not self._uses_spatial_forces():
             return events
         step = Callback(type(self)._step_in_python, True)
-        return [dataclasses.replace(e, handler=step) if isinstance(e.handler, Kernel) else e for e in events]
+        return [dataclasses.replace(e, handler=step) if isinstance(e.handler, Stages) else e for e in events]
 
     def _derivatives_calc(self) -> Any:
         if self._uses_spatial_forces():

@@ -83,7 +83,7 @@ class Dynamics:
         self._require_fitting("CalcForceElementsContribution", forces)
         F, tau = view.buffer("F_Bo_W", len(self._row_bodies), 6), view.buffer("tau_elements", self._nv)
         F[:], tau[:] = self._gravity_forces(view), 0.0
-        view.run(queries.calc_element_forces, view.model, self._force_model, view.p, view.work, view.q, F, tau)
+        view.run(queries.calc_element_forces, view.model, self._force_model, view.p, view.work, view.q, view.v, F, tau)
         forces._F_Bo_W[:] = F[self._rows]
         forces._tau[:] = tau
         for joint in self._joints:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.multibody.tree import FixedOffsetFrame, QuaternionFloatingJoint
+from sheldrake.multibody.tree import DoorHinge, FixedOffsetFrame, LinearBushingRollPitchYaw, QuaternionFloatingJoint
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._force_element import LinearSpringDamper, _JointSpring
 from sheldrake.multibody.tree._forest import Step, span_forest
@@ -141,16 +141,33 @@ class Finalization:
                 self._tree_model.gravity[self._rows[int(body.index())]] = self._gravity_on(body)
             self._model_changed()
 
-    def _compile_forces(self) -> ForceModel:
-        springs, struts = [], []
+    def _compile_forces(self, only: Any = None) -> ForceModel:
+        """Force elements, or only one of them, as arrays."""
+        springs, hinges, struts, bushings = [], [], [], []
+
+        def place(frame: Any) -> tuple[int, int]:
+            return int(self._rows[int(frame.body().index())]), self._frame_rows.get(int(frame.index()), -1)
+
         for element in self._force_elements:
-            if isinstance(element, _JointSpring):
+            if only is not None and element is not only:
+                continue
+            if isinstance(element, DoorHinge):
+                joint = element.joint()
+                hinges.append((joint._v_start, joint._q_start, self._start(element)))
+            elif isinstance(element, LinearBushingRollPitchYaw):
+                bushings.append((*place(element.frameA()), *place(element.frameC()), self._start(element)))
+            elif isinstance(element, _JointSpring):
                 joint = element.joint()
                 springs.append((joint._v_start, joint._q_start, self._start(element)))
             elif isinstance(element, LinearSpringDamper):
                 A, B = element.bodyA(), element.bodyB()
                 struts.append((self._rows[int(A.index())], self._rows[int(B.index())], self._start(element)))
-        return ForceModel(np.array(springs, np.int64).reshape(-1, 3), np.array(struts, np.int64).reshape(-1, 3))
+        tables = ((springs, 3), (hinges, 3), (struts, 3), (bushings, 5))
+        return ForceModel(*(np.array(rows, np.int64).reshape(-1, columns) for rows, columns in tables))
+
+    def _force_model_of(self, element: Any) -> ForceModel:
+        """One force element as arrays."""
+        return self._compile_forces(element)
 
     def _inboard_joint(self, body: Any) -> Any:
         step = self._inboard.get(int(body.index()))

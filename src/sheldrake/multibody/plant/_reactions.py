@@ -21,7 +21,7 @@ class Reactions:
         sampled), tip to base: what moves a body, less what acts on it otherwise, comes through its inboard joint.
         """
         work = self._results(context) if self.is_discrete() else self._derivatives(context)
-        tree, vdot = TreeWork(*work[: len(TreeWork._fields)]), self._vdot(context)
+        tree, vdot = work.tree, self._vdot(context)
         T = SpatialForce_[context._system._scalar]
         reactions: list[Any] = [T(np.zeros(6)) for _ in range(max(1, len(self._joints)))]
         if self.is_discrete() and self._sampled and not np.any(tree.inertia[1:, 0] != 0.0):
@@ -56,6 +56,7 @@ class Reactions:
             t, f = dynamics.inertial_force(model, tree, row, (alpha, a), 1.0)
             F[row] = [*t, *f]
         forces.add_struts(model, self._force_model, p, tree, other)
+        forces.add_bushings(model, self._force_model, p, tree, other)
         for info in self._contact_results(context)._point_pairs:
             for index, sign in ((info.bodyB_index(), 1.0), (info.bodyA_index(), -1.0)):
                 f = tuple(sign * info.contact_force())

@@ -10,6 +10,7 @@ from sheldrake.multibody.math import (
 )
 from sheldrake.systems.framework._templates import SystemTemplate
 
+from ._bushing import DoorHinge, DoorHingeConfig, LinearBushingRollPitchYaw
 from ._force_element import (
     ForceElement,
     LinearSpringDamper,
@@ -52,11 +53,13 @@ def _family(cls: type) -> SystemTemplate:
 
 
 BallRpyJoint_ = _family(BallRpyJoint)
+DoorHinge_ = _family(DoorHinge)
 FixedOffsetFrame_ = _family(FixedOffsetFrame)
 ForceElement_ = _family(ForceElement)
 Frame_ = _family(Frame)
 JointActuator_ = _family(JointActuator)
 Joint_ = _family(Joint)
+LinearBushingRollPitchYaw_ = _family(LinearBushingRollPitchYaw)
 LinearSpringDamper_ = _family(LinearSpringDamper)
 PlanarJoint_ = _family(PlanarJoint)
 PrismaticJoint_ = _family(PrismaticJoint)
@@ -82,6 +85,9 @@ __all__ = [
     "BodyIndex",
     "Body_",
     "CalcSpatialInertia",
+    "DoorHinge",
+    "DoorHingeConfig",
+    "DoorHinge_",
     "FixedOffsetFrame",
     "FixedOffsetFrame_",
     "ForceElement",
@@ -97,6 +103,8 @@ __all__ = [
     "JointActuator_",
     "JointIndex",
     "Joint_",
+    "LinearBushingRollPitchYaw",
+    "LinearBushingRollPitchYaw_",
     "LinearSpringDamper",
     "LinearSpringDamper_",
     "ModelInstanceIndex",

@@ -189,7 +189,7 @@ def smooth_forces(
     velocity_kinematics(tree_model, p, tree, xc, v)
     bias_term(tree_model, tree, 1.0)
     put_passive_forces(tree_model, p, tree.bias, v, flow.force)
-    add_element_forces(tree_model, force_model, p, tree, xc, flow.qdot, flow.force)
+    add_element_forces(tree_model, force_model, p, tree, xc, v, flow.qdot, flow.force)
     add_applied_forces(plant_model, u, flow.applied_force, flow.force)
     add_actuation(plant_model, u, flow.force, flow.net_actuation, False)
     begin_contacts(geometry_model, tree.X_WB, table)

@@ -17,7 +17,13 @@ from sheldrake.multibody.plant._kernels.model import (
     UPPER,
 )
 from sheldrake.multibody.tree._kernels.dynamics import project_forces
-from sheldrake.multibody.tree._kernels.forces import add_dof_springs, add_struts
+from sheldrake.multibody.tree._kernels.forces import (
+    add_bushings,
+    add_dof_springs,
+    add_hinges,
+    add_struts,
+    has_body_forces,
+)
 from sheldrake.multibody.tree._kernels.model import DAMPING
 
 
@@ -49,14 +55,16 @@ def add_applied_forces(plant_model, u, applied_force, force):
 
 
 @kernel
-def add_element_forces(tree_model, force_model, p, tree, q, tau_work, force):
-    """Adds springs on dofs and struts between bodies; tau_work is scratch, shape (nv,)."""
+def add_element_forces(tree_model, force_model, p, tree, q, v, tau_work, force):
+    """Adds springs and hinges on dofs, struts and bushings between bodies; tau_work is scratch, shape (nv,)."""
     add_dof_springs(force_model, p, q, force)
-    if force_model.strut.shape[0] > 0:
+    add_hinges(force_model, p, q, v, force)
+    if has_body_forces(force_model):
         for body in range(tree.F.shape[0]):
             for c in range(6):
                 tree.F[body, c] = 0.0
         add_struts(tree_model, force_model, p, tree, tree.F)
+        add_bushings(tree_model, force_model, p, tree, tree.F)
         project_forces(tree_model, tree, tau_work)
         for k in range(force.shape[0]):
             force[k] += tau_work[k]

@@ -92,7 +92,7 @@ def move_freely(
     velocity_kinematics(tree_model, p, tree, xd, v)
     bias_term(tree_model, tree, 1.0)
     put_passive_forces(tree_model, p, tree.bias, v, step.force)
-    add_element_forces(tree_model, force_model, p, tree, xd, step.v_next, step.force)
+    add_element_forces(tree_model, force_model, p, tree, xd, v, step.v_next, step.force)
     add_applied_forces(plant_model, u, step.applied_force, step.force)
     add_actuation(plant_model, u, step.force, step.net_actuation, not tamsi)
     if tamsi:

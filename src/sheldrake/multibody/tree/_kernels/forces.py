@@ -6,10 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.generic import atan2, cos, sin, sqrt, tan, tanh
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
+    compose,
     cross3,
     dot3,
     load3_at,
@@ -17,12 +18,16 @@ from sheldrake.common._kernels.vec import (
     neg3,
     read3,
     rotate,
+    rotate_back,
+    rotation_of_quaternion,
     scale3,
     store6,
     sub3,
+    transpose,
 )
 from sheldrake.common.kernel import IntMatrix, Matrix, Vector, kernel
-from sheldrake.multibody.tree._kernels.frames import load_pose
+from sheldrake.multibody.tree._kernels.frames import load_pose, pose_of_frame
+from sheldrake.multibody.tree._kernels.integrate import rpy_rate
 from sheldrake.multibody.tree._kernels.kinematics import velocity_at
 from sheldrake.multibody.tree._kernels.model import ROOT, TreeModel, TreeWork
 
@@ -38,16 +43,32 @@ STRUT_B = np.int64(1)
 STRUT_P = np.int64(2)
 
 
+# Columns of ForceModel.hinge, as those of a spring; its parameters are spring constant, angle without torque, catch
+# torque, catch width, dynamic and static friction torque, viscous friction, motion threshold.
+
+# Columns of ForceModel.bushing: between frame A on one body and frame C on another; its parameters are stiffness and
+# damping of roll, pitch, yaw (3, 3) and of x, y, z (3, 3).
+BUSHING_A = np.int64(0)
+BUSHING_FRAME_A = np.int64(1)  # row of TreeModel.frame, -1 is the body frame
+BUSHING_C = np.int64(2)
+BUSHING_FRAME_C = np.int64(3)
+BUSHING_P = np.int64(4)
+
+
 class ForceModel(NamedTuple):
     """Force elements other than gravity; columns are named above.
 
     Attributes:
         spring: shape (num_springs, 3).
+        hinge: door hinges, shape (num_hinges, 3).
         strut: shape (num_struts, 3).
+        bushing: shape (num_bushings, 5).
     """
 
     spring: IntMatrix
+    hinge: IntMatrix
     strut: IntMatrix
+    bushing: IntMatrix
 
 
 @kernel
@@ -57,6 +78,110 @@ def add_dof_springs(force_model: ForceModel, p: Vector, q: Vector, tau: Vector) 
         at = force_model.spring[i, SPRING_P]
         stretch = q[force_model.spring[i, SPRING_Q]] - p[at + 1]
         tau[force_model.spring[i, SPRING_DOF]] -= p[at] * stretch
+
+
+@kernel
+def doublet(x):
+    """An odd pulse, about 0.77 high at 0.66; zero at 0 and far away."""
+    s = tanh(x)
+    return 2.0 * s * (1.0 - s * s)
+
+
+@kernel
+def hinge_torque(p, at, angle, rate):
+    """Torque of a door hinge [N m]: spring, catch, and regularised friction."""
+    torque = -p[at] * (angle - p[at + 1]) - p[at + 6] * rate
+    if p[at + 3] > 0.0:
+        half = 0.5 * p[at + 3]
+        torque += p[at + 2] * doublet((angle - half) / half)
+    if p[at + 7] > 0.0:
+        x = rate / p[at + 7]
+        torque -= p[at + 4] * tanh(x) + p[at + 5] * doublet(x)
+    return torque
+
+
+@kernel
+def add_hinges(force_model: ForceModel, p: Vector, q: Vector, v: Vector, tau: Vector) -> None:
+    """Adds door hinges to tau, shape (nv,)."""
+    for i in range(force_model.hinge.shape[0]):
+        dof = force_model.hinge[i, SPRING_DOF]
+        angle = q[force_model.hinge[i, SPRING_Q]]
+        tau[dof] += hinge_torque(p, force_model.hinge[i, SPRING_P], angle, v[dof])
+
+
+@kernel
+def has_body_forces(force_model):
+    """Whether there are elements that act on bodies."""
+    return force_model.strut.shape[0] + force_model.bushing.shape[0] > 0
+
+
+@kernel(outline=True)
+def add_bushings(model: TreeModel, force_model: ForceModel, p: Vector, work: TreeWork, F: Matrix) -> None:
+    """Adds bushings to F, spatial forces about `root`, shape (num_bodies, 6); needs velocities.
+
+    Torques act on C at its origin, with components along the gimbal's axes of roll, pitch and yaw; the force acts at
+    the point midway between the origins, with components along the axes of the frame halfway from A to C.
+    """
+    for i in range(force_model.bushing.shape[0]):
+        A = force_model.bushing[i, BUSHING_A]
+        C = force_model.bushing[i, BUSHING_C]
+        at = force_model.bushing[i, BUSHING_P]
+        R_WA, p_WA = pose_of_frame(model, p, work.X_WB, A, force_model.bushing[i, BUSHING_FRAME_A])
+        R_WC, p_WC = pose_of_frame(model, p, work.X_WB, C, force_model.bushing[i, BUSHING_FRAME_C])
+        w_WA, v_WCa = velocity_at(work, A, model.body[A, ROOT], p_WC)
+        w_WC, v_WCo = velocity_at(work, C, model.body[C, ROOT], p_WC)
+        R_AC = compose(transpose(R_WA), R_WC)
+        w_AC = rotate_back(R_WA, sub3(w_WC, w_WA))
+        p_AC = rotate_back(R_WA, sub3(p_WC, p_WA))
+        v_AC = rotate_back(R_WA, sub3(v_WCo, v_WCa))
+        angles = roll_pitch_yaw(R_AC)
+        rates = rpy_rate(angles, w_AC)
+        torque = (
+            p[at] * angles[0] + p[at + 3] * rates[0],
+            p[at + 1] * angles[1] + p[at + 4] * rates[1],
+            p[at + 2] * angles[2] + p[at + 5] * rates[2],
+        )
+        t_C_W = rotate(R_WA, neg3(gimbal_torque(angles, torque)))
+        R_AB = half_rotation(R_AC)
+        x = rotate_back(R_AB, p_AC)
+        xdot = rotate_back(R_AB, sub3(v_AC, cross3(scale3(w_AC, 0.5), p_AC)))
+        f_B = (
+            -p[at + 6] * x[0] - p[at + 9] * xdot[0],
+            -p[at + 7] * x[1] - p[at + 10] * xdot[1],
+            -p[at + 8] * x[2] - p[at + 11] * xdot[2],
+        )
+        f_C_W = rotate(R_WA, rotate(R_AB, f_B))
+        middle = scale3(add3(p_WA, p_WC), 0.5)
+        add_point_force(model, work, F, C, middle, f_C_W)
+        add_point_force(model, work, F, A, middle, neg3(f_C_W))
+        store6(F, C, add6(load6(F, C), (t_C_W, scale3(t_C_W, 0.0))))
+        store6(F, A, add6(load6(F, A), (neg3(t_C_W), scale3(t_C_W, 0.0))))
+
+
+@kernel
+def roll_pitch_yaw(R):
+    """Angles of Rz(yaw) Ry(pitch) Rx(roll)."""
+    cos_pitch = sqrt(R[0] * R[0] + R[3] * R[3])
+    return (atan2(R[7], R[8]), atan2(-R[6], cos_pitch), atan2(R[3], R[0]))
+
+
+@kernel
+def gimbal_torque(rpy, torque):
+    """Torque with given components along the gimbal's axes: the transpose of `rpy_rate`."""
+    c1 = cos(rpy[1])
+    c2 = cos(rpy[2])
+    s2 = sin(rpy[2])
+    ahead = torque[0] / c1 + torque[2] * tan(rpy[1])
+    return (c2 * ahead - s2 * torque[1], s2 * ahead + c2 * torque[1], torque[2])
+
+
+@kernel
+def half_rotation(R):
+    """The rotation whose square is R, by less than 90 degrees."""
+    w = 0.5 * sqrt(1.0 + R[0] + R[4] + R[8])
+    s = 0.25 / w
+    v = (s * (R[7] - R[5]), s * (R[2] - R[6]), s * (R[3] - R[1]))
+    return rotation_of_quaternion((1.0 + w, v[0], v[1], v[2]))
 
 
 @kernel
@@ -108,4 +233,4 @@ def add_at_body_origins(model: TreeModel, work: TreeWork, F: Matrix, F_Bo_W: Mat
 
 def empty_force_model() -> ForceModel:
     """No force elements."""
-    return ForceModel(np.zeros((0, 3), np.int64), np.zeros((0, 3), np.int64))
+    return ForceModel(*(np.zeros((0, columns), np.int64) for columns in (3, 3, 3, 5)))

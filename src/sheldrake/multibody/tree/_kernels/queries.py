@@ -132,15 +132,24 @@ def calc_generalized_forces(model: TreeModel, work: TreeWork, F_Bo_W: Matrix, ta
 
 @kernel(top=True)
 def calc_element_forces(
-    model: TreeModel, force_model: ForceModel, p: Vector, work: TreeWork, q: Vector, F_Bo_W: Matrix, tau: Vector
+    model: TreeModel,
+    force_model: ForceModel,
+    p: Vector,
+    work: TreeWork,
+    q: Vector,
+    v: Vector,
+    F_Bo_W: Matrix,
+    tau: Vector,
 ) -> None:
     """Adds springs and struts to spatial forces at the body origins and to tau; needs `calc_velocities`."""
     forces.add_dof_springs(force_model, p, q, tau)
-    if force_model.strut.shape[0] > 0:
+    forces.add_hinges(force_model, p, q, v, tau)
+    if forces.has_body_forces(force_model):
         for body in range(model.body.shape[0]):
             for c in range(6):
                 work.F[body, c] = 0.0
         forces.add_struts(model, force_model, p, work, work.F)
+        forces.add_bushings(model, force_model, p, work, work.F)
         forces.add_at_body_origins(model, work, work.F, F_Bo_W)
 
 

@@ -1,0 +1,251 @@
+"""Door hinges and bushings."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import tanh
+from sheldrake.multibody.math import SpatialForce_
+from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._force_element import ForceElement
+from sheldrake.multibody.tree._frame import Frame
+from sheldrake.multibody.tree._joints_axis import RevoluteJoint
+from sheldrake.multibody.tree._kernels import forces
+
+
+@dataclasses.dataclass
+class DoorHingeConfig:
+    """Numbers of a door hinge.
+
+    Attributes:
+        spring_zero_angle_rad: Angle without spring torque [rad].
+        spring_constant: [N m/rad].
+        dynamic_friction_torque: [N m].
+        static_friction_torque: On top of the dynamic one, near rest [N m].
+        viscous_friction: [N m s/rad].
+        catch_width: Angle from the closed door over which the catch acts [rad].
+        catch_torque: About the largest torque of the catch [N m].
+        motion_threshold: Rate below which friction counts as static [rad/s].
+    """
+
+    spring_zero_angle_rad: float = -1.5
+    spring_constant: float = 1.5
+    dynamic_friction_torque: float = 3.0
+    static_friction_torque: float = 2.0
+    viscous_friction: float = 1.0
+    catch_width: float = 0.02
+    catch_torque: float = 15.0
+    motion_threshold: float = 0.001
+
+    def __copy__(self) -> DoorHingeConfig:
+        return dataclasses.replace(self)
+
+    def __deepcopy__(self, memo: dict) -> DoorHingeConfig:
+        return copy.copy(self)
+
+
+class DoorHinge(ForceElement):
+    """A revolute joint's spring, catch and friction, as of a dishwasher's door."""
+
+    def __init__(self, joint: RevoluteJoint, config: DoorHingeConfig):
+        if not isinstance(joint, RevoluteJoint):
+            raise TypeError(
+                f"DoorHinge(): incompatible constructor arguments. joint must be a RevoluteJoint, not {joint!r}."
+            )
+        super().__init__(joint.model_instance())
+        numbers = dataclasses.asdict(config)
+        for name in ("spring_constant", "dynamic_friction_torque", "static_friction_torque", "viscous_friction",
+                     "catch_width", "catch_torque", "motion_threshold"):  # fmt: skip
+            if not numbers[name] >= 0.0:
+                raise RuntimeError(f"DoorHinge(): {name} must be nonnegative, not {numbers[name]}.")
+        self._joint, self._config = joint, copy.copy(config)
+
+    def joint(self) -> RevoluteJoint:
+        """The joint."""
+        return self._joint
+
+    def config(self) -> DoorHingeConfig:
+        """Its numbers."""
+        return copy.copy(self._config)
+
+    def _defaults(self) -> list[float]:
+        c = self._config
+        return [
+            c.spring_constant, c.spring_zero_angle_rad, c.catch_torque, c.catch_width, c.dynamic_friction_torque,
+            c.static_friction_torque, c.viscous_friction, c.motion_threshold,
+        ]  # fmt: skip
+
+    def _parts(self) -> tuple[Any, ...]:
+        return (self._joint,)
+
+    def CalcHingeTorque(self, angle: float, angular_rate: float) -> float:
+        """All of its torque at an angle [rad] and rate [rad/s], [N m]."""
+        return forces.hinge_torque(self._defaults(), 0, angle, angular_rate)
+
+    def CalcHingeSpringTorque(self, angle: float) -> float:
+        """Torque of spring and catch at an angle [rad], [N m]."""
+        return self.CalcHingeTorque(angle, 0.0)
+
+    def CalcHingeFrictionalTorque(self, angular_rate: float) -> float:
+        """Torque of friction at a rate [rad/s], [N m]."""
+        numbers = self._defaults()
+        numbers[0] = numbers[2] = 0.0
+        return forces.hinge_torque(numbers, 0, 0.0, angular_rate)
+
+    def _potential_energy(self, context: Any) -> Any:
+        c, angle = self._config, self._joint.get_angle(context)
+        stretch = angle - c.spring_zero_angle_rad
+        energy = 0.5 * c.spring_constant * stretch * stretch
+        if c.catch_width > 0.0:
+            half = 0.5 * c.catch_width
+            s = tanh((angle - half) / half)
+            energy = energy + c.catch_torque * half * (math.tanh(1.0) ** 2 - s * s)
+        return energy
+
+
+class LinearBushingRollPitchYaw(ForceElement):
+    """Springs and dampers between frames A and C for all six relative motions."""
+
+    def __init__(
+        self,
+        frameA: Frame,
+        frameC: Frame,
+        torque_stiffness_constants: Any,
+        torque_damping_constants: Any,
+        force_stiffness_constants: Any,
+        force_damping_constants: Any,
+    ):
+        """
+        Args:
+            frameA: A.
+            frameC: C.
+            torque_stiffness_constants: Of roll, pitch, yaw of R_AC [N m/rad], shape (3,).
+            torque_damping_constants: Of their rates [N m s/rad], shape (3,).
+            force_stiffness_constants: Of Co's position from Ao, in the frame halfway from A to C [N/m], shape (3,).
+            force_damping_constants: Of its rates [N s/m], shape (3,).
+        """
+        super().__init__(frameC.model_instance())
+        self._A, self._C = frameA, frameC
+        self._constants = np.concatenate(
+            [
+                vector("LinearBushingRollPitchYaw", name, value, 3)
+                for name, value in (
+                    ("torque_stiffness_constants", torque_stiffness_constants),
+                    ("torque_damping_constants", torque_damping_constants),
+                    ("force_stiffness_constants", force_stiffness_constants),
+                    ("force_damping_constants", force_damping_constants),
+                )
+            ]
+        )
+        if not np.all(self._constants >= 0.0):
+            raise RuntimeError("LinearBushingRollPitchYaw(): all constants must be nonnegative.")
+
+    def _defaults(self) -> list[float]:
+        return list(self._constants)
+
+    def _parts(self) -> tuple[Any, ...]:
+        return (self._A, self._C)
+
+    def frameA(self) -> Frame:
+        """A."""
+        return self._A
+
+    def frameC(self) -> Frame:
+        """C."""
+        return self._C
+
+    def link0(self) -> Any:
+        """Body of A."""
+        return self._A.body()
+
+    def link1(self) -> Any:
+        """Body of C."""
+        return self._C.body()
+
+    def torque_stiffness_constants(self) -> np.ndarray:
+        """Default stiffness of roll, pitch, yaw [N m/rad], shape (3,)."""
+        return self._constants[0:3].copy()
+
+    def torque_damping_constants(self) -> np.ndarray:
+        """Default damping of roll, pitch, yaw [N m s/rad], shape (3,)."""
+        return self._constants[3:6].copy()
+
+    def force_stiffness_constants(self) -> np.ndarray:
+        """Default stiffness of x, y, z [N/m], shape (3,)."""
+        return self._constants[6:9].copy()
+
+    def force_damping_constants(self) -> np.ndarray:
+        """Default damping of x, y, z [N s/m], shape (3,)."""
+        return self._constants[9:12].copy()
+
+    def _get(self, context: Any, call: str, at: int) -> np.ndarray:
+        return np.array(self._finalized(call)._numbers(context, self._group)[at : at + 3])
+
+    def _set(self, context: Any, call: str, at: int, values: Any) -> None:
+        owner = self._finalized(call)
+        numbers = np.array(owner._numbers(context, self._group))
+        numbers[at : at + 3] = vector(call, "the constants", values, 3)
+        owner._write_numbers(context, self._group, numbers)
+
+    def GetTorqueStiffnessConstants(self, context: Any) -> np.ndarray:
+        """Stiffness of roll, pitch, yaw as the context has it [N m/rad], shape (3,)."""
+        return self._get(context, "GetTorqueStiffnessConstants", 0)
+
+    def GetTorqueDampingConstants(self, context: Any) -> np.ndarray:
+        """Damping of roll, pitch, yaw as the context has it [N m s/rad], shape (3,)."""
+        return self._get(context, "GetTorqueDampingConstants", 3)
+
+    def GetForceStiffnessConstants(self, context: Any) -> np.ndarray:
+        """Stiffness of x, y, z as the context has it [N/m], shape (3,)."""
+        return self._get(context, "GetForceStiffnessConstants", 6)
+
+    def GetForceDampingConstants(self, context: Any) -> np.ndarray:
+        """Damping of x, y, z as the context has it [N s/m], shape (3,)."""
+        return self._get(context, "GetForceDampingConstants", 9)
+
+    def SetTorqueStiffnessConstants(self, context: Any, torque_stiffness: Any) -> None:
+        """Changes the stiffness of roll, pitch, yaw in a context [N m/rad]."""
+        self._set(context, "SetTorqueStiffnessConstants", 0, torque_stiffness)
+
+    def SetTorqueDampingConstants(self, context: Any, torque_damping: Any) -> None:
+        """Changes the damping of roll, pitch, yaw in a context [N m s/rad]."""
+        self._set(context, "SetTorqueDampingConstants", 3, torque_damping)
+
+    def SetForceStiffnessConstants(self, context: Any, force_stiffness: Any) -> None:
+        """Changes the stiffness of x, y, z in a context [N/m]."""
+        self._set(context, "SetForceStiffnessConstants", 6, force_stiffness)
+
+    def SetForceDampingConstants(self, context: Any, force_damping: Any) -> None:
+        """Changes the damping of x, y, z in a context [N s/m]."""
+        self._set(context, "SetForceDampingConstants", 9, force_damping)
+
+    def _force_on(self, context: Any, call: str, frame: Frame) -> Any:
+        """Spatial force on a body of the bushing at the origin of its frame, expressed in that frame."""
+        owner = self._finalized(call)
+        view = owner._view(context)
+        work = view.velocities()
+        one = owner._force_model_of(self)
+        F = view.zeros(len(work.F), 6)
+        forces.add_bushings(view.model, one, view.p, work, F)
+        row = owner._rows[int(frame.body().index())]
+        X_WF = frame.CalcPoseInWorld(context)
+        root = work.X_WB[view.model.body[row, 2], 9:]
+        torque = F[row, :3] + np.cross(root - X_WF.translation(), F[row, 3:])
+        R_FW = X_WF.rotation().matrix().T
+        return view.of(SpatialForce_)(R_FW @ torque, R_FW @ F[row, 3:])
+
+    def CalcBushingSpatialForceOnFrameA(self, context: Any) -> Any:
+        """The bushing's spatial force on A at Ao, expressed in A."""
+        return self._force_on(context, "CalcBushingSpatialForceOnFrameA", self._A)
+
+    def CalcBushingSpatialForceOnFrameC(self, context: Any) -> Any:
+        """The bushing's spatial force on C at Co, expressed in C."""
+        return self._force_on(context, "CalcBushingSpatialForceOnFrameC", self._C)
+
+    def _potential_energy(self, context: Any) -> Any:
+        raise NotImplementedError("LinearBushingRollPitchYaw: its force is not the gradient of a potential energy.")
