@@ -16,6 +16,7 @@ import statistics
 import subprocess
 import sys
 import time
+import warnings
 
 import numpy as np
 
@@ -90,12 +91,22 @@ class MuJoCo:
         return (time.process_time() - start) / steps * 1e6
 
 
+PEAK = """
+import sys
+if sys.platform == "linux":  # ru_maxrss would count what the parent used before exec
+    print(next(int(line.split()[1]) / 1024 for line in open("/proc/self/status") if line.startswith("VmHWM")))
+else:
+    import resource
+    print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)
+"""
+
+
 def whole_process(code: str) -> tuple[float, float]:
     """Wall time [s] and peak memory [MB] of a fresh Python that runs `code`."""
-    probe = "; import resource as r; print(r.getrusage(r.RUSAGE_SELF).ru_maxrss)"
     start = time.perf_counter()
-    out = subprocess.run([sys.executable, "-c", code + probe], cwd=ROOT, capture_output=True, text=True, check=True)
-    return time.perf_counter() - start, int(out.stdout.split()[-1]) / (1024 if sys.platform == "linux" else 1e6)
+    command = [sys.executable, "-W", "ignore", "-c", code + PEAK]
+    out = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    return time.perf_counter() - start, float(out.stdout.split()[-1])
 
 
 def main() -> None:
@@ -103,6 +114,7 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=7)
     parser.add_argument("--seconds", type=float, default=15.0)
     options = parser.parse_args()
+    warnings.simplefilter("ignore")
     print(f"{platform.processor() or platform.machine()}, Python {platform.python_version()}")
 
     start = time.perf_counter()
@@ -132,7 +144,7 @@ def main() -> None:
     print(
         f"\npeak memory of this process: {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024:.0f} MB (all three)"
     )
-    path = "import sys; sys.path[:0] = ['.', 'src']; "
+    path = "import sys; sys.path[:0] = ['.', 'src']\n"
     scene = path + "from tests.scenes.scene import *; drop(library('sheldrake'), {!r})[0].AdvanceTo({})"
     empty = min(whole_process("pass")[0] for _ in range(5))
     for title, code in (

@@ -41,15 +41,62 @@ def load(kernel: Kernel) -> tuple[Any, int]:
     if (ready := prebuilt.load(kernel)) is not None:
         TIERS[prebuilt.qualified(kernel)] = "prebuilt"
         return ready
-    symbol = f"k_{kernel.__name__}"
-    path = cache_folder() / f"{kernel.__name__}-{fingerprint(kernel)}.o"
-    code = _read(path)
+    code = _read(_path(kernel))
     TIERS[prebuilt.qualified(kernel)] = "compiled" if code is None else "cache"
-    if code is None:
-        code = _compile(kernel, symbol)
-        _write(path, code)
-    address = _link(code, symbol)
+    address = _link(code or make(kernel), _symbol(kernel))
     return prebuilt.PROTOTYPE(address), address
+
+
+def make(kernel: Kernel, tell: bool = True) -> bytes:
+    """Compiles an entry and keeps it in the cache; its machine code."""
+    code = _compile(kernel, _symbol(kernel), tell)
+    _write(_path(kernel), code)
+    return code
+
+
+def is_ready(kernel: Kernel) -> bool:
+    """Whether an entry need not be compiled."""
+    from sheldrake.common._native import prebuilt
+
+    return "_native" in kernel.__dict__ or prebuilt.load(kernel) is not None or _path(kernel).exists()
+
+
+def is_writable() -> bool:
+    """Whether the cache folder takes files."""
+    folder = cache_folder()
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    return os.access(folder, os.W_OK)
+
+
+def amount_of_code(kernel: Kernel) -> int:
+    """Bytecode of an entry and all it calls: about how long it takes to compile."""
+    digest = _Counter()
+    _visit(kernel, digest, set())
+    return digest.size
+
+
+class _Counter:
+    """Counts what a hash would take."""
+
+    size = 0
+
+    def update(self, data: bytes) -> None:
+        self.size += len(data)
+
+
+def _symbol(kernel: Kernel) -> str:
+    return f"k_{kernel.__name__}"
+
+
+def _path(kernel: Kernel) -> pathlib.Path:
+    return cache_folder() / f"{kernel.__name__}-{fingerprint(kernel)}.o"
+
+
+def say(text: str, end: str = "\n") -> None:
+    """Tells on standard error what takes time, unless SHELDRAKE_QUIET is set."""
+    if os.environ.get("SHELDRAKE_QUIET", "0") == "0":
+        print(text, end=end, file=sys.stderr, flush=True)
 
 
 def cache_folder() -> pathlib.Path:
@@ -125,23 +172,22 @@ def _visit_code(code: types.CodeType, digest: Any) -> None:
             digest.update(repr(constant).encode())
 
 
-def _compile(kernel: Kernel, symbol: str) -> bytes:
+def _compile(kernel: Kernel, symbol: str, tell: bool) -> bytes:
     if importlib.util.find_spec("numba") is None:
         raise RuntimeError(
             f"{kernel!r} is not among the prebuilt kernels and must be compiled, which needs numba: "
             "pip install 'sheldrake[kernels]'. `sheldrake info` says which kernels are prebuilt."
         )
-    quiet = os.environ.get("SHELDRAKE_QUIET", "0") != "0"
-    start = time.perf_counter()
-    if not quiet:
-        print(f"sheldrake: compiling {kernel.__name__}, once on this machine ...", end="", file=sys.stderr, flush=True)
-    try:
-        from sheldrake.common._native import lower
+    from sheldrake.common._native import lower
 
+    start = time.perf_counter()
+    if tell:
+        say(f"sheldrake: compiling {kernel.__name__}, once on this machine ...", end="")
+    try:
         code = lower.emit(lower.lower(kernel, symbol), symbol, host())
     finally:
-        if not quiet:
-            print(f" {time.perf_counter() - start:.1f} s", file=sys.stderr, flush=True)
+        if tell:
+            say(f" {time.perf_counter() - start:.1f} s")
     return code
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._native.parallel import prepare
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels import loop as _loop
@@ -76,6 +77,7 @@ class Span:
             self._bind()
 
     def _bind(self) -> None:
+        prepare([*(row.calc for row in self.layout.rows if row.native), _loop.advance])
         table: Any = np.zeros(len(self.python), np.int64)
         self._callbacks = []
         for r, function in enumerate(self.python):
