@@ -249,7 +249,7 @@ def test_compiled_model_numbers_bodies_and_pairs(world):
     model, ids = world.scene_graph._compile_proximity(bodies)
     assert ids == [world.a, world.b, world.ground]
     assert model.geometry[:, 1].tolist() == [3, 4, 0]
-    assert model.pair.tolist() == [[0, 1], [0, 2], [1, 2]]
+    assert model.pair.tolist() == [[0, 2], [1, 2], [0, 1]]  # pairs with a half space come first
     assert model.material[0].tolist() == [1e6, 50, 0.1, 0.5, 0.5]
     bodies[world.child] = 3  # the same body: never in contact with itself
     assert world.scene_graph._compile_proximity(bodies)[0].pair.tolist() == [[0, 2], [1, 2]]

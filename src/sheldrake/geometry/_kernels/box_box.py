@@ -10,7 +10,7 @@ from .convex import emit_candidate, emit_four, emit_middle, face_candidates
 from .model import CANDIDATE, MULTI_POINT, X_AXIS, Y_AXIS, Z_AXIS
 from .table import absolute, column, least_depth, position_of, rotation_of
 
-_PREFER_FACES = 1.05  # an edge axis must be better by this factor
+_PREFER_FACES = 0.05  # an edge axis must be better by this fraction
 _PARALLEL = 1e-10  # squared sine of the angle between edges that define no axis
 
 
@@ -59,7 +59,7 @@ def box_box_contacts(model, table, a, b):
                 s = (absolute(dot3(l, t)) - extent(R_WA, h_A, l) - extent(R_WB, h_B, l)) / sqrt(norm2)
                 if s > -least:
                     return
-                if _PREFER_FACES * s > best:
+                if s - _PREFER_FACES * absolute(s) > best:
                     best = s
                     code = 6 + 3 * i + j
     if -best <= least:

@@ -23,7 +23,7 @@ def convex_contacts(model, table, i, j):
     if -phi <= least:
         return
     if model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2:
-        if touching_features(model, table, i, j, nhat_ji, phi) > 0:
+        if touching_features(model, table, i, j, nhat_ji) > 0:
             return
     emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, -phi)
 
@@ -37,7 +37,7 @@ def emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, depth):
 
 
 @kernel(outline=True)
-def touching_features(model, table, i, j, nhat_ji, phi):
+def touching_features(model, table, i, j, nhat_ji):
     """Contacts of a face with what lies on it, or of two edges side by side; how many."""
     along_i = 0.0
     along_j = 0.0
@@ -53,7 +53,7 @@ def touching_features(model, table, i, j, nhat_ji, phi):
         return emit_four(model, table, i, j, out_j, face_candidates(model, table, j, i, out_j))
     if along_i >= 1.0 - _FLAT:
         return emit_four(model, table, j, i, out_i, face_candidates(model, table, i, j, out_i))
-    return edge_contacts(model, table, i, j, nhat_ji, phi)
+    return edge_contacts(model, table, i, j, nhat_ji)
 
 
 @kernel(outline=True)
@@ -132,7 +132,7 @@ def emit_four(model, table, i, j, nhat_ji, count):
                 far = dot3(r, r)
                 first = e
                 second = k
-    if least < 0.5 * table.work[CANDIDATE + deepest, 3]:
+    if least < 0.5 * table.work[CANDIDATE + deepest, 3] - model.margin[0]:
         first = deepest
         far = -1.0
         for k in range(count):
@@ -170,7 +170,7 @@ def emit_candidate(model, table, i, j, nhat_ji, k):
 
 
 @kernel(outline=True)
-def edge_contacts(model, table, i, j, nhat_ji, phi):
+def edge_contacts(model, table, i, j, nhat_ji):
     """Two points of two edges (cylinder sides, capsules) that overlap side by side; 0 if they do not."""
     if shown_feature(model, table, i, scale3(nhat_ji, -1.0), POLYGON_A) != 2:
         return 0
@@ -195,12 +195,13 @@ def edge_contacts(model, table, i, j, nhat_ji, phi):
     if high <= low:
         return 0
     count = 0
+    least = least_depth(model, i, j)
     for k in range(2):
         t = low if k == 0 else high
         p_i = add3(a, scale3(u, t))
         p_j = add3(b, scale3(v, (t - start) * uu / uv))
         depth = dot3(nhat_ji, sub3(p_j, p_i))
-        if depth > -0.5 * phi:
+        if depth > least:
             count += 1
             store3(table.work, CANDIDATE + k, p_i)
             table.work[CANDIDATE + k, 3] = depth

@@ -339,17 +339,17 @@ def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
     line = cross3(n_G, sub3(load3(model.vertex, far), p_low))
     left = low
     right = low
-    most = 0.0
-    least = 0.0
+    most_left = 0.0
+    most_right = 0.0
     for v in range(first, last):
         p = load3(model.vertex, v)
         if -(dot3(p, n_G) + height) > least:
             side = dot3(line, sub3(p, p_low))
-            if side > most:
-                most = side
+            if side > most_left:
+                most_left = side
                 left = v
-            if side < least:
-                least = side
+            if side < most_right:
+                most_right = side
                 right = v
     for v in range(first, last):
         if v == low or v == far or v == left or v == right:
