@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sheldrake import symbolic, trajectories
+from sheldrake import math, symbolic, trajectories
 from sheldrake.common import value as values
 from sheldrake.systems import framework, primitives
 
@@ -22,19 +22,21 @@ class Library:
         raise AttributeError(name)
 
 
-OURS = Library(framework, primitives, values, trajectories, symbolic)
+OURS = Library(framework, primitives, values, trajectories, symbolic, math)
 
 
 @pytest.fixture(scope="module")
 def drake():
     import pydrake.common.value
+    import pydrake.math
     import pydrake.symbolic
     import pydrake.systems.framework
     import pydrake.systems.primitives
     import pydrake.trajectories
 
     systems = pydrake.systems
-    return Library(systems.framework, systems.primitives, pydrake.common.value, pydrake.trajectories, pydrake.symbolic)
+    others = (pydrake.common.value, pydrake.trajectories, pydrake.symbolic, pydrake.math)
+    return Library(systems.framework, systems.primitives, *others)
 
 
 A, B, C = np.array([[0.5, 0.1], [-0.3, 0.7]]), np.array([[1.0], [2.0]]), np.array([[1.0, -1.0]])
@@ -72,6 +74,9 @@ SYSTEMS = {
     "WrapToSystem": lambda m: wrapped(m),
     "ZeroOrderHold": lambda m: m.ZeroOrderHold(0.1, 2, 0.05),
     "SymbolicVectorSystem": lambda m: pendulum(m),
+    "BarycentricMeshSystem": lambda m: m.BarycentricMeshSystem(
+        m.BarycentricMesh([{0.0, 1.0, 2.0}, {-1.0, 1.0}]), np.arange(12.0).reshape(2, 6) ** 2
+    ),
 }
 
 

@@ -2,6 +2,7 @@
 
 from sheldrake.systems.framework import Diagram_, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
+from sheldrake.systems.primitives._barycentric_mesh_system import BarycentricMeshSystem
 from sheldrake.systems.primitives._blocks import (
     Adder,
     ConstantValueSource,
@@ -99,6 +100,7 @@ __all__ = [
     "Adder_",
     "AffineSystem",
     "AffineSystem_",
+    "BarycentricMeshSystem",
     "BusCreator",
     "BusCreator_",
     "BusSelector",

@@ -1,0 +1,41 @@
+"""A function on a grid as a system."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import LeafSystem
+
+
+class BarycentricMeshSystem(LeafSystem):
+    """The value of a mesh's function at the input.
+
+    Args:
+        mesh: A BarycentricMesh.
+        output_values: Values at the mesh's points, shape (number of outputs, number of points).
+    """
+
+    def __init__(self, mesh: Any, output_values: Any, /):
+        super().__init__()
+        values = np.array(output_values, float)
+        if values.ndim != 2 or values.shape[1] != mesh.get_num_mesh_points():
+            raise RuntimeError(
+                f"BarycentricMeshSystem: output_values must have one column for each of the "
+                f"{mesh.get_num_mesh_points()} points of the mesh, not shape {values.shape}."
+            )
+        self._mesh, self._values = mesh, values
+        self.DeclareVectorInputPort("u0", mesh.get_input_size())
+        self.DeclareVectorOutputPort("y0", len(values), self._calc)
+
+    def get_mesh(self) -> Any:
+        """The mesh."""
+        return self._mesh
+
+    def get_output_values(self) -> np.ndarray:
+        """Values at the mesh's points."""
+        return self._values.copy()
+
+    def _calc(self, context: Any, output: Any) -> None:
+        output.SetFromVector(self._mesh.Eval(self._values, self.get_input_port().Eval(context)))

@@ -1,0 +1,65 @@
+"""Drawings of planar systems."""
+
+import numpy as np
+import pytest
+
+from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.drawing import plot_graphviz
+from sheldrake.systems.framework import DiagramBuilder
+from sheldrake.systems.primitives import LogVectorOutput, Sine
+from sheldrake.systems.pyplot_visualizer import PyPlotVisualizer
+
+matplotlib = pytest.importorskip("matplotlib")
+matplotlib.use("agg")
+
+
+class Dot(PyPlotVisualizer):
+    """Keeps where it would draw."""
+
+    def __init__(self, **kwargs):
+        super().__init__(**kwargs)
+        self.DeclareVectorInputPort("x", 2)
+        self.drawn = []
+
+    def draw(self, context):
+        value = context if isinstance(context, np.ndarray) else self.get_input_port().Eval(context)
+        self.drawn.append(value.tolist())
+
+
+def scene():
+    builder = DiagramBuilder()
+    wave, dot = builder.AddSystem(Sine(1.0, 2.0, 0.0, 2)), builder.AddSystem(Dot(draw_period=0.1))
+    builder.Connect(wave.get_output_port(0), dot.get_input_port())
+    sink = LogVectorOutput(wave.get_output_port(0), builder)
+    return Simulator(builder.Build()), dot, sink
+
+
+def test_draws_with_its_period():
+    simulator, dot, _ = scene()
+    simulator.AdvanceTo(0.35)
+    np.testing.assert_allclose(np.array(dot.drawn)[:, 0], np.sin(2.0 * np.arange(4) * 0.1), rtol=1e-12)
+
+
+def test_records_and_animates():
+    simulator, dot, sink = scene()
+    dot.start_recording()
+    simulator.AdvanceTo(0.5)
+    dot.stop_recording()
+    assert dot.drawn == []
+    film = dot.get_recording_as_animation(repeat=False)
+    film._draw_frame(3)
+    assert dot.drawn[-1][0] == pytest.approx(np.sin(0.6))
+    film._draw_was_started = True  # silences matplotlib: nobody renders it
+    film = dot.animate(sink.FindLog(simulator.get_context()), repeat=False)
+    film._draw_frame(2)
+    assert dot.drawn[-1][0] == pytest.approx(np.sin(0.4))
+    film._draw_was_started = True
+    dot.reset_recording()
+
+
+def test_graphviz_needs_pydot(monkeypatch):
+    import sys
+
+    monkeypatch.setitem(sys.modules, "pydot", None)
+    with pytest.raises(ImportError, match="needs pydot"):
+        plot_graphviz("digraph {}")
