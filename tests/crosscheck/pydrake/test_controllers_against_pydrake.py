@@ -65,3 +65,13 @@ def forces(name):
 
 def test_forces_of_an_arm():
     np.testing.assert_allclose(forces("sheldrake"), forces("pydrake"), rtol=1e-12)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_kalman_gains(seed):
+    rng = np.random.default_rng(seed)
+    A, C = rng.normal(size=(4, 4)), rng.normal(size=(2, 4))
+    W, V = np.diag(rng.random(4) + 0.1), np.diag(rng.random(2) + 0.1)
+    mine, peers = (importlib.import_module(f"{name}.systems.estimators") for name in ("sheldrake", "pydrake"))
+    for name in ("SteadyStateKalmanFilter", "DiscreteTimeSteadyStateKalmanFilter"):
+        assert worst([getattr(mine, name)(A, C, W, V)], [getattr(peers, name)(A, C, W, V)]) < 1e-9

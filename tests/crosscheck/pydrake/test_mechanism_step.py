@@ -178,7 +178,9 @@ def test_one_step(case):
             tolerance = 1e-7 if options.get("constraints") else 1e-11
             np.testing.assert_allclose(result, drakes, rtol=tolerance, atol=tolerance)
             reported = net_actuation(m, root)
-            np.testing.assert_allclose(ours.work.step.net_actuation, reported, rtol=1e3 * tolerance, atol=1e3 * tolerance)
+            np.testing.assert_allclose(
+                ours.work.step.net_actuation, reported, rtol=1e3 * tolerance, atol=1e3 * tolerance
+            )
 
 
 def net_actuation(m, root):

@@ -1,0 +1,178 @@
+"""Observers that run a copy of the observed system and correct it by the error of its output."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.controllers import DiscreteTimeLinearQuadraticRegulator, LinearQuadraticRegulator
+from sheldrake.systems.controllers._lqr import _square
+from sheldrake.systems.framework import BasicVector, InputPort, LeafSystem, OutputPort, System
+from sheldrake.systems.primitives import Linearize, LinearSystem
+
+
+class LuenbergerObserver(LeafSystem):
+    """Estimates the state of a system from its input u and its output y.
+
+    x̂' = f(x̂, u) + L (y - g(x̂, u)), or the same for the next x̂ of a discrete system.
+
+    Args:
+        observed_system: With one output, at most one input, and continuous state or one group of discrete state.
+        observed_system_context: Its parameters; its state is the first estimate.
+        observer_gain: L, shape `(n, num_outputs)`.
+
+    Raises:
+        RuntimeError: the gain has another shape, or the system is of another kind.
+    """
+
+    def __init__(self, observed_system: System, observed_system_context: Any, observer_gain: Any):
+        super().__init__()
+        observed_system.ValidateContext(observed_system_context)
+        if observed_system.num_output_ports() != 1 or observed_system.num_input_ports() > 1:
+            raise RuntimeError(
+                "LuenbergerObserver(): the observed system must have one output and at most one input; it has "
+                f"{observed_system.num_output_ports()} and {observed_system.num_input_ports()}."
+            )
+        self._system, self._context = observed_system, observed_system_context.Clone()
+        self._discrete = self._context.has_only_discrete_state()
+        if self._discrete:
+            x = np.array(self._context.get_discrete_state_vector().CopyToVector())
+        elif self._context.has_only_continuous_state():
+            x = np.array(self._context.get_continuous_state_vector().CopyToVector())
+        else:
+            raise RuntimeError("LuenbergerObserver(): the state must be continuous, or one group of discrete state.")
+        size = observed_system.get_output_port().size()
+        self._gain = np.array(observer_gain, dtype=float)
+        if self._gain.shape != (x.size, size):
+            raise RuntimeError(
+                f"LuenbergerObserver(): observer_gain must be {x.size} x {size}, it is {self._gain.shape}."
+            )
+        self._declare(x, size)
+
+    def _declare(self, x: np.ndarray, output_size: int) -> None:
+        self.DeclareVectorInputPort("observed_system_output", output_size)
+        if self._system.num_input_ports():
+            self.DeclareVectorInputPort("observed_system_input", self._system.get_input_port(0).size())
+        if not self._discrete:
+            self.DeclareStateOutputPort("estimated_state", self.DeclareContinuousState(BasicVector(x)))
+            return
+        self.DeclareStateOutputPort("estimated_state", self.DeclareDiscreteState(x))
+        timing = self._system.GetUniquePeriodicDiscreteUpdateAttribute()
+        if timing is None:
+            raise RuntimeError("LuenbergerObserver(): a discrete system must have one periodic update.")
+        self.DeclarePeriodicDiscreteUpdateEvent(timing.period_sec(), timing.offset_sec(), self._update)
+
+    def _correction(self, context: Any, x: np.ndarray) -> np.ndarray:
+        """Puts estimate and input into the copy; returns L times the error of the output."""
+        if self._discrete:
+            self._context.SetDiscreteState(x)
+        else:
+            self._context.SetContinuousState(x)
+        self._context.SetTime(context.get_time())
+        if self._system.num_input_ports():
+            u = np.array(self.get_observed_system_input_input_port().Eval(context))
+            self._system.get_input_port(0).FixValue(self._context, u)
+        y = np.array(self.get_observed_system_output_input_port().Eval(context))
+        return self._gain @ (y - np.array(self._system.get_output_port().Eval(self._context)))
+
+    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+        """The derivative of the estimate."""
+        if self._discrete:
+            return
+        x = np.array(context.get_continuous_state_vector().CopyToVector())
+        correction = self._correction(context, x)
+        rates = np.array(self._system.EvalTimeDerivatives(self._context).CopyToVector())
+        derivatives.get_mutable_vector().SetFromVector(rates + correction)
+
+    def _update(self, context: Any, discrete_state: Any) -> None:
+        x = np.array(context.get_discrete_state_vector().CopyToVector())
+        correction = self._correction(context, x)
+        following = np.array(self._system.EvalUniquePeriodicDiscreteUpdate(self._context).value())
+        discrete_state.set_value(following + correction)
+
+    def L(self) -> np.ndarray:
+        """Returns the gain, shape `(n, num_outputs)`."""
+        return self._gain.copy()
+
+    def observer_gain(self) -> np.ndarray:
+        """Returns the gain, shape `(n, num_outputs)`."""
+        return self._gain.copy()
+
+    def get_observed_system_output_input_port(self) -> InputPort:
+        """Returns the input for the observed system's output."""
+        return self.GetInputPort("observed_system_output")
+
+    def get_observed_system_input_input_port(self) -> InputPort:
+        """Returns the input for the observed system's input; there is one if that has one."""
+        return self.GetInputPort("observed_system_input")
+
+    def get_estimated_state_output_port(self) -> OutputPort:
+        """Returns the output with the estimate."""
+        return self.get_output_port(0)
+
+
+def SteadyStateKalmanFilter(*args: Any, **kwargs: Any) -> Any:
+    """Returns the observer gain that is best for white noise in state and output.
+
+    Called as
+
+    - `SteadyStateKalmanFilter(A, C, W, V)`: the gain L for x' = A x + w, y = C x + v;
+    - `SteadyStateKalmanFilter(system, W, V)` with a LinearSystem: the observer;
+    - `SteadyStateKalmanFilter(system, context, W, V)`: the observer of any system, linearized at an equilibrium.
+
+    W and V are the intensities of the noise in state and output.
+
+    Raises:
+        RuntimeError: sizes do not fit, V is not positive definite, or there is no stable observer.
+    """
+    first = args[0] if args else kwargs.get("system")
+    if not isinstance(first, System):
+        return _continuous_gain(*args, **kwargs)
+    if len(args) + len(kwargs) == 3:
+        return _of_linear_system(*args, **kwargs)
+    return _of_system_at(*args, **kwargs)
+
+
+def _check(call: str, A: Any, C: Any, W: Any, V: Any) -> None:
+    n, p = np.shape(A)[0], np.shape(C)[0]
+    _square(call, "W", W, n)
+    if np.linalg.eigvalsh(_square(call, "V", V, p)).min(initial=np.inf) <= 0.0:
+        raise RuntimeError(f"{call}(): V must be positive definite")
+
+
+def _continuous_gain(A: Any, C: Any, W: Any, V: Any) -> np.ndarray:
+    _check("SteadyStateKalmanFilter", A, C, W, V)
+    K, _ = LinearQuadraticRegulator(np.transpose(A), np.transpose(C), W, V)
+    return K.T
+
+
+def DiscreteTimeSteadyStateKalmanFilter(A: Any, C: Any, W: Any, V: Any) -> np.ndarray:
+    """Returns the observer gain L that is best for x[k+1] = A x[k] + w[k], y[k] = C x[k] + v[k].
+
+    Args:
+        A: Shape `(n, n)`.
+        C: Shape `(p, n)`.
+        W: Covariance of w, shape `(n, n)`.
+        V: Covariance of v, shape `(p, p)`, positive definite.
+
+    Raises:
+        RuntimeError: sizes do not fit, V is not positive definite, or there is no stable observer.
+    """
+    _check("DiscreteTimeSteadyStateKalmanFilter", A, C, W, V)
+    K, _ = DiscreteTimeLinearQuadraticRegulator(np.transpose(A), np.transpose(C), W, V)
+    return K.T
+
+
+def _gain(system: LinearSystem, W: Any, V: Any) -> np.ndarray:
+    discrete = system.time_period() > 0.0
+    solve = DiscreteTimeSteadyStateKalmanFilter if discrete else _continuous_gain
+    return solve(system.A(), system.C(), W, V)
+
+
+def _of_linear_system(system: LinearSystem, W: Any, V: Any) -> LuenbergerObserver:
+    return LuenbergerObserver(system, system.CreateDefaultContext(), _gain(system, W, V))
+
+
+def _of_system_at(system: System, context: Any, W: Any, V: Any) -> LuenbergerObserver:
+    return LuenbergerObserver(system, context, _gain(Linearize(system, context), W, V))
