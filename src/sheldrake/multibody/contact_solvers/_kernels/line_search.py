@@ -89,7 +89,7 @@ def full_step_does(model, problem, contacts, rows, slope0, slope_A, curvature_A)
 
 
 @kernel(outline=True)
-def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, momentum_cost):
+def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, momentum_cost, cost0):
     """Step length in (0, 1.5].
 
     Args:
@@ -97,6 +97,7 @@ def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, mo
         slope_A: derivative of the momentum cost at alpha = 0 [J].
         curvature_A: dv^T A dv [J].
         momentum_cost: momentum cost at alpha = 0 [J].
+        cost0: whole cost at alpha = 0 [J].
 
     Returns:
         (alpha, found); found is 0 when the root was not bracketed to tolerance within the evaluations allowed.
@@ -107,10 +108,12 @@ def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, mo
     if f_high <= 0.0:
         return high, 1
     scale = -slope0
-    cost = constraint_cost(model, problem, contacts, rows, high)
-    cost += momentum_cost + high * slope_A + 0.5 * high * high * curvature_A
-    if scale < COST_ABSOLUTE + COST_RELATIVE * cost:
-        return 1.0 + 0.0 * slope0, 1
+    # The cost at alpha = 1.5 decides; it is convex, so its tangent there bounds it from above without evaluating it.
+    if scale < COST_ABSOLUTE + COST_RELATIVE * (cost0 + high * f_high):
+        cost = constraint_cost(model, problem, contacts, rows, high)
+        cost += momentum_cost + high * slope_A + 0.5 * high * high * curvature_A
+        if scale < COST_ABSOLUTE + COST_RELATIVE * cost:
+            return 1.0 + 0.0 * slope0, 1
     x = scale / (curvature + curvature_A)
     if x > high:
         x = high

@@ -288,17 +288,19 @@ def iterate(model, problem, contacts, rows, factor):
             return status
         slope, slope_A, curvature_A = along_direction(model, problem)
         before = momentum_cost(model, problem)
-        alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, before)
+        alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, before, cost)
         if found == 0:
             return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
         problem.count[ITERATIONS] += 1
         small, _, _ = evaluate(model, problem, contacts, rows)
+        if small == 1:
+            return SOLVED
         before = cost
         cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
         size = 0.5 * (magnitude(before) + magnitude(cost))
         stalled = magnitude(before - cost) < COST_ABSOLUTE + COST_RELATIVE * size and alpha > 0.5
-        if small == 1 or stalled:
+        if stalled:
             return SOLVED
     return ITERATION_LIMIT
 
@@ -316,8 +318,9 @@ def iterate_settling(model, problem, contacts, rows, factor):
         slope, slope_A, curvature_A = along_direction(model, problem)
         alpha = 1.0 + 0.0 * slope
         if full_step_does(model, problem, contacts, rows, slope, slope_A, curvature_A) == 0:
-            cost = momentum_cost(model, problem)
-            alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, cost)
+            before = momentum_cost(model, problem)
+            cost = before + constraint_cost(model, problem, contacts, rows, 0.0)
+            alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, before, cost)
             if found == 0:
                 return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
