@@ -132,3 +132,22 @@ def test_every_status_is_explained():
 def test_single_point_keeps_drakes_tolerance():
     assert FreeBodies([CUBE], algorithm="single_point").solver.option[columns.RELATIVE_TOLERANCE] == 1e-6
     assert FreeBodies([CUBE]).solver.option[columns.RELATIVE_TOLERANCE] == 1e-9
+
+
+def test_islands_do_not_touch_each_other():
+    """A stack of two moves by the same bits whether or not other bodies tumble beside it."""
+    rng = np.random.default_rng(6)
+    alone, among = FreeBodies([CUBE, CUBE]), FreeBodies([CUBE, CUBE, CUBE, BALL])
+    among.q[2:, :4] = [random_quaternion(rng) for _ in range(2)]
+    among.q[2, 4:], among.q[3, 4:] = [3.0, 0.0, 0.1], [3.1, 0.05, 0.3]
+    for scene in (alone, among):
+        scene.q[0, 6], scene.q[1, 4:] = 0.06, [0.01, 0.02, 0.17]
+        scene.v[0, 3], scene.v[1, :3] = 0.2, [0.0, 0.1, 0.3]
+    islands = set()
+    for _ in range(400):
+        alone.step()
+        among.step()
+        np.testing.assert_array_equal(among.q[:2], alone.q)
+        np.testing.assert_array_equal(among.v[:2], alone.v)
+        islands.add(int(among.work.problem.count[columns.NUM_ISLANDS]))
+    assert {2} <= islands
