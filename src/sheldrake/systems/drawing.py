@@ -1,55 +1,34 @@
-"""Pictures of diagrams."""
+"""Pictures of systems by matplotlib, from Graphviz text."""
 
 from __future__ import annotations
 
-import io
-import shutil
-import subprocess
+from io import BytesIO
 from typing import Any
 
 __all__ = ["plot_graphviz", "plot_system_graphviz"]
 
 
-def _png_of(dot_text: str) -> bytes:
-    """A picture of a graph in DOT, by Graphviz's own program, or else by pygraphviz."""
-    program = shutil.which("dot")
-    if program is not None:
-        return subprocess.run([program, "-Tpng"], input=dot_text.encode(), stdout=subprocess.PIPE, check=True).stdout
-    try:
-        import pygraphviz
-    except ImportError:
-        raise ImportError(
-            "plot_graphviz(): drawing needs Graphviz: its program `dot`, or the Python package pygraphviz. "
-            "System.GetGraphvizString() gives the graph as text without it."
-        ) from None
-    return pygraphviz.AGraph(dot_text).draw(format="png", prog="dot")
-
-
 def plot_graphviz(dot_text: str) -> Any:
-    """Draws a graph in the current axes of matplotlib and returns the image.
-
-    Args:
-        dot_text: The graph, in Graphviz's language DOT.
+    """Draws Graphviz text with matplotlib; gives the image.
 
     Raises:
-        ImportError: Graphviz is not installed.
+        ImportError: pydot is not installed.
     """
-    picture = _png_of(dot_text)
-    import matplotlib.image
+    try:
+        import pydot
+    except ImportError:
+        raise ImportError(
+            "plot_graphviz() needs pydot and Graphviz's `dot`: pip install pydot. System.GetGraphvizString() gives the "
+            "text, which any Graphviz viewer draws."
+        ) from None
     import matplotlib.pyplot as plt
 
+    graphs: Any = pydot.graph_from_dot_data(dot_text)
+    image = plt.imread(BytesIO(graphs[0].create_png(prog=["dot", "-Gdpi=300"])))
     plt.axis("off")
-    return plt.imshow(matplotlib.image.imread(io.BytesIO(picture), format="png"), aspect="equal")
+    return plt.imshow(image, aspect="equal")
 
 
 def plot_system_graphviz(system: Any, **kwargs: Any) -> Any:
-    """Draws a system, with its subsystems, in the current axes of matplotlib and returns the image.
-
-    Args:
-        system: The system.
-        **kwargs: Passed to `System.GetGraphvizString`, such as `max_depth`.
-
-    Raises:
-        ImportError: Graphviz is not installed.
-    """
+    """Draws a system with matplotlib; keyword arguments go to `System.GetGraphvizString`."""
     return plot_graphviz(system.GetGraphvizString(**kwargs))
