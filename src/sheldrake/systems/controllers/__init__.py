@@ -1,5 +1,10 @@
 """Controllers: PID, linear quadratic regulators, inverse dynamics."""
 
+from sheldrake.systems.controllers._dynamic_programming import (
+    DynamicProgrammingOptions,
+    FittedValueIteration,
+    PeriodicBoundaryCondition,
+)
 from sheldrake.systems.controllers._finite_horizon import (
     FiniteHorizonLinearQuadraticRegulator,
     FiniteHorizonLinearQuadraticRegulatorOptions,
@@ -16,14 +21,17 @@ from sheldrake.systems.controllers._pid import PidControlledSystem, PidControlle
 
 __all__ = [
     "DiscreteTimeLinearQuadraticRegulator",
+    "DynamicProgrammingOptions",
     "FiniteHorizonLinearQuadraticRegulator",
     "FiniteHorizonLinearQuadraticRegulatorOptions",
     "FiniteHorizonLinearQuadraticRegulatorResult",
+    "FittedValueIteration",
     "InverseDynamics",
     "InverseDynamicsController",
     "JointStiffnessController",
     "LinearQuadraticRegulator",
     "MakeFiniteHorizonLinearQuadraticRegulator",
+    "PeriodicBoundaryCondition",
     "PidControlledSystem",
     "PidController",
 ]

@@ -1,0 +1,157 @@
+"""Approximate dynamic programming on grids."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.math import BarycentricMesh
+from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.framework import InputPortSelection
+from sheldrake.systems.primitives import BarycentricMeshSystem
+
+
+class PeriodicBoundaryCondition:
+    """A state that wraps around, such as an angle.
+
+    Args:
+        state_index: Which state.
+        low: Lowest value.
+        high: Highest value; the same as the lowest.
+    """
+
+    def __init__(self, state_index: int, low: float, high: float):
+        self.state_index, self.low, self.high = int(state_index), float(low), float(high)
+
+    def _wrapped(self, x: float) -> float:
+        return self.low + (x - self.low) % (self.high - self.low)
+
+
+class DynamicProgrammingOptions:
+    """Options of `FittedValueIteration`.
+
+    Attributes:
+        discount_factor: What a cost is worth one time step later.
+        convergence_tol: The iteration ends when no cost changes by more.
+        periodic_boundary_conditions: States that wrap around.
+        input_port_index: Which input is chosen.
+        assume_non_continuous_states_are_fixed: Discrete and abstract states stay as they are, instead of an error.
+        visualization_callback: Called after each iteration with its number, the mesh, costs and policy; or None.
+    """
+
+    PeriodicBoundaryCondition = PeriodicBoundaryCondition
+
+    def __init__(self) -> None:
+        self.discount_factor = 1.0
+        self.convergence_tol = 1e-4
+        self.periodic_boundary_conditions: list[PeriodicBoundaryCondition] = []
+        self.input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists
+        self.assume_non_continuous_states_are_fixed = False
+        self.visualization_callback: Callable[..., None] | None = None
+
+
+def FittedValueIteration(
+    simulator: Simulator,
+    cost_function: Callable[[Any], float],
+    state_grid: list,
+    input_grid: list,
+    time_step: float,
+    options: DynamicProgrammingOptions | None = None,
+    /,
+) -> tuple[BarycentricMeshSystem, np.ndarray]:
+    """Returns the policy, as a system from state to input, and the costs to go at the points of the state grid.
+
+    The inputs are held over each time step. Costs between points of the grid are interpolated.
+
+    Args:
+        simulator: Of the system to control, which has continuous state.
+        cost_function: Cost rate [1/s] for a context.
+        state_grid: For each state, the set of values that are points of the grid.
+        input_grid: For each element of the input, the set of values to choose from.
+        time_step: Time step [s].
+        options: Everything else.
+
+    Raises:
+        RuntimeError: the grids do not fit the system, or an option is out of range.
+    """
+    options = options or DynamicProgrammingOptions()
+    states, inputs = BarycentricMesh(state_grid), BarycentricMesh(input_grid)
+    port = _checked(simulator, states, inputs, float(time_step), options)
+    x, u = (np.array(mesh.get_all_mesh_points()) for mesh in (states, inputs))
+    costs, indices, weights = _transitions(simulator, cost_function, port, states, x, u, float(time_step), options)
+    to_go, policy, iteration = np.zeros(x.shape[1]), np.zeros((u.shape[0], x.shape[1])), 0
+    while True:
+        iteration += 1
+        totals = costs + options.discount_factor * np.einsum("iks,iks->is", weights, to_go[indices])
+        best = totals.argmin(axis=0)
+        following = totals[best, np.arange(x.shape[1])]
+        change = np.abs(following - to_go).max()
+        to_go, policy = following, u[:, best]
+        if options.visualization_callback is not None:
+            options.visualization_callback(iteration, states, to_go.copy(), policy.copy())
+        if change <= options.convergence_tol:
+            return BarycentricMeshSystem(states, policy), to_go
+
+
+def _checked(simulator: Simulator, states: Any, inputs: Any, time_step: float, options: Any) -> Any:
+    """The input port to control, after checking everything against the system."""
+    call, system, context = "FittedValueIteration", simulator.get_system(), simulator.get_context()
+    if not time_step > 0.0:
+        raise RuntimeError(f"{call}(): the time step must be positive, got {time_step} s.")
+    if not 0.0 < options.discount_factor <= 1.0:
+        raise RuntimeError(f"{call}(): the discount factor must be in (0, 1], got {options.discount_factor}.")
+    if not context.has_only_continuous_state() and not options.assume_non_continuous_states_are_fixed:
+        raise RuntimeError(f"{call}(): the system has other than continuous state.")
+    if states.get_input_size() != context.num_continuous_states():
+        raise RuntimeError(
+            f"{call}(): the state grid has {states.get_input_size()} axes, the system "
+            f"{context.num_continuous_states()} continuous states."
+        )
+    index = options.input_port_index
+    port = system.get_input_port(0 if isinstance(index, InputPortSelection) else int(index))
+    if inputs.get_input_size() != port.size():
+        raise RuntimeError(
+            f"{call}(): the input grid has {inputs.get_input_size()} axes, input {port.get_name()!r} has size "
+            f"{port.size()}."
+        )
+    for b in options.periodic_boundary_conditions:
+        values = states.get_input_grid()[b.state_index]
+        if not b.low < b.high or abs(min(values) - b.low) > 1e-9 or abs(max(values) - b.high) > 1e-9:
+            raise RuntimeError(
+                f"{call}(): state {b.state_index} wraps from {b.low} to {b.high}, but its grid goes from {min(values)} "
+                f"to {max(values)}."
+            )
+    return port
+
+
+def _transitions(
+    simulator: Simulator,
+    cost_function: Any,
+    port: Any,
+    states: Any,
+    x: np.ndarray,
+    u: np.ndarray,
+    h: float,
+    options: Any,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """For each input and state: cost of the step, and the grid points about where it leads, with their weights."""
+    context = simulator.get_mutable_context()
+    k = states.get_num_interpolants()
+    costs = np.zeros((u.shape[1], x.shape[1]))
+    indices = np.zeros((u.shape[1], k, x.shape[1]), dtype=int)
+    weights = np.zeros((u.shape[1], k, x.shape[1]))
+    for i in range(u.shape[1]):
+        port.FixValue(context, u[:, i])
+        for s in range(x.shape[1]):
+            context.SetTime(0.0)
+            context.SetContinuousState(x[:, s])
+            costs[i, s] = h * cost_function(context)
+            simulator.Initialize()
+            simulator.AdvanceTo(h)
+            reached = np.array(context.get_continuous_state_vector().CopyToVector())
+            for b in options.periodic_boundary_conditions:
+                reached[b.state_index] = b._wrapped(reached[b.state_index])
+            indices[i, :, s], weights[i, :, s] = states.EvalBarycentricWeights(reached)
+    return costs, indices, weights
