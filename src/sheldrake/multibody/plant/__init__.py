@@ -8,9 +8,21 @@ from ._config import AddMultibodyPlant, AddMultibodyPlantSceneGraph, ApplyMultib
 from ._constraints import DistanceConstraintParams
 from ._contact_results import ContactResults, ExternallyAppliedSpatialForce, PointPairContactInfo
 from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
+from ._force_systems import ExternallyAppliedSpatialForceMultiplexer, Propeller, PropellerInfo, Wing
 from ._multibody_plant import MultibodyPlant
 
 MultibodyPlant_ = SystemTemplate("MultibodyPlant_", MultibodyPlant, scope=__name__, own=True, base=LeafSystem_)
+
+
+ExternallyAppliedSpatialForceMultiplexer_ = SystemTemplate(
+    "ExternallyAppliedSpatialForceMultiplexer_",
+    ExternallyAppliedSpatialForceMultiplexer,
+    scope=__name__,
+    own=True,
+    base=LeafSystem_,
+)
+Propeller_ = SystemTemplate("Propeller_", Propeller, scope=__name__, own=True, base=LeafSystem_)
+Wing_ = SystemTemplate("Wing_", Wing, scope=__name__, own=True, base=LeafSystem_)
 
 
 def _family(cls: type) -> SystemTemplate:
@@ -51,10 +63,17 @@ __all__ = [
     "DiscreteContactSolver",
     "DistanceConstraintParams",
     "ExternallyAppliedSpatialForce",
+    "ExternallyAppliedSpatialForceMultiplexer",
+    "ExternallyAppliedSpatialForceMultiplexer_",
     "ExternallyAppliedSpatialForce_",
     "MultibodyPlant",
     "MultibodyPlantConfig",
     "MultibodyPlant_",
     "PointPairContactInfo",
     "PointPairContactInfo_",
+    "Propeller",
+    "PropellerInfo",
+    "Propeller_",
+    "Wing",
+    "Wing_",
 ]

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED
 from sheldrake.multibody.tree._kernels import queries
 from sheldrake.systems.framework import InputPort
 from sheldrake.systems.framework._declarations import Callback, Stages
@@ -95,7 +96,10 @@ class AppliedForces:
         vectors = work.step if self.is_discrete() else work.flow
         vectors.applied_force[:] = self._applied_as_generalized(context)
         u = tuple(self._input_vector(context, i) for i in range(self.num_input_ports()))
-        models = self._models(context._system.get_geometry_query_input_port().HasValue(context))
+        connected = context._system.get_geometry_query_input_port().HasValue(context)
+        if self._misses_geometry(connected):
+            raise self._explain_status(GEOMETRY_NOT_CONNECTED, context)
+        models = self._models(connected)
         geometry_model = models["geometry_model"]
         stages = (self._step_stages if self.is_discrete() else self._derivative_stages)(geometry_model)
         status = view.run_chain(stages, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)

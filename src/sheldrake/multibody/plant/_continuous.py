@@ -17,6 +17,7 @@ from sheldrake.multibody.plant._kernels.derivatives import (
     plant_derivatives,
     smooth_forces,
 )
+from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework._declarations import Stages
 
@@ -32,6 +33,8 @@ class ContinuousDynamics:
         return [smooth_forces, *contact, plant_derivatives]
 
     def _derivative_stages_in(self, root: Any) -> list[Any]:
+        if self._misses_geometry(root.source(0) is not None):
+            return [refuse_without_geometry]
         return self._derivative_stages(self._geometry_in(root))
 
     def _derivative_work(self, geometry_model: Any) -> DerivativeWork:

@@ -12,6 +12,7 @@ from sheldrake.multibody.plant import _step, _step_results
 from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
 from sheldrake.multibody.plant._enums import DiscreteContactApproximation
 from sheldrake.multibody.plant._kernels.model import StepWork
+from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED, refuse_without_geometry
 from sheldrake.multibody.tree._kernels import dynamics
 from sheldrake.systems.framework._declarations import Stages
 
@@ -33,7 +34,13 @@ class DiscreteUpdate:
         return _step.stages(geometry_model, self._plant_model, tamsi)
 
     def _stages_in(self, root: Any) -> list[Any]:
+        if self._misses_geometry(root.source(0) is not None):
+            return [refuse_without_geometry]
         return self._step_stages(self._geometry_in(root))
+
+    def _misses_geometry(self, connected: bool) -> bool:
+        """Whether there is collision geometry, but nothing answers queries about it."""
+        return bool(self._collision_ids) and not connected
 
     def _declare_discrete_update(self) -> None:
         dt, stages = self._time_step, Stages(DiscreteUpdate._stages_in)
@@ -181,6 +188,12 @@ class DiscreteUpdate:
         pass
 
     def _explain_status(self, status: int, context: Any) -> Exception:
+        if status == GEOMETRY_NOT_CONNECTED:
+            return RuntimeError(
+                f"{self._describe()}: it has {self.num_collision_geometries()} collision geometries, but its "
+                "geometry_query input port is not connected to a SceneGraph here. Use the context of the diagram that "
+                "holds both (plant.GetMyContextFromRoot(diagram_context)), or AddMultibodyPlantSceneGraph()."
+            )
         text = f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._sampled:
             rows = _step_results.bodies_at_hand(context._store.scratch(context._node), self._tree_model)

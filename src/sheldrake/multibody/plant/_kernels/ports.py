@@ -1,4 +1,4 @@
-"""Values of output ports that are parts of the state."""
+"""Values of output ports that are parts of the state, and the step of a plant that does not hear of its geometry."""
 
 from __future__ import annotations
 
@@ -17,3 +17,12 @@ def select_continuous_state(xc: Vector, select_model: IntVector, out: Vector) ->
     """The elements of the continuous state that belong to a model instance."""
     for i in range(out.shape[0]):
         out[i] = xc[select_model[i]]
+
+
+GEOMETRY_NOT_CONNECTED = 121
+
+
+@kernel(top=True)
+def refuse_without_geometry(p: Vector, out: Vector) -> int:
+    """Takes no step: the plant has collision geometry, but nothing answers its geometry queries."""
+    return GEOMETRY_NOT_CONNECTED

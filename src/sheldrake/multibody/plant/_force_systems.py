@@ -1,0 +1,213 @@
+"""Systems that make forces for a plant's applied_spatial_force port: propellers, wings, and a multiplexer of lists."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.math import RigidTransform, RigidTransform_
+from sheldrake.multibody.math import SpatialForce_, SpatialVelocity_
+from sheldrake.multibody.plant._contact_results import ExternallyAppliedSpatialForce
+from sheldrake.multibody.tree import BodyIndex
+from sheldrake.systems.framework import LeafSystem
+
+
+def _forces() -> AbstractValue:
+    return AbstractValue.Make([ExternallyAppliedSpatialForce()])
+
+
+def _applied(body: BodyIndex, point: Any, F_Bq_W: Any) -> ExternallyAppliedSpatialForce:
+    force = ExternallyAppliedSpatialForce()
+    force.body_index, force.p_BoBq_B, force.F_Bq_W = body, point, F_Bq_W
+    return force
+
+
+class ExternallyAppliedSpatialForceMultiplexer(LeafSystem):
+    """Joins lists of forces.
+
+    Args:
+        num_inputs: How many lists.
+    """
+
+    _generic = True
+
+    def __init__(self, num_inputs: int):
+        super().__init__()
+        for i in range(num_inputs):
+            self.DeclareAbstractInputPort(f"u{i}", _forces())
+        self.DeclareAbstractOutputPort("y0", _forces, self._join)
+
+    def _join(self, context: Any, value: AbstractValue) -> None:
+        system = context._system
+        lists = (system.get_input_port(i).Eval(context) for i in range(self.num_input_ports()))
+        value.set_value([force for one in lists for force in one])
+
+
+class PropellerInfo:
+    """One propeller: its body B, where its frame P is on it, and its forces per command."""
+
+    def __init__(self, body_index: BodyIndex, X_BP: Any = None, thrust_ratio: float = 1.0, moment_ratio: float = 0.0):
+        """
+        Args:
+            body_index: B.
+            X_BP: P, whose z axis is the propeller's; B itself when left out.
+            thrust_ratio: Force along z per command [N].
+            moment_ratio: Moment about z per command [N m].
+        """
+        self.body_index, self.X_BP = body_index, RigidTransform() if X_BP is None else X_BP
+        self.thrust_ratio, self.moment_ratio = float(thrust_ratio), float(moment_ratio)
+
+    def __copy__(self) -> PropellerInfo:
+        return PropellerInfo(self.body_index, self.X_BP, self.thrust_ratio, self.moment_ratio)
+
+    def __deepcopy__(self, memo: dict) -> PropellerInfo:
+        return self.__copy__()
+
+
+class Propeller(LeafSystem):
+    """Forces of propellers on a plant's bodies.
+
+    `Propeller(body_index, X_BP, thrust_ratio, moment_ratio)` has one, `Propeller(propeller_info)` a list of them.
+    """
+
+    _generic = True
+
+    def __init__(
+        self,
+        body_index: Any = None,
+        X_BP: Any = None,
+        thrust_ratio: float = 1.0,
+        moment_ratio: float = 0.0,
+        *,
+        propeller_info: list[PropellerInfo] | None = None,
+    ):
+        super().__init__()
+        if propeller_info is None and isinstance(body_index, (list, tuple)):
+            propeller_info = list(body_index)
+        if propeller_info is None:
+            propeller_info = [PropellerInfo(body_index, X_BP, thrust_ratio, moment_ratio)]
+        self._info = list(propeller_info)
+        self.DeclareVectorInputPort("command", len(self._info))
+        self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform_[float]()]))
+        self.DeclareAbstractOutputPort("spatial_forces", _forces, self._calc)
+
+    def num_propellers(self) -> int:
+        """Number of propellers."""
+        return len(self._info)
+
+    def get_command_input_port(self) -> Any:
+        """Input: one command a propeller."""
+        return self.get_input_port(0)
+
+    def get_body_poses_input_port(self) -> Any:
+        """Input: poses of the plant's bodies."""
+        return self.get_input_port(1)
+
+    def get_spatial_forces_output_port(self) -> Any:
+        """Output: a list of ExternallyAppliedSpatialForce."""
+        return self.get_output_port(0)
+
+    def _calc(self, context: Any, value: AbstractValue) -> None:
+        system = context._system
+        command, poses = system.get_input_port(0).Eval(context), system.get_input_port(1).Eval(context)
+        forces = []
+        for info, u in zip(self._info, command):
+            R_WB = poses[int(info.body_index)].rotation().matrix()
+            z_W = R_WB @ info.X_BP.rotation().matrix()[:, 2]
+            F = SpatialForce_[system._scalar](z_W * (u * info.moment_ratio), z_W * (u * info.thrust_ratio))
+            forces.append(_applied(info.body_index, info.X_BP.translation(), F))
+        value.set_value(forces)
+
+
+class Wing(LeafSystem):
+    """Lift and drag of a flat plate, c_L = 2 sin a cos a and c_D = 2 sin² a, on a body of a plant.
+
+    The wing's frame has its origin at the aerodynamic centre, x forward along the chord, y along the span, z up.
+    """
+
+    _generic = True
+
+    def __init__(
+        self, body_index: BodyIndex, surface_area: float, X_BodyWing: Any = None, fluid_density: float = 1.204
+    ):
+        """
+        Args:
+            body_index: The body.
+            surface_area: [m²].
+            X_BodyWing: The wing's frame on the body; the body's when left out.
+            fluid_density: [kg/m³], when its port is not connected.
+        """
+        super().__init__()
+        self._body, self._area, self._density = body_index, float(surface_area), float(fluid_density)
+        self._X_BWing = RigidTransform() if X_BodyWing is None else X_BodyWing
+        self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform_[float]()]))
+        self.DeclareAbstractInputPort(
+            "body_spatial_velocities", AbstractValue.Make([SpatialVelocity_[float](np.zeros(6))])
+        )
+        self.DeclareVectorInputPort("wind_velocity_at_aerodynamic_center", 3)
+        self.DeclareVectorInputPort("fluid_density", 1)
+        self.DeclareAbstractOutputPort("spatial_force", _forces, self._calc_force)
+        self.DeclareVectorOutputPort("aerodynamic_center", 3, self._calc_center)
+
+    def get_body_poses_input_port(self) -> Any:
+        """Input: poses of the plant's bodies."""
+        return self.get_input_port(0)
+
+    def get_body_spatial_velocities_input_port(self) -> Any:
+        """Input: spatial velocities of the plant's bodies."""
+        return self.get_input_port(1)
+
+    def get_wind_velocity_input_port(self) -> Any:
+        """Input: velocity of the air at the aerodynamic centre, in W [m/s]; still air when not connected."""
+        return self.get_input_port(2)
+
+    def get_fluid_density_input_port(self) -> Any:
+        """Input: density of the air [kg/m³]; the constructor's when not connected."""
+        return self.get_input_port(3)
+
+    def get_spatial_force_output_port(self) -> Any:
+        """Output: a list with one ExternallyAppliedSpatialForce."""
+        return self.get_output_port(0)
+
+    def get_aerodynamic_center_output_port(self) -> Any:
+        """Output: the aerodynamic centre, in W [m]."""
+        return self.get_output_port(1)
+
+    def _calc_force(self, context: Any, value: AbstractValue) -> None:
+        system = context._system
+        wind_port, density_port = system.get_input_port(2), system.get_input_port(3)
+        X_WB = system.get_input_port(0).Eval(context)[int(self._body)]
+        V_WB = system.get_input_port(1).Eval(context)[int(self._body)]
+        wind = wind_port.Eval(context) if wind_port.HasValue(context) else np.zeros(3)
+        density = density_port.Eval(context)[0] if density_port.HasValue(context) else self._density
+        R_WB = X_WB.rotation().matrix()
+        R_WWing = R_WB @ self._X_BWing.rotation().matrix()
+        # As Drake has it, the wing moves like the body's origin: how the body turns makes no wind.
+        air = R_WWing.T @ (wind - V_WB.translational())
+        # With these coefficients lift and drag add up to a force along z: 2 sin a, times the dynamic pressure.
+        squared = air[0] * air[0] + air[2] * air[2]
+        force = density * self._area * squared**0.5 * air[2] if squared > 0 else 0.0 * squared
+        F = SpatialForce_[system._scalar](np.zeros(3), R_WWing[:, 2] * force)
+        value.set_value([_applied(self._body, self._X_BWing.translation(), F)])
+
+    def _calc_center(self, context: Any, vector: Any) -> None:
+        X_WB = context._system.get_input_port(0).Eval(context)[int(self._body)]
+        vector.SetFromVector(X_WB @ self._X_BWing.translation())
+
+    @staticmethod
+    def AddToBuilder(
+        builder: Any,
+        plant: Any,
+        body_index: BodyIndex,
+        surface_area: float,
+        X_BodyWing: Any = None,
+        fluid_density: float = 1.204,
+    ) -> Wing:
+        """Adds a wing to a diagram and connects it with a plant."""
+        wing = builder.AddSystem(Wing(body_index, surface_area, X_BodyWing, fluid_density))
+        builder.Connect(plant.get_body_poses_output_port(), wing.get_body_poses_input_port())
+        builder.Connect(plant.get_body_spatial_velocities_output_port(), wing.get_body_spatial_velocities_input_port())
+        builder.Connect(wing.get_spatial_force_output_port(), plant.get_applied_spatial_force_input_port())
+        return wing

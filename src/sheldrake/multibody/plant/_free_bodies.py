@@ -1,0 +1,154 @@
+"""Bodies that float: their poses, velocities and defaults."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.common.deprecation import _warn_deprecated
+from sheldrake.math import RigidTransform
+from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
+from sheldrake.multibody.tree._element import finite
+
+
+class FreeBodies:
+    """Asking and placing free bodies."""
+
+    def _is_floating_base(self, body: RigidBody) -> bool:
+        """Whether Finalize() gave the body its floating joint; a floating joint of the user's does not count."""
+        step = self._inboard.get(int(body.index()))
+        return step is not None and step.joint.is_ephemeral()
+
+    def _has_quaternion(self, body: RigidBody) -> bool:
+        step = self._inboard.get(int(body.index()))
+        return step is not None and step.joint.type_name() == "quaternion_floating"
+
+    def _free_joint(self, call: str, body: RigidBody) -> Any:
+        self._require_finalized(call)
+        self._require_mine(call, body)
+        step = self._inboard.get(int(body.index()))
+        if step is None or step.joint.num_velocities() != 6:
+            raise RuntimeError(f"Body '{body.name()}' is not a free body.")
+        return step.joint
+
+    def GetFloatingBaseBodies(self) -> set[Any]:
+        """Numbers of the bodies that float from the world."""
+        self._require_finalized("GetFloatingBaseBodies")
+        return {b.index() for b in self._bodies if self._is_floating_base(b)}
+
+    def _bases_of(self, call: str, model_instance: Any) -> list[RigidBody]:
+        self._require_finalized(call)
+        self._instances.get(model_instance, call)
+        return [b for b in self._bodies.of_instance(model_instance) if self._is_floating_base(b)]
+
+    def HasUniqueFloatingBaseBody(self, model_instance: ModelInstanceIndex) -> bool:
+        """Whether a model instance has exactly one body that floats from the world."""
+        return len(self._bases_of("HasUniqueFloatingBaseBody", model_instance)) == 1
+
+    def GetUniqueFloatingBaseBodyOrThrow(self, model_instance: ModelInstanceIndex) -> RigidBody:
+        """The one body of a model instance that floats from the world.
+
+        Raises:
+            RuntimeError: there is none, or more than one.
+        """
+        found = self._bases_of("GetUniqueFloatingBaseBodyOrThrow", model_instance)
+        if len(found) != 1:
+            raise RuntimeError(
+                f"GetUniqueFloatingBaseBodyOrThrow(): model instance '{self.GetModelInstanceName(model_instance)}' has "
+                f"{len(found)} floating base bodies ({', '.join(b.name() for b in found) or 'none'}), not one."
+            )
+        return found[0]
+
+    HasUniqueFreeBaseBody = HasUniqueFloatingBaseBody
+    GetUniqueFreeBaseBodyOrThrow = GetUniqueFloatingBaseBodyOrThrow
+
+    def GetFreeBodyPose(self, context: Any, body: RigidBody) -> Any:
+        """Pose of a free body: X_PB in its inboard frame, the world's unless a joint says otherwise."""
+        joint = self._free_joint("GetFreeBodyPose", body)
+        return joint._pose_at(self._view(context).q[joint._q_start : joint._q_start + joint.num_positions()])
+
+    def SetFreeBodyPose(self, context: Any, body: RigidBody, X_PB: Any = None, *, X_JpJc: Any = None) -> None:
+        """Puts a free body at a pose in its inboard frame, the world's unless a joint says otherwise.
+
+        Raises:
+            RuntimeError: the body is not free, or the pose is not finite.
+        """
+        X = X_PB if X_JpJc is None else X_JpJc
+        self._free_joint("SetFreeBodyPose", body).SetPose(context, X)
+
+    def SetFreeBodySpatialVelocity(self, *args: Any, **kwargs: Any) -> None:
+        """Gives a free body a spatial velocity in its inboard frame.
+
+        Args:
+            args: `context, body, V_JpJc`; the older order `body, V_PB, context` still works, with a warning.
+            kwargs: The same by name.
+
+        Raises:
+            RuntimeError: the body is not free, or the velocity is not finite.
+        """
+        named = {k: kwargs.pop(k) for k in ("context", "body", "V_JpJc", "V_PB", "V_WB") if k in kwargs}
+        old = bool(args and isinstance(args[0], RigidBody)) or "V_PB" in named or "V_WB" in named
+        order = ["body", "V", "context"] if old else ["context", "body", "V"]
+        for name in ("V_JpJc", "V_PB", "V_WB"):
+            if name in named:
+                named["V"] = named.pop(name)
+        named |= dict(zip([n for n in order if n not in named], args))
+        if kwargs or set(named) != {"context", "body", "V"}:
+            raise TypeError(
+                "SetFreeBodySpatialVelocity(): incompatible function arguments. Takes (context, body, V_JpJc)."
+            )
+        if old:
+            _warn_deprecated(
+                "SetFreeBodySpatialVelocity(body, V_PB, context) has a new order: (context, body, V_JpJc).",
+                date="2026-06-01",
+                stacklevel=3,
+            )
+        joint = self._free_joint("SetFreeBodySpatialVelocity", named["body"])
+        joint.SetSpatialVelocity(named["context"], named["V"])
+
+    def SetFloatingBaseBodyPoseInWorldFrame(self, context: Any, body: RigidBody, X_WB: Any) -> None:
+        """Puts a floating base body at X_WB."""
+        joint = self._base_joint("SetFloatingBaseBodyPoseInWorldFrame", body)
+        X_WF, X_BM = joint.frame_on_parent().CalcPoseInWorld(context), joint.frame_on_child()._X_BF(context)
+        joint.SetPose(context, X_WF.InvertAndCompose(X_WB @ X_BM))
+
+    def SetFloatingBaseBodyPoseInAnchoredFrame(self, context: Any, frame_F: Any, body: RigidBody, X_FB: Any) -> None:
+        """Puts a floating base body at X_FB of a frame that is fixed to the world."""
+        if not self.IsAnchored(frame_F.body()):
+            raise RuntimeError(
+                f"SetFloatingBaseBodyPoseInAnchoredFrame(): frame {frame_F.name()!r} must be anchored to the world."
+            )
+        self.SetFloatingBaseBodyPoseInWorldFrame(context, body, frame_F.CalcPoseInWorld(context) @ X_FB)
+
+    def _base_joint(self, call: str, body: RigidBody) -> Any:
+        joint = self._free_joint(call, body)
+        if not self._is_floating_base(body):
+            raise RuntimeError(f"{call}(): Body '{body.name()}' is not a floating base body.")
+        return joint
+
+    def SetDefaultFloatingBaseBodyPose(self, body: RigidBody, X_WB: Any) -> None:
+        """Sets the pose that a floating base body has in default contexts; before or after Finalize()."""
+        self._set_default_free_pose("SetDefaultFloatingBaseBodyPose", body, X_WB)
+
+    def SetDefaultFreeBodyPose(self, body: RigidBody, X_PB: Any) -> None:
+        """Sets the pose that a free body has in default contexts; before or after Finalize()."""
+        self._set_default_free_pose("SetDefaultFreeBodyPose", body, X_PB)
+
+    def _set_default_free_pose(self, call: str, body: RigidBody, X: Any) -> None:
+        self._require_mine(call, body)
+        finite(call, "the pose", X.GetAsMatrix34())
+        self._default_free_poses[int(body.index())] = X
+        step = self._inboard.get(int(body.index())) if self._finalized else None
+        if step is not None and step.joint.num_velocities() == 6:
+            step.joint.SetDefaultPose(X)
+
+    def GetDefaultFreeBodyPose(self, body: RigidBody) -> Any:
+        """The pose that a free body has in default contexts."""
+        self._require_mine("GetDefaultFreeBodyPose", body)
+        step = self._inboard.get(int(body.index())) if self._finalized else None
+        if step is not None and step.joint.num_velocities() == 6:
+            return step.joint.GetDefaultPose()
+        return self._default_free_poses.get(int(body.index()), RigidTransform())
+
+    def GetDefaultFloatingBaseBodyPose(self, body: RigidBody) -> Any:
+        """The pose that a floating base body has in default contexts."""
+        return self.GetDefaultFreeBodyPose(body)
