@@ -157,6 +157,25 @@ def test_margin_shows_the_corners_of_a_face_before_they_touch(lower, name):
     assert len(scene.contacts(RigidTransform(), RigidTransform([0, 0, top + 0.5 + 1.1e-4]))) == 0
 
 
+@pytest.mark.parametrize("lower, upper", [("hull", "hull"), ("box", "hull"), ("box", "box"), ("hull", "cylinder")])
+def test_nearly_parallel_faces_always_show_four_points(lower, upper):
+    """Although the exact normal of slightly tilted faces is often that of two crossing edges."""
+    cube = PointHull([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    shapes = {"hull": cube, "box": g.Box(1, 1, 1), "cylinder": g.Cylinder(0.5, 1.0)}
+    scene = Scene([shapes[lower], shapes[upper]])
+    scene.model.margin[0] = 1e-4
+    rng = np.random.default_rng(8)
+    for _ in range(40):
+        tilt = rng.uniform(-3e-5, 3e-5, 2)
+        R = RollPitchYaw(*tilt, rng.uniform(-np.pi, np.pi)).ToRotationMatrix()
+        gap = rng.uniform(-4e-5, 4e-5)
+        rows = scene.contacts(RigidTransform(), RigidTransform(R, [*rng.uniform(-0.05, 0.05, 2), 1.0 + gap]))
+        assert len(rows) == 4
+        arm = rows[:, 2:4] - rows[:, 2:4].mean(axis=0)
+        assert np.linalg.eigvalsh(arm.T @ arm).min() > 0.2
+        assert rows[:, 11] == pytest.approx(np.full(4, -gap), abs=6e-5)
+
+
 def test_parallel_cylinders_side_by_side_touch_at_two_points():
     rows = Scene([g.Cylinder(0.3, 2.0), g.Cylinder(0.2, 1.0)]).contacts(
         RigidTransform(), RigidTransform([0.4999, 0, 0.8])

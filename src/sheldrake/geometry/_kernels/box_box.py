@@ -6,7 +6,7 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .convex import emit_candidate, emit_four, emit_middle, face_candidates
+from .convex import FLAT, emit_candidate, emit_four, emit_middle, face_candidates
 from .model import CANDIDATE, MULTI_POINT, X_AXIS, Y_AXIS, Z_AXIS
 from .table import absolute, column, least_depth, position_of, rotation_of
 
@@ -26,7 +26,7 @@ def extent(R, h, l):
 
 @kernel(outline=True)
 def box_box_contacts(model, table, a, b):
-    """Contacts of boxes a and b: of two edges one, of faces up to four corners of their common part."""
+    """Contacts of boxes a and b: one of two edges, up to four corners of what (nearly) parallel faces share."""
     R_WA = rotation_of(table, a)
     R_WB = rotation_of(table, b)
     h_A = load3(model.size, a)
@@ -51,6 +51,7 @@ def box_box_contacts(model, table, a, b):
         if s > best:
             best = s
             code = 3 + k
+    face = code
     for i in range(3):
         for j in range(3):
             l = cross3(column(R_WA, i), column(R_WB, j))
@@ -64,6 +65,11 @@ def box_box_contacts(model, table, a, b):
                     code = 6 + 3 * i + j
     if -best <= least:
         return
+    if code >= 6 and model.geometry[a, MULTI_POINT] + model.geometry[b, MULTI_POINT] == 2:
+        out = column(R_WA, face) if face < 3 else column(R_WB, face - 3)
+        l = cross3(column(R_WA, (code - 6) // 3), column(R_WB, (code - 6) % 3))
+        if absolute(dot3(l, out)) >= (1.0 - FLAT) * sqrt(dot3(l, l)):
+            code = face
     if code >= 6:
         edge_edge(model, table, a, b, t, (code - 6) // 3, (code - 6) % 3, -best)
     elif code < 3:

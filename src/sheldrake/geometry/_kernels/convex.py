@@ -11,7 +11,9 @@ from .model import CANDIDATE, MULTI_POINT, POLYGON_A, POLYGON_B, POLYGON_C
 from .support import best_face, has_faces, shown_feature
 from .table import MIN_DEPTH, emit, least_depth
 
-_FLAT = 1e-9  # 1 - cosine: a face this well along the normal is what touches
+# 1 - cosine of 0.02 rad: a face that looks this well along the normal is what touches. The exact normal of two nearly
+# parallel faces is that of two crossing edges as often as not, and a body can not rest on the one point of those.
+FLAT = 2e-4
 _ROWS = 63  # of a polygon
 
 
@@ -49,9 +51,9 @@ def touching_features(model, table, i, j, nhat_ji):
     if has_faces(model, j):
         _face, out_j = best_face(model, table, j, nhat_ji)
         along_j = dot3(out_j, nhat_ji)
-    if along_j >= 1.0 - _FLAT:
+    if along_j >= 1.0 - FLAT:
         return emit_four(model, table, i, j, out_j, face_candidates(model, table, j, i, out_j))
-    if along_i >= 1.0 - _FLAT:
+    if along_i >= 1.0 - FLAT:
         return emit_four(model, table, j, i, out_i, face_candidates(model, table, i, j, out_i))
     return edge_contacts(model, table, i, j, nhat_ji)
 
