@@ -86,6 +86,9 @@ def test_kernel_grammar(path):
             if inner is not node:
                 assert not isinstance(inner, FORBIDDEN), f"{where} line {inner.lineno}: {type(inner).__name__}"
             assert not isinstance(inner, ast.Slice), f"{where}: slices are views that numba must count"
+            if isinstance(inner, ast.Subscript):
+                negative = isinstance(inner.slice, ast.UnaryOp) and isinstance(inner.slice.op, ast.USub)
+                assert not negative, f"{where} line {inner.lineno}: compiled indices do not count from the end"
         if isinstance(decorator, ast.Call) and any(k.arg == "top" for k in decorator.keywords):
             missing = [a.arg for a in node.args.args if a.annotation is None]
             assert not missing, f"{where}: an entry annotates its parameters; {missing} are not"

@@ -221,3 +221,22 @@ def test_one_compiled_kernel_takes_any_number_of_vectors(sizes):
     code = weighted_sum._native[0]
     assert code(0.5, slab.ctypes.data, words.ctypes.data) == 0
     np.testing.assert_allclose(slab[1], expected[0], rtol=1e-14)
+
+
+@native_only
+def test_bounds_checks_catch_both_ends(tmp_path):
+    """Compiled with SHELDRAKE_BOUNDSCHECK=1, an index below zero or past the end is a status, not a crash."""
+    script = (
+        "import numpy as np\nfrom tests.unit.common.test_kernel import read_at\n"
+        "from sheldrake.common.kernel import INDEX_ERROR\n"
+        "x, y = np.arange(3.0), np.zeros(1)\n"
+        "assert read_at.native(x, 1, y) == 0 and y[0] == 1.0\n"
+        "assert read_at.native(x, -1, y) == read_at.native(x, 3, y) == INDEX_ERROR\n"
+    )
+    env = {**os.environ, "SHELDRAKE_CACHE_DIR": str(tmp_path), "PYTHONPATH": os.pathsep.join(["src", "."])}
+    subprocess.run([sys.executable, "-c", script], env={**env, "SHELDRAKE_BOUNDSCHECK": "1"}, check=True)
+
+
+@kernel(top=True)
+def read_at(x: Vector, i: int, out: Vector):
+    out[0] = x[i]
