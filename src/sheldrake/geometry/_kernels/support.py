@@ -29,6 +29,7 @@ from .table import absolute, column, position_of, rotation_of
 
 # cos and sin of multiples of 22.5 degrees: a cap is shown as a polygon of 16 corners
 _CAP_CORNERS = 16
+_NEARLY_FLAT = 0.02  # sine of the angle between a cap's normal and the direction it is shown to
 _COS = 0.9238795325112867
 _SIN = 0.3826834323650898
 
@@ -136,7 +137,11 @@ def box_face(model, table, g, face, row):
 
 @kernel(outline=True)
 def cap(model, table, g, n_W, row):
-    """A cap of a cylinder as a polygon; its first corner is the rim point farthest along n_W."""
+    """A cap of a cylinder as a polygon.
+
+    Tilted, its first corner is the rim point farthest along n_W; nearly flat, the corners stay where they are on the
+    body, so that it can rest on them.
+    """
     R_WG = rotation_of(table, g)
     axis = column(R_WG, Z_AXIS)
     c = dot3(axis, n_W)
@@ -145,7 +150,7 @@ def cap(model, table, g, n_W, row):
     centre = add3(position_of(table, g), scale3(axis, s * model.size[g, HALF_LENGTH]))
     U = add3(n_W, scale3(axis, -c))
     slope = sqrt(dot3(U, U))
-    if slope > 1e-12:
+    if slope > _NEARLY_FLAT:
         U = scale3(U, radius / slope)
     else:
         U = scale3(column(R_WG, X_AXIS), radius)
