@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry import Role
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
+from sheldrake.geometry._roles import HydroelasticType
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant import _step, _step_results
 from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
-from sheldrake.multibody.plant._enums import DiscreteContactApproximation
+from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED, refuse_without_geometry
 from sheldrake.multibody.tree._kernels import dynamics
@@ -57,6 +60,7 @@ class DiscreteUpdate:
             return empty_geometry_model(), []
         state = self._scene_graph._default_state()
         if self._geometry_cache is None or self._geometry_cache[0] is not state:
+            self._check_contact_model(state)
             rows = {frame: int(self._rows[i]) for i, frame in self._frame_of_body.items()}
             model, ids = self._scene_graph._compile_proximity(rows, state)
             stiffness, dissipation = self._fallback_stiffness()
@@ -65,6 +69,33 @@ class DiscreteUpdate:
                 _step.set_margin(model, _NAMES[self._approximation])
             self._geometry_cache = state, (model, ids)
         return self._geometry_cache[1]
+
+    def _check_contact_model(self, state: Any) -> None:
+        """Says what becomes of hydroelastic contact, which is not there yet.
+
+        Raises:
+            NotImplementedError: only hydroelastic contact is wanted, and there is geometry that could touch.
+        """
+        if self._contact_model is ContactModel.kPoint:
+            return
+        if self._contact_model is ContactModel.kHydroelastic and self._collision_ids:
+            raise NotImplementedError(
+                f"{self._describe()}: ContactModel.kHydroelastic is not available yet. Choose ContactModel.kPoint, or "
+                "kHydroelasticWithFallback, which uses point contact."
+            )
+        compliant = [
+            record.name
+            for record in (state.geometries[i] for i in state.ids_with_role(Role.kProximity))
+            if record.roles[Role.kProximity].GetPropertyOrDefault("hydroelastic", "compliance_type", None)
+            is HydroelasticType.kCompliant
+        ]
+        if compliant:
+            warnings.warn(
+                f"Hydroelastic contact is not available yet: {', '.join(map(repr, compliant[:5]))}"
+                f"{' and others' if len(compliant) > 5 else ''} touch by point contact. "
+                "plant.set_contact_model(ContactModel.kPoint) says that this is meant.",
+                stacklevel=2,
+            )
 
     def _fallback_stiffness(self) -> tuple[float, float]:
         """Point stiffness [N/m] and dissipation [s/m] of geometry that says none, from the penetration allowance."""

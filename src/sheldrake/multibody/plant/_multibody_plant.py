@@ -153,6 +153,19 @@ class MultibodyPlant(
             if slot.free >= 0 and not store.i[store.layout.fixed0 + slot.free]:
                 store.S[slice(*slot.span)] = np.nan  # the step's mark of a desired state that nobody gave
 
+    def _set_random_context(self, context: Any, generator: Any) -> None:
+        """Positions drawn from the distributions that joints were given."""
+        for joint in self._joints:
+            if joint._random_q is None:
+                continue
+            drawn = list(joint._random_q)
+            if isinstance(drawn[0], str):
+                from sheldrake.math import UniformlyRandomQuaternion
+
+                drawn[:4] = UniformlyRandomQuaternion(generator).wxyz()
+            values = [x.Evaluate(generator=generator) if hasattr(x, "Evaluate") else float(x) for x in drawn]
+            self._write_positions(context, joint._q_start, np.array(values))
+
     def SetDefaultState(self, context: Any, state: Any) -> None:
         """Sets a state of a context's structure to the default positions, at rest."""
         self._view(context)

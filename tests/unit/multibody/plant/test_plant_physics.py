@@ -1,9 +1,18 @@
 """Plants with answers known from mechanics."""
 
+import warnings
+
 import numpy as np
 import pytest
 
-from sheldrake.geometry import HalfSpace, Sphere
+from sheldrake.common import RandomGenerator
+from sheldrake.geometry import (
+    AddCompliantHydroelasticProperties,
+    AddContactMaterial,
+    HalfSpace,
+    ProximityProperties,
+    Sphere,
+)
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.multibody.math import SpatialInertia, SpatialVelocity
 from sheldrake.multibody.plant import (
@@ -20,6 +29,7 @@ from sheldrake.multibody.tree import (
     RevoluteJoint,
     ScrewJoint,
 )
+from sheldrake.symbolic import Expression, Variable
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 
@@ -205,3 +215,48 @@ def test_state_port_of_a_model_instance_among_others():
 def test_contact_model_has_its_old_names():
     assert ContactModel.kPoint is ContactModel.kPointContactOnly
     assert ContactModel.kHydroelasticsOnly is ContactModel.kHydroelastic
+
+
+def test_random_positions_come_from_the_joints_distributions():
+    plant = MultibodyPlant(0.0)
+    bodies = [plant.AddRigidBody(n, INERTIA) for n in ("swings", "slides", "floats")]
+    hinge = plant.AddJoint(RevoluteJoint("hinge", plant.world_frame(), bodies[0].body_frame(), [0, 0, 1]))
+    plant.AddJoint(PrismaticJoint("x", plant.world_frame(), bodies[1].body_frame(), [1, 0, 0]))
+    floating = plant.AddJoint(QuaternionFloatingJoint("free", plant.world_frame(), bodies[2].body_frame()))
+    hinge.set_random_angle_distribution(Expression(Variable("a", Variable.Type.RANDOM_UNIFORM)) + 5.0)
+    floating.set_random_quaternion_distribution_to_uniform()
+    plant.Finalize()
+    context, generator = plant.CreateDefaultContext(), RandomGenerator(7)
+    angles, quaternions = [], []
+    for _ in range(30):
+        plant.SetRandomContext(context, generator)
+        q = plant.GetPositions(context)
+        angles.append(q[0])
+        quaternions.append(q[2:6])
+        assert q[1] == 0.0
+    assert 5.0 <= min(angles) < max(angles) <= 6.0
+    np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0)
+    assert np.ptp(quaternions, axis=0).min() > 0.5
+
+
+def hydroelastic_ball(model):
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
+    ball = plant.AddRigidBody("ball", INERTIA)
+    properties = ProximityProperties()
+    AddCompliantHydroelasticProperties(0.1, 1e6, properties)
+    AddContactMaterial(properties=properties, friction=CoulombFriction(1, 1))
+    plant.RegisterCollisionGeometry(ball, RigidTransform(), Sphere(0.1), "soft", properties)
+    plant.set_contact_model(model)
+    plant.Finalize()
+    return builder.Build()
+
+
+def test_hydroelastic_contact_is_not_replaced_silently():
+    with pytest.warns(UserWarning, match="Hydroelastic contact is not available yet: 'soft' touch by point contact"):
+        hydroelastic_ball(ContactModel.kHydroelasticWithFallback).CreateDefaultContext()
+    with pytest.raises(NotImplementedError, match="kHydroelastic is not available yet"):
+        hydroelastic_ball(ContactModel.kHydroelastic).CreateDefaultContext()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        hydroelastic_ball(ContactModel.kPoint).CreateDefaultContext()
