@@ -67,6 +67,17 @@ class DefaultProximityProperties(_Record):
         point_stiffness: of one contact point [N/m].
     """
 
+    compliance_type: str
+    hydroelastic_modulus: float | None
+    resolution_hint: float | None
+    slab_thickness: float | None
+    margin: float | None
+    dynamic_friction: float | None
+    static_friction: float | None
+    hunt_crossley_dissipation: float | None
+    relaxation_time: float | None
+    point_stiffness: float | None
+
     _types: ClassVar[dict[str, Any]] = {
         "compliance_type": str,
         "hydroelastic_modulus": Optional[float],  # noqa: UP045 (what pydrake reports)
@@ -114,10 +125,11 @@ class DefaultProximityProperties(_Record):
                 "Invalid scene graph configuration: either both static_friction and dynamic_friction must have a "
                 "value, or neither."
             )
-        if self.dynamic_friction is not None and self.dynamic_friction > self.static_friction:
+        static, dynamic = self.static_friction, self.dynamic_friction
+        if dynamic is not None and static is not None and dynamic > static:
             raise RuntimeError(
-                f"Invalid scene graph configuration: 'dynamic_friction' ({number(self.dynamic_friction)}) is greater "
-                f"than 'static_friction' ({number(self.static_friction)})."
+                f"Invalid scene graph configuration: 'dynamic_friction' ({number(dynamic)}) is greater "
+                f"than 'static_friction' ({number(static)})."
             )
 
 
@@ -127,6 +139,8 @@ class SceneGraphConfig(_Record):
     Attributes:
         default_proximity_properties: DefaultProximityProperties.
     """
+
+    default_proximity_properties: DefaultProximityProperties
 
     _types: ClassVar[dict[str, Any]] = {"default_proximity_properties": DefaultProximityProperties}
 

@@ -47,7 +47,8 @@ class GeometrySet:
         if len(found) > 1 or not found <= set(kinds):
             raise TypeError(f"GeometrySet: incompatible arguments; a list must hold ids of one kind, got {items!r}.")
         for item in items:
-            (self._geometries if isinstance(item, GeometryId) else self._frames).add(item)
+            chosen: set[Any] = self._geometries if isinstance(item, GeometryId) else self._frames
+            chosen.add(item)
 
     def geometries(self) -> frozenset[GeometryId]:
         """The geometries named one by one."""

@@ -56,7 +56,7 @@ class Rgba:
             RuntimeError: a value outside [0, 1], or an array of another length.
         """
         if "rgba" in kwargs or (len(args) == 1 and not kwargs):
-            values = np.array(kwargs.pop("rgba", args[0] if args else None), dtype=float).reshape(-1)
+            values: Any = np.array(kwargs.pop("rgba", args[0] if args else None), dtype=float).reshape(-1)
             if values.size not in (3, 4):
                 raise RuntimeError(f"Rgba must contain either 3 or 4 elements (given [{values.size}])")
             values = list(values) + [1.0] * (4 - values.size)
@@ -76,7 +76,8 @@ class Rgba:
 
     def scale_rgb(self, scale: float) -> Rgba:
         """This colour with red, green and blue times `scale`, clamped to [0, 1]; the opacity stays."""
-        return Rgba(*np.clip(self._rgba[:3] * scale, 0.0, 1.0), self.a())
+        red, green, blue = np.clip(self._rgba[:3] * scale, 0.0, 1.0)
+        return Rgba(red, green, blue, self.a())
 
     def __mul__(self, other: Rgba) -> Rgba:
         if not isinstance(other, Rgba):

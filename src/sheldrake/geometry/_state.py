@@ -219,7 +219,7 @@ class GeometryState:
                 f"Registering geometry with an id that has already been registered: {geometry_id.get_value()}"
             )
         given = (instance._proximity, instance._illustration, instance._perception)
-        roles = {_ROLE_OF[type(p)]: copy.copy(p) for p in given if p is not None}
+        roles: dict[Role, GeometryProperties] = {_ROLE_OF[type(p)]: copy.copy(p) for p in given if p is not None}
         for role in roles:
             self._check_unique_name(frame_id, role, instance.name())
         self.geometries[geometry_id] = GeometryRecord(

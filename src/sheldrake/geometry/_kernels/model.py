@@ -128,7 +128,7 @@ class ContactTable(NamedTuple):
 
     pair: IntMatrix
     point: Matrix
-    count: IntVector
+    count: IntVector  # type: ignore[assignment]
     X_WG: Matrix
     work: Matrix
     iwork: IntVector
