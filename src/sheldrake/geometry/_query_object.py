@@ -185,7 +185,7 @@ class QueryObject:
         centre = p_WG + np.einsum("nij,nj->ni", R_WG, centre_G)
         bound = model.size[:, columns.BOUND]
         found = []
-        for a, b in model.pair:
+        for a, b in sorted(model.pair.tolist()):
             if math.isinf(bound[a]) or math.isinf(bound[b]):
                 shape, plane = (b, a) if math.isinf(bound[a]) else (a, b)
                 near = R_WG[plane][:, 2] @ (centre[shape] - p_WG[plane]) <= bound[shape]
@@ -221,7 +221,8 @@ class QueryObject:
         """
         model, ids, X_WB = self._placed()
         table = self._distances(model, X_WB, max_distance)
-        return [self._pair(table, row, ids) for row in range(table.count[0])]
+        rows = sorted(range(table.count[0]), key=lambda row: tuple(table.pair[row, :2]))
+        return [self._pair(table, row, ids) for row in rows]
 
     def ComputeSignedDistancePairClosestPoints(
         self, geometry_id_A: GeometryId, geometry_id_B: GeometryId
