@@ -71,7 +71,11 @@ class Dynamics:
         given, applied = view.buffer("vdot", self._nv), view.buffer("tau applied", self._nv)
         F, A = view.buffer("F_Bo_W", len(self._rows), 6), view.buffer("A_id", len(self._rows), 6)
         tau = view.buffer("tau_id", self._nv)
-        given[:], applied[:], F[self._rows] = vdot, external_forces._tau, external_forces._F_Bo_W
+        given[:], applied[:] = vdot, external_forces._tau
+        if self._rows_in_order:
+            F[:] = external_forces._F_Bo_W
+        else:
+            F[self._rows] = external_forces._F_Bo_W
         kernel = queries.calc_inverse_dynamics_with_forces
         view.run(kernel, view.model, view.p, view.work, given, F, applied, A, tau)
         return tau.copy()

@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.multibody.tree._element import finite, vector
 
-_FLOAT64 = np.dtype(np.float64)
+_FLOAT64, _INFINITY = np.dtype(np.float64), float("inf")
 
 
 class State:
@@ -261,9 +261,9 @@ class State:
         if len(args) != 1 or kwargs:
             return False
         array = args[0]
-        if type(array) is not np.ndarray or array.shape != target.shape or array.dtype != _FLOAT64:
+        if type(array) is not np.ndarray or array.dtype is not _FLOAT64 or array.shape != target.shape:
             return False
-        if view.dtype != _FLOAT64 or not array.dot(array) < np.inf:
+        if view.T is not float or not array.dot(array) < _INFINITY:
             return False
         target[:] = array
         context._store.touch(view.level, view.source)

@@ -101,7 +101,7 @@ def vector(call: str, name: str, value: Any, size: int) -> np.ndarray:
     Raises:
         TypeError: it is something else.
     """
-    if type(value) is np.ndarray and value.shape == (size,) and value.dtype == _FLOAT64:
+    if type(value) is np.ndarray and value.dtype is _FLOAT64 and value.shape == (size,):
         return value.copy()
     array = np.asarray(value)
     if array.dtype != object:
