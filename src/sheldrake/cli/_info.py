@@ -23,7 +23,7 @@ _PACKAGES = (
     "sympy",
     "drake",
 )
-_VARIABLES = ("SHELDRAKE_CACHE_DIR", "SHELDRAKE_JIT", "SHELDRAKE_BOUNDSCHECK", "SHELDRAKE_QUIET")
+_VARIABLES = ("SHELDRAKE_CACHE_DIR", "SHELDRAKE_JIT", "SHELDRAKE_BOUNDSCHECK", "SHELDRAKE_PREBUILT", "SHELDRAKE_QUIET")
 
 
 def run(args: argparse.Namespace) -> int:
@@ -42,11 +42,8 @@ def run(args: argparse.Namespace) -> int:
 def collect() -> dict[str, Any]:
     """Everything `sheldrake info` tells, as JSON takes it."""
     from sheldrake import __version__
-    from sheldrake.common._native.store import cache_folder
     from sheldrake.common.kernel import jit_enabled
 
-    folder = cache_folder()
-    objects = list(folder.glob("*.o")) if folder.is_dir() else []
     return {
         "sheldrake": __version__,
         "installed in": os.path.dirname(os.path.dirname(__file__)),
@@ -54,11 +51,33 @@ def collect() -> dict[str, Any]:
         "platform": f"{platform.system()} {platform.release()} {platform.machine()}",
         "packages": {name: version for name in _PACKAGES if (version := _version(name))},
         "kernels": "compiled" if jit_enabled() else "plain Python (SHELDRAKE_JIT=0)",
+        "prebuilt kernels": _prebuilt(),
+        **_cache(),
+        "threads": _threads(),
+        "settings": {name: os.environ[name] for name in _VARIABLES if name in os.environ},
+    }
+
+
+def _prebuilt() -> str:
+    """What the library that came with the wheel serves, or why there is none in use."""
+    from sheldrake.common._native.prebuilt import library
+
+    found, reason = library()
+    return reason if found is None else f"{len(found.entries)}, processor level {found.level}"
+
+
+def _cache() -> dict[str, Any]:
+    """What this machine has compiled; needs numba."""
+    if _version("numba") is None:
+        return {"cache folder": "none: numba is not installed (pip install 'sheldrake[kernels]' to compile kernels)"}
+    from sheldrake.common._native.store import cache_folder
+
+    folder = cache_folder()
+    objects = list(folder.glob("*.o")) if folder.is_dir() else []
+    return {
         "cache folder": str(folder),
         "compiled kernels": len(objects),
         "compiled size [MB]": round(sum(o.stat().st_size for o in objects) / 1e6, 1),
-        "threads": _threads(),
-        "settings": {name: os.environ[name] for name in _VARIABLES if name in os.environ},
     }
 
 
