@@ -6,6 +6,7 @@ import numpy as np
 
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
 
 
 def approximation(name):
@@ -165,6 +166,7 @@ class DrakeProblem:
 
     def next_state(self, solve):
         """Solves with `solve` (a kernel or its native call) and steps the positions as Drake does."""
+        prepare_problem(self.model, *self.work[:3])
         status = solve(self.model, *self.work)
         assert status == 0, status
         v = self.work.problem.x[columns.V].copy()

@@ -10,7 +10,7 @@ from sheldrake.geometry._kernels import model as geometry_columns
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
-from sheldrake.multibody.contact_solvers._kernels.solve import solve, solve_tamsi
+from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
 from sheldrake.multibody.plant._kernels import model as columns
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors, StepWork
 from sheldrake.multibody.plant._kernels.step import (
@@ -76,7 +76,7 @@ def stages(geometry_model: GeometryModel, plant_model: PlantModel, tamsi: bool =
         chain += [*family_kernels(geometry_model), contact_constraints]
     if not tamsi and any(len(a) for a in (plant_model.limit, plant_model.actuator, plant_model.constraint)):
         chain.append(joint_constraints)
-    return [*chain, solve_tamsi if tamsi else solve, next_state]
+    return [*chain, prepare_problem, solve_tamsi if tamsi else solve, next_state]
 
 
 def make_plant_model(

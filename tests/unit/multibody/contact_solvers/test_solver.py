@@ -8,7 +8,7 @@ import pytest
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels import problem as columns
 from sheldrake.multibody.contact_solvers._kernels import status as codes
-from sheldrake.multibody.contact_solvers._kernels.solve import solve, solve_tamsi
+from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
 from sheldrake.multibody.contact_solvers._kernels.tamsi_limit import step_limit
 
 
@@ -56,6 +56,7 @@ class RandomProblem:
         self.run = solve_tamsi if name == "tamsi" else solve
 
     def solve(self):
+        prepare_problem.native(self.model, *self.work[:3])
         return self.run.native(self.model, *self.work)
 
     @property

@@ -1,4 +1,4 @@
-"""One solve, from the plant's rows to the next velocities. kTamsi has its own entry: others do not compile it."""
+"""One solve, from the plant's rows to the next velocities, in two stages. kTamsi has a kernel of its own."""
 
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.prepare import prepare
@@ -39,13 +39,19 @@ def move_free_trees(model, problem):
 
 
 @kernel(top=True)
-def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """x[V] of all dofs under kLagged, kSimilar or kSap. Returns a status."""
-    status = SOLVED
+def prepare_problem(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
+    """What the laws need of contacts and rows, and which trees take part."""
     if problem.count[NUM_CONTACTS] + problem.count[NUM_ROWS] == 0:
         leave_free(solver_model, problem)
     else:
         prepare(solver_model, problem, contacts, rows)
+
+
+@kernel(top=True)
+def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
+    """x[V] of all dofs of a prepared problem under kLagged, kSimilar or kSap. Returns a status."""
+    status = SOLVED
+    if problem.count[NUM_CONTACTS] + problem.count[NUM_ROWS] != 0:
         status = sap_solve(solver_model, problem, contacts, rows, factor)
     move_free_trees(solver_model, problem)
     return status
@@ -53,12 +59,9 @@ def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows:
 
 @kernel(top=True)
 def solve_tamsi(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """x[V] of all dofs under kTamsi, which knows contacts alone. Returns a status."""
+    """x[V] of all dofs of a prepared problem under kTamsi, which knows contacts alone. Returns a status."""
     status = SOLVED
-    if problem.count[NUM_CONTACTS] == 0:
-        leave_free(solver_model, problem)
-    else:
-        prepare(solver_model, problem, contacts, rows)
+    if problem.count[NUM_CONTACTS] != 0:
         status = tamsi_solve(solver_model, problem, contacts, rows, factor)
     move_free_trees(solver_model, problem)
     return status
