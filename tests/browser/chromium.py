@@ -179,7 +179,8 @@ class Page:
         self.evaluate("0")
         errors = [e["params"] for e in self.events if e["method"] == "Runtime.exceptionThrown"]
         errors += [
-            e["params"] for e in self.events
+            e["params"]
+            for e in self.events
             if e["method"] == "Runtime.consoleAPICalled" and e["params"]["type"] == "error"
         ]
         return errors

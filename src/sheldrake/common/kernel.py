@@ -65,6 +65,9 @@ def jit_enabled() -> bool:
 class Kernel:
     """A function in plain loops, callable as Python and bindable as native code. Made by `kernel`."""
 
+    __name__: str
+    __qualname__: str
+
     def __init__(self, function: Callable, top: bool, outline: bool, strict: bool):
         self.py_func, self.top, self.outline, self.strict = function, top, outline, strict
         functools.update_wrapper(self, function)

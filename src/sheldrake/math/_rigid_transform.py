@@ -57,7 +57,7 @@ class RigidTransform(ScalarBase):
                 self._R = R = _new(RotationMatrix)
                 R._M = args[0]._M
                 self._p = p = p.copy()
-                p.setflags(False)
+                p.setflags(write=False)
                 return
         if args or kwargs:
             self._choose("init", args, kwargs)
@@ -111,8 +111,8 @@ class RigidTransform(ScalarBase):
             R = _new(RotationMatrix)
         else:
             new, R = _new(cls._plain_class()), _new(RotationMatrix_[T])
-        M.setflags(False)
-        p.setflags(False)
+        M.setflags(write=False)
+        p.setflags(write=False)
         R._M = M
         new._R = R
         new._p = p

@@ -118,7 +118,7 @@ class RotationMatrix(ScalarBase):
     def _make(cls, M: np.ndarray) -> Any:
         """Unchecked, from an array that nobody else will write."""
         new = _new(cls._template[cls._T] if cls._T is not float else RotationMatrix)
-        M.setflags(False)
+        M.setflags(write=False)
         new._M = M
         return new
 

@@ -71,7 +71,9 @@ class Mechanism:
         self.plant = _step.make_plant_model(actuators, limits, [1], rows)
         springs = [(2, 2, store(4.0, 0.3)), (3, 3, store(50.0, 0.1))]
         strut = (5, 7, store(0.1, 0.0, 0.0, 0.0, 0.0, 0.1, 0.3, 30.0, 2.0))
-        self.forces = empty_force_model()._replace(spring=np.array(springs, np.int64), strut=np.array([strut], np.int64))
+        self.forces = empty_force_model()._replace(
+            spring=np.array(springs, np.int64), strut=np.array([strut], np.int64)
+        )
         self.p = np.array(p)
         self.work = _step.make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
         self.chain = Chain(_step.stages(self.geometry, self.plant, name == "tamsi"))

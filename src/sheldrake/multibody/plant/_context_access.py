@@ -34,7 +34,8 @@ class View:
         self.work = tree_model.make_work(self.model, float if store.S.dtype == float else object)
         self.dtype = store.S.dtype
         self.stamp, self.done = -1, 0
-        self.T, self.family, self._types = context._system._scalar, plant._family, {}
+        self.T, self.family = context._system._scalar, plant._family
+        self._types: dict[Any, Any] = {}
         first = place.groups[0] if plant.is_discrete() else context._node
         self.source = ("xd", first) if plant.is_discrete() else ("xc", first)
         self.calls: dict[Any, Any] = {}

@@ -85,7 +85,7 @@ class FreeBodies:
         Raises:
             RuntimeError: the body is not free, or the velocity is not finite.
         """
-        named = {k: kwargs.pop(k) for k in ("context", "body", "V_JpJc", "V_PB", "V_WB") if k in kwargs}
+        named: dict[str, Any] = {k: kwargs.pop(k) for k in ("context", "body", "V_JpJc", "V_PB", "V_WB") if k in kwargs}
         old = bool(args and isinstance(args[0], RigidBody)) or "V_PB" in named or "V_WB" in named
         order = ["body", "V", "context"] if old else ["context", "body", "V"]
         for name in ("V_JpJc", "V_PB", "V_WB"):

@@ -93,7 +93,7 @@ class State:
         always_add_suffix = flags.pop(0) if flags else always_add_suffix
         prefix = (instance is None) if prefix is None else prefix
         self._require_finalized(call)
-        names = np.empty(self._nq if which == "q" else self._nv, dtype=object)
+        names: Any = np.empty(self._nq if which == "q" else self._nv, dtype=object)
         for joint in self._joints:
             count = joint.num_positions() if which == "q" else joint.num_velocities()
             start = joint._q_start if which == "q" else joint._v_start

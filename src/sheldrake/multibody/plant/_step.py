@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
@@ -27,7 +30,7 @@ make_solver_work = _arrays.make_solver_work
 
 
 def solver_model_of(
-    tree_model: TreeModel, geometry_model: GeometryModel, dt: float, approximation: str = "lagged", **options: float
+    tree_model: TreeModel, geometry_model: GeometryModel, dt: float, approximation: str = "lagged", **options: Any
 ) -> SolverModel:
     """The solver's constants for a tree and its geometry.
 
@@ -80,11 +83,11 @@ def stages(geometry_model: GeometryModel, plant_model: PlantModel, tamsi: bool =
 
 
 def make_plant_model(
-    actuators: list[dict] = (),
-    limits: list[dict] = (),
-    force_ports: list[int] = (),
-    constraints: list[dict] = (),
-    locks: list[int] = (),
+    actuators: Sequence[dict] = (),
+    limits: Sequence[dict] = (),
+    force_ports: Sequence[int] = (),
+    constraints: Sequence[dict] = (),
+    locks: Sequence[int] | np.ndarray = (),
 ) -> PlantModel:
     """The constants of the step that are neither tree nor geometry nor solver.
 

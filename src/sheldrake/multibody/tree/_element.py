@@ -30,7 +30,7 @@ class Element:
         self._owner: Any = None
         self._index: Any = None
         self._instance = model_instance
-        self._group: int | None = None
+        self._group: Any = None
 
     def _adopt(self, owner: Any, index: int, model_instance: Any = None) -> None:
         if self._owner is not None:

@@ -73,7 +73,7 @@ class UniformGravityFieldElement(ForceElement):
 class _JointSpring(ForceElement):
     """A torsion or compression spring on a joint of one degree of freedom."""
 
-    _joint_type: ClassVar[type]
+    _joint_type: ClassVar[Any]
 
     def __init__(self, joint: Any, nominal: float, stiffness: float):
         if not isinstance(joint, self._joint_type):

@@ -48,6 +48,7 @@ class MultibodyConstraintId:
     """Names a constraint; unique in the process."""
 
     __slots__ = ("_value",)
+    _value: int
     _next = itertools.count(1).__next__
 
     def __init__(self) -> None:

@@ -97,7 +97,7 @@ class RevoluteJoint(_AxisJoint):
         frame_on_parent: Frame,
         frame_on_child: Frame,
         axis: Any,
-        *limits: float,
+        *limits: Any,
         damping: float | None = None,
         pos_lower_limit: float | None = None,
         pos_upper_limit: float | None = None,
@@ -114,7 +114,7 @@ class RevoluteJoint(_AxisJoint):
             pos_upper_limit: Upper limit of the angle [rad].
         """
         if len(limits) == 1 and pos_upper_limit is None:
-            limits, damping = (), limits[0]
+            (damping,), limits = limits, ()
         given = dict(zip(("lower", "upper", "damping"), limits))
         super().__init__(
             name,
