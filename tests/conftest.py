@@ -1,0 +1,30 @@
+"""What all tests share: no windows, no progress lines; which suites also run on kernels as Python and with bounds checks."""
+
+from __future__ import annotations
+
+import os
+import pathlib
+
+import pytest
+
+os.environ.setdefault("SHELDRAKE_PROGRESS", "0")
+os.environ.setdefault("MPLBACKEND", "Agg")
+
+TESTS = pathlib.Path(__file__).parent
+TWINS = (
+    "unit/common/test_kernel.py",
+    "unit/geometry/test_half_space_contacts.py",
+    "unit/multibody/contact_solvers",
+    "unit/multibody/tree",
+    "unit/systems/framework",
+    "unit/systems/primitives",
+    "scenes/test_bits.py",
+)
+"""Suites that say something with SHELDRAKE_JIT=0 and SHELDRAKE_BOUNDSCHECK=1, and are quick enough without a compiler."""
+
+
+def pytest_collection_modifyitems(items):
+    for item in items:
+        path = item.path.relative_to(TESTS).as_posix()
+        if path.startswith(TWINS):
+            item.add_marker(pytest.mark.twin)
