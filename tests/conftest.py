@@ -1,4 +1,4 @@
-"""What all tests share: no windows, no progress lines; which suites also run on kernels as Python and with bounds checks."""
+"""What all tests share: no windows, no progress lines; which suites run on kernels as Python and bounds-checked too."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TWINS = (
     "unit/systems/primitives",
     "scenes/test_bits.py",
 )
-"""Suites that say something with SHELDRAKE_JIT=0 and SHELDRAKE_BOUNDSCHECK=1, and are quick enough without a compiler."""
+"""Suites that say something with SHELDRAKE_JIT=0 and SHELDRAKE_BOUNDSCHECK=1, and are quick without a compiler."""
 
 
 def pytest_collection_modifyitems(items):
