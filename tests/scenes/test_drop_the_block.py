@@ -86,6 +86,8 @@ def test_log_is_what_the_article_reads():
     assert log.data().shape == (13, 251)
     np.testing.assert_array_equal(log.sample_times(), 1e-3 * np.arange(251))
     assert plant.num_multibody_states(model) == 13
+    assert log.names() == plant.GetStateNames(model)
+    assert log.names()[:5] == ["body_qw", "body_qx", "body_qy", "body_qz", "body_x"]
     np.testing.assert_array_equal(
         log.data()[:, -1], plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()), model)
     )

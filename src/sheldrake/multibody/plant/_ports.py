@@ -138,6 +138,17 @@ class Ports:
             self._output_models[int(port.get_index())] = {"select_model": at}
         number["out", ("state", int(instance))] = int(port.get_index())
 
+    def _output_names(self, j: int) -> list[str] | None:
+        """Names of the elements of a state port, for logs; None for other ports."""
+        for key, number in self._port_numbers.items():
+            if number == j and isinstance(key, tuple) and key[0] == "out":
+                what, instance = key[1] if isinstance(key[1], tuple) else (key[1], None)
+                if what == "state":
+                    return (
+                        self.GetStateNames() if instance is None else self.GetStateNames(ModelInstanceIndex(instance))
+                    )
+        return None
+
     # --- values
 
     def _calc_geometry_pose(self, context: Any, value: AbstractValue) -> None:
