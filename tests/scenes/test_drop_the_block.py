@@ -91,3 +91,15 @@ def test_log_is_what_the_article_reads():
     np.testing.assert_array_equal(
         log.data()[:, -1], plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()), model)
     )
+
+
+def test_a_viewer_adds_its_publish_times_to_the_log_as_in_drake():
+    """Each of the viewer's 64 publishes a second is the end of a step; a forced publish adds one sample more."""
+    from sheldrake.geometry import Meshcat
+
+    simulator, sink, *_ = drop(ours, OWN_BLOCK, meshcat=Meshcat())
+    simulator.get_system().ForcedPublish(simulator.get_context())
+    simulator.AdvanceTo(15.0)
+    times = sink.FindLog(simulator.get_context()).sample_times()
+    assert len(times) == 15842
+    assert np.isin(np.arange(1, 961) / 64, times).all()
