@@ -98,7 +98,7 @@ class FreeBodies:
             )
         if old:
             _warn_deprecated(
-                "SetFreeBodySpatialVelocity(body, V_PB, context) has a new order: (context, body, V_JpJc).",
+                "SetFreeBodySpatialVelocity(): the context comes first today: (context, body, V_JpJc).",
                 date="2026-06-01",
                 stacklevel=3,
             )
