@@ -135,8 +135,7 @@ class MultibodyPlant(
     def _require_ready(self) -> None:
         if not self._finalized:
             raise RuntimeError(
-                "MultibodyPlant cannot SetDefaultParameters or CreateDefaultContext until after "
-                "MultibodyPlant::Finalize() has been called."
+                f"{self._describe()} has no context yet: call Finalize() first, then Build() or CreateDefaultContext()."
             )
 
     def _set_default_context(self, context: Any) -> None:

@@ -59,13 +59,12 @@ class Registration:
 
     def _require_finalized(self, call: str) -> None:
         if not self._finalized:
-            raise RuntimeError(f"Pre-finalize calls to '{call}()' are not allowed; you must call Finalize() first.")
+            raise RuntimeError(f"{call}(): this plant is pre-finalize; it answers once Finalize() is called.")
 
     def _require_not_finalized(self, call: str) -> None:
         if self._finalized:
             raise RuntimeError(
-                f"Post-finalize calls to '{call}()' are not allowed; calls to this method must happen before "
-                "Finalize()."
+                f"{call}(): this plant is post-finalize; its bodies and joints stay as they were at Finalize()."
             )
 
     # --- model instances
