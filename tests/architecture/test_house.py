@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "sheldrake"
 FILES = sorted(SOURCE.rglob("*.py"))
 HEAVY = ("numba", "llvmlite", "scipy", "viser", "trimesh", "matplotlib", "rich", "sympy", "pandas")
-PRIVATE_WORDS = re.compile(r"/work/|\bspikes?\b|\bpypi\.org|\bhelper-\d")
+PRIVATE_WORDS = re.compile(r"(?<![\w.])/(?:home|root|work|Users)/\w|\bpypi\.org")  # places of one machine, registries
 
 
 def public_modules():
