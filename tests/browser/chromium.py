@@ -16,6 +16,14 @@ from websockets.sync.client import connect
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 
+def until(condition, seconds=60):
+    """Waits until a function says yes."""
+    deadline = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < deadline, f"did not happen in {seconds} s"
+        time.sleep(0.05)
+
+
 def executable():
     """Returns the path of a Chromium, or None."""
     return next(filter(None, map(shutil.which, NAMES)), None)
@@ -123,7 +131,7 @@ class Page:
             raise RuntimeError(result["exceptionDetails"].get("exception", {}).get("description", str(result)))
         return result["result"].get("value")
 
-    def wait_for(self, expression, seconds=30):
+    def wait_for(self, expression, seconds=60):
         """Waits until a JavaScript expression is true and returns its value."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
@@ -135,6 +143,25 @@ class Page:
                 return value
             time.sleep(0.1)
         raise TimeoutError(f"the page never said yes to: {expression}")
+
+    def wait_until_at(self, name, place, tolerance=1e-6, seconds=60):
+        """Waits until a node is drawn at a place of the scene (None: any coordinate).
+
+        A page gets a node and its pose in two messages, and without a graphics card draws a few pictures a second:
+        what it shows now is never a reason to fail, only what it does not show in the end.
+        """
+
+        def there(seen):
+            return seen is not None and all(want is None or abs(s - want) <= tolerance for s, want in zip(seen, place))
+
+        seen, deadline = None, time.monotonic() + seconds
+        while not there(seen):
+            assert time.monotonic() < deadline, f"{name} is at {seen}, not at {place}, after {seconds} s"
+            time.sleep(0.05)
+            try:
+                seen = self.position(name)
+            except RuntimeError:  # the page is being loaded
+                seen = None
 
     def position(self, name):
         """Returns where a node of the scene is, in the scene's own world (+z up) [m], or None."""

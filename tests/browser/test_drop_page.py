@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
-from test_meshcat_page import READY, position, until
+from chromium import until
+from test_meshcat_page import READY
 from tests.scenes.scene import drop, library
 
 import sheldrake
@@ -19,7 +19,7 @@ def test_the_page_sees_the_block_fall_and_rest(chromium, pictures):
     simulator, _, plant, _ = drop(library("sheldrake"), BLOCK, meshcat=meshcat)
     page = chromium.open(meshcat.web_url())
     page.wait_for(READY)
-    assert position(page, NODE)[2] == pytest.approx(0.1, abs=1e-6)
+    page.wait_until_at(NODE, [None, None, 0.1])
     context = plant.GetMyContextFromRoot(simulator.get_context())
     heights = []
     for t in (0.05, 0.1, 0.13, 3.0):
@@ -27,7 +27,7 @@ def test_the_page_sees_the_block_fall_and_rest(chromium, pictures):
         simulator.get_system().ForcedPublish(simulator.get_context())
         meshcat.Flush()
         heights.append(plant.GetPositions(context)[6])
-        until(lambda: page.position(NODE)[2] == pytest.approx(heights[-1], abs=1e-6), 60)
+        page.wait_until_at(NODE, [None, None, heights[-1]])
     assert heights == sorted(heights, reverse=True)
     assert heights[0] > 0.08 and abs(heights[-1]) < 1e-4
     assert np.abs(plant.GetVelocities(context)).max() < 1e-9
@@ -47,6 +47,8 @@ def test_the_replay_of_the_drop_opens_without_a_network(offline_chromium, tmp_pa
     assert file.stat().st_size < 3_000_000
     page = offline_chromium.open(file.as_uri())
     page.wait_for(READY)
-    until(lambda: page.position(NODE) is not None and abs(page.position(NODE)[2]) < 1e-4, 120)
+    page.watch(NODE)
+    until(lambda: max((z for _, _, z in page.watched()), default=0) > 0.05, 120)
+    page.wait_until_at(NODE, [None, None, 0.0], 1e-4, 120)
     page.screenshot(pictures / "replay-of-drop.png")
     assert [url for url in page.requests() if not url.startswith("file:")] == []
