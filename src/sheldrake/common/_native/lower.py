@@ -1,4 +1,4 @@
-"""From a kernel's source to machine code: numba lowers once, LLVM optimises once a target, in numba's order of passes.
+"""From a kernel's source to machine code: numba lowers once, LLVM optimises once a target.
 
 Imports numba: loaded only when something must be compiled.
 """
@@ -12,13 +12,12 @@ from typing import TYPE_CHECKING, Any
 import llvmlite.binding as llvm
 import numba
 from llvmlite import ir
-from numba.core import cgutils, codegen, cpu, dispatcher, types
+from numba.core import base, cgutils, codegen, cpu, dispatcher, imputils, lowering, types
 from numba.core.compiler_lock import global_compiler_lock
-from numba.np import arrayobj
-from numba.np.arrayobj import populate_array
 
+from sheldrake.common._native.arrays import VECTORS, ArrayType, make_array, make_vectors
+from sheldrake.common._native.pipeline import KernelCompiler, TypedOnce
 from sheldrake.common._native.target import Target
-from sheldrake.common._native.vectors import VECTORS, make_vectors
 from sheldrake.common.kernel import INDEX_ERROR, ArraySpec
 
 if TYPE_CHECKING:
@@ -43,6 +42,7 @@ def dispatcher_of(kernel: Kernel) -> Any:
 
     overloads.register()
     options: dict[str, Any] = dict(_nrt=False, error_model="numpy", no_cpython_wrapper=True, no_cfunc_wrapper=True)
+    options["pipeline_class"] = KernelCompiler
     options["boundscheck"] = os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0"
     if not kernel.strict:
         options["fastmath"] = FASTMATH
@@ -52,11 +52,7 @@ def dispatcher_of(kernel: Kernel) -> Any:
 
 
 class _LoweringOnly:
-    """While active numba produces LLVM IR and nothing else: no passes, no machine code, no engine.
-
-    Nor does an index wrap around when it is negative: kernels do not count from the end, and the test for it at every
-    access cost 8 to 20 % of a step.
-    """
+    """While active numba produces LLVM IR and nothing else: no passes, no machine code, no engine."""
 
     def __enter__(self) -> None:
         library, jit = codegen.CPUCodeLibrary, codegen.JITCodeLibrary
@@ -70,11 +66,22 @@ class _LoweringOnly:
         def add_overload(self: Any, compiled: Any) -> None:
             self.overloads[tuple(compiled.signature.args)] = compiled
 
-        def plain_index(context: Any, builder: Any, kind: Any, index: Any, size: Any) -> Any:
-            return context.cast(builder, index, kind, types.intp)
+        def call(function: Any, libs: Any = ()) -> Any:
+            """A call of another kernel: without bounds checks none can fail, so nothing is asked after it."""
+
+            def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
+                if context.enable_boundscheck:
+                    return checked(context, builder, sig, args)
+                callee = context.declare_function(builder.module, function)
+                return context.call_conv.call_function(builder, callee, function.restype, function.argtypes, args)[1]
+
+            checked = imputils.user_function(function, libs)
+            generate.signature, generate.libs = function.argtypes, tuple(libs)  # type: ignore[attr-defined]
+            return generate
 
         patches: list[tuple[Any, str, Any]] = [
-            (arrayobj, "fix_integer_index", plain_index),
+            (base, "user_function", call),
+            (lowering.Lower, "delvar", lambda self, name: None),  # kernels own nothing that must be given back
             (library, "_optimize_functions", keep_layout),
             (library, "_optimize_final_module", lambda self: None),
             (library, "_finalize_final_module", finalized),
@@ -91,8 +98,8 @@ class _LoweringOnly:
             setattr(owner, name, original)
 
 
-def _array_type(spec: ArraySpec) -> types.Array:
-    return types.Array(getattr(types, spec.dtype), spec.ndim, "C")
+def _array_type(spec: ArraySpec) -> ArrayType:
+    return ArrayType(getattr(types, spec.dtype), spec.ndim)
 
 
 def _signature(kernel: Kernel) -> tuple:
@@ -124,17 +131,10 @@ class _Reader:
         return self.b.load(self.b.gep(self.words, [I64(self.at - 1)]))
 
     def array(self, spec: ArraySpec) -> Any:
-        ty, b = _array_type(spec), self.b
-        a = self.context.make_array(ty)(self.context, b)
-        where = self.word()
+        b, where = self.b, self.word()
         address = where if spec.absolute else b.add(self.slab, b.shl(where, I64(3)))
         shape = [self.word() for _ in range(spec.ndim)]
-        strides = [I64(8)]
-        for n in shape[:0:-1]:
-            strides.insert(0, b.mul(strides[0], n))
-        data = b.inttoptr(address, self.context.get_data_type(ty.dtype).as_pointer())
-        populate_array(a, data=data, shape=shape, strides=strides, itemsize=I64(8), meminfo=None)
-        return a._getvalue()
+        return make_array(self.context, b, _array_type(spec), address, shape)
 
     def argument(self, p: Any, ty: Any) -> Any:
         if p.kind == "t":
@@ -154,7 +154,7 @@ def _lower(kernel: Kernel, symbol: str) -> Any:
     """The unoptimised LLVM module of everything an entry needs, with `symbol` as its one function of the ABI."""
     signature = _signature(kernel)
     entry = kernel.dispatcher
-    with _LoweringOnly(), global_compiler_lock:
+    with _LoweringOnly(), TypedOnce(), global_compiler_lock:
         entry.compile(signature)
         compiled = entry.overloads[signature]
         context, described = compiled.target_context, compiled.fndesc
@@ -226,19 +226,7 @@ def _optimise(module: Any, symbol: str, machine: Any) -> None:
         if not g.is_declaration:
             g.linkage = "internal"
 
-    def builder(level: int, vectorise: bool) -> Any:
-        options = llvm.PipelineTuningOptions(speed_level=level)
-        options.loop_vectorization, options.slp_vectorization = vectorise, False
-        return llvm.create_pass_builder(machine, options)
-
-    for f in module.functions:
-        pb = builder(3, True)
-        pb.getFunctionPassManager().run(f, pb)
-    pb = builder(0, False)
-    cheap = pb.getModulePassManager()
-    cheap.add_loop_rotate_pass()
-    cheap.add_instruction_combine_pass()
-    cheap.add_jump_threading_pass()
-    cheap.run(module, pb)
-    pb = builder(3, True)
-    pb.getModulePassManager().run(module, pb)
+    options = llvm.PipelineTuningOptions(speed_level=3)
+    options.loop_vectorization, options.slp_vectorization = True, False
+    passes = llvm.create_pass_builder(machine, options)
+    passes.getModulePassManager().run(module, passes)

@@ -13,6 +13,7 @@ from numba.extending import intrinsic, overload
 
 from sheldrake.common import rows
 from sheldrake.common._kernels import generic
+from sheldrake.common._native.arrays import INT_VECTOR, VECTOR
 
 
 @functools.cache
@@ -40,16 +41,13 @@ def _call_address(context, table, r, t, slab, words, at):
     """Calls the native function whose address is table[r] on `slab` and on `words` from index `at`."""
 
     def generate(context: Any, b: Any, signature: Any, args: Any) -> Any:
-        kinds = signature.args
-
         def data(i: int) -> Any:
-            return context.make_array(kinds[i])(context, b, args[i]).data
+            return b.extract_value(args[i], 0)
 
         address = b.load(b.gep(data(0), [args[1]]))
         return b.call(b.inttoptr(address, ROW.as_pointer()), [args[2], data(3), b.gep(data(4), [args[5]])])
 
-    int_vector, vector = types.Array(types.int64, 1, "C"), types.Array(types.float64, 1, "C")
-    return types.int64(int_vector, types.int64, types.float64, vector, int_vector, types.int64), generate
+    return types.int64(INT_VECTOR, types.int64, types.float64, VECTOR, INT_VECTOR, types.int64), generate
 
 
 def _call_row(table, r, t, slab, words, at):

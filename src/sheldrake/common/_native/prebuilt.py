@@ -38,9 +38,9 @@ def qualified(kernel: Kernel) -> str:
 
 def source_files(package: pathlib.Path = PACKAGE) -> list[pathlib.Path]:
     """Every file that decides what the kernels' machine code is."""
-    native = package / "common" / "_native"
+    native = "arrays.py lower.py overloads.py pipeline.py target.py words.py".split()
     fixed = [package / "common" / name for name in ("kernel.py", "rows.py")]
-    fixed += [native / name for name in ("lower.py", "overloads.py", "vectors.py", "target.py", "words.py")]
+    fixed += [package / "common" / "_native" / name for name in native]
     return sorted([*fixed, *package.rglob("_kernels/*.py")])
 
 

@@ -28,7 +28,7 @@ from sheldrake.common._native.target import host, initialise
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-ABI = "4"
+ABI = "5"
 TIERS: dict[str, str] = {}
 """Where each entry of this process came from: "prebuilt", "cache" or "compiled"."""
 _engines: list[Any] = []
