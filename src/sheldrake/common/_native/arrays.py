@@ -59,9 +59,8 @@ def make_array(context: Any, builder: Any, kind: ArrayType, data: Any, shape: li
 def _is_index(kind: ArrayType, index: Any) -> bool:
     if kind.ndim == 1:
         return isinstance(index, types.Integer)
-    if not isinstance(index, types.BaseTuple):
-        return False
-    return len(index) == kind.ndim and all(isinstance(i, types.Integer) for i in list(index))
+    parts: Any = index.types if isinstance(index, types.BaseTuple) else ()  # type: ignore[attr-defined]
+    return len(parts) == kind.ndim and all(isinstance(i, types.Integer) for i in parts)
 
 
 @infer_global(operator.getitem)
