@@ -10,6 +10,7 @@ import numpy as np
 from ._mesh_files import read_mesh
 from ._mesh_source import MeshSource
 from ._polygon_mesh import PolygonSurfaceMesh
+from ._polytope_hull import wrap
 
 _COINCIDENT = 1e-12  # [m] points within a sphere of this radius are one point
 _FLAT = 1e-9  # relative to the size: points closer to a plane (line) are in it
@@ -47,22 +48,25 @@ def make_convex_hull(points: Any, name: str = "the given points") -> PolygonSurf
     Raises:
         RuntimeError: fewer than three points, or all of them in one point or on one line.
     """
-    from scipy.spatial import ConvexHull, QhullError
-
     points = np.asarray(points, dtype=float).reshape(-1, 3)
     points = points[np.sort(np.unique(points, axis=0, return_index=True)[1])]
     points = _make_solid(points, name)
+    loops = wrap(points, _SAME_PLANE * np.ptp(points, axis=0).max()) or _qhull(points, name)
+    vertices = sorted({v for loop in loops for v in loop})
+    renumber = {v: i for i, v in enumerate(vertices)}
+    face_data = [n for loop in loops for n in (len(loop), *(renumber[v] for v in loop))]
+    return PolygonSurfaceMesh(face_data, points[vertices])
+
+
+def _qhull(points: np.ndarray, name: str) -> list[list[int]]:
+    """Faces of the hull as loops of corners, from Qhull's triangles."""
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         hull = ConvexHull(points)
     except QhullError as error:
         raise RuntimeError(f"MakeConvexHull failed for: {name}: {error}") from error
-    vertices = np.sort(hull.vertices)
-    renumber = np.full(len(points), -1)
-    renumber[vertices] = np.arange(len(vertices))
-    triangles = renumber[_outward(points, hull)]
-    loops = _merged_faces(triangles, hull.equations, hull.neighbors)
-    face_data = [v for loop in loops for v in (len(loop), *loop)]
-    return PolygonSurfaceMesh(face_data, points[vertices])
+    return _merged_faces(_outward(points, hull), hull.equations, hull.neighbors)
 
 
 def _make_solid(points: np.ndarray, name: str) -> np.ndarray:
@@ -125,7 +129,7 @@ def _merged_faces(triangles: np.ndarray, equations: np.ndarray, neighbors: np.nd
         groups.append(members)
     loops = [_boundary(triangles[members]) for members in groups]
     used = {v for loop in loops if loop for v in loop}
-    if all(loops) and _is_closed(loops) and len(used) == triangles.max() + 1:
+    if all(loops) and _is_closed(loops) and len(used) == len(np.unique(triangles)):
         return loops  # type: ignore[return-value]
     return triangles.tolist()
 
