@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import pathlib
+import signal
 
 import pytest
 
 os.environ.setdefault("SHELDRAKE_PROGRESS", "0")
 os.environ.setdefault("MPLBACKEND", "Agg")
+signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background job starts with Ctrl-C ignored
 
 TESTS = pathlib.Path(__file__).parent
 TWINS = (

@@ -13,6 +13,9 @@ from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 from sheldrake.visualization._legacy_meshcat import ConnectMeshcatVisualizer
 
+PATIENCE = 60.0
+"""A hang lasts longer than this [s], a busy machine does not."""
+
 
 def free_port():
     with socket.socket() as s:
@@ -39,7 +42,7 @@ def test_without_a_server_our_page_is_used_and_said(capsys):
     url = f"tcp://127.0.0.1:{free_port()}"
     start = time.monotonic()
     visualizer, diagram = connect(zmq_url=url)
-    assert time.monotonic() - start < 4
+    assert time.monotonic() - start < PATIENCE
     ours = visualizer.meshcat.web_url()
     expected = f"No meshcat-server answers at {url}: the scene is shown at {ours} instead."
     assert capsys.readouterr().out.splitlines() == [expected]
@@ -56,7 +59,7 @@ def test_a_silent_port_does_not_hang():
     with socket.create_server(("127.0.0.1", 0)) as silent:
         start = time.monotonic()
         visualizer, _ = connect(zmq_url=f"tcp://127.0.0.1:{silent.getsockname()[1]}")
-        assert time.monotonic() - start < 4
+        assert time.monotonic() - start < PATIENCE
     assert visualizer.meshcat is not None
 
 
@@ -125,6 +128,6 @@ def test_a_server_that_dies_does_not_stop_the_simulation():
         start = time.monotonic()
         simulator.Initialize()
         simulator.AdvanceTo(2.0)
-        assert time.monotonic() - start < 5
+        assert time.monotonic() - start < PATIENCE
     finally:
         server.close()
