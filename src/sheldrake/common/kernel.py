@@ -17,6 +17,7 @@ slab, so that "offset" is the address divided by eight: one compiled function se
 
 from __future__ import annotations
 
+import ctypes
 import functools
 import os
 import types
@@ -144,7 +145,8 @@ class Kernel:
             bound.scalars = {n: (arguments, i, None) for i, n in enumerate(self.names)}
         else:
             time = next((a for p, a in zip(self.parameters, args) if p.kind == "t"), 0.0)
-            bound = Bound(self._native[0], float(time), None, words.ctypes.data)
+            null, where = ctypes.c_void_p(None), ctypes.c_void_p(words.ctypes.data)  # objects: converted once, not a call
+            bound = Bound(self._native[0], ctypes.c_double(time), null, where)
             bound.scalars = {n: (words, i, kind) for n, (i, kind) in places.items()}
         bound.keep = words, args
         return bound
