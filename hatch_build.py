@@ -15,6 +15,12 @@ import sys
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
 
+def _environment(root: pathlib.Path) -> dict[str, str]:
+    """This process's environment with our sources in front; pip's isolated builds live in PYTHONPATH, so it stays."""
+    paths = [str(root / "src"), *filter(None, [os.environ.get("PYTHONPATH")])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+
+
 class PrebuiltKernels(BuildHookInterface):
     """Puts kernels.<ending> and kernels.json into sheldrake/_prebuilt and gives the wheel its platform tag."""
 
@@ -32,9 +38,8 @@ class PrebuiltKernels(BuildHookInterface):
             name = name or build.host_platform()
             if not self._is_current(out / name):
                 self.app.display_info(f"compiling the kernels for {name}: about a minute a level")
-                environment = {**os.environ, "PYTHONPATH": str(root / "src")}
                 command = [sys.executable, "-m", "sheldrake.common._native.build", str(out), name]
-                subprocess.run(command, check=True, env=environment)
+                subprocess.run(command, check=True, env=_environment(root))
         except (ImportError, OSError, RuntimeError, subprocess.CalledProcessError) as error:
             if os.environ.get("SHELDRAKE_WHEEL_PLATFORM"):
                 raise

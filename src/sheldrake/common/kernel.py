@@ -145,7 +145,10 @@ class Kernel:
             bound.scalars = {n: (arguments, i, None) for i, n in enumerate(self.names)}
         else:
             time = next((a for p, a in zip(self.parameters, args) if p.kind == "t"), 0.0)
-            null, where = ctypes.c_void_p(None), ctypes.c_void_p(words.ctypes.data)  # objects: converted once, not a call
+            null, where = (
+                ctypes.c_void_p(None),
+                ctypes.c_void_p(words.ctypes.data),
+            )  # objects: converted once, not a call
             bound = Bound(self._native[0], ctypes.c_double(time), null, where)
             bound.scalars = {n: (words, i, kind) for n, (i, kind) in places.items()}
         bound.keep = words, args

@@ -121,6 +121,34 @@ def test_a_cache_that_cannot_be_written_is_only_slower(tree):
     assert tier == "compiled" and bits == probe(tree)[0]
 
 
+def test_without_a_compiler_what_is_not_prebuilt_says_what_to_install(tree):
+    hidden = """
+import sys
+class Hidden:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("numba", "llvmlite"):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+sys.meta_path.insert(0, Hidden())
+"""
+    env = environment(tree, SHELDRAKE_PREBUILT="0", SHELDRAKE_CACHE_DIR=str(tree / "none"))
+    done = subprocess.run([sys.executable, "-c", hidden + SCRIPT], env=env, capture_output=True, text=True, cwd=tree)
+    assert done.returncode == 1
+    assert "which needs numba: pip install 'sheldrake[kernels]'" in done.stderr.splitlines()[-1]
+
+
+def test_what_nobody_used_for_months_is_removed(tree):
+    cache = tree / "pruned"
+    old, other, recent = (cache / folder for folder in ("abi1-python3.9/old.o", "abi2/other.o", "abi2/recent.o"))
+    for file in (old, other, recent):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_bytes(b"code")
+    for file in (old, other):
+        os.utime(file, (0, 0))
+    assert probe(tree, SHELDRAKE_PREBUILT="0", SHELDRAKE_CACHE_DIR=str(cache))[1] == "compiled"
+    assert sorted(p.name for p in cache.glob("abi*/*") if p.suffix == ".o" and "probe" not in p.name) == ["recent.o"]
+    assert not old.parent.exists()
+
+
 def test_two_processes_may_compile_at_once(tree):
     env = environment(tree, SHELDRAKE_PREBUILT="0", SHELDRAKE_CACHE_DIR=str(tree / "race"))
     run = [sys.executable, "-c", SCRIPT]

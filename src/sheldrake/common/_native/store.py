@@ -23,12 +23,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._native.target import host, initialise
+from sheldrake.common._native.target import NO_COMPILER, host, initialise
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
 ABI = "5"
+DAY, UNUSED = 86_400.0, 90 * 86_400.0  # [s]
 TIERS: dict[str, str] = {}
 """Where each entry of this process came from: "prebuilt", "cache" or "compiled"."""
 _engines: list[Any] = []
@@ -174,10 +175,7 @@ def _visit_code(code: types.CodeType, digest: Any) -> None:
 
 def _compile(kernel: Kernel, symbol: str, tell: bool) -> bytes:
     if importlib.util.find_spec("numba") is None:
-        raise RuntimeError(
-            f"{kernel!r} is not among the prebuilt kernels and must be compiled, which needs numba: "
-            "pip install 'sheldrake[kernels]'. `sheldrake info` says which kernels are prebuilt."
-        )
+        raise ModuleNotFoundError(f"{kernel!r}: {NO_COMPILER}", name="numba")
     from sheldrake.common._native import lower
 
     start = time.perf_counter()
@@ -195,6 +193,8 @@ def _read(path: pathlib.Path) -> bytes | None:
     """The object file at `path`, or None when there is none or it is damaged (its own hash stands before it)."""
     try:
         data = path.read_bytes()
+        if time.time() - path.stat().st_mtime > DAY:
+            path.touch()  # what is in use does not grow old
     except OSError:
         return None
     return data[32:] if hashlib.sha256(data[32:]).digest() == data[:32] else None
@@ -209,6 +209,20 @@ def _write(path: pathlib.Path, code: bytes) -> None:
         os.replace(temporary, path)
     except OSError as error:
         _warn_once(str(path.parent), str(error))
+    else:
+        _prune(path.parents[1])
+
+
+@functools.cache
+def _prune(root: pathlib.Path) -> None:
+    """Removes what no process has read for three months: other versions' kernels, and files that a crash left."""
+    for file in root.glob("abi*/*"):
+        try:
+            if time.time() - file.stat().st_mtime > UNUSED:
+                file.unlink()
+                file.parent.rmdir()  # refuses while files are left
+        except OSError:
+            continue
 
 
 @functools.cache

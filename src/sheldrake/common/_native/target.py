@@ -26,6 +26,10 @@ class Target(NamedTuple):
         return target.create_target_machine(cpu=self.cpu, features="", opt=3, reloc="pic", codemodel="default")
 
 
+NO_COMPILER = (
+    "kernels that are not prebuilt must be compiled, which needs numba: pip install 'sheldrake[kernels]'. "
+    "`sheldrake info` says which kernels are prebuilt, and why others are not."
+)
 X86_LEVELS = {1: "x86-64", 3: "x86-64-v3"}
 V3_FEATURES = ("avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe")
 
@@ -42,8 +46,15 @@ def initialise() -> None:
 
 @functools.cache
 def host() -> Target:
-    """The target of this process."""
-    import llvmlite.binding as llvm
+    """The target of this process.
+
+    Raises:
+        ModuleNotFoundError: if nothing is there that could compile for it.
+    """
+    try:
+        import llvmlite.binding as llvm
+    except ModuleNotFoundError as error:
+        raise ModuleNotFoundError(NO_COMPILER, name="llvmlite") from error
 
     triple = llvm.get_process_triple()
     if triple.startswith("x86_64"):
