@@ -181,18 +181,27 @@ class Context(ContextBase):
 
     # Views. `shift` moves from the state to x+ or to the derivatives.
 
+    def _vector(self, a: int, b: int, on_write: Any, models: str, k: int = 0) -> BasicVector:
+        """The numbers from a to b as a vector of the class that this leaf system declared."""
+        memory = self._store.S[a:b]
+        model = getattr(self._system, models, None)  # a diagram has none
+        model = model[k] if isinstance(model, list) else model
+        if model is None or type(model) is BasicVector or memory.dtype == object:
+            return BasicVector._view(memory, on_write)
+        return model._on_memory(memory, on_write)
+
     def _continuous_view(self, at: int | None = None, on_write: Any = None) -> ContinuousState:
         a, b = self._place.xc
         start = a if at is None else at
-        vector = BasicVector._view(self._store.S[start : start + b - a], on_write)
+        vector = self._vector(start, start + b - a, on_write, "_xc_model")
         return ContinuousState._view(vector, self._place.parts)
 
     def _discrete_view(self, shift: int = 0, touch: bool = False) -> DiscreteValues:
         store, values = self._store, object.__new__(DiscreteValues)
         first, last = self._place.groups
         values._groups = [
-            BasicVector._view(
-                store.S[a + shift : b + shift], _Toucher(store, SAMPLED, "xd", first + k) if touch else None
+            self._vector(
+                a + shift, b + shift, _Toucher(store, SAMPLED, "xd", first + k) if touch else None, "_xd_models", k
             )
             for k, (a, b) in enumerate(store.layout.groups[first:last])
         ]
@@ -223,7 +232,7 @@ class Context(ContextBase):
     def get_continuous_state_vector(self) -> BasicVector:
         """The continuous state as one vector."""
         a, b = self._place.xc
-        return BasicVector._view(self._store.S[a:b], _Toucher(self._store, CONTINUOUS, "xc", self._node))
+        return self._vector(a, b, _Toucher(self._store, CONTINUOUS, "xc", self._node), "_xc_model")
 
     def get_mutable_continuous_state_vector(self) -> BasicVector:
         """The continuous state as one vector, to be changed."""
@@ -269,7 +278,7 @@ class Context(ContextBase):
                 "discrete state, not one; use get_discrete_state(index)."
             )
         a, b = self._store.layout.groups[first]
-        return BasicVector._view(self._store.S[a:b], _Toucher(self._store, SAMPLED, "xd", first))
+        return self._vector(a, b, _Toucher(self._store, SAMPLED, "xd", first), "_xd_models")
 
     def get_mutable_discrete_state_vector(self) -> BasicVector:
         """The only group of discrete state, to be changed."""
@@ -328,7 +337,7 @@ class Context(ContextBase):
         store, numeric = self._store, object.__new__(DiscreteValues)
         first, last = self._place.parameters
         numeric._groups = [
-            BasicVector._view(store.S[a:b], _Toucher(store, CONSTANT, "pn", first + k))
+            self._vector(a, b, _Toucher(store, CONSTANT, "pn", first + k), "_pn_models", k)
             for k, (a, b) in enumerate(store.layout.parameter_groups[first:last])
         ]
         first, last = self._place.abstract_parameters

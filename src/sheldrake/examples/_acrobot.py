@@ -1,0 +1,241 @@
+"""The acrobot: a double pendulum with a motor at the elbow only."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import cos
+from sheldrake.geometry import Box, Cylinder
+from sheldrake.math import RigidTransform, RotationMatrix, wrap_to
+from sheldrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+
+from ._geometry import ExampleGeometry
+from ._kernels import plants
+from ._named_vector import NamedVector
+
+
+class AcrobotInput(NamedVector):
+    """Torque at the elbow [N m]."""
+
+    elements = {"tau": 0.0}
+
+
+class AcrobotState(NamedVector):
+    """Angle of the upper link from hanging down, of the lower from the upper [rad], and their rates [rad/s]."""
+
+    elements = {"theta1": 0.0, "theta2": 0.0, "theta1dot": 0.0, "theta2dot": 0.0}
+
+
+class AcrobotParams(NamedVector):
+    """Masses [kg], lengths, distances of the centres of mass from the joints [m], inertias about them, damping."""
+
+    elements = {
+        **{"m1": 1.0, "m2": 1.0, "l1": 1.0, "l2": 2.0, "lc1": 0.5, "lc2": 1.0},
+        **{"Ic1": 0.083, "Ic2": 0.33, "b1": 0.1, "b2": 0.1, "gravity": 9.81},
+    }
+
+
+class SpongControllerParams(NamedVector):
+    """Gains of the swing-up (energy, position, rate) and the cost below which the regulator takes over."""
+
+    elements = {"k_e": 5.0, "k_p": 50.0, "k_d": 5.0, "balancing_threshold": 1e3}
+
+
+class AcrobotPlant(LeafSystem):
+    """M(q) q'' + bias(q, q') = (0, tau).
+
+    Ports: input "elbow_torque" (zero when it is not connected), output "acrobot_state".
+    """
+
+    _generic = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.DeclareNumericParameter(AcrobotParams())
+        self.DeclareVectorInputPort("elbow_torque", AcrobotInput())
+        self._inputs[0].optional = True
+        self.DeclareStateOutputPort("acrobot_state", self.DeclareContinuousState(AcrobotState(), 2, 2, 0))
+        self._declare_time_derivatives(plants.acrobot)
+
+    @staticmethod
+    def SetMitAcrobotParameters(parameters: AcrobotParams) -> None:
+        """Sets what was identified on the acrobot in MIT's laboratory."""
+        values = {"m1": 2.4367, "m2": 0.6178, "l1": 0.2563, "lc1": 1.6738, "lc2": 1.5651}
+        values |= {"Ic1": -4.7443, "Ic2": -1.0068, "b1": 0.0320, "b2": 0.0413}
+        for name, value in values.items():
+            getattr(parameters, f"set_{name}")(value)
+
+    def MassMatrix(self, context: Any) -> np.ndarray:
+        """M(q), shape (2, 2)."""
+        m11, m12, m22 = plants.acrobot_mass(self.get_parameters(context)._v, self.get_state(context)[1])
+        return np.array([[m11, m12], [m12, m22]])
+
+    def DynamicsBiasTerm(self, context: Any) -> np.ndarray:
+        """Coriolis, gravity and damping, shape (2,)."""
+        return np.array(plants.acrobot_bias(self.get_parameters(context)._v, *self.get_state(context)._v))
+
+    def DoCalcKineticEnergy(self, context: Any) -> Any:
+        """Kinetic energy [J]."""
+        rates = self.get_state(context)._v[2:]
+        return 0.5 * rates @ self.MassMatrix(context) @ rates
+
+    def DoCalcPotentialEnergy(self, context: Any) -> Any:
+        """Potential energy [J], zero at the height of the shoulder."""
+        p, x = self.get_parameters(context), self.get_state(context)
+        c1, c12 = cos(x.theta1()), cos(x.theta1() + x.theta2())
+        return -p.gravity() * (p.m1() * p.lc1() * c1 + p.m2() * (p.l1() * c1 + p.lc2() * c12))
+
+    @staticmethod
+    def get_state(context: Any) -> AcrobotState:
+        """The state in a context."""
+        return _typed(AcrobotState, context.get_continuous_state_vector())
+
+    @staticmethod
+    def get_mutable_state(context: Any) -> AcrobotState:
+        """The state in a context, to be changed."""
+        return _typed(AcrobotState, context.get_mutable_continuous_state_vector())
+
+    def get_parameters(self, context: Any) -> AcrobotParams:
+        """The parameters in a context."""
+        return _typed(AcrobotParams, context.get_numeric_parameter(0))
+
+    def get_mutable_parameters(self, context: Any) -> AcrobotParams:
+        """The parameters in a context, to be changed."""
+        return _typed(AcrobotParams, context.get_mutable_numeric_parameter(0))
+
+
+def _typed(cls: type, vector: Any) -> Any:
+    """The same memory with the names of a class; contexts of other scalars have plain vectors."""
+    return vector if isinstance(vector, cls) else cls()._on_memory(vector._v, vector._on_write)  # type: ignore[attr-defined]
+
+
+class AcrobotSpongController(LeafSystem):
+    """Swings the acrobot up by shaping its energy and balances it (Spong, Swing up control of the acrobot, 1994).
+
+    Ports: input "acrobot_state", output "elbow_torque", at most 20 N m.
+    """
+
+    LIMIT = 20.0
+
+    def __init__(self) -> None:
+        from sheldrake.systems.controllers import LinearQuadraticRegulator
+        from sheldrake.systems.primitives import Linearize
+
+        super().__init__()
+        self.DeclareVectorInputPort("acrobot_state", AcrobotState())
+        self.DeclareVectorOutputPort("elbow_torque", AcrobotInput(), self._calc)
+        self.DeclareNumericParameter(SpongControllerParams())
+        self._plant = AcrobotPlant()
+        self._x0 = np.array([math.pi, 0.0, 0.0, 0.0])
+        context = self._plant.CreateDefaultContext()
+        context.SetContinuousState(self._x0)
+        self._plant.get_input_port(0).FixValue(context, [0.0])
+        linear = Linearize(self._plant, context)
+        self._K, self._S = LinearQuadraticRegulator(linear.A(), linear.B(), np.diag([10.0, 10, 1, 1]), np.eye(1))
+        self._context = context
+
+    def get_parameters(self, context: Any) -> SpongControllerParams:
+        """The gains in a context."""
+        return context.get_numeric_parameter(0)
+
+    def get_mutable_parameters(self, context: Any) -> SpongControllerParams:
+        """The gains in a context, to be changed."""
+        return context.get_mutable_numeric_parameter(0)
+
+    def _calc(self, context: Any, output: Any) -> None:
+        gains = self.get_parameters(context)
+        x = self.get_input_port(0).Eval(context)
+        wrapped = np.array([wrap_to(x[0], 0.0, 2 * math.pi), wrap_to(x[1], -math.pi, math.pi), x[2], x[3]])
+        error = wrapped - self._x0
+        near = error @ self._S @ error < gains.balancing_threshold()
+        torque = float((-self._K @ error)[0]) if near else self._swing_up(x, gains)
+        output.SetAtIndex(0, min(max(torque, -self.LIMIT), self.LIMIT))
+
+    def _swing_up(self, x: np.ndarray, gains: SpongControllerParams) -> float:
+        """Energy shaping, plus a linear motion of the elbow (partial feedback linearization)."""
+        plant, at = self._plant, self._context
+        at.SetContinuousState(x)
+        p = plant.get_parameters(at)
+        upright = (p.m1() * p.lc1() + p.m2() * (p.l1() + p.lc2())) * p.gravity()
+        excess = plant.EvalPotentialEnergy(at) + plant.EvalKineticEnergy(at) - upright
+        inverse, bias = np.linalg.inv(plant.MassMatrix(at)), plant.DynamicsBiasTerm(at)
+        wanted = -gains.k_p() * x[1] - gains.k_d() * x[3]
+        partial = (inverse[0, 1] * bias[0] + wanted) / inverse[1, 1] + bias[1]
+        return partial - gains.k_e() * excess * x[3]
+
+
+class AcrobotWEncoder(Diagram):
+    """The acrobot with encoders at its joints.
+
+    Args:
+        acrobot_state_as_second_output: Whether there is an output port of the state too.
+    """
+
+    def __init__(self, acrobot_state_as_second_output: bool = False):
+        from sheldrake.systems.sensors import RotaryEncoders
+
+        super().__init__()
+        builder = DiagramBuilder()
+        self._plant: Any = builder.AddNamedSystem("acrobot_plant", AcrobotPlant())
+        encoders = builder.AddNamedSystem("encoders", RotaryEncoders(4, [0, 1]))
+        builder.Connect(self._plant.get_output_port(0), encoders.get_input_port())
+        builder.ExportInput(self._plant.get_input_port(0), "elbow_torque")
+        builder.ExportOutput(encoders.get_output_port(), "measured_joint_positions")
+        if acrobot_state_as_second_output:
+            builder.ExportOutput(self._plant.get_output_port(0), "acrobot_state")
+        builder.BuildInto(self)
+
+    def acrobot_plant(self) -> AcrobotPlant:
+        """The plant inside."""
+        return self._plant
+
+    def get_mutable_acrobot_state(self, context: Any) -> AcrobotState:
+        """The state of the plant inside, to be changed."""
+        return AcrobotPlant.get_mutable_state(self.GetMutableSubsystemContext(self._plant, context))
+
+
+class AcrobotGeometry(ExampleGeometry):
+    """Draws an acrobot; made by `AddToBuilder`."""
+
+    def __init__(self, params: AcrobotParams, scene_graph: Any):
+        super().__init__(scene_graph, "acrobot", ("state", 4))
+        l1, l2 = params.l1(), params.l2()
+        self._l1 = l1
+        self.draw(None, RigidTransform(), Box(0.2, 0.2, 0.2), "base", [0, 1, 0, 1])
+        upper, lower = self.add_frame("upper_link"), self.add_frame("lower_link")
+        self.draw(upper, RigidTransform([0, 0.15, -l1 / 2]), Cylinder(0.05, l1), "upper_link", [1, 0, 0, 1])
+        self.draw(lower, RigidTransform([0, 0.25, -l2 / 2]), Cylinder(0.05, l2), "lower_link", [0, 0, 1, 1])
+
+    def poses(self, state: Any) -> list:
+        """The poses of the two links."""
+        elbow = [-self._l1 * math.sin(state[0]), 0.0, -self._l1 * math.cos(state[0])]
+        return [
+            RigidTransform(RotationMatrix.MakeYRotation(state[0])),
+            RigidTransform(RotationMatrix.MakeYRotation(state[0] + state[1]), elbow),
+        ]
+
+    @classmethod
+    def AddToBuilder(
+        cls, builder: Any, acrobot_state_port: Any, *args: Any, acrobot_params: Any = None, scene_graph: Any = None
+    ) -> AcrobotGeometry:
+        """Adds one to a diagram: `(builder, acrobot_state_port, [acrobot_params,] scene_graph)`."""
+        params, scene_graph = params_and_scene_graph(args, acrobot_params, scene_graph, AcrobotParams)
+        return cls(params, scene_graph)._add(builder, acrobot_state_port, scene_graph)
+
+
+def params_and_scene_graph(args: tuple, params: Any, scene_graph: Any, default: type) -> tuple[Any, Any]:
+    """What an AddToBuilder got as `[params,] scene_graph`, by place or by name."""
+    given = list(args)
+    if given and isinstance(given[0], default):
+        params = given.pop(0)
+    if given and scene_graph is None:
+        scene_graph = given.pop(0)
+    if given or scene_graph is None:
+        raise TypeError(
+            f"AddToBuilder(): incompatible function arguments: expected (builder, state port, [{default.__name__},] "
+            f"scene_graph), got {args!r} in place of the last two."
+        )
+    return params if params is not None else default(), scene_graph

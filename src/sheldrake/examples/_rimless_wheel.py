@@ -1,0 +1,159 @@
+"""The rimless wheel: spokes without a rim roll down a slope."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from sheldrake.common._kernels.generic import cos, sin
+from sheldrake.common.value import AbstractValue
+from sheldrake.geometry import Box, Cylinder
+from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from sheldrake.systems.framework import LeafSystem, UnrestrictedUpdateEvent, WitnessFunctionDirection
+
+from ._acrobot import params_and_scene_graph
+from ._geometry import ExampleGeometry
+from ._named_vector import NamedVector
+
+
+class RimlessWheelContinuousState(NamedVector):
+    """Angle of the stance spoke from the vertical [rad], clockwise, and its rate [rad/s]."""
+
+    elements = {"theta": 0.0, "thetadot": 0.0}
+
+
+class RimlessWheelParams(NamedVector):
+    """Mass [kg], length of a spoke [m], gravity [m/s^2], number of spokes, slope [rad]."""
+
+    elements = {"mass": 1.0, "length": 1.0, "gravity": 9.81, "number_of_spokes": 8.0, "slope": 0.08}
+
+
+class RimlessWheel(LeafSystem):
+    """An inverted pendulum whose spoke is replaced by the next at each inelastic step (McGeer 1990).
+
+    Ports: outputs "y0", the angle and its rate, and "y1", position, roll-pitch-yaw and their rates. The discrete state
+    is the place of the stance toe along the slope [m]; the abstract state tells whether the wheel stands on two spokes.
+    """
+
+    STANDING_RATE = 1e-2
+    """Slower than this at a step [rad/s], the wheel stays on two spokes."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.DeclareContinuousState(RimlessWheelContinuousState(), 1, 1, 0)
+        self.DeclareDiscreteState(1)
+        self.DeclareAbstractState(AbstractValue.Make(False))
+        state, parameters = self.all_state_ticket(), self.all_parameters_ticket()
+        self.DeclareVectorOutputPort("y0", 2, self._copy_state, {state})
+        self.DeclareVectorOutputPort("y1", 12, self._calc_floating_base, {state, parameters})
+        self.DeclareNumericParameter(RimlessWheelParams())
+        falling = WitnessFunctionDirection.kPositiveThenNonPositive
+        self._witnesses = [
+            self.MakeWitnessFunction(name, falling, guard, UnrestrictedUpdateEvent(reset))
+            for name, guard, reset in (
+                ("step backward", self._backward_guard, self._step_backward),
+                ("step forward", self._forward_guard, self._step_forward),
+            )
+        ]
+
+    def DoGetWitnessFunctions(self, context: Any) -> list:
+        """The steps in both directions."""
+        return self._witnesses
+
+    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+        """theta'' = g / l sin(theta); nothing moves on two spokes."""
+        x, p = context.get_continuous_state_vector(), context.get_numeric_parameter(0)
+        if context.get_abstract_state(0).get_value():
+            derivatives.SetFromVector([0.0, 0.0])
+        else:
+            derivatives.SetFromVector([x.thetadot(), sin(x.theta()) * p.gravity() / p.length()])
+
+    @staticmethod
+    def calc_alpha(params: RimlessWheelParams) -> float:
+        """Half the angle between two spokes [rad]."""
+        return math.pi / params.number_of_spokes()
+
+    def get_minimal_state_output_port(self) -> Any:
+        """The port of the angle and its rate."""
+        return self.get_output_port(0)
+
+    def get_floating_base_state_output_port(self) -> Any:
+        """The port of the state as of a floating body."""
+        return self.get_output_port(1)
+
+    @staticmethod
+    def _copy_state(context: Any, output: Any) -> None:
+        output.SetFromVector(context.get_continuous_state_vector()._v)
+
+    @staticmethod
+    def _calc_floating_base(context: Any, output: Any) -> None:
+        """The pitch counts whole turns: between two spokes the toe moves by 2 l sin(alpha), the wheel by 2 alpha."""
+        p, toe = context.get_numeric_parameter(0), context.get_discrete_state(0)[0]
+        theta, rate = context.get_continuous_state_vector()._v
+        l, slope = p.length(), p.slope()
+        position = [toe * cos(slope) + l * sin(theta), 0.0, -toe * sin(slope) + l * cos(theta)]
+        velocity = [rate * l * cos(theta), 0.0, -rate * l * sin(theta)]
+        alpha = RimlessWheel.calc_alpha(p)
+        pitch = theta + toe * alpha / (l * sin(alpha))
+        output.SetFromVector([*position, 0.0, pitch, 0.0, *velocity, 0.0, rate, 0.0])
+
+    def _forward_guard(self, context: Any) -> Any:
+        p = context.get_numeric_parameter(0)
+        return p.slope() + self.calc_alpha(p) - context.get_continuous_state_vector().theta()
+
+    def _backward_guard(self, context: Any) -> Any:
+        p = context.get_numeric_parameter(0)
+        return context.get_continuous_state_vector().theta() - p.slope() + self.calc_alpha(p)
+
+    def _step_forward(self, context: Any, event: Any, state: Any) -> None:
+        self._step(context, state, 1.0)
+
+    def _step_backward(self, context: Any, event: Any, state: Any) -> None:
+        self._step(context, state, -1.0)
+
+    def _step(self, context: Any, state: Any, direction: float) -> None:
+        """The next spoke takes over with the angular momentum about its toe."""
+        p, x = context.get_numeric_parameter(0), context.get_continuous_state_vector()
+        alpha = self.calc_alpha(p)
+        rate = x.thetadot() * cos(2.0 * alpha)
+        theta = p.slope() - direction * alpha
+        standing = bool(abs(rate) < self.STANDING_RATE)
+        state.get_mutable_continuous_state().SetFromVector([theta, 0.0 if standing else rate])
+        toe = context.get_discrete_state(0)[0] + direction * 2.0 * p.length() * sin(alpha)
+        state.get_mutable_discrete_state().get_mutable_vector(0).SetAtIndex(0, toe)
+        state.get_mutable_abstract_state().get_mutable_value(0).set_value(standing)
+
+
+class RimlessWheelGeometry(ExampleGeometry):
+    """Draws a rimless wheel on its slope; made by `AddToBuilder`."""
+
+    def __init__(self, params: RimlessWheelParams, scene_graph: Any):
+        super().__init__(scene_graph, None, ("floating_base_state", 12))
+        slope = RigidTransform(RotationMatrix.MakeYRotation(params.slope()), [0.0, 0.0, 0.0])
+        sand = [0.9297, 0.7930, 0.6758, 1]
+        self.draw(None, slope @ RigidTransform([0, 0, -5]), Box(100, 1, 10), "ramp", sand)
+        wheel = self.add_frame("center")
+        about_y = RigidTransform(RotationMatrix.MakeXRotation(math.pi / 2), [0.0, 0.0, 0.0])
+        self.draw(wheel, about_y, Cylinder(0.2, 0.2), "hub", [0.6, 0.2, 0.2, 1])
+        length, number = params.length(), int(params.number_of_spokes())
+        for i in range(number):
+            turn = RigidTransform(RotationMatrix.MakeYRotation(2 * math.pi * i / number), [0.0, 0.0, 0.0])
+            down = RigidTransform([0, 0, -length / 2])
+            self.draw(wheel, turn @ down, Cylinder(0.0075, length), f"spoke{i}", [0, 0, 0, 1])
+
+    def poses(self, state: Any) -> list:
+        """The pose of the wheel."""
+        return [RigidTransform(RollPitchYaw(state[3:6]), state[:3])]
+
+    @classmethod
+    def AddToBuilder(
+        cls,
+        builder: Any,
+        floating_base_state_port: Any,
+        *args: Any,
+        rimless_wheel_params: Any = None,
+        scene_graph: Any = None,
+    ) -> RimlessWheelGeometry:
+        """Adds one to a diagram: `(builder, floating_base_state_port, [rimless_wheel_params,] scene_graph)`."""
+        params, scene_graph = params_and_scene_graph(args, rimless_wheel_params, scene_graph, RimlessWheelParams)
+        return cls(params, scene_graph)._add(builder, floating_base_state_port, scene_graph)

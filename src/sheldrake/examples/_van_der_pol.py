@@ -1,0 +1,58 @@
+"""The oscillator of van der Pol."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import BasicVector, LeafSystem
+
+from ._kernels import plants
+
+
+class VanDerPolOscillator(LeafSystem):
+    """q'' + mu (q^2 - 1) q' + q = 0; the parameter is mu = 1.
+
+    Ports: outputs "y0", the position, and "y1", the state (q, q').
+    """
+
+    _generic = True
+
+    def __init__(self) -> None:
+        super().__init__()
+        state = self.DeclareContinuousState(1, 1, 0)
+        self.DeclareVectorOutputPort("y0", 1, self._copy_position, {self.q_ticket()})
+        self.DeclareStateOutputPort("y1", state)
+        self.DeclareNumericParameter(BasicVector([1.0]))
+        self._declare_time_derivatives(plants.van_der_pol)
+
+    @staticmethod
+    def _copy_position(context: Any, output: Any) -> None:
+        output.SetAtIndex(0, context.get_continuous_state_vector()[0])
+
+    def get_position_output_port(self) -> Any:
+        """The port of the position."""
+        return self.get_output_port(0)
+
+    def get_full_state_output_port(self) -> Any:
+        """The port of the state."""
+        return self.get_output_port(1)
+
+    @staticmethod
+    def CalcLimitCycle() -> np.ndarray:
+        """The limit cycle for mu = 1: states (q, q') at even intervals of time, once around, shape (2, n)."""
+        from sheldrake.systems.analysis import Simulator
+
+        # A point of the cycle, which attracts: found once by simulating long.
+        start, period, step = np.array([-0.1144, 2.0578]), 6.667, 0.04
+        system = VanDerPolOscillator()
+        simulator = Simulator(system)
+        context = simulator.get_mutable_context()
+        context.SetContinuousState(start)
+        context.SetAccuracy(1e-6)
+        states = [start]
+        for t in np.append(np.arange(step, period, step), period):
+            simulator.AdvanceTo(float(t))
+            states.append(context.get_continuous_state_vector().CopyToVector())
+        return np.array(states).T

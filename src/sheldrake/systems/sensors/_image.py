@@ -1,0 +1,148 @@
+"""Images: arrays of pixels of one type."""
+
+from __future__ import annotations
+
+import enum
+import sys
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.common.cpp_template import TemplateClass
+
+
+class PixelFormat(enum.Enum):
+    """What the channels of a pixel are."""
+
+    kRgb, kBgr, kRgba, kBgra, kGrey, kDepth, kLabel = range(7)
+
+
+class PixelScalar(enum.Enum):
+    """The number a channel is."""
+
+    k8U, k16I, k16U, k32F = range(4)
+
+
+class PixelType(enum.Enum):
+    """Format and number of a pixel."""
+
+    kRgba8U, kRgb8U, kBgra8U, kBgr8U, kDepth16U, kDepth32F, kLabel16I, kGrey8U = range(8)
+
+
+_KINDS: dict[PixelType, tuple[PixelFormat, PixelScalar, int, type]] = {
+    PixelType.kRgba8U: (PixelFormat.kRgba, PixelScalar.k8U, 4, np.uint8),
+    PixelType.kRgb8U: (PixelFormat.kRgb, PixelScalar.k8U, 3, np.uint8),
+    PixelType.kBgra8U: (PixelFormat.kBgra, PixelScalar.k8U, 4, np.uint8),
+    PixelType.kBgr8U: (PixelFormat.kBgr, PixelScalar.k8U, 3, np.uint8),
+    PixelType.kDepth16U: (PixelFormat.kDepth, PixelScalar.k16U, 1, np.uint16),
+    PixelType.kDepth32F: (PixelFormat.kDepth, PixelScalar.k32F, 1, np.float32),
+    PixelType.kLabel16I: (PixelFormat.kLabel, PixelScalar.k16I, 1, np.int16),
+    PixelType.kGrey8U: (PixelFormat.kGrey, PixelScalar.k8U, 1, np.uint8),
+}
+
+ImageTraits = TemplateClass("ImageTraits", allow_default=False, scope=sys.modules["sheldrake.systems.sensors"])
+Image = TemplateClass("Image", allow_default=False, scope=sys.modules["sheldrake.systems.sensors"])
+ImageTraits.__doc__ = "What the pixels of an image are, by PixelType."
+Image.__doc__ = "The class of images, by PixelType."
+
+
+class _Image:
+    """Pixels in rows, from the top left.
+
+    Args:
+        width: Width [pixels].
+        height: Height [pixels]; both are zero or both positive.
+        initial_value: Value of all channels.
+    """
+
+    Traits: ClassVar[Any]
+
+    def __init__(self, width: int = 0, height: int = 0, initial_value: Any = 0):
+        self._data = np.empty((0, 0, self.Traits.kNumChannels), self.Traits.ChannelType)
+        self.resize(width, height)
+        self._data[...] = initial_value
+
+    def width(self) -> int:
+        """Width [pixels]."""
+        return self._data.shape[1]
+
+    def height(self) -> int:
+        """Height [pixels]."""
+        return self._data.shape[0]
+
+    def size(self) -> int:
+        """Number of channel values: width times height times channels."""
+        return self._data.size
+
+    def resize(self, width: int, height: int) -> None:
+        """Changes the size; all values are zero then."""
+        if width < 0 or height < 0 or (width == 0) != (height == 0):
+            raise RuntimeError(
+                f"Image.resize(): width and height must be both positive or both zero, got {width} x {height}."
+            )
+        self._data = np.zeros((int(height), int(width), self.Traits.kNumChannels), self.Traits.ChannelType)
+
+    def at(self, x: int, y: int) -> np.ndarray:
+        """The channels of the pixel in column x and row y, a view."""
+        if not (0 <= x < self.width() and 0 <= y < self.height()):
+            raise RuntimeError(f"Image.at(): pixel ({x}, {y}) is outside of {self.width()} x {self.height()}.")
+        return self._data[y, x]
+
+    @property
+    def shape(self) -> tuple:
+        """(height, width, channels)."""
+        return self._data.shape
+
+    @property
+    def data(self) -> np.ndarray:
+        """The values, shape (height, width, channels), read-only."""
+        view = self._data.view()
+        view.flags.writeable = False
+        return view
+
+    @property
+    def mutable_data(self) -> np.ndarray:
+        """The values, shape (height, width, channels), to write through."""
+        return self._data
+
+    def __copy__(self) -> Any:
+        copy = type(self)()
+        copy._data = self._data.copy()
+        return copy
+
+    def __deepcopy__(self, memo: dict) -> Any:
+        return self.__copy__()
+
+
+def _make(pixel: PixelType) -> type:
+    format_, scalar, channels, number = _KINDS[pixel]
+    traits = {"ChannelType": number, "kNumChannels": channels, "kPixelFormat": format_, "kPixelScalar": scalar}
+    ImageTraits.add_instantiation(pixel, type("ImageTraits", (), {**traits, "__doc__": f"What {pixel.name} is."}))
+    name = f"Image{pixel.name[1:]}"
+    cls = type(name, (_Image,), {"Traits": ImageTraits[pixel], "__doc__": _Image.__doc__, "__module__": __name__})
+    Image.add_instantiation(pixel, cls, skip_rename=True)
+    return cls
+
+
+ImageRgba8U, ImageRgb8U = _make(PixelType.kRgba8U), _make(PixelType.kRgb8U)
+ImageBgra8U, ImageBgr8U = _make(PixelType.kBgra8U), _make(PixelType.kBgr8U)
+ImageDepth16U, ImageDepth32F = _make(PixelType.kDepth16U), _make(PixelType.kDepth32F)
+ImageLabel16I, ImageGrey8U = _make(PixelType.kLabel16I), _make(PixelType.kGrey8U)
+
+TOO_FAR, SCALE = 65535, 1000.0  # 16-bit depth is in millimetres; nothing measured: too close (0) or too far
+
+
+def ConvertDepth32FTo16U(input: Any, output: Any) -> None:
+    """Depth in metres to whole millimetres; NaN and what is beyond 65.534 m count as too far."""
+    output.resize(input.width(), input.height())
+    with np.errstate(invalid="ignore", over="ignore"):
+        millimetres = input._data * np.float32(SCALE)
+        near = np.nan_to_num(millimetres, nan=TOO_FAR, posinf=TOO_FAR)
+    output._data[...] = np.clip(near, 0, TOO_FAR).astype(np.uint16)
+
+
+def ConvertDepth16UTo32F(input: Any, output: Any) -> None:
+    """Depth in whole millimetres to metres; too far is infinity."""
+    output.resize(input.width(), input.height())
+    metres = input._data.astype(np.float32) / np.float32(SCALE)
+    output._data[...] = np.where(input._data == TOO_FAR, np.float32(np.inf), metres)

@@ -1,0 +1,130 @@
+"""Accelerometer and gyroscope on a body of a plant; neither has bias or noise."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.math import RigidTransform
+from sheldrake.systems.framework import LeafSystem, LeafSystem_
+from sheldrake.systems.framework._templates import SystemTemplate
+
+
+class _OnBody(LeafSystem):
+    """What both have in common.
+
+    Args:
+        body: The body B the sensor is fixed to.
+        X_BS: Pose of the sensor's frame S in B.
+    """
+
+    def __init__(self, body: Any, X_BS: RigidTransform):
+        super().__init__()
+        self._body, self._X_BS = body.index(), RigidTransform(X_BS)
+
+    def _declare(self, name: str) -> Any:
+        return self.DeclareAbstractInputPort(name, AbstractValue.Make([]))
+
+    def _of_body(self, port: Any, context: Any) -> Any:
+        return port.Eval(context)[int(self._body)]
+
+    def body_index(self) -> Any:
+        """Index of the body."""
+        return self._body
+
+    def pose(self) -> RigidTransform:
+        """Pose of the sensor's frame in the body's."""
+        return self._X_BS
+
+    def get_body_poses_input_port(self) -> Any:
+        """Takes the plant's body poses."""
+        return self.GetInputPort("body_poses")
+
+    def get_body_velocities_input_port(self) -> Any:
+        """Takes the plant's spatial velocities."""
+        return self.GetInputPort("body_spatial_velocities")
+
+    def get_measurement_output_port(self) -> Any:
+        """The measurement, shape (3,)."""
+        return self.get_output_port(0)
+
+
+class Accelerometer(_OnBody):
+    """Acceleration of a point of a body without gravity, in the sensor's frame [m/s^2].
+
+    Args:
+        body: The body B the sensor is fixed to.
+        X_BS: Pose of the sensor's frame S in B.
+        gravity_vector: Gravity in the world [m/s^2], shape (3,); zero measures the plain acceleration.
+    """
+
+    def __init__(self, body: Any, X_BS: RigidTransform, gravity_vector: Any = (0.0, 0.0, 0.0)):
+        super().__init__(body, X_BS)
+        self._gravity = np.array(gravity_vector, float).reshape(3)
+        for name in ("body_poses", "body_spatial_velocities", "body_spatial_accelerations"):
+            self._declare(name)
+        self.DeclareVectorOutputPort("measurement", 3, self._calc)
+
+    def gravity_vector(self) -> np.ndarray:
+        """Gravity in the world [m/s^2], shape (3,)."""
+        return self._gravity.copy()
+
+    def get_body_accelerations_input_port(self) -> Any:
+        """Takes the plant's spatial accelerations."""
+        return self.GetInputPort("body_spatial_accelerations")
+
+    def _calc(self, context: Any, output: Any) -> None:
+        X_WB = self._of_body(self.get_body_poses_input_port(), context)
+        V_WB = self._of_body(self.get_body_velocities_input_port(), context)
+        A_WB = self._of_body(self.get_body_accelerations_input_port(), context)
+        p_BS_W = X_WB.rotation() @ self._X_BS.translation()
+        w, alpha = V_WB.rotational(), A_WB.rotational()
+        a_WS = A_WB.translational() + np.cross(alpha, p_BS_W) + np.cross(w, np.cross(w, p_BS_W))
+        R_WS = X_WB.rotation() @ self._X_BS.rotation()
+        output.SetFromVector(R_WS.inverse() @ (a_WS - self._gravity))
+
+    @classmethod
+    def AddToDiagram(
+        cls, body: Any, X_BS: RigidTransform, gravity_vector: Any, plant: Any, builder: Any
+    ) -> Accelerometer:
+        """Adds one to a diagram and connects it to the plant."""
+        sensor = builder.AddSystem(cls(body, X_BS, gravity_vector))
+        builder.Connect(plant.get_body_poses_output_port(), sensor.get_body_poses_input_port())
+        builder.Connect(plant.get_body_spatial_velocities_output_port(), sensor.get_body_velocities_input_port())
+        builder.Connect(plant.get_body_spatial_accelerations_output_port(), sensor.get_body_accelerations_input_port())
+        return sensor
+
+
+class Gyroscope(_OnBody):
+    """Angular velocity of a body in the sensor's frame [rad/s].
+
+    Args:
+        body: The body B the sensor is fixed to.
+        X_BS: Pose of the sensor's frame S in B.
+    """
+
+    def __init__(self, body: Any, X_BS: RigidTransform):
+        super().__init__(body, X_BS)
+        for name in ("body_poses", "body_spatial_velocities"):
+            self._declare(name)
+        self.DeclareVectorOutputPort("measurement", 3, self._calc)
+
+    def _calc(self, context: Any, output: Any) -> None:
+        X_WB = self._of_body(self.get_body_poses_input_port(), context)
+        w_WB = self._of_body(self.get_body_velocities_input_port(), context).rotational()
+        R_WS = X_WB.rotation() @ self._X_BS.rotation()
+        output.SetFromVector(R_WS.inverse() @ w_WB)
+
+    @classmethod
+    def AddToDiagram(cls, body: Any, X_BS: RigidTransform, plant: Any, builder: Any) -> Gyroscope:
+        """Adds one to a diagram and connects it to the plant."""
+        sensor = builder.AddSystem(cls(body, X_BS))
+        builder.Connect(plant.get_body_poses_output_port(), sensor.get_body_poses_input_port())
+        builder.Connect(plant.get_body_spatial_velocities_output_port(), sensor.get_body_velocities_input_port())
+        return sensor
+
+
+Accelerometer_ = SystemTemplate("Accelerometer_", Accelerometer, scope="sheldrake.systems.sensors", base=LeafSystem_)
+Gyroscope_ = SystemTemplate("Gyroscope_", Gyroscope, scope="sheldrake.systems.sensors", base=LeafSystem_)

@@ -1,0 +1,63 @@
+"""Encoders at the joints of a robot."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import BasicVector, LeafSystem, LeafSystem_
+from sheldrake.systems.framework._templates import SystemTemplate
+
+from ._kernels import encoders
+
+
+class RotaryEncoders(LeafSystem):
+    """Selects angles [rad] from its input, subtracts calibration offsets, and rounds down to whole ticks.
+
+    Three ways to make one: `(ticks_per_revolution)` for each element of the input; `(input_port_size,
+    input_vector_indices)` without rounding; `(input_port_size, input_vector_indices, ticks_per_revolution)`.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        super().__init__()
+        names = ("input_port_size", "input_vector_indices", "ticks_per_revolution")
+        if len(args) == 1:
+            kwargs["ticks_per_revolution"] = args[0]
+        else:
+            kwargs.update(zip(names, args))
+        ticks = kwargs.get("ticks_per_revolution")
+        if len(args) > 3 or set(kwargs) - set(names) or (ticks is None and len(kwargs) < 2):
+            raise TypeError(
+                "RotaryEncoders(): incompatible constructor arguments: expected (ticks_per_revolution), "
+                "(input_port_size, input_vector_indices) or both."
+            )
+        size = int(kwargs.get("input_port_size", len(ticks or ())))
+        indices = [int(i) for i in kwargs.get("input_vector_indices", range(size))]
+        ticks = [0] * len(indices) if ticks is None else [int(t) for t in ticks]
+        if len(ticks) != len(indices) or any(not 0 <= i < size for i in indices) or any(t < 0 for t in ticks):
+            raise RuntimeError(
+                f"RotaryEncoders(): indices {indices} must be in [0, {size}), with as many ticks_per_revolution >= 0; "
+                f"got {ticks}."
+            )
+        self._model = np.array([indices, [t / (2.0 * math.pi) for t in ticks]], float).T.reshape(-1, 2).copy()
+        self.DeclareVectorInputPort("u0", size)
+        self.DeclareNumericParameter(BasicVector(np.zeros(len(indices))))
+        self.DeclareVectorOutputPort("y0", len(indices), encoders.encode)
+
+    def _kernel_models(self, root: Any) -> dict:
+        return {"model": self._model}
+
+    def set_calibration_offsets(self, context: Any, calibration_offsets: Any) -> None:
+        """Sets what is subtracted from each angle [rad]."""
+        self.ValidateContext(context)
+        context.get_mutable_numeric_parameter(0).SetFromVector(calibration_offsets)
+
+    def get_calibration_offsets(self, context: Any) -> np.ndarray:
+        """What is subtracted from each angle [rad]."""
+        self.ValidateContext(context)
+        return context.get_numeric_parameter(0).CopyToVector()
+
+
+RotaryEncoders_ = SystemTemplate("RotaryEncoders_", RotaryEncoders, scope="sheldrake.systems.sensors", base=LeafSystem_)
