@@ -35,7 +35,6 @@ class RandomGenerator:
         import numpy.random
 
         self._bits = numpy.random.RandomState(int(seed) % 2**32)._bit_generator
-        self._spare: float | None = None
 
     def __call__(self) -> int:
         """The next integer."""
@@ -45,6 +44,16 @@ class RandomGenerator:
         """The next number in [0, 1), from two integers, low half first, as C++'s generate_canonical takes them."""
         low, high = self(), self()
         return min((low + high * _TWO_32) / (_TWO_32 * _TWO_32), math.nextafter(1.0, 0.0))
+
+    def ToPlain(self) -> dict:
+        """Where the sequence stands, as numbers and arrays; `SetFromPlain` goes on from there."""
+        state: Any = self._bits.state
+        return {"key": state["state"]["key"], "position": int(state["state"]["pos"])}
+
+    def SetFromPlain(self, content: dict) -> None:
+        """Goes on from where `ToPlain` was called."""
+        state = {"key": content["key"], "pos": content["position"]}
+        self._bits.state = {"bit_generator": "MT19937", "state": state}
 
     def __repr__(self) -> str:
         return f"<RandomGenerator at {id(self):#x}>"

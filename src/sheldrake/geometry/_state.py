@@ -125,6 +125,11 @@ class GeometryState:
     def __deepcopy__(self, memo: dict) -> GeometryState:
         return self.copy()
 
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, GeometryState) and self.serial == other.serial
+
+    __hash__ = None  # type: ignore[assignment]
+
     __copy__ = Clone = copy
 
     def _touch(self, roles: Iterable[Role] = ()) -> None:

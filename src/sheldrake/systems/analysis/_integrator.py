@@ -182,6 +182,13 @@ class IntegratorBase:
         self._Z[H_IDEAL] = 0.0
         self.ResetStatistics()
 
+    def _get_next_step(self) -> float:
+        """The size it would like its next step to have [s]; 0 before the first."""
+        return float(self._Z[H_IDEAL])
+
+    def _set_next_step(self, step: float) -> None:
+        self._Z[H_IDEAL] = step
+
     def _make_step(self, span: Any) -> None:
         """Makes a step in Python, for schemes that are not in the event loop."""
         raise NotImplementedError

@@ -319,13 +319,17 @@ class Simulator:
             code = self._run(T, progress)
         finally:
             self._last_time = store.S[0]
+            store.stopped = (float(store.S[0]), type(self._integrator).__name__, self._integrator._get_next_step())
             progress.close()
         return self._status(T, code)
 
     def _get_ready(self) -> None:
-        if not self._ready:
-            self.Initialize()
         store = self._context._store
+        if not self._ready:
+            if store.goes_on is not None and store.goes_on[0] == store.S[0]:
+                self._go_on(store)
+            else:
+                self.Initialize()
         if self._span.layout is not store.layout or self._span.Z is not self._integrator._Z:
             self._make_span()
         if not store.S[0] == self._last_time:
@@ -333,6 +337,16 @@ class Simulator:
                 "Simulation time has changed since last Initialize() or AdvanceTo(). Resetting simulation time "
                 "requires a call to Initialize()."
             )
+
+    def _go_on(self, store: Any) -> None:
+        """Takes up a run that another process saved."""
+        _, integrator, step = store.goes_on
+        self._integrator.Initialize()
+        if integrator == type(self._integrator).__name__:
+            self._integrator._set_next_step(step)
+        self.ResetStatistics()
+        self._make_span()
+        self._ready, self._last_time, store.goes_on = True, store.S[0], None
 
     def _run(self, T: float, progress: Progress) -> int:
         """Advances in native spans, between which Python looks at Ctrl-C, the clock and the terminal."""

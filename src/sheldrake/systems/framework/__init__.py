@@ -35,6 +35,7 @@ from sheldrake.systems.framework._index import (
 )
 from sheldrake.systems.framework._leaf_system import LeafSystem
 from sheldrake.systems.framework._port import FixedInputPortValue, InputPort, LeafOutputPort, OutputPort
+from sheldrake.systems.framework._saving import LoadContext, SaveContext
 from sheldrake.systems.framework._scalar_conversion import SystemScalarConverter
 from sheldrake.systems.framework._system import System, SystemVisitor
 from sheldrake.systems.framework._system_base import SystemBase
@@ -117,6 +118,7 @@ __all__ = [
     "LeafOutputPort_",
     "LeafSystem",
     "LeafSystem_",
+    "LoadContext",
     "NumericParameterIndex",
     "OutputPort",
     "OutputPortIndex",
@@ -128,6 +130,7 @@ __all__ = [
     "PortDataType",
     "PublishEvent",
     "PublishEvent_",
+    "SaveContext",
     "State",
     "State_",
     "SubsystemIndex",

@@ -43,6 +43,8 @@ class Store:
         abstract, parameters: abstract states and parameters of all leaves.
         fixed: fixed abstract inputs, by free number.
         values: abstract output values, by row.
+        stopped: where the last `AdvanceTo` stopped: time [s], integrator, its next step size [s] (0: none yet).
+        goes_on: the same, read from a file: a simulator goes on from there and does not initialize.
     """
 
     def __init__(self, layout: Layout, systems: list[Any], scalar: Any = float):
@@ -80,6 +82,8 @@ class Store:
         self.pending: dict[int, list[AbstractValue]] = {}
         self.outcome: EventStatus | None = None
         self._cold: set[int] = set()
+        self.stopped: tuple[float, str, float] | None = None
+        self.goes_on: tuple[float, str, float] | None = None
 
     @property
     def native(self) -> bool:

@@ -29,6 +29,15 @@ class _Sampler:
             return -float(np.log1p(-self.generator._uniform()))
         return self._normal()
 
+    def ToPlain(self) -> dict:
+        """Where the sequence stands, for `SaveContext`."""
+        return {"generator": self.generator.ToPlain(), "spare": self._spare}
+
+    def SetFromPlain(self, content: dict) -> None:
+        """Goes on from where `ToPlain` was called."""
+        self.generator.SetFromPlain(content["generator"])
+        self._spare = content["spare"]
+
     def _normal(self) -> float:
         """Marsaglia's polar method, as C++'s normal_distribution does it."""
         if self._spare is not None:
