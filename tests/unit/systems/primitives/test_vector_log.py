@@ -103,6 +103,17 @@ def test_data_frame():
     assert np.array_equal(frame.to_numpy().T, log.data())
 
 
+def test_parquet(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    simulator, sink, _ = logged()
+    log = sink.FindLog(simulator.get_context())
+    log.ToParquet(tmp_path / "log.parquet")
+    table = parquet.read_table(tmp_path / "log.parquet")
+    assert table.column_names == ["time", "y0", "y1"]
+    columns = [column.to_numpy() for column in table.columns]
+    assert np.array_equal(columns[0], log.sample_times()) and np.array_equal(columns[1:], log.data())
+
+
 def test_what_is_not_installed_is_named(monkeypatch, tmp_path):
     real = builtins.__import__
 
