@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import importlib
-import importlib.util
 
 from sheldrake import __version__
 
@@ -14,6 +13,7 @@ Drake's modelling system for robots, in Python all the way down.
 Try, in this order:
 
   sheldrake demo                 a block falls and comes to rest, in a page, with log and plot
+  sheldrake mesh2urdf part.stl   a part from CAD becomes a model
   sheldrake run script.py        runs a script written for pydrake, as it is
   sheldrake info                 what is installed, and where compiled kernels are kept
 """
@@ -37,6 +37,12 @@ Compiles the kernels now that would otherwise be compiled when a simulation firs
 They are kept in your cache folder (see `sheldrake info`), for this machine and these versions, so it is done once.
 """
 
+_TOOLS = {
+    "demo": "drop a block: viewer, log, plot, replay",
+    "mesh2urdf": "a part from CAD to a robot description",
+}
+"""Commands whose file declares their arguments, and what they are for."""
+
 
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
@@ -55,15 +61,10 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("script", metavar="SCRIPT", help="the script, or `-` for standard input")
     run.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
 
-    if importlib.util.find_spec("sheldrake.cli._demo") is not None:
-        demo = commands.add_parser(
-            "demo",
-            help="drop a block: viewer, log, plot, replay",
-            formatter_class=formatter,
-        )
-        module = importlib.import_module("sheldrake.cli._demo")
-        demo.description = module.__doc__
-        module.add_arguments(demo)
+    for name, text in _TOOLS.items():
+        module = importlib.import_module(f"sheldrake.cli._{name}")
+        command = commands.add_parser(name, help=text, description=module.__doc__, formatter_class=formatter)
+        module.add_arguments(command)
 
     precompile = commands.add_parser(
         "precompile", help="compile all kernels now", description=_PRECOMPILE, formatter_class=formatter

@@ -1,0 +1,95 @@
+"""`sheldrake mesh2urdf`: a part from CAD becomes a robot description with units, mass and inertia that hold.
+
+Reads STL, OBJ, PLY, DAE, glTF and 3MF. Says which unit it takes the file to be in and why, and asks when that is not
+clear; closes and turns surfaces that need it; computes mass and inertia of the solid; writes visual and collision
+geometry. What it writes loads in sheldrake and in Drake.
+
+  sheldrake mesh2urdf part.stl --mass 0.77 -o part.urdf
+  sheldrake mesh2urdf frame.stl cover.stl --density 1200 --units mm --hull -o housing.urdf
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from typing import Any
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares what `sheldrake mesh2urdf` takes."""
+    parser.add_argument("meshes", nargs="+", metavar="MESH", help="mesh files; together they make one rigid body")
+    amount = parser.add_mutually_exclusive_group()
+    amount.add_argument("--density", type=float, metavar="KG/M3", help="of the material (default: 1000, water)")
+    amount.add_argument("--mass", type=float, metavar="KG", help="of the whole body")
+    parser.add_argument(
+        "--units", default="auto", choices=("auto", "mm", "cm", "m", "in"), help="of the mesh files (default: auto)"
+    )
+    shape = parser.add_mutually_exclusive_group()
+    shape.add_argument("--hull", action="store_true", help="collide with the convex hull of each solid")
+    shape.add_argument("--decompose", action="store_true", help="collide with several convex pieces of each solid")
+    parser.add_argument("--origin-at-com", action="store_true", help="link frame at the centre of mass")
+    parser.add_argument("--name", help="of robot and link (default: the output's)")
+    parser.add_argument("-o", "--output", metavar="URDF", help="file to write (default: beside the first mesh)")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the description and says what was thought and done; returns the exit status."""
+    import pathlib
+
+    from sheldrake.cad import UnitsUnsure
+
+    if options.output is None:
+        options.output = str(pathlib.Path(options.meshes[0]).with_suffix(".urdf"))
+    try:
+        model = _make(options)
+    except UnitsUnsure as unsure:
+        units = _ask(unsure)
+        if units is None:
+            return 2
+        options.units = units
+        try:
+            model = _make(options)
+        except (OSError, ValueError) as error:
+            return _fail(error)
+    except (OSError, ValueError) as error:
+        return _fail(error)
+    for note in model.notes:
+        print(note)
+    for warning in model.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    print(f"wrote {', '.join(str(p) for p in [model.path, *model.files])}")
+    return 0
+
+
+def _make(options: argparse.Namespace) -> Any:
+    from sheldrake.cad import MakeUrdfFromMesh
+
+    return MakeUrdfFromMesh(
+        options.meshes,
+        density=options.density,
+        mass=options.mass,
+        units=options.units,
+        collision="hull" if options.hull else "decompose" if options.decompose else "mesh",
+        output=options.output,
+        name=options.name,
+        origin_at_com=options.origin_at_com,
+    )
+
+
+def _ask(unsure: Any) -> str | None:
+    """Puts the question; at a terminal, takes the answer."""
+    print(unsure.question, file=sys.stderr)
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return None
+    known = ("mm", "cm", "m", "in")
+    print(f"{', '.join(known)}: ", end="", file=sys.stderr, flush=True)
+    answer = sys.stdin.readline().strip()
+    if answer in known:
+        return answer
+    print(f"'{answer}' is no unit; nothing was written.", file=sys.stderr)
+    return None
+
+
+def _fail(error: Exception) -> int:
+    print(f"sheldrake mesh2urdf: {error}", file=sys.stderr)
+    return 1

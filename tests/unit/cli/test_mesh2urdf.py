@@ -1,0 +1,38 @@
+import numpy as np
+import pytest
+
+from sheldrake.cli import main
+
+
+def write_box(path, *sides):
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * sides
+    faces = ["1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4"]
+    lines = ["v {} {} {}".format(*corner) for corner in corners] + [f"f {face}" for face in faces]
+    path.write_text("\n".join(lines))
+    return str(path)
+
+
+def test_a_part_becomes_a_description(tmp_path, capsys):
+    part = write_box(tmp_path / "part.obj", 60.0, 40.0, 25.0)
+    assert main(["mesh2urdf", part, "--mass", "0.77", "-o", str(tmp_path / "part.urdf")]) == 0
+    said = capsys.readouterr().out
+    assert "millimetres" in said and "sure" in said and "watertight" in said and "wrote" in said
+    text = (tmp_path / "part.urdf").read_text()
+    assert 'filename="part.obj" scale="0.001 0.001 0.001"' in text and '<mass value="0.77"/>' in text
+
+
+def test_unsure_asks_and_writes_nothing(tmp_path, capsys):
+    part = write_box(tmp_path / "part.obj", 6.0, 4.0, 2.5)
+    assert main(["mesh2urdf", part]) == 2
+    said = capsys.readouterr().err
+    assert "Which unit" in said and "--units cm" in said
+    assert not (tmp_path / "part.urdf").exists()
+    assert main(["mesh2urdf", part, "--units", "cm"]) == 0
+    assert (tmp_path / "part.urdf").exists()
+
+
+def test_errors_are_one_line(tmp_path, capsys):
+    assert main(["mesh2urdf", str(tmp_path / "absent.stl"), "-o", str(tmp_path / "x.urdf")]) == 1
+    assert capsys.readouterr().err.count("\n") == 1
+    with pytest.raises(SystemExit):
+        main(["mesh2urdf", "a.stl", "--mass", "1", "--density", "2"])
