@@ -63,10 +63,12 @@ class Store:
         self.fixed: dict[int, Any] = {}
         self.values: dict[int, AbstractValue] = {}
         self._begin()
-        for n, j in layout.ports:
+        for r, (n, j) in enumerate(layout.ports):
             output, (a, b) = systems[n]._outputs[j], layout.places[n].outputs[j].span
             if b > a and isinstance(output.model, BasicVector):
                 self.S[a:b] = lifted(output.model._v, scalar)
+            if not output.cached:
+                self._cold.add(r)
         for n in layout.leaves:
             self._reset_work(n)
 

@@ -187,3 +187,27 @@ def test_output_ports_are_cached():
     port.cache_entry().disable_caching(context)
     port.Eval(context)
     assert system.count == 3
+
+
+def test_a_port_without_caching_is_computed_whenever_it_is_asked_for():
+    """Also in contexts made later and in their clones."""
+
+    class Counter(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.calls = 0
+            port = self.DeclareVectorOutputPort("y", 1, self.calc, {self.nothing_ticket()})
+            port.disable_caching_by_default()
+
+        def calc(self, context, output):
+            self.calls += 1
+            output.SetFromVector([self.calls])
+
+    builder = DiagramBuilder()
+    counter = builder.AddSystem(Counter())
+    builder.ExportOutput(counter.get_output_port(), "y")
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    port = diagram.get_output_port()
+    assert [port.Eval(context)[0] for _ in range(3)] == [1, 2, 3]
+    assert [port.Eval(context.Clone())[0] for _ in range(2)] == [4, 5]
