@@ -47,7 +47,7 @@ class _Slider:
     def quantized(self, value: float) -> float:
         """Returns the value kept in the range and rounded to a multiple of the step, as Drake does."""
         value = min(self.max, max(self.min, value))
-        value = math.floor(value / self.step + 0.5) * self.step
+        value = math.copysign(math.floor(abs(value) / self.step + 0.5), value) * self.step
         return min(self.max, max(self.min, value))
 
 
@@ -164,9 +164,9 @@ class Controls:
                 slider.value = min(slider.max, max(slider.min, float(value)))
 
     def slider_names(self) -> list[str]:
-        """Returns the names of all sliders, in the order of their creation."""
+        """Returns the names of all sliders, sorted."""
         with self._lock:
-            return list(self._sliders)
+            return sorted(self._sliders)
 
     def slider_value(self, name: str) -> float:
         """Returns where a slider stands."""
@@ -195,7 +195,7 @@ class Controls:
         if name not in self._sliders:
             raise RuntimeError(
                 f"Meshcat.{call}(): Meshcat does not have any slider named {name}. "
-                f"The registered slider names are ({', '.join(self._sliders)})."
+                f"The registered slider names are ({', '.join(sorted(self._sliders))})."
             )
         return self._sliders[name]
 

@@ -16,7 +16,8 @@ from ._meshcat_page import Page
 from ._meshcat_player import Frames
 from ._meshcat_scripts import NO_SHADOWS_IN_SOFTWARE
 from ._meshcat_server import dress_page
-from ._meshcat_tree import OBJECT, quaternions
+from ._meshcat_tree import quaternions
+from ._meshcat_viser import property_message
 
 TITLE = "sheldrake"
 
@@ -31,7 +32,7 @@ def serialize_scene(page: Page, animation: MeshcatAnimation | None) -> bytes:
             if animation is not None and animation._num_frames() > 0:
                 frames = Frames(animation)
                 _insert_camera(serializer, page, frames)
-                _insert_recording(serializer, frames)
+                _insert_recording(serializer, page, frames)
             return serializer.serialize()
 
 
@@ -48,7 +49,7 @@ def _insert_camera(serializer: Any, page: Page, frames: Frames) -> None:
         serializer._insert_message(_messages.SetCameraLookAtMessage(tuple(target.tolist()), initial=True))
 
 
-def _insert_recording(serializer: Any, frames: Frames) -> None:
+def _insert_recording(serializer: Any, page: Page, frames: Frames) -> None:
     from viser import _messages
 
     period = 1.0 / frames.frames_per_second
@@ -65,11 +66,9 @@ def _insert_recording(serializer: Any, frames: Frames) -> None:
                 serializer._insert_message(_messages.SetOrientationMessage(path, tuple(wxyz)))
                 serializer._insert_message(_messages.SetPositionMessage(path, tuple(pose[:, 3].tolist())))
         for path, name, value in properties:
-            if name == "visible":
-                serializer._insert_message(_messages.SetSceneNodeVisibilityMessage(path, bool(value)))
-            elif name in ("opacity", "modulated_opacity"):
-                node = path if path.endswith(OBJECT) else f"{path}/{OBJECT}"
-                serializer._insert_message(_messages.SceneNodeUpdateMessage(node, {"opacity": float(value)}))
+            message = property_message(path, name, value, page.drawable_at(path))
+            if message is not None:
+                serializer._insert_message(message)
         if frame + 1 < frames.num_frames:
             serializer.insert_sleep(period)
 

@@ -58,6 +58,7 @@ class Page:
         self._frames: dict[str, Any] = {}
         self._drawn: dict[str, Any] = {}
         self._stretched: dict[str, np.ndarray] = {}
+        self._scaled: dict[str, Any] = {}  # path -> what is drawn there, where a stretch is the node's own scale
         self._ignored: set[str] = set()
         self.player: Any = None
         self.stage = Stage(server)
@@ -133,7 +134,7 @@ class Page:
             self.stage.set_property(path, "visible", False)
         below = path + "/"
         frame = self._frames.get(path)
-        for known in (self._frames, self._drawn, self._stretched):
+        for known in (self._frames, self._drawn, self._stretched, self._scaled):
             for key in [key for key in known if key == path or key.startswith(below)]:
                 del known[key]
         if frame is not None:
@@ -150,11 +151,17 @@ class Page:
             self._erase(path)
             return
         self._frame(path)
-        drawable = element.object
+        drawable, scale = element.object, None
         stretch = self._stretch_at(path)
         if stretch is not None:
-            drawable = transformed(drawable, stretch)
+            scale = nodes.scale_along_axes(drawable, stretch)
+            if scale is None:
+                drawable = transformed(drawable, stretch)
+        self._scaled.pop(path, None)
         handle = nodes.add(self._server.scene, f"{path}/{OBJECT}", drawable, *self._appearance(path, drawable))
+        if scale is not None:
+            handle.scale = scale
+            self._scaled[path] = drawable
         own = self._tree.get(f"{path}/{OBJECT}")
         if own is not None and own.properties.get("visible") is False:
             handle.visible = False
@@ -225,12 +232,29 @@ class Page:
     def _redraw_below(self, path: str) -> None:
         below = path + "/"
         for drawn in [key for key in self._drawn if key == path or key.startswith(below)]:
-            self._draw(drawn)
+            if not self._rescale(drawn):
+                self._draw(drawn)
+
+    def _rescale(self, path: str) -> bool:
+        """Changes the scale of what is drawn; returns False when it must be drawn anew."""
+        drawable, stretch = self._tree.get(path).object, self._stretch_at(path)
+        if self._scaled.get(path) is not drawable or stretch is None:
+            return False
+        scale = nodes.scale_along_axes(drawable, stretch)
+        if scale is None:
+            return False
+        self._drawn[path].scale = scale
+        return True
+
+    def drawable_at(self, path: str) -> Any:
+        """Returns what is drawn at a path, None for nothing."""
+        element = self._tree.get(path.removesuffix(f"/{OBJECT}"))
+        return None if element is None else element.object
 
     def _apply_property(self, path: str, name: str) -> None:
         element = self._tree.get(path)
-        if element is None or name not in element.properties:
-            return
+        if element is None or name not in element.properties or (name in _PLACEMENT and not is_stage_path(path)):
+            return  # Meshcat.SetProperty() has put what places a path into its pose
         self.show_property(path, name, element.properties[name])
 
     def show_property(self, path: str, name: str, value: Any) -> None:
@@ -251,7 +275,11 @@ class Page:
                 drawable = self._tree.get(drawn).object
                 if not nodes.recolor(self._drawn[drawn], drawable, *self._appearance(drawn, drawable)):
                     self._draw(drawn)
-        elif name not in _PLACEMENT:
+        elif name in _PLACEMENT:
+            message = nodes.property_message(path, name, value, self.drawable_at(path))
+            if message is not None:
+                self._server._websock_server.queue_message(message)
+        else:
             self._say_ignored(path, name)
 
     def _say_ignored(self, path: str, name: str) -> None:

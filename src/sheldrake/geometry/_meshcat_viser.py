@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ._meshcat_drawables import PLATE_SIZE, Asset, Lines, Points, Primitive, Triangles, triangles_of
+from ._meshcat_tree import OBJECT
 from ._shapes import Box, Cylinder, Ellipsoid, HalfSpace, Sphere
 
 
@@ -22,6 +23,33 @@ def send_pose(server: Any, name: str, wxyz: list[float], position: list[float]) 
     queue = server._websock_server.queue_message
     queue(_messages.SetOrientationMessage(name, tuple(wxyz)))
     queue(_messages.SetPositionMessage(name, tuple(position)))
+
+
+def property_message(path: str, name: str, value: Any, drawable: Any) -> Any:
+    """Returns the message that shows a recorded property of a path, None for one that has no message.
+
+    Args:
+        path: Full path.
+        name: "visible", "position", "quaternion" (x, y, z, w), "scale", "opacity" or "modulated_opacity".
+        value: Its value.
+        drawable: What is drawn at the path, None for nothing.
+    """
+    from viser import _messages
+
+    node = path if path.endswith(OBJECT) else f"{path}/{OBJECT}"
+    if name == "visible":
+        return _messages.SetSceneNodeVisibilityMessage(path, bool(value))
+    if name == "position":
+        return _messages.SetPositionMessage(path, tuple(value))
+    if name == "quaternion":
+        x, y, z, w = np.array(value) / np.linalg.norm(value)
+        return _messages.SetOrientationMessage(path, (w, x, y, z))
+    if name == "scale" and drawable is not None:
+        scale = np.broadcast_to(np.asarray(value, dtype=float), (3,)) * base_scale(drawable)
+        return _messages.SceneNodeUpdateMessage(node, {"scale": tuple(scale.tolist())})
+    if name in ("opacity", "modulated_opacity"):
+        return _messages.SceneNodeUpdateMessage(node, {"opacity": float(value)})
+    return None
 
 
 def add(scene: Any, name: str, drawable: Any, color: Any, opacity: float) -> Any:
@@ -120,6 +148,23 @@ def split_at_edges(vertices: np.ndarray, faces: np.ndarray, angle: float = 0.5) 
     mesh.merge_vertices(merge_norm=True, merge_tex=True)
     smooth = trimesh.graph.smooth_shade(mesh, angle=angle)
     return np.asarray(smooth.vertices), np.asarray(smooth.faces)
+
+
+def base_scale(drawable: Any) -> np.ndarray:
+    """Returns the scale a node is drawn with when nothing stretches it, shape (3,)."""
+    if isinstance(drawable, Primitive) and isinstance(drawable.shape, Ellipsoid):
+        return np.array([drawable.shape.a(), drawable.shape.b(), drawable.shape.c()])
+    return np.ones(3)
+
+
+def scale_along_axes(drawable: Any, stretch: np.ndarray) -> tuple[float, float, float] | None:
+    """Returns the node's scale that stands for a stretch, shape (4, 4); None when its points must be stretched."""
+    factors = np.diag(stretch)[:3]
+    if isinstance(drawable, Primitive) and isinstance(drawable.shape, HalfSpace):
+        return None
+    if (factors <= 0).any() or np.abs(stretch - np.diag([*factors, 1.0])).max() > 1e-12 * factors.max():
+        return None
+    return tuple((factors * base_scale(drawable)).tolist())  # type: ignore[return-value]
 
 
 def recolor(handle: Any, drawable: Any, color: Any, opacity: float) -> bool:

@@ -26,7 +26,7 @@ _ALPHA_STEP = 0.02
 class MeshcatVisualizer(LeafSystem):
     """Draws the geometries of one role into a Meshcat, every `publish_period` of simulated time.
 
-    A body's frame "model::body" is drawn at "prefix/model/body", its geometries below, by number.
+    A body's frame "model::body" is drawn at "prefix/model/body", its geometries below, by name.
 
     Args:
         meshcat: Where to draw.
@@ -199,7 +199,7 @@ class MeshcatVisualizer(LeafSystem):
                 return False
         elif not self._params.include_unspecified_accepting:
             return False
-        path = f"{frame_path}/{geometry.get_value()}"
+        path = f"{frame_path}/{inspector.GetName(geometry)}".replace("::", "/")
         rgba = properties.GetPropertyOrDefault("phong", "diffuse", self._params.default_color)
         hull = inspector.GetConvexHull(geometry) if self._params.role == Role.kProximity else None
         if hull is not None:  # what collides is the hull

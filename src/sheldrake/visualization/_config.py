@@ -9,6 +9,10 @@ from typing import Any
 
 from sheldrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
 from sheldrake.geometry._meshcat_params import _typed_fields
+from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
+
+from ._inertia_visualizer import PREFIX as INERTIA_PREFIX
+from ._inertia_visualizer import InertiaVisualizer
 
 log = logging.getLogger("drake")
 
@@ -27,7 +31,7 @@ class VisualizationConfig:
         default_proximity_color: Color of proximity geometry that names none.
         initial_proximity_alpha: Where the opacity slider of proximity geometry starts, in [0, 1].
         publish_contacts: Whether to show contact forces.
-        publish_inertia: Whether to show inertias.
+        publish_inertia: Whether to show inertias as ellipsoids; hidden until switched on in the page.
         enable_meshcat_creation: Whether to make a Meshcat where none is given.
         delete_on_initialization_event: Whether an initialization clears what was drawn before.
         enable_alpha_sliders: Whether the page gets opacity sliders.
@@ -74,17 +78,19 @@ def ApplyVisualizationConfig(
     Args:
         config: What to show.
         builder: The diagram in the making.
-        lcm_buses: Not used: nothing is sent over LCM.
+        lcm_buses: Nothing is sent over LCM, which is said when one is given.
         plant: The finalized plant; the system named "plant" when left out.
         scene_graph: Its scene graph; the system named "scene_graph" when left out.
         meshcat: Where to draw; a new one when left out, if the configuration allows.
-        lcm: Not used.
+        lcm: Nothing is sent over LCM, which is said when one is given.
 
     Raises:
         RuntimeError: when a system is missing, the plant is not finalized, or another bus than "default" is named.
     """
     if lcm_buses is None and lcm is None and config.lcm_bus != "default":
         raise RuntimeError(f"ApplyVisualizationConfig(): there is no LCM bus '{config.lcm_bus}' (only 'default').")
+    if lcm_buses is not None or lcm is not None:
+        log.warning("ApplyVisualizationConfig(): nothing is sent over LCM; the scene is shown in Meshcat only.")
     config = copy.copy(config)
     plant = _subsystem(builder, plant, "plant")
     scene_graph = _subsystem(builder, scene_graph, "scene_graph")
@@ -96,6 +102,19 @@ def ApplyVisualizationConfig(
         meshcat = Meshcat()
     for params in _visualizer_params(config):
         MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, params)
+    if config.publish_contacts:
+        ContactVisualizer.AddToBuilder(
+            builder,
+            plant.get_contact_results_output_port(),
+            scene_graph.get_query_output_port(),
+            meshcat,
+            ContactVisualizerParams(
+                publish_period=config.publish_period,
+                delete_on_initialization_event=config.delete_on_initialization_event,
+            ),
+        )
+    if config.publish_inertia:
+        InertiaVisualizer.AddToBuilder(builder, plant, scene_graph)
 
 
 def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerParams]:
@@ -110,6 +129,16 @@ def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerPar
         color = config.default_illustration_color
         wanted.append(
             MeshcatVisualizerParams(role=Role.kIllustration, prefix="illustration", default_color=color, **shared)
+        )
+    if config.publish_inertia:
+        wanted.append(
+            MeshcatVisualizerParams(
+                role=Role.kIllustration,
+                prefix=INERTIA_PREFIX,
+                visible_by_default=False,
+                include_unspecified_accepting=False,
+                **shared,
+            )
         )
     if config.publish_proximity:
         wanted.append(

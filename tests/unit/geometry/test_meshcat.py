@@ -227,8 +227,16 @@ def test_set_transform_takes_rigid_and_stretching_matrices(meshcat):
     meshcat.SetTransform("a", matrix=np.diag([2.0, 3.0, 4.0, 1.0]))
     with join(meshcat) as client:
         seen = receive_until(client, lambda m: m["type"] == "ReplayDoneMessage")
-    mesh = next(m for m in seen if m.get("name") == "/drake/a/<object>" and m["type"] == "MeshMessage")
-    assert mesh  # drawn as triangles, with the stretch built in
+    box = [m for m in seen if m.get("name") == "/drake/a/<object>"]
+    scale = [m["updates"]["scale"] for m in box if "scale" in m.get("updates", {})] or [box[0]["props"]["scale"]]
+    assert scale[-1] == [2.0, 3.0, 4.0], "stretched along its axes"
+    shear = np.eye(4)
+    shear[0, 1] = 0.5
+    meshcat.SetTransform("a", matrix=shear)
+    with join(meshcat) as client:
+        seen = receive_until(client, lambda m: m["type"] == "ReplayDoneMessage")
+    types = [m["type"] for m in seen if m.get("name") == "/drake/a/<object>" and "props" in m]
+    assert types == ["MeshMessage"], "drawn as triangles, with the shear built in"
     with pytest.raises(TypeError, match=r"shape \(4, 4\), got an array of shape \(3, 3\)"):
         meshcat.SetTransform("a", np.eye(3))
     with pytest.raises(TypeError, match="got str"):

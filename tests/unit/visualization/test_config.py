@@ -5,25 +5,18 @@ import copy
 import pytest
 
 from sheldrake.geometry import Meshcat, MeshcatVisualizer, Rgba, Role, SceneGraph
-from sheldrake.systems.framework import DiagramBuilder, LeafSystem
+from sheldrake.multibody.math import SpatialInertia
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
+from sheldrake.systems.framework import DiagramBuilder
 from sheldrake.visualization import AddDefaultVisualization, ApplyVisualizationConfig, VisualizationConfig
-
-
-class Plant(LeafSystem):
-    """As much of a MultibodyPlant as is asked for."""
-
-    def __init__(self, finalized=True):
-        super().__init__()
-        self.finalized = finalized
-
-    def is_finalized(self):
-        return self.finalized
 
 
 def diagram(finalized=True):
     builder = DiagramBuilder()
-    builder.AddNamedSystem("plant", Plant(finalized))
-    builder.AddNamedSystem("scene_graph", SceneGraph())
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    plant.AddRigidBody("ball", SpatialInertia.SolidSphereWithDensity(500.0, 0.1))
+    if finalized:
+        plant.Finalize()
     return builder
 
 
@@ -38,14 +31,25 @@ def test_default_shows_looks_and_collisions():
     assert found["illustration"].role == Role.kIllustration and found["illustration"].visible_by_default
     assert found["proximity"].role == Role.kProximity and not found["proximity"].visible_by_default
     assert found["proximity"].default_color == Rgba(0.8, 0, 0)
+    assert found["inertia"].role == Role.kIllustration and not found["inertia"].visible_by_default
     assert builder.HasSubsystemNamed("meshcat_visualizer(illustration)")
+    assert builder.HasSubsystemNamed("meshcat_contact_visualizer")
+    assert builder.HasSubsystemNamed("inertia_visualizer")
     builder.Build()
 
 
 def test_choices_are_passed_on():
     builder, meshcat = diagram(), Meshcat(port=0)
-    config = VisualizationConfig(publish_proximity=False, publish_period=0.25, enable_alpha_sliders=True)
+    config = VisualizationConfig(
+        publish_proximity=False,
+        publish_inertia=False,
+        publish_contacts=False,
+        publish_period=0.25,
+        enable_alpha_sliders=True,
+    )
     ApplyVisualizationConfig(config, builder, meshcat=meshcat)
+    assert not builder.HasSubsystemNamed("meshcat_contact_visualizer")
+    assert not builder.HasSubsystemNamed("inertia_visualizer")
     (params,) = visualizers(builder).values()
     assert params.publish_period == 0.25 and meshcat.GetSliderNames() == ["illustration α"]
 
@@ -60,7 +64,7 @@ def test_errors_change_nothing():
     with pytest.raises(RuntimeError, match=r"call plant\.Finalize\(\) first"):
         AddDefaultVisualization(diagram(finalized=False), Meshcat(port=0))
     builder = DiagramBuilder()
-    builder.AddNamedSystem("robot", Plant())
+    builder.AddNamedSystem("robot", SceneGraph())
     with pytest.raises(RuntimeError, match="no system named 'plant'; it has robot"):
         AddDefaultVisualization(builder, Meshcat(port=0))
     builder = diagram()
@@ -75,3 +79,21 @@ def test_config_is_a_value():
     assert [f.name for f in VisualizationConfig.__fields__][:2] == ["lcm_bus", "publish_period"]
     with pytest.raises(TypeError):
         VisualizationConfig(nothing=1)
+
+
+def test_a_message_bus_is_not_ignored_silently(caplog):
+    ApplyVisualizationConfig(VisualizationConfig(), diagram(), lcm_buses=object(), meshcat=Meshcat(port=0))
+    assert "nothing is sent over LCM" in caplog.text
+
+
+def test_inertias_are_ellipsoids_of_water_that_only_their_own_visualizer_draws():
+    builder, meshcat = diagram(), Meshcat(port=0)
+    AddDefaultVisualization(builder, meshcat)
+    built = builder.Build()
+    built.ForcedPublish(built.CreateDefaultContext())
+    tree = meshcat._hub.tree
+    shape = tree.get("/drake/inertia/InertiaVisualizer/DefaultModelInstance/ball/$inertia(1)").object.shape
+    radius = 0.1 * 0.5 ** (1 / 3)  # the ball's density is half that of water
+    assert [shape.a(), shape.b(), shape.c()] == pytest.approx([radius] * 3, rel=1e-12)
+    assert tree.get("/drake/inertia").properties["visible"] is False
+    assert not meshcat.HasPath("illustration/InertiaVisualizer")

@@ -1,0 +1,67 @@
+"""What arrows of all kinds share: their heads, their frames, and paths that come and go."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry import Meshcat, MeshcatCone, Rgba
+from sheldrake.math import RigidTransform, RotationMatrix
+
+HEAD = 2.0  # height and radius of an arrow's head, in radii of its shaft
+X_TURNED = RotationMatrix.MakeXRotation(np.pi)
+
+
+def draw_head(meshcat: Meshcat, path: str, radius: float, color: Rgba) -> None:
+    """Draws an arrow's head for a shaft of a radius [m]: a cone with its tip at the path's origin, opening to +z."""
+    meshcat.SetObject(path, MeshcatCone(HEAD * radius, HEAD * radius, HEAD * radius), color)
+
+
+def along(vector: np.ndarray, origin: np.ndarray) -> RigidTransform:
+    """Returns a frame at a point, shape (3,), whose z axis runs along a vector, shape (3,), not zero."""
+    return RigidTransform(RotationMatrix.MakeFromOneVector(vector, 2), origin)
+
+
+class Shown:
+    """Which paths below a prefix are drawn and which of them are visible now.
+
+    Args:
+        meshcat: Where to draw.
+    """
+
+    def __init__(self, meshcat: Meshcat):
+        self._meshcat = meshcat
+        self._visible: dict[str, bool] = {}
+
+    def add(self, path: str) -> bool:
+        """Notes a path, hidden from the first frame of a recording on; returns whether it is new."""
+        if path in self._visible:
+            return False
+        self._visible[path] = False
+        start = self._meshcat.get_mutable_recording().start_time()
+        self._meshcat.SetProperty(path, "visible", False, start)
+        return True
+
+    def show(self, path: str, visible: bool, time: float) -> None:
+        """Shows or hides a noted path from a time of a recording [s] on."""
+        if self._visible[path] != visible:
+            self._visible[path] = visible
+            self._meshcat.SetProperty(path, "visible", visible, time)
+
+    def hide_others(self, paths: set[str], time: float) -> None:
+        """Hides everything noted except some paths, from a time of a recording [s] on."""
+        for path in self._visible.keys() - paths:
+            self.show(path, False, time)
+
+    def clear(self) -> None:
+        """Forgets all paths."""
+        self._visible.clear()
+
+
+def as_floats(array: Any) -> np.ndarray:
+    """Returns an array's numbers without their derivatives."""
+    array = np.asarray(array)
+    if array.dtype != object:
+        return array.astype(float)
+    return np.array([float(x.value() if hasattr(x, "value") else x) for x in array.ravel()]).reshape(array.shape)
