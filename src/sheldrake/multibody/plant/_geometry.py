@@ -110,7 +110,7 @@ class PlantGeometry:
             coulomb_friction: A CoulombFriction, by name.
 
         Raises:
-            RuntimeError: no SceneGraph, the plant is finalized, no friction, or a name or pose that is not valid.
+            RuntimeError: no SceneGraph, the plant is finalized, or a name or pose that is not valid.
         """
         self._require_registrable("RegisterCollisionGeometry", body)
         properties = properties if coulomb_friction is None else coulomb_friction
@@ -121,11 +121,6 @@ class PlantGeometry:
             raise TypeError(
                 "RegisterCollisionGeometry(): incompatible function arguments. properties must be ProximityProperties "
                 f"or a CoulombFriction, not {properties!r}."
-            )
-        if not properties.HasProperty("material", "coulomb_friction"):
-            raise RuntimeError(
-                f"RegisterCollisionGeometry(): geometry {name!r} of body {body.name()!r} needs the property "
-                "('material', 'coulomb_friction')."
             )
         instance = self._instance(body, X_BG, shape, name, "RegisterCollisionGeometry")
         instance.set_proximity_properties(properties)
