@@ -14,6 +14,7 @@ Try, in this order:
 
   sheldrake demo                 a block falls and comes to rest, in a page, with log and plot
   sheldrake mesh2urdf part.stl   a part from CAD becomes a model
+  sheldrake view robot.urdf      a model in a page, with a slider for each joint
   sheldrake run script.py        runs a script written for pydrake, as it is
   sheldrake info                 what is installed, and where compiled kernels are kept
 """
@@ -40,6 +41,7 @@ They are kept in your cache folder (see `sheldrake info`), for this machine and 
 _TOOLS = {
     "demo": "drop a block: viewer, log, plot, replay",
     "mesh2urdf": "a part from CAD to a robot description",
+    "view": "a model in a page, with a slider for each joint",
 }
 """Commands whose file declares their arguments, and what they are for."""
 

@@ -1,12 +1,25 @@
-"""Looking at things: plots of logs, standard visualization of a plant."""
+"""Looking at things: models and plants in the page, plots of logs."""
 
+from sheldrake.systems.framework import LeafSystem_
+from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.visualization._config import AddDefaultVisualization, ApplyVisualizationConfig, VisualizationConfig
+from sheldrake.visualization._model_visualizer import ModelVisualizer
 from sheldrake.visualization._plot_log import PlotLog
 from sheldrake.visualization._plotting import plot_sublevelset_quadratic
+from sheldrake.visualization._pose_sliders import MeshcatPoseSliders
+from sheldrake.visualization._triad import AddFrameTriadIllustration
+
+MeshcatPoseSliders_ = SystemTemplate(
+    "MeshcatPoseSliders_", MeshcatPoseSliders, scope=__name__, own=True, base=LeafSystem_
+)
 
 __all__ = [
     "AddDefaultVisualization",
+    "AddFrameTriadIllustration",
     "ApplyVisualizationConfig",
+    "MeshcatPoseSliders",
+    "MeshcatPoseSliders_",
+    "ModelVisualizer",
     "PlotLog",
     "VisualizationConfig",
     "plot_sublevelset_quadratic",

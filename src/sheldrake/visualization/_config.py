@@ -137,6 +137,7 @@ def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerPar
                 prefix=INERTIA_PREFIX,
                 visible_by_default=False,
                 include_unspecified_accepting=False,
+                initial_alpha_slider_value=0.5,
                 **shared,
             )
         )

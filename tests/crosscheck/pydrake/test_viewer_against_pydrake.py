@@ -164,3 +164,47 @@ def test_a_wrong_ellipsoid_is_caught():
             test_standard_visualization_adds_and_draws_what_drakes_does()
     finally:
         _inertia_visualizer._DENSITY = density
+
+
+def friction_unsaid(library):
+    """State after 0.2 s of a ball sliding on ground, neither of which says its friction."""
+    builder, plant, _ = plant_of(library, [])
+    X, shapes = of(library, "math").RigidTransform, of(library, "geometry")
+    M = of(library, "multibody.tree").SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+    ball = plant.AddRigidBody("ball", M)
+    plant.RegisterCollisionGeometry(ball, X(), shapes.Sphere(0.1), "shell", shapes.ProximityProperties())
+    plant.RegisterCollisionGeometry(plant.world_body(), X(), shapes.HalfSpace(), "g", shapes.ProximityProperties())
+    plant.Finalize()
+    simulator = of(library, "systems.analysis").Simulator(builder.Build())
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetPositionsAndVelocities(context, [1, 0, 0, 0, 0, 0, 0.1, 0, 0, 0, 1, 0, 0])
+    simulator.AdvanceTo(0.2)
+    return plant.GetPositionsAndVelocities(context)
+
+
+def test_geometry_without_friction_gets_the_scene_graphs():
+    assert np.allclose(friction_unsaid("sheldrake"), friction_unsaid("pydrake"), rtol=1e-9, atol=1e-9)
+
+
+def triads(library):
+    """Axes of a body and of a frame: names, poses, colors, sizes."""
+    _, plant, scene_graph = plant_of(library, [ARM])
+    add, inspector = of(library, "visualization").AddFrameTriadIllustration, scene_graph.model_inspector()
+    X = of(library, "math").RigidTransform([0.0, 0.0, 7.0])
+    ids = add(scene_graph=scene_graph, body=plant.GetBodyByName("l1"))
+    ids += add(scene_graph=scene_graph, frame=plant.GetFrameByName("j1_parent"), length=1.0, opacity=0.5, X_FT=X)
+    found = []
+    for g in ids:
+        color = inspector.GetIllustrationProperties(g).GetProperty("phong", "diffuse")
+        shape, pose = inspector.GetShape(g), inspector.GetPoseInFrame(g).GetAsMatrix34()
+        found.append((inspector.GetName(g), pose, list(color.rgba), [shape.radius(), shape.length()]))
+    return found
+
+
+def test_triads_are_drakes():
+    for mine, theirs in zip(triads("sheldrake"), triads("pydrake"), strict=True):
+        assert mine[0] == theirs[0]
+        # A cylinder looks the same turned about its axis, or upside down.
+        assert np.allclose(np.abs(mine[1][:, 2]), np.abs(theirs[1][:, 2]), atol=1e-12)
+        assert np.allclose(mine[1][:, 3], theirs[1][:, 3], atol=1e-12)
+        assert mine[2] == pytest.approx(theirs[2]) and mine[3] == pytest.approx(theirs[3])

@@ -1,0 +1,301 @@
+"""ModelVisualizer: shows model files in the page, with a slider for each joint."""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+import warnings
+import webbrowser
+from collections.abc import Callable
+from typing import Any
+
+from sheldrake.common.deprecation import DrakeDeprecationWarning
+from sheldrake.geometry import Meshcat, SceneGraphConfig
+from sheldrake.multibody.meshcat import JointSliders
+from sheldrake.multibody.parsing import PackageMap, Parser
+from sheldrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
+from sheldrake.multibody.tree import FrameIndex
+from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.framework import DiagramBuilder
+
+from ._config import ApplyVisualizationConfig, VisualizationConfig
+from ._triad import AddFrameTriadIllustration
+
+log = logging.getLogger("drake")
+
+_STOP_BUTTON, _RELOAD_BUTTON = "Stop Running", "Reload Model Files"
+_POLL = 1 / 32.0  # time between two looks at the page's controls [s]
+
+
+def _hint(retired: str, today: str) -> None:
+    text = f"ModelVisualizer.{retired}() is retired: use {today}()."
+    warnings.warn(text, DrakeDeprecationWarning, stacklevel=3)
+
+
+class ModelVisualizer:
+    """Shows models in the page: looks, collisions, inertias, contacts, and a slider for each joint position.
+
+        visualizer = ModelVisualizer()
+        visualizer.AddModels("robot.urdf")
+        visualizer.Run()
+
+    Args:
+        visualize_frames: Whether frames are drawn as axes.
+        triad_length: Length of those axes [m].
+        triad_radius: Radius of those axes [m].
+        triad_opacity: Opacity of those axes, in [0, 1].
+        publish_contacts: Whether contact forces are drawn.
+        show_rgbd_sensor: Not to be had yet.
+        browser_new: Whether Run() opens the page in a browser.
+        pyplot: Whether the models are drawn in a matplotlib figure, too.
+        meshcat: Where to draw; a new one when left out.
+        environment_map: An image for reflections.
+        no_lights: Whether the page's lights are switched off.
+        compliance_type: How geometries collide that do not say: "undefined", "rigid" or "compliant".
+
+    Raises:
+        NotImplementedError: when show_rgbd_sensor is wanted.
+    """
+
+    def __init__(
+        self,
+        *,
+        visualize_frames: bool = False,
+        triad_length: float = 0.3,
+        triad_radius: float = 0.005,
+        triad_opacity: float = 0.9,
+        publish_contacts: bool = True,
+        show_rgbd_sensor: bool = False,
+        browser_new: bool = False,
+        pyplot: bool = False,
+        meshcat: Meshcat | None = None,
+        environment_map: str | os.PathLike = "",
+        no_lights: bool = False,
+        compliance_type: str = "undefined",
+    ):
+        if show_rgbd_sensor:
+            raise NotImplementedError("ModelVisualizer(): show_rgbd_sensor needs RgbdSensor, which is still to come.")
+        self._visualize_frames = visualize_frames
+        self._triad = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
+        self._publish_contacts, self._pyplot, self._browser_new = publish_contacts, pyplot, browser_new
+        self._meshcat, self._no_lights, self._compliance_type = meshcat, no_lights, compliance_type
+        self._environment_map = os.fspath(environment_map)
+        # What AddModels() was asked for, in order; None once parser() was given away.
+        self._added: list[dict[str, Any]] | None = []
+        self._diagram: Any = None
+        self._builder, self._plant, self._scene_graph, self._parser = self._new_parser()
+
+    # ---- before Finalize()
+
+    def package_map(self) -> PackageMap:
+        """Returns the package map of the parser, to add packages to.
+
+        Raises:
+            ValueError: after Finalize().
+        """
+        self._require_open("package_map")
+        return self._parser.package_map()
+
+    def parser(self) -> Parser:
+        """Returns the parser, to do what AddModels() cannot; the page then has no button to reload.
+
+        Raises:
+            ValueError: after Finalize().
+        """
+        self._require_open("parser")
+        self._added = None
+        return self._parser
+
+    def meshcat(self) -> Meshcat:
+        """Returns where it draws."""
+        if self._meshcat is None:
+            self._meshcat = Meshcat()
+        return self._meshcat
+
+    def AddModels(self, filename: str | os.PathLike | None = None, *, url: str | None = None) -> None:
+        """Adds all models of a file; may be called several times.
+
+        Args:
+            filename: The file: URDF, SDFormat, MJCF, model directives, a mesh; or a "package://" address.
+            url: A "package://" address, in place of the file.
+
+        Raises:
+            RuntimeError: when the file cannot be read.
+            ValueError: when not exactly one of both is given, or after Finalize().
+        """
+        if (filename is None) == (url is None):
+            raise ValueError("ModelVisualizer.AddModels(): Must provide either filename= or url=")
+        self._require_open("AddModels")
+        name = url if filename is None else os.fspath(filename)
+        wanted = {"url" if url is not None or str(name).startswith("package://") else "file_name": name}
+        self._parser.AddModels(**wanted)
+        if self._added is not None:
+            self._added.append(wanted)
+
+    def AddModelFromFile(self, filename: str | os.PathLike) -> None:
+        """The retired name of AddModels()."""
+        _hint("AddModelFromFile", "AddModels")
+        self.AddModels(filename)
+
+    def Finalize(self, position: Any = None) -> None:
+        """Ends adding models and shows them.
+
+        Args:
+            position: Positions of all models [m or rad], shape (nq,); the models' own when left out.
+
+        Raises:
+            ValueError: when the size is not nq, or Finalize() was called before.
+        """
+        self._require_open("Finalize")
+        self._plant.Finalize()
+        self._check_size(position)
+        self.meshcat().DeleteAddedControls()
+        self._show(position)
+
+    # ---- then
+
+    def Run(self, position: Any = None, loop_once: bool = False) -> None:
+        """Follows the page's sliders until "Stop Running" or Escape is pressed there; Finalizes first where needed.
+
+        Args:
+            position: Positions to begin with [m or rad], shape (nq,).
+            loop_once: Whether to show the models once and return.
+
+        Raises:
+            KeyboardInterrupt: on Ctrl-C.
+            ValueError: when the size is not nq.
+        """
+        if self._diagram is None:
+            self.Finalize(position)
+        elif position is not None:
+            self._check_size(position)
+            self._sliders.SetPositions(position)
+        meshcat = self.meshcat()
+        if self._browser_new:
+            self._browser_new = False
+            webbrowser.open(meshcat.web_url())
+        meshcat.AddButton(_STOP_BUTTON, "Escape")
+        if not loop_once:
+            print(f"Look at {meshcat.web_url()}; '{_STOP_BUTTON}' or Escape in the page, or Ctrl-C here, ends it.")
+        try:
+            self._follow(lambda: loop_once or meshcat.GetButtonClicks(_STOP_BUTTON) > 0)
+        finally:
+            meshcat.DeleteButton(_STOP_BUTTON, strict=False)
+            if self._added is not None:
+                meshcat.DeleteButton(_RELOAD_BUTTON, strict=False)
+
+    def RunWithReload(self, position: Any = None, loop_once: bool = False) -> None:
+        """The retired name of Run()."""
+        _hint("RunWithReload", "Run")
+        self.Run(position, loop_once)
+
+    def _follow(self, done: Callable[[], bool]) -> None:
+        """Publishes whenever a slider has moved, and reloads when asked to."""
+        meshcat, shown, reloads = self.meshcat(), None, 0
+        if self._added is not None:
+            meshcat.AddButton(_RELOAD_BUTTON)
+        while True:
+            if self._added is not None and meshcat.GetButtonClicks(_RELOAD_BUTTON) > reloads:
+                self._reload()
+                meshcat.AddButton(_RELOAD_BUTTON)
+                shown = None
+            values = self._get_slider_values()
+            if values != shown:
+                shown = values
+                self._publish()
+            if done():
+                return
+            time.sleep(_POLL)
+
+    # ---- how
+
+    def _require_open(self, call: str) -> None:
+        if self._diagram is not None:
+            raise ValueError(f"ModelVisualizer.{call}(): Finalize has already been called.")
+
+    def _check_size(self, position: Any) -> None:
+        count = self._plant.num_positions()
+        if position is not None and len(position) != count:
+            raise ValueError(
+                f"ModelVisualizer: Number of passed positions ({len(position)}) does not match the number in the "
+                f"model ({count})."
+            )
+
+    def _new_parser(self) -> tuple[Any, Any, Any, Parser]:
+        builder = DiagramBuilder()
+        # Ports that are not sampled: contact forces follow the sliders, though time stands still.
+        config = MultibodyPlantConfig(time_step=1e-3, use_sampled_output_ports=False)
+        scene_config = SceneGraphConfig()
+        scene_config.default_proximity_properties.compliance_type = self._compliance_type
+        plant, scene_graph = AddMultibodyPlant(config, scene_config, builder)
+        parser = Parser(builder=builder)
+        parser.SetAutoRenaming(True)
+        return builder, plant, scene_graph, parser
+
+    def _show(self, position: Any) -> None:
+        """Draws the finalized plant in place of everything the page showed before."""
+        meshcat = self.meshcat()
+        meshcat.Delete()
+        for name in meshcat.GetSliderNames():
+            meshcat.DeleteSlider(name)
+        if self._environment_map not in ("", "."):
+            meshcat.SetEnvironmentMap(self._environment_map)
+        if self._no_lights:
+            meshcat.SetProperty("/Lights", "visible", False)
+        if self._visualize_frames:
+            for index in map(FrameIndex, range(self._plant.num_frames())):
+                frame = self._plant.get_frame(index)
+                if frame is not self._plant.world_frame():
+                    AddFrameTriadIllustration(scene_graph=self._scene_graph, frame=frame, **self._triad)
+        config = VisualizationConfig(publish_contacts=self._publish_contacts, enable_alpha_sliders=True)
+        ApplyVisualizationConfig(config, self._builder, meshcat=meshcat)
+        if self._pyplot:
+            from sheldrake.systems.planar_scenegraph_visualizer import ConnectPlanarSceneGraphVisualizer
+
+            ConnectPlanarSceneGraphVisualizer(self._builder, self._scene_graph)
+        self._sliders = JointSliders(meshcat, self._plant, initial_value=position)
+        self._builder.AddNamedSystem("joint_sliders", self._sliders)
+        if self._added is not None:
+            meshcat.AddButton(_RELOAD_BUTTON)
+        self._diagram = self._builder.Build()
+        self._context = self._diagram.CreateDefaultContext()
+        self._sliders_context = self._sliders.GetMyContextFromRoot(self._context)
+        self._plant_context = self._plant.GetMyMutableContextFromRoot(self._context)
+        self._apply_positions()
+        Simulator(self._diagram, self._context).Initialize()
+
+    def _apply_positions(self) -> None:
+        self._plant.SetPositions(self._plant_context, self._sliders.get_output_port().Eval(self._sliders_context))
+
+    def _publish(self) -> None:
+        self._apply_positions()
+        self._diagram.ForcedPublish(self._context)
+
+    def _reload(self) -> None:
+        """Reads the files again; the sliders stay where they are. A file that cannot be read changes nothing."""
+        given, values = self._parser.package_map(), self._get_slider_values()
+        try:
+            made = self._new_parser()
+            plant, parser = made[1], made[3]
+            parser.package_map().AddMap(given)
+            for wanted in self._added or ():
+                parser.AddModels(**wanted)
+            plant.Finalize()
+        except Exception as error:
+            log.error("ModelVisualizer: the models cannot be reloaded: %s", error)
+            return
+        self._builder, self._plant, self._scene_graph, self._parser = made
+        self._show(None)
+        self._set_slider_values(values)
+        self._publish()
+
+    def _get_slider_values(self) -> dict[str, float]:
+        """Returns where all sliders of the page stand, by name."""
+        meshcat = self.meshcat()
+        return {name: meshcat.GetSliderValue(name) for name in meshcat.GetSliderNames()}
+
+    def _set_slider_values(self, values: dict[str, float]) -> None:
+        """Moves the sliders of the page that still exist."""
+        for name in set(self.meshcat().GetSliderNames()) & values.keys():
+            self.meshcat().SetSliderValue(name, values[name])
