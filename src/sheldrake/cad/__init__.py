@@ -1,6 +1,8 @@
-"""From CAD to simulation: meshes to robot descriptions, with units, mass and inertia that hold."""
+"""From CAD to simulation: meshes to robot descriptions, and descriptions looked through for faults."""
 
+from ._doctor import DiagnoseModel
+from ._findings import Diagnosis, Finding
 from ._make_urdf import MakeUrdfFromMesh, MeshModel, UnitsUnsure
 from ._units import UnitBelief
 
-__all__ = ["MakeUrdfFromMesh", "MeshModel", "UnitBelief", "UnitsUnsure"]
+__all__ = ["DiagnoseModel", "Diagnosis", "Finding", "MakeUrdfFromMesh", "MeshModel", "UnitBelief", "UnitsUnsure"]

@@ -42,6 +42,7 @@ _TOOLS = {
     "demo": "drop a block: viewer, log, plot, replay",
     "mesh2urdf": "a part from CAD to a robot description",
     "view": "a model in a page, with a slider for each joint",
+    "doctor": "faults of a robot description, and their fixes",
 }
 """Commands whose file declares their arguments, and what they are for."""
 

@@ -28,3 +28,13 @@ def test_the_unit_is_found(tmp_path, unit, per_millimetre, mass):
     assert model.units[0].unit == unit and 0.9 < model.units[0].confidence < 1.0
     assert model.volume == pytest.approx(4.1034171e-4, rel=1e-5)  # six decimals of a metre are rounded
     assert not model.warnings
+
+
+def test_the_doctor_finds_the_articles_inertia(tmp_path):
+    from sheldrake.cad import DiagnoseModel
+
+    diagnosis = DiagnoseModel(SLIDER.parent / "slider-block.urdf")
+    (error,) = diagnosis.errors()
+    assert error.code == "inertia-too-large" and error.line == 4 and "0.77 kg" in error.message
+    diagnosis.WriteFixed(tmp_path / "fixed.urdf")
+    assert DiagnoseModel(tmp_path / "fixed.urdf").findings == []
