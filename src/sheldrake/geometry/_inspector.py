@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ._collision_filter import Pair
 from ._geometry_set import GeometrySet
+from ._hydro import representation_of
 from ._ids import FrameId, GeometryId, SourceId
 from ._instance import GeometryInstance
 from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
     from ._bounding import Obb
     from ._polygon_mesh import PolygonSurfaceMesh
+    from ._triangle_mesh import TriangleSurfaceMesh
+    from ._volume_mesh import VolumeMesh
 
 
 class SceneGraphInspector:
@@ -265,21 +268,15 @@ class SceneGraphInspector:
 
         return CalcObb(self.GetShape(geometry_id))
 
-    def maybe_get_hydroelastic_mesh(self, geometry_id: GeometryId) -> None:
-        """None: the geometry has no hydroelastic representation.
+    def maybe_get_hydroelastic_mesh(self, geometry_id: GeometryId) -> TriangleSurfaceMesh | VolumeMesh | None:
+        """The mesh that stands for a geometry in hydroelastic contact: triangles if rigid, tetrahedra if compliant.
 
-        Raises:
-            NotImplementedError: its properties ask for one.
+        None for a half space, and for geometry whose proximity properties ask for no such representation.
         """
-        properties = self.GetProximityProperties(geometry_id)
-        kind = None if properties is None else properties.GetPropertyOrDefault("hydroelastic", "compliance_type", None)
-        if getattr(kind, "value", 0) != 0:
-            raise NotImplementedError(
-                f"SceneGraphInspector.maybe_get_hydroelastic_mesh(): the hydroelastic representation of geometry "
-                f"'{self.GetName(geometry_id)}' is not supported."
-            )
+        representation = representation_of(self._geometry(geometry_id))
+        return None if representation is None else representation.mesh()
 
-    # ---- what does not exist here: deformable geometry, hydroelastic meshes made at registration
+    # ---- what does not exist here: deformable geometry
 
     def IsDeformableGeometry(self, geometry_id: GeometryId) -> bool:
         """False: all geometry is rigid."""

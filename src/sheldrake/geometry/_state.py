@@ -13,6 +13,7 @@ from . import _proximity_properties as proximity
 from ._collision_filter import CollisionFilter, Pair, ordered_pair
 from ._config import DefaultProximityProperties
 from ._geometry_set import GeometrySet
+from ._hydro import check_representation
 from ._ids import FrameId, GeometryId, SourceId
 from ._instance import GeometryFrame, GeometryInstance, canonical_name
 from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
@@ -373,7 +374,11 @@ class GeometryState:
     # ---- defaults
 
     def apply_proximity_defaults(self, defaults: DefaultProximityProperties, only: GeometryId | None = None) -> None:
-        """Adds the default proximity properties that geometries lack."""
+        """Adds the default proximity properties that geometries lack.
+
+        Raises:
+            RuntimeError: a hydroelastic representation that is asked for lacks a property.
+        """
         fill = _default_values(defaults)
         for geometry_id in self.ids_with_role(Role.kProximity) if only is None else [only]:
             record = self.geometries[geometry_id]
@@ -384,6 +389,7 @@ class GeometryState:
             for group, name, value in fill:
                 if not new.HasProperty(group, name):
                     new.AddProperty(group, name, value)
+            check_representation(record.shape, new)
             self.geometries[geometry_id] = record._replace(roles={**record.roles, Role.kProximity: new})
         self.serial = _next_version()
 

@@ -1,0 +1,210 @@
+"""The hydroelastic representation of a geometry: what its shape and proximity properties make of it."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from . import _hydro_meshes as meshes
+from . import _proximity_properties as proximity
+from ._convex_hull import make_convex_hull
+from ._hydro_meshes import PressureMesh
+from ._mesh_files import boundary_triangles, read_mesh
+from ._polygon_mesh import PolygonSurfaceMesh
+from ._properties import ProximityProperties
+from ._roles import HydroelasticType, Role
+from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
+from ._text import number
+from ._triangle_mesh import TriangleSurfaceMesh
+from ._volume_mesh import VolumeMesh
+
+
+class Representation(NamedTuple):
+    """A geometry as hydroelastic contact sees it.
+
+    Attributes:
+        rigid: rigid or compliant.
+        vertices: of the mesh, in G [m], shape (n, 3); empty for a half space.
+        elements: triangles, counter-clockwise seen from outside, of a rigid shape, shape (m, 3); tetrahedra of a
+            compliant one, shape (m, 4).
+        pressure: at the vertices of a compliant shape [Pa], shape (n,).
+        modulus: hydroelastic modulus [Pa]; infinite for a rigid shape.
+        slope: growth of pressure with depth in a compliant half space [Pa/m].
+        margin: distance from the surface at which a compliant half space is noticed [m].
+    """
+
+    rigid: bool
+    vertices: np.ndarray
+    elements: np.ndarray
+    pressure: np.ndarray
+    modulus: float
+    slope: float = 0.0
+    margin: float = 0.0
+
+    @property
+    def half_space(self) -> bool:
+        """Whether it is a half space, which has no mesh."""
+        return len(self.elements) == 0
+
+    def mesh(self) -> TriangleSurfaceMesh | VolumeMesh | None:
+        """The mesh as a public object; None for a half space."""
+        if self.half_space:
+            return None
+        return (TriangleSurfaceMesh if self.rigid else VolumeMesh)(self.elements.tolist(), self.vertices)
+
+
+def compliance(properties: ProximityProperties | None) -> HydroelasticType:
+    """What the properties ask for."""
+    if properties is None:
+        return HydroelasticType.kUndefined
+    return properties.GetPropertyOrDefault(proximity.HYDRO, proximity.COMPLIANCE_TYPE, HydroelasticType.kUndefined)
+
+
+def check_representation(shape: Shape, properties: ProximityProperties) -> None:
+    """Whether the properties say all that the shape's representation needs.
+
+    Raises:
+        RuntimeError: one of them is missing or out of range.
+    """
+    kind = compliance(properties)
+    if kind is HydroelasticType.kUndefined:
+        return
+    word, name = ("rigid" if kind is HydroelasticType.kRigid else "soft"), shape.type_name()
+    meshed = isinstance(shape, (Sphere, Cylinder, Capsule, Ellipsoid))
+    needed = [proximity.RESOLUTION_HINT] if meshed else []
+    if kind is HydroelasticType.kCompliant:
+        if isinstance(shape, HalfSpace):
+            needed.append(proximity.SLAB_THICKNESS)
+        needed.append(proximity.MODULUS)
+    for what in needed:
+        if not properties.HasProperty(proximity.HYDRO, what):
+            raise RuntimeError(f"Cannot create {word} {name}; missing the ('{proximity.HYDRO}', '{what}') property")
+        value = float(properties.GetProperty(proximity.HYDRO, what))
+        if not value > 0.0:
+            raise RuntimeError(
+                f"Cannot create {word} {name}; the ('{proximity.HYDRO}', '{what}') property must be positive, not "
+                f"{number(value)}"
+            )
+    margin = _margin(properties, kind)
+    if not margin >= 0.0:
+        raise RuntimeError(
+            f"Cannot create {word} {name}; the ('{proximity.HYDRO}', '{proximity.MARGIN}') property must not be "
+            f"negative, it is {number(margin)}"
+        )
+    if isinstance(shape, Sphere) and not shape.radius() > margin:
+        raise RuntimeError(
+            f"Cannot create {word} {name}; its radius {number(shape.radius())} must be greater than the hydroelastic "
+            f"margin {number(margin)}"
+        )
+
+
+def _margin(properties: ProximityProperties, kind: HydroelasticType) -> float:
+    """Rigid shapes have none."""
+    if kind is HydroelasticType.kRigid:
+        return 0.0
+    return float(properties.GetPropertyOrDefault(proximity.HYDRO, proximity.MARGIN, 0.0))
+
+
+def representation_of(record: Any) -> Representation | None:
+    """The representation of a registered geometry; None when its properties ask for none.
+
+    Raises:
+        RuntimeError: a property is missing or out of range, a mesh can not be read, or has no inside.
+    """
+    return representation_of_shape(record.shape, record.roles.get(Role.kProximity))
+
+
+def representation_of_shape(shape: Shape, properties: ProximityProperties | None) -> Representation | None:
+    """The same for a shape and its proximity properties."""
+    kind = compliance(properties)
+    if properties is None or kind is HydroelasticType.kUndefined:
+        return None
+    check_representation(shape, properties)
+    hint = float(properties.GetPropertyOrDefault(proximity.HYDRO, proximity.RESOLUTION_HINT, 1.0))
+    margin = _margin(properties, kind)
+    rigid = kind is HydroelasticType.kRigid
+    modulus = float("inf") if rigid else float(properties.GetProperty(proximity.HYDRO, proximity.MODULUS))
+    if isinstance(shape, HalfSpace):
+        none, slope = np.zeros((0, 3)), 0.0
+        if not rigid:
+            slope = modulus / float(properties.GetProperty(proximity.HYDRO, proximity.SLAB_THICKNESS))
+        return Representation(rigid, none, np.zeros((0, 4), np.int64), np.zeros(0), modulus, slope, margin)
+    if rigid and isinstance(shape, Mesh):
+        data = read_mesh(shape.source(), "making a rigid hydroelastic mesh")
+        mirrored = np.prod(shape.scale3()) < 0.0
+        triangles = data.triangles[:, ::-1] if mirrored else data.triangles
+        return _rigid(data.vertices * shape.scale3(), triangles)
+    if isinstance(shape, (Mesh, Convex)):
+        volume = _volume_of_mesh(shape, margin)
+    else:
+        volume = _volume_of_primitive(type(shape), shape._values(), hint, margin)
+    if rigid:
+        return _rigid(volume.vertices, boundary_triangles(volume.tetrahedra))
+    return Representation(False, volume.vertices, volume.tetrahedra, modulus * volume.extent, modulus)
+
+
+def _rigid(vertices: np.ndarray, triangles: np.ndarray) -> Representation:
+    """A rigid surface without the vertices that no triangle uses."""
+    used, renumbered = np.unique(triangles, return_inverse=True)
+    return Representation(
+        True, vertices[used], renumbered.reshape(-1, 3).astype(np.int64), np.zeros(0), float("inf")
+    )  # fmt: skip
+
+
+@functools.lru_cache(maxsize=256)
+def _volume_of_primitive(kind: Any, values: Any, hint: float, margin: float) -> PressureMesh:
+    if kind is Sphere:
+        return meshes.sphere_mesh(*values, hint, margin)
+    if kind is Ellipsoid:
+        return meshes.ellipsoid_mesh(values, hint, margin)
+    if kind is Box:
+        return meshes.box_mesh(np.array(values) / 2.0, margin)
+    if kind is Cylinder:
+        return meshes.cylinder_mesh(*values, hint, margin)
+    if kind is Capsule:
+        return meshes.capsule_mesh(*values, hint, margin)
+    raise NotImplementedError(f"A {kind.__name__} has no hydroelastic representation.")
+
+
+def _volume_of_mesh(shape: Any, margin: float) -> PressureMesh:
+    """Tetrahedra of a volume mesh as they are; of any other mesh, those of its convex hull."""
+    if isinstance(shape, Mesh):
+        data = read_mesh(shape.source(), "making a compliant hydroelastic mesh")
+        if data.tetrahedra is not None:
+            return meshes.volume_mesh(data.vertices * shape.scale3(), data.tetrahedra, data.triangles, margin)
+    hull = shape.GetConvexHull()
+    if margin > 0.0 and isinstance(shape, Convex):
+        hull = _larger(hull, margin)
+    star = meshes.star_mesh(hull._vertices, _fans(hull), _planes(hull), margin)
+    if margin > 0.0 and isinstance(shape, Mesh):
+        return meshes.volume_mesh(star.vertices, star.tetrahedra, boundary_triangles(star.tetrahedra), margin)
+    return star
+
+
+def _fans(hull: PolygonSurfaceMesh) -> np.ndarray:
+    """The faces of a hull as triangles about their first corners, shape (n, 3)."""
+    return np.array([(f[0], f[k], f[k + 1]) for f in hull._faces for k in range(1, len(f) - 1)], np.int64)
+
+
+def _planes(hull: PolygonSurfaceMesh) -> np.ndarray:
+    """Outward unit normals and offsets of a hull's faces, shape (n, 4)."""
+    offsets = [hull._vertices[list(f)].mean(axis=0) @ n for f, n in zip(hull._faces, hull._normals)]
+    return np.column_stack([hull._normals, offsets])
+
+
+def _larger(hull: PolygonSurfaceMesh, margin: float) -> PolygonSurfaceMesh:
+    """The polytope whose faces lie farther out by a margin."""
+    from scipy.spatial import HalfspaceIntersection
+
+    planes = _planes(hull)
+    planes[:, 3] += margin
+    planes[:, 3] *= -1.0
+    corners = HalfspaceIntersection(planes, hull._vertices.mean(axis=0)).intersections
+    size = np.ptp(corners, axis=0).max()
+    kept: list[np.ndarray] = []
+    for corner in corners:  # one for every three planes that meet: the same point for more
+        if all(np.abs(corner - other).max() > 1e-9 * size for other in kept):
+            kept.append(corner)
+    return make_convex_hull(kept, "a convex shape with its hydroelastic margin")
