@@ -25,6 +25,7 @@ from ._mesh_source import InMemoryMesh, MeshSource
 from ._meshcat import Meshcat, StartMeshcat
 from ._meshcat_animation import MeshcatAnimation
 from ._meshcat_params import MeshcatParams, MeshcatVisualizerParams
+from ._meshcat_point_cloud_visualizer import MeshcatPointCloudVisualizer
 from ._meshcat_visualizer import MeshcatVisualizer
 from ._polygon_mesh import PolygonSurfaceMesh, SurfacePolygon
 from ._properties import (
@@ -55,6 +56,10 @@ FramePoseVector_ = SystemTemplate("FramePoseVector_", FramePoseVector, scope=__n
 GeometryConfigurationVector_ = SystemTemplate(
     "GeometryConfigurationVector_", GeometryConfigurationVector, scope=__name__
 )
+MeshcatPointCloudVisualizer_ = SystemTemplate(
+    "MeshcatPointCloudVisualizer_", MeshcatPointCloudVisualizer, scope=__name__, own=True, base=LeafSystem_
+)
+MeshcatVisualizer_ = SystemTemplate("MeshcatVisualizer_", MeshcatVisualizer, scope=__name__, own=True, base=LeafSystem_)
 PenetrationAsPointPair_ = SystemTemplate("PenetrationAsPointPair_", PenetrationAsPointPair, scope=__name__)
 Plane_ = SystemTemplate("Plane_", Plane, scope=__name__)
 PolygonSurfaceMesh_ = SystemTemplate("PolygonSurfaceMesh_", PolygonSurfaceMesh, scope=__name__)
@@ -111,8 +116,11 @@ __all__ = [
     "MeshcatAnimation",
     "MeshcatCone",
     "MeshcatParams",
+    "MeshcatPointCloudVisualizer",
+    "MeshcatPointCloudVisualizer_",
     "MeshcatVisualizer",
     "MeshcatVisualizerParams",
+    "MeshcatVisualizer_",
     "Obb",
     "PenetrationAsPointPair",
     "PenetrationAsPointPair_",
