@@ -1,8 +1,20 @@
-"""From CAD to simulation: meshes to robot descriptions, and descriptions looked through for faults."""
+"""From CAD to simulation: meshes to robot descriptions, their faults, and conversion between formats."""
 
+from ._convert import ConvertModel, WriteModel, WrittenModel
 from ._doctor import DiagnoseModel
 from ._findings import Diagnosis, Finding
 from ._make_urdf import MakeUrdfFromMesh, MeshModel, UnitsUnsure
 from ._units import UnitBelief
 
-__all__ = ["DiagnoseModel", "Diagnosis", "Finding", "MakeUrdfFromMesh", "MeshModel", "UnitBelief", "UnitsUnsure"]
+__all__ = [
+    "ConvertModel",
+    "DiagnoseModel",
+    "Diagnosis",
+    "Finding",
+    "MakeUrdfFromMesh",
+    "MeshModel",
+    "UnitBelief",
+    "UnitsUnsure",
+    "WriteModel",
+    "WrittenModel",
+]

@@ -43,6 +43,7 @@ _TOOLS = {
     "mesh2urdf": "a part from CAD to a robot description",
     "view": "a model in a page, with a slider for each joint",
     "doctor": "faults of a robot description, and their fixes",
+    "convert": "a robot description in another format",
 }
 """Commands whose file declares their arguments, and what they are for."""
 

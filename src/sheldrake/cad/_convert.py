@@ -1,0 +1,87 @@
+"""Robot descriptions from one format to another, and plants to files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+
+@dataclass
+class WrittenModel:
+    """A description that was written.
+
+    Attributes:
+        path: The file.
+        files: Mesh files written beside it, for meshes that were held in memory.
+        losses: What the file does not say although the model has it, one text each.
+    """
+
+    path: Path
+    files: list[Path] = field(default_factory=list)
+    losses: list[str] = field(default_factory=list)
+
+
+def WriteModel(plant: Any, path: Any, scene_graph: Any = None) -> WrittenModel:
+    """Writes what is in a plant as URDF or SDFormat, by the ending of the path.
+
+    Links, inertias, joints, limits, damping, springs, actuators, mimic, fixed frames, geometry with its roles, colours
+    and contact properties, collision filters. The file loads to a plant of the same dynamics; what the format has no
+    word for is named in `losses`.
+
+    Args:
+        plant: A MultibodyPlant; finalized, or the default poses of free bodies are not known.
+        path: Where to write: `.urdf` or `.sdf`.
+        scene_graph: The plant's SceneGraph, or None to write no geometry.
+
+    Raises:
+        ValueError: An ending without a writer, or a body without a finite mass.
+        NotImplementedError: A joint that the format does not have.
+    """
+    from ._model_parts import take_apart
+    from ._write_sdf import sdf_text
+    from ._write_urdf import urdf_text
+
+    path = Path(path)
+    writers = {".urdf": urdf_text, ".sdf": sdf_text}
+    if path.suffix.lower() not in writers:
+        raise ValueError(f"WriteModel(): '{path}' ends with none of {', '.join(writers)}.")
+    inspector = None if scene_graph is None else scene_graph.model_inspector()
+    parts = take_apart(plant, inspector, path.stem)
+    written = WrittenModel(path)
+    text = writers[path.suffix.lower()](parts, path.parent, written.files)
+    path.write_text(text, encoding="utf-8")
+    written.losses = parts.losses
+    return written
+
+
+def ConvertModel(source: Any, target: Any, package_map: Any = None) -> WrittenModel:
+    """Reads a description and writes it in another format, or in the same one with everything spelt out.
+
+    Args:
+        source: A file that the Parser takes: URDF, SDFormat, MJCF, model directives, OBJ.
+        target: `.urdf` or `.sdf`.
+        package_map: Where `package://` addresses lead (a PackageMap).
+
+    Returns:
+        What was written. `losses` has what the parser ignored, too.
+
+    Raises:
+        RuntimeError: The source can not be read.
+        ValueError, NotImplementedError: As WriteModel.
+    """
+    from sheldrake.multibody.parsing import Parser
+    from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
+    from sheldrake.systems.framework import DiagramBuilder
+
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 1e-3)
+    parser = Parser(plant)
+    if package_map is not None:
+        parser.package_map().AddMap(package_map)
+    ignored: list[str] = []
+    parser.diagnostic_policy().SetActionForWarnings(lambda detail: ignored.append(detail.FormatWarning()))
+    parser.AddModels(str(source))
+    plant.Finalize()
+    written = WriteModel(plant, target, scene_graph)
+    written.losses[:0] = ignored
+    return written

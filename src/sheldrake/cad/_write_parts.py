@@ -1,0 +1,110 @@
+"""What URDF and SDFormat have in common: inertias about the centre of mass, contact properties, filter groups."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ._model_parts import GeometryPart, ModelParts
+from ._xml_tree import Node
+
+MOMENTS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
+_NUMBERS = (
+    ("hydroelastic", "resolution_hint", "drake:mesh_resolution_hint"),
+    ("hydroelastic", "hydroelastic_modulus", "drake:hydroelastic_modulus"),
+    ("hydroelastic", "margin", "drake:hydroelastic_margin"),
+    ("material", "hunt_crossley_dissipation", "drake:hunt_crossley_dissipation"),
+    ("material", "relaxation_time", "drake:relaxation_time"),
+    ("material", "point_contact_stiffness", "drake:point_contact_stiffness"),
+    ("material", "point_contact_algorithm", "drake:point_contact_algorithm"),
+)
+
+
+def central_inertia(body: Any) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mass [kg], centre of mass in B [m], inertia about it in B [kg m^2]."""
+    M_BBo_B = body.default_spatial_inertia()
+    mass = float(M_BBo_B.get_mass())
+    if not np.isfinite(mass):
+        raise ValueError(f"Body '{body.name()}' has no finite mass; it can not be written.")
+    p_BoBcm_B = np.asarray(M_BBo_B.get_com(), dtype=float)
+    if mass == 0.0:
+        return 0.0, np.zeros(3), np.zeros((3, 3))
+    I_BBcm_B = M_BBo_B.Shift(p_BoBcm_B).CalcRotationalInertia().CopyToFullMatrix3()
+    return mass, p_BoBcm_B, np.asarray(I_BBcm_B, dtype=float)
+
+
+def add_proximity(parent: Node, geometry: GeometryPart, put: Callable[[Node, str, Any], None]) -> None:
+    """Adds `<drake:proximity_properties>`; `put` adds a value in the manner of the format."""
+    properties = geometry.proximity
+    block = Node("drake:proximity_properties")
+    compliance = str(properties.GetPropertyOrDefault("hydroelastic", "compliance_type", "")).lower()
+    for word in ("rigid", "compliant"):
+        if word in compliance or (word == "compliant" and "soft" in compliance):
+            block.add(f"drake:{word}_hydroelastic")
+    for group, name, tag in _NUMBERS:
+        if properties.HasProperty(group, name) and not (name == "hydroelastic_modulus" and "rigid" in compliance):
+            put(block, tag, properties.GetProperty(group, name))
+    if properties.HasProperty("material", "coulomb_friction"):
+        friction = properties.GetProperty("material", "coulomb_friction")
+        put(block, "drake:mu_static", friction.static_friction())
+        put(block, "drake:mu_dynamic", friction.dynamic_friction())
+    if block.children:
+        parent.children.append(block)
+
+
+def add_filters(parent: Node, parts: ModelParts, extra: list[tuple[str, str]], name_it: Callable[..., None]) -> None:
+    """One collision filter group a body, each naming the groups of the bodies that it passes through."""
+    partners: dict[str, list[str]] = {}
+    for one, other in [*parts.filtered, *extra]:
+        partners.setdefault(one, []).append(other)
+        partners.setdefault(other, [])
+    for one, others in partners.items():
+        group = parent.add("drake:collision_filter_group", name=f"only_{one}")
+        name_it(group, "drake:member", one, "link")
+        for other in others:
+            name_it(group, "drake:ignored_collision_filter_group", f"only_{other}", "name")
+
+
+def colours(geometry: GeometryPart) -> dict[str, np.ndarray]:
+    """Red, green, blue and opacity by kind of light (`diffuse`, ...), shape (4,)."""
+    properties = geometry.illustration or geometry.perception
+    if properties is None or not properties.HasGroup("phong"):
+        return {}
+    kinds = ("diffuse", "ambient", "specular", "emissive")
+    return {k: _rgba(properties.GetProperty("phong", k)) for k in kinds if properties.HasProperty("phong", k)}
+
+
+def _rgba(value: Any) -> np.ndarray:
+    return np.array([value.r(), value.g(), value.b(), value.a()] if hasattr(value, "r") else value, dtype=float)
+
+
+def texture(geometry: GeometryPart) -> str | None:
+    """Path of the image on the surface, or None."""
+    properties = geometry.illustration or geometry.perception
+    if properties is None or not properties.HasProperty("phong", "diffuse_map"):
+        return None
+    return str(properties.GetProperty("phong", "diffuse_map"))
+
+
+def check_looks(parts: ModelParts) -> None:
+    """Notes properties of looks that the formats do not have."""
+    known = {("phong", name) for name in ("diffuse", "ambient", "specular", "emissive", "diffuse_map")}
+    known |= {("renderer", "accepting"), ("label", "id")}
+    for body in [parts.world, *parts.bodies]:
+        for geometry in body.visuals:
+            for properties in (geometry.illustration, geometry.perception):
+                for group in sorted(properties.GetGroupNames() if properties is not None else ()):
+                    for key in properties.GetPropertiesInGroup(group):
+                        text = f"property ({group}, {key}) of visual geometries"
+                        if (group, key) not in known and text not in parts.losses:
+                            parts.losses.append(text)
+
+
+def accepting(geometry: GeometryPart) -> list[str]:
+    """Names of the renderers that show the shape; empty for all."""
+    properties = geometry.perception
+    if properties is None or not properties.HasProperty("renderer", "accepting"):
+        return []
+    return sorted(properties.GetProperty("renderer", "accepting"))

@@ -1,0 +1,225 @@
+"""A model as SDFormat, with Drake's extensions where SDFormat has no word."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ._model_parts import BodyPart, GeometryPart, JointPart, ModelParts, mesh_uri
+from ._write_parts import (
+    MOMENTS,
+    accepting,
+    add_filters,
+    add_proximity,
+    central_inertia,
+    check_looks,
+    colours,
+    texture,
+)
+from ._write_urdf import _axis, add_forces
+from ._xml_tree import Node, xyz_rpy
+
+_TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "ball_rpy": "ball",
+          "universal": "universal", "screw": "screw"}  # fmt: skip
+
+
+def sdf_text(parts: ModelParts, folder: Path, files: list[Path]) -> str:
+    """The text of an SDFormat file in a folder; meshes held in memory are written there and added to `files`."""
+    return _Sdf(parts, folder, files).text()
+
+
+def _put(node: Node, tag: str, value: Any, attribute: str = "") -> None:
+    node.add(tag, value)
+
+
+class _Sdf:
+    def __init__(self, parts: ModelParts, folder: Path, files: list[Path]):
+        self._parts, self._folder, self._files = parts, folder, files
+        self._sdf = Node("sdf", **{"version": "1.9", "xmlns:drake": "https://drake.mit.edu"})
+        self._model = self._sdf.add("model", name=parts.name)
+
+    def text(self) -> str:
+        parts = self._parts
+        check_looks(parts)
+        if not parts.bodies:
+            raise ValueError("A model without links can not be written as SDFormat.")
+        for geometry in [*parts.world.visuals, *parts.world.collisions]:
+            parts.losses.append(f"the geometry '{geometry.name}' of the world: a model has none there")
+        inboard = {joint.child: joint for joint in parts.joints}
+        for body in parts.bodies:
+            self._link(body, inboard.get(body.name))
+        for joint in parts.joints:
+            self._joint(joint)
+        for name, link, X in parts.frames:
+            self._pose(self._model.add("frame", name=name, attached_to=link), X)
+        add_forces(self._model, parts, _put, _put)
+        add_filters(self._model, parts, [], _put)
+        return self._sdf.document()
+
+    def _pose(self, node: Node, X: Any, relative_to: str | None = None) -> None:
+        xyz, rpy = xyz_rpy(X)
+        if relative_to is not None or not X.IsExactlyIdentity():
+            node.add("pose", np.concatenate([xyz, rpy]), relative_to=relative_to)
+
+    def _link(self, part: BodyPart, joint: JointPart | None) -> None:
+        link = self._model.add("link", name=part.name)
+        if joint is not None:
+            X_FM = joint.joint.X_FM() if joint.kind == "weld" else None
+            X_PM = joint.X_PF if X_FM is None else joint.X_PF @ X_FM
+            self._pose(link, X_PM @ joint.X_CM.inverse(), None if joint.parent == "world" else joint.parent)
+        elif part.name in self._parts.free_poses:
+            self._pose(link, self._parts.free_poses[part.name])
+        mass, p_BoBcm, I_BBcm = central_inertia(part.body)
+        inertial = link.add("inertial")
+        if np.any(p_BoBcm != 0.0):
+            inertial.add("pose", np.concatenate([p_BoBcm, np.zeros(3)]))
+        inertial.add("mass", mass)
+        inertia = inertial.add("inertia")
+        for key, i, j in MOMENTS:
+            inertia.add(key, I_BBcm[i, j])
+        for geometry in part.visuals:
+            self._visual(link, geometry)
+        for geometry in part.collisions:
+            node = self._placed(link, "collision", geometry)
+            if node is not None:
+                add_proximity(node, geometry, _put)
+
+    def _placed(self, link: Node, tag: str, geometry: GeometryPart) -> Node | None:
+        shape = self._shape(geometry.shape)
+        if shape is None:
+            kind = type(geometry.shape).__name__
+            self._parts.losses.append(
+                f"the {tag} '{geometry.name}' of '{link.attributes['name']}': SDFormat has no {kind}"
+            )
+            return None
+        node = link.add(tag, name=geometry.name)
+        self._pose(node, geometry.X_BG)
+        node.add("geometry").children.append(shape)
+        return node
+
+    def _shape(self, shape: Any) -> Node | None:
+        kind = type(shape).__name__
+        node = Node({"HalfSpace": "plane", "Convex": "mesh"}.get(kind, kind.lower()))
+        if kind == "Box":
+            node.add("size", shape.size())
+        elif kind == "Sphere":
+            node.add("radius", shape.radius())
+        elif kind in ("Cylinder", "Capsule"):
+            node.add("radius", shape.radius())
+            node.add("length", shape.length())
+        elif kind == "Ellipsoid":
+            node.add("radii", [shape.a(), shape.b(), shape.c()])
+        elif kind == "HalfSpace":
+            node.add("normal", [0.0, 0.0, 1.0])
+            node.add("size", [1.0, 1.0])
+        elif kind in ("Mesh", "Convex"):
+            node.add("uri", mesh_uri(shape, self._folder, self._files))
+            if np.any(np.asarray(shape.scale3()) != 1.0):
+                node.add("scale", shape.scale3())
+            if kind == "Convex":
+                node.add("drake:declare_convex")
+        else:
+            return None
+        return node
+
+    def _visual(self, link: Node, geometry: GeometryPart) -> None:
+        node = self._placed(link, "visual", geometry)
+        if node is None:
+            return
+        shades, image = colours(geometry), texture(geometry)
+        if shades or image is not None:
+            material = node.add("material")
+            for shade, rgba in shades.items():
+                material.add(shade, rgba)
+            if image is not None:
+                path = os.path.relpath(image, self._folder) if os.path.isabs(image) else image
+                material.add("drake:diffuse_map", path.replace(os.sep, "/"))
+        for role in ("illustration", "perception"):
+            if getattr(geometry, role) is None:
+                node.add(f"drake:{role}_properties", enabled="false")
+        for renderer in accepting(geometry):
+            node.add("drake:accepting_renderer", name=renderer)
+
+    def _joint(self, part: JointPart) -> None:
+        if part.kind == "planar":
+            self._planar(part)
+            return
+        node = self._model.add("joint", name=part.name, type=_TYPES[part.kind])
+        node.add("parent", part.parent)
+        node.add("child", part.child)
+        self._pose(node, part.X_CM)
+        if part.kind in ("revolute", "prismatic", "screw"):
+            self._actuated(node, part)
+        elif part.kind in ("ball_rpy", "universal"):
+            damping = float(np.atleast_1d(part.joint.default_damping_vector())[0])
+            for number, direction in enumerate(([1.0, 0.0, 0.0], [0.0, 1.0, 0.0])):
+                if part.kind == "universal" or (number == 0 and damping != 0.0):
+                    axis = node.add("axis2" if number else "axis")
+                    axis.add("xyz", direction)
+                    axis.add("limit").add("effort", 0.0)
+                    axis.add("dynamics").add("damping", damping)
+        if part.mimics is not None:
+            source, ratio, offset = part.mimics
+            node.add("drake:mimic", joint=source, multiplier=ratio, offset=offset)
+
+    def _actuated(self, node: Node, part: JointPart) -> None:
+        joint = part.joint
+        axis = node.add("axis")
+        axis.add("xyz", _axis(part))
+        limit = axis.add("limit")
+        values = {
+            "lower": joint.position_lower_limits()[0],
+            "upper": joint.position_upper_limits()[0],
+            "velocity": joint.velocity_upper_limits()[0],
+            "drake:acceleration": joint.acceleration_upper_limits()[0],
+        }
+        for key, value in values.items():
+            if np.isfinite(value):
+                limit.add(key, value)
+        effort = part.actuators[0].effort_limit() if part.actuators else 0.0
+        limit.add("effort", effort if np.isfinite(effort) else -1.0)
+        dynamics = Node("dynamics")
+        damping = float(np.atleast_1d(joint.default_damping_vector())[0])
+        if damping != 0.0:
+            dynamics.add("damping", damping)
+        if part.spring is not None and part.kind in ("revolute", "prismatic"):
+            dynamics.add("spring_stiffness", part.spring[0])
+            dynamics.add("spring_reference", part.spring[1])
+        if dynamics.children:
+            axis.children.append(dynamics)
+        if part.kind == "screw":
+            node.add("screw_thread_pitch", joint.screw_pitch())
+        self._actuators(node, part)
+
+    def _actuators(self, node: Node, part: JointPart) -> None:
+        for number, actuator in enumerate(part.actuators):
+            if number:
+                self._parts.losses.append(f"actuator '{actuator.name()}': a joint has one in SDFormat")
+                continue
+            if actuator.name() != part.name:
+                self._parts.losses.append(f"actuator '{actuator.name()}' is called like its joint, '{part.name}'")
+            if actuator.default_rotor_inertia() != 0.0:
+                node.add("drake:rotor_inertia", actuator.default_rotor_inertia())
+            if actuator.default_gear_ratio() != 1.0:
+                node.add("drake:gear_ratio", actuator.default_gear_ratio())
+            if actuator.has_controller():
+                gains = actuator.get_controller_gains()
+                node.add("drake:controller_gains", p=gains.p, d=gains.d)
+
+    def _planar(self, part: JointPart) -> None:
+        """Its ends are named frames. Readers put it after all ordinary joints, whatever the order in the file."""
+        later = self._parts.joints[self._parts.joints.index(part) + 1 :]
+        if any(joint.kind not in ("weld", "planar") for joint in later):
+            self._parts.losses.append(f"the place of joint '{part.name}' among the joints: planar ones come last")
+        node = Node("drake:joint", name=part.name, type="planar")
+        for end, body, X in (("parent", part.parent, part.X_PF), ("child", part.child, part.X_CM)):
+            name = body
+            if not X.IsExactlyIdentity():
+                name = f"{part.name}_{end}"
+                self._pose(self._model.add("frame", name=name, attached_to=body), X)
+            node.add(f"drake:{end}", name)
+        node.add("drake:damping", part.joint.default_damping_vector())
+        self._model.children.append(node)

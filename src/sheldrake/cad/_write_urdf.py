@@ -1,0 +1,281 @@
+"""A model as URDF, with Drake's extensions where URDF has no word."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ._model_parts import BodyPart, GeometryPart, JointPart, ModelParts, mesh_uri
+from ._write_parts import (
+    MOMENTS,
+    accepting,
+    add_filters,
+    add_proximity,
+    central_inertia,
+    check_looks,
+    colours,
+    texture,
+)
+from ._xml_tree import Node, xyz_rpy
+
+_TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "planar": "planar", "ball_rpy": "ball",
+          "universal": "universal", "screw": "screw"}  # fmt: skip
+
+
+def urdf_text(parts: ModelParts, folder: Path, files: list[Path]) -> str:
+    """The text of a URDF in a folder; meshes held in memory are written there and added to `files`."""
+    return _Urdf(parts, folder, files).text()
+
+
+def _put_value(node: Node, tag: str, value: Any) -> None:
+    node.add(tag, value=value)
+
+
+def _put_name(node: Node, tag: str, name: str, attribute: str = "name") -> None:
+    node.add(tag, **{attribute: name})
+
+
+class _Urdf:
+    def __init__(self, parts: ModelParts, folder: Path, files: list[Path]):
+        self._parts, self._folder, self._files = parts, folder, files
+        self._robot = Node("robot", **{"name": parts.name, "xmlns:drake": "https://drake.mit.edu"})
+        self._materials: dict[tuple, str] = {}
+        self._apart: list[tuple[str, str]] = []  # bodies that are no neighbours any more
+
+    def text(self) -> str:
+        parts = self._parts
+        check_looks(parts)
+        if parts.world.visuals or parts.world.collisions:
+            self._link(parts.world)
+        for body in parts.bodies:
+            self._link(body)
+        for joint in parts.joints:
+            self._joint(joint)
+        for joint in parts.joints:
+            self._transmissions(joint)
+        for name, link, X in parts.frames:
+            xyz, rpy = xyz_rpy(X)
+            self._robot.add("frame", name=name, link=link, xyz=xyz, rpy=rpy)
+        add_forces(self._robot, parts, _put_value, _put_name)
+        add_filters(self._robot, parts, self._apart, _put_name)
+        for name, X in parts.free_poses.items():
+            if not X.IsExactlyIdentity():
+                parts.losses.append(f"default pose of the free link '{name}'")
+        return self._robot.document()
+
+    def _link(self, part: BodyPart) -> None:
+        link = self._robot.add("link", name=part.name)
+        if part.name != "world":
+            mass, p_BoBcm, I_BBcm = central_inertia(part.body)
+            if mass > 0.0:
+                inertial = link.add("inertial")
+                inertial.add("origin", xyz=p_BoBcm, rpy=np.zeros(3))
+                inertial.add("mass", value=mass)
+                inertial.add("inertia", **{key: I_BBcm[i, j] for key, i, j in MOMENTS})
+        for geometry in part.visuals:
+            self._visual(link, geometry)
+        for geometry in part.collisions:
+            node = self._placed(link, "collision", geometry)
+            if node is not None:
+                add_proximity(node, geometry, _put_value)
+
+    def _placed(self, link: Node, tag: str, geometry: GeometryPart) -> Node | None:
+        shape = self._shape(geometry.shape)
+        if shape is None:
+            kind = type(geometry.shape).__name__
+            self._parts.losses.append(f"the {tag} '{geometry.name}' of '{link.attributes['name']}': URDF has no {kind}")
+            return None
+        node = link.add(tag, name=geometry.name)
+        self._origin(node, geometry.X_BG)
+        node.add("geometry").children.append(shape)
+        return node
+
+    def _origin(self, node: Node, X: Any) -> None:
+        if not X.IsExactlyIdentity():
+            xyz, rpy = xyz_rpy(X)
+            node.add("origin", xyz=xyz, rpy=rpy)
+
+    def _shape(self, shape: Any) -> Node | None:
+        kind = type(shape).__name__
+        if kind == "Box":
+            return Node("box", size=shape.size())
+        if kind == "Sphere":
+            return Node("sphere", radius=shape.radius())
+        if kind in ("Cylinder", "Capsule"):
+            tag = "cylinder" if kind == "Cylinder" else "drake:capsule"
+            return Node(tag, radius=shape.radius(), length=shape.length())
+        if kind == "Ellipsoid":
+            return Node("drake:ellipsoid", a=shape.a(), b=shape.b(), c=shape.c())
+        if kind in ("Mesh", "Convex"):
+            scale = np.asarray(shape.scale3())
+            uri = mesh_uri(shape, self._folder, self._files)
+            node = Node("mesh", filename=uri, scale=None if np.all(scale == 1.0) else scale)
+            if kind == "Convex":
+                node.add("drake:declare_convex")
+            return node
+        return None
+
+    def _visual(self, link: Node, geometry: GeometryPart) -> None:
+        node = self._placed(link, "visual", geometry)
+        if node is None:
+            return
+        shades = colours(geometry)
+        diffuse, image = shades.pop("diffuse", None), texture(geometry)
+        for shade in shades:
+            text = f"{shade} colours: URDF has the diffuse one only"
+            if text not in self._parts.losses:
+                self._parts.losses.append(text)
+        if diffuse is not None or image is not None:
+            key = (None if diffuse is None else tuple(diffuse), image)
+            name = self._materials.setdefault(key, f"material_{len(self._materials) + 1}")
+            material = node.add("material", name=name)
+            if diffuse is not None:
+                material.add("color", rgba=diffuse)
+            if image is not None:
+                path = os.path.relpath(image, self._folder) if os.path.isabs(image) else image
+                material.add("texture", filename=path.replace(os.sep, "/"))
+        for role in ("illustration", "perception"):
+            if getattr(geometry, role) is None:
+                node.add(f"drake:{role}_properties", enabled="false")
+        for renderer in accepting(geometry):
+            node.add("drake:accepting_renderer", name=renderer)
+
+    def _joint(self, part: JointPart) -> None:
+        X_PF, axis, child = self._without_child_frame(part)
+        written = _TYPES[part.kind]
+        custom = part.kind in ("ball_rpy", "universal", "screw", "planar")
+        node = self._robot.add("drake:joint" if custom else "joint", name=part.name, type=written)
+        node.add("parent", link=part.parent)
+        node.add("child", link=child)
+        self._origin(node, X_PF)
+        if part.kind == "weld":
+            return
+        if axis is not None:
+            node.add("axis", xyz=axis)
+        if part.kind in ("revolute", "prismatic", "screw"):
+            self._limits(node, part)
+        if part.kind == "screw":
+            node.add("drake:screw_thread_pitch", value=part.joint.screw_pitch())
+        damping = np.atleast_1d(part.joint.default_damping_vector())
+        damping = damping if part.kind == "planar" else damping[:1]
+        if np.any(damping != 0.0):
+            node.add("dynamics", damping=damping)
+        if part.mimics is not None:
+            source, ratio, offset = part.mimics
+            node.add("mimic", joint=source, multiplier=ratio, offset=offset)
+        if part.spring is not None:
+            self._parts.losses.append(f"the spring of joint '{part.name}': URDF has none")
+
+    def _without_child_frame(self, part: JointPart) -> tuple[Any, np.ndarray | None, str]:
+        """Pose of the joint in the parent, axis there, and child link, for a joint whose child moves with frame M.
+
+        URDF puts the child's own frame where the joint is. X_MC commutes with the motion about or along the axis when
+        it is a turn, or a shift along the axis, for a prismatic joint any pose; otherwise a link without mass stands
+        between the joint and its child.
+        """
+        X_MC = part.X_CM.inverse()
+        if part.kind == "weld":
+            return part.X_PF @ part.joint.X_FM() @ X_MC, None, part.child
+        axis = _axis(part)
+        if part.X_CM.IsExactlyIdentity():
+            return part.X_PF, axis, part.child
+        if axis is not None and part.kind in ("revolute", "prismatic", "screw"):
+            p_CM = np.asarray(part.X_CM.translation())
+            axis_C = part.X_CM.rotation().matrix() @ axis
+            if part.kind == "prismatic" or np.linalg.norm(np.cross(p_CM, axis_C)) == 0.0:
+                return part.X_PF @ X_MC, axis_C, part.child
+        between = self._between(part)
+        return part.X_PF, axis, between
+
+    def _between(self, part: JointPart) -> str:
+        names = {*self._parts.names.values()}
+        name, number = f"{part.name}_frame", 1
+        while name in names:
+            number += 1
+            name = f"{part.name}_frame_{number}"
+        self._parts.names[("between", name)] = name
+        self._robot.add("link", name=name)
+        weld = self._robot.add("joint", name=f"{name}_to_{part.child}", type="fixed")
+        weld.add("parent", link=name)
+        weld.add("child", link=part.child)
+        self._origin(weld, part.X_CM.inverse())
+        self._parts.losses.append(
+            f"joint '{part.name}' is not at the origin of '{part.child}': link '{name}' was added"
+        )
+        if part.parent != "world":
+            self._apart.append((part.parent, part.child))
+        return name
+
+    def _limits(self, node: Node, part: JointPart) -> None:
+        joint = part.joint
+        lower, upper = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
+        if part.kind == "revolute" and np.isinf(lower) and np.isinf(upper):
+            node.attributes["type"] = "continuous"
+        values = {"lower": lower, "upper": upper, "velocity": joint.velocity_upper_limits()[0]}
+        values["drake:acceleration"] = joint.acceleration_upper_limits()[0]
+        if part.actuators:
+            values["effort"] = part.actuators[0].effort_limit()
+        finite = {key: value for key, value in values.items() if np.isfinite(value)}
+        if finite:
+            node.add("limit", **finite)
+
+    def _transmissions(self, part: JointPart) -> None:
+        for actuator in part.actuators:
+            name = actuator.name()
+            node = self._robot.add("transmission", name=f"{name}_transmission")
+            node.add("type", "transmission_interface/SimpleTransmission")
+            node.add("joint", name=part.name)
+            inside = node.add("actuator", name=name)
+            if actuator.default_rotor_inertia() != 0.0:
+                inside.add("drake:rotor_inertia", value=actuator.default_rotor_inertia())
+            if actuator.default_gear_ratio() != 1.0:
+                inside.add("drake:gear_ratio", value=actuator.default_gear_ratio())
+            if actuator.has_controller():
+                gains = actuator.get_controller_gains()
+                inside.add("drake:controller_gains", p=gains.p, d=gains.d)
+
+
+def _axis(part: JointPart) -> np.ndarray | None:
+    """Axis in frame F."""
+    joint = part.joint
+    getter = {"revolute": "revolute_axis", "prismatic": "translation_axis", "screw": "screw_axis"}.get(part.kind)
+    if getter is not None:
+        return np.asarray(getattr(joint, getter)())
+    return np.array([0.0, 0.0, 1.0]) if part.kind == "planar" else None
+
+
+def add_forces(root: Node, parts: ModelParts, put: Any, name_it: Any) -> None:
+    """Adds bushings, spring-dampers and ball constraints; `put` writes a value, `name_it` a name."""
+    made: dict[Any, str] = {}
+    for force in parts.forces:
+        if type(force).__name__ == "LinearSpringDamper":
+            prefix = "drake:linear_spring_damper"
+            node = root.add(prefix)
+            name_it(node, f"{prefix}_body_A", parts.names[force.bodyA().index()])
+            put(node, f"{prefix}_p_AP", force.p_AP())
+            name_it(node, f"{prefix}_body_B", parts.names[force.bodyB().index()])
+            put(node, f"{prefix}_p_BQ", force.p_BQ())
+            for key in ("free_length", "stiffness", "damping"):
+                put(node, f"{prefix}_{key}", getattr(force, key)())
+            continue
+        node = root.add("drake:linear_bushing_rpy")
+        for letter in "AC":
+            name_it(node, f"drake:bushing_frame{letter}", _frame_name(getattr(force, f"frame{letter}")(), parts, made))
+        for key in ("torque_stiffness", "torque_damping", "force_stiffness", "force_damping"):
+            put(node, f"drake:bushing_{key}", getattr(force, f"{key}_constants")())
+    for one, p_AP, other, p_BQ in parts.balls:
+        prefix = "drake:ball_constraint"
+        node = root.add(prefix)
+        name_it(node, f"{prefix}_body_A", one)
+        put(node, f"{prefix}_p_AP", p_AP)
+        name_it(node, f"{prefix}_body_B", other)
+        put(node, f"{prefix}_p_BQ", p_BQ)
+
+
+def _frame_name(frame: Any, parts: ModelParts, made: dict) -> str:
+    if frame.is_body_frame():
+        return parts.names[frame.body().index()]
+    return frame.name()

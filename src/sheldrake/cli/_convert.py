@@ -1,0 +1,34 @@
+"""`sheldrake convert`: a robot description in another format.
+
+Reads URDF, SDFormat, MJCF, model directives and OBJ; writes URDF or SDFormat, by the ending of the second name. Says
+what the written file leaves out; it loads to a plant of the same dynamics.
+
+  sheldrake convert robot.xml robot.urdf
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares what `sheldrake convert` takes."""
+    parser.add_argument("source", metavar="SOURCE", help="file to read: .urdf, .sdf, .xml, .dmd.yaml, .obj")
+    parser.add_argument("target", metavar="TARGET", help="file to write: .urdf or .sdf")
+    parser.add_argument("--strict", action="store_true", help="fail when the target leaves anything out")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Converts the file; returns 1 when it can not be done, 3 when something is left out and --strict was given."""
+    from sheldrake.cad import ConvertModel
+
+    try:
+        written = ConvertModel(options.source, options.target)
+    except (OSError, RuntimeError, ValueError) as error:
+        print(f"sheldrake convert: {error}", file=sys.stderr)
+        return 1
+    for loss in written.losses:
+        print(f"not written: {loss}", file=sys.stderr)
+    print(f"wrote {', '.join(str(p) for p in [written.path, *written.files])}")
+    return 3 if written.losses and options.strict else 0
