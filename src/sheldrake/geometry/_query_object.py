@@ -318,9 +318,14 @@ class QueryObject:
     RenderDepthImage = RenderLabelImage = RenderColorImage
 
     def __copy__(self) -> QueryObject:
-        """A copy looks at the same context."""
+        """A copy keeps the geometry and the poses of this moment, whatever becomes of the context."""
         new = QueryObject()
-        new._bind(self._scene_graph, self._context)
+        if self._scene_graph is not None:
+            scene_graph, context = self._required()
+            kept = scene_graph.CreateDefaultContext()
+            kept.SetTimeStateAndParametersFrom(context)
+            scene_graph.FixInputPortsFrom(scene_graph, context, kept)
+            new._bind(scene_graph, kept)
         return new
 
     def __deepcopy__(self, memo: dict) -> QueryObject:

@@ -1,5 +1,7 @@
 """MeshcatVisualizer: what of a SceneGraph is drawn, where, and when."""
 
+import copy
+
 import numpy as np
 import pytest
 
@@ -207,3 +209,18 @@ def test_cloned_context_publishes_the_same():
     clone.SetTime(0.75)
     scene.diagram.ForcedPublish(clone)
     np.testing.assert_allclose(scene.element("/drake/visualizer/robot/arm/hand").pose[2, 3], 0.25)
+
+
+def test_a_copied_query_object_keeps_its_moment():
+    """As Drake's: what is recorded is drawn later."""
+    scene = Scene()
+    context = scene.simulator.get_mutable_context()
+    scene_graph_context = scene.scene_graph.GetMyContextFromRoot(context)
+    query = scene.scene_graph.get_query_output_port().Eval(scene_graph_context)
+    kept = copy.copy(query)
+    scene.simulator.AdvanceTo(0.5)
+    now = scene.scene_graph.get_query_output_port().Eval(scene_graph_context)
+    assert now.GetPoseInWorld(scene.frame).translation() == pytest.approx([0, 0, 0.5])
+    for one in (kept, copy.deepcopy(kept), AbstractValue.Make(kept).Clone().get_value()):
+        assert one.GetPoseInWorld(scene.frame).translation() == pytest.approx([0, 0, 1])
+        assert one.inspector().num_geometries() == query.inspector().num_geometries()
