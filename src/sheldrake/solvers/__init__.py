@@ -1,3 +1,153 @@
-"""Mathematical programs and solvers. Nothing of it exists yet; the module does, so that scripts may import it."""
+"""Mathematical programs and solvers."""
 
-__all__: list[str] = []
+import sys
+
+from sheldrake.solvers._bindings import Binding
+from sheldrake.solvers._choose import (
+    ChooseBestSolver,
+    GetAvailableSolvers,
+    MakeFirstAvailableSolver,
+    MakeSolver,
+    Solve,
+    SolveInParallel,
+)
+from sheldrake.solvers._clarabel import ClarabelSolver, ClarabelSolverDetails
+from sheldrake.solvers._cone_constraints import (
+    ExponentialConeConstraint,
+    LinearMatrixInequalityConstraint,
+    LorentzConeConstraint,
+    PositiveSemidefiniteConstraint,
+    RotatedLorentzConeConstraint,
+)
+from sheldrake.solvers._constraints import (
+    BoundingBoxConstraint,
+    ExpressionConstraint,
+    LinearComplementarityConstraint,
+    LinearConstraint,
+    LinearEqualityConstraint,
+    QuadraticConstraint,
+)
+from sheldrake.solvers._costs import (
+    ExpressionCost,
+    L1NormCost,
+    L2NormCost,
+    LinearCost,
+    LInfNormCost,
+    PerspectiveQuadraticCost,
+    QuadraticCost,
+)
+from sheldrake.solvers._evaluators import (
+    Constraint,
+    Cost,
+    EvaluatorBase,
+    PyFunctionConstraint,
+    PyFunctionCost,
+    VisualizationCallback,
+)
+from sheldrake.solvers._highs import ClpSolver, ClpSolverDetails
+from sheldrake.solvers._ids import (
+    CommonSolverOption,
+    ProgramAttribute,
+    ProgramType,
+    SolutionResult,
+    SolverId,
+    SolverOptions,
+    SolverType,
+)
+from sheldrake.solvers._lemke import MobyLcpSolver, UnrevisedLemkeSolver
+from sheldrake.solvers._minimum_value import MinimumValueLowerBoundConstraint, MinimumValueUpperBoundConstraint
+from sheldrake.solvers._nonlinear import (
+    IpoptSolver,
+    IpoptSolverDetails,
+    NloptSolver,
+    NloptSolverDetails,
+    SnoptSolver,
+    SnoptSolverDetails,
+)
+from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program_type import GetProgramType
+from sheldrake.solvers._result import MathematicalProgramResult
+from sheldrake.solvers._solver_interface import SolverInterface
+from sheldrake.solvers._splitting import OsqpSolver, OsqpSolverDetails, ScsSolver, ScsSolverDetails
+from sheldrake.solvers._unavailable import (
+    CsdpSolver,
+    CsdpSolverDetails,
+    GurobiSolver,
+    GurobiSolverDetails,
+    MosekSolver,
+    MosekSolverDetails,
+)
+
+__all__ = [
+    "Binding",
+    "BoundingBoxConstraint",
+    "ChooseBestSolver",
+    "ClarabelSolver",
+    "ClarabelSolverDetails",
+    "ClpSolver",
+    "ClpSolverDetails",
+    "CommonSolverOption",
+    "Constraint",
+    "Cost",
+    "CsdpSolver",
+    "CsdpSolverDetails",
+    "EvaluatorBase",
+    "ExponentialConeConstraint",
+    "ExpressionConstraint",
+    "ExpressionCost",
+    "GetAvailableSolvers",
+    "GetProgramType",
+    "GurobiSolver",
+    "GurobiSolverDetails",
+    "IpoptSolver",
+    "IpoptSolverDetails",
+    "L1NormCost",
+    "L2NormCost",
+    "LInfNormCost",
+    "LinearComplementarityConstraint",
+    "LinearConstraint",
+    "LinearCost",
+    "LinearEqualityConstraint",
+    "LinearMatrixInequalityConstraint",
+    "LorentzConeConstraint",
+    "MakeFirstAvailableSolver",
+    "MakeSolver",
+    "MathematicalProgram",
+    "MathematicalProgramResult",
+    "MinimumValueLowerBoundConstraint",
+    "MinimumValueUpperBoundConstraint",
+    "MobyLcpSolver",
+    "MosekSolver",
+    "MosekSolverDetails",
+    "NloptSolver",
+    "NloptSolverDetails",
+    "OsqpSolver",
+    "OsqpSolverDetails",
+    "PerspectiveQuadraticCost",
+    "PositiveSemidefiniteConstraint",
+    "ProgramAttribute",
+    "ProgramType",
+    "PyFunctionConstraint",
+    "PyFunctionCost",
+    "QuadraticConstraint",
+    "QuadraticCost",
+    "RotatedLorentzConeConstraint",
+    "ScsSolver",
+    "ScsSolverDetails",
+    "SnoptSolver",
+    "SnoptSolverDetails",
+    "SolutionResult",
+    "Solve",
+    "SolveInParallel",
+    "SolverId",
+    "SolverInterface",
+    "SolverOptions",
+    "SolverType",
+    "UnrevisedLemkeSolver",
+    "VisualizationCallback",
+]
+
+Binding._scope = sys.modules[__name__]
+for _name in __all__:
+    if _name != "Binding":
+        globals()[_name].__module__ = __name__

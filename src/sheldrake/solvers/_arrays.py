@@ -1,0 +1,197 @@
+"""What users give for vectors, matrices and variables, as arrays of one kind."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common._overloads import Mismatch
+from sheldrake.symbolic import Expression, Variable
+from sheldrake.symbolic import _build as symbolic_build
+
+FLOATS, DUALS, SYMBOLS = "float", "AutoDiffXd", "Expression"
+
+
+def is_sparse(A: Any) -> bool:
+    """Whether a matrix is one of SciPy's sparse ones (asked without importing SciPy)."""
+    return type(A).__module__.startswith("scipy.sparse")
+
+
+def variable_vector(value: Any) -> np.ndarray:
+    """Variables as a vector, column after column of a matrix.
+
+    Raises:
+        Mismatch: something in it is no variable.
+    """
+    if isinstance(value, Variable):
+        raise Mismatch
+    try:
+        array = np.asarray(value, dtype=object)
+    except ValueError:
+        raise Mismatch from None
+    out = array.ravel(order="F")
+    for i, v in enumerate(out):
+        if not isinstance(v, Variable):
+            v = _variable_of(v)
+            if v is None:
+                raise Mismatch
+            if out.base is not None or out is value:
+                out = out.copy()
+            out[i] = v
+    return out
+
+
+def _variable_of(e: Any) -> Variable | None:
+    """The variable that an expression is, if it is one."""
+    if isinstance(e, Expression) and e.get_kind().name == "Var":
+        return e._args[0]
+    return None
+
+
+def float_vector(value: Any) -> np.ndarray:
+    """A vector of floats.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    if np.ndim(value) == 0 or _is_object(value):
+        raise Mismatch
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise Mismatch from None
+    if array.ndim == 2 and 1 in array.shape:
+        array = array.ravel()
+    if array.ndim != 1:
+        raise Mismatch
+    return array
+
+
+def _is_object(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype == object and value.size > 0
+
+
+def float_matrix(value: Any) -> Any:
+    """A matrix of floats, dense or sparse; a vector counts as a column.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    if is_sparse(value):
+        return value
+    if np.ndim(value) == 0 or _is_object(value):
+        raise Mismatch
+    try:
+        array = np.array(value, dtype=float)
+    except (TypeError, ValueError):
+        raise Mismatch from None
+    if array.ndim == 1:
+        array = array.reshape(-1, 1)
+    if array.ndim != 2:
+        raise Mismatch
+    return array
+
+
+def number(value: Any) -> float:
+    """A float.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    if isinstance(value, np.ndarray) and value.size == 1 and value.dtype != object:
+        return float(value.reshape(()))
+    if isinstance(value, (float, int, np.floating, np.integer)):
+        return float(value)
+    raise Mismatch
+
+
+def expression(value: Any) -> Expression:
+    """An expression, from a variable or a number too.
+
+    Raises:
+        Mismatch: it is none.
+    """
+    e = symbolic_build.as_expression(value)
+    if e is None:
+        raise Mismatch
+    return e
+
+
+def expression_array(value: Any) -> np.ndarray:
+    """An array of expressions of the given shape.
+
+    Raises:
+        Mismatch: something in it is none.
+    """
+    if np.ndim(value) == 0:
+        raise Mismatch
+    array = np.asarray(value, dtype=object)
+    out = np.empty(array.shape, dtype=object)
+    for index in np.ndindex(array.shape):
+        out[index] = expression(array[index])
+    return out
+
+
+def kind_of(x: Any) -> tuple[np.ndarray, str]:
+    """A vector, and which scalar it is made of.
+
+    Raises:
+        TypeError: it is no vector of numbers, AutoDiffXd or expressions.
+    """
+    array = np.asarray(x)
+    if array.ndim == 2 and 1 in array.shape:
+        array = array.ravel()
+    if array.ndim != 1:
+        raise TypeError(f"Eval(): incompatible function arguments; expected a vector, got shape {array.shape}.")
+    if array.dtype != object:
+        try:
+            return array.astype(float), FLOATS
+        except (TypeError, ValueError):
+            raise TypeError(f"Eval(): incompatible function arguments; expected numbers, got {x!r}.") from None
+    for item in array:
+        if isinstance(item, AutoDiffXd):
+            return array, DUALS
+        if isinstance(item, (Expression, Variable)):
+            return array, SYMBOLS
+    return array.astype(float), FLOATS
+
+
+def symbols(x: np.ndarray) -> np.ndarray:
+    """A vector of expressions."""
+    return expression_array(x)
+
+
+def affine(A: Any, x: np.ndarray, b: Any) -> np.ndarray:
+    """A x + b for objects; terms with coefficient zero are left out."""
+    dense = A.toarray() if is_sparse(A) else np.asarray(A)
+    out = np.empty(dense.shape[0], dtype=object)
+    for i, row in enumerate(dense):
+        terms = [x[j] if row[j] == 1.0 else row[j] * x[j] for j in np.flatnonzero(row)]
+        total = symbolic_build.constant(b[i]) if not terms else terms[0]
+        for term in terms[1:]:
+            total = total + term
+        out[i] = total + b[i] if terms else total
+    return out
+
+
+def values_and_gradient(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Values of a vector of AutoDiffXd and numbers, shape `(n,)`, and their derivatives, shape `(n, d)`."""
+    from sheldrake.autodiffutils import ExtractGradient
+
+    values = np.array([v._v if isinstance(v, AutoDiffXd) else float(v) for v in x])
+    return values, ExtractGradient(x)
+
+
+def duals(values: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    """AutoDiffXd of given values and derivatives."""
+    out = np.empty(len(values), dtype=object)
+    for i, v in enumerate(values):
+        out[i] = AutoDiffXd(float(v), gradient[i])
+    return out
+
+
+def variables_at(x: np.ndarray) -> np.ndarray:
+    """AutoDiffXd at x, each the variable of one derivative."""
+    return duals(x, np.eye(len(x)))

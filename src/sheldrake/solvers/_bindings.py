@@ -1,0 +1,131 @@
+"""Evaluators together with the variables they are called with."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._names import _MangledName
+from sheldrake.common._overloads import Mismatch, incompatible
+from sheldrake.common.cpp_template import TemplateClass
+from sheldrake.solvers import _arrays
+from sheldrake.solvers import _cone_constraints as cones
+from sheldrake.solvers import _constraints as constraints
+from sheldrake.solvers import _costs as costs
+from sheldrake.solvers import _evaluators as evaluators
+from sheldrake.solvers import _minimum_value as minimum_value
+
+
+class BindingBase:
+    """An evaluator and its variables; equal to each other binding of the same ones.
+
+    Args:
+        c: The evaluator.
+        v: Its variables.
+    """
+
+    _kind: type = evaluators.EvaluatorBase
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        given = [*args, *(kwargs[n] for n in ("c", "v") if n in kwargs)]
+        if len(given) == 1 and isinstance(given[0], BindingBase) and self._takes_other:
+            if not isinstance(given[0].evaluator(), self._kind):
+                raise RuntimeError(f"Unable to cast {given[0].evaluator()!r} to {self._kind.__name__}.")
+            self._evaluator, self._variables = given[0]._evaluator, given[0]._variables
+            return
+        try:
+            if len(given) != 2 or not isinstance(given[0], self._kind):
+                raise Mismatch
+            vars = _arrays.variable_vector(given[1])
+        except Mismatch:
+            accepted = [f"(c: {self._kind.__name__}, v: numpy.ndarray of Variable)"]
+            raise incompatible(type(self).__name__, accepted, args, kwargs, constructor=True) from None
+        self._set(given[0], vars)
+
+    _takes_other = False
+
+    def _set(self, evaluator: Any, vars: np.ndarray) -> None:
+        if evaluator.num_vars() not in (evaluators.ANY, len(vars)):
+            raise RuntimeError(
+                f"Binding(): {type(evaluator).__name__} has {evaluator.num_vars()} variables, but {len(vars)} are "
+                "given."
+            )
+        self._evaluator, self._variables = evaluator, vars
+
+    def evaluator(self) -> Any:
+        """Returns the evaluator."""
+        return self._evaluator
+
+    def variables(self) -> np.ndarray:
+        """Returns the variables, shape `(n,)`."""
+        return self._variables.copy()
+
+    def ToLatex(self, precision: int = 3) -> str:
+        """Returns LaTeX for the evaluator with its variables."""
+        return self._evaluator.ToLatex(self._variables, precision)
+
+    def _identity(self) -> tuple:
+        return (id(self._evaluator), *(v.get_id() for v in self._variables))
+
+    def __eq__(self, other: Any) -> Any:
+        return self._identity() == other._identity() if isinstance(other, BindingBase) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(self._identity())
+
+    def __str__(self) -> str:
+        return self._evaluator._display(self._variables)
+
+
+_KINDS: list[type] = [
+    evaluators.EvaluatorBase,
+    evaluators.Cost,
+    evaluators.Constraint,
+    evaluators.VisualizationCallback,
+    costs.LinearCost,
+    costs.QuadraticCost,
+    costs.L1NormCost,
+    costs.L2NormCost,
+    costs.LInfNormCost,
+    costs.PerspectiveQuadraticCost,
+    costs.ExpressionCost,
+    constraints.LinearConstraint,
+    constraints.LinearEqualityConstraint,
+    constraints.BoundingBoxConstraint,
+    constraints.QuadraticConstraint,
+    constraints.LinearComplementarityConstraint,
+    constraints.ExpressionConstraint,
+    cones.LorentzConeConstraint,
+    cones.RotatedLorentzConeConstraint,
+    cones.ExponentialConeConstraint,
+    cones.PositiveSemidefiniteConstraint,
+    cones.LinearMatrixInequalityConstraint,
+    minimum_value.MinimumValueLowerBoundConstraint,
+    minimum_value.MinimumValueUpperBoundConstraint,
+]
+_GENERAL = _KINDS[:3]
+
+Binding = TemplateClass("Binding")
+Binding.__doc__ = "An evaluator and its variables: `Binding[LinearCost](cost, vars)`."
+_classes: dict[type, type[BindingBase]] = {}
+for _kind in _KINDS:
+    _name = _MangledName.mangle(f"Binding[{_kind.__name__}]")
+    _attributes = {"_kind": _kind, "_takes_other": _kind in _GENERAL, "__doc__": BindingBase.__doc__}
+    _cls = type(_name, (BindingBase,), {**_attributes, "__module__": "sheldrake.solvers"})
+    _classes[_kind] = _cls
+    Binding.add_instantiation((_kind,), _cls, skip_rename=True)
+
+
+def bind(kind: type, evaluator: Any, vars: np.ndarray) -> Any:
+    """Binding[kind] of an evaluator and a vector of variables."""
+    out = object.__new__(_classes[kind])
+    out._set(evaluator, vars)
+    return out
+
+
+def as_kind(kind: type, binding: BindingBase) -> Any:
+    """The same evaluator and variables as Binding[kind]."""
+    if type(binding) is _classes[kind]:
+        return binding
+    return bind(kind, binding._evaluator, binding._variables)

@@ -1,0 +1,170 @@
+"""Choosing a solver, and solving."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.common._overloads import incompatible
+from sheldrake.solvers._clarabel import ClarabelSolver
+from sheldrake.solvers._equality_solvers import EqualityConstrainedQPSolver, LinearSystemSolver
+from sheldrake.solvers._highs import ClpSolver, HighsSolver
+from sheldrake.solvers._ids import ProgramType, SolverId
+from sheldrake.solvers._lemke import MobyLcpSolver, UnrevisedLemkeSolver
+from sheldrake.solvers._nonlinear import IpoptSolver, NloptSolver, SnoptSolver
+from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program_type import GetProgramType
+from sheldrake.solvers._result import MathematicalProgramResult
+from sheldrake.solvers._solver_interface import SolverInterface
+from sheldrake.solvers._splitting import OsqpSolver, ScsSolver
+from sheldrake.solvers._unavailable import CsdpSolver, GurobiSolver, MosekSolver
+
+_P = ProgramType
+_NLP: list[type[SolverInterface]] = [SnoptSolver, IpoptSolver, NloptSolver]
+_BEST: dict[ProgramType, list[type[SolverInterface]]] = {
+    _P.kLP: [GurobiSolver, MosekSolver, ClpSolver, ClarabelSolver, *_NLP, CsdpSolver, ScsSolver],
+    _P.kQP: [GurobiSolver, MosekSolver, ClarabelSolver, OsqpSolver, *_NLP, ScsSolver],
+    _P.kSOCP: [MosekSolver, GurobiSolver, ClarabelSolver, CsdpSolver, ScsSolver, *_NLP],
+    _P.kSDP: [MosekSolver, ClarabelSolver, CsdpSolver, ScsSolver],
+    _P.kGP: [MosekSolver, ClarabelSolver, ScsSolver],
+    _P.kCGP: [MosekSolver, ClarabelSolver, ScsSolver],
+    _P.kMILP: [GurobiSolver, MosekSolver, HighsSolver],
+    _P.kMIQP: [GurobiSolver, MosekSolver],
+    _P.kMISOCP: [GurobiSolver, MosekSolver],
+    _P.kMISDP: [MosekSolver],
+    _P.kQuadraticCostConicConstraint: [MosekSolver, GurobiSolver, ClarabelSolver, ScsSolver],
+    _P.kNLP: _NLP,
+    _P.kLCP: [MobyLcpSolver, SnoptSolver],
+    _P.kUnknown: [],
+}
+_ALL: list[type[SolverInterface]] = [
+    LinearSystemSolver,
+    EqualityConstrainedQPSolver,
+    MosekSolver,
+    GurobiSolver,
+    ClarabelSolver,
+    OsqpSolver,
+    MobyLcpSolver,
+    *_NLP,
+    ClpSolver,
+    CsdpSolver,
+    ScsSolver,
+    UnrevisedLemkeSolver,
+    HighsSolver,
+]
+
+
+def _usable(cls: type[SolverInterface]) -> bool:
+    return cls._is_available() and cls._is_enabled()
+
+
+def GetAvailableSolvers(prog_type: ProgramType) -> list[SolverId]:
+    """Returns the solvers for a family of programs that can be used here, the best first."""
+    return [cls.id() for cls in _BEST[prog_type] if _usable(cls)]
+
+
+def ChooseBestSolver(prog: MathematicalProgram) -> SolverId:
+    """Returns the solver to use for a program.
+
+    Raises:
+        ValueError: none of those that can be used here can solve it.
+    """
+    kind = GetProgramType(prog)
+    first: list[type[SolverInterface]] = [LinearSystemSolver, EqualityConstrainedQPSolver]
+    mixed = kind in (_P.kMILP, _P.kMIQP, _P.kMISOCP, _P.kMISDP)
+    for cls in [*([] if mixed else first), *_BEST[kind], *(_ALL if kind is _P.kUnknown else [])]:
+        if _usable(cls) and cls().AreProgramAttributesSatisfied(prog):
+            return cls.id()
+    if mixed:
+        raise ValueError(
+            "There is no available solver for the optimization program, please manually instantiate "
+            "MixedIntegerBranchAndBound and solve the problem if the problem size is small, typically with less than a "
+            "dozen of binary variables."
+        )
+    has = ", ".join(sorted(a.name[1:] for a in prog.required_capabilities()))
+    raise ValueError(
+        f"There is no available solver for the optimization program, a {kind.name[1:]} with {has}. Convex programs "
+        "need the package clarabel (pip install sheldrake[solvers])."
+    )
+
+
+def MakeSolver(id: SolverId) -> SolverInterface:
+    """Returns a solver of a name.
+
+    Raises:
+        ValueError: there is none of that name.
+    """
+    for cls in _ALL:
+        if cls.id() == id:
+            return cls()
+    raise ValueError(f"MakeSolver: no matching solver {id.name()}")
+
+
+def MakeFirstAvailableSolver(solver_ids: list[SolverId]) -> SolverInterface:
+    """Returns the first of several solvers that can be used here.
+
+    Raises:
+        RuntimeError: none can.
+    """
+    for solver_id in solver_ids:
+        solver = MakeSolver(solver_id)
+        if solver.available() and solver.enabled():
+            return solver
+    names = " ".join(i.name() for i in solver_ids)
+    raise RuntimeError(f"MakeFirstAvailableSolver(): none of the solvers {names} is available and enabled.")
+
+
+def Solve(
+    prog: MathematicalProgram, initial_guess: Any = None, solver_options: Any = None
+) -> MathematicalProgramResult:
+    """Solves a program with the solver that suits it best.
+
+    Args:
+        prog: The program.
+        initial_guess: Values of all decision variables to start from; those of the program if absent.
+        solver_options: Options on top of those of the program.
+
+    Raises:
+        ValueError: no solver that can be used here can solve it.
+    """
+    if not isinstance(prog, MathematicalProgram):
+        accepted = ["(prog: MathematicalProgram, initial_guess = None, solver_options: SolverOptions = None)"]
+        raise incompatible("Solve", accepted, (prog, initial_guess, solver_options), {})
+    return MakeSolver(ChooseBestSolver(prog)).Solve(prog, initial_guess, solver_options)
+
+
+def SolveInParallel(
+    progs: list[MathematicalProgram],
+    initial_guesses: list | None = None,
+    solver_options: Any = None,
+    solver_ids: list | None = None,
+    parallelism: Any = None,
+    dynamic_schedule: bool = False,
+    solver_id: SolverId | None = None,
+) -> list[MathematicalProgramResult]:
+    """Solves several programs, one after the other here, and returns their results in order.
+
+    Args:
+        progs: The programs.
+        initial_guesses: One for each, or none.
+        solver_options: One for all, or a list of one for each.
+        solver_ids: A solver for each; None for the best.
+        parallelism: Accepted; the interpreter runs one at a time.
+        dynamic_schedule: Accepted, without effect.
+        solver_id: One solver for all.
+
+    Raises:
+        ValueError: a list has another length than `progs`.
+    """
+    if isinstance(solver_ids, SolverId):
+        solver_id, solver_ids = solver_ids, None
+    each = solver_options if isinstance(solver_options, (list, tuple)) else [solver_options] * len(progs)
+    guesses = [None] * len(progs) if initial_guesses is None else initial_guesses
+    ids = [solver_id] * len(progs) if solver_ids is None else solver_ids
+    for name, items in (("initial_guesses", guesses), ("solver_options", each), ("solver_ids", ids)):
+        if len(items) != len(progs):
+            raise ValueError(f"SolveInParallel(): {len(progs)} programs, but {len(items)} {name}.")
+    out = []
+    for prog, guess, options, chosen in zip(progs, guesses, each, ids):
+        solver = MakeSolver(ChooseBestSolver(prog) if chosen is None else chosen)
+        out.append(solver.Solve(prog, guess, options))
+    return out

@@ -1,0 +1,347 @@
+"""Constraints of known shape: linear, quadratic, complementarity, expressions."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._enums import BoundEnum
+from sheldrake.solvers import _arrays
+from sheldrake.solvers._costs import is_semidefinite, quadratic_symbols, symmetric
+from sheldrake.solvers._evaluators import Constraint
+from sheldrake.solvers._expressions import ExpressionFunction
+from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
+from sheldrake.symbolic import Formula, logical_and
+
+
+def _bounds(lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
+    return _arrays.float_vector(np.atleast_1d(lb)), _arrays.float_vector(np.atleast_1d(ub))
+
+
+class LinearConstraint(Constraint):
+    """lb <= A x <= ub.
+
+    Args:
+        A: Shape `(m, n)`, dense or sparse.
+        lb: Shape `(m,)`.
+        ub: Shape `(m,)`.
+    """
+
+    _A: Any
+
+    def __init__(self, A: Any, lb: Any, ub: Any):
+        self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
+
+    def _set_linear(self, A: Any, lb: np.ndarray, ub: np.ndarray) -> None:
+        if A.shape[0] != lb.size or A.shape[0] != ub.size:
+            raise RuntimeError(
+                f"{type(self).__name__}: A has {A.shape[0]} rows, but the bounds have {lb.size} and {ub.size}."
+            )
+        values = A.data if _arrays.is_sparse(A) else A
+        if not np.isfinite(values).all():
+            raise RuntimeError(f"{type(self).__name__}: A has entries that are not finite.")
+        self._A, self._dense = A, None if _arrays.is_sparse(A) else A
+        self._set_sizes(A.shape[0], A.shape[1], self._description)
+        self._set_bounds(lb, ub)
+
+    def GetDenseA(self) -> np.ndarray:
+        """Returns the matrix, shape `(m, n)`."""
+        if self._dense is None:
+            self._dense = self._A.toarray()
+        return self._dense.copy()
+
+    def get_sparse_A(self) -> Any:
+        """Returns the matrix as a SciPy csc_matrix."""
+        from scipy.sparse import csc_matrix
+
+        return csc_matrix(self._A)
+
+    def is_dense_A_constructed(self) -> bool:
+        """Tells whether the matrix is there as a dense one."""
+        return self._dense is not None
+
+    def UpdateCoefficients(self, new_A: Any, new_lb: Any, new_ub: Any) -> None:
+        """Sets matrix and bounds; the number of rows may change.
+
+        Raises:
+            RuntimeError: the number of variables is another, or rows differ.
+        """
+        A = _arrays.float_matrix(new_A)
+        if A.shape[1] != self._num_vars:
+            raise RuntimeError("Can't change the number of decision variables")
+        lb, ub = _bounds(new_lb, new_ub)
+        if lb.size != A.shape[0] or ub.size != A.shape[0]:
+            raise RuntimeError("New constraints have invalid dimensions")
+        self._set_linear(A, lb, ub)
+
+    def RemoveTinyCoefficient(self, tol: float) -> None:
+        """Sets coefficients of at most this size to zero.
+
+        Raises:
+            RuntimeError: the tolerance is negative.
+        """
+        if tol < 0.0:
+            raise RuntimeError("RemoveTinyCoefficient: tol should be non-negative")
+        A = self._A.toarray() if _arrays.is_sparse(self._A) else self._A.copy()
+        A[np.abs(A) <= tol] = 0.0
+        self._A = self._dense = A
+
+    def set_bounds(self, new_lb: Any, new_ub: Any) -> None:
+        """Sets both bounds."""
+        self._set_bounds(*_bounds(new_lb, new_ub))
+
+    def UpdateLowerBound(self, new_lb: Any) -> None:
+        """Sets the lower bound."""
+        self._set_bounds(_bounds(new_lb, new_lb)[0], self._upper)
+
+    def UpdateUpperBound(self, new_ub: Any) -> None:
+        """Sets the upper bound."""
+        self._set_bounds(self._lower, _bounds(new_ub, new_ub)[0])
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return np.asarray(self._A @ x)
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self._A.toarray() if self._dense is None else self._dense
+
+    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
+        return _arrays.affine(self._A, x, np.zeros(self._num_outputs))
+
+    def _latex(self, vars: np.ndarray, precision: int) -> str:
+        return latex_bounds(self._latex_product(vars, precision), self._lower, self._upper, precision)
+
+    def _latex_product(self, vars: np.ndarray, precision: int) -> str:
+        if self._num_outputs == 1:
+            return latex_matrix(self._eval_symbols(_arrays.symbols(vars)), precision)
+        return f"{latex_matrix(self._jacobian(vars), precision)} {latex_matrix(vars, precision)}"
+
+
+class LinearEqualityConstraint(LinearConstraint):
+    """Aeq x = beq.
+
+    Args:
+        Aeq: Shape `(m, n)`, dense or sparse; or one row, shape `(n,)`, with a number for `beq`.
+        beq: Shape `(m,)`.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        given = [*args, *(kwargs[n] for n in ("Aeq", "a", "beq") if n in kwargs)]
+        A = _arrays.float_matrix(given[0])
+        b = _arrays.float_vector(np.atleast_1d(given[1]))
+        if np.ndim(given[1]) == 0 and A.shape[0] != 1:
+            A = A.reshape(1, -1)
+        self._set_linear(A, b, b)
+
+    def UpdateCoefficients(self, Aeq: Any, beq: Any) -> None:  # type: ignore[override]
+        """Sets matrix and right hand side."""
+        LinearConstraint.UpdateCoefficients(self, Aeq, beq, beq)
+
+    def _display(self, vars: np.ndarray) -> str:
+        named = f" described as '{self._description}'" if self._description else ""
+        y = self._eval_symbols(_arrays.symbols(vars))
+        rows = [f"{type(self).__name__}{named}", *(f"{e} == {number_text(b)}" for e, b in zip(y, self._lower))]
+        return "\n".join(rows) + "\n"
+
+
+class BoundingBoxConstraint(LinearConstraint):
+    """lb <= x <= ub.
+
+    Args:
+        lb: Shape `(n,)`.
+        ub: Shape `(n,)`.
+    """
+
+    def __init__(self, lb: Any, ub: Any):
+        lower, upper = _bounds(lb, ub)
+        self._dense = None
+        self._set_sizes(lower.size, lower.size)
+        self._set_bounds(lower, upper)
+
+    @property
+    def _A(self) -> np.ndarray:  # type: ignore[override]
+        return np.eye(self._num_vars)
+
+    def GetDenseA(self) -> np.ndarray:
+        """Returns the identity, shape `(n, n)`."""
+        self._dense = np.eye(self._num_vars)
+        return self._dense.copy()
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return x.copy()
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return np.eye(len(x))
+
+    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
+        return x.copy()
+
+    def _latex_product(self, vars: np.ndarray, precision: int) -> str:
+        return latex_matrix(vars, precision)
+
+
+class HessianType(BoundEnum):
+    """Signs of the eigenvalues of the matrix of a quadratic constraint."""
+
+    kPositiveSemidefinite = 0
+    kNegativeSemidefinite = 1
+    kIndefinite = 2
+    kZero = 3
+
+
+HessianType.__qualname__ = "QuadraticConstraint.HessianType"
+
+
+class QuadraticConstraint(Constraint):
+    """lb <= 1/2 x' Q x + b' x <= ub.
+
+    Args:
+        Q0: Shape `(n, n)`; its symmetric part is kept.
+        b: Shape `(n,)`.
+        lb: Least value.
+        ub: Greatest value.
+        hessian_type: Signs of the eigenvalues of Q; found out if absent.
+    """
+
+    HessianType = HessianType
+
+    def __init__(self, Q0: Any, b: Any, lb: float, ub: float, hessian_type: HessianType | None = None):
+        self._set_coefficients(symmetric(Q0), _arrays.float_vector(b), hessian_type)
+        self._set_sizes(1, self._b.size)
+        self._set_bounds(*_bounds(lb, ub))
+
+    def _set_coefficients(self, Q: np.ndarray, b: np.ndarray, hessian_type: HessianType | None) -> None:
+        if Q.shape[0] != b.size:
+            raise RuntimeError(f"QuadraticConstraint: Q has {Q.shape[0]} rows but b has {b.size} elements.")
+        self._Q, self._b = Q, b
+        self._hessian = _hessian_type(Q) if hessian_type is None else hessian_type
+
+    def Q(self) -> np.ndarray:
+        """Returns the Hessian, shape `(n, n)`."""
+        return self._Q.copy()
+
+    def b(self) -> np.ndarray:
+        """Returns the linear coefficients, shape `(n,)`."""
+        return self._b.copy()
+
+    def hessian_type(self) -> HessianType:
+        """Returns the signs of the eigenvalues of Q."""
+        return self._hessian
+
+    def is_convex(self) -> bool:
+        """Tells whether the points that satisfy it are a convex set."""
+        if self._hessian is HessianType.kZero:
+            return True
+        if self._hessian is HessianType.kPositiveSemidefinite:
+            return bool(np.isneginf(self._lower[0]))
+        return self._hessian is HessianType.kNegativeSemidefinite and bool(np.isposinf(self._upper[0]))
+
+    def UpdateCoefficients(self, new_Q: Any, new_b: Any, hessian_type: HessianType | None = None) -> None:
+        """Sets the coefficients.
+
+        Raises:
+            RuntimeError: the number of variables is another.
+        """
+        Q, b = symmetric(new_Q), _arrays.float_vector(new_b)
+        if Q.shape[0] != self._num_vars or b.size != self._num_vars:
+            raise RuntimeError("Can't change the number of decision variables")
+        self._set_coefficients(Q, b, hessian_type)
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return np.array([0.5 * (x @ (self._Q @ x)) + self._b @ x])
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return (self._Q @ x + self._b).reshape(1, -1)
+
+    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
+        return quadratic_symbols(self._Q, self._b, 0.0, x)
+
+    def _latex(self, vars: np.ndarray, precision: int) -> str:
+        column = latex_matrix(vars, precision)
+        text = f"{column}^T {latex_matrix(0.5 * self._Q, precision)} {column}"
+        if self._b.any():
+            linear = _arrays.affine(self._b.reshape(1, -1), _arrays.symbols(vars), [0.0])
+            text += f" + {latex_matrix(linear, precision)}"
+        return latex_bounds(text, self._lower, self._upper, precision)
+
+
+def _hessian_type(Q: np.ndarray) -> HessianType:
+    if not Q.any():
+        return HessianType.kZero
+    if is_semidefinite(Q):
+        return HessianType.kPositiveSemidefinite
+    return HessianType.kNegativeSemidefinite if is_semidefinite(Q, -1.0) else HessianType.kIndefinite
+
+
+class LinearComplementarityConstraint(Constraint):
+    """x >= 0, M x + q >= 0, x' (M x + q) = 0. Its values are M x + q."""
+
+    @classmethod
+    def _make(cls, M: Any, q: Any) -> LinearComplementarityConstraint:
+        self = cls.__new__(cls)
+        self._M, self._q = _arrays.float_matrix(M), _arrays.float_vector(q)
+        n = self._q.size
+        if self._M.shape != (n, n):
+            raise RuntimeError(f"LinearComplementarityConstraint: M is {self._M.shape}, but q has {n} elements.")
+        self._set_sizes(n, n)
+        self._set_bounds(np.full(n, -np.inf), np.full(n, np.inf))
+        return self
+
+    def M(self) -> np.ndarray:
+        """Returns the matrix, shape `(n, n)`."""
+        return self._M.copy()
+
+    def q(self) -> np.ndarray:
+        """Returns the constant, shape `(n,)`."""
+        return self._q.copy()
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return self._M @ x + self._q
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self._M
+
+    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
+        return _arrays.affine(self._M, x, self._q)
+
+    def _is_satisfied(self, x: np.ndarray, tol: float) -> bool:
+        y = self._eval(x)
+        return bool(np.all(x >= -tol) and np.all(y >= -tol) and abs(x @ y) < tol)
+
+    def _formula(self, x: np.ndarray) -> Formula:
+        y = self._eval_symbols(x)
+        product = x[0] * y[0]
+        for a, b in zip(x[1:], y[1:]):
+            product = product + a * b
+        return logical_and(*(e >= 0 for e in x), *(e >= 0 for e in y), product == 0)
+
+    def _display(self, vars: np.ndarray) -> str:
+        return _without_rows(self, vars)
+
+    def _latex(self, vars: np.ndarray, precision: int) -> str:
+        z, y = latex_matrix(vars, precision), latex_matrix(self._eval_symbols(_arrays.symbols(vars)), precision)
+        return rf"0 \le {z} \perp {y} \ge 0"
+
+
+def _without_rows(self: Constraint, vars: np.ndarray) -> str:
+    from sheldrake.solvers._evaluators import EvaluatorBase
+
+    return EvaluatorBase._display(self, vars)
+
+
+class ExpressionConstraint(ExpressionFunction, Constraint):
+    """lb <= v <= ub for expressions v.
+
+    Args:
+        v: Expressions, shape `(m,)`.
+        lb: Shape `(m,)`.
+        ub: Shape `(m,)`.
+    """
+
+    def __init__(self, v: Any, lb: Any, ub: Any):
+        self._set_expressions(list(_arrays.expression_array(v).ravel(order="F")))
+        self._set_bounds(*_bounds(lb, ub))
+
+    def expressions(self) -> np.ndarray:
+        """Returns the expressions, shape `(m,)`."""
+        return _arrays.symbols(np.array(self._expressions, dtype=object))

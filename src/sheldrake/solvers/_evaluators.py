@@ -1,0 +1,334 @@
+"""Functions of some decision variables: what costs and constraints are."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.solvers import _arrays
+from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
+from sheldrake.symbolic import Formula, logical_and
+
+ANY = -1  # Number of variables of a function that takes any.
+
+
+class EvaluatorBase:
+    """A function from a vector to a vector, with its derivatives. Not made directly: costs and constraints are."""
+
+    _num_vars: int
+    _num_outputs: int
+    _description: str = ""
+    _sparsity: list[tuple[int, int]] | None = None
+    _thread_safe = True
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError(f"{_python_name(type(self))}: No constructor defined!")
+
+    def _set_sizes(self, num_outputs: int, num_vars: int, description: str = "") -> None:
+        self._num_outputs, self._num_vars, self._description = num_outputs, num_vars, description
+
+    def Eval(self, x: Any) -> np.ndarray:
+        """Returns the values at x, shape `(num_outputs,)`; AutoDiffXd or Expression where x is made of these.
+
+        Raises:
+            RuntimeError: x has another size than `num_vars()`, or the function knows no such scalar.
+        """
+        x, kind = _arrays.kind_of(x)
+        if self._num_vars not in (ANY, len(x)):
+            raise RuntimeError(f"{type(self).__name__}.Eval(): x has {len(x)} elements, expected {self._num_vars}.")
+        if kind == _arrays.FLOATS:
+            return self._eval(x)
+        return self._eval_duals(x) if kind == _arrays.DUALS else self._eval_symbols(_arrays.symbols(x))
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        raise NotImplementedError
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        """Derivatives at x, shape `(num_outputs, num_vars)`."""
+        return _arrays.values_and_gradient(self._eval_duals(_arrays.variables_at(x)))[1]
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values and derivatives at x."""
+        return self._eval(x), self._jacobian(x)
+
+    def _eval_duals(self, x: np.ndarray) -> np.ndarray:
+        values, gradient = _arrays.values_and_gradient(x)
+        y, J = self._eval_with_jacobian(values)
+        return _arrays.duals(y, J @ gradient)
+
+    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
+        raise RuntimeError(f"{type(self).__name__} does not support symbolic evaluation.")
+
+    def num_outputs(self) -> int:
+        """Returns how many values it has."""
+        return self._num_outputs
+
+    def num_vars(self) -> int:
+        """Returns how many variables it takes; -1 if any number."""
+        return self._num_vars
+
+    def get_description(self) -> str:
+        """Returns what a user called it."""
+        return self._description
+
+    def set_description(self, arg0: str) -> None:
+        """Gives it a name for messages."""
+        self._description = arg0
+
+    def is_thread_safe(self) -> bool:
+        """Tells whether several threads may call it at once; never so for Python functions."""
+        return self._thread_safe
+
+    def gradient_sparsity_pattern(self) -> list[tuple[int, int]] | None:
+        """Returns which derivatives may differ from zero, as (output, variable); None if all."""
+        return self._sparsity
+
+    def SetGradientSparsityPattern(self, gradient_sparsity_pattern: list[tuple[int, int]]) -> None:
+        """Says which derivatives may differ from zero.
+
+        Raises:
+            ValueError: an index is out of range.
+        """
+        for row, col in gradient_sparsity_pattern:
+            if not (0 <= row < self._num_outputs and (self._num_vars == ANY or 0 <= col < self._num_vars)):
+                raise ValueError(f"SetGradientSparsityPattern(): ({row}, {col}) is out of range.")
+        self._sparsity = [(int(r), int(c)) for r, c in gradient_sparsity_pattern]
+
+    def ToLatex(self, vars: Any, precision: int = 3) -> str:
+        """Returns LaTeX for the function of given variables."""
+        vars = _arrays.variable_vector(vars)
+        if self._num_vars not in (ANY, len(vars)):
+            raise RuntimeError(f"ToLatex(): expected {self._num_vars} variables, got {len(vars)}.")
+        text = self._latex(vars, precision)
+        return text + (rf" \tag{{{self._description}}}" if self._description else "")
+
+    def _latex(self, vars: np.ndarray, precision: int) -> str:
+        from sheldrake.symbolic import ToLatex
+
+        return rf"\text{{{type(self).__name__}}}({', '.join(ToLatex(v, precision) for v in vars)})"
+
+    def _display(self, vars: np.ndarray) -> str:
+        """Text of the function of given variables."""
+        named = f" described as '{self._description}'" if self._description else ""
+        names = "".join(f" {v}" for v in vars)
+        return f"{type(self).__name__}{named} with {len(vars)} decision variables{names}\n"
+
+
+def _python_name(cls: type) -> str:
+    inside = cls.__module__.startswith("sheldrake.")
+    return f"pydrake.solvers.{cls.__name__}" if inside else cls.__name__
+
+
+class Cost(EvaluatorBase):
+    """A function with one value, which a solver makes small."""
+
+    def _display(self, vars: np.ndarray) -> str:
+        named = f" described as '{self._description}'" if self._description else ""
+        return f"{type(self).__name__} {self._eval_symbols(_arrays.symbols(vars))[0]}{named}"
+
+
+class Constraint(EvaluatorBase):
+    """A function whose values a solver keeps between bounds."""
+
+    _lower: np.ndarray
+    _upper: np.ndarray
+
+    def _set_bounds(self, lower: np.ndarray, upper: np.ndarray) -> None:
+        if lower.size != self._num_outputs or upper.size != self._num_outputs:
+            which = "Lower" if lower.size != self._num_outputs else "Upper"
+            raise RuntimeError(f"{which} bound has invalid dimension.")
+        if np.isnan(lower).any() or np.isnan(upper).any():
+            raise RuntimeError(f"{type(self).__name__}: a bound is nan.")
+        self._lower, self._upper = lower.astype(float), upper.astype(float)
+
+    def lower_bound(self) -> np.ndarray:
+        """Returns the least values, shape `(num_constraints,)`."""
+        return self._lower.copy()
+
+    def upper_bound(self) -> np.ndarray:
+        """Returns the greatest values, shape `(num_constraints,)`."""
+        return self._upper.copy()
+
+    def num_constraints(self) -> int:
+        """Returns how many values there are."""
+        return self._num_outputs
+
+    def CheckSatisfied(self, x: Any, tol: float = 1e-6) -> Any:
+        """Tells whether the values at x are within the bounds, up to `tol`; a Formula where x is symbolic."""
+        x, kind = _arrays.kind_of(x)
+        if self._num_vars not in (ANY, len(x)):
+            raise RuntimeError(f"CheckSatisfied(): x has {len(x)} elements, expected {self._num_vars}.")
+        if kind == _arrays.SYMBOLS:
+            return self._formula(_arrays.symbols(x))
+        if kind == _arrays.DUALS:
+            x = _arrays.values_and_gradient(x)[0]
+        return self._is_satisfied(x, tol)
+
+    def _is_satisfied(self, x: np.ndarray, tol: float) -> bool:
+        y = self._eval(x)
+        return bool(np.all(y >= self._lower - tol) and np.all(y <= self._upper + tol))
+
+    def _formula(self, x: np.ndarray) -> Formula:
+        parts = []
+        for y, lower, upper in zip(self._eval_symbols(x), self._lower, self._upper):
+            if lower == upper:
+                parts.append(y == lower)
+                continue
+            parts += [lower <= y] if np.isfinite(lower) else []
+            parts += [y <= upper] if np.isfinite(upper) else []
+        return logical_and(*parts) if parts else Formula.True_()
+
+    def CheckSatisfiedVectorized(self, x: Any, tol: float) -> list[bool]:
+        """Tells for each column of x whether it satisfies the constraint."""
+        return [bool(self.CheckSatisfied(column, tol)) for column in np.atleast_2d(np.asarray(x, dtype=float)).T]
+
+    def _display(self, vars: np.ndarray) -> str:
+        named = f" described as '{self._description}'" if self._description else ""
+        rows = [f"{type(self).__name__}{named}"]
+        for y, lower, upper in zip(self._eval_symbols(_arrays.symbols(vars)), self._lower, self._upper):
+            rows.append(f"{number_text(lower)} <= {y} <= {number_text(upper)}")
+        return "\n".join(rows) + "\n"
+
+    def _latex(self, vars: np.ndarray, precision: int) -> str:
+        y = self._eval_symbols(_arrays.symbols(vars))
+        return latex_bounds(latex_matrix(y, precision), self._lower, self._upper, precision)
+
+
+class VisualizationCallback(EvaluatorBase):
+    """A function that a solver calls with its iterates."""
+
+    _thread_safe = False
+
+    @classmethod
+    def _make(cls, func: Callable, num_vars: int) -> VisualizationCallback:
+        self = cls.__new__(cls)
+        self._set_sizes(0, num_vars)
+        self._func = func
+        return self
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        self._func(x)
+        return np.zeros(0)
+
+    def _eval_duals(self, x: np.ndarray) -> np.ndarray:
+        self._func(_arrays.values_and_gradient(x)[0])
+        return np.zeros(0, dtype=object)
+
+
+def _checked(call: str, y: Any, expected: type, size: int, scalar: bool) -> np.ndarray:
+    """What a Python function gave, as a vector of the scalar it was called with.
+
+    Raises:
+        TypeError: the scalar is another.
+        RuntimeError: the shape is another.
+    """
+    y = np.asarray(y)
+    ndims = (0,) if scalar else (1, 2)
+    if y.ndim not in ndims or y.size != size or (y.ndim == 2 and size and 1 not in y.shape):
+        words = "0 (scalar)" if scalar else "1 or 2 (vector)"
+        raise RuntimeError(
+            f"{call}: Return value must be of .ndim = {words} and .size = {size}. Got .ndim = {y.ndim} and .size = "
+            f"{y.size} instead."
+        )
+    if y.size:
+        found = _scalar_type(y)
+        if found is not expected:
+            other = f", not {found.__name__}" if found is not None else ""
+            raise TypeError(
+                f"When {call} is called with an array of type {expected.__name__} the return value must be the same "
+                f"type{other}."
+            )
+    return y.ravel()
+
+
+def _scalar_type(y: np.ndarray) -> type | None:
+    if y.dtype != object:
+        return float if y.dtype.kind in "fi" else y.dtype.type
+    return next((type(v) for v in y.flat if type(v).__module__ not in ("builtins", "numpy")), None)
+
+
+class _PyFunction:
+    """A Python function of a vector as an evaluator."""
+
+    _thread_safe = False
+    _func: Callable
+    _scalar: bool
+    _num_outputs: int
+
+    def _call(self, x: np.ndarray, expected: type) -> np.ndarray:
+        return _checked(type(self).__name__, self._func(x), expected, self._num_outputs, self._scalar)
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return self._call(x, float).astype(float)
+
+    def _eval_duals(self, x: np.ndarray) -> np.ndarray:
+        return self._call(x, AutoDiffXd)
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        y, J = _arrays.values_and_gradient(self._call(_arrays.variables_at(x), AutoDiffXd))
+        return y, J if J.size or not y.size else np.zeros((len(y), len(x)))
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self._eval_with_jacobian(x)[1]
+
+
+class PyFunctionCost(_PyFunction, Cost):
+    """A cost that is a Python function of floats or AutoDiffXd.
+
+    Args:
+        num_vars: Size of its argument.
+        func: Takes a vector and returns a number of the same scalar.
+        description: A name for messages.
+    """
+
+    _scalar = True
+
+    def __init__(self, num_vars: int, func: Callable, description: str = ""):
+        self._set_sizes(1, num_vars, description)
+        self._func = func
+
+    _display = EvaluatorBase._display
+
+
+class PyFunctionConstraint(_PyFunction, Constraint):
+    """A constraint that is a Python function of floats or AutoDiffXd.
+
+    Args:
+        num_vars: Size of its argument.
+        func: Takes a vector and returns a vector of the same scalar.
+        lb: Least values.
+        ub: Greatest values.
+        description: A name for messages.
+    """
+
+    _scalar = False
+
+    def __init__(self, num_vars: int, func: Callable, lb: Any, ub: Any, description: str = ""):
+        lower, upper = _arrays.float_vector(lb), _arrays.float_vector(ub)
+        self._set_sizes(lower.size, num_vars, description)
+        self._set_bounds(lower, upper)
+        self._func = func
+
+    def set_bounds(self, lower_bound: Any, upper_bound: Any) -> None:
+        """Sets both bounds."""
+        self._set_bounds(_arrays.float_vector(lower_bound), _arrays.float_vector(upper_bound))
+
+    def UpdateLowerBound(self, new_lb: Any) -> None:
+        """Sets the least values."""
+        self._set_bounds(_arrays.float_vector(new_lb), self._upper)
+
+    def UpdateUpperBound(self, new_ub: Any) -> None:
+        """Sets the greatest values."""
+        self._set_bounds(self._lower, _arrays.float_vector(new_ub))
+
+    _display = EvaluatorBase._display
+    _latex = EvaluatorBase._latex
+
+
+def takes_vector_function(value: Any) -> bool:
+    """Whether a value can be called with a vector (and is no evaluator)."""
+    return callable(value) and not isinstance(value, EvaluatorBase) and not inspect.isclass(value)

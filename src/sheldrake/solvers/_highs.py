@@ -1,0 +1,183 @@
+"""Linear and mixed-integer linear programs by HiGHS, which comes with SciPy (Huangfu and Hall, 2018)."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.solvers._equality_solvers import quadratic_objective
+from sheldrake.solvers._ids import ProgramAttribute as A
+from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program_type import LINEAR
+from sheldrake.solvers._result import MathematicalProgramResult
+from sheldrake.solvers._solver_interface import SolverInterface
+from sheldrake.symbolic import Variable
+
+_RESULTS = {
+    0: SolutionResult.kSolutionFound,
+    1: SolutionResult.kIterationLimit,
+    2: SolutionResult.kInfeasibleConstraints,
+    3: SolutionResult.kUnbounded,
+}
+
+
+def linear_rows(prog: MathematicalProgram) -> tuple[Any, np.ndarray, np.ndarray, list]:
+    """All linear constraints that are no bounds as lower <= A x <= upper, A sparse; and (binding, rows) of each."""
+    from scipy.sparse import csc_matrix
+
+    rows, cols, values, lower, upper, places, at = [], [], [], [], [], [], 0
+    for name in ("linear_constraints", "linear_equality_constraints"):
+        for b in prog._lists[name]:
+            block = b._evaluator._jacobian(np.zeros(len(b._variables)))
+            i, j = np.nonzero(block)
+            rows.append(i + at)
+            cols.append(prog._indices(b)[j])
+            values.append(block[i, j])
+            lower.append(b._evaluator._lower)
+            upper.append(b._evaluator._upper)
+            places.append((b, slice(at, at + block.shape[0])))
+            at += block.shape[0]
+    if not at:
+        return csc_matrix((0, prog.num_vars())), np.zeros(0), np.zeros(0), []
+    triplet = (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols)))
+    M = csc_matrix(triplet, shape=(at, prog.num_vars()))
+    return M, np.concatenate(lower), np.concatenate(upper), places
+
+
+def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
+    """The tightest bounds of each decision variable."""
+    lower, upper = np.full(prog.num_vars(), -np.inf), np.full(prog.num_vars(), np.inf)
+    for b in prog._lists["bounding_box_constraints"]:
+        at = prog._indices(b)
+        np.maximum.at(lower, at, b._evaluator._lower)
+        np.minimum.at(upper, at, b._evaluator._upper)
+    return lower, upper
+
+
+def set_box_duals(prog: MathematicalProgram, result: MathematicalProgramResult, low: Any, high: Any) -> None:
+    """Duals of bounding boxes from those of the tightest bounds; the first box that is as tight gets them."""
+    lower, upper = variable_bounds(prog)
+    left_low, left_high = np.array(low, dtype=float), np.array(high, dtype=float)
+    for b in prog._lists["bounding_box_constraints"]:
+        at, c = prog._indices(b), b._evaluator
+        dual = np.zeros(len(at))
+        for i, place in enumerate(at):
+            if c._lower[i] == lower[place]:
+                dual[i] += left_low[place]
+                left_low[place] = 0.0
+            if c._upper[i] == upper[place]:
+                dual[i] += left_high[place]
+                left_high[place] = 0.0
+        result._set_dual(b, dual)
+
+
+class ClpSolverDetails(NamedTuple):
+    """What the solver of linear programs tells of a solve: 0 optimal, 1 infeasible, 2 unbounded, 3 iterations spent."""
+
+    status: int
+
+
+_CLP_STATUS = {0: 0, 1: 3, 2: 1, 3: 2}
+
+
+class ClpSolver(SolverInterface):
+    """Solves linear programs. In sheldrake HiGHS does it, by way of SciPy."""
+
+    _name = "Clp"
+    _attributes = LINEAR
+
+    def _do_solve(
+        self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
+    ) -> None:
+        from scipy.optimize import linprog
+
+        _, c, constant = quadratic_objective(prog)
+        M, low, high, places = linear_rows(prog)
+        bounds = variable_bounds(prog)
+        if _box_is_empty(*bounds) or np.any(low > high):
+            result._details = ClpSolverDetails(1)
+            result._finish(SolutionResult.kInfeasibleConstraints, np.zeros(prog.num_vars()), np.inf)
+            return
+        equal = low == high
+        above, below = ~equal & np.isfinite(high), ~equal & np.isfinite(low)
+        from scipy.sparse import vstack
+
+        A_ub = vstack((M[above], -M[below])) if above.any() or below.any() else None
+        found = linprog(
+            c,
+            A_ub=A_ub,
+            b_ub=None if A_ub is None else np.concatenate((high[above], -low[below])),
+            A_eq=M[equal] if equal.any() else None,
+            b_eq=low[equal] if equal.any() else None,
+            bounds=np.stack(bounds, axis=1),
+            method="highs",
+            options={"disp": self._prints(options)},
+        )
+        outcome = _RESULTS.get(found.status, SolutionResult.kSolverSpecificError)
+        result._details = ClpSolverDetails(_CLP_STATUS.get(found.status, 4))
+        x = _least_violation(M, low, high, *bounds) if found.x is None else found.x
+        result._finish(outcome, x, np.nan if found.fun is None else found.fun + constant)
+        if outcome is SolutionResult.kSolutionFound:
+            dual = np.zeros(len(low))
+            dual[equal] = found.eqlin.marginals if equal.any() else 0.0
+            marginals = found.ineqlin.marginals if A_ub is not None else np.zeros(0)
+            dual[above] += marginals[: above.sum()]
+            dual[below] -= marginals[above.sum() :]
+            for b, rows in places:
+                result._set_dual(b, dual[rows])
+            set_box_duals(prog, result, found.lower.marginals, found.upper.marginals)
+
+
+def _least_violation(M: Any, low: np.ndarray, high: np.ndarray, x_low: np.ndarray, x_high: np.ndarray) -> np.ndarray:
+    """The point within the bounds of the variables whose violations of the rows have the smallest sum."""
+    from scipy.optimize import linprog
+    from scipy.sparse import hstack, identity, vstack
+
+    m, n = M.shape
+    above, below = np.isfinite(high), np.isfinite(low)
+    start = np.clip(np.zeros(n), x_low, x_high)
+    if not (above.any() or below.any()):
+        return start
+    slack = -identity(m, format="csc")
+    A_ub = vstack((hstack((M[above], slack[above])), hstack((-M[below], slack[below]))))
+    bounds = np.stack((np.append(x_low, np.zeros(m)), np.append(x_high, np.full(m, np.inf))), axis=1)
+    c = np.append(np.zeros(n), np.ones(m))
+    found = linprog(c, A_ub=A_ub, b_ub=np.concatenate((high[above], -low[below])), bounds=bounds, method="highs")
+    return start if found.x is None else found.x[:n]
+
+
+def _box_is_empty(lower: np.ndarray, upper: np.ndarray) -> bool:
+    return bool(np.any(lower > upper) or np.any(lower == np.inf) or np.any(upper == -np.inf))
+
+
+class HighsSolver(SolverInterface):
+    """Solves linear programs some of whose variables are 0 or 1."""
+
+    _name = "HiGHS"
+    _attributes = LINEAR | {A.kBinaryVariable}
+
+    def _do_solve(
+        self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
+    ) -> None:
+        from scipy.optimize import Bounds, LinearConstraint, milp
+
+        _, c, constant = quadratic_objective(prog)
+        M, low, high, _ = linear_rows(prog)
+        binary = np.array([v.get_type() is Variable.Type.BINARY for v in prog._decisions], dtype=bool)
+        lower, upper = variable_bounds(prog)
+        lower, upper = np.where(binary, np.maximum(lower, 0.0), lower), np.where(binary, np.minimum(upper, 1.0), upper)
+        if _box_is_empty(lower, upper) or np.any(low > high):
+            result._finish(SolutionResult.kInfeasibleConstraints, np.full(prog.num_vars(), np.nan), np.inf)
+            return
+        found = milp(
+            c,
+            integrality=binary.astype(int),
+            bounds=Bounds(lower, upper),
+            constraints=LinearConstraint(M, low, high) if len(low) else None,
+            options={"disp": self._prints(options), **options._of(self._name)},
+        )
+        outcome = _RESULTS.get(found.status, SolutionResult.kSolverSpecificError)
+        x = np.full(prog.num_vars(), np.nan) if found.x is None else np.where(binary, np.round(found.x), found.x)
+        result._finish(outcome, x, np.nan if found.fun is None else found.fun + constant)

@@ -1,0 +1,242 @@
+"""Names of solvers, options for them, and what they say of programs and results."""
+
+from __future__ import annotations
+
+import copy
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._enums import BoundEnum
+from sheldrake.common._overloads import incompatible
+
+
+class SolverType(BoundEnum):
+    """Solvers that have a number."""
+
+    kClp = 0
+    kCsdp = 1
+    kEqualityConstrainedQP = 2
+    kGurobi = 3
+    kIpopt = 4
+    kLinearSystem = 5
+    kMobyLCP = 6
+    kMosek = 7
+    kNlopt = 8
+    kOsqp = 9
+    kSnopt = 10
+    kScs = 11
+    kUnrevisedLemke = 12
+
+
+class CommonSolverOption(BoundEnum):
+    """Options that mean the same for all solvers."""
+
+    kPrintFileName = 0
+    kPrintToConsole = 1
+    kStandaloneReproductionFileName = 2
+    kMaxThreads = 3
+
+
+class ProgramAttribute(BoundEnum):
+    """What a program may have that a solver must know how to handle."""
+
+    kGenericCost = 0
+    kGenericConstraint = 1
+    kQuadraticCost = 2
+    kQuadraticConstraint = 3
+    kLinearCost = 4
+    kLinearConstraint = 5
+    kLinearEqualityConstraint = 6
+    kLinearComplementarityConstraint = 7
+    kLorentzConeConstraint = 8
+    kRotatedLorentzConeConstraint = 9
+    kPositiveSemidefiniteConstraint = 10
+    kExponentialConeConstraint = 11
+    kL2NormCost = 12
+    kBinaryVariable = 13
+    kCallback = 14
+
+
+class ProgramType(BoundEnum):
+    """Families of programs."""
+
+    kLP = 0
+    kQP = 1
+    kSOCP = 2
+    kSDP = 3
+    kGP = 4
+    kCGP = 5
+    kMILP = 6
+    kMIQP = 7
+    kMISOCP = 8
+    kMISDP = 9
+    kQuadraticCostConicConstraint = 10
+    kNLP = 11
+    kLCP = 12
+    kUnknown = 13
+
+
+class SolutionResult(BoundEnum):
+    """How a solve ended."""
+
+    kSolutionFound = 0
+    kInvalidInput = -1
+    kInfeasibleConstraints = -2
+    kUnbounded = -3
+    kSolverSpecificError = -4
+    kInfeasibleOrUnbounded = -5
+    kIterationLimit = -6
+    kDualInfeasible = -7
+    kSolutionResultNotSet = -8
+
+
+class SolverId:
+    """The name of a solver.
+
+    Args:
+        name: How it prints.
+    """
+
+    __slots__ = ("_name",)
+
+    def __init__(self, name: str):
+        if not isinstance(name, str):
+            raise incompatible("SolverId", ["(name: str)"], (name,), {}, constructor=True)
+        self._name = name
+
+    def name(self) -> str:
+        """Returns the name."""
+        return self._name
+
+    def __eq__(self, other: Any) -> Any:
+        return self._name == other._name if isinstance(other, SolverId) else NotImplemented
+
+    def __hash__(self) -> int:
+        return hash(("SolverId", self._name))
+
+    def __lt__(self, other: SolverId) -> bool:
+        return self._name < other._name
+
+
+_TYPE_NAMES = {
+    SolverType.kClp: "Clp",
+    SolverType.kCsdp: "CSDP",
+    SolverType.kEqualityConstrainedQP: "EqConstrainedQP",
+    SolverType.kGurobi: "Gurobi",
+    SolverType.kIpopt: "Ipopt",
+    SolverType.kLinearSystem: "Linear system",
+    SolverType.kMobyLCP: "Moby LCP",
+    SolverType.kMosek: "MOSEK",
+    SolverType.kNlopt: "NLopt",
+    SolverType.kOsqp: "OSQP",
+    SolverType.kSnopt: "SNOPT",
+    SolverType.kScs: "SCS",
+    SolverType.kUnrevisedLemke: "Unrevised Lemke",
+}
+
+
+def solver_type_of(solver_id: SolverId) -> SolverType | None:
+    """The number of a solver, if it has one."""
+    return next((t for t, name in _TYPE_NAMES.items() if name == solver_id.name()), None)
+
+
+def id_of_type(solver_type: SolverType) -> SolverId:
+    """The name of a numbered solver."""
+    return SolverId(_TYPE_NAMES[solver_type])
+
+
+_COMMON = "Drake"  # The name under which options that all solvers understand are kept.
+
+
+class SolverOptions:
+    """Options by name of solver and name of option.
+
+    Args:
+        options: Values by solver and name; those for all solvers are under the name "Drake".
+    """
+
+    __fields__ = (SimpleNamespace(name="options", type=dict[str, dict[str, "float | int | str"]]),)
+
+    def __init__(self, options: dict[str, dict[str, Any]] | None = None):
+        self._options: dict[str, dict[str, Any]] = {}
+        self.options = options or {}
+
+    @property
+    def options(self) -> dict[str, dict[str, Any]]:
+        """The values by solver and name."""
+        return self._options
+
+    @options.setter
+    def options(self, values: dict[str, dict[str, Any]]) -> None:
+        self._options = {solver: dict(of_one) for solver, of_one in values.items()}
+
+    def SetOption(self, *args: Any, **kwargs: Any) -> None:
+        """Sets one option; called as `SetOption(solver_id, key, value)` or `SetOption(CommonSolverOption, value)`.
+
+        Raises:
+            RuntimeError: the value does not fit a common option.
+        """
+        given = [*args, *(kwargs[n] for n in ("solver_id", "key", "value") if n in kwargs)]
+        number = not isinstance(given[-1], bool) and isinstance(given[-1], (float, int, str, np.integer, np.floating))
+        if len(given) == 3 and isinstance(given[0], SolverId) and isinstance(given[1], str) and number:
+            self._put(given[0].name(), given[1], _plain(given[2]))
+        elif len(given) == 2 and isinstance(given[0], CommonSolverOption) and number:
+            value = _plain(given[1])
+            _check_common(given[0], value)
+            self._put(_COMMON, given[0].name, value)
+        else:
+            accepted = ["(solver_id: SolverId, key: str, value: float | int | str)", "(key: CommonSolverOption, value)"]
+            raise incompatible("SetOption", accepted, args, kwargs)
+
+    def _put(self, solver: str, key: str, value: Any) -> None:
+        """Keeps one value; solvers and keys stay in alphabetical order."""
+        values = dict(sorted({**self.options.get(solver, {}), key: value}.items()))
+        self.options = dict(sorted({**self.options, solver: values}.items()))
+
+    def _of(self, name: str) -> dict[str, Any]:
+        """Returns the options of one solver."""
+        return self.options.get(name, {})
+
+    def _common(self, option: CommonSolverOption, default: Any = None) -> Any:
+        """Returns the value of an option that all solvers understand."""
+        return self.options.get(_COMMON, {}).get(option.name, default)
+
+    def _merged(self, other: SolverOptions | None) -> SolverOptions:
+        """Returns these options, and those of `other` in their place where it has them."""
+        out = SolverOptions(self.options)
+        for solver, values in (other.options if other is not None else {}).items():
+            out.options.setdefault(solver, {}).update(values)
+        return out
+
+    def __eq__(self, other: Any) -> Any:
+        return self.options == other.options if isinstance(other, SolverOptions) else NotImplemented
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __copy__(self) -> SolverOptions:
+        return SolverOptions(self.options)
+
+    def __deepcopy__(self, memo: dict) -> SolverOptions:
+        return SolverOptions(copy.deepcopy(self.options, memo))
+
+    def __repr__(self) -> str:
+        ordered = {solver: dict(sorted(values.items())) for solver, values in sorted(self.options.items())}
+        return f"SolverOptions(options={ordered})"
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _check_common(option: CommonSolverOption, value: Any) -> None:
+    wrong = {
+        CommonSolverOption.kPrintFileName: (not isinstance(value, str), "a string"),
+        CommonSolverOption.kStandaloneReproductionFileName: (not isinstance(value, str), "a string"),
+        CommonSolverOption.kPrintToConsole: (isinstance(value, str) or value not in (0, 1), "0 or 1"),
+        CommonSolverOption.kMaxThreads: (not isinstance(value, int) or value <= 0, "an int > 0"),
+    }
+    if wrong[option][0]:
+        shown = f'"{value}"' if isinstance(value, str) else value
+        raise RuntimeError(f"SolverOptions::SetOption({option.name}) value must be {wrong[option][1]}, not {shown}.")

@@ -1,0 +1,195 @@
+"""Bounds on the least or greatest of many values as one smooth constraint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.solvers import _arrays
+from sheldrake.solvers._evaluators import Constraint, EvaluatorBase
+
+
+def quadratically_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, float]:
+    """0 for x >= 0, x^2 / 2 for -1 < x < 0, -1/2 - x for x <= -1, and its derivative."""
+    if x >= 0.0:
+        return 0.0, 0.0
+    return (-0.5 - x, -1.0) if x <= -1.0 else (0.5 * x * x, x)
+
+
+def exponentially_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, float]:
+    """0 for x >= 0, else -x exp(1 / x), and its derivative."""
+    if x >= 0.0:
+        return 0.0, 0.0
+    e = math.exp(1.0 / x)
+    return -x * e, -e + e / x
+
+
+def smooth_over_max(x: np.ndarray, alpha: float) -> tuple[float, np.ndarray]:
+    """log(sum exp(alpha x)) / alpha, never below the largest, and its derivatives."""
+    top = x.max()
+    w = np.exp(alpha * (x - top))
+    total = w.sum()
+    return top + math.log(total) / alpha, w / total
+
+
+def smooth_under_max(x: np.ndarray, alpha: float) -> tuple[float, np.ndarray]:
+    """Mean of x weighed with exp(alpha x), never above the largest, and its derivatives."""
+    w = np.exp(alpha * (x - x.max()))
+    w = w / w.sum()
+    mean = float(w @ x)
+    return mean, w * (1.0 + alpha * (x - mean))
+
+
+class _MinimumValueConstraint(Constraint):
+    """Smooth function of penalties of values; the values come from a user."""
+
+    _thread_safe = False
+    _lower_kind = True
+    _alpha = 100.0
+
+    def _set_up(
+        self, num_vars: int, bound: float, offset: float, max_num_values: int, values: Callable, floats: Callable | None
+    ) -> None:
+        if not math.isfinite(offset) or offset <= 0.0:
+            raise RuntimeError(f"{type(self).__name__}: influence_value_offset must be positive and finite: {offset}.")
+        self._bound, self._influence, self._max_num_values = float(bound), float(bound) + float(offset), max_num_values
+        self._values, self._floats = values, floats
+        self._set_sizes(1, int(num_vars))
+        self._penalty: Callable[[float, bool], tuple] = quadratically_smoothed_hinge
+        self._scale_to_penalty()
+
+    def _scale_to_penalty(self) -> None:
+        """The value 1 is where exactly one value is at its bound."""
+        self._factor = 1.0 / self._penalty_of(self._bound)[0]
+        if self._lower_kind:
+            self._set_bounds(np.array([-np.inf]), np.array([1.0]))
+        else:
+            self._set_bounds(np.array([1.0]), np.array([np.inf]))
+
+    def _penalty_of(self, value: float) -> tuple[float, float]:
+        width = self._influence - self._bound
+        p, slope = self._penalty((value - self._influence) / width, True)
+        return float(p), float(slope) / width
+
+    def influence_value(self) -> float:
+        """Returns the value above which others do not count."""
+        return self._influence
+
+    def set_penalty_function(self, new_penalty_function: Callable[[float, bool], tuple]) -> None:
+        """Sets the function `(x, compute_grad) -> (penalty, slope)`, decreasing to 0 at x >= 0."""
+        self._penalty = new_penalty_function
+        self._scale_to_penalty()
+
+    def _smooth(self, penalties: np.ndarray) -> tuple[float, np.ndarray]:
+        """The smooth maximum of penalties, those of values that were not given being zero."""
+        missing = max(0, self._max_num_values - penalties.size)
+        padded = np.concatenate((penalties, np.zeros(missing)))
+        value, slope = (smooth_over_max if self._lower_kind else smooth_under_max)(padded, self._alpha)
+        return value, slope[: penalties.size]
+
+    def _combine(self, values: np.ndarray) -> tuple[float, np.ndarray]:
+        """Value of the constraint and its derivatives by the values."""
+        pairs = [self._penalty_of(v) if v < self._influence else (0.0, 0.0) for v in values]
+        counts = np.array([v < self._influence for v in values], dtype=bool)
+        penalties = np.array([p for p, _ in pairs]) * self._factor
+        slopes = np.array([s for _, s in pairs]) * self._factor
+        if self._max_num_values == 0 and not counts.any():
+            return 0.0, slopes
+        value, weights = self._smooth(penalties[counts])
+        slopes[counts] *= weights
+        return value, slopes
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        if self._floats is not None:
+            values = np.atleast_1d(np.asarray(self._floats(x, self._influence), dtype=float))
+        else:
+            values = _arrays.values_and_gradient(np.atleast_1d(self._values(_as_duals(x), self._influence)))[0]
+        return np.array([self._combine(values)[0]])
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        values, J = self._values_with_jacobian(x)
+        y, slope = self._combine(values)
+        return np.array([y]), (slope @ J).reshape(1, -1) if J.size else np.zeros((1, len(x)))
+
+    def _values_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return _arrays.values_and_gradient(np.atleast_1d(self._values(_arrays.variables_at(x), self._influence)))
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self._eval_with_jacobian(x)[1]
+
+    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
+        raise RuntimeError(f"{type(self).__name__} does not support symbolic evaluation.")
+
+    _display = EvaluatorBase._display
+    _latex = EvaluatorBase._latex
+
+
+def _as_duals(x: np.ndarray) -> np.ndarray:
+    out = np.empty(len(x), dtype=object)
+    out[:] = [AutoDiffXd(float(v)) for v in x]
+    return out
+
+
+class MinimumValueLowerBoundConstraint(_MinimumValueConstraint):
+    """The least of many values is at least a bound.
+
+    Args:
+        num_vars: Number of variables.
+        minimum_value_lower: The bound.
+        influence_value_offset: Values above the bound plus this do not count.
+        max_num_values: Most values that the functions return.
+        value_function: `(x, influence_value) -> values` for AutoDiffXd.
+        value_function_double: The same for floats.
+    """
+
+    def __init__(
+        self,
+        num_vars: int,
+        minimum_value_lower: float,
+        influence_value_offset: float,
+        max_num_values: int,
+        value_function: Callable,
+        value_function_double: Callable | None = None,
+    ):
+        self._set_up(
+            num_vars, minimum_value_lower, influence_value_offset, max_num_values, value_function, value_function_double
+        )
+
+    def minimum_value_lower(self) -> float:
+        """Returns the bound."""
+        return self._bound
+
+
+class MinimumValueUpperBoundConstraint(_MinimumValueConstraint):
+    """The least of many values is at most a bound.
+
+    Args:
+        num_vars: Number of variables.
+        minimum_value_upper: The bound.
+        influence_value_offset: Values above the bound plus this do not count.
+        max_num_values: Most values that the functions return.
+        value_function: `(x, influence_value) -> values` for AutoDiffXd.
+        value_function_double: The same for floats.
+    """
+
+    _lower_kind = False
+
+    def __init__(
+        self,
+        num_vars: int,
+        minimum_value_upper: float,
+        influence_value_offset: float,
+        max_num_values: int,
+        value_function: Callable,
+        value_function_double: Callable | None = None,
+    ):
+        self._set_up(
+            num_vars, minimum_value_upper, influence_value_offset, max_num_values, value_function, value_function_double
+        )
+
+    def minimum_value_upper(self) -> float:
+        """Returns the bound."""
+        return self._bound

@@ -1,0 +1,353 @@
+"""Adding cone and matrix constraints to a program."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.solvers import _dispatch as d
+from sheldrake.solvers import _parse as parse
+from sheldrake.solvers._bindings import BindingBase, bind
+from sheldrake.solvers._cone_constraints import (
+    ExponentialConeConstraint,
+    LinearMatrixInequalityConstraint,
+    LorentzConeConstraint,
+    PositiveSemidefiniteConstraint,
+)
+from sheldrake.solvers._constraints import LinearConstraint
+from sheldrake.symbolic import Expression, Variable
+
+_SMOOTH = LorentzConeConstraint.EvalType.kConvexSmooth
+
+
+def quadratic_factor(e: Expression, tol: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A, b, x with `e = |A x + b|^2`.
+
+    Raises:
+        RuntimeError: e is not quadratic, or negative somewhere.
+    """
+    c = parse.quadratic(e, "AddLorentzConeConstraint")
+    n = len(c.vars)
+    # [x; 1]' M [x; 1] is e: a factor of M, without rows of zeros, is [A b].
+    M = np.block([[c.hessian() / 2.0, c.b.reshape(-1, 1) / 2.0], [c.b.reshape(1, -1) / 2.0, np.array([[c.c]])]])
+    values, vectors = np.linalg.eigh(M)
+    if values.min(initial=0.0) < -max(tol, 1e-12) * max(1.0, np.abs(values).max(initial=0.0)):
+        raise RuntimeError(f"AddLorentzConeConstraint(): the quadratic expression {e} is negative somewhere.")
+    keep = values > max(tol, 1e-14) * max(1.0, values.max(initial=0.0))
+    factor = (vectors[:, keep] * np.sqrt(values[keep])).T
+    return factor[:, :n], factor[:, n], c.vars
+
+
+def _stack(linear: list[Expression], A: np.ndarray, b: np.ndarray, x: np.ndarray) -> tuple:
+    """Rows of affine expressions above A x + b, over all variables."""
+    rows = parse.affine_vector(linear, "AddLorentzConeConstraint")
+    everything = sorted({*rows.vars, *x}, key=Variable.get_id)
+    places = {v: i for i, v in enumerate(everything)}
+    M = np.zeros((len(linear) + len(b), len(everything)))
+    M[: len(linear), [places[v] for v in rows.vars]] = rows.A
+    M[len(linear) :, [places[v] for v in x]] = A
+    return M, np.concatenate((rows.c, b)), parse.traverse.object_array(everything)
+
+
+class ProgramCones:
+    """Lorentz, exponential and matrix cones."""
+
+    def AddLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Any:
+        """Adds z_0 >= |z_1 ... z_m|.
+
+        Called as `(v)` with affine expressions z; `(f)` with a formula |A x + b| <= affine;
+        `(linear_expression, quadratic_expression, tol=0)` with z_0 and the square of the length; or `(A, b, vars)`
+        with z = A x + b. All take `eval_type`.
+
+        Raises:
+            RuntimeError: an expression is not of that kind.
+        """
+
+        def vector(self: Any, v: np.ndarray, eval_type: Any) -> Any:
+            a = parse.affine_vector(list(v), "AddLorentzConeConstraint")
+            return self._store_constraint(parse.lorentz(a.A, a.c, a.vars, eval_type))
+
+        def of_formula(self: Any, f: Any, eval_type: Any, psd_tol: float, coefficient_tol: float) -> Any:
+            return self._store_constraint(parse.lorentz_from_formula(f, eval_type, psd_tol, coefficient_tol))
+
+        def squares(self: Any, linear: Any, quadratic: Any, tol: float, eval_type: Any) -> Any:
+            M, b, x = _stack([linear], *quadratic_factor(quadratic, tol))
+            return self._store_constraint(parse.lorentz(M, b, x, eval_type))
+
+        def matrix(self: Any, A: Any, b: np.ndarray, vars: np.ndarray, eval_type: Any) -> Any:
+            return self._store_constraint(parse.lorentz(A, b, vars, eval_type))
+
+        kind = (d.instance(LorentzConeConstraint.EvalType), _SMOOTH)
+        tolerance = (d.number, 1e-8)
+        ways = [
+            d.overload(of_formula, f=d.formula, eval_type=kind, psd_tol=tolerance, coefficient_tol=tolerance),
+            d.overload(vector, v=d.expressions, eval_type=kind),
+            d.overload(
+                squares,
+                linear_expression=d.expression,
+                quadratic_expression=d.expression,
+                tol=(d.number, 0.0),
+                eval_type=kind,
+            ),
+            d.overload(matrix, A=d.matrix, b=d.vector, vars=d.vars, eval_type=kind),
+        ]
+        return d.dispatch("AddLorentzConeConstraint", ways, self, args, kwargs)
+
+    def AddRotatedLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Any:
+        """Adds z_0 z_1 >= z_2^2 + ..., z_0 >= 0, z_1 >= 0.
+
+        Called as `(v)` with affine expressions z; `(linear_expression1, linear_expression2, quadratic_expression,
+        tol=0)` with z_0, z_1 and the sum of squares; or `(A, b, vars)` with z = A x + b.
+
+        Raises:
+            RuntimeError: an expression is not of that kind.
+        """
+
+        def vector(self: Any, v: np.ndarray) -> Any:
+            a = parse.affine_vector(list(v), "AddRotatedLorentzConeConstraint")
+            return self._store_constraint(parse.rotated_lorentz(a.A, a.c, a.vars))
+
+        def squares(self: Any, first: Any, second: Any, quadratic: Any, tol: float) -> Any:
+            M, b, x = _stack([first, second], *quadratic_factor(quadratic, tol))
+            return self._store_constraint(parse.rotated_lorentz(M, b, x))
+
+        def matrix(self: Any, A: Any, b: np.ndarray, vars: np.ndarray) -> Any:
+            return self._store_constraint(parse.rotated_lorentz(A, b, vars))
+
+        ways = [
+            d.overload(
+                squares,
+                linear_expression1=d.expression,
+                linear_expression2=d.expression,
+                quadratic_expression=d.expression,
+                tol=(d.number, 0.0),
+            ),
+            d.overload(vector, v=d.expressions),
+            d.overload(matrix, A=d.matrix, b=d.vector, vars=d.vars),
+        ]
+        return d.dispatch("AddRotatedLorentzConeConstraint", ways, self, args, kwargs)
+
+    def AddQuadraticAsRotatedLorentzConeConstraint(
+        self, Q: Any, b: Any, c: float, vars: Any, psd_tol: float = 0.0
+    ) -> Any:
+        """Adds 1/2 x' Q x + b' x + c <= 0 as a rotated Lorentz cone.
+
+        Raises:
+            RuntimeError: Q is not positive semidefinite.
+        """
+        Q, b, vars = d.matrix(Q), d.vector(b), d.vars(vars)
+        values, vectors = np.linalg.eigh((Q + Q.T) / 4.0)
+        if values.min(initial=0.0) < -max(psd_tol, 1e-12) * max(1.0, np.abs(values).max(initial=0.0)):
+            raise RuntimeError("AddQuadraticAsRotatedLorentzConeConstraint(): Q is not positive semidefinite.")
+        keep = values > 1e-14 * max(1.0, values.max(initial=0.0))
+        factor = (vectors[:, keep] * np.sqrt(values[keep])).T
+        A = np.vstack((-b, np.zeros(b.size), factor))
+        z = np.concatenate(([-c, 1.0], np.zeros(len(factor))))
+        return self._store_constraint(parse.rotated_lorentz(A, z, vars))  # type: ignore[attr-defined]
+
+    def AddExponentialConeConstraint(self, *args: Any, **kwargs: Any) -> Any:
+        """Adds z_0 >= z_1 exp(z_2 / z_1), z_1 > 0; called as `(A, b, vars)` or `(z)` with affine expressions."""
+
+        def matrix(self: Any, A: Any, b: np.ndarray, vars: np.ndarray) -> Any:
+            return self._store_constraint(bind(ExponentialConeConstraint, ExponentialConeConstraint(A, b), vars))
+
+        def vector(self: Any, z: np.ndarray) -> Any:
+            a = parse.affine_vector(list(z), "AddExponentialConeConstraint")
+            return matrix(self, a.A, a.c, a.vars)
+
+        ways = [
+            d.overload(matrix, A=d.matrix, b=d.vector, vars=d.vars),
+            d.overload(vector, z=d.expressions),
+        ]
+        return d.dispatch("AddExponentialConeConstraint", ways, self, args, kwargs)
+
+    # Matrices
+
+    def AddPositiveSemidefiniteConstraint(self, e: Any) -> Any:
+        """Adds that a symmetric matrix of variables or affine expressions has no negative eigenvalue.
+
+        A matrix of expressions is made equal to a new matrix of variables.
+
+        Raises:
+            RuntimeError: the matrix is not symmetric, or an expression not affine.
+        """
+        X = _square("AddPositiveSemidefiniteConstraint", e)
+        n = X.shape[0]
+        if not all(isinstance(v, Variable) for v in np.asarray(e, dtype=object).flat):
+            _check_symmetric(X)
+            M = self.NewSymmetricContinuousVariables(n)  # type: ignore[attr-defined]
+            lower = [(i, j) for j in range(n) for i in range(j, n)]
+            rows = parse.traverse.object_array([X[p] - M[p] for p in lower])
+            self.AddLinearEqualityConstraint(rows, np.zeros(len(lower)))  # type: ignore[attr-defined]
+            X = M
+        else:
+            _check_symmetric(X)
+        vars = d.vars(X)
+        return self._store_constraint(  # type: ignore[attr-defined]
+            bind(PositiveSemidefiniteConstraint, PositiveSemidefiniteConstraint(n), vars)
+        )
+
+    def AddPrincipalSubmatrixIsPsdConstraint(self, X: Any, minor_indices: set[int]) -> Any:
+        """Adds that the rows and columns of some numbers of a symmetric matrix are positive semidefinite."""
+        X = np.asarray(X, dtype=object)
+        at = sorted(minor_indices)
+        part = X[np.ix_(at, at)]
+        if all(isinstance(v, Variable) for v in part.flat):
+            return self.AddPositiveSemidefiniteConstraint(part)
+        return self.AddLinearMatrixInequalityConstraint(part)
+
+    def AddLinearMatrixInequalityConstraint(self, *args: Any, **kwargs: Any) -> Any:
+        """Adds that F_0 + sum F_i x_i is positive semidefinite; called as `(F, vars)` or `(X)` with affine expressions.
+
+        Raises:
+            RuntimeError: a matrix is not symmetric, or an expression not affine.
+        """
+
+        def matrices(self: Any, F: list, vars: np.ndarray) -> Any:
+            new = LinearMatrixInequalityConstraint(F)
+            return self._store_constraint(bind(LinearMatrixInequalityConstraint, new, vars))
+
+        def of_expressions(self: Any, X: np.ndarray) -> Any:
+            X = _square("AddLinearMatrixInequalityConstraint", X)
+            _check_symmetric(X)
+            a = parse.affine_vector(list(X.ravel()), "AddLinearMatrixInequalityConstraint")
+            F = [a.c.reshape(X.shape), *(column.reshape(X.shape) for column in a.A.T)]
+            return matrices(self, F, a.vars)
+
+        ways = [
+            d.overload(matrices, F=_matrices, vars=d.vars),
+            d.overload(of_expressions, X=d.expressions),
+        ]
+        return d.dispatch("AddLinearMatrixInequalityConstraint", ways, self, args, kwargs)
+
+    # Diagonally dominant matrices: inner and outer bounds of the semidefinite cone (Ahmadi and Majumdar, 2019).
+
+    def AddPositiveDiagonallyDominantMatrixConstraint(self, X: Any) -> np.ndarray:
+        """Adds that each diagonal element is at least the sum of the absolute values in its row.
+
+        Returns:
+            Y with Y_ij >= |X_ij| off the diagonal, and X_ii on it.
+        """
+        X = _symmetrized(_square("AddPositiveDiagonallyDominantMatrixConstraint", X))
+        n = X.shape[0]
+        Y = np.empty((n, n), dtype=object)
+        slack = iter(self.NewContinuousVariables(n * (n - 1) // 2, "diagonally_dominant_slack"))  # type: ignore
+        rows = []
+        for j in range(n):
+            Y[j, j] = X[j, j]
+            for i in range(j + 1, n):
+                Y[i, j] = Y[j, i] = Expression(next(slack))
+                rows += [X[i, j] - Y[i, j], -X[i, j] - Y[i, j]]
+        rows += [_sum([Y[i, j] for j in range(n) if j != i]) - X[i, i] for i in range(n)]
+        for row in rows:
+            a = parse.affine_vector([row], "AddPositiveDiagonallyDominantMatrixConstraint")
+            new = LinearConstraint(a.A, [-np.inf], -a.c)
+            self._store_constraint(bind(LinearConstraint, new, a.vars))  # type: ignore[attr-defined]
+        return Y
+
+    def AddPositiveDiagonallyDominantDualConeMatrixConstraint(self, X: Any) -> Any:
+        """Adds v' X v >= 0 for all v with at most two elements that are not zero, those being 1 or -1."""
+        X = _square("AddPositiveDiagonallyDominantDualConeMatrixConstraint", X)
+        n = X.shape[0]
+        rows = [X[i, i] for i in range(n)]
+        for i in range(n):
+            for j in range(i + 1, n):
+                rows += [X[i, i] + X[j, j] + X[i, j] + X[j, i], X[i, i] + X[j, j] - X[i, j] - X[j, i]]
+        return self._nonnegative(rows)
+
+    def _nonnegative(self, rows: list[Expression]) -> Any:
+        a = parse.affine_vector(rows, "MathematicalProgram")
+        new = LinearConstraint(a.A, -a.c, np.full(len(rows), np.inf))
+        return self._store_constraint(bind(LinearConstraint, new, a.vars))  # type: ignore[attr-defined]
+
+    def AddScaledDiagonallyDominantMatrixConstraint(self, X: Any) -> list[list[np.ndarray]]:
+        """Adds that X is a sum of matrices that are zero but for a positive semidefinite 2 x 2 part.
+
+        Returns:
+            M with M[i][j], i < j, the part in rows and columns i and j.
+        """
+        X = _symmetrized(_square("AddScaledDiagonallyDominantMatrixConstraint", X))
+        n = X.shape[0]
+        M = [[np.full((2, 2), Expression(0.0), dtype=object) for _ in range(n)] for _ in range(n)]
+        if n == 1:
+            self._nonnegative([X[0, 0]])
+        slack = iter(self.NewContinuousVariables(2, n * (n - 1) // 2, "sdd_slack_M").T)  # type: ignore[attr-defined]
+        for i in range(n):
+            for j in range(i + 1, n):
+                a, b = next(slack)
+                M[i][j] = np.array([[Expression(a), X[i, j]], [X[i, j], Expression(b)]], dtype=object)
+                self.AddRotatedLorentzConeConstraint(np.array([a, b, X[i, j]], dtype=object))
+        if n > 1:
+            sums = [
+                _sum([M[i][j][0, 0] for j in range(i + 1, n)] + [M[j][i][1, 1] for j in range(i)]) - X[i, i]
+                for i in range(n)
+            ]
+            self.AddLinearEqualityConstraint(parse.traverse.object_array(sums), np.zeros(n))  # type: ignore
+        return M
+
+    def AddScaledDiagonallyDominantDualConeMatrixConstraint(self, X: Any) -> list:
+        """Adds that all 2 x 2 principal submatrices are positive semidefinite; returns their constraints."""
+        X = _square("AddScaledDiagonallyDominantDualConeMatrixConstraint", X)
+        n = X.shape[0]
+        return [
+            self.AddRotatedLorentzConeConstraint(np.array([X[i, i], X[j, j], X[i, j]], dtype=object))
+            for i in range(n)
+            for j in range(i + 1, n)
+        ]
+
+    def _psd_matrix(self, constraint: BindingBase) -> np.ndarray:
+        n = constraint.evaluator().matrix_rows()
+        if self.RemoveConstraint(constraint) == 0:  # type: ignore[attr-defined]
+            raise RuntimeError("The constraint is not in the program.")
+        return constraint.variables().reshape(n, n).T
+
+    def TightenPsdConstraintToDd(self, constraint: BindingBase) -> np.ndarray:
+        """Puts a diagonally dominant matrix in the place of a positive semidefinite one; returns its slack matrix."""
+        return self.AddPositiveDiagonallyDominantMatrixConstraint(self._psd_matrix(constraint))
+
+    def TightenPsdConstraintToSdd(self, constraint: BindingBase) -> list[list[np.ndarray]]:
+        """Puts a scaled diagonally dominant matrix in the place of a positive semidefinite one; returns its parts."""
+        return self.AddScaledDiagonallyDominantMatrixConstraint(self._psd_matrix(constraint))
+
+    def RelaxPsdConstraintToDdDualCone(self, constraint: BindingBase) -> Any:
+        """Puts the dual of diagonally dominant matrices in the place of positive semidefinite ones."""
+        return self.AddPositiveDiagonallyDominantDualConeMatrixConstraint(self._psd_matrix(constraint))
+
+    def RelaxPsdConstraintToSddDualCone(self, constraint: BindingBase) -> list:
+        """Puts the dual of scaled diagonally dominant matrices in the place of positive semidefinite ones."""
+        return self.AddScaledDiagonallyDominantDualConeMatrixConstraint(self._psd_matrix(constraint))
+
+
+def _matrices(value: Any) -> list:
+    if isinstance(value, np.ndarray) and value.ndim != 3:
+        raise d.Mismatch
+    return [d.matrix(f) for f in d.instance(list, tuple, np.ndarray)(value)]
+
+
+def _square(call: str, X: Any) -> np.ndarray:
+    X = d.expressions(X)
+    if X.ndim != 2 or X.shape[0] != X.shape[1]:
+        raise RuntimeError(f"{call}(): the matrix must be square, it has shape {X.shape}.")
+    return X
+
+
+def _check_symmetric(X: np.ndarray) -> None:
+    for i, j in np.ndindex(X.shape):
+        if i < j and X[i, j] is not X[j, i]:
+            difference = parse.coefficients(X[i, j] - X[j, i])
+            if difference is None or max(np.abs(difference.b).max(initial=0.0), abs(difference.c)) > 1e-10:
+                raise RuntimeError(
+                    f"The matrix is not symmetric: element ({i}, {j}) is {X[i, j]}, ({j}, {i}) is {X[j, i]}."
+                )
+
+
+def _symmetrized(X: np.ndarray) -> np.ndarray:
+    return np.array(
+        [[X[i, j] if X[i, j] is X[j, i] else (X[i, j] + X[j, i]) / 2.0 for j in range(len(X))] for i in range(len(X))],
+        dtype=object,
+    )
+
+
+def _sum(items: list[Expression]) -> Expression:
+    return parse.build.sum_of(items)

@@ -1,0 +1,229 @@
+"""What a solver found."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._overloads import Mismatch, incompatible
+from sheldrake.solvers import _arrays
+from sheldrake.solvers._bindings import BindingBase, as_kind
+from sheldrake.solvers._evaluators import Constraint
+from sheldrake.solvers._ids import SolutionResult, SolverId
+from sheldrake.symbolic import Expression, Polynomial, Variable
+from sheldrake.symbolic import _build as build
+from sheldrake.symbolic import _traverse as traverse
+
+
+class MathematicalProgramResult:
+    """Values of decision variables, the cost, duals, and how the solver ended."""
+
+    def __init__(self) -> None:
+        self._places: dict[int, int] = {}
+        self._x = np.zeros(0)
+        self._cost = np.nan
+        self._result = SolutionResult.kSolutionResultNotSet
+        self._solver_id = SolverId("")
+        self._details: Any = None
+        self._duals: dict[tuple, np.ndarray] = {}
+        self._more: list[tuple[np.ndarray, float]] = []
+        self._variables: dict[int, Variable] = {}
+
+    def _start(self, prog: Any, solver_id: SolverId) -> None:
+        """Empties it for the variables of a program."""
+        self.__init__()  # type: ignore[misc]
+        self._places = prog.decision_variable_index()
+        self._variables = {v.get_id(): v for v in prog._decisions}
+        self._x = np.full(prog.num_vars(), np.nan)
+        self._solver_id = solver_id
+
+    def _finish(self, result: SolutionResult, x: Any, cost: float) -> None:
+        """Says how the solve ended; without a feasible point the cost is inf, if unbounded -inf."""
+        self._result = result
+        if x is not None:
+            self._x = np.asarray(x, dtype=float).copy()
+        self._cost = float(cost)
+        if result is SolutionResult.kInfeasibleConstraints:
+            self._cost = np.inf
+        elif result in (SolutionResult.kUnbounded, SolutionResult.kDualInfeasible):
+            self._cost = -np.inf
+
+    def _set_dual(self, binding: BindingBase, dual: Any) -> None:
+        self._duals[binding._identity()] = np.atleast_1d(np.asarray(dual, dtype=float))
+
+    # How it ended
+
+    def is_success(self) -> bool:
+        """Tells whether a solution was found."""
+        return self._result is SolutionResult.kSolutionFound
+
+    def get_solution_result(self) -> SolutionResult:
+        """Returns how the solve ended."""
+        return self._result
+
+    def set_solution_result(self, arg0: SolutionResult) -> None:
+        """Says how the solve ended."""
+        self._result = arg0
+
+    def get_solver_id(self) -> SolverId:
+        """Returns the name of the solver."""
+        return self._solver_id
+
+    def get_solver_details(self) -> Any:
+        """Returns what this solver tells beyond the solution.
+
+        Raises:
+            RuntimeError: it tells nothing.
+        """
+        if self._details is None:
+            raise RuntimeError("The solver_details has not been set yet.")
+        return self._details
+
+    def get_optimal_cost(self) -> float:
+        """Returns the cost at the solution."""
+        return self._cost
+
+    # Values
+
+    def get_x_val(self) -> np.ndarray:
+        """Returns the values of all decision variables, shape `(num_vars,)`."""
+        return self._x.copy()
+
+    def set_x_val(self, x_val: Any) -> None:
+        """Sets the values of all decision variables.
+
+        Raises:
+            RuntimeError: the size is another.
+        """
+        values = np.asarray(x_val, dtype=float).ravel()
+        if values.size != len(self._places):
+            raise RuntimeError(
+                f"MathematicalProgramResult::set_x_val, the dimension of x_val is {values.size}, expected "
+                f"{len(self._places)}"
+            )
+        self._x = values.copy()
+
+    def SetSolution(self, var: Variable, value: float) -> None:
+        """Sets the value of one decision variable."""
+        self._x[self._place(var)] = value
+
+    def _place(self, var: Variable) -> int:
+        place = self._places.get(var.get_id())
+        if place is None:
+            raise ValueError(f"GetVariableValue: {var} is not captured by the variable_index map.")
+        return place
+
+    def GetSolution(self, *args: Any) -> Any:
+        """Returns values at the solution.
+
+        Called with nothing, a variable or an array of them it returns floats; with an expression, an array of
+        expressions or a polynomial it returns the same with values in the place of the decision variables.
+
+        Raises:
+            ValueError: a variable is no decision variable; or an indeterminate of the polynomial is one.
+        """
+        if not args:
+            return self.get_x_val()
+        return self._values(args[0], self._x, "GetSolution")
+
+    def _values(self, what: Any, x: np.ndarray, call: str) -> Any:
+        if isinstance(what, Variable):
+            return float(x[self._place(what)])
+        if isinstance(what, Polynomial):
+            return self._polynomial(what, x)
+        if isinstance(what, Expression):
+            return self._substituted([what], x)[0]
+        try:
+            array = np.asarray(what, dtype=object)
+        except ValueError:
+            array = np.empty(0)
+        if array.ndim and all(isinstance(v, Variable) for v in array.flat):
+            return np.array([x[self._place(v)] for v in array.flat], dtype=float).reshape(array.shape)
+        try:
+            es = _arrays.expression_array(array)
+        except Mismatch:
+            accepted = ["()", "(Variable)", "(Expression)", "(Polynomial)", "(numpy.ndarray of one of these)"]
+            raise incompatible(call, accepted, (what,), {}) from None
+        es = es.reshape(-1, 1) if es.ndim == 1 else es
+        return traverse.object_array(self._substituted(list(es.flat), x), es.shape)
+
+    def _env(self, x: np.ndarray) -> dict[Variable, float]:
+        return {v: float(x[self._places[i]]) for i, v in self._variables.items()}
+
+    def _substituted(self, es: list[Expression], x: np.ndarray) -> list[Expression]:
+        return traverse.substitute(es, {v: build.constant(value) for v, value in self._env(x).items()})
+
+    def _polynomial(self, p: Polynomial, x: np.ndarray) -> Polynomial:
+        for v in p.indeterminates():
+            if v.get_id() in self._places:
+                raise ValueError(
+                    f"GetSolution: {v} is an indeterminate in the polynomial, but result stores its value as a "
+                    "decision variable."
+                )
+        found = p.monomial_to_coefficient_map()
+        return Polynomial(dict(zip(found, self._substituted(list(found.values()), x))))
+
+    def EvalBinding(self, arg0: BindingBase) -> np.ndarray:
+        """Returns the value of a cost or constraint at the solution."""
+        return arg0._evaluator.Eval(np.array([self._x[self._place(v)] for v in arg0._variables], dtype=float))
+
+    def GetDualSolution(self, constraint: BindingBase) -> np.ndarray:
+        """Returns the dual variables of a constraint.
+
+        For `lower <= f(x) <= upper` these are the derivatives of the optimal cost by the active bounds; for cones, a
+        point of the dual cone.
+
+        Raises:
+            ValueError: the solver gave none for it.
+        """
+        found = self._duals.get(constraint._identity())
+        if found is None:
+            raise ValueError(
+                "Either this constraint does not belong to the mathematical program for which the result is obtained, "
+                f"or {self._solver_id.name()} does not currently support getting dual solution yet."
+            )
+        return found.copy()
+
+    # Other solutions
+
+    def num_suboptimal_solution(self) -> int:
+        """Returns how many other solutions there are."""
+        return len(self._more)
+
+    def get_suboptimal_objective(self, solution_number: int) -> float:
+        """Returns the cost of one of the other solutions."""
+        return self._more[solution_number][1]
+
+    def GetSuboptimalSolution(self, arg0: Any, arg1: int) -> Any:
+        """Returns values at one of the other solutions."""
+        return self._values(arg0, self._more[arg1][0], "GetSuboptimalSolution")
+
+    # What is not satisfied
+
+    def GetInfeasibleConstraints(self, prog: Any, tol: float | None = None) -> list:
+        """Returns the constraints of a program that the values do not satisfy.
+
+        Args:
+            prog: The program that was solved.
+            tol: Largest violation that counts as none; 1e-6 if absent.
+        """
+        tol = 1e-6 if tol is None else tol
+        return [
+            as_kind(Constraint, b)
+            for b in prog.GetAllConstraints()
+            if not b._evaluator.CheckSatisfied(prog.GetBindingVariableValues(b, self._x), tol)
+        ]
+
+    def GetInfeasibleConstraintNames(self, prog: Any, tol: float | None = None) -> list[str]:
+        """Returns a line for each row of a constraint that the values do not satisfy."""
+        tol = 1e-6 if tol is None else tol
+        out = []
+        for b in self.GetInfeasibleConstraints(prog, tol):
+            c = b._evaluator
+            name = c.get_description() or f"drake::solvers::{type(c).__name__}"
+            values = self.EvalBinding(b)
+            for i, (y, low, high) in enumerate(zip(values, c.lower_bound(), c.upper_bound())):
+                if y < low - tol or y > high + tol or np.isnan(y):
+                    out.append(f"{name}[{i}]: {low:f} <= {y:f} <= {high:f}")
+        return out

@@ -1,0 +1,154 @@
+"""What all solvers have."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.solvers._ids import (
+    CommonSolverOption,
+    ProgramAttribute,
+    SolverId,
+    SolverOptions,
+    SolverType,
+    solver_type_of,
+)
+from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._result import MathematicalProgramResult
+
+
+def attribute_name(attribute: ProgramAttribute) -> str:
+    """The name of an attribute without its k."""
+    return attribute.name[1:]
+
+
+class SolverInterface:
+    """A solver of mathematical programs. Not made directly."""
+
+    _name = ""
+    _attributes: frozenset[ProgramAttribute] = frozenset()
+
+    def __init__(self) -> None:
+        if type(self) is SolverInterface:
+            raise TypeError("pydrake.solvers.SolverInterface: No constructor defined!")
+
+    def available(self) -> bool:
+        """Tells whether what it stands on is installed."""
+        return self._is_available()
+
+    def enabled(self) -> bool:
+        """Tells whether it may be used; a solver that needs a license and has none may not."""
+        return self._is_enabled()
+
+    @classmethod
+    def _is_available(cls) -> bool:
+        return True
+
+    @classmethod
+    def _is_enabled(cls) -> bool:
+        return True
+
+    @classmethod
+    def id(cls) -> SolverId:
+        """Returns the name of this class of solvers."""
+        return SolverId(cls._name)
+
+    def solver_id(self) -> SolverId:
+        """Returns its name as an id."""
+        return SolverId(self._name)
+
+    def solver_type(self) -> SolverType | None:
+        """Returns its number, if it has one."""
+        return solver_type_of(self.solver_id())
+
+    def SolverName(self) -> str:
+        """Returns its name."""
+        return self._name
+
+    def AreProgramAttributesSatisfied(self, prog: MathematicalProgram) -> bool:
+        """Tells whether it knows how to handle all that a program has."""
+        return not self._unsatisfied(prog)
+
+    def ExplainUnsatisfiedProgramAttributes(self, prog: MathematicalProgram) -> str:
+        """Returns why it cannot solve a program; empty if it can."""
+        return self._unsatisfied(prog)
+
+    def _unsatisfied(self, prog: MathematicalProgram) -> str:
+        missing = sorted(prog.required_capabilities() - self._attributes)
+        if not missing:
+            return self._restriction(prog)
+        names = [attribute_name(a) for a in missing]
+        verb = "was" if len(names) == 1 else "were"
+        words = f"a {names[0]}" if len(names) == 1 else ", ".join(f"a {n}" for n in names[:-1]) + f" and a {names[-1]}"
+        tail = "is not supported" if len(names) == 1 else "are not supported"
+        return f"{type(self).__name__} is unable to solve because {words} {verb} declared but {tail}."
+
+    def _restriction(self, prog: MathematicalProgram) -> str:
+        """Why a program whose attributes are all known cannot be solved; empty if it can."""
+        return ""
+
+    def Solve(
+        self,
+        prog: MathematicalProgram,
+        initial_guess: Any = None,
+        solver_options: SolverOptions | None = None,
+        result: MathematicalProgramResult | None = None,
+    ) -> Any:
+        """Solves a program.
+
+        Args:
+            prog: The program.
+            initial_guess: Values of all decision variables to start from; those of the program if absent.
+            solver_options: Options on top of those of the program.
+            result: Is filled instead of a new one being returned.
+
+        Raises:
+            ValueError: the solver is not available, not enabled, or cannot handle what the program has.
+        """
+        name = type(self).__name__
+        if not self.available():
+            raise ValueError(
+                f"{name} cannot Solve because {name}::available() is false, i.e., {name} {self._why_not_available()}"
+            )
+        if not self.enabled():
+            raise ValueError(
+                f"{name} cannot Solve because {name}::enabled() is false, i.e., {name} has not been properly "
+                "configured for use."
+            )
+        reason = self._unsatisfied(prog)
+        if reason:
+            raise ValueError(reason)
+        out = MathematicalProgramResult() if result is None else result
+        out._start(prog, self.solver_id())
+        guess = prog.initial_guess() if initial_guess is None else np.asarray(initial_guess, dtype=float).ravel()
+        if guess.size != prog.num_vars():
+            raise ValueError(f"Solve expects initial guess of size {prog.num_vars()}, got {guess.size} instead.")
+        options = prog.solver_options()._merged(solver_options)
+        self._do_solve(prog, guess, options, out)
+        return out if result is None else None
+
+    def _why_not_available(self) -> str:
+        return "has not been compiled as part of this binary."
+
+    def _do_solve(
+        self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
+    ) -> None:
+        raise NotImplementedError(f"{type(self).__name__}.Solve()")
+
+    def _options(self, options: SolverOptions, known: dict[str, Any]) -> dict[str, Any]:
+        """Values of the options of this solver, over their defaults.
+
+        Raises:
+            ValueError: an option is not known.
+        """
+        out = dict(known)
+        for key, value in options._of(self._name).items():
+            if key not in known:
+                raise ValueError(f"{self._name}: unknown option {key!r}; known are {sorted(known)}.")
+            out[key] = value
+        return out
+
+    @staticmethod
+    def _prints(options: SolverOptions) -> bool:
+        return bool(options._common(CommonSolverOption.kPrintToConsole, 0))

@@ -1,0 +1,206 @@
+"""Operator splitting methods: OSQP and SCS."""
+
+from __future__ import annotations
+
+import importlib.util
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.solvers._conic import ConicForm
+from sheldrake.solvers._equality_solvers import quadratic_objective
+from sheldrake.solvers._highs import linear_rows, set_box_duals, variable_bounds
+from sheldrake.solvers._ids import ProgramAttribute as A
+from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program_type import CONIC, LINEAR, quadratic_costs_are_convex
+from sheldrake.solvers._result import MathematicalProgramResult
+from sheldrake.solvers._solver_interface import SolverInterface
+
+
+class OsqpSolverDetails(NamedTuple):
+    """What OSQP tells of a solve; times in s."""
+
+    iter: int
+    status_val: int
+    primal_res: float
+    dual_res: float
+    setup_time: float
+    solve_time: float
+    polish_time: float
+    run_time: float
+    y: np.ndarray
+
+
+def _osqp_details(info: Any, y: np.ndarray) -> OsqpSolverDetails:
+    return OsqpSolverDetails(
+        iter=info.iter,
+        status_val=info.status_val,
+        primal_res=info.prim_res,
+        dual_res=info.dual_res,
+        setup_time=info.setup_time,
+        solve_time=info.solve_time,
+        polish_time=info.polish_time,
+        run_time=info.run_time,
+        y=np.asarray(y),
+    )
+
+
+_OSQP_RESULTS = {
+    "solved": SolutionResult.kSolutionFound,
+    "solved inaccurate": SolutionResult.kSolutionFound,
+    "primal infeasible": SolutionResult.kInfeasibleConstraints,
+    "primal infeasible inaccurate": SolutionResult.kInfeasibleConstraints,
+    "dual infeasible": SolutionResult.kDualInfeasible,
+    "dual infeasible inaccurate": SolutionResult.kDualInfeasible,
+    "maximum iterations reached": SolutionResult.kIterationLimit,
+}
+
+
+class OsqpSolver(SolverInterface):
+    """Solves convex quadratic programs (Stellato et al., 2020). It stands on the package `osqp`."""
+
+    _name = "OSQP"
+    _attributes = LINEAR | {A.kQuadraticCost}
+
+    @classmethod
+    def _is_available(cls) -> bool:
+        return importlib.util.find_spec("osqp") is not None
+
+    def _why_not_available(self) -> str:
+        return "stands on the package osqp, which is not installed (pip install osqp)."
+
+    def _restriction(self, prog: MathematicalProgram) -> str:
+        if not prog._lists["quadratic_costs"]:
+            return "OsqpSolver is unable to solve because a QuadraticCost is required but has not been declared."
+        if quadratic_costs_are_convex(prog):
+            return ""
+        return "OsqpSolver is unable to solve because (at least) one quadratic cost is non-convex."
+
+    def _do_solve(
+        self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
+    ) -> None:
+        import osqp
+        from scipy.sparse import csc_matrix, identity, triu, vstack
+
+        Q, c, constant = quadratic_objective(prog)
+        M, low, high, places = linear_rows(prog)
+        x_low, x_high = variable_bounds(prog)
+        boxed = bool(prog._lists["bounding_box_constraints"])
+        M = vstack((M, identity(prog.num_vars()))) if boxed else M
+        lower = np.concatenate((low, x_low)) if boxed else low
+        upper = np.concatenate((high, x_high)) if boxed else high
+        settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "max_iter": 100000, "polishing": True, **options._of(self._name)}
+        if "polish" in settings:
+            settings["polishing"] = bool(settings.pop("polish"))
+        solver = osqp.OSQP()
+        P = triu(csc_matrix(Q), format="csc")
+        solver.setup(P, c, csc_matrix(M), lower, upper, verbose=self._prints(options), **settings)
+        found = solver.solve(raise_error=False)
+        result._details = _osqp_details(found.info, found.y)
+        outcome = _OSQP_RESULTS.get(found.info.status, SolutionResult.kSolverSpecificError)
+        x = np.asarray(found.x, dtype=float)
+        result._finish(outcome, x, 0.5 * x @ Q @ x + c @ x + constant)
+        if outcome is SolutionResult.kSolutionFound:
+            dual = -np.asarray(found.y)
+            for b, rows in places:
+                result._set_dual(b, dual[rows])
+            box = dual[len(low) :] if boxed else np.zeros(prog.num_vars())
+            set_box_duals(prog, result, np.maximum(box, 0.0), np.minimum(box, 0.0))
+
+
+class ScsSolverDetails(NamedTuple):
+    """What SCS tells of a solve; times in ms."""
+
+    scs_status: int
+    iter: int
+    primal_objective: float
+    dual_objective: float
+    primal_residue: float
+    residue_infeasibility: float
+    residue_unbounded_a: float
+    residue_unbounded_p: float
+    duality_gap: float
+    scs_setup_time: float
+    scs_solve_time: float
+    y: np.ndarray
+    s: np.ndarray
+
+
+_SCS_INFO = "status_val iter pobj dobj res_pri res_infeas res_unbdd_a res_unbdd_p gap setup_time solve_time".split()
+
+
+_SCS_RESULTS = {
+    1: SolutionResult.kSolutionFound,
+    2: SolutionResult.kSolutionFound,
+    -2: SolutionResult.kInfeasibleConstraints,
+    -7: SolutionResult.kInfeasibleConstraints,
+    -1: SolutionResult.kDualInfeasible,
+    -6: SolutionResult.kDualInfeasible,
+}
+_SCS_ORDER = {"zero": 0, "nonnegative": 1, "second_order": 2, "psd": 3, "exponential": 4}
+
+
+class ScsSolver(SolverInterface):
+    """Solves convex programs with cones (O'Donoghue et al., 2016). It stands on the package `scs`."""
+
+    _name = "SCS"
+    _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost}
+
+    @classmethod
+    def _is_available(cls) -> bool:
+        return importlib.util.find_spec("scs") is not None
+
+    def _why_not_available(self) -> str:
+        return "stands on the package scs, which is not installed (pip install scs)."
+
+    def _restriction(self, prog: MathematicalProgram) -> str:
+        if quadratic_costs_are_convex(prog):
+            return ""
+        return "ScsSolver is unable to solve because (at least) one quadratic cost is non-convex."
+
+    def _do_solve(
+        self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
+    ) -> None:
+        import scs
+        from scipy.sparse import triu
+
+        form = ConicForm(prog)
+        order = _rows_for_scs(form)
+        cones: dict[str, Any] = {"z": 0, "l": 0, "q": [], "s": [], "ep": 0}
+        for cone in form.cones:
+            if cone.kind in ("zero", "nonnegative"):
+                cones["z" if cone.kind == "zero" else "l"] += cone.size
+            elif cone.kind == "exponential":
+                cones["ep"] += 1
+            else:
+                cones["q" if cone.kind == "second_order" else "s"].append(cone.size)
+        data = {"P": triu(form.P(), format="csc"), "A": form.A()[order].tocsc(), "b": form.b[order], "c": form.q}
+        settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "verbose": self._prints(options), **options._of(self._name)}
+        found = scs.SCS(data, cones, **settings).solve()
+        z = np.empty(len(order))
+        z[order] = found["y"]
+        info = found["info"]
+        result._details = ScsSolverDetails(*(info[k] for k in _SCS_INFO), found["y"], found["s"])
+        outcome = _SCS_RESULTS.get(info["status_val"], SolutionResult.kSolverSpecificError)
+        x = np.asarray(found["x"])
+        result._finish(outcome, form.x(x), form.cost(x))
+        if outcome is SolutionResult.kSolutionFound:
+            for binding, dual in form.duals(z):
+                result._set_dual(binding, dual)
+
+
+def _rows_for_scs(form: ConicForm) -> np.ndarray:
+    """Rows in the order of SCS: kinds of cones in turn, and of matrices the lower triangle by columns."""
+    found: list[tuple[int, np.ndarray]] = []
+    at = 0
+    for cone in form.cones:
+        size = cone.size * (cone.size + 1) // 2 if cone.kind == "psd" else cone.size
+        rows = np.arange(at, at + size)
+        if cone.kind == "psd":
+            j, i = np.tril_indices(cone.size)
+            rows = rows[np.lexsort((j, i))]
+        found.append((_SCS_ORDER[cone.kind], rows))
+        at += size
+    ordered = [rows for _, rows in sorted(found, key=lambda item: item[0])]
+    return np.concatenate(ordered) if ordered else np.zeros(0, dtype=int)

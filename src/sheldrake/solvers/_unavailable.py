@@ -1,0 +1,118 @@
+"""Solvers that nothing stands behind here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from sheldrake.solvers._ids import ProgramAttribute as A
+from sheldrake.solvers._program_type import CONIC, LINEAR
+from sheldrake.solvers._solver_interface import SolverInterface
+
+
+class _Unavailable(SolverInterface):
+    @classmethod
+    def _is_available(cls) -> bool:
+        return False
+
+    @classmethod
+    def _is_enabled(cls) -> bool:
+        return False
+
+    def _why_not_available(self) -> str:
+        return "has not been compiled as part of this binary; sheldrake has nothing that stands behind it."
+
+
+class _License:
+    """A license; there is none to be had."""
+
+    def is_valid(self) -> bool:
+        """Tells whether it may be used: never."""
+        return False
+
+
+class GurobiSolver(_Unavailable):
+    """Gurobi; never available."""
+
+    _name = "Gurobi"
+    _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
+    License = _License
+
+    class SolveStatusInfo:
+        """What a running solve tells its callbacks."""
+
+        def __init__(self) -> None:
+            self.reported_runtime = self.current_objective = self.best_objective = self.best_bound = 0.0
+            self.explored_node_count = self.feasible_solutions_count = 0
+
+    @staticmethod
+    def AcquireLicense() -> _License:
+        """Gives no license.
+
+        Raises:
+            RuntimeError: always.
+        """
+        raise RuntimeError("GurobiSolver.AcquireLicense(): Gurobi is not available in this build.")
+
+    def AddMipNodeCallback(self, callback: Callable) -> None:
+        """Sets a function to be called at nodes of the search tree; it never is."""
+        self._node_callback = callback
+
+    def AddMipSolCallback(self, callback: Callable) -> None:
+        """Sets a function to be called with new solutions; it never is."""
+        self._solution_callback = callback
+
+
+class GurobiSolverDetails(NamedTuple):
+    """What Gurobi would tell of a solve."""
+
+    optimizer_time: float
+    error_code: int
+    optimization_status: int
+    objective_bound: float
+
+
+class MosekSolver(_Unavailable):
+    """MOSEK; never available."""
+
+    _name = "MOSEK"
+    _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
+    License = _License
+
+    @staticmethod
+    def AcquireLicense() -> _License:
+        """Gives no license.
+
+        Raises:
+            RuntimeError: always.
+        """
+        raise RuntimeError("MosekSolver.AcquireLicense(): MOSEK is not available in this build.")
+
+
+class MosekSolverDetails(NamedTuple):
+    """What MOSEK would tell of a solve."""
+
+    optimizer_time: float
+    rescode: int
+    solution_status: int
+
+
+class CsdpSolver(_Unavailable):
+    """CSDP; never available."""
+
+    _name = "CSDP"
+    _attributes = LINEAR | {
+        A.kLorentzConeConstraint,
+        A.kRotatedLorentzConeConstraint,
+        A.kPositiveSemidefiniteConstraint,
+    }
+
+
+class CsdpSolverDetails(NamedTuple):
+    """What CSDP would tell of a solve."""
+
+    return_code: int
+    primal_objective: float
+    dual_objective: float
+    y_val: Any
+    Z_val: Any

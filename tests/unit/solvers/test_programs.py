@@ -1,0 +1,131 @@
+"""Programs, costs and constraints without a solver."""
+
+import numpy as np
+import pytest
+
+from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from sheldrake.solvers import (
+    Binding,
+    Constraint,
+    Cost,
+    LinearConstraint,
+    LinearCost,
+    MathematicalProgram,
+    PyFunctionConstraint,
+    SolverId,
+    SolverOptions,
+)
+from sheldrake.symbolic import Expression, Formula, Variable, Variables, cos, sin
+
+
+@pytest.fixture
+def prog():
+    return MathematicalProgram()
+
+
+def test_variables_have_places_in_order_column_by_column(prog):
+    x, Y = prog.NewContinuousVariables(2, "x"), prog.NewContinuousVariables(2, 2, "Y")
+    assert [str(v) for v in prog.decision_variables()] == ["x(0)", "x(1)", "Y(0,0)", "Y(1,0)", "Y(0,1)", "Y(1,1)"]
+    assert prog.FindDecisionVariableIndices([Y[1, 0], x[1]]) == [3, 1]
+    assert prog.RemoveDecisionVariable(Y[0, 0]) == 2
+    assert prog.FindDecisionVariableIndex(Y[1, 0]) == 2
+    with pytest.raises(ValueError, match="not a decision variable"):
+        prog.RemoveDecisionVariable(Variable("y"))
+
+
+def test_expressions_become_the_most_special_cost(prog):
+    x = prog.NewContinuousVariables(2, "x")
+    kinds = [type(prog.AddCost(e).evaluator()).__name__ for e in (x[0], x[0] ** 2, sin(x[0]), x[0] ** 3)]
+    assert kinds == ["LinearCost", "QuadraticCost", "ExpressionCost", "PolynomialCost"]
+    assert len(prog.GetAllCosts()) == 4 and len(prog.generic_costs()) == 2
+
+
+def test_formulas_become_the_most_special_constraint(prog):
+    x = prog.NewContinuousVariables(2, "x")
+    formulas = [x[0] <= 1, x[0] + x[1] <= 1, x[0] == x[1], x[0] * x[1] >= 1, cos(x[0]) >= x[1]]
+    kinds = [type(prog.AddConstraint(f).evaluator()).__name__ for f in formulas]
+    assert kinds == [
+        "BoundingBoxConstraint",
+        "LinearConstraint",
+        "LinearEqualityConstraint",
+        "QuadraticConstraint",
+        "ExpressionConstraint",
+    ]
+    with pytest.raises(RuntimeError, match="neither a relational formula"):
+        prog.AddConstraint(x[0] < 1)
+    with pytest.raises(RuntimeError, match="always false"):
+        prog.AddConstraint(Formula.False_())
+
+
+def test_gradients_of_expressions_are_those_of_differences(prog):
+    x = prog.NewContinuousVariables(3, "x")
+    c = prog.AddConstraint(np.array([sin(x[0] * x[1]) + x[2] ** 3, x[1] / x[2]]), [0, 0], [1, 1]).evaluator()
+    at = np.array([0.3, 1.2, 0.8])
+    J = ExtractGradient(c.Eval(InitializeAutoDiff(at)[:, 0]))
+    h = 1e-6
+    differences = np.stack([(c.Eval(at + h * e) - c.Eval(at - h * e)) / (2 * h) for e in np.eye(3)], axis=1)
+    np.testing.assert_allclose(J, differences, atol=1e-9)
+
+
+def test_functions_must_return_the_scalar_they_are_called_with(prog):
+    x = prog.NewContinuousVariables(2, "x")
+    constant = prog.AddCost(lambda z: 1.0, vars=x).evaluator()
+    with pytest.raises(TypeError, match="AutoDiffXd the return value must be the same type, not float"):
+        constant.Eval(InitializeAutoDiff([1.0, 2.0]))
+    wrong = PyFunctionConstraint(2, lambda z: z, [0, 0, 0], [1, 1, 1])
+    with pytest.raises(RuntimeError, match=r"\.size = 3"):
+        wrong.Eval([1.0, 2.0])
+
+
+def test_bindings_are_equal_when_evaluator_and_variables_are(prog):
+    x = prog.NewContinuousVariables(2, "x")
+    b = prog.AddLinearCost([1, 2], 0.5, x)
+    assert Binding[LinearCost](b.evaluator(), x) == b == Binding[Cost](b)
+    assert Binding[LinearCost](b.evaluator(), x[::-1]) != b
+    with pytest.raises(RuntimeError, match="Unable to cast"):
+        Binding[Constraint](b)
+    with pytest.raises(RuntimeError, match="has 2 variables"):
+        Binding[LinearCost](b.evaluator(), x[:1])
+
+
+def test_removed_bindings_are_gone_and_clones_keep_them(prog):
+    x = prog.NewContinuousVariables(2, "x")
+    b = prog.AddConstraint(LinearConstraint([[1, 1]], [0], [1]), x)
+    clone = prog.Clone()
+    assert prog.RemoveConstraint(b) == 1 and prog.RemoveConstraint(b) == 0
+    assert prog.GetAllConstraints() == [] and clone.GetAllConstraints() == [b]
+
+
+def test_initial_guess(prog):
+    x = prog.NewContinuousVariables(2, 2, "x")
+    assert np.isnan(prog.GetInitialGuess(x)).all()
+    prog.SetInitialGuess(x, [[1, 2], [3, 4]])
+    prog.SetInitialGuess(x[0, 1], 7)
+    np.testing.assert_array_equal(prog.GetInitialGuess(x), [[1, 7], [3, 4]])
+    np.testing.assert_array_equal(prog.initial_guess(), [1, 3, 7, 4])
+    with pytest.raises(RuntimeError, match="2 values"):
+        prog.SetInitialGuess(x, [1, 2])
+
+
+def test_options_are_kept_by_solver():
+    options = SolverOptions()
+    options.SetOption(SolverId("B"), "z", 1)
+    options.SetOption(SolverId("A"), "y", "text")
+    assert repr(options) == "SolverOptions(options={'A': {'y': 'text'}, 'B': {'z': 1}})"
+    assert options == SolverOptions(options={"B": {"z": 1}, "A": {"y": "text"}})
+
+
+def test_free_polynomials_have_a_variable_for_each_monomial(prog):
+    x = prog.NewIndeterminates(2, "x")
+    p = prog.NewFreePolynomial(Variables(x), 2)
+    assert len(p.monomial_to_coefficient_map()) == 6 == prog.num_vars()
+    q = prog.MakePolynomial(x[0] * prog.decision_variable(0) + 1)
+    assert q.TotalDegree() == 1 and len(q.decision_variables()) == 1
+    with pytest.raises(RuntimeError, match="can never be zero"):
+        prog.AddEqualityConstraintBetweenPolynomials(q, q + 1)
+
+
+def test_symmetry_is_asked_of_semidefinite_matrices(prog):
+    x = prog.NewContinuousVariables(2, "x")
+    with pytest.raises(RuntimeError, match="not symmetric"):
+        prog.AddPositiveSemidefiniteConstraint(np.array([[x[0], 2 * x[1]], [x[1], Expression(1.0)]]))

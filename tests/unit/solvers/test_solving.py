@@ -1,0 +1,176 @@
+"""Solvers, each by the conditions that its answer must satisfy."""
+
+import importlib.util
+
+import numpy as np
+import pytest
+
+from sheldrake import solvers
+from sheldrake.solvers import (
+    ChooseBestSolver,
+    ClarabelSolver,
+    GurobiSolver,
+    IpoptSolver,
+    MakeFirstAvailableSolver,
+    MakeSolver,
+    MathematicalProgram,
+    NloptSolver,
+    SnoptSolver,
+    SolutionResult,
+    Solve,
+    SolveInParallel,
+    SolverId,
+    SolverOptions,
+)
+from sheldrake.solvers._clarabel import ClarabelSolver as _Clarabel
+from sheldrake.solvers._lemke import solve_lcp
+from sheldrake.solvers._splitting import OsqpSolver as _Osqp
+from sheldrake.solvers._splitting import ScsSolver as _Scs
+from sheldrake.symbolic import sin
+
+needs_clarabel = pytest.mark.skipif(importlib.util.find_spec("clarabel") is None, reason="extra `solvers`")
+
+
+def quadratic_program():
+    """min |x - (1, 2, 3)|^2 with x in the simplex: the projection is (0, 0, 1)."""
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(3, "x")
+    prog.AddQuadraticErrorCost(np.eye(3), [1, 2, 3.5], x)
+    prog.AddLinearConstraint(x.sum() == 1)
+    prog.AddBoundingBoxConstraint(0, np.inf, x)
+    return prog, x
+
+
+@needs_clarabel
+def test_quadratic_programs_go_to_clarabel():
+    prog, x = quadratic_program()
+    result = Solve(prog)
+    assert result.is_success() and result.get_solver_id() == ClarabelSolver.id()
+    np.testing.assert_allclose(result.GetSolution(x), [0, 0, 1], atol=1e-6)
+
+
+def test_without_clarabel_quadratic_programs_are_solved_and_the_result_says_by_whom(monkeypatch):
+    for cls in (_Clarabel, _Osqp, _Scs):
+        monkeypatch.setattr(cls, "_is_available", classmethod(lambda cls: False))
+    prog, x = quadratic_program()
+    result = Solve(prog)
+    assert result.is_success() and result.get_solver_id() == SnoptSolver.id()
+    np.testing.assert_allclose(result.GetSolution(x), [0, 0, 1], atol=1e-6)
+    X = prog.NewSymmetricContinuousVariables(2, "X")
+    prog.AddPositiveSemidefiniteConstraint(X)
+    with pytest.raises(ValueError, match="clarabel"):
+        Solve(prog)
+    with pytest.raises(ValueError, match="pip install"):
+        ClarabelSolver().Solve(prog)
+
+
+@pytest.mark.parametrize("solver", [SnoptSolver, IpoptSolver, NloptSolver])
+def test_nonlinear_solvers_satisfy_the_first_order_conditions(solver):
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    prog.AddCost(sin(x[0]) + (x[1] - 1) ** 2 * x[0] ** 2)
+    c = prog.AddConstraint(x[0] ** 2 + x[1] ** 2 <= 2)
+    prog.AddBoundingBoxConstraint(-1, 3, x[0])
+    prog.SetInitialGuess(x, [0.4, 0.2])
+    result = solver().Solve(prog)
+    assert result.is_success()
+    np.testing.assert_allclose(result.GetSolution(x), [-1, 1], atol=1e-4)  # where bound and circle meet
+    assert result.EvalBinding(c)[0] <= 2 + 1e-6
+    assert result.get_optimal_cost() == pytest.approx(np.sin(-1), abs=1e-6)
+
+
+def test_variable_scaling_changes_the_path_and_not_the_answer():
+    found = []
+    for scale in (None, 1e3):
+        prog = MathematicalProgram()
+        x = prog.NewContinuousVariables(2, "x")
+        prog.AddCost(((x[0] - 2000) / 1000) ** 4 + (x[1] - 1) ** 2)
+        prog.AddConstraint(x[0] * x[1] >= 500)
+        if scale:
+            prog.SetVariableScaling(x[0], scale)
+        prog.SetInitialGuess(x, [800, 1])
+        found.append(SnoptSolver().Solve(prog).get_optimal_cost())
+    np.testing.assert_allclose(found, 0.0, atol=1e-6)
+
+
+def test_infeasible_nonlinear_programs_say_what_is_violated():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(1, "x")
+    b = prog.AddConstraint(x[0] ** 2 <= -1)
+    b.evaluator().set_description("impossible")
+    result = SnoptSolver().Solve(prog, [0.3])
+    assert not result.is_success()
+    assert result.GetInfeasibleConstraintNames(prog)[0].startswith("impossible[0]: -inf <= ")
+
+
+def test_lemke_answers_are_complementary():
+    rng = np.random.default_rng(5)
+    for n in (1, 2, 5, 12):
+        A = rng.normal(size=(n, n))
+        M, q = A @ A.T + 0.1 * np.eye(n), rng.normal(size=n)
+        z = solve_lcp(M, q)
+        w = M @ z + q
+        assert z.min() >= 0 and w.min() >= -1e-9 and abs(z @ w) < 1e-9
+
+
+def test_lemke_stops_where_there_is_no_answer():
+    assert solve_lcp(np.array([[-1.0]]), np.array([-1.0])) is None
+
+
+def test_mixed_integer_programs():
+    prog = MathematicalProgram()
+    b = prog.NewBinaryVariables(4, "b")
+    prog.AddLinearCost(-np.array([5, 4, 3, 6.0]), b)
+    prog.AddLinearConstraint(np.array([[2, 3, 1, 4.0]]), [-np.inf], [5], b)
+    result = Solve(prog)
+    best = max((np.array([5, 4, 3, 6]) @ v, v) for v in np.ndindex(2, 2, 2, 2) if np.array([2, 3, 1, 4]) @ v <= 5)
+    assert result.get_optimal_cost() == -best[0]
+    np.testing.assert_array_equal(result.GetSolution(b), best[1])
+
+
+def test_solvers_that_nothing_stands_behind_say_so():
+    prog, _ = quadratic_program()
+    assert not GurobiSolver().available()
+    with pytest.raises(ValueError, match="GurobiSolver::available"):
+        GurobiSolver().Solve(prog)
+    with pytest.raises(ValueError, match="no matching solver foo"):
+        MakeSolver(SolverId("foo"))
+    with pytest.raises(RuntimeError, match="Gurobi"):
+        MakeFirstAvailableSolver([GurobiSolver.id()])
+    assert MakeFirstAvailableSolver([GurobiSolver.id(), SnoptSolver.id()]).SolverName() == "SNOPT"
+
+
+@needs_clarabel
+def test_options_reach_the_solver():
+    prog, _ = quadratic_program()
+    options = SolverOptions()
+    options.SetOption(ClarabelSolver.id(), "max_iter", 1)
+    assert Solve(prog, None, options).get_solution_result() is SolutionResult.kIterationLimit
+    prog.SetSolverOption(ClarabelSolver.id(), "no_such_option", 1)
+    with pytest.raises(ValueError, match="no_such_option"):
+        Solve(prog)
+
+
+def test_several_programs():
+    programs = [quadratic_program()[0] for _ in range(3)]
+    costs = [r.get_optimal_cost() for r in SolveInParallel(programs, solver_ids=[None, SnoptSolver.id(), None])]
+    np.testing.assert_allclose(costs, costs[0], atol=1e-6)
+    with pytest.raises(ValueError, match="2 initial_guesses"):
+        SolveInParallel(programs, initial_guesses=[None, None])
+
+
+def test_callbacks_see_the_iterates():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(1, "x")
+    seen = []
+    prog.AddCost((x[0] - 1) ** 4)
+    prog.AddVisualizationCallback(lambda v: seen.append(v[0]), x)
+    assert Solve(prog, [4.0]).is_success()
+    assert len(seen) > 3 and abs(seen[-1] - 1) < abs(seen[0] - 1)
+
+
+def test_the_choice_is_by_program_type():
+    prog, x = quadratic_program()
+    prog.AddConstraint(sin(x[0]) <= 0.5)
+    assert solvers.GetProgramType(prog) is solvers.ProgramType.kNLP
+    assert ChooseBestSolver(prog) == SnoptSolver.id()
