@@ -83,17 +83,17 @@ text = message("import pydrake.lcm", ImportError)
 assert text.startswith("ModuleNotFoundError: pydrake.lcm is a module of pydrake that sheldrake"), text
 text = message("import pydrake.nonsense", ImportError)
 assert text == "ModuleNotFoundError: No module named 'pydrake.nonsense'", text
-text = message("from pydrake.solvers import MixedIntegerRotationConstraintGenerator", ImportError)
-assert "pydrake.solvers.MixedIntegerRotationConstraintGenerator is a name of pydrake that sheldrake" in text, text
-text = message("from pydrake.forwarddiff import MixedIntegerRotationConstraintGenerator", ImportError)
-assert "pydrake.forwarddiff has no MixedIntegerRotationConstraintGenerator; pydrake has it in pydrake.solvers" in text, text
+text = message("from pydrake.solvers import GenerateSDPA", ImportError)
+assert "pydrake.solvers.GenerateSDPA is a name of pydrake that sheldrake" in text, text
+text = message("from pydrake.forwarddiff import GenerateSDPA", ImportError)
+assert "pydrake.forwarddiff has no GenerateSDPA; pydrake has it in pydrake.solvers" in text, text
 text = message("from pydrake.forwarddiff import nonsense", ImportError)
 assert "cannot import name 'nonsense'" in text, text
-text = message("import pydrake.solvers as s; s.MixedIntegerRotationConstraintGenerator", AttributeError)
-assert "pydrake.solvers.MixedIntegerRotationConstraintGenerator" in text, text
+text = message("import pydrake.solvers as s; s.GenerateSDPA", AttributeError)
+assert "pydrake.solvers.GenerateSDPA" in text, text
 text = message("import pydrake; pydrake.nonsense", AttributeError)
 import pydrake.solvers
-assert not hasattr(pydrake.solvers, "MixedIntegerRotationConstraintGenerator")
+assert not hasattr(pydrake.solvers, "GenerateSDPA")
 """)
 
 
