@@ -3,11 +3,13 @@
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.visualization._config import AddDefaultVisualization, ApplyVisualizationConfig, VisualizationConfig
+from sheldrake.visualization._image_systems import ColorizeDepthImage, ColorizeLabelImage, ConcatenateImages
 from sheldrake.visualization._model_visualizer import ModelVisualizer
 from sheldrake.visualization._plot_log import PlotLog
-from sheldrake.visualization._plotting import plot_sublevelset_quadratic
+from sheldrake.visualization._plotting import plot_sublevelset_expression, plot_sublevelset_quadratic
 from sheldrake.visualization._pose_sliders import MeshcatPoseSliders
 from sheldrake.visualization._triad import AddFrameTriadIllustration
+from sheldrake.visualization._video import VideoWriter
 
 MeshcatPoseSliders_ = SystemTemplate(
     "MeshcatPoseSliders_", MeshcatPoseSliders, scope=__name__, own=True, base=LeafSystem_
@@ -17,10 +19,15 @@ __all__ = [
     "AddDefaultVisualization",
     "AddFrameTriadIllustration",
     "ApplyVisualizationConfig",
+    "ColorizeDepthImage",
+    "ColorizeLabelImage",
+    "ConcatenateImages",
     "MeshcatPoseSliders",
     "MeshcatPoseSliders_",
     "ModelVisualizer",
     "PlotLog",
+    "VideoWriter",
     "VisualizationConfig",
+    "plot_sublevelset_expression",
     "plot_sublevelset_quadratic",
 ]

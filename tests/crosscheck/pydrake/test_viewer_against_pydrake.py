@@ -208,3 +208,23 @@ def test_triads_are_drakes():
         assert np.allclose(np.abs(mine[1][:, 2]), np.abs(theirs[1][:, 2]), atol=1e-12)
         assert np.allclose(mine[1][:, 3], theirs[1][:, 3], atol=1e-12)
         assert mine[2] == pytest.approx(theirs[2]) and mine[3] == pytest.approx(theirs[3])
+
+
+def colorized(library, shift=0.0):
+    """Random depths and labels in color."""
+    sensors, visualization = of(library, "systems.sensors"), of(library, "visualization")
+    rng, found = np.random.default_rng(4), []
+    depth, label = sensors.ImageDepth32F(31, 17), sensors.ImageLabel16I(31, 17)
+    depth.mutable_data[...] = rng.uniform(0.5, 4, (17, 31, 1)) + shift
+    depth.mutable_data[0, :3, 0] = [0, np.inf, np.nan]
+    label.mutable_data[...] = rng.integers(0, 32768, (17, 31, 1))
+    for system, image in ((visualization.ColorizeDepthImage(), depth), (visualization.ColorizeLabelImage(), label)):
+        out = sensors.ImageRgba8U(1, 1)
+        system.Calc(image, out)
+        found.append(np.array(out.data))
+    return found
+
+
+def test_colors_of_images_are_drakes():
+    for mine, theirs in zip(colorized("sheldrake"), colorized("pydrake"), strict=True):
+        assert np.array_equal(mine, theirs)

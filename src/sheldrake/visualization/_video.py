@@ -1,0 +1,139 @@
+"""VideoWriter: images of a simulation into a film."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.sensors import ImageRgba8U
+
+from ._image_systems import ColorizeDepthImage, ColorizeLabelImage, ConcatenateImages
+
+_BACKENDS = ("PIL", "cv2")
+_KINDS = {"color": "color_image", "label": "label_image", "depth": "depth_image_32f"}
+
+
+class VideoWriter(LeafSystem):
+    """Writes the images at its input into a film; call Save() when all have been published.
+
+    Port: input "color_image".
+
+    Args:
+        filename: The film: "x.gif", "x.webp", "x.png" with Pillow, "x.mp4" with OpenCV.
+        fps: Pictures a second, of simulated time and of the film [1/s].
+        backend: "PIL" (Pillow) or "cv2" (OpenCV).
+        fourcc: OpenCV's encoder; "mp4v" when left out.
+
+    Raises:
+        ModuleNotFoundError: when the backend is not installed.
+        RuntimeError: when there is no such backend.
+        ValueError: when fps is not positive.
+    """
+
+    def __init__(
+        self, *, filename: str | os.PathLike, fps: float = 16.0, backend: str = "PIL", fourcc: str | None = None
+    ):
+        super().__init__()
+        if backend not in _BACKENDS:
+            raise RuntimeError(f"VideoWriter(): Invalid backend={backend!r}; expected {' or '.join(_BACKENDS)}.")
+        if not fps > 0:
+            raise ValueError(f"VideoWriter(): fps must be positive, got {fps}.")
+        if backend == "PIL":
+            import PIL.Image  # noqa: F401  (missing libraries are noticed before the simulation)
+        else:
+            import cv2  # noqa: F401
+        self._filename, self._fps, self._backend = os.fspath(filename), float(fps), backend
+        self._fourcc = fourcc or "mp4v"
+        self._images: list[Any] = []
+        self._film: Any = None
+        self.DeclareAbstractInputPort("color_image", AbstractValue.Make(ImageRgba8U()))
+        self.DeclarePeriodicPublishEvent(period_sec=1.0 / self._fps, offset_sec=0.0, publish=self._publish)
+
+    @staticmethod
+    def AddToBuilder(
+        *,
+        filename: str | os.PathLike,
+        builder: Any,
+        sensor_pose: Any,
+        fps: float = 16.0,
+        width: int = 320,
+        height: int = 240,
+        fov_y: float = np.pi / 6,
+        near: float = 0.01,
+        far: float = 10.0,
+        kinds: Sequence[str] | None = None,
+        backend: str = "PIL",
+        fourcc: str | None = None,
+    ) -> VideoWriter:
+        """Would add a camera fixed in the world, and a VideoWriter for it.
+
+        Raises:
+            NotImplementedError: always: cameras are still to come. See ConnectRgbdSensor() for other image sources.
+        """
+        raise NotImplementedError(
+            "VideoWriter.AddToBuilder() needs RgbdSensor, which is still to come. Connect images of another system to "
+            "the input port of a VideoWriter instead."
+        )
+
+    def ConnectRgbdSensor(self, *, builder: Any, sensor: Any, kinds: Sequence[str] | None = None) -> None:
+        """Connects the images of a sensor, side by side when there are several kinds.
+
+        Args:
+            builder: The diagram in the making, which holds this system and the sensor.
+            sensor: A system with output ports "color_image", "label_image" and "depth_image_32f", as far as needed.
+            kinds: Of "color", "label" and "depth"; the first only when left out.
+
+        Raises:
+            ValueError: when there is no such kind.
+        """
+        kinds = ["color"] if kinds is None else list(kinds)
+        wrong = [kind for kind in kinds if kind not in _KINDS]
+        if wrong or not kinds:
+            raise ValueError(f"VideoWriter.ConnectRgbdSensor(): kinds must be of {list(_KINDS)}, got {kinds}.")
+        ports = [_in_color(builder, sensor.GetOutputPort(_KINDS[kind]), kind) for kind in kinds]
+        whole = ports[0]
+        if len(ports) > 1:
+            row = builder.AddSystem(ConcatenateImages(rows=1, cols=len(ports)))
+            for col, port in enumerate(ports):
+                builder.Connect(port, row.get_input_port(row=0, col=col))
+            whole = row.get_output_port()
+        builder.Connect(whole, self.get_input_port())
+
+    def Save(self) -> None:
+        """Writes the film and closes it; images published later begin a new one in its place."""
+        if self._images:
+            first, *others = self._images
+            duration = 1000.0 / self._fps
+            first.save(self._filename, save_all=True, append_images=others, duration=duration, optimize=True)
+            self._images = []
+        if self._film is not None:
+            self._film.release()
+            self._film = None
+
+    def _publish(self, context: Any) -> None:
+        pixels = self.get_input_port().Eval(context).data
+        if self._backend == "PIL":
+            import PIL.Image
+
+            self._images.append(PIL.Image.fromarray(np.ascontiguousarray(pixels)))
+            return
+        import cv2
+
+        if self._film is None:
+            code = cv2.VideoWriter_fourcc(*self._fourcc)
+            self._film = cv2.VideoWriter(self._filename, code, self._fps, (pixels.shape[1], pixels.shape[0]))
+        self._film.write(np.ascontiguousarray(pixels[..., 2::-1]))
+
+
+def _in_color(builder: Any, port: Any, kind: str) -> Any:
+    """Returns a port with a color image of a sensor's image of a kind."""
+    if kind == "color":
+        return port
+    system = builder.AddSystem(ColorizeLabelImage() if kind == "label" else ColorizeDepthImage())
+    builder.Connect(port, system.get_input_port(0))
+    return system.get_output_port()
