@@ -85,8 +85,8 @@ class ColorizeDepthImage(LeafSystem):
         connected = [port for port in map(self.get_input_port, range(2)) if port.HasValue(context)]
         if len(connected) != 1:
             raise RuntimeError(
-                f"ColorizeDepthImage '{self.GetSystemPathname()}': exactly one of the input ports 'depth_image_32f' and "
-                f"'depth_image_16u' must be connected, not {len(connected)}."
+                f"ColorizeDepthImage '{self.GetSystemPathname()}': exactly one of the input ports 'depth_image_32f' "
+                f"and 'depth_image_16u' must be connected, not {len(connected)}."
             )
         image = ImageRgba8U()
         self.Calc(connected[0].Eval(context), image)
@@ -169,7 +169,8 @@ class ConcatenateImages(LeafSystem):
         """
         if not (0 <= row < self._rows and 0 <= col < self._cols):
             raise ValueError(
-                f"ConcatenateImages.get_input_port(): row {row} and col {col} lie outside of {self._rows} x {self._cols}."
+                f"ConcatenateImages.get_input_port(): row {row} and col {col} lie outside of {self._rows} x "
+                f"{self._cols}."
             )
         return super().get_input_port(row * self._cols + col)
 
