@@ -15,12 +15,14 @@ from ._bounding import (
 )
 from ._collision_filter import CollisionFilterDeclaration, CollisionFilterManager
 from ._config import DefaultProximityProperties, SceneGraphConfig
+from ._contact_surface import ContactSurface
 from ._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
 from ._geometry_set import GeometrySet
 from ._ids import FilterId, FrameId, GeometryId, SourceId
 from ._inspector import SceneGraphInspector
 from ._instance import GeometryFrame, GeometryInstance
 from ._mass_properties import CalcVolume
+from ._mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear, field_template
 from ._mesh_source import InMemoryMesh, MeshSource
 from ._meshcat import Meshcat, StartMeshcat
 from ._meshcat_animation import MeshcatAnimation
@@ -52,6 +54,7 @@ from ._state import GeometryVersion
 from ._triangle_mesh import ReadObjToTriangleSurfaceMesh, SurfaceTriangle, TriangleSurfaceMesh
 from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeElement, VolumeMesh
 
+ContactSurface_ = SystemTemplate("ContactSurface_", ContactSurface, scope=__name__)
 FramePoseVector_ = SystemTemplate("FramePoseVector_", FramePoseVector, scope=__name__)
 GeometryConfigurationVector_ = SystemTemplate(
     "GeometryConfigurationVector_", GeometryConfigurationVector, scope=__name__
@@ -63,11 +66,13 @@ MeshcatVisualizer_ = SystemTemplate("MeshcatVisualizer_", MeshcatVisualizer, sco
 PenetrationAsPointPair_ = SystemTemplate("PenetrationAsPointPair_", PenetrationAsPointPair, scope=__name__)
 Plane_ = SystemTemplate("Plane_", Plane, scope=__name__)
 PolygonSurfaceMesh_ = SystemTemplate("PolygonSurfaceMesh_", PolygonSurfaceMesh, scope=__name__)
+PolygonSurfaceMeshFieldLinear_ = field_template("PolygonSurfaceMeshFieldLinear_", PolygonSurfaceMeshFieldLinear)
 QueryObject_ = SystemTemplate("QueryObject_", QueryObject, scope=__name__)
 SceneGraphInspector_ = SystemTemplate("SceneGraphInspector_", SceneGraphInspector, scope=__name__)
 SignedDistancePair_ = SystemTemplate("SignedDistancePair_", SignedDistancePair, scope=__name__)
 SignedDistanceToPoint_ = SystemTemplate("SignedDistanceToPoint_", SignedDistanceToPoint, scope=__name__)
 TriangleSurfaceMesh_ = SystemTemplate("TriangleSurfaceMesh_", TriangleSurfaceMesh, scope=__name__)
+TriangleSurfaceMeshFieldLinear_ = field_template("TriangleSurfaceMeshFieldLinear_", TriangleSurfaceMeshFieldLinear)
 VolumeMesh_ = SystemTemplate("VolumeMesh_", VolumeMesh, scope=__name__)
 SceneGraph_ = SystemTemplate("SceneGraph_", SceneGraph, scope=__name__, own=True, base=LeafSystem_)
 
@@ -88,6 +93,8 @@ __all__ = [
     "ComputeAabbForVolumeMesh",
     "ComputeObbForTriangleMesh",
     "ComputeObbForVolumeMesh",
+    "ContactSurface",
+    "ContactSurface_",
     "ConvertVolumeToSurfaceMesh",
     "Convex",
     "Cylinder",
@@ -128,6 +135,8 @@ __all__ = [
     "Plane",
     "Plane_",
     "PolygonSurfaceMesh",
+    "PolygonSurfaceMeshFieldLinear",
+    "PolygonSurfaceMeshFieldLinear_",
     "PolygonSurfaceMesh_",
     "ProximityProperties",
     "QueryObject",
@@ -153,6 +162,8 @@ __all__ = [
     "SurfacePolygon",
     "SurfaceTriangle",
     "TriangleSurfaceMesh",
+    "TriangleSurfaceMeshFieldLinear",
+    "TriangleSurfaceMeshFieldLinear_",
     "TriangleSurfaceMesh_",
     "VolumeElement",
     "VolumeMesh",

@@ -15,7 +15,7 @@ from ._mesh_files import boundary_triangles, read_mesh
 from ._polygon_mesh import PolygonSurfaceMesh
 from ._properties import ProximityProperties
 from ._roles import HydroelasticType, Role
-from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
+from ._shapes import Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
 from ._text import number
 from ._triangle_mesh import TriangleSurfaceMesh
 from ._volume_mesh import VolumeMesh
@@ -139,7 +139,7 @@ def representation_of_shape(shape: Shape, properties: ProximityProperties | None
     if isinstance(shape, (Mesh, Convex)):
         volume = _volume_of_mesh(shape, margin)
     else:
-        volume = _volume_of_primitive(type(shape), shape._values(), hint, margin)
+        volume = _volume_of_primitive(shape.type_name(), shape._values(), hint, margin)
     if rigid:
         return _rigid(volume.vertices, boundary_triangles(volume.tetrahedra))
     return Representation(False, volume.vertices, volume.tetrahedra, modulus * volume.extent, modulus)
@@ -154,18 +154,18 @@ def _rigid(vertices: np.ndarray, triangles: np.ndarray) -> Representation:
 
 
 @functools.lru_cache(maxsize=256)
-def _volume_of_primitive(kind: Any, values: Any, hint: float, margin: float) -> PressureMesh:
-    if kind is Sphere:
-        return meshes.sphere_mesh(*values, hint, margin)
-    if kind is Ellipsoid:
+def _volume_of_primitive(kind: str, values: tuple[float, ...], hint: float, margin: float) -> PressureMesh:
+    if kind == "Sphere":
+        return meshes.sphere_mesh(values[0], hint, margin)
+    if kind == "Ellipsoid":
         return meshes.ellipsoid_mesh(values, hint, margin)
-    if kind is Box:
+    if kind == "Box":
         return meshes.box_mesh(np.array(values) / 2.0, margin)
-    if kind is Cylinder:
-        return meshes.cylinder_mesh(*values, hint, margin)
-    if kind is Capsule:
-        return meshes.capsule_mesh(*values, hint, margin)
-    raise NotImplementedError(f"A {kind.__name__} has no hydroelastic representation.")
+    if kind == "Cylinder":
+        return meshes.cylinder_mesh(values[0], values[1], hint, margin)
+    if kind == "Capsule":
+        return meshes.capsule_mesh(values[0], values[1], hint, margin)
+    raise NotImplementedError(f"A {kind} has no hydroelastic representation.")
 
 
 def _volume_of_mesh(shape: Any, margin: float) -> PressureMesh:

@@ -10,13 +10,15 @@ import numpy as np
 from sheldrake.common.value import _register_value_type
 
 from ._contact_search import find_contacts
+from ._contact_surface import ContactSurface, surfaces_of
+from ._hydro_compile import explain_unsupported, find_surfaces
 from ._ids import FrameId, GeometryId
 from ._inspector import SceneGraphInspector
 from ._kernels import model as columns
 from ._kernels.model import ContactTable, GeometryModel, contact_table
 from ._kernels.pair_distance import find_distances
 from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
-from ._roles import Role
+from ._roles import HydroelasticContactRepresentation
 from ._shapes import Mesh
 from ._state import WORLD_FRAME_ID, GeometryState
 
@@ -146,14 +148,14 @@ class QueryObject:
 
     def _contacts(self) -> tuple[ContactTable, list[GeometryId]]:
         model, ids, X_WB = self._placed()
-        table = contact_table(model, capacity=max(1, model.pair.shape[0]))
-        if find_contacts(model, X_WB, table):
-            raise explain_contact_status(model, table)
-        return table, ids
+        return _find_points(model, X_WB), ids
 
     def ComputePointPairPenetration(self) -> list[PenetrationAsPointPair]:
         """One pair of points for every pair of geometries that overlap, sorted by ids."""
-        table, ids = self._contacts()
+        return self._point_pairs(*self._contacts())
+
+    @staticmethod
+    def _point_pairs(table: ContactTable, ids: list[GeometryId]) -> list[PenetrationAsPointPair]:
         found = []
         for (a, b, _, _), row in zip(table.pair[: table.count[0]], table.point):
             found.append(
@@ -289,23 +291,51 @@ class QueryObject:
         """None: only deformable geometry has an axis-aligned box in W."""
         self._state.geometry(geometry_id)
 
+    # ---- contact surfaces
+
+    def _surfaces(self, call: str, representation: Any) -> tuple[list[ContactSurface], ContactTable, list[GeometryId]]:
+        """The contact surfaces, and points of the pairs that can have none."""
+        if not isinstance(representation, HydroelasticContactRepresentation):
+            raise TypeError(
+                f"{call}(): incompatible function arguments. Expected a HydroelasticContactRepresentation, not "
+                f"{representation!r}."
+            )
+        scene_graph, _ = self._required()
+        model, ids, X_WB = self._placed()
+        pairs = scene_graph._hydro_for_queries(self._state, representation)
+        points = _find_points(pairs.points._replace(geometry=model.geometry), X_WB)
+        if len(pairs.model.pair) == 0:
+            return [], points, ids
+        return surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids), points, ids
+
+    def ComputeContactSurfaces(self, representation: Any) -> list[ContactSurface]:
+        """The surface of every pair of geometries that overlap, sorted by ids.
+
+        Args:
+            representation: HydroelasticContactRepresentation, what faces are.
+
+        Raises:
+            RuntimeError: two geometries overlap that can have no surface: both rigid, one without hydroelastic
+                representation, or a compliant half space with another compliant one.
+        """
+        surfaces, points, ids = self._surfaces("ComputeContactSurfaces", representation)
+        if points.count[0] > 0:
+            a, b = points.pair[0, :2]
+            raise explain_unsupported(self._state, ids[a], ids[b])
+        return surfaces
+
+    def ComputeContactSurfacesWithFallback(
+        self, representation: Any
+    ) -> tuple[list[ContactSurface], list[PenetrationAsPointPair]]:
+        """Contact surfaces where there can be some, and pairs of points for all others.
+
+        Args:
+            representation: HydroelasticContactRepresentation, what faces are.
+        """
+        surfaces, points, ids = self._surfaces("ComputeContactSurfacesWithFallback", representation)
+        return surfaces, self._point_pairs(points, ids)
+
     # ---- what is not there
-
-    def ComputeContactSurfaces(self, representation: Any) -> list:
-        """Not available: hydroelastic contact."""
-        raise NotImplementedError("QueryObject.ComputeContactSurfaces(): hydroelastic contact is not supported.")
-
-    def ComputeContactSurfacesWithFallback(self, representation: Any) -> tuple[list, list]:
-        """Contact surfaces and point pairs; raises if a geometry has a hydroelastic representation."""
-        for geometry_id in self._state.ids_with_role(Role.kProximity):
-            properties = self.inspector().GetProximityProperties(geometry_id)
-            kind = properties.GetPropertyOrDefault("hydroelastic", "compliance_type", None)  # type: ignore[union-attr]
-            if getattr(kind, "value", 0) != 0:
-                raise NotImplementedError(
-                    "QueryObject.ComputeContactSurfacesWithFallback(): the hydroelastic representation of geometry "
-                    f"'{self.inspector().GetName(geometry_id)}' is not supported."
-                )
-        return [], self.ComputePointPairPenetration()
 
     def GetConfigurationsInWorld(self, deformable_geometry_id: GeometryId) -> np.ndarray:
         """Not available: deformable geometry."""
@@ -333,6 +363,14 @@ class QueryObject:
 
 
 _register_value_type(QueryObject)
+
+
+def _find_points(model: GeometryModel, X_WB: np.ndarray) -> ContactTable:
+    """One point for every pair of a model that overlaps."""
+    table = contact_table(model, capacity=max(1, model.pair.shape[0]))
+    if find_contacts(model, X_WB, table):
+        raise explain_contact_status(model, table)
+    return table
 
 
 def explain_contact_status(model: GeometryModel, table: ContactTable) -> Exception:

@@ -12,13 +12,14 @@ from ._collision_filter import CollisionFilterManager
 from ._compile import compile_proximity
 from ._config import SceneGraphConfig
 from ._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
+from ._hydro_compile import HydroPairs, compile_hydro
 from ._ids import FrameId, GeometryId, SourceId
 from ._inspector import SceneGraphInspector
 from ._instance import GeometryFrame, GeometryInstance
 from ._kernels.model import GeometryModel
 from ._properties import GeometryProperties
 from ._query_object import QueryObject
-from ._roles import Role, RoleAssign
+from ._roles import HydroelasticContactRepresentation, Role, RoleAssign
 from ._shapes import Shape
 from ._state import WORLD_FRAME_ID, GeometryState
 
@@ -48,6 +49,7 @@ class SceneGraph(LeafSystem):
         self._pose_ports: dict[SourceId, int] = {}
         self._with_defaults: tuple[int, GeometryState] | None = None
         self._compiled: dict[int, tuple[GeometryModel, list[GeometryId], list[FrameId]]] = {}
+        self._hydro: dict[tuple[int, HydroelasticContactRepresentation], HydroPairs] = {}
         self.DeclareAbstractParameter(AbstractValue.Make(GeometryState()))
         self.DeclareAbstractParameter(AbstractValue.Make(SceneGraphConfig()))
         self.DeclareAbstractOutputPort("query", lambda: AbstractValue.Make(QueryObject()), self._calc_query)
@@ -125,6 +127,17 @@ class SceneGraph(LeafSystem):
                 self._compiled.pop(next(iter(self._compiled)))
             self._compiled[state.serial] = (model, ids, frames)
         return self._compiled[state.serial]
+
+    def _hydro_for_queries(self, state: GeometryState, representation: HydroelasticContactRepresentation) -> HydroPairs:
+        """Which of those pairs make contact surfaces, and their meshes; kept for the last few states."""
+        key = state.serial, representation
+        if key not in self._hydro:
+            model, ids, _ = self._compile_for_queries(state)
+            found = compile_hydro(state, model, ids, representation)
+            while len(self._hydro) > 3:
+                self._hydro.pop(next(iter(self._hydro)))
+            self._hydro[key] = found
+        return self._hydro[key]
 
     # ---- configuration
 

@@ -1,0 +1,284 @@
+"""From geometry state to the arrays of the hydroelastic kernels; which kernels a scene needs, and for which pairs."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.common.chain import Chain
+from sheldrake.common.kernel import Kernel
+
+from ._hydro import Representation, compliance, representation_of
+from ._ids import GeometryId
+from ._kernels import hydro
+from ._kernels import hydro_model as columns
+from ._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
+from ._kernels.model import ContactTable, GeometryModel
+from ._roles import HydroelasticContactRepresentation, HydroelasticType, Role
+from ._shapes import HalfSpace
+from ._state import GeometryState
+
+# Kinds of representation
+_NONE, _RIGID, _COMPLIANT, _RIGID_HALF_SPACE, _COMPLIANT_HALF_SPACE = range(5)
+# (kind of the first, kind of the second): family, in the order in which its kernel takes the two
+_FAMILY = {
+    (_COMPLIANT, _RIGID_HALF_SPACE): columns.MESH_ON_RIGID_HALF_SPACE,
+    (_RIGID, _COMPLIANT_HALF_SPACE): columns.RIGID_MESH_ON_HALF_SPACE,
+    (_COMPLIANT, _RIGID): columns.COMPLIANT_AND_RIGID,
+    (_COMPLIANT, _COMPLIANT): columns.COMPLIANT_AND_COMPLIANT,
+}
+_KERNELS = (
+    hydro.mesh_on_rigid_half_space,
+    hydro.rigid_mesh_on_half_space,
+    hydro.compliant_and_rigid,
+    hydro.compliant_and_compliant,
+)
+
+MOST_FACES = 1 << 16
+"""Faces that a table has room for, unless one pair may need more."""
+
+
+class HydroPairs(NamedTuple):
+    """Which pairs of a scene make contact surfaces.
+
+    Attributes:
+        model: what the kernels read.
+        points: the geometry model with the other pairs only.
+    """
+
+    model: HydroModel
+    points: GeometryModel
+
+
+def _kind(record: Any) -> int:
+    found = compliance(record.roles[Role.kProximity])
+    half_space = isinstance(record.shape, HalfSpace)
+    if found is HydroelasticType.kRigid:
+        return _RIGID_HALF_SPACE if half_space else _RIGID
+    if found is HydroelasticType.kCompliant:
+        return _COMPLIANT_HALF_SPACE if half_space else _COMPLIANT
+    return _NONE
+
+
+def compile_hydro(
+    state: GeometryState,
+    model: GeometryModel,
+    ids: list[GeometryId],
+    representation: HydroelasticContactRepresentation,
+) -> HydroPairs:
+    """Splits the pairs of a geometry model into those that make contact surfaces and those that touch in points.
+
+    Args:
+        state: with default proximity properties filled in.
+        model: of all proximity geometry.
+        ids: of its rows.
+        representation: of contact surfaces.
+    """
+    records = [state.geometries[i] for i in ids]
+    kinds = np.array([_kind(record) for record in records], np.int64)
+    if not kinds.any():
+        return HydroPairs(empty_hydro_model(), model)
+    families = np.full((5, 5), -1, np.int64)
+    for (first, second), family in _FAMILY.items():
+        families[first, second] = families[second, first] = family
+    family = families[kinds[model.pair[:, 0]], kinds[model.pair[:, 1]]]
+    chosen = family >= 0
+    pair, family = model.pair[chosen], family[chosen]
+    order = np.lexsort((pair[:, 1], pair[:, 0], family))
+    pair, family = pair[order], family[order]
+    first_kind = np.array([first for first, _ in _FAMILY], np.int64)
+    swapped = kinds[pair[:, 0]] != first_kind[family]
+    pair[swapped] = pair[swapped][:, ::-1]
+    starts = np.searchsorted(family, np.arange(columns.NUM_FAMILIES + 1))
+    representations = {row: representation_of(records[row]) for row in np.unique(pair).tolist()}
+    setting = np.zeros(columns.NUM_SETTINGS, np.int64)
+    setting[columns.TRIANGLES] = representation is HydroelasticContactRepresentation.kTriangle
+    arrays = _Meshes(len(ids), representations).arrays()
+    compiled = HydroModel(*arrays, np.ascontiguousarray(pair), starts, setting)
+    kept = np.concatenate([[0], np.cumsum(~chosen)])
+    points = model._replace(pair=np.ascontiguousarray(model.pair[~chosen]), family=kept[model.family])
+    return HydroPairs(compiled, points)
+
+
+class _Meshes:
+    """Collects the meshes of a scene; equal meshes share their rows."""
+
+    def __init__(self, count: int, representations: dict[int, Representation | None]) -> None:
+        self._geometry = np.zeros((count, columns.GEOMETRY_COLUMNS), np.int64)
+        self._number = np.zeros((count, columns.NUMBER_COLUMNS))
+        self._parts: list[tuple[np.ndarray, ...]] = []  # vertex, element, field, node, leaf of each mesh
+        self._sizes = np.zeros(5, np.int64)
+        known: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
+        for row, found in representations.items():
+            assert found is not None
+            self._number[row] = found.modulus, found.slope, found.margin
+            if found.half_space:
+                continue
+            key = (found.vertices.tobytes(), found.elements.tobytes(), found.pressure.tobytes())
+            if key not in known:
+                known[key] = self._add(found)
+            self._geometry[row] = known[key]
+
+    def _add(self, found: Representation) -> np.ndarray:
+        vertices, elements, field = (_triangle_arrays if found.rigid else _tetrahedron_arrays)(found)
+        node, leaf = make_tree(found.vertices[found.elements])
+        first_vertex, first_element, _, first_node, first_leaf = self._sizes
+        part = (vertices, np.where(elements < 0, -1, elements + first_vertex), field, node)
+        part += (np.where(leaf < 0, -1, leaf + first_element),)
+        self._parts.append(part)
+        self._sizes += [len(p) for p in part]
+        return np.array([first_element, first_vertex, first_node, first_leaf, len(leaf)])
+
+    def arrays(self) -> tuple[np.ndarray, ...]:
+        """The first seven arrays of a HydroModel."""
+        empty = empty_hydro_model()
+        parts = [*zip(*self._parts)] if self._parts else []
+        joined = [np.ascontiguousarray(np.concatenate(part)) for part in parts] or list(empty[2:7])
+        return (self._geometry, self._number, *joined)
+
+
+def _triangle_arrays(found: Representation) -> tuple[np.ndarray, ...]:
+    """Vertices, elements and field of a rigid surface."""
+    a, b, c = (found.vertices[found.elements[:, k]] for k in range(3))
+    cross = np.cross(b - a, c - a)
+    norm = np.linalg.norm(cross, axis=1)[:, None]
+    field = np.zeros((len(a), columns.FIELD_COLUMNS))
+    field[:, :3] = np.divide(cross, norm, out=np.zeros_like(cross), where=norm > 0.0)
+    elements = np.column_stack([found.elements, np.full(len(a), -1)])
+    return np.column_stack([found.vertices, np.zeros(len(found.vertices))]), elements, field
+
+
+def _tetrahedron_arrays(found: Representation) -> tuple[np.ndarray, ...]:
+    """Vertices, elements and field of a compliant volume."""
+    corner, pressure = found.vertices[found.elements], found.pressure[found.elements]
+    field = np.zeros((len(corner), columns.FIELD_COLUMNS))
+    edges = corner[:, 1:] - corner[:, :1]
+    volume = np.einsum("ij,ij->i", np.cross(edges[:, 0], edges[:, 1]), edges[:, 2])
+    rises = pressure[:, 1:] - pressure[:, :1]
+    for k in range(3):  # Cramer's rule: the gradient has the component rise_k along edge k
+        dual = np.cross(edges[:, (k + 1) % 3], edges[:, (k + 2) % 3])
+        field[:, :3] += rises[:, k, None] * dual
+    flat = ~(volume > 0.0)
+    field[:, :3] /= np.where(flat, 1.0, volume)[:, None]
+    field[flat, :3] = 0.0
+    field[:, columns.AT_ORIGIN] = pressure[:, 0] - np.einsum("ij,ij->i", field[:, :3], corner[:, 0])
+    for k, face in enumerate(((1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1))):  # opposite corner k, seen from outside
+        p, q, r = (corner[:, i] for i in face)
+        normal = np.cross(q - p, r - p)
+        norm = np.linalg.norm(normal, axis=1)[:, None]
+        normal = np.divide(normal, norm, out=np.zeros_like(normal), where=norm > 0.0)
+        at = int(columns.PLANES) + 4 * k
+        field[:, at : at + 3] = normal
+        field[:, at + 3] = np.einsum("ij,ij->i", normal, p)
+    return np.column_stack([found.vertices, found.pressure]), found.elements, field
+
+
+def make_tree(corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A complete binary tree of boxes over elements, halved at the median of their middles along the longest side.
+
+    Args:
+        corners: of the elements [m], shape (n, corners, 3).
+
+    Returns:
+        Centre and half sizes of each node's box, shape (2 m - 1, 6), root first, children of node k at 2 k + 1 and
+        2 k + 2; and the element of each leaf, -1 for none, shape (m,), m a power of two.
+    """
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    levels = max(0, int(len(corners) - 1).bit_length())
+    m = 1 << levels
+    order = np.full(m, -1, np.int64)
+    order[: len(corners)] = np.arange(len(corners))
+    middle = np.full((m + 1, 3), np.nan)  # the last row stands for element -1
+    middle[: len(corners)] = (low + high) / 2.0
+    for level in range(levels):
+        groups = order.reshape(1 << level, -1)
+        points = middle[groups]
+        gone = groups < 0
+        least = np.where(gone[:, :, None], np.inf, points).min(axis=1)
+        most = np.where(gone[:, :, None], -np.inf, points).max(axis=1)
+        axis = np.argmax(most - least, axis=1)
+        key = np.where(gone, np.inf, np.take_along_axis(points, axis[:, None, None], axis=2)[:, :, 0])
+        order = np.take_along_axis(groups, np.argsort(key, axis=1, kind="stable"), axis=1).ravel()
+    boxes_low, boxes_high = np.full((2 * m - 1, 3), np.inf), np.full((2 * m - 1, 3), -np.inf)
+    used = order >= 0
+    boxes_low[m - 1 :][used], boxes_high[m - 1 :][used] = low[order[used]], high[order[used]]
+    for level in reversed(range(levels)):
+        first, n = (1 << level) - 1, 1 << level
+        below = slice(2 * first + 1, 2 * first + 1 + 2 * n)
+        boxes_low[first : first + n] = boxes_low[below].reshape(n, 2, 3).min(axis=1)
+        boxes_high[first : first + n] = boxes_high[below].reshape(n, 2, 3).max(axis=1)
+    empty = ~np.isfinite(boxes_low[:, 0])
+    boxes_low[empty], boxes_high[empty] = 1.0, -1.0
+    half = (boxes_high - boxes_low) / 2.0
+    half[~empty] *= 1.0 + 1e-12  # rounding must not separate what touches
+    return np.column_stack([(boxes_low + boxes_high) / 2.0, half]), order
+
+
+def hydro_kernels(model: HydroModel) -> list[Kernel]:
+    """The kernels that find a scene's contact surfaces, in their order; none when there are no pairs."""
+    present = [k for k, n in zip(_KERNELS, np.diff(model.family)) if n > 0]
+    return [hydro.begin_surfaces, *present] if present else []
+
+
+def face_capacity(model: HydroModel) -> int:
+    """Faces that a table should have room for: what the largest pair may need, and as many for others as is sensible.
+
+    A half space meets every element once; two meshes meet along a surface, where an element meets a few others.
+    """
+    leaves = model.geometry[:, columns.NUM_LEAVES]
+    needed = []
+    for k, (a, b) in enumerate(model.pair):
+        if k < model.family[columns.COMPLIANT_AND_RIGID]:
+            needed.append(int(leaves[a]))
+        else:
+            needed.append(int(min(leaves[a] * leaves[b], 8 * (leaves[a] + leaves[b]))))
+    if not needed:
+        return 0
+    polygons = min(sum(needed), max(MOST_FACES // 4, *needed))
+    return polygons * (5 if model.setting[columns.TRIANGLES] else 1)
+
+
+def find_surfaces(model: HydroModel, table: ContactTable, native: bool = True) -> HydroTable:
+    """All contact surfaces of placed geometry, with as much room as they need.
+
+    Args:
+        model: the hydroelastic geometry.
+        table: where all geometry is; see `place_geometries`.
+        native: False runs the kernels' Python sources.
+    """
+    search, capacity = Chain(hydro_kernels(model)), max(1, face_capacity(model))
+    while True:
+        surfaces = hydro_table(model, capacity)
+        (search.native if native else search)(hydro_model=model, table=table, surfaces=surfaces)
+        if surfaces.count[columns.STATUS] == 0:
+            return surfaces
+        capacity *= 4
+
+
+def explain_unsupported(state: GeometryState, id_A: GeometryId, id_B: GeometryId) -> Exception:
+    """What is wrong with hydroelastic contact of two geometries that can have none."""
+    records = [state.geometries[i] for i in (id_A, id_B)]
+    words = {_NONE: "undefined", _RIGID: "rigid", _COMPLIANT: "compliant"}
+    words |= {_RIGID_HALF_SPACE: "rigid", _COMPLIANT_HALF_SPACE: "compliant"}
+    kinds = [_kind(record) for record in records]
+    names = [f"{r.shape.type_name()} '{r.name}' with id {i.get_value()}" for r, i in zip(records, (id_A, id_B))]
+    hint = (
+        "QueryObject.ComputeContactSurfacesWithFallback() and ContactModel.kHydroelasticWithFallback use point contact "
+        "for such pairs."
+    )
+    if _NONE in kinds:
+        named = " and ".join(f"a {words[kind]} {name}" for kind, name in zip(kinds, names))
+        return RuntimeError(
+            "Requested a contact surface between a pair of geometries without hydroelastic representation for at "
+            f"least one shape: {named}. {hint}"
+        )
+    if all(words[kind] == "rigid" for kind in kinds):
+        return RuntimeError(
+            f"Requested contact between two rigid objects ({names[0]}, {names[1]}); that is not allowed in "
+            f"hydroelastic-only contact. {hint}"
+        )
+    return RuntimeError(
+        "Requested hydroelastic contact between two compliant geometries, one of which is a half space "
+        f"({names[0]}, {names[1]}); that is not allowed. {hint}"
+    )
