@@ -94,8 +94,7 @@ def compile_hydro(
     representations = {row: representation_of(records[row]) for row in np.unique(pair).tolist()}
     setting = np.zeros(columns.NUM_SETTINGS, np.int64)
     setting[columns.TRIANGLES] = representation is HydroelasticContactRepresentation.kTriangle
-    arrays = _Meshes(len(ids), representations).arrays()
-    compiled = HydroModel(*arrays, np.ascontiguousarray(pair), starts, setting)
+    compiled = _Meshes(len(ids), representations).model(np.ascontiguousarray(pair), starts, setting)
     kept = np.concatenate([[0], np.cumsum(~chosen)])
     points = model._replace(pair=np.ascontiguousarray(model.pair[~chosen]), family=kept[model.family])
     return HydroPairs(compiled, points)
@@ -124,18 +123,21 @@ class _Meshes:
         vertices, elements, field = (_triangle_arrays if found.rigid else _tetrahedron_arrays)(found)
         node, leaf = make_tree(found.vertices[found.elements])
         first_vertex, first_element, _, first_node, first_leaf = self._sizes
-        part = (vertices, np.where(elements < 0, -1, elements + first_vertex), field, node)
-        part += (np.where(leaf < 0, -1, leaf + first_element),)
+        numbered = np.where(elements < 0, -1, elements + first_vertex)
+        part = (vertices, numbered, field, node, np.where(leaf < 0, -1, leaf + first_element))
         self._parts.append(part)
         self._sizes += [len(p) for p in part]
         return np.array([first_element, first_vertex, first_node, first_leaf, len(leaf)])
 
-    def arrays(self) -> tuple[np.ndarray, ...]:
-        """The first seven arrays of a HydroModel."""
-        empty = empty_hydro_model()
-        parts = [*zip(*self._parts)] if self._parts else []
-        joined = [np.ascontiguousarray(np.concatenate(part)) for part in parts] or list(empty[2:7])
-        return (self._geometry, self._number, *joined)
+    def model(self, pair: np.ndarray, family: np.ndarray, setting: np.ndarray) -> HydroModel:
+        """The meshes with the pairs that use them."""
+        model = empty_hydro_model()._replace(
+            geometry=self._geometry, number=self._number, pair=pair, family=family, setting=setting
+        )
+        if not self._parts:
+            return model
+        vertex, element, field, node, leaf = (np.ascontiguousarray(np.concatenate(part)) for part in zip(*self._parts))
+        return model._replace(vertex=vertex, element=element, field=field, node=node, leaf=leaf)
 
 
 def _triangle_arrays(found: Representation) -> tuple[np.ndarray, ...]:

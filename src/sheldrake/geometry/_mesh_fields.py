@@ -19,6 +19,7 @@ class _FieldLinear:
 
     _mesh: Any
     _values: np.ndarray
+    _gradients: Any
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         raise TypeError(f"{type(self).__name__}: No constructor defined! Fields come with a ContactSurface.")
@@ -38,7 +39,6 @@ class PolygonSurfaceMeshFieldLinear(_FieldLinear):
     """A linear field on a mesh of polygons, with its gradient."""
 
     _mesh: PolygonSurfaceMesh
-    _gradients: np.ndarray
 
     def EvaluateCartesian(self, e: int, p_MQ: Any) -> float:
         """The value at point Q, in M [m], of the linear function of face `e`."""
