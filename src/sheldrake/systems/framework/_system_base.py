@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from sheldrake.common._names import pretty_class_name
 from sheldrake.systems.framework._cache import CacheEntry, ValueProducer
 from sheldrake.systems.framework._declarations import CacheDeclaration, Callback, InputDeclaration, OutputDeclaration
 from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
@@ -23,11 +22,48 @@ def _static(ticket: int, what: str) -> Any:
     return staticmethod(name)
 
 
-class SystemBase:
+class SystemType(type):
+    """Makes systems and sees that `__init__` was called, as pydrake's classes do.
+
+    It is here and not in a `__getattr__` of systems, for with one of those every look at an attribute takes longer.
+    """
+
+    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        """A new system.
+
+        Raises:
+            TypeError: an overriding `__init__` did not call that of its base class, or not before it was needed.
+        """
+        try:
+            new = super().__call__(*args, **kwargs)
+        except AttributeError as error:
+            if is_blank(getattr(error, "obj", None)):
+                raise cls._not_called() from error
+            raise
+        if is_blank(new):
+            raise cls._not_called()
+        return new
+
+    def _not_called(cls) -> TypeError:
+        return TypeError(
+            f"{cls.__name__}.__init__() must be called when overriding __init__: call super().__init__() before "
+            "anything else."
+        )
+
+
+def is_blank(system: Any) -> bool:
+    """Whether this is a system whose `__init__` has not run."""
+    return isinstance(system, SystemBase) and "_system_id" not in system.__dict__
+
+
+class SystemBase(metaclass=SystemType):
     """Name, ports, dependency tickets and cache entries of a system."""
 
     _inputs: list[InputDeclaration]
     _outputs: list[OutputDeclaration]
+    if TYPE_CHECKING:  # subsystems are of any class
+
+        def __getattr__(self, name: str) -> Any: ...
 
     def __init__(self) -> None:
         self._system_id = next(_ids)
@@ -41,14 +77,6 @@ class SystemBase:
         self._ports: weakref.WeakValueDictionary[tuple, Any] = weakref.WeakValueDictionary()
         self._version = 0
         self._layouts: dict = {}
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("_") and not name.startswith("__") and "_system_id" not in self.__dict__:
-            raise TypeError(
-                f"{type(self).__name__}.__init__() must be called when overriding __init__: call "
-                "super().__init__() before anything else."
-            )
-        raise AttributeError(f"'{pretty_class_name(type(self))}' object has no attribute '{name}'")
 
     def _subsystems(self) -> list[Any] | None:
         return None

@@ -302,3 +302,25 @@ def test_outputs_derivatives_and_residuals():
     derivatives[0] = 5.0
     assert system.CalcImplicitTimeDerivativesResidual(context, derivatives) == 2.0
     assert system.EvalVectorInput(context, 0)[0] == 3.0 and system.EvalPotentialEnergy(context) == 0.0
+
+
+def test_a_system_whose_init_was_not_called_is_refused():
+    class Forgets(LeafSystem):
+        def __init__(self):
+            self.x = 1
+
+    class Late(LeafSystem):
+        def __init__(self):
+            self.DeclareVectorInputPort("u", 1)
+            super().__init__()
+
+    class Wrong(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.x = self.y
+
+    for cls in (Forgets, Late):
+        with pytest.raises(TypeError, match=rf"{cls.__name__}.__init__\(\) must be called"):
+            cls()
+    with pytest.raises(AttributeError, match="no attribute 'y'"):
+        Wrong()
