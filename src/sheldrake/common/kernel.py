@@ -36,6 +36,8 @@ Vectors = Annotated[tuple, "float64", 1]
 
 INDEX_ERROR = -(2**63)
 """Status of a kernel compiled with bounds checks that left an array."""
+MISFIT = INDEX_ERROR + 1
+"""Status of a query (`common.calls`) whose arguments are not the arrays it takes; nothing has run."""
 
 
 class ArraySpec(NamedTuple):

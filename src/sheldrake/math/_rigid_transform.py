@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -111,12 +112,25 @@ class RigidTransform(ScalarBase):
             R = _new(RotationMatrix)
         else:
             new, R = _new(cls._plain_class()), _new(RotationMatrix_[T])
-        M.setflags(write=False)
-        p.setflags(write=False)
+        M.setflags(False)  # type: ignore[call-arg]
+        p.setflags(False)  # type: ignore[call-arg]
         R._M = M
         new._R = R
         new._p = p
         return new
+
+    @classmethod
+    def _maker(cls, rotation: Callable[[], np.ndarray], position: Callable[[], np.ndarray]) -> Callable[[], Any]:
+        """A function that makes a pose, unchecked, of the read-only arrays that two others give."""
+        new, T, R_ = _new, cls._plain_class(), RotationMatrix_[cls._T]
+
+        def make() -> Any:  # written out: this is what a query for a pose takes its time for
+            R, X = new(R_), new(T)
+            R._M = rotation()
+            X._R, X._p = R, position()
+            return X
+
+        return make
 
     @classmethod
     def Identity(cls) -> Any:

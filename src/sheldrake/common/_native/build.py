@@ -25,8 +25,8 @@ import time
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from sheldrake.common._native import lower, prebuilt
-from sheldrake.common._native.target import X86_LEVELS, Target, initialise
+from sheldrake.common._native import builtin, lower, prebuilt
+from sheldrake.common._native.target import X86_LEVELS, Target
 from sheldrake.common.kernel import Kernel
 
 
@@ -172,22 +172,13 @@ def _build_one(folder: pathlib.Path, target: Platform, name: str, lowered: dict[
         for symbol, bitcode in lowered.items():
             keep(f"{symbol}_{level}", lower.emit(bitcode, symbol, machine, rename=f"{symbol}_{level}"))
     if "x86_64" in target.triple:
-        keep("cpu_level", _assemble_cpu_level(Target(target.triple, 1, "x86-64")))
+        keep("cpu_level", builtin.assemble(CPU_LEVEL, Target(target.triple, 1, "x86-64")))
+    keep("call", builtin.assemble(builtin.CODE, Target(target.triple, 1, target.levels[1])))
     library = folder / f"kernels{target.ending}"
     _link(library, target, name, objects)
     for path in objects:
         os.unlink(path)
     return library
-
-
-def _assemble_cpu_level(target: Target) -> bytes:
-    import llvmlite.binding as llvm
-
-    initialise()
-    module = llvm.parse_assembly(CPU_LEVEL)
-    machine = target.machine()
-    module.triple, module.data_layout = target.triple, str(machine.target_data)
-    return machine.emit_object(module)
 
 
 def _link(library: pathlib.Path, target: Platform, name: str, objects: list[str]) -> None:

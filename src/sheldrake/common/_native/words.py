@@ -73,6 +73,15 @@ def _pack(kernel: Kernel, given: Mapping[str, Any], from_slab: bool) -> tuple[np
     return np.array([*words, *behind, 0], np.int64), scalars
 
 
+def first_words(kernel: Kernel) -> dict[str, int]:
+    """Where the words of each parameter begin; those of an array are its offset, then its shape."""
+    places, at = {}, 0
+    for parameter in kernel.parameters:
+        places[parameter.name] = at
+        at += _size(parameter)
+    return places
+
+
 def _size(parameter: Any) -> int:
     """Words a parameter takes at its place."""
     if parameter.kind == "t":

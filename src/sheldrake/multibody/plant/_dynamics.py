@@ -12,73 +12,58 @@ from sheldrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
 from sheldrake.multibody.tree._element import vector
 from sheldrake.multibody.tree._kernels import jacobians, queries
 
+_KV = JacobianWrtVariable.kV
+
 
 class Dynamics:
     """Terms of the equation of motion M(q) vdot + C(q, v) v = tau."""
 
     def CalcMassMatrix(self, context: Any) -> np.ndarray:
         """M(q), reflected inertias of actuators included, shape (nv, nv)."""
-        view = self._view(context)
-        view.positions()
-        M = view.buffer("M", self._nv, self._nv)
-        view.run(queries.calc_mass_matrix, view.model, view.p, view.work, M)
-        return M.copy()
+        return self._view(context).ask_mass_matrix()
 
     def CalcMassMatrixViaInverseDynamics(self, context: Any) -> np.ndarray:
         """M(q), column by column from inverse dynamics, shape (nv, nv): slower, for checks."""
         view = self._view(context)
-        work = view.positions()
+        work = view.velocities()
         V, A = work.V.copy(), work.A.copy()
         work.V[:], work.A[:] = 0.0, 0.0
-        M = np.array([self._inverse_dynamics(view, unit, 0.0) for unit in np.eye(self._nv)]).T
+        no_F, no_tau = np.zeros((view.nb, 6)), np.zeros(self._nv)
+        columns = [view.ask_inverse_dynamics(unit, no_F, no_tau) for unit in np.eye(self._nv)]
         work.V[:], work.A[:] = V, A
-        return M.reshape(self._nv, self._nv)
+        return np.array(columns).T.reshape(self._nv, self._nv)
 
     def CalcBiasTerm(self, context: Any) -> np.ndarray:
         """C(q, v) v: Coriolis, centrifugal and gyroscopic forces, shape (nv,)."""
-        return self._bias(context, 0.0)
-
-    def _bias(self, context: Any, gravity_scale: float) -> np.ndarray:
-        """C v - gravity_scale * tau_g."""
-        view = self._view(context)
-        view.velocities()
-        bias = view.buffer("bias", self._nv)
-        kernel = queries.calc_bias if gravity_scale == 0.0 else queries.calc_bias_with_gravity
-        view.run(kernel, view.model, view.work, bias)
-        return bias.copy()
+        return self._view(context).ask_bias()
 
     def CalcGravityGeneralizedForces(self, context: Any) -> np.ndarray:
         """tau_g(q): generalized forces of gravity, shape (nv,)."""
-        view = self._view(context)
-        view.positions()
-        tau = view.buffer("tau_g", self._nv)
-        view.run(queries.calc_gravity, view.model, view.work, tau)
-        return tau.copy()
-
-    def _inverse_dynamics(self, view: Any, vdot: Any, gravity_scale: float) -> np.ndarray:
-        given, tau = view.buffer("vdot", self._nv), view.buffer("tau_id", self._nv)
-        given[:] = vdot
-        A = view.buffer("A_id", len(self._row_bodies), 6)
-        view.run(queries.calc_inverse_dynamics, view.model, view.p, view.work, given, A, tau)
-        return tau.copy()
+        return self._view(context).ask_gravity()
 
     def CalcInverseDynamics(self, context: Any, known_vdot: Any, external_forces: MultibodyForces) -> np.ndarray:
         """Generalized forces that give known_vdot besides external_forces, gravity among these if wanted; (nv,)."""
-        vdot = vector("CalcInverseDynamics", "known_vdot", known_vdot, self._nv)
         view = self._view(context)
-        view.velocities()
-        self._require_fitting("CalcInverseDynamics", external_forces)
-        given, applied = view.buffer("vdot", self._nv), view.buffer("tau applied", self._nv)
-        F, A = view.buffer("F_Bo_W", len(self._rows), 6), view.buffer("A_id", len(self._rows), 6)
-        tau = view.buffer("tau_id", self._nv)
-        given[:], applied[:] = vdot, external_forces._tau
-        if self._rows_in_order:
-            F[:] = external_forces._F_Bo_W
-        else:
-            F[self._rows] = external_forces._F_Bo_W
-        kernel = queries.calc_inverse_dynamics_with_forces
-        view.run(kernel, view.model, view.p, view.work, given, F, applied, A, tau)
-        return tau.copy()
+        if self._rows_in_order and type(external_forces) is MultibodyForces:
+            tau = view.ask_inverse_dynamics(known_vdot, external_forces._F_Bo_W, external_forces._tau)
+            if type(tau) is not int:
+                return tau
+        return self._any_inverse_dynamics(view, known_vdot, external_forces)
+
+    def _any_inverse_dynamics(self, view: Any, known_vdot: Any, external_forces: MultibodyForces) -> np.ndarray:
+        """The same for arguments that must be converted or put in order first.
+
+        Raises:
+            TypeError: known_vdot is no vector of nv numbers of the context's scalar.
+            RuntimeError: the forces are those of another plant.
+        """
+        call = "CalcInverseDynamics"
+        vdot = vector(call, "known_vdot", known_vdot, self._nv)
+        self._require_fitting(call, external_forces)
+        tau = view.ask_inverse_dynamics(vdot, external_forces._F_Bo_W[self._row_indices], external_forces._tau)
+        if type(tau) is int:
+            raise TypeError(f"{call}(): known_vdot and external_forces must have the scalar type of the context.")
+        return tau
 
     def CalcForceElementsContribution(self, context: Any, forces: MultibodyForces) -> None:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
@@ -154,15 +139,23 @@ class Dynamics:
 
     # --- Jacobians
 
-    def _frame_jacobian(self, context: Any, frame_B: Frame, p_BoBp_B: Any, frame_A: Frame, frame_E: Frame) -> Any:
-        """Spatial velocity Jacobian of a point of frame B measured in A, expressed in E, shape (6, nv); reused."""
+    def _frame_jacobian(
+        self, context: Any, call: str, frame_B: Frame, p_BoBp_B: Any, frame_A: Frame, frame_E: Frame
+    ) -> np.ndarray:
+        """Spatial velocity Jacobian of a point of frame B measured in A, expressed in E, shape (6, nv)."""
         view = self._view(context)
-        view.positions()
-        ends, point, J = view.integers("ends", 5), view.buffer("point B", 3), view.buffer("J_E", 6, self._nv)
-        ends[:] = (*self._place(frame_B), self._place(frame_A)[0], *self._place(frame_E))
-        point[:] = p_BoBp_B
-        view.run(jacobians.calc_frame_jacobian, view.model, view.p, view.work, ends, point, J)
+        key = frame_B, frame_A, frame_E
+        ask = view.places.get(key) or self._jacobian_query(view, key)
+        J = ask(p_BoBp_B)
+        if type(J) is int:
+            J = ask(vector(call, "p_BoBp_B", p_BoBp_B, 3))
+            if type(J) is int:
+                raise TypeError(f"{call}(): the point must have the scalar type of the context.")
         return J
+
+    def _jacobian_query(self, view: Any, frames: tuple[Frame, Frame, Frame]) -> Any:
+        B, A, E = (self._place(frame) for frame in frames)
+        return view.jacobian(frames, (*B, A[0], *E))
 
     def _jacobian(self, context: Any, frame_B: Frame, frame_A: Frame, p_WQ: np.ndarray) -> np.ndarray:
         """Spatial velocity Jacobian of a point of B, measured in A, expressed in W, shape (6, nv)."""
@@ -213,16 +206,16 @@ class Dynamics:
             frame_E: The frame in which it is expressed.
         """
         call = "CalcJacobianSpatialVelocity"
-        point = vector(call, "p_BoBp_B", p_BoBp_B, 3)
-        J = self._frame_jacobian(context, frame_B, point, frame_A, frame_E)
-        return self._by_variable(context, call, J, with_respect_to)
+        J = self._frame_jacobian(context, call, frame_B, p_BoBp_B, frame_A, frame_E)
+        return J if with_respect_to is _KV else self._by_variable(context, call, J, with_respect_to)
 
     def CalcJacobianAngularVelocity(
         self, context: Any, with_respect_to: JacobianWrtVariable, frame_B: Frame, frame_A: Frame, frame_E: Frame
     ) -> np.ndarray:
         """J with w_AB_E = J s, shape (3, nv or nq); arguments as in CalcJacobianSpatialVelocity()."""
-        J = self._frame_jacobian(context, frame_B, np.zeros(3), frame_A, frame_E)[:3]
-        return self._by_variable(context, "CalcJacobianAngularVelocity", J, with_respect_to)
+        call = "CalcJacobianAngularVelocity"
+        J = self._frame_jacobian(context, call, frame_B, np.zeros(3), frame_A, frame_E)[:3]
+        return self._by_variable(context, call, J, with_respect_to)
 
     def CalcJacobianTranslationalVelocity(
         self,
@@ -237,7 +230,8 @@ class Dynamics:
         call = "CalcJacobianTranslationalVelocity"
         p_BoBi_B = points(call, "p_BoBi_B", p_BoBi_B)
         if p_BoBi_B.shape[1] == 1:
-            J = self._frame_jacobian(context, frame_B, p_BoBi_B[:, 0], frame_A, frame_E)[3:]
+            point = np.ascontiguousarray(p_BoBi_B[:, 0])
+            J = self._frame_jacobian(context, call, frame_B, point, frame_A, frame_E)[3:]
             return self._by_variable(context, call, J, with_respect_to)
         B = self._motion(context, frame_B)
         J = self._jacobian(context, frame_B, frame_A, B.p)

@@ -55,6 +55,7 @@ class Finalization:
             step.joint._q_start, step.joint._v_start = q, v
             q += step.joint.num_positions()
             v += step.joint.num_velocities()
+        self._row_indices = np.array([int(b.index()) for b in self._row_bodies], np.int64)
         self._rows_in_order = bool(np.all(np.diff(self._rows) == 1))
         self._nq, self._nv, u = q, v, 0
         for actuator in self._actuators:

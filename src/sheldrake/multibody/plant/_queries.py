@@ -10,7 +10,7 @@ from sheldrake.math import RotationMatrix_
 from sheldrake.multibody.math import SpatialAcceleration_, SpatialInertia_, SpatialMomentum_, SpatialVelocity_
 from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import vector
-from sheldrake.multibody.tree._kernels import jacobians, queries
+from sheldrake.multibody.tree._kernels import queries
 from sheldrake.multibody.tree._kernels.model import ROOT
 
 
@@ -45,20 +45,21 @@ class Queries:
         Raises:
             RuntimeError: the body or the context is not of this plant.
         """
-        view = self._view(context)
-        if body._owner is not self:
+        try:  # the one that has to be quick
+            view = context._kept
+            ask = view.poses.get(body) if view.family is self._family else None
+        except AttributeError:
+            ask = None
+        return (ask or self._pose_query(self._view(context), body))()
+
+    def _pose_query(self, view: Any, body: RigidBody) -> Any:
+        if getattr(body, "_owner", None) is not self:
             self._require_mine("EvalBodyPoseInWorld", body)
-        return self._transform(context, view.positions().X_WB[self._rows[body._index._value]])
+        return view.body_pose(body, self._rows[body._index._value])
 
     def _body_velocities(self, context: Any) -> np.ndarray:
         """Spatial velocities of the body origins, by row, shape (num_bodies, 6)."""
-        view = self._view(context)
-        view.velocities()
-        if view.done < 3:
-            view.V_WB = view.buffer("V_WB", len(self._row_bodies), 6)
-            view.run(queries.calc_body_velocities, view.model, view.work, view.V_WB)
-            view.done = 3
-        return view.V_WB
+        return self._view(context).body_velocities()
 
     def EvalBodySpatialVelocityInWorld(self, context: Any, body: RigidBody) -> Any:
         """V_WB of the body origin, expressed in W."""
@@ -134,13 +135,11 @@ class Queries:
         return self._transform(context, self._relative_pose(context, frame_A, frame_B))
 
     def _relative_pose(self, context: Any, frame_A: Frame, frame_B: Frame) -> np.ndarray:
-        """X_AB as twelve numbers; overwritten by the next call."""
+        """X_AB as twelve numbers."""
         view = self._view(context)
-        view.positions()
-        ends, X = view.integers("pose ends", 4), view.buffer("X_AB", 1, 12)
-        ends[:] = (*self._place(frame_A), *self._place(frame_B))
-        view.run(jacobians.calc_relative_pose, view.model, view.p, view.work, ends, X)
-        return X[0]
+        key = frame_A, frame_B
+        ask = view.places.get(key) or view.relative_pose(key, (*self._place(frame_A), *self._place(frame_B)))
+        return ask()
 
     def _place(self, frame: Frame) -> tuple[int, int]:
         """Body row and frame row of a frame."""
@@ -215,13 +214,8 @@ class Queries:
         """p_WScm of all bodies or of those of some model instances [m], shape (3,)."""
         call = "CalcCenterOfMassPositionInWorld"
         view = self._view(context)
-        view.positions()
-        if model_instances is None and len(self._row_bodies) > 1:
-            mask, total = view.integers("all", len(self._row_bodies)), view.buffer("total", 4)
-            mask[:] = 1
-            view.run(queries.calc_total, view.model, view.work, mask, total)
-            if view.T is not float or total[0] > 0.0:
-                return total[1:] / total[0]
+        if model_instances is None and type(centre := view.ask_centre_of_mass()) is not int:
+            return centre
         view, rows, mass = self._com_rows(call, context, model_instances)
         inertia = view.work.inertia[rows]
         return (inertia[:, 1:4] + inertia[:, :1] * self._roots(view, rows)).sum(axis=0) / mass

@@ -9,8 +9,6 @@ import numpy as np
 from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.multibody.tree._element import finite, vector
 
-_FLOAT64, _INFINITY = np.dtype(np.float64), float("inf")
-
 
 class State:
     """How many positions and velocities there are, what they are called, and reading and writing them."""
@@ -230,7 +228,7 @@ class State:
 
     def _write(self, call: str, context: Any, parts: str, args: tuple, kwargs: dict[str, Any]) -> None:
         """`args` is ([model_instance], values); kwargs may name both."""
-        rest = list(args)
+        rest = [a for a in args if a is not None]
         instance = kwargs.pop("model_instance", None)
         if len(rest) == 2 or (rest and isinstance(rest[0], ModelInstanceIndex)):
             instance = rest.pop(0)
@@ -256,48 +254,47 @@ class State:
             view.v[at[-1]] = array[size - len(at[-1]) :]
         context._store.touch(view.level, view.source)
 
-    def _write_fast(self, context: Any, view: Any, target: np.ndarray, args: tuple, kwargs: dict) -> bool:
-        """Writes all of q, v or both when given as a finite array of floats; whether it did."""
-        if len(args) != 1 or kwargs:
-            return False
-        array = args[0]
-        if type(array) is not np.ndarray or array.dtype is not _FLOAT64 or array.shape != target.shape:
-            return False
-        if view.T is not float or not array.dot(array) < _INFINITY:
-            return False
-        target[:] = array
-        context._store.touch(view.level, view.source)
-        return True
-
-    def SetPositions(self, context: Any, *args: Any, **kwargs: Any) -> None:
+    def SetPositions(self, context: Any, values: Any = None, *rest: Any, **named: Any) -> None:
         """Sets positions: `(context, q)` all, `(context, model_instance, q)` those of one model instance.
 
         Raises:
             RuntimeError: the size is wrong or a number is not finite.
         """
-        view = self._view(context)
-        if not self._write_fast(context, view, view.q, args, kwargs):
-            self._write("SetPositions", context, "q", args, kwargs)
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._family and not (rest or named or view.write_q(values)):
+                return
+        except AttributeError:
+            pass
+        self._write("SetPositions", context, "q", (values, *rest), named)
 
-    def SetVelocities(self, context: Any, *args: Any, **kwargs: Any) -> None:
+    def SetVelocities(self, context: Any, values: Any = None, *rest: Any, **named: Any) -> None:
         """Sets velocities: `(context, v)` all, `(context, model_instance, v)` those of one model instance.
 
         Raises:
             RuntimeError: the size is wrong or a number is not finite.
         """
-        view = self._view(context)
-        if not self._write_fast(context, view, view.v, args, kwargs):
-            self._write("SetVelocities", context, "v", args, kwargs)
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._family and not (rest or named or view.write_v(values)):
+                return
+        except AttributeError:
+            pass
+        self._write("SetVelocities", context, "v", (values, *rest), named)
 
-    def SetPositionsAndVelocities(self, context: Any, *args: Any, **kwargs: Any) -> None:
+    def SetPositionsAndVelocities(self, context: Any, values: Any = None, *rest: Any, **named: Any) -> None:
         """Sets both: `(context, q_v)` all, `(context, model_instance, q_v)` those of one model instance.
 
         Raises:
             RuntimeError: the size is wrong or a number is not finite.
         """
-        view = self._view(context)
-        if not self._write_fast(context, view, view.x, args, kwargs):
-            self._write("SetPositionsAndVelocities", context, "qv", args, kwargs)
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._family and not (rest or named or view.write_x(values)):
+                return
+        except AttributeError:
+            pass
+        self._write("SetPositionsAndVelocities", context, "qv", (values, *rest), named)
 
     def GetPositionsFromArray(self, model_instance: ModelInstanceIndex, q: Any) -> np.ndarray:
         """The positions of a model instance among all."""

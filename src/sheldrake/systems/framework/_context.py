@@ -31,6 +31,8 @@ class ContextBase:
     _node: int
     _system: Any
     _place: Any
+    _kept: Any = None
+    """What the system keeps for this context, made of its memory; forgotten when the memory moves."""
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")

@@ -78,7 +78,9 @@ class Store:
         self.uncached = self.frozen = False
         self.cache: dict[tuple[int, int], list] = {}
         self.serials: dict[Any, int] = {}
-        self.mine = [0, 0, 0]  # how many of the changes in I came from Python
+        self.by_python = np.zeros(4, np.int64)  # how many of the changes in I came from Python; written sources
+        self.mine: Any = memoryview(self.by_python)  # type: ignore[arg-type]
+        self.written: list[tuple[Any, Any]] = []
         self.contexts: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
         self.twins: dict[int, tuple] = {}
         self.pending: dict[int, list[AbstractValue]] = {}
@@ -110,8 +112,22 @@ class Store:
 
     def stamp(self, level: int, keys: tuple) -> tuple:
         """Changes whenever one of the sources does; see `Layout.freshness`."""
+        if self.mine[3]:
+            self._note_written()
         get = self.serials.get
         return (self.i[level] - self.mine[level], *(get(key, 0) for key in keys))
+
+    def count_writes_of(self, source: Any) -> np.ndarray:
+        """A number, shape (1,), for kernels that write a source: each adds one, and one to `by_python[3]`."""
+        number = np.zeros(1, np.int64)
+        self.written.append((source, number))
+        return number
+
+    def _note_written(self) -> None:
+        self.mine[3] = 0
+        for source, number in self.written:
+            self.serials[source] = self.serials.get(source, 0) + int(number[0])
+            number[0] = 0
 
     def override(self, n: int, i: int) -> None:
         """Gives a connected input port memory of its own, so that it can be fixed in this context."""
@@ -136,7 +152,7 @@ class Store:
         self._begin()
         for m, context in contexts.items():
             self.contexts[m] = context
-            context._place = new.places[m]
+            context._place, context._kept = new.places[m], None
 
     # Computing.
 

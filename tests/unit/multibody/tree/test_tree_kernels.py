@@ -22,6 +22,7 @@ class Tree:
 
     def update(self):
         queries.calc_positions.native(self.model, self.p, self.work, self.q)
+        queries.calc_inertias.native(self.model, self.p, self.work)
         queries.calc_velocities.native(self.model, self.p, self.work, self.q, self.v)
 
     def at(self, q, v=None):
@@ -42,10 +43,9 @@ class Tree:
         return M
 
     def bias(self, gravity_scale=0.0):
-        out = np.zeros(self.nv)
-        kernel = queries.calc_bias_with_gravity if gravity_scale else queries.calc_bias
-        kernel.native(self.model, self.work, out)
-        return out
+        """As the kernel of the step: with gravity's force taken away gravity_scale times."""
+        dynamics.bias_term(self.model, self.work, gravity_scale)
+        return self.work.bias.copy()
 
     def velocities(self):
         out = np.zeros((len(self.model.body), 6))
@@ -113,8 +113,11 @@ def test_kinetic_energy_is_half_v_M_v(seed):
 def test_inverse_dynamics_is_M_vdot_plus_bias(seed):
     t = Tree(seed, actuators=True)
     vdot, tau, A = t.rng.normal(size=t.nv), np.zeros(t.nv), np.zeros((len(t.model.body), 6))
-    queries.calc_inverse_dynamics.native(t.model, t.p, t.work, vdot, A, tau)
-    expected = t.mass_matrix() @ vdot + t.bias()
+    F, applied = t.rng.normal(size=A.shape), t.rng.normal(size=t.nv)
+    queries.calc_inverse_dynamics.native(t.model, t.p, t.work, vdot, F, applied, A, tau)
+    given = np.zeros(t.nv)
+    queries.calc_generalized_forces.native(t.model, t.work, F, given)
+    expected = t.mass_matrix() @ vdot + t.bias() - given - applied
     np.testing.assert_allclose(tau, expected, atol=1e-12 * np.abs(expected).max())
 
 

@@ -167,20 +167,6 @@ def body_accelerations(model: TreeModel, work: TreeWork, A: Matrix) -> None:
 
 
 @kernel
-def inverse_dynamics(
-    model: TreeModel, p: Vector, work: TreeWork, vdot: Vector, gravity_scale: float, A_work: Matrix, tau: Vector
-) -> None:
-    """tau = M vdot + C(q, v) v - gravity_scale * tau_g(q); A_work as TreeWork.A, its first row zero."""
-    accelerations(model, work, vdot, A_work)
-    for body in range(1, model.body.shape[0]):
-        store6(work.F, body, inertial_force(model, work, body, load6(A_work, body), gravity_scale))
-    project_forces(model, work, tau)
-    for i in range(model.actuator.shape[0]):
-        k = model.actuator[i, ACTUATOR_DOF]
-        tau[k] += reflected_inertia(model, p, i) * vdot[k]
-
-
-@kernel
 def reflected_inertia(model: TreeModel, p: Vector, actuator: int) -> float:
     """gear² times rotor inertia [kg m², or kg for a prismatic joint]."""
     gear = p[model.actuator[actuator, GEAR]]

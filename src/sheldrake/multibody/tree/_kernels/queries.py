@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sheldrake.common._kernels.vec import add3, load3_at, load6, scale3, scale6, store6
-from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
+from sheldrake.common.kernel import Matrix, Vector, kernel
 from sheldrake.multibody.tree._kernels import dynamics, factor, forces, integrate, kinematics
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import ACTUATOR_DOF, DAMPING, ROOT, TreeModel, TreeWork
@@ -11,8 +11,13 @@ from sheldrake.multibody.tree._kernels.model import ACTUATOR_DOF, DAMPING, ROOT,
 
 @kernel(top=True)
 def calc_positions(model: TreeModel, p: Vector, work: TreeWork, q: Vector) -> None:
-    """`X_WB`, `S`, and `inertia`."""
+    """`X_WB` and `S`."""
     kinematics.position_kinematics(model, p, work, q)
+
+
+@kernel(top=True)
+def calc_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
+    """`inertia`; needs `calc_positions`."""
     dynamics.body_inertias(model, p, work)
 
 
@@ -24,7 +29,7 @@ def calc_velocities(model: TreeModel, p: Vector, work: TreeWork, q: Vector, v: V
 
 @kernel(top=True)
 def calc_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Matrix) -> None:
-    """`work.M` and the dense mass matrix, shape (nv, nv), zeroed before; needs `calc_positions`."""
+    """`work.M` and the dense mass matrix, shape (nv, nv), zeroed before; needs `calc_inertias`."""
     dynamics.mass_matrix(model, p, work)
     factor.unpack(model, work.M, M)
 
@@ -38,14 +43,6 @@ def calc_bias(model: TreeModel, work: TreeWork, bias: Vector) -> None:
 
 
 @kernel(top=True)
-def calc_bias_with_gravity(model: TreeModel, work: TreeWork, bias: Vector) -> None:
-    """C(q, v) v - tau_g(q), shape (nv,); needs `calc_velocities`."""
-    dynamics.bias_term(model, work, 1.0)
-    for k in range(bias.shape[0]):
-        bias[k] = work.bias[k]
-
-
-@kernel(top=True)
 def calc_gravity(model: TreeModel, work: TreeWork, tau: Vector) -> None:
     """tau_g(q), shape (nv,); needs `calc_positions`."""
     dynamics.gravity_forces(model, work, work.F)
@@ -54,14 +51,6 @@ def calc_gravity(model: TreeModel, work: TreeWork, tau: Vector) -> None:
 
 @kernel(top=True)
 def calc_inverse_dynamics(
-    model: TreeModel, p: Vector, work: TreeWork, vdot: Vector, A_work: Matrix, tau: Vector
-) -> None:
-    """M vdot + C v; needs `calc_velocities`."""
-    dynamics.inverse_dynamics(model, p, work, vdot, 0.0, A_work, tau)
-
-
-@kernel(top=True)
-def calc_inverse_dynamics_with_forces(
     model: TreeModel,
     p: Vector,
     work: TreeWork,
@@ -166,16 +155,29 @@ def calc_velocity(model: TreeModel, q: Vector, qdot: Vector, v: Vector) -> None:
 
 
 @kernel(top=True)
-def calc_total(model: TreeModel, work: TreeWork, mask: IntVector, total: Vector) -> None:
-    """Mass [kg] and first moment about W's origin [kg m] of the masked bodies, shape (4,); needs `calc_positions`."""
-    for c in range(4):
-        total[c] = 0.0
-    for body in range(1, model.body.shape[0]):
-        if mask[body] != 0:
-            mass = work.inertia[body, 0]
-            moment = scale3(load3_at(work.X_WB, model.body[body, ROOT], 9), mass)
-            moment = add3(moment, load3_at(work.inertia, body, 1))
-            total[0] += mass
-            total[1] += moment[0]
-            total[2] += moment[1]
-            total[3] += moment[2]
+def calc_centre_of_mass(model: TreeModel, work: TreeWork, centre: Vector) -> int:
+    """Centre of mass [m] of all bodies, in W, shape (3,); needs `calc_inertias`.
+
+    Returns:
+        0, or 1 when there is no body but the world, or no mass.
+    """
+    if model.body.shape[0] < 2:
+        return 1
+    mass = work.inertia[1, 0]
+    moment = first_moment(model, work, 1)
+    for body in range(2, model.body.shape[0]):
+        mass += work.inertia[body, 0]
+        moment = add3(moment, first_moment(model, work, body))
+    if mass == 0.0:
+        return 1
+    centre[0] = moment[0] / mass
+    centre[1] = moment[1] / mass
+    centre[2] = moment[2] / mass
+    return 0
+
+
+@kernel
+def first_moment(model, work, body):
+    """Mass times position of the centre of mass of a body in W [kg m]."""
+    root = load3_at(work.X_WB, model.body[body, ROOT], 9)
+    return add3(scale3(root, work.inertia[body, 0]), load3_at(work.inertia, body, 1))

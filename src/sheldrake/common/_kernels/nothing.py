@@ -1,0 +1,10 @@
+"""A query that asks for nothing but its stages."""
+
+from __future__ import annotations
+
+from sheldrake.common.kernel import IntVector, kernel
+
+
+@kernel(top=True)
+def nothing(counter: IntVector) -> None:
+    """Does nothing."""

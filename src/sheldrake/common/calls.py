@@ -1,0 +1,173 @@
+"""Queries: kernels on fixed arrays, called from Python again and again, after stages that they need.
+
+A query is a function of few arrays, or of none, that gives a status. Natively it is a builtin function of Python; on
+duals and symbols, or with kernels as plain Python, a closure that does the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._kernels.nothing import nothing
+from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
+
+Query = Callable[..., Any]
+
+
+class Calls:
+    """Queries on one set of arrays. Stages are computed when a query needs them and kept until the counter changes.
+
+    Args:
+        counter: One integer, shape (1,), that changes whenever what the stages read was written.
+        native: False runs kernels as Python, on arrays of any scalar.
+    """
+
+    def __init__(self, counter: np.ndarray, native: bool = True):
+        self.native = native and jit_enabled()
+        self._counter, self._kept = counter, np.array([-1, 0], np.int64)
+        self._table: np.ndarray = np.zeros(0, np.int64)
+        self._stages: list[tuple[int, Callable[[], int]]] = []
+        self._keep: list[Any] = [counter]
+
+    def stage(self, kernel: Kernel, *args: Any) -> int:
+        """Adds a stage; stages run in the order in which they were added.
+
+        Returns:
+            The bit that stands for it in what a query needs. All stages come before the first query.
+        """
+        bit = 1 << len(self._stages)
+        if self.native:
+            bound = kernel.bind(*args)
+            self._keep.append(bound)
+            words, _ = bound.keep
+            row = np.array([bit, kernel.address, _address(words)], np.int64)
+            self._table = np.concatenate([self._table, row])
+            self._stages.append((bit, bound))
+        else:
+            self._stages.append((bit, lambda: kernel(*args) or 0))
+        return bit
+
+    def query(
+        self,
+        kernel: Kernel,
+        *args: Any,
+        given: tuple[str, ...] = (),
+        needs: int = 0,
+        answer: np.ndarray | None = None,
+        frozen: bool = False,
+    ) -> Query:
+        """A query.
+
+        Args:
+            kernel: An entry kernel.
+            args: Its arguments; of those in `given` only the shape counts, and zero axes of a float or int's array.
+            given: Names of the float64 arrays that each call brings, in the order of the call. They are only read.
+            needs: Bits of the stages that must be up to date.
+            answer: An array that the kernel fills and of which each call gives a copy, when its status is 0.
+            frozen: Whether that copy is read-only.
+
+        Returns:
+            A function that gives the answer or else a status, an int: the kernel's, or MISFIT, and then nothing has
+            run, when an argument is not a C-contiguous float64 array of its shape.
+        """
+        if self.native:
+            from sheldrake.common._native import builtin
+
+            if builtin.available():
+                return self._builtin(kernel, args, given, needs, answer, frozen)
+        make = self._through_ctypes if self.native else self._interpreted
+        ask = make(kernel, args, given, needs)
+        if answer is None:
+            return ask
+
+        def copy() -> np.ndarray:
+            new = answer.copy()
+            new.setflags(not frozen)
+            return new
+
+        return lambda *arrays: ask(*arrays) or copy()
+
+    def stages(self, needs: int, answer: np.ndarray | None = None, frozen: bool = False) -> Query:
+        """A query that brings stages up to date and does nothing else; `answer` and `frozen` as in `query`."""
+        return self.query(nothing, self._counter, needs=needs, answer=answer, frozen=frozen)
+
+    def update(self, needs: int) -> int:
+        """Brings stages up to date, for what reads their results without a query; a status."""
+        kept, now = self._kept, self._counter[0]
+        if kept[0] != now:
+            kept[:] = now, 0
+        for bit, run in self._stages:
+            if needs & bit & ~int(kept[1]):
+                if status := run():
+                    return status
+                kept[1] |= bit
+        return 0
+
+    def outdate(self) -> None:
+        """Makes all stages old: their arrays were used for something else, or the model changed."""
+        self._kept[1] = 0
+
+    def _builtin(
+        self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int, answer: np.ndarray | None, frozen: bool
+    ) -> Query:
+        from sheldrake.common._native import builtin
+
+        bound = kernel.bind(*args)
+        words, _ = bound.keep
+        time = next((a for p, a in zip(kernel.parameters, args) if p.kind == "t"), 0.0)
+        head = [kernel.address, int(np.float64(time).view(np.int64)), *builtin.constants(), len(given), needs]
+        head += [_address(self._counter), _address(self._kept), _address(self._table), len(self._stages)]
+        head.append(builtin.HEAD + builtin.PER_ARGUMENT * len(given))
+        head += [0 if answer is None else id(answer), builtin.new_copy()]
+        head.append(builtin.READ_ONLY if frozen else builtin.ALL_FLAGS)
+        for slot, shape in self._given(kernel, args, given):
+            head += [slot, len(shape), *shape, *([0] * (2 - len(shape)))]
+        return builtin.make([*head, *words.tolist()], (self, self._table, bound, answer))
+
+    def _through_ctypes(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
+        bound, slots = kernel.bind(*args), self._given(kernel, args, given)
+        words, _ = bound.keep
+
+        def call(*arrays: Any) -> int:
+            if len(arrays) != len(slots):
+                return MISFIT
+            for array, (slot, shape) in zip(arrays, slots):
+                if type(array) is not np.ndarray or array.dtype != np.float64 or array.shape != shape:
+                    return MISFIT
+                if not (array.flags.c_contiguous and array.flags.aligned):
+                    return MISFIT
+                words[slot] = _address(array) >> 3
+            return (needs and self.update(needs)) or bound()
+
+        return call
+
+    def _interpreted(self, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int) -> Query:
+        places = [kernel.names.index(name) for name in given]
+        shapes = [np.shape(args[place]) for place in places]
+        everything = list(args)
+
+        def call(*arrays: Any) -> int:
+            if [type(a) is np.ndarray and a.flags.c_contiguous and a.shape for a in arrays] != shapes:
+                return MISFIT
+            if any(a.dtype not in (float, object) for a in arrays):
+                return MISFIT
+            for place, array in zip(places, arrays):
+                everything[place] = array
+            return (needs and self.update(needs)) or kernel(*everything) or 0
+
+        return call
+
+    @staticmethod
+    def _given(kernel: Kernel, args: tuple, given: tuple[str, ...]) -> list[tuple[int, tuple[int, ...]]]:
+        """For each given array: which word of the kernel has its address, and its shape."""
+        from sheldrake.common._native.words import first_words
+
+        first, arrays = first_words(kernel), dict(zip(kernel.names, args))
+        return [(first[name], arrays[name].shape) for name in given]
+
+
+def _address(array: np.ndarray) -> int:
+    return array.__array_interface__["data"][0]

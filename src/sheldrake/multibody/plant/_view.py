@@ -1,0 +1,242 @@
+"""One context of a plant as arrays, and the queries on them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.calls import Calls, Query
+from sheldrake.common.chain import Chain
+from sheldrake.common.kernel import MISFIT
+from sheldrake.math import RigidTransform_
+from sheldrake.multibody.plant._kernels.state import write_finite
+from sheldrake.multibody.tree._kernels import jacobians, queries
+from sheldrake.multibody.tree._kernels import model as tree_model
+
+_LEVEL_OF_DISCRETE, _LEVEL_OF_CONTINUOUS = 1, 2
+_MOST_PLACES = 256
+"""How many queries that depend on frames are kept."""
+
+
+def _refuse(*_: Any) -> int:
+    return MISFIT
+
+
+class View:
+    """One context of a plant as arrays: views of its memory, a workspace, and queries bound to both.
+
+    Stages (poses, inertias, velocities, velocities of the body origins) are computed when a query needs them and kept
+    until a source of the plant's state or parameters is written. `ask_*` are queries: each gives a new array.
+    """
+
+    def __init__(self, plant: Any, context: Any):
+        store, place = context._store, context._place
+        state, p = slice(*(place.xd if plant.is_discrete() else place.xc)), slice(*place.p)
+        self.S, self.store = store.S, store
+        self.level = _LEVEL_OF_DISCRETE if plant.is_discrete() else _LEVEL_OF_CONTINUOUS
+        self.nq, self.nv, self.nb = plant._nq, plant._nv, len(plant._row_bodies)
+        x = store.S[state]
+        self.x, self.q, self.v, self.p = x, x[: self.nq], x[self.nq : self.nq + self.nv], store.S[p]
+        self.results: Any = None
+        self.model, self.native = plant._tree_model, store.native
+        self.work = tree_model.make_work(self.model, float if store.S.dtype == float else object)
+        self.dtype = store.S.dtype
+        self.T, self.family = context._system._scalar, plant._family
+        self._types: dict[Any, Any] = {}
+        first = place.groups[0] if plant.is_discrete() else context._node
+        self.source = ("xd", first) if plant.is_discrete() else ("xc", first)
+        self.written = store.count_writes_of(self.source)
+        self._buffers: dict[str, np.ndarray] = {}
+        self._bound: dict[Any, Query] = {}
+        self.V_WB = self.zeros(self.nb, 6)
+
+        self.calls = calls = Calls(store.I[self.level : self.level + 1], self.native)
+        self.POSES = calls.stage(queries.calc_positions, self.model, self.p, self.work, self.q)
+        self.INERTIAS = calls.stage(queries.calc_inertias, self.model, self.p, self.work)
+        self.VELOCITIES = calls.stage(queries.calc_velocities, self.model, self.p, self.work, self.q, self.v)
+        self.ORIGINS = calls.stage(queries.calc_body_velocities, self.model, self.work, self.V_WB)
+        self.places: dict[Any, Query] = {}
+        self.poses: dict[Any, Callable[[], Any]] = {}
+
+    # --- arrays
+
+    def zeros(self, *shape: int) -> np.ndarray:
+        """An array of zeros of the context's scalar type."""
+        return np.zeros(shape) if self.dtype == float else np.full(shape, 0.0, dtype=object)
+
+    def buffer(self, name: str, *shape: int) -> np.ndarray:
+        """An array that is always the same for this view, for kernels to read or fill."""
+        array = self._buffers.get(name)
+        if array is None:
+            array = self._buffers[name] = self.zeros(*shape)
+        return array
+
+    def copy_of(self, work: Any) -> Any:
+        """A workspace like `work`, of the context's scalar type."""
+        if isinstance(work, np.ndarray):
+            return work.copy() if work.dtype == np.int64 else work.astype(self.dtype)
+        return type(work)(*(self.copy_of(part) for part in work))
+
+    def integers(self, name: str, size: int) -> np.ndarray:
+        """The same for integers."""
+        array = self._buffers.get(name)
+        if array is None:
+            array = self._buffers[name] = np.zeros(size, np.int64)
+        return array
+
+    def of(self, family: Any) -> Any:
+        """The class of a family for the context's scalar type."""
+        cls = self._types.get(family)
+        if cls is None:
+            cls = self._types[family] = family[self.T]
+        return cls
+
+    # --- kernels
+
+    def run_chain(self, kernels: list[Any], **values: Any) -> int:
+        """Runs kernels in turn on values by name; a status."""
+        chain = Chain(kernels)
+        return chain.native(**values) if self.native else chain(**values)
+
+    def call(self, kernel: Any, *args: Any) -> int:
+        """Runs a kernel on arrays that are new at each call."""
+        return (kernel.native if self.native else kernel)(*args) or 0
+
+    def run(self, kernel: Any, *args: Any) -> int:
+        """Runs a kernel on arrays that are always the same for this view."""
+        call = self._bound.get(kernel)
+        if call is None:
+            call = self._bound[kernel] = self.calls.query(kernel, *args)
+        return call()
+
+    # --- stages
+
+    def positions(self) -> Any:
+        """The workspace with `X_WB`, `S` and `inertia`."""
+        self._ask_positions()
+        return self.work
+
+    def velocities(self) -> Any:
+        """The workspace with `V` and `A` too."""
+        self._ask_velocities()
+        return self.work
+
+    def body_velocities(self) -> np.ndarray:
+        """Spatial velocities of the body origins, by row, shape (num_bodies, 6)."""
+        self._ask_body_velocities()
+        return self.V_WB
+
+    @cached_property
+    def _ask_positions(self) -> Query:
+        return self.calls.stages(self.POSES | self.INERTIAS)
+
+    @cached_property
+    def _ask_velocities(self) -> Query:
+        return self.calls.stages(self.POSES | self.INERTIAS | self.VELOCITIES)
+
+    @cached_property
+    def _ask_body_velocities(self) -> Query:
+        return self.calls.stages(self.POSES | self.VELOCITIES | self.ORIGINS)
+
+    # --- writing
+
+    def _writer(self, target: np.ndarray) -> Query:
+        if self.T is not float:
+            return _refuse
+        changes, mine = self.store.I[:3], self.store.by_python
+        arguments = (target, target, changes, mine, self.written, self.level)
+        return self.calls.query(write_finite, *arguments, given=("given",))
+
+    @cached_property
+    def write_q(self) -> Query:
+        """Sets the given positions: 0 when they are an array of nq finite numbers."""
+        return self._writer(self.q)
+
+    @cached_property
+    def write_v(self) -> Query:
+        """Sets the given velocities: 0 when they are an array of nv finite numbers."""
+        return self._writer(self.v)
+
+    @cached_property
+    def write_x(self) -> Query:
+        """Sets the given state: 0 when it is an array of nq + nv finite numbers."""
+        return self._writer(self.x)
+
+    # --- dynamics
+
+    @cached_property
+    def ask_mass_matrix(self) -> Query:
+        """M(q)."""
+        M, needs = self.zeros(self.nv, self.nv), self.POSES | self.INERTIAS
+        return self.calls.query(queries.calc_mass_matrix, self.model, self.p, self.work, M, needs=needs, answer=M)
+
+    @cached_property
+    def ask_bias(self) -> Query:
+        """C(q, v) v."""
+        bias, needs = self.zeros(self.nv), self.POSES | self.INERTIAS | self.VELOCITIES
+        return self.calls.query(queries.calc_bias, self.model, self.work, bias, needs=needs, answer=bias)
+
+    @cached_property
+    def ask_gravity(self) -> Query:
+        """tau_g(q)."""
+        tau, needs = self.zeros(self.nv), self.POSES | self.INERTIAS
+        return self.calls.query(queries.calc_gravity, self.model, self.work, tau, needs=needs, answer=tau)
+
+    @cached_property
+    def ask_inverse_dynamics(self) -> Query:
+        """tau, given vdot, applied spatial forces by row, and applied generalized forces."""
+        vdot, F, applied, tau = np.zeros(self.nv), np.zeros((self.nb, 6)), np.zeros(self.nv), self.zeros(self.nv)
+        arguments = (self.model, self.p, self.work, vdot, F, applied, self.zeros(self.nb, 6), tau)
+        return self.calls.query(
+            queries.calc_inverse_dynamics,
+            *arguments,
+            given=("vdot", "F_Bo_W", "applied"),
+            needs=self.POSES | self.INERTIAS | self.VELOCITIES,
+            answer=tau,
+        )
+
+    @cached_property
+    def ask_centre_of_mass(self) -> Query:
+        """Position of the centre of mass of all bodies."""
+        centre, needs = self.zeros(3), self.POSES | self.INERTIAS
+        return self.calls.query(queries.calc_centre_of_mass, self.model, self.work, centre, needs=needs, answer=centre)
+
+    # --- frames
+
+    def jacobian(self, key: Any, ends: tuple) -> Query:
+        """A query for the Jacobian of a given point, shape (6, nv); kept by `key`.
+
+        `ends` as in `calc_frame_jacobian`.
+        """
+        J = self.zeros(6, self.nv)
+        arguments = (self.model, self.p, self.work, np.array(ends, np.int64), np.zeros(3), J)
+        ask = self.calls.query(jacobians.calc_frame_jacobian, *arguments, given=("point",), needs=self.POSES, answer=J)
+        return self._keep_place(key, ask)
+
+    def relative_pose(self, key: Any, ends: tuple) -> Query:
+        """A query for the pose of a frame in another, twelve numbers; kept by `key`.
+
+        `ends` as in `calc_relative_pose`.
+        """
+        X = self.zeros(12)
+        arguments = (self.model, self.p, self.work, np.array(ends, np.int64), X.reshape(1, 12))
+        ask = self.calls.query(jacobians.calc_relative_pose, *arguments, needs=self.POSES, answer=X)
+        return self._keep_place(key, ask)
+
+    def body_pose(self, body: Any, row: int) -> Callable[[], Any]:
+        """A query for the pose of a body, a RigidTransform; kept in `poses`."""
+        X_WB = self.work.X_WB[row]
+        R_WB, p_WB = X_WB[:9].reshape(3, 3), X_WB[9:]
+        ask_R = self.calls.stages(self.POSES, answer=R_WB, frozen=True)
+        ask_p = self.calls.stages(0, answer=p_WB, frozen=True)
+        ask = self.poses[body] = self.of(RigidTransform_)._maker(ask_R, ask_p)
+        return ask
+
+    def _keep_place(self, key: Any, ask: Query) -> Query:
+        if len(self.places) >= _MOST_PLACES:
+            self.places.clear()
+        self.places[key] = ask
+        return ask

@@ -1,0 +1,215 @@
+"""Queries of a plant: what they refuse, and that no write or change of a context is missed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sheldrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
+from sheldrake.math import RigidTransform
+from sheldrake.multibody.math import SpatialForce
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.tree import (
+    FixedOffsetFrame,
+    FrameIndex,
+    JacobianWrtVariable,
+    MultibodyForces,
+    RevoluteJoint,
+    SpatialInertia,
+)
+from sheldrake.systems.framework import DiagramBuilder
+
+pytestmark = pytest.mark.twin
+V = JacobianWrtVariable.kV
+
+
+def chain(dt=0.0, n=3):
+    """A chain of n revolute joints; the last body is added first, so that bodies are not in the order of joints."""
+    plant = MultibodyPlant(dt)
+    M = SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3)
+    bodies = {k: plant.AddRigidBody(f"b{k}", M) for k in reversed(range(n))}
+    parent = plant.world_body()
+    for k in range(n):
+        X_PF = RigidTransform([0.1, 0.2, 0.3])
+        axis = np.eye(3)[k % 3]
+        plant.AddJoint(RevoluteJoint(f"j{k}", plant.AddFrame(FixedOffsetFrame(f"f{k}", parent.body_frame(), X_PF)),
+                                     bodies[k].body_frame(), axis))  # fmt: skip
+        parent = bodies[k]
+    plant.Finalize()
+    return plant
+
+
+@pytest.fixture
+def plant():
+    return chain()
+
+
+@pytest.fixture
+def context(plant):
+    context = plant.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(context, np.linspace(0.1, 1.0, 6))
+    return context
+
+
+def answers(plant, context):
+    """Every fast query, as one list of numbers."""
+    hand, world = plant.GetBodyByName("b2"), plant.world_frame()
+    forces = MultibodyForces(plant)
+    forces.mutable_generalized_forces()[:] = 1.0, 2.0, 3.0
+    hand.AddInForceInWorld(context, SpatialForce([1.0, 2.0, 3.0], [4.0, 5.0, 6.0]), forces)
+    X = plant.EvalBodyPoseInWorld(context, hand)
+    V_WB = plant.EvalBodySpatialVelocityInWorld(context, hand)
+    return np.concatenate([np.ravel(a) for a in (
+        plant.CalcMassMatrix(context), plant.CalcBiasTerm(context), plant.CalcGravityGeneralizedForces(context),
+        X.GetAsMatrix34(), V_WB.get_coeffs(), plant.CalcCenterOfMassPositionInWorld(context),
+        plant.CalcInverseDynamics(context, np.array([0.3, 0.2, 0.1]), forces),
+        plant.CalcJacobianSpatialVelocity(context, V, hand.body_frame(), np.array([0.1, 0.0, 0.2]), world, world),
+        plant.CalcRelativeTransform(context, world, hand.body_frame()).GetAsMatrix34(),
+    )])  # fmt: skip
+
+
+def test_every_way_to_write_is_seen(plant, context):
+    joint, body = plant.GetJointByName("j1"), plant.GetBodyByName("b1")
+    state = context.get_continuous_state_vector() if not plant.is_discrete() else None
+    writes = [
+        lambda: plant.SetPositions(context, np.array([0.3, 0.2, 0.1])),
+        lambda: plant.SetVelocities(context, [1.0, 2.0, 3.0]),
+        lambda: plant.SetPositions(context, plant.GetModelInstanceByName("DefaultModelInstance"), np.ones(3)),
+        lambda: plant.SetPositionsAndVelocities(context, q_v=np.arange(6.0)),
+        lambda: plant.SetPositions(context, np.arange(6.0)[::2]),
+        lambda: joint.set_angle(context, -0.4),
+        lambda: joint.set_angular_rate(context, -0.4),
+        lambda: state.SetAtIndex(2, 0.7),
+        lambda: context.SetContinuousState(np.linspace(1.0, 2.0, 6)),
+        lambda: body.SetMass(context, 3.0),
+    ]
+    seen = answers(plant, context)
+    for write in writes:
+        write()
+        now = answers(plant, context)
+        assert not np.array_equal(now, seen)
+        fresh = plant.CreateDefaultContext()
+        fresh.SetTimeStateAndParametersFrom(context)
+        np.testing.assert_array_equal(answers(plant, fresh), now)
+        seen = now
+
+
+def test_answers_belong_to_the_caller(plant, context):
+    for ask in (plant.CalcMassMatrix, plant.CalcBiasTerm, plant.CalcCenterOfMassPositionInWorld):
+        first = ask(context)
+        expected = first.copy()
+        first[...] = 0.0
+        np.testing.assert_array_equal(ask(context), expected)
+    X = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("b2"))
+    before = X.GetAsMatrix34()
+    plant.SetPositions(context, np.zeros(3))
+    np.testing.assert_array_equal(X.GetAsMatrix34(), before)
+
+
+def test_clones_and_parts_of_a_diagram_answer_alike(plant, context):
+    expected = answers(plant, context)
+    clone = context.Clone()
+    plant.SetPositions(context, np.zeros(3))
+    np.testing.assert_array_equal(answers(plant, clone), expected)
+    other = chain()
+    builder = DiagramBuilder()
+    builder.AddSystem(other)
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    for _ in range(2):  # the second time the context of the plant is another object
+        inner = other.GetMyMutableContextFromRoot(root)
+        other.SetPositionsAndVelocities(inner, np.linspace(0.1, 1.0, 6))
+        np.testing.assert_array_equal(answers(other, inner), expected)
+        del inner
+
+
+def test_memory_that_moved_is_followed():
+    """Fixing a connected input port gives the context other memory."""
+    from sheldrake.systems.primitives import ConstantVectorSource
+
+    builder, plant = DiagramBuilder(), chain()
+    source = builder.AddSystem(ConstantVectorSource(np.zeros(3)))
+    builder.AddSystem(plant)
+    port = plant.get_applied_generalized_force_input_port()
+    builder.Connect(source.get_output_port(), port)
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    inner = plant.GetMyMutableContextFromRoot(root)
+    plant.SetPositionsAndVelocities(inner, np.linspace(0.1, 1.0, 6))
+    expected = answers(plant, inner)
+    port.FixValue(inner, np.ones(3))
+    np.testing.assert_array_equal(answers(plant, inner), expected)
+    plant.SetPositions(inner, np.zeros(3))
+    assert not np.array_equal(answers(plant, inner), expected)
+    np.testing.assert_array_equal(inner.get_continuous_state_vector().CopyToVector()[:3], 0.0)
+
+
+WRONG = [np.array([1.0, np.nan, 0.0]), np.array([1.0, np.inf, 0.0]), np.zeros(4), np.zeros(0), np.zeros((3, 2))]
+
+
+@pytest.mark.parametrize("value", WRONG, ids=str)
+def test_wrong_positions_are_refused_and_nothing_is_written(plant, context, value):
+    before = answers(plant, context)
+    for write in (plant.SetPositions, plant.SetVelocities):
+        with pytest.raises(RuntimeError):
+            write(context, value)
+    np.testing.assert_array_equal(answers(plant, context), before)
+
+
+def test_wrong_arguments_are_refused(plant, context):
+    world, body = plant.world_frame(), plant.GetBodyByName("b0")
+    other, forces = chain(n=2), MultibodyForces(plant)
+    wrong = {
+        RuntimeError: [
+            lambda: other.CalcMassMatrix(context),
+            lambda: other.SetPositions(context, np.zeros(2)),
+            lambda: plant.EvalBodyPoseInWorld(context, other.GetBodyByName("b0")),
+            lambda: plant.CalcInverseDynamics(context, np.zeros(3), MultibodyForces(other)),
+            lambda: MultibodyPlant(0.0).CalcMassMatrix(context),
+        ],
+        TypeError: [
+            lambda: plant.SetPositions(context),
+            lambda: plant.SetPositions(context, np.zeros(3), np.zeros(3)),
+            lambda: plant.SetPositions(context, positions=np.zeros(3)),
+            lambda: plant.CalcInverseDynamics(context, np.zeros(2), forces),
+            lambda: plant.CalcInverseDynamics(context, InitializeAutoDiff(np.zeros(3))[:, 0], forces),
+            lambda: plant.CalcJacobianSpatialVelocity(context, V, body.body_frame(), np.zeros(2), world, world),
+            lambda: plant.CalcJacobianSpatialVelocity(context, "v", body.body_frame(), np.zeros(3), world, world),
+        ],
+    }
+    before = answers(plant, context)
+    for error, calls in wrong.items():
+        for call in calls:
+            with pytest.raises(error):
+                call()
+    np.testing.assert_array_equal(answers(plant, context), before)
+
+
+def test_a_hundred_frames_and_more_are_answered(plant, context):
+    """Queries between frames are kept, but not without end."""
+    hand, world = plant.GetBodyByName("b2").body_frame(), plant.world_frame()
+    frames = [plant.get_frame(FrameIndex(i)) for i in range(plant.num_frames())]
+    expected = {(a, b): plant.CalcRelativeTransform(context, a, b).GetAsMatrix34() for a in frames for b in frames}
+    for E in frames * 60:
+        plant.CalcJacobianSpatialVelocity(context, V, hand, np.zeros(3), world, E)
+    for a in frames:
+        for b in frames:
+            for c in frames:
+                plant.CalcJacobianSpatialVelocity(context, V, a, np.zeros(3), b, c)
+    view = plant._view(context)
+    assert len(view.places) <= 256 < len(frames) ** 3
+    for (a, b), X in expected.items():
+        np.testing.assert_array_equal(plant.CalcRelativeTransform(context, a, b).GetAsMatrix34(), X)
+
+
+def test_duals_give_what_numbers_give(plant, context):
+    dual = plant.ToAutoDiffXd()
+    c = dual.CreateDefaultContext()
+    x = plant.GetPositionsAndVelocities(context)
+    dual.SetPositionsAndVelocities(c, InitializeAutoDiff(x)[:, 0])
+    M = dual.CalcMassMatrix(c)
+    assert isinstance(M[0, 0], AutoDiffXd)
+    np.testing.assert_allclose([[m.value() for m in row] for row in M], plant.CalcMassMatrix(context), atol=1e-15)
+    X = dual.EvalBodyPoseInWorld(c, dual.GetBodyByName("b2"))
+    expected = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("b2")).translation()
+    np.testing.assert_allclose([p.value() for p in X.translation()], expected, rtol=1e-13)
