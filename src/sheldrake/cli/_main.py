@@ -44,6 +44,7 @@ _TOOLS = {
     "view": "a model in a page, with a slider for each joint",
     "doctor": "faults of a robot description, and their fixes",
     "convert": "a robot description in another format",
+    "plot": "a picture of a log",
 }
 """Commands whose file declares their arguments, and what they are for."""
 

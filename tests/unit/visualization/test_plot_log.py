@@ -75,7 +75,7 @@ def test_empty_log():
 
 
 def test_wrong_arguments():
-    with pytest.raises(TypeError, match="expected a VectorLog or a VectorLogSink, got int"):
+    with pytest.raises(TypeError, match="expected a VectorLog, a LogSet or a VectorLogSink, got int"):
         PlotLog(3)
     with pytest.raises(ValueError, match="has 13 elements, but 2 names"):
         PlotLog(falling_block(), state_names=["a", "b"])
@@ -101,3 +101,75 @@ def test_sublevelset_lies_on_the_boundary():
         assert x @ A @ x + b @ x + c == pytest.approx(1.0)
     with pytest.raises(ValueError, match="positive definite"):
         plot_sublevelset_quadratic(None, -A)
+
+
+def turning_block():
+    """A block that turns about z at 1 rad/s for two turns, by its quaternion, whose sign changes at times."""
+    log = VectorLog(5)
+    for t in np.linspace(0, 4 * np.pi, 101):
+        sign = -1.0 if int(t) % 2 else 1.0
+        log.AddData(t, [sign * np.cos(t / 2), 0, 0, sign * np.sin(t / 2), 1.0])
+    return log, [*(f"block_body_q{c}" for c in "wxyz"), "block_body_wz"]
+
+
+def test_quaternions_become_angles_without_jumps():
+    log, names = turning_block()
+    figure = PlotLog(log, state_names=names, rpy=True)
+    orientation, _ = figure.axes
+    assert orientation.get_ylabel() == "orientation (roll, pitch, yaw) [rad]"
+    roll, pitch, yaw = (line.get_ydata() for line in orientation.lines)
+    np.testing.assert_allclose(yaw, log.sample_times(), atol=1e-9)
+    np.testing.assert_allclose([roll, pitch], 0.0, atol=1e-12)
+    figure = PlotLog(log, state_names=names, rpy=True, degrees=True)
+    assert [ax.get_ylabel() for ax in figure.axes] == [
+        "orientation (roll, pitch, yaw) [deg]",
+        "angular velocity [deg/s]",
+    ]
+    assert figure.axes[0].lines[2].get_ydata()[-1] == pytest.approx(720.0)
+    assert figure.axes[1].lines[0].get_ydata()[0] == pytest.approx(180.0 / np.pi)
+
+
+def test_roll_pitch_yaw_agrees_with_the_math_module():
+    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.math import RollPitchYaw
+    from sheldrake.visualization._roll_pitch_yaw import roll_pitch_yaw, with_roll_pitch_yaw
+
+    rng = np.random.default_rng(2)
+    q = rng.normal(size=(4, 30))
+    q /= np.linalg.norm(q, axis=0)
+    expected = np.array([RollPitchYaw(Quaternion(column)).vector() for column in q.T]).T
+    np.testing.assert_allclose(roll_pitch_yaw(q), expected, atol=1e-12)
+    np.testing.assert_allclose(roll_pitch_yaw(3.0 * q), expected, atol=1e-12)
+    names, _ = with_roll_pitch_yaw(["a_qw", "a_qx", "b_x"], np.ones((3, 2)))
+    assert names == ["a_qw", "a_qx", "b_x"]  # no whole quaternion
+
+
+def test_a_set_has_panels_of_its_own_for_each_log():
+    from sheldrake.systems.primitives import LogSet
+
+    other = VectorLog(1)
+    other.AddData(0.0, [2.0])
+    log, _ = turning_block()
+    figure = PlotLog(LogSet({"plant/state": log, "sine/y0": other}), title="both")
+    assert [ax.get_ylabel() for ax in figure.axes] == ["plant/state", "sine/y0"]
+
+
+def test_plot_command(tmp_path, capsys, monkeypatch):
+    from sheldrake.cli import main
+    from sheldrake.systems.primitives._log_set import LogSet, TableLog
+
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    log, names = turning_block()
+    path = tmp_path / "log.npz"
+    LogSet({"plant/state": TableLog(log.sample_times(), log.data(), names), "b": log}).ToNpz(path)
+    assert main(["plot", str(path), "--list"]) == 0
+    assert "plant/state: 101 samples of 5, 0 to 12.56" in capsys.readouterr().out
+    assert main(["plot", str(path), "--rpy", "--degrees", "--only", "plant"]) == 0
+    assert (tmp_path / "log.png").read_bytes()[:4] == b"\x89PNG"
+    assert main(["plot", str(path), "-o", str(tmp_path / "x.svg")]) == 0
+    assert "<svg" in (tmp_path / "x.svg").read_text()
+    capsys.readouterr()
+    assert main(["plot", str(path), "--only", "nothing"]) == 1
+    assert "there are plant/state, b" in capsys.readouterr().err
+    assert main(["plot", str(tmp_path / "absent.npz")]) == 1

@@ -14,6 +14,12 @@ from sheldrake.multibody.plant._contact_results import ContactResults, Externall
 from sheldrake.multibody.plant._kernels.ports import select_continuous_state, select_discrete_state
 from sheldrake.multibody.tree import ModelInstanceIndex
 
+_OF_VELOCITIES = {
+    "generalized_acceleration": "{}_dot [rad/s^2 or m/s^2]",
+    "generalized_contact_forces": "{}_force [N m or N]",
+}
+"""Ports with an element for each generalized velocity, and what to call the elements."""
+
 
 class Ports:
     """Declaring ports and computing their values."""
@@ -139,7 +145,7 @@ class Ports:
         number["out", ("state", int(instance))] = int(port.get_index())
 
     def _output_names(self, j: int) -> list[str] | None:
-        """Names of the elements of a state port, for logs; None for other ports."""
+        """Names of the elements of a vector port, with units where the names do not tell, for logs; None for others."""
         for key, number in self._port_numbers.items():
             if number == j and isinstance(key, tuple) and key[0] == "out":
                 what, instance = key[1] if isinstance(key[1], tuple) else (key[1], None)
@@ -147,7 +153,20 @@ class Ports:
                     return (
                         self.GetStateNames() if instance is None else self.GetStateNames(ModelInstanceIndex(instance))
                     )
+                if what == "net_actuation":
+                    return self._actuation_names(instance)
+                if what in _OF_VELOCITIES:
+                    given = () if instance is None else (ModelInstanceIndex(instance),)
+                    return [_OF_VELOCITIES[what].format(name) for name in self.GetVelocityNames(*given)]
         return None
+
+    def _actuation_names(self, instance: Any) -> list[str]:
+        names = []
+        for index in self.GetJointActuatorIndices(*(() if instance is None else (ModelInstanceIndex(instance),))):
+            actuator = self.get_joint_actuator(index)
+            unit = "N" if actuator.joint().type_name() == "prismatic" else "N m"
+            names.append(f"{actuator.name()} [{unit}]")
+        return names
 
     # --- values
 

@@ -64,6 +64,7 @@ class Simulator:
         self._N = np.zeros(16, np.int64)
         self._rate, self._show, self._native = 0.0, True, True
         self._monitor: Any = None
+        self._between: list[Any] = []
         self._publish_at_initialization = self._publish_every_step = False
         self._span: Any = None
         self._ready = False
@@ -318,6 +319,7 @@ class Simulator:
         try:
             code = self._run(T, progress)
         finally:
+            self._look_in(True)
             self._last_time = store.S[0]
             store.stopped = (float(store.S[0]), type(self._integrator).__name__, self._integrator._get_next_step())
             progress.close()
@@ -352,7 +354,7 @@ class Simulator:
         """Advances in native spans, between which Python looks at Ctrl-C, the clock and the terminal."""
         store, span, N, Z = self._context._store, self._span, self._N, self._integrator._Z
         store.I[_loop.TERMINATE] = 0
-        N[_loop.BUDGET] = 1000
+        N[_loop.BUDGET] = 1 if self._between else 1000
         while True:
             Z[_loop.T_BREAK] = np.inf
             if self._rate > 0:
@@ -366,6 +368,7 @@ class Simulator:
             if dense:
                 self._integrator._keep_step(t0)
             elapsed = time.monotonic() - begin
+            self._look_in(False)
             if code == _loop.ERROR:
                 self._raise()
             elif code == _loop.ROOM:
@@ -377,6 +380,11 @@ class Simulator:
             elif elapsed > 0.08:
                 N[_loop.BUDGET] = max(int(N[_loop.BUDGET]) // 2, 1)
             progress.update(float(store.S[0]))
+
+    def _look_in(self, is_end: bool) -> None:
+        """Lets those in who want to see the context from time to time: streams of logs."""
+        for visitor in self._between:
+            visitor(is_end)
 
     def _pause(self, t: float) -> None:
         """Sleeps as long as simulation time is ahead of real time."""

@@ -41,6 +41,10 @@ from sheldrake.systems.primitives._linearization import (
     Linearize,
     ObservabilityMatrix,
 )
+from sheldrake.systems.primitives._log_all import AllLogs, LogAll
+from sheldrake.systems.primitives._log_files import ReadLogs
+from sheldrake.systems.primitives._log_set import LogSet
+from sheldrake.systems.primitives._log_stream import LogStream, StreamLogs
 from sheldrake.systems.primitives._multilayer_perceptron import MultilayerPerceptron, PerceptronActivationType
 from sheldrake.systems.primitives._random_source import AddRandomInputs, RandomSource
 from sheldrake.systems.primitives._routing import BusCreator, BusSelector, Selector, SelectorParams, SharedPointerSystem

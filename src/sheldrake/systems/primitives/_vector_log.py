@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.systems.primitives._log_export import write_csv, write_mcap, write_parquet
+from sheldrake.systems.primitives._log_units import quantity
+
 
 class VectorLog:
     """Samples of a vector with their times.
@@ -80,6 +83,10 @@ class VectorLog:
         names = self._names()
         return names if len(names) == self._size else [f"y{i}" for i in range(self._size)]
 
+    def units(self) -> list[str]:
+        """Units of the elements as far as their names tell, else ""."""
+        return [quantity(name).unit for name in self.names()]
+
     def ToDataFrame(self) -> Any:
         """The log as a pandas DataFrame, indexed by time [s].
 
@@ -92,14 +99,12 @@ class VectorLog:
 
     def ToCsv(self, path: str | os.PathLike) -> None:
         """Writes a CSV file: a line of names, then one line a sample; numbers in full precision."""
-        with open(path, "w", encoding="utf-8", newline="") as file:
-            file.write(",".join(_quoted(name) for name in ["time", *self.names()]) + "\n")
-            for row in self._record().tolist():
-                file.write(",".join(map(repr, row)) + "\n")
+        write_csv(path, self.sample_times(), self.data().T, self.names())
 
     def ToNpz(self, path: str | os.PathLike) -> None:
-        """Writes an NPZ file with arrays `time`, `data` (input_size, num_samples) and `names`."""
-        np.savez_compressed(path, time=self.sample_times(), data=self.data(), names=np.array(self.names(), dtype=str))
+        """Writes an NPZ file with arrays `time`, `data` (input_size, num_samples), `names` and `units`."""
+        names, units = (np.array(words, dtype=str) for words in (self.names(), self.units()))
+        np.savez_compressed(path, time=self.sample_times(), data=self.data(), names=names, units=units)
 
     def ToParquet(self, path: str | os.PathLike) -> None:
         """Writes a Parquet file with a column `time` and one for each element.
@@ -107,11 +112,15 @@ class VectorLog:
         Raises:
             ImportError: pyarrow is not installed.
         """
-        hint = "pip install 'sheldrake[parquet]'"
-        arrow = _need("pyarrow", "VectorLog.ToParquet()", hint)
-        parquet = _need("pyarrow.parquet", "VectorLog.ToParquet()", hint)
-        columns = {"time": self.sample_times(), **dict(zip(self.names(), self.data()))}
-        parquet.write_table(arrow.table(columns), os.fspath(path))
+        write_parquet(path, self.sample_times(), self.data().T, self.names(), self.units(), "VectorLog.ToParquet()")
+
+    def ToMcap(self, path: str | os.PathLike, topic: str = "log") -> None:
+        """Writes an MCAP file with one topic, messages as JSON with a schema.
+
+        Raises:
+            ImportError: mcap is not installed.
+        """
+        write_mcap(path, {topic: self}, "VectorLog.ToMcap()")
 
 
 class _ContextLog(VectorLog):
@@ -147,7 +156,3 @@ def _need(module: str, call: str, hint: str) -> Any:
         return importlib.import_module(module)
     except ImportError:
         raise ImportError(f"{call} needs {module.partition('.')[0]}, which is not installed: {hint}") from None
-
-
-def _quoted(name: str) -> str:
-    return '"' + name.replace('"', '""') + '"' if any(c in name for c in ',"\n') else name
