@@ -3,7 +3,9 @@
 import time
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import numpy as np
+import pytest
 from chromium import until
 
 import sheldrake
@@ -211,3 +213,24 @@ def test_exported_page_replays_without_network(offline_chromium, tmp_path, pictu
     page.screenshot(pictures / "replay.png")
     assert [url for url in page.requests() if not url.startswith("file:")] == []
     assert page.console() == []
+
+
+@pytest.mark.parametrize(("ground", "contrast"), [(HalfSpace(), 0.2), (Box(4, 4, 1), 0.02)])
+def test_the_grid_gives_way_to_the_ground(chromium, pictures, ground, contrast):
+    """In one plane with the ground it flickered through, and hid it."""
+    meshcat = Meshcat(port=0)
+    meshcat.SetObject("ground", ground, Rgba(0.75, 0.75, 0.72))
+    meshcat.SetTransform("ground", at(0, 0, 0 if isinstance(ground, HalfSpace) else -0.5))
+    meshcat.SetObject("block", Box(0.2, 0.1, 0.1), Rgba(0.2, 0.4, 0.8))
+    meshcat.SetTransform("block", at(0, 0, 0.05))
+    page = chromium.open(meshcat.web_url())
+    page.wait_for(READY)
+    meshcat.SetCameraPose([3, -3, 0.6], [0, 0, 0])
+    page.wait_for("(() => { let done = 0; window.__viserMutable.nodeRefFromName['/Grid'].traverse("
+                  "(o) => { done += !!(o.material && !o.material.depthWrite); }); return done; })()")  # fmt: skip
+    file = pictures / f"grid-{type(ground).__name__}.png"
+    page.screenshot(file)
+    pixels = plt.imread(file)[460:620, 420:780, :3]
+    # The grid's lines on nothing are far brighter than the ground; a half space has lines of its own, little darker.
+    brightness = pixels.mean(axis=2)
+    assert brightness.max() < 0.9 and np.ptp(brightness) < contrast

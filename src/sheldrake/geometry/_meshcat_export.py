@@ -14,7 +14,7 @@ import numpy as np
 from ._meshcat_animation import MeshcatAnimation
 from ._meshcat_page import Page
 from ._meshcat_player import Frames
-from ._meshcat_scripts import NO_SHADOWS_IN_SOFTWARE
+from ._meshcat_scripts import EVERY_PAGE
 from ._meshcat_server import dress_page
 from ._meshcat_tree import quaternions
 from ._meshcat_viser import property_message
@@ -88,7 +88,7 @@ def static_html(page: Page, animation: MeshcatAnimation | None) -> str:
     """Returns one self-contained HTML page."""
     data = base64.b64encode(serialize_scene(page, animation)).decode("ascii")
     embed = f'window.__VISER_EMBED_DATA__="{data}";window.__VISER_EMBED_CONFIG__={{darkMode:false}};'
-    return dress_page(_client(), embed + _player_script(animation) + NO_SHADOWS_IN_SOFTWARE, TITLE)
+    return dress_page(_client(), embed + _player_script(animation) + EVERY_PAGE, TITLE)
 
 
 def static_zip(page: Page, animation: MeshcatAnimation | None) -> bytes:
@@ -97,7 +97,7 @@ def static_zip(page: Page, animation: MeshcatAnimation | None) -> bytes:
     load += f" location.search = {json.dumps('?playbackPath=scene.viser')};"
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        script = load + _player_script(animation) + NO_SHADOWS_IN_SOFTWARE
+        script = load + _player_script(animation) + EVERY_PAGE
         archive.writestr("meshcat.html", dress_page(_client(), script, TITLE))
         archive.writestr("scene.viser", serialize_scene(page, animation))
     return out.getvalue()

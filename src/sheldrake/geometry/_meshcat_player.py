@@ -115,8 +115,11 @@ class Player:
         self._button.label = "Play"
 
     def _tick(self, before: float) -> None:
-        if not self._playing or self._stopped:
-            return
+        with self._page._lock:
+            if self._playing and not self._stopped:
+                self._advance(before)
+
+    def _advance(self, before: float) -> None:
         now = time.monotonic()
         self._time += (now - before) * float(self._speed.value[:-1])
         duration = self._frames.duration()
@@ -145,8 +148,19 @@ class Player:
                 self._page.show_property(path, name, value)
             self._slider.value = min(self._slider.max, round(shown, 3))
 
+    def halt(self) -> None:
+        """Ends playback for good: nothing is shown any more once this has returned."""
+        with self._page._lock:
+            self._stopped = True
+            self._playing = False
+            timer, self._timer = self._timer, None
+        if timer is not None:
+            try:
+                self._page._server.get_event_loop().call_soon_threadsafe(timer.cancel)
+            except RuntimeError:  # the server has stopped
+                pass
+
     def stop(self) -> None:
         """Ends playback for good and takes the buttons away."""
-        self._stopped = True
-        self._playing = False
+        self.halt()
         self._folder.remove()

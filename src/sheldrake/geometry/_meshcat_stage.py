@@ -125,7 +125,7 @@ class Stage:
     def _send_camera(self, up: np.ndarray | None = None) -> None:
         server, initial = self._server, self._server.initial_camera
         distance = float(np.linalg.norm(self.position - self.target))
-        initial.near, initial.far = max(1e-4, distance / 500), max(100.0, 50 * distance)
+        initial.near, initial.far = max(1e-4, distance / 200), max(100.0, 50 * distance)
         if up is not None:
             initial.up = up
         initial.position, initial.look_at = self.position, self.target

@@ -27,6 +27,7 @@ from sheldrake.geometry import (
     Rgba,
     Sphere,
 )
+from sheldrake.math import RigidTransform
 
 
 class Pose:
@@ -444,3 +445,30 @@ def test_simulation_pays_little_for_publishing(meshcat):
         meshcat._set_poses(paths, poses)
         costs.append(time.thread_time() - start)
     assert min(costs) < 0.78e-3
+
+
+def test_a_player_shows_nothing_after_its_meshcat_has_stopped(meshcat):
+    """Else a page that closes at exit makes the program say so."""
+    animation = MeshcatAnimation(64)
+    animation.set_repetitions(1000)
+    for frame in range(64):
+        animation.SetTransform(frame, "a", RigidTransform([0, 0, frame]))
+    meshcat.SetObject("a", Sphere(1))
+    with join(meshcat):
+        meshcat.SetAnimation(animation)
+        hub = meshcat._hub
+        player = hub.player
+        wait_until(lambda: player._timer is not None)
+        hub.stop()
+        shown = []
+        player.show = shown.append
+        assert player._timer is None
+        player._tick(0.0)
+    assert shown == []
+
+
+def test_fields_of_params_are_found_on_the_class():
+    assert (
+        MeshcatParams.initial_properties == []
+        and MeshcatParams().initial_properties is not MeshcatParams.initial_properties
+    )

@@ -1,0 +1,120 @@
+"""How one looks at a Meshcat, and what surrounds the scene."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+@dataclasses.dataclass(kw_only=True)
+class PerspectiveCamera:
+    """A perspective camera: vertical field of view [deg], aspect, planes [m], zoom."""
+
+    fov: float = 75.0
+    aspect: float = 1.0
+    near: float = 0.01
+    far: float = 100.0
+    zoom: float = 1.0
+
+
+@dataclasses.dataclass(kw_only=True)
+class OrthographicCamera:
+    """An orthographic camera: the box it sees, in its own frame [m], and zoom."""
+
+    left: float = -1.0
+    right: float = 1.0
+    top: float = -1.0
+    bottom: float = 1.0
+    near: float = -1000.0
+    far: float = 1000.0
+    zoom: float = 1.0
+
+
+class Cameras:
+    """The part of Meshcat that places the camera."""
+
+    _hub: Any
+
+    def SetCamera(self, camera: PerspectiveCamera | OrthographicCamera, path: str = "/Cameras/default/rotated") -> None:
+        """Sets the camera's lens. An orthographic one is drawn by a far camera with a narrow field of view.
+
+        Raises:
+            TypeError: when it is no camera.
+        """
+        stage = self._hub.page.stage
+        if isinstance(camera, PerspectiveCamera):
+            stage.set_field_of_view(2 * np.arctan(np.tan(np.radians(camera.fov) / 2) / camera.zoom))
+        elif isinstance(camera, OrthographicCamera):
+            half = abs(camera.top - camera.bottom) / 2 / camera.zoom
+            fov = np.radians(2.0)
+            away = stage.position - stage.target
+            distance = max(float(np.linalg.norm(away)), 1e-9)
+            stage.set_field_of_view(fov)
+            stage.set_camera(stage.target + away / distance * half / np.tan(fov / 2), stage.target)
+        else:
+            raise TypeError(f"Meshcat.SetCamera(): expected a camera, got {type(camera).__name__}.")
+
+    def SetCameraPose(self, camera_in_world: Any, target_in_world: Any) -> None:
+        """Places the camera and what it looks at, in the world [m], shape (3,) each."""
+        position = np.asarray(camera_in_world, dtype=float).reshape(3)
+        self._hub.page.stage.set_camera(position, np.asarray(target_in_world, dtype=float).reshape(3))
+
+    def SetCameraTarget(self, target_in_world: Any) -> None:
+        """Turns the camera to a point in the world [m], shape (3,)."""
+        self._hub.page.stage.set_camera(None, np.asarray(target_in_world, dtype=float).reshape(3))
+
+    def GetTrackedCameraPose(self) -> Any:
+        """Returns the camera's RigidTransform in the world (x right, y down, z forward) in the page opened
+        with "?tracked_camera=on", None while there is no such page."""
+        from sheldrake.common.eigen_geometry import Quaternion
+        from sheldrake.math import RigidTransform, RotationMatrix
+
+        pose = self._hub.controls.tracked_camera_pose()
+        if pose is None:
+            return None
+        if len(pose) == 2:
+            wxyz, position = pose
+            return RigidTransform(RotationMatrix(Quaternion(wxyz=wxyz / np.linalg.norm(wxyz))), position)
+        # Meshcat's own message: a column-major matrix in three.js's axes (+y up; camera x right, y up, -z forward).
+        M = np.array(pose, dtype=float).reshape(4, 4).T
+        up = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+        R = up @ M[:3, :3] @ np.diag([1.0, -1.0, -1.0])
+        return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R), up @ M[:3, 3])
+
+    def Set2dRenderMode(
+        self, X_WC: Any = None, xmin: float = -1.0, xmax: float = 1.0, ymin: float = -1.0, ymax: float = 1.0
+    ) -> None:
+        """Looks along +Cy at a rectangle of the Cx-Cz plane, and hides background, grid and axes.
+
+        Args:
+            X_WC: RigidTransform of the camera; at (0, -1, 0) when left out.
+            xmin: Left edge of the rectangle [m].
+            xmax: Right edge [m].
+            ymin: Lower edge, along Cz [m].
+            ymax: Upper edge, along Cz [m].
+        """
+        matrix = np.eye(4)
+        if X_WC is None:
+            matrix[1, 3] = -1.0
+        else:
+            matrix[:3] = X_WC.GetAsMatrix34()
+        self._hub.page.stage.view_flat(matrix, float(xmin), float(xmax), float(ymin), float(ymax))
+
+    def ResetRenderMode(self) -> None:
+        """Shows background, grid and axes again, through the usual camera."""
+        self._hub.page.stage.reset()
+
+    def SetEnvironmentMap(self, image_path: str | os.PathLike) -> None:
+        """Keeps an image for reflections; this page has presets only, so it says that it cannot show it.
+
+        Raises:
+            RuntimeError: when the file cannot be opened.
+        """
+        text = os.fspath(image_path)
+        if text and not Path(text).is_file():
+            raise RuntimeError(f"Meshcat.SetEnvironmentMap(): cannot open '{text}'.")
+        self.SetProperty("/Background/<object>", "environment_map", text)
