@@ -205,8 +205,8 @@ class ContactSurface:
         return self
 
 
-def surfaces_of(table: HydroTable, model: HydroModel, ids: list[GeometryId]) -> list[ContactSurface]:
-    """The surfaces in a table, by the numbers of M and N.
+def surfaces_of(table: HydroTable, model: HydroModel, ids: list[GeometryId]) -> list[tuple[int, ContactSurface]]:
+    """The surfaces in a table with their numbers there, sorted by the numbers of M and N.
 
     Args:
         table: filled by the kernels.
@@ -218,12 +218,12 @@ def surfaces_of(table: HydroTable, model: HydroModel, ids: list[GeometryId]) -> 
     count = int(table.count[columns.NUM_SURFACES])
     ends = [*table.surface[:count, columns.FIRST_FACE].tolist(), int(table.count[columns.NUM_FACES])]
     found = []
-    for s in range(count):
+    for s in sorted(range(count), key=lambda s: tuple(table.surface[s, :2].tolist())):
         m, n = int(table.surface[s, columns.GEOMETRY_M]), int(table.surface[s, columns.GEOMETRY_N])
         faces, vertex = _loops(table, ends[s], ends[s + 1], triangle, bool(half_space[m] or half_space[n]))
         value, has = table.value[ends[s] : ends[s + 1]].copy(), (bool(modulus[m] < np.inf), bool(modulus[n] < np.inf))
-        found.append(((m, n), ContactSurface._make((ids[m], ids[n]), triangle, faces, vertex, value, has)))
-    return [surface for _, surface in sorted(found, key=lambda item: item[0])]
+        found.append((s, ContactSurface._make((ids[m], ids[n]), triangle, faces, vertex, value, has)))
+    return found
 
 
 def _loops(

@@ -306,7 +306,8 @@ class QueryObject:
         points = _find_points(pairs.points._replace(geometry=model.geometry), X_WB)
         if len(pairs.model.pair) == 0:
             return [], points, ids
-        return surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids), points, ids
+        surfaces = surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids)
+        return [surface for _, surface in surfaces], points, ids
 
     def ComputeContactSurfaces(self, representation: Any) -> list[ContactSurface]:
         """The surface of every pair of geometries that overlap, sorted by ids.

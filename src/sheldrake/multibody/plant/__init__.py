@@ -9,6 +9,7 @@ from ._constraints import DistanceConstraintParams
 from ._contact_results import ContactResults, ExternallyAppliedSpatialForce, PointPairContactInfo
 from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 from ._force_systems import ExternallyAppliedSpatialForceMultiplexer, Propeller, PropellerInfo, Wing
+from ._hydroelastic import HydroelasticContactInfo
 from ._multibody_plant import MultibodyPlant
 
 MultibodyPlant_ = SystemTemplate("MultibodyPlant_", MultibodyPlant, scope=__name__, own=True, base=LeafSystem_)
@@ -32,6 +33,7 @@ def _family(cls: type) -> SystemTemplate:
 ContactResults_ = _family(ContactResults)
 CoulombFriction_ = _family(CoulombFriction)
 ExternallyAppliedSpatialForce_ = _family(ExternallyAppliedSpatialForce)
+HydroelasticContactInfo_ = _family(HydroelasticContactInfo)
 PointPairContactInfo_ = _family(PointPairContactInfo)
 
 
@@ -66,6 +68,8 @@ __all__ = [
     "ExternallyAppliedSpatialForceMultiplexer",
     "ExternallyAppliedSpatialForceMultiplexer_",
     "ExternallyAppliedSpatialForce_",
+    "HydroelasticContactInfo",
+    "HydroelasticContactInfo_",
     "MultibodyPlant",
     "MultibodyPlantConfig",
     "MultibodyPlant_",

@@ -100,8 +100,7 @@ class AppliedForces:
         if self._misses_geometry(connected):
             raise self._explain_status(GEOMETRY_NOT_CONNECTED, context)
         models = self._models(connected)
-        geometry_model = models["geometry_model"]
-        stages = (self._step_stages if self.is_discrete() else self._derivative_stages)(geometry_model)
+        stages = (self._step_stages if self.is_discrete() else self._derivative_stages)(models)
         status = view.run_chain(stages, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
         if status:
             raise self._explain_status(status, context)

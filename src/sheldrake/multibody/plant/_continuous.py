@@ -28,14 +28,15 @@ class ContinuousDynamics:
     def _declare_derivatives(self) -> None:
         self._declare_time_derivatives(Stages(ContinuousDynamics._derivative_stages_in))
 
-    def _derivative_stages(self, geometry_model: Any) -> list[Any]:
+    def _derivative_stages(self, models: dict[str, Any]) -> list[Any]:
+        geometry_model = models["geometry_model"]
         contact = [*family_kernels(geometry_model), contact_forces] if len(geometry_model.pair) else []
         return [smooth_forces, *contact, plant_derivatives]
 
     def _derivative_stages_in(self, root: Any) -> list[Any]:
         if self._misses_geometry(root.source(0) is not None):
             return [refuse_without_geometry]
-        return self._derivative_stages(self._geometry_in(root))
+        return self._derivative_stages(self._kernel_models(root))
 
     def _derivative_work(self, geometry_model: Any) -> DerivativeWork:
         table, nb, nv = contact_table(geometry_model), len(self._row_bodies), self._nv

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry import Role
+from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
-from sheldrake.geometry._roles import HydroelasticType
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant import _step, _step_results
 from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
+from sheldrake.multibody.plant._hydroelastic import explain_refused, split_pairs, step_surfaces
+from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED, refuse_without_geometry
 from sheldrake.multibody.tree._kernels import dynamics
@@ -32,14 +32,15 @@ class DiscreteUpdate:
 
     # --- what the kernel is given
 
-    def _step_stages(self, geometry_model: Any) -> list[Any]:
+    def _step_stages(self, models: dict[str, Any]) -> list[Any]:
         tamsi = self._approximation is DiscreteContactApproximation.kTamsi
-        return _step.stages(geometry_model, self._plant_model, tamsi)
+        strict = self._contact_model is ContactModel.kHydroelastic
+        return _step.stages(models["geometry_model"], self._plant_model, tamsi, models["hydro_model"], strict)
 
     def _stages_in(self, root: Any) -> list[Any]:
         if self._misses_geometry(root.source(0) is not None):
             return [refuse_without_geometry]
-        return self._step_stages(self._geometry_in(root))
+        return self._step_stages(self._kernel_models(root))
 
     def _misses_geometry(self, connected: bool) -> bool:
         """Whether there is collision geometry, but nothing answers queries about it."""
@@ -60,42 +61,20 @@ class DiscreteUpdate:
             return empty_geometry_model(), []
         state = self._scene_graph._default_state()
         if self._geometry_cache is None or self._geometry_cache[0] is not state:
-            self._check_contact_model(state)
             rows = {frame: int(self._rows[i]) for i, frame in self._frame_of_body.items()}
             model, ids = self._scene_graph._compile_proximity(rows, state)
             stiffness, dissipation = self._fallback_stiffness()
             _step.supply_missing_material(model, stiffness, dissipation, 0.1)
             if self.is_discrete():
                 _step.set_margin(model, _NAMES[self._approximation])
-            self._geometry_cache = state, (model, ids)
+            pairs = split_pairs(self, state, model, ids)
+            self._geometry_cache = state, (pairs.points, ids), pairs.model
         return self._geometry_cache[1]
 
-    def _check_contact_model(self, state: Any) -> None:
-        """Says what becomes of hydroelastic contact, which is not there yet.
-
-        Raises:
-            NotImplementedError: only hydroelastic contact is wanted, and there is geometry that could touch.
-        """
-        if self._contact_model is ContactModel.kPoint:
-            return
-        if self._contact_model is ContactModel.kHydroelastic and self._collision_ids:
-            raise NotImplementedError(
-                f"{self._describe()}: ContactModel.kHydroelastic is not available yet. Choose ContactModel.kPoint, or "
-                "kHydroelasticWithFallback, which uses point contact."
-            )
-        compliant = [
-            record.name
-            for record in (state.geometries[i] for i in state.ids_with_role(Role.kProximity))
-            if record.roles[Role.kProximity].GetPropertyOrDefault("hydroelastic", "compliance_type", None)
-            is HydroelasticType.kCompliant
-        ]
-        if compliant:
-            warnings.warn(
-                f"Hydroelastic contact is not available yet: {', '.join(map(repr, compliant[:5]))}"
-                f"{' and others' if len(compliant) > 5 else ''} touch by point contact. "
-                "plant.set_contact_model(ContactModel.kPoint) says that this is meant.",
-                stacklevel=2,
-            )
+    def _compiled_hydro(self) -> Any:
+        """What touches along surfaces, as arrays."""
+        self._compiled_geometry()
+        return empty_hydro_model() if self._geometry_cache is None else self._geometry_cache[2]
 
     def _fallback_stiffness(self) -> tuple[float, float]:
         """Point stiffness [N/m] and dissipation [s/m] of geometry that says none, from the penetration allowance."""
@@ -184,10 +163,6 @@ class DiscreteUpdate:
                     gains = (a._gains.p, a._gains.d) if a._gains else (0.0, 0.0)
                     self._plant_model.gain[number] = a.effort_limit(), *gains
 
-    def _geometry_in(self, root: Any) -> Any:
-        """The proximity geometry, if a scene graph answers queries in this root."""
-        return self._models(root.source(0) is not None)["geometry_model"]
-
     def _kernel_models(self, root: Any) -> dict[str, Any]:
         return self._models(root.source(0) is not None)
 
@@ -195,6 +170,7 @@ class DiscreteUpdate:
         """Constant arrays of the kernels, with proximity geometry when the geometry_query port is connected."""
         models = {"tree_model": self._tree_model, "force_model": self._force_model, "plant_model": self._plant_model}
         models["geometry_model"] = self._compiled_geometry()[0] if has_geometry else empty_geometry_model()
+        models["hydro_model"] = self._compiled_hydro() if has_geometry else empty_hydro_model()
         if self.is_discrete():
             models["solver_model"] = self._solver_model(models["geometry_model"])
         return models
@@ -208,7 +184,10 @@ class DiscreteUpdate:
         if self._prototype is None or self._prototype[0] is not model:
             if self.is_discrete():
                 table = contact_table(model)
-                work: Any = _step.make_step_work(self._tree_model, self._solver_model(model), self._plant_model, table)
+                solver = self._solver_model(model)
+                work: Any = _step.make_step_work(
+                    self._tree_model, solver, self._plant_model, table, hydro_model=self._compiled_hydro()
+                )
             else:
                 work = self._derivative_work(model)
             self._prototype = model, work
@@ -225,6 +204,10 @@ class DiscreteUpdate:
                 "geometry_query input port is not connected to a SceneGraph here. Use the context of the diagram that "
                 "holds both (plant.GetMyContextFromRoot(diagram_context)), or AddMultibodyPlantSceneGraph()."
             )
+        if status == HYDRO_UNSUPPORTED_PAIR:
+            _, (_, ids), _ = self._geometry_cache
+            table = context._store.scratch(context._node).table
+            return explain_refused(self, self._scene_graph._default_state(), table, ids)
         text = f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._sampled:
             rows = _step_results.bodies_at_hand(context._store.scratch(context._node), self._tree_model)
@@ -295,7 +278,9 @@ class DiscreteUpdate:
             results._point_pairs = self._continuous_contacts(context)
             return results
         model, ids = self._compiled_geometry()
-        contacts = _step_results.step_contacts(self._results(context), model.material[:, 0], self._time_step)
+        work = self._results(context)
+        results._hydroelastic = step_surfaces(work, self._compiled_hydro(), ids, self._time_step)
+        contacts = _step_results.step_contacts(work, model.material[:, 0], self._time_step)
         for i in range(len(contacts.depth)):
             A, B, body_A, body_B = contacts.pair[i]
             results._point_pairs.append(

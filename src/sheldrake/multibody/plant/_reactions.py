@@ -57,7 +57,10 @@ class Reactions:
             F[row] = [*t, *f]
         forces.add_struts(model, self._force_model, p, tree, other)
         forces.add_bushings(model, self._force_model, p, tree, other)
-        for info in self._contact_results(context)._point_pairs:
+        results = self._contact_results(context)
+        for surface in results._hydroelastic:
+            self._add_surface_force(tree, surface, other)
+        for info in results._point_pairs:
             for index, sign in ((info.bodyB_index(), 1.0), (info.bodyA_index(), -1.0)):
                 f = tuple(sign * info.contact_force())
                 forces.add_point_force(model, tree, other, self._rows[int(index)], tuple(info.contact_point()), f)
@@ -65,6 +68,17 @@ class Reactions:
         if F_Bo_W is not None:
             forces.add_body_forces(model, tree, F_Bo_W, other)
         return F - other
+
+    def _add_surface_force(self, tree: TreeWork, info: Any, F: np.ndarray) -> None:
+        """Adds the force of a contact surface to F, on both bodies."""
+        surface, force = info.contact_surface(), info.F_Ac_W().get_coeffs()
+        geometries = self._scene_graph._default_state().geometries
+        for geometry_id, sign in ((surface.id_M(), 1.0), (surface.id_N(), -1.0)):
+            body = self.GetBodyFromFrameId(geometries[geometry_id].frame)
+            row = self._rows[int(body.index())]
+            F[row, :3] += sign * force[:3]
+            point, f = tuple(surface.centroid()), tuple(sign * force[3:])
+            forces.add_point_force(self._tree_model, tree, F, row, point, f)
 
     def _applied_body_forces(self, context: Any, X_WB: np.ndarray) -> np.ndarray | None:
         """Forces of the applied_spatial_force port at the body origins by row, None without any.

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.geometry._contact_search import family_kernels
+from sheldrake.geometry._hydro_compile import face_capacity
 from sheldrake.geometry._kernels import model as geometry_columns
+from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
+from sheldrake.multibody.plant._hydroelastic import step_stages
 from sheldrake.multibody.plant._kernels import model as columns
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors, StepWork
 from sheldrake.multibody.plant._kernels.step import (
@@ -72,11 +74,24 @@ def set_margin(model: GeometryModel, approximation: str) -> None:
     model.margin[0] = CONTACT_MARGIN if approximation != "sap" else 0.0
 
 
-def stages(geometry_model: GeometryModel, plant_model: PlantModel, tamsi: bool = False) -> list[Kernel]:
-    """The kernels of a plant's step, in their order: those it needs, no others."""
+def stages(
+    geometry_model: GeometryModel,
+    plant_model: PlantModel,
+    tamsi: bool = False,
+    hydro_model: HydroModel | None = None,
+    strict: bool = False,
+) -> list[Kernel]:
+    """The kernels of a plant's step, in their order: those it needs, no others.
+
+    Args:
+        geometry_model: pairs of geometries that touch in points.
+        plant_model: actuators, limits and constraints.
+        tamsi: whether the approximation is kTamsi.
+        hydro_model: pairs of geometries that touch along surfaces.
+        strict: touching in points is an error.
+    """
     chain: list[Kernel] = [smooth_motion_tamsi if tamsi else smooth_motion]
-    if len(geometry_model.pair) > 0:
-        chain += [*family_kernels(geometry_model), contact_constraints]
+    chain += step_stages(geometry_model, hydro_model or empty_hydro_model(), strict, contact_constraints)
     if not tamsi and any(len(a) for a in (plant_model.limit, plant_model.actuator, plant_model.constraint)):
         chain.append(joint_constraints)
     return [*chain, prepare_problem, solve_tamsi if tamsi else solve, next_state]
@@ -149,9 +164,14 @@ def tamsi_limit_penalty(inertia: float, dt: float) -> tuple[float, float]:
 
 
 def make_step_work(
-    tree_model: TreeModel, solver_model: SolverModel, plant_model: PlantModel, table: ContactTable, dtype: type = float
+    tree_model: TreeModel,
+    solver_model: SolverModel,
+    plant_model: PlantModel,
+    table: ContactTable,
+    dtype: type = float,
+    hydro_model: HydroModel | None = None,
 ) -> StepWork:
-    """The scratch of a step; room for as many contacts as the table holds, and all limits and actuators.
+    """The scratch of a step; room for as many contacts as the tables hold, and all limits and actuators.
 
     Args:
         tree_model: the tree.
@@ -159,12 +179,15 @@ def make_step_work(
         plant_model: the plant's constants.
         table: an empty contact table, see `contact_table`.
         dtype: float, or object for duals and symbols.
+        hydro_model: pairs of geometries that touch along surfaces.
     """
     tree = make_work(tree_model, dtype)
+    hydro_model = hydro_model or empty_hydro_model()
+    surfaces = hydro_table(hydro_model, face_capacity(hydro_model))
     rows_of = dict(CONSTRAINT_KINDS.values())
     rows = 2 * len(plant_model.limit) + len(plant_model.actuator)
     rows += sum(rows_of[kind] for kind in plant_model.constraint[:, columns.CONSTRAINT_KIND])
-    solver = make_solver_work(solver_model, len(table.pair), rows, dtype)
+    solver = make_solver_work(solver_model, len(table.pair) + len(surfaces.face), rows, dtype)
     nv = len(tree_model.dof)
 
     def numbers(n: int) -> np.ndarray:
@@ -174,7 +197,8 @@ def make_step_work(
         return a if dtype is float or a.dtype == np.int64 else a.astype(dtype)
 
     step = StepVectors(numbers(nv), numbers(nv), numbers(nv), numbers(len(plant_model.actuator)), numbers(nv))
-    return StepWork(tree, ContactTable(*(convert(a) for a in table)), *solver, step)
+    tables = ContactTable(*(convert(a) for a in table)), HydroTable(*(convert(a) for a in surfaces))
+    return StepWork(tree, tables[0], *solver, step, tables[1])
 
 
 def supply_missing_material(model: GeometryModel, stiffness: float, dissipation: float, relaxation_time: float) -> None:

@@ -48,7 +48,7 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
         stiffness: point stiffness of each geometry, shape (num_geometries,), as in `GeometryModel.material`.
         dt: time step [s].
     """
-    n = int(work.problem.count[columns.NUM_CONTACTS])
+    n = int(work.table.count[0])
     pair, point, state = work.table.pair[:n].copy(), work.table.point[:n], work.contacts.state[:n]
     p_WCa, p_WCb = (point[:, k : k + 3].copy() for k in (int(geometry.P_WCA), int(geometry.P_WCB)))
     nhat = point[:, int(geometry.NHAT_BA_W) : int(geometry.NHAT_BA_W) + 3].copy()

@@ -1,16 +1,11 @@
 """Plants with answers known from mechanics."""
 
-import warnings
-
 import numpy as np
 import pytest
 
 from sheldrake.common import RandomGenerator
 from sheldrake.geometry import (
-    AddCompliantHydroelasticProperties,
-    AddContactMaterial,
     HalfSpace,
-    ProximityProperties,
     Sphere,
 )
 from sheldrake.math import RigidTransform, RollPitchYaw
@@ -237,26 +232,3 @@ def test_random_positions_come_from_the_joints_distributions():
     assert 5.0 <= min(angles) < max(angles) <= 6.0
     np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0)
     assert np.ptp(quaternions, axis=0).min() > 0.5
-
-
-def hydroelastic_ball(model):
-    builder = DiagramBuilder()
-    plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
-    ball = plant.AddRigidBody("ball", INERTIA)
-    properties = ProximityProperties()
-    AddCompliantHydroelasticProperties(0.1, 1e6, properties)
-    AddContactMaterial(properties=properties, friction=CoulombFriction(1, 1))
-    plant.RegisterCollisionGeometry(ball, RigidTransform(), Sphere(0.1), "soft", properties)
-    plant.set_contact_model(model)
-    plant.Finalize()
-    return builder.Build()
-
-
-def test_hydroelastic_contact_is_not_replaced_silently():
-    with pytest.warns(UserWarning, match="Hydroelastic contact is not available yet: 'soft' touch by point contact"):
-        hydroelastic_ball(ContactModel.kHydroelasticWithFallback).CreateDefaultContext()
-    with pytest.raises(NotImplementedError, match="kHydroelastic is not available yet"):
-        hydroelastic_ball(ContactModel.kHydroelastic).CreateDefaultContext()
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        hydroelastic_ball(ContactModel.kPoint).CreateDefaultContext()

@@ -1,0 +1,133 @@
+"""Hydroelastic contact of a plant: which stages its step needs for it, and what it reports."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.kernel import Kernel
+from sheldrake.geometry._contact_search import family_kernels
+from sheldrake.geometry._contact_surface import ContactSurface, surfaces_of
+from sheldrake.geometry._hydro_compile import HydroPairs, compile_hydro, explain_unsupported, hydro_kernels
+from sheldrake.geometry._kernels import hydro_model as hydro
+from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model
+from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.math import SpatialForce
+from sheldrake.multibody.plant._enums import ContactModel
+from sheldrake.multibody.plant._kernels.contact_rows import contact_frame
+from sheldrake.multibody.plant._kernels.hydro_rows import hydro_constraints, refuse_points
+from sheldrake.multibody.plant._kernels.model import StepWork
+
+
+class HydroelasticContactInfo:
+    """The contact of two geometries along a surface; M belongs to body A, N to body B."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        raise TypeError("HydroelasticContactInfo: No constructor defined! It comes with ContactResults.")
+
+    _surface: ContactSurface
+    _F_Ac_W: SpatialForce
+
+    @classmethod
+    def _make(cls, surface: ContactSurface, F_Ac_W: SpatialForce) -> HydroelasticContactInfo:
+        new = object.__new__(cls)
+        new._surface, new._F_Ac_W = surface, F_Ac_W
+        return new
+
+    def contact_surface(self) -> ContactSurface:
+        """The surface and its pressure, in W."""
+        return self._surface
+
+    def F_Ac_W(self) -> SpatialForce:
+        """The force on body A at C, the centroid of the surface, in W [N m, N]."""
+        return copy.copy(self._F_Ac_W)
+
+    def __copy__(self) -> HydroelasticContactInfo:
+        return HydroelasticContactInfo._make(self._surface, copy.copy(self._F_Ac_W))
+
+    def __deepcopy__(self, memo: dict) -> HydroelasticContactInfo:
+        return copy.copy(self)
+
+
+def split_pairs(plant: Any, state: Any, model: GeometryModel, ids: list) -> HydroPairs:
+    """Which pairs of geometries touch along surfaces: none with ContactModel.kPoint."""
+    if plant._contact_model is ContactModel.kPoint:
+        return HydroPairs(empty_hydro_model(), model)
+    pairs = compile_hydro(state, model, ids, plant._representation)
+    if len(pairs.model.pair) and not plant.is_discrete():
+        raise NotImplementedError(
+            f"{plant._describe()}: hydroelastic contact of a continuous plant (time_step = 0) is not available yet. "
+            "Choose a time step, or ContactModel.kPoint."
+        )
+    return pairs
+
+
+def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, points: Kernel) -> list[Kernel]:
+    """The stages that find contacts and make constraints or forces of points.
+
+    Args:
+        model: the pairs that touch in points.
+        hydro_model: those that touch along surfaces.
+        strict: pairs that touch in points are errors.
+        points: what is done with points.
+    """
+    chain = [*family_kernels(model), refuse_points if strict else points] if len(model.pair) else []
+    return [*chain, *hydro_kernels(hydro_model)]
+
+
+def step_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, points: Kernel) -> list[Kernel]:
+    """The same for the discrete step, with the constraints of surfaces."""
+    chain = contact_stages(model, hydro_model, strict, points)
+    return [*chain, hydro_constraints] if len(hydro_model.pair) else chain
+
+
+def explain_refused(plant: Any, state: Any, table: Any, ids: list) -> Exception:
+    """Which geometries overlap that can have no contact surface."""
+    for row in range(int(table.count[0])):
+        if table.point[row, 9] > 0.0:
+            a, b = table.pair[row, :2]
+            return explain_unsupported(state, ids[a], ids[b])
+    return RuntimeError(f"{plant._describe()}: geometries overlap that can have no contact surface.")
+
+
+def step_surfaces(work: StepWork, hydro_model: HydroModel, ids: list, dt: float) -> list[HydroelasticContactInfo]:
+    """Contact surfaces of the last step, with the forces at its end."""
+    surfaces = work.surfaces
+    if surfaces.count[hydro.NUM_SURFACES] == 0:
+        return []
+    f_Bc_W = np.zeros((int(surfaces.count[hydro.NUM_FACES]), 3))
+    at, normal = int(columns.GAMMA), int(hydro.NORMAL)
+    for f, c in enumerate(surfaces.contact[: len(f_Bc_W)].tolist()):
+        if c >= 0:
+            z = -surfaces.value[f, normal : normal + 3]
+            x, y = contact_frame(tuple(z))
+            gamma = work.contacts.state[c, at : at + 3]
+            f_Bc_W[f] = (gamma[0] * np.array(x) + gamma[1] * np.array(y) + gamma[2] * z) / dt
+    return infos_of(surfaces, hydro_model, ids, f_Bc_W)
+
+
+def infos_of(
+    surfaces: HydroTable, hydro_model: HydroModel, ids: list, f_Bc_W: np.ndarray
+) -> list[HydroelasticContactInfo]:
+    """Surfaces with the force on A at their centroids.
+
+    Args:
+        surfaces: as they were found.
+        hydro_model: what found them.
+        ids: of the geometries.
+        f_Bc_W: forces on B at the centroids of faces [N], shape (num_faces, 3).
+    """
+    infos, first = [], int(hydro.CENTROID)
+    for s, surface in surfaces_of(surfaces, hydro_model, ids):
+        here = surfaces.face[: len(f_Bc_W), hydro.SURFACE] == s
+        arms = surfaces.value[: len(f_Bc_W)][here, first : first + 3] - surface.centroid()
+        f_Ac_W = -f_Bc_W[here]
+        infos.append(
+            HydroelasticContactInfo._make(
+                surface, SpatialForce(np.concatenate([np.cross(arms, f_Ac_W).sum(axis=0), f_Ac_W.sum(axis=0)]))
+            )
+        )
+    return infos

@@ -1,0 +1,128 @@
+"""The discrete step with hydroelastic contact equals Drake's: states, forces on surfaces, forces on joints."""
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pydrake")
+
+from hydro_plants import SCENES, Scene, library
+
+from sheldrake.geometry import _defaults
+from sheldrake.multibody.plant import _hydroelastic
+
+pytestmark = [pytest.mark.peer, pytest.mark.filterwarnings("ignore")]
+
+
+@pytest.fixture(scope="module")
+def libraries():
+    return library("sheldrake"), library("pydrake")
+
+
+def pair(libraries, name, **options):
+    scenes = [Scene(lib, *SCENES[name], **options) for lib in libraries]
+    for scene in scenes:
+        if name == "box between two pads":
+            scene.actuate(30.0, -30.0)
+    return scenes
+
+
+def assert_same(ours, drakes, steps, tolerance=1e-9):
+    np.testing.assert_allclose(ours.run(steps), drakes.run(steps), rtol=0, atol=tolerance)
+    assert ours.results().num_point_pair_contacts() == drakes.results().num_point_pair_contacts()
+    a, b = ours.forces(), drakes.forces()
+    assert a.shape == b.shape
+    np.testing.assert_allclose(a, b, rtol=0, atol=100 * tolerance * max(1.0, np.abs(b).max(initial=0.0)))
+    return len(a)
+
+
+APPROXIMATIONS = ("kLagged", "kSimilar", "kSap", "kTamsi")
+
+
+@pytest.mark.parametrize("representation", ["kPolygon", "kTriangle"])
+@pytest.mark.parametrize("approximation", APPROXIMATIONS)
+@pytest.mark.parametrize("name", SCENES)
+def test_one_step(libraries, name, approximation, representation):
+    scenes = pair(libraries, name, approximation=approximation, representation=representation)
+    if (approximation, representation, name) == ("kTamsi", "kTriangle", "box between two pads"):
+        scenes = pair(libraries, name, approximation=approximation, representation=representation, time_step=1e-4)
+    assert assert_same(*scenes, steps=1) > 0
+
+
+@pytest.mark.parametrize("approximation", APPROXIMATIONS)
+@pytest.mark.parametrize("name", SCENES)
+def test_a_hundred_steps(libraries, name, approximation):
+    assert_same(*pair(libraries, name, approximation=approximation), steps=100)
+
+
+def test_a_squeezed_box_and_what_its_joints_feel(libraries):
+    ours, drakes = pair(libraries, "box between two pads")
+    assert_same(ours, drakes, steps=60)
+    assert len(ours.forces()) == 2
+    forces = [
+        np.array([f.get_coeffs() for f in s.plant.get_reaction_forces_output_port().Eval(s.context)])
+        for s in (ours, drakes)
+    ]
+    np.testing.assert_allclose(*forces, rtol=0, atol=1e-8)
+    tau = [
+        s.plant.get_generalized_contact_forces_output_port(s.lib.ModelInstanceIndex(1)).Eval(s.context)
+        for s in (ours, drakes)
+    ]
+    np.testing.assert_allclose(*tau, rtol=0, atol=1e-8)
+    assert np.abs(tau[0]).max() > 1.0
+
+
+@pytest.mark.parametrize("sampled", [True, False])
+def test_results_before_and_after_the_first_step(libraries, sampled):
+    scenes = pair(libraries, "soft box on rigid ground", sampled=sampled)
+    before = [s.forces() for s in scenes]
+    assert len(before[0]) == len(before[1]) == (0 if sampled else 1)
+    if not sampled:
+        np.testing.assert_allclose(*before, rtol=0, atol=1e-9)
+
+
+def test_fallback_mixes_points_and_surfaces(libraries, monkeypatch):
+    """A soft ball on a rigid ground beside a ball without representation, and a rigid one."""
+    monkeypatch.setattr(_defaults, "point_contact_algorithm", "single_point")
+    balls = [
+        ("Sphere", (0.1,), what, (0.1, 0.2, 0.3, x, 0, 0.0995), (0, 0, 0, 0.1, 0, 0))
+        for x, what in ((0.0, {"soft": 0.03}), (0.19, {}), (0.5, {"rigid": 0.03}))
+    ]
+    ground = ("HalfSpace", (), {"rigid": 1.0})
+    scenes = [
+        Scene(lib, balls, ground, contact_model="kHydroelasticWithFallback") for lib in libraries
+    ]  # fmt: skip
+    assert assert_same(*scenes, steps=1) == 1
+    assert scenes[0].results().num_point_pair_contacts() == 3
+    scenes = [Scene(lib, balls[:2], ground, contact_model="kPoint") for lib in libraries]
+    assert assert_same(*scenes, steps=10) == 0
+
+
+def test_defaults_make_everything_compliant(libraries):
+    bodies = [("Sphere", (0.1,), {"mu": 0.3}, (0.1, 0.2, 0.3, 0, 0, 0.098), (0, 0, 0, 0.1, 0, 0))]
+    table = ("Box", (1.0, 1.0, 0.02), {"rigid": 1.0})
+    defaults = {"compliance_type": "compliant", "hydroelastic_modulus": 2e6, "resolution_hint": 0.05}
+    scenes = [
+        Scene(lib, bodies, table, contact_model="kHydroelasticWithFallback", defaults=defaults) for lib in libraries
+    ]
+    assert assert_same(*scenes, steps=20) == 1
+
+
+def test_margins(libraries):
+    bodies = [
+        ("Box", (0.2, 0.2, 0.2), {"soft": 0.03, "margin": 0.002}, (0, 0, 0.2, 0, 0, 0.1005), (0, 0, 0, 0, 0, -0.1))
+    ]
+    scenes = [Scene(lib, bodies, ("HalfSpace", (), {"rigid": 1.0})) for lib in libraries]
+    assert_same(*scenes, steps=30)
+
+
+def test_a_pressure_off_by_a_thousandth_is_noticed(libraries, monkeypatch):
+    compile_hydro = _hydroelastic.compile_hydro
+
+    def off(*args):
+        pairs = compile_hydro(*args)
+        pairs.model.field[:, :4] *= 1.001
+        return pairs
+
+    monkeypatch.setattr(_hydroelastic, "compile_hydro", off)
+    with pytest.raises(AssertionError):
+        assert_same(*pair(libraries, "two soft spheres"), steps=1)
