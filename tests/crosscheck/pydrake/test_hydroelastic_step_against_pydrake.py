@@ -115,6 +115,37 @@ def test_margins(libraries):
     assert_same(*scenes, steps=30)
 
 
+@pytest.mark.parametrize("representation", ["kPolygon", "kTriangle"])
+@pytest.mark.parametrize("margin", [None, 0.004])
+@pytest.mark.parametrize("name", SCENES)
+def test_derivatives_of_a_continuous_plant(libraries, name, margin, representation):
+    bodies, ground = SCENES[name]
+    bodies = [(shape, args, {**what, "margin": margin}, *rest) for shape, args, what, *rest in bodies]
+    scenes = [Scene(lib, bodies, ground, representation=representation, time_step=0.0) for lib in libraries]
+    rates, forces = [], []
+    for scene in scenes:
+        if name == "box between two pads":
+            scene.actuate(3.0, -3.0)
+        rates.append(scene.plant.EvalTimeDerivatives(scene.context).CopyToVector())
+        forces.append(scene.forces())
+    scale = np.abs(rates[1]).max()
+    np.testing.assert_allclose(*rates, rtol=0, atol=1e-9 * scale)
+    assert len(forces[0]) == len(forces[1]) > 0
+    np.testing.assert_allclose(*forces, rtol=0, atol=1e-9 * np.abs(forces[1]).max())
+
+
+def test_a_continuous_plant_runs(libraries):
+    scenes = [Scene(lib, *SCENES["soft sphere on rigid ground"], time_step=0.0) for lib in libraries]
+    states = []
+    for scene in scenes:
+        simulator = scene.lib.Simulator(scene.diagram, scene.root)
+        simulator.get_mutable_integrator().set_fixed_step_mode(True)
+        simulator.get_mutable_integrator().set_maximum_step_size(1e-3)
+        simulator.AdvanceTo(0.05)
+        states.append(scene.state())
+    np.testing.assert_allclose(*states, rtol=0, atol=1e-9)
+
+
 def test_a_pressure_off_by_a_thousandth_is_noticed(libraries, monkeypatch):
     compile_hydro = _hydroelastic.compile_hydro
 

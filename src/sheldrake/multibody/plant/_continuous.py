@@ -6,9 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry._contact_search import family_kernels
+from sheldrake.geometry._hydro_compile import face_capacity
+from sheldrake.geometry._kernels.hydro_model import hydro_table
 from sheldrake.geometry._kernels.model import contact_table
 from sheldrake.multibody.plant._contact_results import PointPairContactInfo
+from sheldrake.multibody.plant._enums import ContactModel
+from sheldrake.multibody.plant._hydroelastic import HydroelasticContactInfo, contact_stages, infos_of
 from sheldrake.multibody.plant._kernels import derivatives as columns
 from sheldrake.multibody.plant._kernels.derivatives import (
     DerivativeVectors,
@@ -17,6 +20,7 @@ from sheldrake.multibody.plant._kernels.derivatives import (
     plant_derivatives,
     smooth_forces,
 )
+from sheldrake.multibody.plant._kernels.hydro_forces import surface_forces
 from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework._declarations import Stages
@@ -29,9 +33,10 @@ class ContinuousDynamics:
         self._declare_time_derivatives(Stages(ContinuousDynamics._derivative_stages_in))
 
     def _derivative_stages(self, models: dict[str, Any]) -> list[Any]:
-        geometry_model = models["geometry_model"]
-        contact = [*family_kernels(geometry_model), contact_forces] if len(geometry_model.pair) else []
-        return [smooth_forces, *contact, plant_derivatives]
+        strict = self._contact_model is ContactModel.kHydroelastic
+        contact = contact_stages(models["geometry_model"], models["hydro_model"], strict, contact_forces)
+        surfaces = [surface_forces] if len(models["hydro_model"].pair) else []
+        return [smooth_forces, *contact, *surfaces, plant_derivatives]
 
     def _derivative_stages_in(self, root: Any) -> list[Any]:
         if self._misses_geometry(root.source(0) is not None):
@@ -40,12 +45,14 @@ class ContinuousDynamics:
 
     def _derivative_work(self, geometry_model: Any) -> DerivativeWork:
         table, nb, nv = contact_table(geometry_model), len(self._row_bodies), self._nv
+        hydro_model = self._compiled_hydro()
+        surfaces = hydro_table(hydro_model, face_capacity(hydro_model))
         flow = DerivativeVectors(
             np.zeros((len(table.pair), columns.NUM_CONTACT_COLUMNS)), np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv),
             np.zeros(nv), np.zeros(nv), np.zeros(len(self._actuators)), np.zeros(self._nq),
-            np.array([self._stiction_tolerance]), np.zeros(nv),
+            np.array([self._stiction_tolerance]), np.zeros(nv), np.zeros((len(surfaces.face), 6)),
         )  # fmt: skip
-        return DerivativeWork(make_work(self._tree_model), table, flow)
+        return DerivativeWork(make_work(self._tree_model), table, flow, surfaces)
 
     def _derivatives(self, context: Any) -> DerivativeWork:
         """The work of the derivatives at the present state."""
@@ -76,3 +83,7 @@ class ContinuousDynamics:
             bodies = (self._row_bodies[body_A].index(), self._row_bodies[body_B].index())
             infos.append(PointPairContactInfo(*bodies, row[:3], row[3:6], row[7], row[6], pair))
         return infos
+
+    def _continuous_surfaces(self, context: Any) -> list[HydroelasticContactInfo]:
+        work, (_, ids) = self._derivatives(context), self._compiled_geometry()
+        return infos_of(work.surfaces, self._compiled_hydro(), ids, work.flow.face)

@@ -276,6 +276,7 @@ class DiscreteUpdate:
         results._plant = self
         if not self.is_discrete():
             results._point_pairs = self._continuous_contacts(context)
+            results._hydroelastic = self._continuous_surfaces(context)
             return results
         model, ids = self._compiled_geometry()
         work = self._results(context)

@@ -56,13 +56,7 @@ def split_pairs(plant: Any, state: Any, model: GeometryModel, ids: list) -> Hydr
     """Which pairs of geometries touch along surfaces: none with ContactModel.kPoint."""
     if plant._contact_model is ContactModel.kPoint:
         return HydroPairs(empty_hydro_model(), model)
-    pairs = compile_hydro(state, model, ids, plant._representation)
-    if len(pairs.model.pair) and not plant.is_discrete():
-        raise NotImplementedError(
-            f"{plant._describe()}: hydroelastic contact of a continuous plant (time_step = 0) is not available yet. "
-            "Choose a time step, or ContactModel.kPoint."
-        )
-    return pairs
+    return compile_hydro(state, model, ids, plant._representation)
 
 
 def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, points: Kernel) -> list[Kernel]:
@@ -98,36 +92,34 @@ def step_surfaces(work: StepWork, hydro_model: HydroModel, ids: list, dt: float)
     surfaces = work.surfaces
     if surfaces.count[hydro.NUM_SURFACES] == 0:
         return []
-    f_Bc_W = np.zeros((int(surfaces.count[hydro.NUM_FACES]), 3))
+    F_B_W = np.zeros((int(surfaces.count[hydro.NUM_FACES]), 6))
     at, normal = int(columns.GAMMA), int(hydro.NORMAL)
-    for f, c in enumerate(surfaces.contact[: len(f_Bc_W)].tolist()):
+    for f, c in enumerate(surfaces.contact[: len(F_B_W)].tolist()):
         if c >= 0:
             z = -surfaces.value[f, normal : normal + 3]
             x, y = contact_frame(tuple(z))
             gamma = work.contacts.state[c, at : at + 3]
-            f_Bc_W[f] = (gamma[0] * np.array(x) + gamma[1] * np.array(y) + gamma[2] * z) / dt
-    return infos_of(surfaces, hydro_model, ids, f_Bc_W)
+            F_B_W[f, 3:] = (gamma[0] * np.array(x) + gamma[1] * np.array(y) + gamma[2] * z) / dt
+    return infos_of(surfaces, hydro_model, ids, F_B_W)
 
 
 def infos_of(
-    surfaces: HydroTable, hydro_model: HydroModel, ids: list, f_Bc_W: np.ndarray
+    surfaces: HydroTable, hydro_model: HydroModel, ids: list, F_B_W: np.ndarray
 ) -> list[HydroelasticContactInfo]:
-    """Surfaces with the force on A at their centroids.
+    """Surfaces with the spatial force on A at their centroids.
 
     Args:
         surfaces: as they were found.
         hydro_model: what found them.
         ids: of the geometries.
-        f_Bc_W: forces on B at the centroids of faces [N], shape (num_faces, 3).
+        F_B_W: moment about the centroid and force on B of every face [N m, N], shape (num_faces or more, 6).
     """
-    infos, first = [], int(hydro.CENTROID)
+    infos, count, first = [], int(surfaces.count[hydro.NUM_FACES]), int(hydro.CENTROID)
     for s, surface in surfaces_of(surfaces, hydro_model, ids):
-        here = surfaces.face[: len(f_Bc_W), hydro.SURFACE] == s
-        arms = surfaces.value[: len(f_Bc_W)][here, first : first + 3] - surface.centroid()
-        f_Ac_W = -f_Bc_W[here]
-        infos.append(
-            HydroelasticContactInfo._make(
-                surface, SpatialForce(np.concatenate([np.cross(arms, f_Ac_W).sum(axis=0), f_Ac_W.sum(axis=0)]))
-            )
-        )
+        here = np.flatnonzero(surfaces.face[:count, hydro.SURFACE] == s)
+        arms = surfaces.value[here, first : first + 3] - surface.centroid()
+        F_A_W = -F_B_W[here]
+        moment = F_A_W[:, :3] + np.cross(arms, F_A_W[:, 3:])
+        total = np.concatenate([moment.sum(axis=0), F_A_W[:, 3:].sum(axis=0)])
+        infos.append(HydroelasticContactInfo._make(surface, SpatialForce(total)))
     return infos

@@ -226,7 +226,21 @@ def test_info_is_made_by_plants_only():
         assert twin.contact_surface().Equal(info.contact_surface())
 
 
-def test_continuous_plants_say_that_they_have_none():
-    ball = (Sphere(0.1), {"soft": 0.05}, (0, 0, 0, 0, 0, 0.098))
-    with pytest.raises(NotImplementedError, match="continuous plant"):
-        Scene(ball, ground={"rigid": 1.0}, time_step=0.0)
+@pytest.mark.parametrize("kind", [KINDS.kPolygon, KINDS.kTriangle])
+def test_a_continuous_plant_comes_to_rest_at_the_same_depth(kind):
+    ground = {"slab": 0.1, "modulus": 1e5, "dissipation": 5.0}
+    box = (Box(0.2, 0.2, 0.2), {"rigid": 1.0}, (0, 0, 0.3, 0, 0, 0.0995))
+    scene = Scene(box, ground=ground, kind=kind, time_step=0.0)
+    vdot = scene.plant.EvalTimeDerivatives(scene.context).CopyToVector()[7:]
+    lift = 1e5 / 0.1 * 5e-4 * 0.04  # force of the pressure at half a millimetre
+    np.testing.assert_allclose(vdot, [0, 0, 0, 0, 0, lift / 2.0 - 9.81], atol=1e-9)
+    (info,) = scene.infos()
+    np.testing.assert_allclose(info.F_Ac_W().get_coeffs(), [0, 0, 0, 0, 0, -lift], atol=1e-9)
+    scene.advance(0.5)
+    assert 0.1 - scene.state()[6] == pytest.approx(WEIGHT / (1e5 / 0.1 * 0.04), rel=5e-3)
+
+
+def test_a_continuous_plant_refuses_what_has_no_surface():
+    scene = Scene((Sphere(0.1), {"rigid": 0.03}, (0, 0, 0, 0, 0, 0.09)), ground={"rigid": 1.0}, time_step=0.0)
+    with pytest.raises(RuntimeError, match="Requested contact between two rigid objects"):
+        scene.plant.EvalTimeDerivatives(scene.context)

@@ -11,6 +11,7 @@ from sheldrake.common._kernels.vec import add3, dot3, load3_at, neg3, scale3, su
 from sheldrake.common.kernel import Matrix, Vector, Vectors, kernel
 from sheldrake.geometry._kernels import model as geometry
 from sheldrake.geometry._kernels.contacts import begin_contacts
+from sheldrake.geometry._kernels.hydro_model import HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
@@ -67,6 +68,7 @@ class DerivativeVectors(NamedTuple):
         qdot: shape (nq,).
         stiction_tolerance: [m/s], shape (1,).
         applied_force: generalized forces that applied spatial forces amount to, shape (nv,).
+        face: moment about the centroid and force on B of each face of contact surfaces, shape (capacity, 6).
     """
 
     contact: Matrix
@@ -79,6 +81,7 @@ class DerivativeVectors(NamedTuple):
     qdot: Vector
     stiction_tolerance: Vector
     applied_force: Vector
+    face: Matrix
 
 
 class DerivativeWork(NamedTuple):
@@ -87,6 +90,7 @@ class DerivativeWork(NamedTuple):
     tree: TreeWork
     table: ContactTable
     flow: DerivativeVectors
+    surfaces: HydroTable
 
 
 @kernel
