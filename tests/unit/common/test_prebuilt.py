@@ -11,8 +11,9 @@ import sys
 
 import pytest
 
-from sheldrake.common._native import prebuilt
-from sheldrake.common.kernel import jit_enabled
+from sheldrake.common._native import build, builtin, prebuilt
+from sheldrake.common._native.target import Target
+from sheldrake.common.kernel import MISFIT, jit_enabled
 
 pytestmark = [
     pytest.mark.slow,
@@ -165,3 +166,26 @@ def test_the_hash_covers_every_kernel_file():
         if "\n@kernel" in p.read_text(encoding="utf-8")
     }
     assert kernels <= files, f"kernels outside of _kernels folders: {sorted(kernels - files)}"
+
+
+def test_queries_are_builtin_functions_without_a_compiler(tree):
+    code = """
+import json, sys
+import numpy as np
+from sheldrake.common._kernels.probe import probe
+from sheldrake.common._native import builtin
+from sheldrake.common.calls import Calls
+ask = Calls(np.zeros(1, np.int64)).query(probe, 2.0, np.zeros(3), given=("x",))
+given = np.ones(3)
+print(json.dumps([builtin.available(), ask(given), ask(np.ones(4)), bool(given[0] != 1.0), "llvmlite" in sys.modules]))
+"""
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, env=environment(tree), capture_output=True, text=True, check=True, cwd=tree)
+    assert json.loads(done.stdout) == [True, 4, MISFIT, True, False]
+
+
+@pytest.mark.parametrize("name", build.PLATFORMS)
+def test_the_code_of_queries_is_made_for_every_platform(name):
+    platform = build.PLATFORMS[name]
+    code = builtin.assemble(builtin.CODE, Target(platform.triple, 1, platform.levels[1]))
+    assert builtin.SYMBOL.encode() in code
