@@ -85,7 +85,7 @@ def main() -> int:
     tasks.add_parser("demo", help="drop a block: page, log, plot, replay; arguments go to `sheldrake demo`")
     tasks.add_parser("test", help="lint and all tests; with arguments, pytest on those")
     tasks.add_parser("lint", help="ruff, import-linter, mypy")
-    tasks.add_parser("bench", help="benchmarks against Drake and MuJoCo")
+    tasks.add_parser("bench", help="benchmarks against Drake and MuJoCo: drop_the_block (default), queries, arm, ...")
     tasks.add_parser("clean", help="remove .venv")
     options, rest = parser.parse_known_args()
     if options.task == "clean":
@@ -95,7 +95,8 @@ def main() -> int:
     if options.task == "demo":
         return run("-m", "sheldrake", "demo", *rest)
     if options.task == "bench":
-        return run("benchmarks/drop_the_block.py", *rest)
+        name = rest.pop(0) if rest and not rest[0].startswith("-") else "drop_the_block"
+        return run(f"benchmarks/{name}.py", *rest)
     return lint() if options.task == "lint" else test(rest)
 
 

@@ -61,12 +61,14 @@ class State:
     def num_actuators(self, model_instance: ModelInstanceIndex | None = None) -> int:
         """Number of actuators, of all or of one model instance."""
         if model_instance is not None:
+            self._require_finalized("num_actuators")
             self._instances.get(model_instance, "num_actuators")
         return len(self._actuators_of(model_instance))
 
     def num_actuated_dofs(self, model_instance: ModelInstanceIndex | None = None) -> int:
         """Number of velocities with actuators, of all or of one model instance."""
         if model_instance is not None:
+            self._require_finalized("num_actuated_dofs")
             self._instances.get(model_instance, "num_actuated_dofs")
         return sum(a.num_inputs() for a in self._actuators_of(model_instance))
 

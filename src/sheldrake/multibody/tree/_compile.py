@@ -86,6 +86,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         body[row, : m.TIP] = (parent, kind, root, tree, q, len(dofs), nv, mobilizer.frame_F, mobilizer.frame_M,
                               mobilizer.inertia)  # fmt: skip
         joint[row, : len(mobilizer.constants)] = mobilizer.constants
+        body[row, m.AXIS] = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
         gravity[row] = mobilizer.gravity
         above = last_dof[parent]
         for k in range(nv):
@@ -104,3 +105,8 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         body, joint, table(dofs, m.DOF_COLUMNS), table(description.frames, m.FRAME_COLUMNS),
         table(trees, m.TREE_COLUMNS), table(description.actuators, m.ACTUATOR_COLUMNS), gravity,
     )  # fmt: skip
+
+
+def _axis_of_frame(axis: tuple[float, ...]) -> int:
+    """1, 2, 3 for x, y, z; 0 for another direction."""
+    return next((i + 1 for i in range(3) if tuple(axis) == tuple(np.eye(3)[i])), 0)

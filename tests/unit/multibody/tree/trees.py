@@ -31,7 +31,7 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
         c, A = rng.normal(size=3) * 0.3, rng.normal(size=(3, 3))
         G = A @ A.T
         G = np.trace(G) * np.eye(3) - G + c @ c * np.eye(3) - np.outer(c, c)
-        axis = rng.normal(size=3)
+        axis = rng.normal(size=3) if rng.random() < 0.5 else np.eye(3)[rng.integers(3)]
         axis /= np.linalg.norm(axis)
         lead = {"prismatic": 1.0, "screw": 0.3}.get(kind, 0.0)
         constants = (*random_rotation(rng).ravel(), *rng.normal(size=3)) if kind == "weld" else (*axis, lead)

@@ -37,6 +37,7 @@ from sheldrake.multibody.tree._kernels.frames import (
     store_pose,
 )
 from sheldrake.multibody.tree._kernels.model import (
+    AXIS,
     BALL,
     FRAME_F,
     FRAME_M,
@@ -91,7 +92,7 @@ def position_of_axis_joint(model, p, work, q, body):
     else:
         position = q[model.body[body, Q]]
         if kind != PRISMATIC:
-            R_WM = compose(R_WF, rotation_about(axis_F, position))
+            R_WM = turned_frame(R_WF, axis_F, model.body[body, AXIS], position)
         if kind != REVOLUTE:
             p_WM = add3(p_WF, scale3(axis_W, model.joint[body, LEAD] * position))
     store_outboard_pose(model, p, work, body, R_WM, p_WM)
@@ -101,6 +102,34 @@ def position_of_axis_joint(model, p, work, q, body):
         p_RootM = sub3(p_WM, load3_at(work.X_WB, model.body[body, ROOT], 9))
         along = scale3(axis_W, model.joint[body, LEAD])
         store6(work.S, dof, (axis_W, add3(cross3(p_RootM, axis_W), along)))
+
+
+@kernel
+def turned_frame(R_WF, axis_F, along, angle):
+    """R_WM of a frame turned about an axis of F; quick when it is one of F's own, as it mostly is."""
+    R_WM = R_WF
+    if along == 0:
+        R_WM = compose(R_WF, rotation_about(axis_F, angle))
+    else:
+        x = (R_WF[0], R_WF[3], R_WF[6])
+        y = (R_WF[1], R_WF[4], R_WF[7])
+        z = (R_WF[2], R_WF[5], R_WF[8])
+        s = sin(angle)
+        c = cos(angle)
+        if along == 1:
+            y, z = turned_pair(y, z, s, c)
+        elif along == 2:
+            z, x = turned_pair(z, x, s, c)
+        else:
+            x, y = turned_pair(x, y, s, c)
+        R_WM = (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
+    return R_WM
+
+
+@kernel
+def turned_pair(a, b, s, c):
+    """The two axes that a turn about the third moves."""
+    return add3(scale3(a, c), scale3(b, s)), sub3(scale3(b, c), scale3(a, s))
 
 
 @kernel

@@ -32,7 +32,8 @@ FRAME_F = np.int64(7)  # joint frame on the inboard body: row of TreeModel.frame
 FRAME_M = np.int64(8)  # joint frame on this body: row of TreeModel.frame, -1 is the body frame
 INERTIA = np.int64(9)  # where in p its ten inertia numbers start
 TIP = np.int64(10)  # last dof that moves the body, -1 when none does; its ancestors are the others
-BODY_COLUMNS = 11
+AXIS = np.int64(11)  # the axis of F that is the axis of the joint: 1, 2, 3; 0 when none is
+BODY_COLUMNS = 12
 
 # Kinds of joints.
 WELD = np.int64(0)
