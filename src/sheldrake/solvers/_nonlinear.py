@@ -1,8 +1,7 @@
-"""Nonlinear programs by SciPy's SLSQP and trust-region interior point methods, under the names of other solvers."""
+"""Nonlinear programs by sequential quadratic programming, under the names of other solvers."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,8 @@ from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import NONLINEAR
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.solvers._solver_interface import SolverInterface
+from sheldrake.solvers._sqp import is_available as sqp_is_available
+from sheldrake.solvers._sqp import trust_region_sqp
 
 
 class Outcome:
@@ -105,16 +106,81 @@ def trust_constr(form: NonlinearForm, start: np.ndarray, settings: Settings) -> 
             bounds=Bounds(form.x_lower, form.x_upper),
             constraints=constraints,
             callback=callback if form._callbacks else None,
-            options={"maxiter": settings.iterations, "gtol": 1e-8, "xtol": 1e-10, "verbose": 2 * settings.prints},
+            options={
+                "maxiter": min(300, settings.iterations),
+                "gtol": 1e-8,
+                "xtol": 1e-10,
+                "verbose": 2 * settings.prints,
+            },
         )
     return Outcome(found.x, found.status in (1, 2), found.status == 0, found.message)
 
 
-class _NonlinearSolver(SolverInterface):
-    """SLSQP, and the trust-region method where SLSQP stops at a point that is not feasible or not a minimum."""
+def restore(form: NonlinearForm, start: np.ndarray) -> np.ndarray:
+    """A point near `start` with the least squares of violations, by a trust region (Branch, Coleman and Li, 1999)."""
+    from scipy.optimize import least_squares
 
+    free = form.x_lower < form.x_upper
+    y = start.copy()
+
+    def at(z: np.ndarray) -> np.ndarray:
+        out = y.copy()
+        out[free] = z
+        return out
+
+    # Its iterates are strictly inside of the bounds.
+    low, high = form.x_lower[free], form.x_upper[free]
+    inside = np.clip(start[free], np.nextafter(low, high), np.nextafter(high, low))
+    found = least_squares(
+        lambda z: form.excess(at(z))[0],
+        inside,
+        jac=lambda z: form.excess(at(z))[1][:, free],
+        bounds=(low, high),
+        max_nfev=200,
+        xtol=1e-12,
+        ftol=1e-14,
+        gtol=1e-14,
+    )
+    return at(found.x)
+
+
+def best_of(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
+    """The trust-region SQP method if there is Clarabel to serve it; SLSQP without, or where that finds no way."""
+    if not sqp_is_available():
+        return by_slsqp(form, start, settings)
+    found = Outcome(*trust_region_sqp(form, start, settings.feasibility, settings.iterations), "")
+    if form.violation(found.y) <= settings.feasibility or found.iterations_spent:
+        return found
+    other = by_slsqp(form, start, settings)
+    return other if form.violation(form.clip(other.y)) <= settings.feasibility else found
+
+
+def by_slsqp(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
+    """SLSQP; from a point that satisfies the constraints, if it does not find one; and the trust-region method where
+    it stops short of a minimum.
+    """
+    outcome = slsqp(form, start, settings)
+    for origin in (outcome.y, start):
+        if np.isfinite(outcome.y).all() and form.violation(form.clip(outcome.y)) <= settings.feasibility:
+            break
+        if not form.num_rows or outcome.iterations_spent:
+            return outcome
+        y = restore(form, form.clip(np.where(np.isfinite(origin), origin, 0.0)))
+        if form.violation(y) > settings.feasibility:
+            outcome = Outcome(y, True, False, "no point near satisfies the constraints")
+            continue
+        outcome = slsqp(form, y, settings)
+        if form.violation(form.clip(outcome.y)) > settings.feasibility:
+            outcome = Outcome(y, False, False, outcome.message)
+    if outcome.converged or outcome.iterations_spent:
+        return outcome
+    again = trust_constr(form, form.clip(outcome.y), settings)
+    better = form.violation(form.clip(again.y)) <= settings.feasibility and again.converged
+    return again if better else outcome
+
+
+class _NonlinearSolver(SolverInterface):
     _attributes = frozenset(NONLINEAR)
-    _methods: tuple[Callable[..., Outcome], ...] = (slsqp, trust_constr)
 
     def _do_solve(
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
@@ -125,14 +191,10 @@ class _NonlinearSolver(SolverInterface):
             result._finish(SolutionResult.kInfeasibleConstraints, guess, np.inf)
             self._tell(form, np.nan_to_num(guess), None, result)
             return
-        y, outcome = form.start(guess), None
+        start = form.start(guess)
         with np.errstate(all="ignore"):
-            for method in self._methods:
-                outcome = method(form, y, settings)
-                candidate = np.clip(outcome.y, form.x_lower, form.x_upper)
-                y = candidate if np.isfinite(candidate).all() else y
-                if outcome.converged and form.violation(y) <= settings.feasibility:
-                    break
+            outcome = best_of(form, start, settings)
+            y = form.clip(outcome.y) if np.isfinite(outcome.y).all() else start
             self._conclude(form, y, outcome, settings, result)
 
     def _conclude(self, form: Any, y: np.ndarray, outcome: Any, settings: Settings, result: Any) -> None:
@@ -147,6 +209,7 @@ class _NonlinearSolver(SolverInterface):
         else:
             kind = SolutionResult.kIterationLimit if outcome.iterations_spent else SolutionResult.kSolverSpecificError
         result._finish(kind, y * form.scale, cost)
+        result._cost = float(cost)  # That of the point where it stopped, feasible or not.
         self._tell(form, y, outcome, result)
         if kind is SolutionResult.kSolutionFound:
             dual, low, high = form.multipliers(y)
@@ -185,7 +248,7 @@ _SNOPT_INFO = {
 
 
 class SnoptSolver(_NonlinearSolver):
-    """Solves nonlinear programs. In sheldrake it is SLSQP of SciPy, a sequential quadratic programming method too.
+    """Solves nonlinear programs by sequential quadratic programming: a trust region and Clarabel, or SciPy's SLSQP.
 
     Options that are understood: "Major iterations limit", "Major optimality tolerance",
     "Major feasibility tolerance"; others are accepted without effect.
@@ -233,7 +296,7 @@ _IPOPT_STATUS = {
 
 
 class IpoptSolver(_NonlinearSolver):
-    """Solves nonlinear programs. In sheldrake it is SLSQP of SciPy, then its trust-region interior point method.
+    """Solves nonlinear programs. In sheldrake it is the same method as that of SnoptSolver.
 
     Options that are understood: "max_iter", "tol", "constr_viol_tol"; others are accepted without effect.
     """
@@ -263,7 +326,7 @@ class NloptSolverDetails(NamedTuple):
 
 
 class NloptSolver(_NonlinearSolver):
-    """Solves nonlinear programs. In sheldrake it is SLSQP of SciPy, which is one of NLopt's algorithms too."""
+    """Solves nonlinear programs. In sheldrake it is the same method as that of SnoptSolver."""
 
     _name = "NLopt"
 

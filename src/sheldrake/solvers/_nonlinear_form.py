@@ -95,6 +95,10 @@ class NonlinearForm:
         x = np.where(np.isnan(guess), 0.0, guess) / self.scale
         return np.minimum(np.maximum(x, self.x_lower), self.x_upper)
 
+    def clip(self, y: np.ndarray) -> np.ndarray:
+        """The nearest point inside the bounds of the variables."""
+        return np.minimum(np.maximum(y, self.x_lower), self.x_upper)
+
     def cost(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         """The cost and its gradient."""
         key = y.tobytes()
@@ -130,6 +134,13 @@ class NonlinearForm:
                 for j, place in enumerate(row.at):
                     target[:, place] += block[:, j]
         return values, np.nan_to_num(J, nan=0.0) * self.scale
+
+    def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """By how much each row is beyond its bounds, with sign, and the derivatives of that."""
+        values, J = self.constraints(y)
+        below, above = values < self.lower, values > self.upper
+        r = np.where(below, values - self.lower, 0.0) + np.where(above, values - self.upper, 0.0)
+        return r, np.where((below | above)[:, None], J, 0.0)
 
     def violation(self, y: np.ndarray) -> float:
         """The largest violation of a constraint, relative to the size of its bound if that is above one."""

@@ -221,7 +221,8 @@ class MathematicalProgramResult:
         out = []
         for b in self.GetInfeasibleConstraints(prog, tol):
             c = b._evaluator
-            name = c.get_description() or f"drake::solvers::{type(c).__name__}"
+            home = "multibody" if ".multibody." in type(c).__module__ else "solvers"
+            name = c.get_description() or f"drake::{home}::{type(c).__name__}"
             values = self.EvalBinding(b)
             for i, (y, low, high) in enumerate(zip(values, c.lower_bound(), c.upper_bound())):
                 if y < low - tol or y > high + tol or np.isnan(y):

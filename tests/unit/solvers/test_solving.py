@@ -21,6 +21,7 @@ from sheldrake.solvers import (
     SolveInParallel,
     SolverId,
     SolverOptions,
+    _nonlinear,
 )
 from sheldrake.solvers._clarabel import ClarabelSolver as _Clarabel
 from sheldrake.solvers._lemke import solve_lcp
@@ -50,6 +51,7 @@ def test_quadratic_programs_go_to_clarabel():
 
 
 def test_without_clarabel_quadratic_programs_are_solved_and_the_result_says_by_whom(monkeypatch):
+    monkeypatch.setattr(_nonlinear, "sqp_is_available", lambda: False)
     for cls in (_Clarabel, _Osqp, _Scs):
         monkeypatch.setattr(cls, "_is_available", classmethod(lambda cls: False))
     prog, x = quadratic_program()
@@ -65,7 +67,11 @@ def test_without_clarabel_quadratic_programs_are_solved_and_the_result_says_by_w
 
 
 @pytest.mark.parametrize("solver", [SnoptSolver, IpoptSolver, NloptSolver])
-def test_nonlinear_solvers_satisfy_the_first_order_conditions(solver):
+@pytest.mark.parametrize("with_clarabel", [True, False])
+def test_nonlinear_solvers_satisfy_the_first_order_conditions(solver, with_clarabel, monkeypatch):
+    if with_clarabel:
+        pytest.importorskip("clarabel")
+    monkeypatch.setattr(_nonlinear, "sqp_is_available", lambda: with_clarabel)
     prog = MathematicalProgram()
     x = prog.NewContinuousVariables(2, "x")
     prog.AddCost(sin(x[0]) + (x[1] - 1) ** 2 * x[0] ** 2)

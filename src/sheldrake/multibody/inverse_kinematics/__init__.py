@@ -1,0 +1,65 @@
+"""Positions of a plant that satisfy constraints, and velocities that follow an end effector."""
+
+from sheldrake.multibody.inverse_kinematics._center_of_mass import ComInPolyhedronConstraint, ComPositionConstraint
+from sheldrake.multibody.inverse_kinematics._differential import (
+    DifferentialInverseKinematicsParameters,
+    DifferentialInverseKinematicsResult,
+    DifferentialInverseKinematicsStatus,
+    DoDifferentialInverseKinematics,
+)
+from sheldrake.multibody.inverse_kinematics._differential_integrator import DifferentialInverseKinematicsIntegrator
+from sheldrake.multibody.inverse_kinematics._distance import (
+    DistanceConstraint,
+    MinimumDistanceLowerBoundConstraint,
+    MinimumDistanceUpperBoundConstraint,
+)
+from sheldrake.multibody.inverse_kinematics._inverse_kinematics import InverseKinematics
+from sheldrake.multibody.inverse_kinematics._orientation import (
+    AngleBetweenVectorsConstraint,
+    AngleBetweenVectorsCost,
+    OrientationConstraint,
+    OrientationCost,
+)
+from sheldrake.multibody.inverse_kinematics._plant_constraints import (
+    AddMultibodyPlantConstraints,
+    AddUnitQuaternionConstraintOnPlant,
+    UnitQuaternionConstraint,
+)
+from sheldrake.multibody.inverse_kinematics._position import (
+    GazeTargetConstraint,
+    PointToLineDistanceConstraint,
+    PointToPointDistanceConstraint,
+    PolyhedronConstraint,
+    PositionConstraint,
+    PositionCost,
+)
+
+__all__ = [
+    "AddMultibodyPlantConstraints",
+    "AddUnitQuaternionConstraintOnPlant",
+    "AngleBetweenVectorsConstraint",
+    "AngleBetweenVectorsCost",
+    "ComInPolyhedronConstraint",
+    "ComPositionConstraint",
+    "DifferentialInverseKinematicsIntegrator",
+    "DifferentialInverseKinematicsParameters",
+    "DifferentialInverseKinematicsResult",
+    "DifferentialInverseKinematicsStatus",
+    "DistanceConstraint",
+    "DoDifferentialInverseKinematics",
+    "GazeTargetConstraint",
+    "InverseKinematics",
+    "MinimumDistanceLowerBoundConstraint",
+    "MinimumDistanceUpperBoundConstraint",
+    "OrientationConstraint",
+    "OrientationCost",
+    "PointToLineDistanceConstraint",
+    "PointToPointDistanceConstraint",
+    "PolyhedronConstraint",
+    "PositionConstraint",
+    "PositionCost",
+    "UnitQuaternionConstraint",
+]
+
+for _name in __all__:
+    globals()[_name].__module__ = __name__

@@ -1,0 +1,356 @@
+"""Differential inverse kinematics: velocities of joints for a velocity of an end effector."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.common._enums import BoundEnum
+from sheldrake.common._overloads import incompatible
+from sheldrake.math import RigidTransform
+from sheldrake.multibody.tree import JacobianWrtVariable
+from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
+
+
+class DifferentialInverseKinematicsStatus(BoundEnum):
+    """How it ended: with velocities, without, or with velocities that hardly move the end effector."""
+
+    kSolutionFound = 0
+    kNoSolutionFound = 1
+    kStuck = 2
+
+
+class DifferentialInverseKinematicsResult:
+    """Velocities of the joints, shape (nv,), or None; and how it ended."""
+
+    def __init__(
+        self,
+        joint_velocities: Any = None,
+        status: DifferentialInverseKinematicsStatus = DifferentialInverseKinematicsStatus.kNoSolutionFound,
+    ):
+        self.joint_velocities, self.status = joint_velocities, status
+
+
+class _Bounds(NamedTuple):
+    lower: np.ndarray
+    upper: np.ndarray
+
+
+class DifferentialInverseKinematicsParameters:
+    """Limits, gains and the time step of differential inverse kinematics.
+
+    Args:
+        num_positions: Number of positions.
+        num_velocities: Number of velocities; that of positions if absent.
+    """
+
+    def __init__(self, num_positions: int, num_velocities: int | None = None):
+        self._nq = int(num_positions)
+        self._nv = self._nq if num_velocities is None else int(num_velocities)
+        self._nominal = np.zeros(self._nq)
+        self._gain = np.zeros((self._nq, self._nq))
+        self._flag = np.ones(6, dtype=bool)
+        self._dt, self._stuck = 1.0, 0.01
+        self._limits: dict[str, _Bounds | None] = {"position": None, "velocity": None, "acceleration": None}
+        self._angular_limit = np.inf
+        self._translational: tuple[np.ndarray, np.ndarray] | None = None
+        self._options = SolverOptions()
+
+    def get_num_positions(self) -> int:
+        """Returns the number of positions."""
+        return self._nq
+
+    def get_num_velocities(self) -> int:
+        """Returns the number of velocities."""
+        return self._nv
+
+    def get_time_step(self) -> float:
+        """Returns the time step [s]."""
+        return self._dt
+
+    def set_time_step(self, dt: float) -> None:
+        """Sets the time step [s].
+
+        Raises:
+            RuntimeError: it is not positive.
+        """
+        if not dt > 0.0:
+            raise RuntimeError(f"set_time_step(): the time step must be positive, got {dt}.")
+        self._dt = float(dt)
+
+    def get_nominal_joint_position(self) -> np.ndarray:
+        """Returns the positions that joints are drawn to where they are free, shape (nq,)."""
+        return self._nominal.copy()
+
+    def set_nominal_joint_position(self, arg0: Any) -> None:
+        """Sets the positions that joints are drawn to where they are free, shape (nq,).
+
+        Raises:
+            RuntimeError: the size is another.
+        """
+        self._nominal = self._sized("set_nominal_joint_position", arg0, self._nq)
+
+    def _sized(self, call: str, value: Any, size: int) -> np.ndarray:
+        v = np.atleast_1d(np.array(value, dtype=float)).ravel()
+        if v.size != size:
+            raise RuntimeError(f"{call}(): expected {size} values, got {v.size}.")
+        return v
+
+    def get_joint_centering_gain(self) -> np.ndarray:
+        """Returns the gain K of the pull to the nominal positions, shape (nq, nq)."""
+        return self._gain.copy()
+
+    def set_joint_centering_gain(self, K: Any) -> None:
+        """Sets the gain K of the pull to the nominal positions, shape (nq, nq) [1/s].
+
+        Raises:
+            RuntimeError: the shape is another.
+        """
+        K = np.array(K, dtype=float)
+        if K.shape != (self._nq, self._nq):
+            raise RuntimeError(f"set_joint_centering_gain(): expected shape {(self._nq, self._nq)}, got {K.shape}.")
+        self._gain = K
+
+    def get_end_effector_velocity_flag(self) -> np.ndarray:
+        """Returns which elements of the velocity, in frame E, are to be followed, shape (6,)."""
+        return self._flag.copy()
+
+    def set_end_effector_velocity_flag(self, flag_E: Any) -> None:
+        """Sets which elements of the velocity, in frame E, are to be followed, shape (6,)."""
+        self._flag = np.array(flag_E, dtype=bool).reshape(6)
+
+    def get_end_effector_angular_speed_limit(self) -> float:
+        """Returns the largest angular speed to be commanded for a pose [rad/s]."""
+        return self._angular_limit
+
+    def set_end_effector_angular_speed_limit(self, speed: float) -> None:
+        """Sets the largest angular speed to be commanded for a pose [rad/s]."""
+        self._angular_limit = float(speed)
+
+    def get_end_effector_translational_velocity_limits(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Returns the bounds of the translational velocity to be commanded for a pose [m/s], or None."""
+        return self._translational
+
+    def set_end_effector_translational_velocity_limits(self, lower: Any, upper: Any) -> None:
+        """Sets the bounds of the translational velocity to be commanded for a pose [m/s], shape (3,) each."""
+        low, high = self._sized("lower", lower, 3), self._sized("upper", upper, 3)
+        if np.any(high < low):
+            raise RuntimeError("set_end_effector_translational_velocity_limits(): upper is below lower.")
+        self._translational = (low, high)
+
+    def _set_limits(self, kind: str, bounds: Any, size: int) -> None:
+        call = f"set_joint_{kind}_limits"
+        low, high = (self._sized(call, b, size) for b in bounds)
+        if np.any(high < low):
+            raise RuntimeError(f"{call}(): an upper bound is below its lower bound.")
+        self._limits[kind] = _Bounds(low, high)
+
+    def _get_limits(self, kind: str) -> tuple[np.ndarray, np.ndarray] | None:
+        found = self._limits[kind]
+        return None if found is None else (found.lower.copy(), found.upper.copy())
+
+    def get_joint_position_limits(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Returns the bounds of positions, or None."""
+        return self._get_limits("position")
+
+    def set_joint_position_limits(self, arg0: Any) -> None:
+        """Sets the bounds (lower, upper) of positions, shape (nq,) each."""
+        self._set_limits("position", arg0, self._nq)
+
+    def get_joint_velocity_limits(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Returns the bounds of velocities, or None."""
+        return self._get_limits("velocity")
+
+    def set_joint_velocity_limits(self, arg0: Any) -> None:
+        """Sets the bounds (lower, upper) of velocities, shape (nv,) each."""
+        self._set_limits("velocity", arg0, self._nv)
+
+    def get_joint_acceleration_limits(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Returns the bounds of accelerations, or None."""
+        return self._get_limits("acceleration")
+
+    def set_joint_acceleration_limits(self, arg0: Any) -> None:
+        """Sets the bounds (lower, upper) of accelerations, shape (nv,) each."""
+        self._set_limits("acceleration", arg0, self._nv)
+
+    def get_maximum_scaling_to_report_stuck(self) -> float:
+        """Returns the part of the wanted velocity below which the result is `kStuck`."""
+        return self._stuck
+
+    def set_maximum_scaling_to_report_stuck(self, scaling: float) -> None:
+        """Sets the part of the wanted velocity below which the result is `kStuck`."""
+        self._stuck = float(scaling)
+
+    def get_mutable_solver_options(self) -> SolverOptions:
+        """Returns the options of the solver, to be changed."""
+        return self._options
+
+
+def _from_jacobian(
+    q: np.ndarray,
+    v: np.ndarray,
+    V: np.ndarray,
+    J: np.ndarray,
+    parameters: DifferentialInverseKinematicsParameters,
+    N: Any = None,
+    Nplus: Any = None,
+) -> DifferentialInverseKinematicsResult:
+    """min -100 alpha + |P (v_next - N+ K (q_nominal - q))|^2 with J v_next = alpha V, under the limits.
+
+    The rows of P span the nullspace of J.
+    """
+    nq, nv = parameters.get_num_positions(), parameters.get_num_velocities()
+    sizes = {"q_current": (q.size, nq), "v_current": (v.size, nv), "J": (J.shape, (V.size, nv))}
+    for name, (found, expected) in sizes.items():
+        if found != expected:
+            raise RuntimeError(f"DoDifferentialInverseKinematics(): {name} has size {found}, expected {expected}.")
+    prog = MathematicalProgram()
+    v_next = prog.NewContinuousVariables(nv, "v_next")
+    alpha = prog.NewContinuousVariables(1, "alpha")
+    prog.AddLinearCost(np.array([-100.0]), 0.0, alpha)
+    prog.AddBoundingBoxConstraint(0.0, 1.0, alpha)
+    both = np.concatenate((v_next, alpha))
+    prog.AddLinearEqualityConstraint(np.hstack((J, -V.reshape(-1, 1))), np.zeros(V.size), both)
+    P = _nullspace(J)
+    if len(P):
+        if Nplus is None and nq != nv:
+            raise RuntimeError("DoDifferentialInverseKinematics(): Nplus is needed where positions are no velocities.")
+        pull = parameters._gain @ (parameters._nominal - q)
+        wanted = pull if Nplus is None else np.asarray(Nplus, dtype=float) @ pull
+        prog.Add2NormSquaredCost(P, P @ wanted, v_next)
+    _add_limits(prog, v_next, q, v, parameters, N)
+    result = Solve(prog, None, parameters._options)
+    Status = DifferentialInverseKinematicsStatus
+    if not result.is_success():
+        return DifferentialInverseKinematicsResult(None, Status.kNoSolutionFound)
+    stuck = V.size > 0 and result.GetSolution(alpha[0]) <= parameters._stuck
+    return DifferentialInverseKinematicsResult(
+        result.GetSolution(v_next), Status.kStuck if stuck else Status.kSolutionFound
+    )
+
+
+def _nullspace(J: np.ndarray) -> np.ndarray:
+    """Rows that span the nullspace of J: in each, one of the velocities that elimination leaves free is one.
+
+    Gauss elimination with complete pivoting, as in Drake; this fixes how much the pull to the nominal positions weighs.
+    """
+    U, n = J.copy(), J.shape[1]
+    order, rank = np.arange(n), 0
+    tolerance = max(J.shape) * np.finfo(float).eps * np.abs(J).max(initial=0.0)
+    while rank < min(U.shape):
+        rest = np.abs(U[rank:, rank:])
+        i, j = np.unravel_index(int(rest.argmax()), rest.shape)
+        if rest[i, j] <= tolerance:
+            break
+        U[[rank, rank + i]] = U[[rank + i, rank]]
+        U[:, [rank, rank + j]] = U[:, [rank + j, rank]]
+        order[[rank, rank + j]] = order[[rank + j, rank]]
+        factors = U[rank + 1 :, rank] / U[rank, rank]
+        U[rank + 1 :, rank:] -= np.outer(factors, U[rank, rank:])
+        rank += 1
+    rows = np.zeros((n - rank, n))
+    rows[:, order[rank:]] = np.eye(n - rank)
+    if rank:
+        rows[:, order[:rank]] = -np.linalg.solve(U[:rank, :rank], U[:rank, rank:]).T
+    return rows
+
+
+def _add_limits(prog: Any, v_next: Any, q: np.ndarray, v: np.ndarray, parameters: Any, N: Any) -> None:
+    dt = parameters.get_time_step()
+    positions, velocities, accelerations = (parameters._limits[k] for k in ("position", "velocity", "acceleration"))
+    if positions is not None:
+        low, high = (positions.lower - q) / dt, (positions.upper - q) / dt
+        if N is not None:
+            prog.AddLinearConstraint(np.asarray(N, dtype=float), low, high, v_next)
+        elif q.size != v.size:
+            raise RuntimeError("DoDifferentialInverseKinematics(): N is needed where positions are no velocities.")
+        else:
+            prog.AddBoundingBoxConstraint(low, high, v_next)
+    if velocities is not None:
+        prog.AddBoundingBoxConstraint(velocities.lower, velocities.upper, v_next)
+    if accelerations is not None:
+        prog.AddBoundingBoxConstraint(v + dt * accelerations.lower, v + dt * accelerations.upper, v_next)
+
+
+def _from_velocity(
+    robot: Any, context: Any, V_AE: np.ndarray, frame_A: Any, frame_E: Any, parameters: Any
+) -> DifferentialInverseKinematicsResult:
+    """For a velocity of E in A, given in A."""
+    wrt = JacobianWrtVariable.kV
+    J = robot.CalcJacobianSpatialVelocity(context, wrt, frame_E, np.zeros(3), frame_A, frame_E)
+    R_EA = robot.CalcRelativeTransform(context, frame_E, frame_A).rotation().matrix()
+    V_E = np.concatenate((R_EA @ V_AE[:3], R_EA @ V_AE[3:]))
+    keep = parameters._flag
+    N = Nplus = None
+    if not robot.IsVelocityEqualToQDot():
+        N, Nplus = (M.toarray() for M in (robot.MakeVelocityToQDotMap(context), robot.MakeQDotToVelocityMap(context)))
+    q, v = robot.GetPositions(context), robot.GetVelocities(context)
+    return _from_jacobian(np.array(q), np.array(v), V_E[keep], J[keep], parameters, N, Nplus)
+
+
+def pose_difference(X: RigidTransform, X_desired: RigidTransform) -> np.ndarray:
+    """Rotation vector and translation from one pose to another, in the frame of both, shape (6,)."""
+    turn = (X_desired.rotation() @ X.rotation().inverse()).ToAngleAxis()
+    return np.concatenate((turn.angle() * turn.axis(), X_desired.translation() - X.translation()))
+
+
+def _from_pose(
+    robot: Any, context: Any, X_AE_desired: Any, frame_A: Any, frame_E: Any, parameters: Any
+) -> DifferentialInverseKinematicsResult:
+    X_AE = robot.CalcRelativeTransform(context, frame_A, frame_E)
+    V = pose_difference(X_AE, X_AE_desired) / parameters.get_time_step()
+    speed = np.linalg.norm(V[:3])
+    if speed > parameters._angular_limit:
+        V[:3] *= parameters._angular_limit / speed
+    if parameters._translational is not None:
+        V[3:] = np.clip(V[3:], *parameters._translational)
+    return _from_velocity(robot, context, V, frame_A, frame_E, parameters)
+
+
+_BY_VECTORS = ("q_current", "v_current", "V", "J", "parameters", "N", "Nplus")
+
+
+def DoDifferentialInverseKinematics(*args: Any, **kwargs: Any) -> DifferentialInverseKinematicsResult:
+    """Returns velocities of joints that move an end effector E in a wanted direction, as fast as limits allow.
+
+    Called as
+
+    - `(q_current, v_current, V, J, parameters, N=None, Nplus=None)`: J v = alpha V with the largest alpha <= 1;
+    - `(robot, context, V_WE_desired, frame_E, parameters)` or `(robot, context, V_AE_desired, frame_A, frame_E,
+      parameters)`: for a spatial velocity, shape (6,) or SpatialVelocity;
+    - the same with `X_WE_desired` or `X_AE_desired`: for a pose to be reached in one time step.
+
+    Raises:
+        TypeError: the arguments are none of these.
+        RuntimeError: sizes differ.
+    """
+    if (not args and "robot" not in kwargs) or (args and not hasattr(args[0], "num_positions")):
+        return _with_vectors(args, kwargs)
+    names: tuple[str, ...] = ("robot", "context", "desired", "frame_A", "frame_E", "parameters")
+    values = {n: v for n, v in kwargs.items()}
+    for word in ("V_WE_desired", "V_AE_desired", "X_WE_desired", "X_AE_desired"):
+        if word in values:
+            values["desired"] = values.pop(word)
+    if len(args) + len(values) == 5:
+        names = ("robot", "context", "desired", "frame_E", "parameters")
+    values.update(zip(names, args))
+    if set(values) != set(names):
+        accepted = ["(robot, context, V_WE_desired or X_WE_desired, frame_E, parameters)", str(_BY_VECTORS)]
+        raise incompatible("DoDifferentialInverseKinematics", accepted, args, kwargs)
+    robot, desired = values["robot"], values["desired"]
+    frame_A = values.get("frame_A", robot.world_frame())
+    rest = (frame_A, values["frame_E"], values["parameters"])
+    if isinstance(desired, RigidTransform):
+        return _from_pose(robot, values["context"], desired, *rest)
+    V = np.asarray(desired.get_coeffs() if hasattr(desired, "get_coeffs") else desired, dtype=float).reshape(6)
+    return _from_velocity(robot, values["context"], V, *rest)
+
+
+def _with_vectors(args: tuple, kwargs: dict) -> DifferentialInverseKinematicsResult:
+    values: dict[str, Any] = {"N": None, "Nplus": None, **kwargs, **dict(zip(_BY_VECTORS, args))}
+    if set(values) != set(_BY_VECTORS):
+        raise incompatible("DoDifferentialInverseKinematics", [str(_BY_VECTORS)], args, kwargs)
+    q, v, V = (np.atleast_1d(np.array(values[n], dtype=float)) for n in ("q_current", "v_current", "V"))
+    J = np.array(values["J"], dtype=float).reshape(V.size, -1)
+    return _from_jacobian(q, v, V, J, values["parameters"], values["N"], values["Nplus"])

@@ -1,0 +1,184 @@
+"""Constraints on signed distances between geometries."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFunction
+from sheldrake.solvers import Constraint
+from sheldrake.solvers._minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
+
+
+class _Distances(KinematicFunction):
+    """Signed distances of pairs of geometries and their derivatives."""
+
+    def _check_geometry(self, plant: Any, context: Any) -> None:
+        if not plant.geometry_source_is_registered():
+            raise ValueError(
+                "Kinematic constraint: MultibodyPlant has not registered its geometry source with SceneGraph yet. "
+                "Please refer to AddMultibodyPlantSceneGraph on connecting MultibodyPlant to SceneGraph."
+            )
+        if context is None or not plant.get_geometry_query_input_port().HasValue(context):
+            raise ValueError(
+                "Kinematic constraint: Cannot get a valid geometry::QueryObject. Either the plant's geometry query "
+                "input port is not properly connected to the SceneGraph's geometry query output port, or the "
+                "plant_context is incorrect. Please refer to AddMultibodyPlantSceneGraph on connecting MultibodyPlant "
+                "to SceneGraph."
+            )
+
+    def _query(self) -> Any:
+        return self._plant.get_geometry_query_input_port().Eval(self._context)
+
+    def _pair_slope(self, query: Any, pair: Any) -> np.ndarray:
+        """Derivative of a signed distance by q, shape (nq,): its normal times the velocities of the nearest points."""
+        W = self._plant.world_frame()
+        total = np.zeros(self._plant.num_positions())
+        for sign, geometry, point in ((1.0, pair.id_A, pair.p_ACa), (-1.0, pair.id_B, pair.p_BCb)):
+            inspector = query.inspector()
+            body = self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+            p_BC = inspector.GetPoseInFrame(geometry) @ np.asarray(point)
+            J = self._plant.CalcJacobianTranslationalVelocity(
+                self._context, QDOT, body.body_frame(), p_BC.reshape(3, 1), W, W
+            )
+            total += sign * pair.nhat_BA_W @ J
+        return total
+
+
+class DistanceConstraint(_Distances, Constraint):
+    """The signed distance of two geometries is bounded [m].
+
+    Args:
+        plant: The plant, connected to a SceneGraph.
+        geometry_pair: The two geometries.
+        plant_context: Its context, part of that of the diagram; where the positions are put.
+        distance_lower: Least distance [m].
+        distance_upper: Greatest distance [m].
+
+    Raises:
+        ValueError: the plant is not connected to a SceneGraph.
+    """
+
+    def __init__(
+        self, plant: Any, geometry_pair: Any, plant_context: Any, distance_lower: float, distance_upper: float
+    ):
+        self._check_geometry(plant, plant_context)
+        self._pair = tuple(sorted(geometry_pair))
+        self._set_plant(plant, plant_context, 1)
+        self._set_bounds(np.array([float(distance_lower)]), np.array([float(distance_upper)]))
+
+    def _value(self, more: np.ndarray) -> np.ndarray:
+        return np.array([self._query().ComputeSignedDistancePairClosestPoints(*self._pair).distance])
+
+    def _slope(self, more: np.ndarray) -> np.ndarray:
+        query = self._query()
+        return self._pair_slope(query, query.ComputeSignedDistancePairClosestPoints(*self._pair))
+
+
+class _MinimumDistance(_Distances, _MinimumValueConstraint):
+    """A smooth bound on the least of the signed distances of all pairs that may collide."""
+
+    _eval = _MinimumValueConstraint._eval
+    _jacobian = _MinimumValueConstraint._jacobian
+    _display = _MinimumValueConstraint._display
+    _latex = _MinimumValueConstraint._latex
+
+    def _set_distances(self, plant: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
+        name = type(self).__name__
+        if not math.isfinite(offset):
+            raise ValueError(f"{name}: influence_distance must be finite.")
+        if offset <= 0.0:
+            raise ValueError(
+                f"{name}: influence_distance={bound + offset:g}, must be larger than bound={bound:g}; equivalently, "
+                f"influence_distance_offset={offset:g}, but it needs to be positive."
+            )
+        self._check_geometry(plant, context)
+        self._set_plant(plant, context, 1)
+        pairs = len(self._query().inspector().GetCollisionCandidates())
+        self._set_up(plant.num_positions(), bound, offset, pairs, self._no_duals, self._distances)
+        if penalty is not None:
+            self.set_penalty_function(penalty)
+        else:
+            self.set_penalty_function(quadratically_smoothed_hinge)
+
+    def _no_duals(self, x: np.ndarray, influence: float) -> np.ndarray:
+        raise RuntimeError(f"{type(self).__name__}: distances of geometries are not computed for AutoDiffXd.")
+
+    def _pairs(self, x: np.ndarray) -> tuple[Any, list]:
+        self._place(x)
+        query = self._query()
+        return query, query.ComputeSignedDistancePairwiseClosestPoints(self._influence)
+
+    def _distances(self, x: np.ndarray, influence: float) -> np.ndarray:
+        return np.array([pair.distance for pair in self._pairs(x)[1]])
+
+    def _values_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        query, pairs = self._pairs(x)
+        J = [self._pair_slope(query, pair) for pair in pairs]
+        return np.array([p.distance for p in pairs]), np.array(J).reshape(len(pairs), len(x))
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return _MinimumValueConstraint._eval_with_jacobian(self, x)
+
+    def distance_bound(self) -> float:
+        """Returns the bound [m]."""
+        return self._bound
+
+    def influence_distance(self) -> float:
+        """Returns the distance from which on pairs do not count [m]."""
+        return self._influence
+
+
+class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
+    """All pairs of geometries that may collide are at least this far from each other.
+
+    Args:
+        plant: The plant, connected to a SceneGraph.
+        bound: Least signed distance [m].
+        plant_context: Its context, part of that of the diagram; where the positions are put.
+        penalty_function: `(x, compute_grad) -> (value, slope)`, zero for x >= 0; a quadratic hinge if absent.
+        influence_distance_offset: Pairs farther from each other than bound + this do not count [m].
+
+    Raises:
+        ValueError: the offset is not positive and finite, or the plant is not connected to a SceneGraph.
+    """
+
+    def __init__(
+        self,
+        plant: Any,
+        bound: float,
+        plant_context: Any,
+        penalty_function: Callable | None = None,
+        influence_distance_offset: float = 0.01,
+    ):
+        self._set_distances(plant, bound, plant_context, influence_distance_offset, penalty_function)
+
+
+class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
+    """Some pair of geometries that may collide is at most this far apart.
+
+    Args:
+        plant: The plant, connected to a SceneGraph.
+        bound: Greatest signed distance of the nearest pair [m].
+        plant_context: Its context, part of that of the diagram; where the positions are put.
+        influence_distance_offset: Pairs farther from each other than bound + this do not count [m].
+        penalty_function: `(x, compute_grad) -> (value, slope)`, zero for x >= 0; a quadratic hinge if absent.
+
+    Raises:
+        ValueError: the offset is not positive and finite, or the plant is not connected to a SceneGraph.
+    """
+
+    _lower_kind = False
+
+    def __init__(
+        self,
+        plant: Any,
+        bound: float,
+        plant_context: Any,
+        influence_distance_offset: float,
+        penalty_function: Callable | None = None,
+    ):
+        self._set_distances(plant, bound, plant_context, influence_distance_offset, penalty_function)

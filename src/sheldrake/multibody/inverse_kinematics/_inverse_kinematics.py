@@ -1,0 +1,174 @@
+"""InverseKinematics: a program on the positions of a plant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.common._overloads import incompatible
+from sheldrake.multibody.inverse_kinematics import _distance as distance
+from sheldrake.multibody.inverse_kinematics import _orientation as orientation
+from sheldrake.multibody.inverse_kinematics import _position as position
+from sheldrake.multibody.inverse_kinematics._kinematic import given
+from sheldrake.multibody.inverse_kinematics._plant_constraints import add_limits_and_quaternions
+from sheldrake.solvers import MathematicalProgram
+
+
+class InverseKinematics:
+    """Positions of a plant as decision variables, and methods that add what they should satisfy.
+
+    Called as `(plant, with_joint_limits=True)` or `(plant, plant_context, with_joint_limits=True)`. Constraints on
+    distances between geometries need a context that is part of that of a diagram with a SceneGraph; joints that are
+    locked in it stay where they are. Solving changes the positions in the context.
+    """
+
+    def __init__(self, plant: Any, *args: Any, **kwargs: Any):
+        context = kwargs.pop("plant_context", None)
+        rest = list(args)
+        if context is None and rest and not isinstance(rest[0], bool):
+            context = rest.pop(0)
+        limits = kwargs.pop("with_joint_limits", rest.pop(0) if rest else True)
+        if rest or kwargs or not isinstance(limits, bool):
+            accepted = ["(plant, with_joint_limits: bool = True)", "(plant, plant_context, with_joint_limits = True)"]
+            raise incompatible("InverseKinematics", accepted, (plant, *args), kwargs, constructor=True)
+        self._plant = plant
+        self._own_context = None if context is not None else plant.CreateDefaultContext()
+        self._context = self._own_context if context is None else context
+        self._prog = MathematicalProgram()
+        self._q = self._prog.NewContinuousVariables(plant.num_positions(), "q")
+        add_limits_and_quaternions(plant, self._q, self._prog, context, limits)
+
+    def q(self) -> Any:
+        """Returns the variables of the positions, shape (nq,)."""
+        return self._q.copy()
+
+    def prog(self) -> MathematicalProgram:
+        """Returns the program."""
+        return self._prog
+
+    def get_mutable_prog(self) -> MathematicalProgram:
+        """Returns the program."""
+        return self._prog
+
+    def context(self) -> Any:
+        """Returns the context of the plant."""
+        return self._context
+
+    def get_mutable_context(self) -> Any:
+        """Returns the context of the plant."""
+        return self._context
+
+    def AddPositionConstraint(self, *args: Any, **kwargs: Any) -> Any:
+        """Adds that a point Q of frame B is in a box of frame A.
+
+        Called as `(frameB, p_BQ, frameA, p_AQ_lower, p_AQ_upper)`, or as
+        `(frameB, p_BQ, frameAbar, X_AbarA, p_AQ_lower, p_AQ_upper)` with A fixed to Abar.
+        """
+        long = given(args, kwargs, ("frameB", "p_BQ", "frameAbar", "X_AbarA", "p_AQ_lower", "p_AQ_upper"))
+        short = given(args, kwargs, ("frameB", "p_BQ", "frameA", "p_AQ_lower", "p_AQ_upper"))
+        if long is None:
+            if short is None:
+                accepted = [
+                    "(frameB, p_BQ, frameA, p_AQ_lower, p_AQ_upper)",
+                    "(frameB, p_BQ, frameAbar, X_AbarA, p_AQ_lower, p_AQ_upper)",
+                ]
+                raise incompatible("AddPositionConstraint", accepted, args, kwargs)
+            long = [*short[:3], None, *short[3:]]
+        B, p_BQ, A, X_AbarA, lower, upper = long
+        return self._add(position.PositionConstraint(self._plant, A, X_AbarA, lower, upper, B, p_BQ, self._context))
+
+    def _add(self, constraint: Any) -> Any:
+        return self._prog.AddConstraint(constraint, self._q)
+
+    def AddPositionCost(self, frameA: Any, p_AP: Any, frameB: Any, p_BQ: Any, C: Any) -> Any:
+        """Adds the cost e' C e with e from P of frame A to Q of frame B, in A."""
+        cost = position.PositionCost(self._plant, frameA, p_AP, frameB, p_BQ, C, self._context)
+        return self._prog.AddCost(cost, self._q)
+
+    def AddOrientationConstraint(
+        self, frameAbar: Any, R_AbarA: Any, frameBbar: Any, R_BbarB: Any, theta_bound: float
+    ) -> Any:
+        """Adds that the angle between A (fixed to Abar) and B (fixed to Bbar) is at most `theta_bound` [rad]."""
+        return self._add(
+            orientation.OrientationConstraint(
+                self._plant, frameAbar, R_AbarA, frameBbar, R_BbarB, theta_bound, self._context
+            )
+        )
+
+    def AddOrientationCost(self, frameAbar: Any, R_AbarA: Any, frameBbar: Any, R_BbarB: Any, c: float) -> Any:
+        """Adds the cost c (1 - cos(angle)) of the angle between A (fixed to Abar) and B (fixed to Bbar)."""
+        cost = orientation.OrientationCost(self._plant, frameAbar, R_AbarA, frameBbar, R_BbarB, c, self._context)
+        return self._prog.AddCost(cost, self._q)
+
+    def AddGazeTargetConstraint(
+        self, frameA: Any, p_AS: Any, n_A: Any, frameB: Any, p_BT: Any, cone_half_angle: float
+    ) -> Any:
+        """Adds that T of frame B is in the cone with apex S and axis n of frame A."""
+        return self._add(
+            position.GazeTargetConstraint(self._plant, frameA, p_AS, n_A, frameB, p_BT, cone_half_angle, self._context)
+        )
+
+    def AddAngleBetweenVectorsConstraint(
+        self, frameA: Any, na_A: Any, frameB: Any, nb_B: Any, angle_lower: float, angle_upper: float
+    ) -> Any:
+        """Adds bounds [rad] on the angle between a direction of frame A and one of frame B."""
+        return self._add(
+            orientation.AngleBetweenVectorsConstraint(
+                self._plant, frameA, na_A, frameB, nb_B, angle_lower, angle_upper, self._context
+            )
+        )
+
+    def AddAngleBetweenVectorsCost(self, frameA: Any, na_A: Any, frameB: Any, nb_B: Any, c: float) -> Any:
+        """Adds the cost c (1 - cos(angle)) of the angle between a direction of frame A and one of frame B."""
+        cost = orientation.AngleBetweenVectorsCost(self._plant, frameA, na_A, frameB, nb_B, c, self._context)
+        return self._prog.AddCost(cost, self._q)
+
+    def AddPointToPointDistanceConstraint(
+        self, frame1: Any, p_B1P1: Any, frame2: Any, p_B2P2: Any, distance_lower: float, distance_upper: float
+    ) -> Any:
+        """Adds bounds [m] on the distance of a point of one frame from a point of another."""
+        return self._add(
+            position.PointToPointDistanceConstraint(
+                self._plant, frame1, p_B1P1, frame2, p_B2P2, distance_lower, distance_upper, self._context
+            )
+        )
+
+    def AddPointToLineDistanceConstraint(
+        self,
+        frame_point: Any,
+        p_B1P: Any,
+        frame_line: Any,
+        p_B2Q: Any,
+        n_B2: Any,
+        distance_lower: float,
+        distance_upper: float,
+    ) -> Any:
+        """Adds bounds [m] on the distance of a point of one frame from a line of another."""
+        return self._add(
+            position.PointToLineDistanceConstraint(
+                self._plant, frame_point, p_B1P, frame_line, p_B2Q, n_B2, distance_lower, distance_upper, self._context
+            )
+        )
+
+    def AddPolyhedronConstraint(self, frameF: Any, frameG: Any, p_GP: Any, A: Any, b: Any) -> Any:
+        """Adds A (p_FP1, p_FP2, ...) <= b for points of frame G seen from frame F."""
+        return self._add(position.PolyhedronConstraint(self._plant, frameF, frameG, p_GP, A, b, self._context))
+
+    def AddDistanceConstraint(self, geometry_pair: Any, distance_lower: float, distance_upper: float) -> Any:
+        """Adds bounds [m] on the signed distance of two geometries."""
+        return self._add(
+            distance.DistanceConstraint(self._plant, geometry_pair, self._context, distance_lower, distance_upper)
+        )
+
+    def AddMinimumDistanceLowerBoundConstraint(self, bound: float, influence_distance_offset: float = 0.01) -> Any:
+        """Adds that all pairs of geometries that may collide are at least `bound` [m] from each other."""
+        return self._add(
+            distance.MinimumDistanceLowerBoundConstraint(
+                self._plant, bound, self._context, None, influence_distance_offset
+            )
+        )
+
+    def AddMinimumDistanceUpperBoundConstraint(self, bound: float, influence_distance_offset: float) -> Any:
+        """Adds that some pair of geometries that may collide is at most `bound` [m] apart."""
+        return self._add(
+            distance.MinimumDistanceUpperBoundConstraint(self._plant, bound, self._context, influence_distance_offset)
+        )

@@ -1,0 +1,143 @@
+"""What costs and constraints on the positions of a plant have in common."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common._overloads import incompatible
+from sheldrake.multibody.tree import JacobianWrtVariable
+from sheldrake.solvers import _arrays
+from sheldrake.solvers._evaluators import EvaluatorBase
+
+QDOT = JacobianWrtVariable.kQDot
+
+
+class KinematicFunction:
+    """A function of the positions q of a plant; its context is where they are put.
+
+    Of a plant of floats the derivatives come from its Jacobians; a plant of AutoDiffXd carries them itself.
+    """
+
+    _thread_safe = False
+    _plant: Any
+    _context: Any
+    _num_outputs: int
+    _num_vars: int
+
+    def _set_plant(self, plant: Any, context: Any, num_outputs: int, more_vars: int = 0) -> None:
+        if context is None:
+            raise ValueError(f"{type(self).__name__}: plant_context is None.")
+        self._plant, self._context = plant, context
+        self._is_float = plant._scalar is float
+        self._set_sizes(num_outputs, plant.num_positions() + more_vars)  # type: ignore[attr-defined]
+
+    def _place(self, q: np.ndarray) -> None:
+        """Puts positions into the context, if they are not there already."""
+        if not self._is_float:
+            duals = np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(float(v)) for v in q], dtype=object)
+            self._plant.SetPositions(self._context, duals)
+        elif not np.array_equal(self._plant.GetPositions(self._context), q):
+            self._plant.SetPositions(self._context, q)
+
+    def _value(self, more: np.ndarray) -> np.ndarray:
+        """Values at the positions in the context."""
+        raise NotImplementedError
+
+    def _slope(self, more: np.ndarray) -> np.ndarray:
+        """Derivatives by q (and the variables beyond), at the positions in the context of a plant of floats."""
+        raise NotImplementedError
+
+    def _split(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        n = self._plant.num_positions()
+        return x[:n], x[n:]
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        q, more = self._split(x)
+        self._place(q)
+        y = np.atleast_1d(self._value(more))
+        return _arrays.values_and_gradient(y)[0] if y.dtype == object else y
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if not self._is_float:
+            return _arrays.values_and_gradient(self._eval_duals(_arrays.variables_at(x)))
+        q, more = self._split(x)
+        self._place(q)
+        return np.atleast_1d(self._value(more)), np.atleast_2d(self._slope(more))
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self._eval_with_jacobian(x)[1]
+
+    def _eval_duals(self, x: np.ndarray) -> np.ndarray:
+        if self._is_float:
+            return EvaluatorBase._eval_duals(self, x)  # type: ignore[arg-type]
+        q, more = self._split(x)
+        self._place(q)
+        y = np.atleast_1d(self._value(more))
+        return np.array([v if isinstance(v, AutoDiffXd) else AutoDiffXd(float(v)) for v in y], dtype=object)
+
+    def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
+        raise RuntimeError(f"{type(self).__name__}::DoEval() does not work for symbolic variables.")
+
+    _display = EvaluatorBase._display
+    _latex = EvaluatorBase._latex
+
+    # Kinematics of the plant
+
+    def _point(self, frame_B: Any, p_BQ: np.ndarray, frame_A: Any) -> np.ndarray:
+        """p_AQ, shape (3,)."""
+        return self._plant.CalcPointsPositions(self._context, frame_B, p_BQ.reshape(3, 1), frame_A)[:, 0]
+
+    def _point_slope(self, frame_B: Any, p_BQ: np.ndarray, frame_A: Any) -> np.ndarray:
+        """Derivative of p_AQ by q, shape (3, nq)."""
+        return self._plant.CalcJacobianTranslationalVelocity(
+            self._context, QDOT, frame_B, p_BQ.reshape(3, 1), frame_A, frame_A
+        )
+
+    def _rotation(self, frame_A: Any, frame_B: Any) -> np.ndarray:
+        """R_AB, shape (3, 3)."""
+        return self._plant.CalcRelativeTransform(self._context, frame_A, frame_B).rotation().matrix()
+
+    def _rotation_slope(self, frame_A: Any, frame_B: Any) -> np.ndarray:
+        """W with w_AB_A = W qdot, shape (3, nq)."""
+        return self._plant.CalcJacobianAngularVelocity(self._context, QDOT, frame_B, frame_A, frame_A)
+
+
+def vector3(call: str, name: str, value: Any) -> np.ndarray:
+    """Three floats.
+
+    Raises:
+        TypeError: it is something else.
+    """
+    try:
+        v = np.array(value, dtype=float).reshape(-1)
+    except (TypeError, ValueError):
+        v = np.zeros(0)
+    if v.size != 3:
+        raise incompatible(call, [f"{name}: numpy.ndarray of shape (3,)"], (value,), {})
+    return v
+
+
+def unit3(call: str, name: str, value: Any) -> np.ndarray:
+    """A direction of length one.
+
+    Raises:
+        ValueError: it is zero.
+    """
+    v = vector3(call, name, value)
+    length = np.linalg.norm(v)
+    if length < 100.0 * np.finfo(float).eps:
+        raise ValueError(f"{name} is close to a zero vector.")
+    return v / length
+
+
+def given(args: tuple, kwargs: dict, names: tuple[str, ...]) -> list[Any] | None:
+    """The arguments in the order of names, or None if they do not fit."""
+    if len(args) > len(names):
+        return None
+    rest = names[len(args) :]
+    if set(kwargs) != set(rest):
+        return None
+    return [*args, *(kwargs[n] for n in rest)]

@@ -1,0 +1,176 @@
+"""How frames are turned: constraints and costs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction, unit3
+from sheldrake.solvers import Constraint, Cost
+
+
+class _Turn(KinematicFunction):
+    """R_AB, where A is fixed to frame Abar and B to frame Bbar."""
+
+    def _set_turn(self, plant: Any, Abar: Any, R_AbarA: Any, Bbar: Any, R_BbarB: Any, context: Any) -> None:
+        self._Abar, self._Bbar = Abar, Bbar
+        self._R_AAbar, self._R_BbarB = R_AbarA.matrix().T, R_BbarB.matrix()
+        self._set_plant(plant, context, 1)
+
+    def _R(self) -> np.ndarray:
+        return self._R_AAbar @ self._rotation(self._Abar, self._Bbar) @ self._R_BbarB
+
+    def _trace(self) -> Any:
+        return np.trace(self._R())
+
+    def _trace_slope(self) -> np.ndarray:
+        """tr([w] R) is w' a with a from the antisymmetric part of R."""
+        R = self._R()
+        a = np.array([R[1, 2] - R[2, 1], R[2, 0] - R[0, 2], R[0, 1] - R[1, 0]])
+        return a @ (self._R_AAbar @ self._rotation_slope(self._Abar, self._Bbar))
+
+
+class OrientationConstraint(_Turn, Constraint):
+    """The angle between frames A and B is bounded; its value is the trace of R_AB, 2 cos(angle) + 1.
+
+    Args:
+        plant: The plant.
+        frameAbar: The frame that A is fixed to.
+        R_AbarA: How A is turned in it.
+        frameBbar: The frame that B is fixed to.
+        R_BbarB: How B is turned in it.
+        theta_bound: Greatest angle [rad].
+        plant_context: Where the positions are put.
+
+    Raises:
+        ValueError: the bound is negative.
+    """
+
+    def __init__(
+        self,
+        plant: Any,
+        frameAbar: Any,
+        R_AbarA: Any,
+        frameBbar: Any,
+        R_BbarB: Any,
+        theta_bound: float,
+        plant_context: Any,
+    ):
+        self._set_turn(plant, frameAbar, R_AbarA, frameBbar, R_BbarB, plant_context)
+        if theta_bound < 0.0:
+            raise ValueError("OrientationConstraint: theta_bound should be non-negative.\n")
+        self._set_bounds(np.array([2.0 * np.cos(theta_bound) + 1.0]), np.array([3.0]))
+
+    def _value(self, more: np.ndarray) -> np.ndarray:
+        return np.atleast_1d(self._trace())
+
+    def _slope(self, more: np.ndarray) -> np.ndarray:
+        return self._trace_slope()
+
+
+class OrientationCost(_Turn, Cost):
+    """c (1 - cos(angle)) of the angle between frames A and B.
+
+    Args:
+        plant: The plant.
+        frameAbar: The frame that A is fixed to.
+        R_AbarA: How A is turned in it.
+        frameBbar: The frame that B is fixed to.
+        R_BbarB: How B is turned in it.
+        c: Weight.
+        plant_context: Where the positions are put.
+    """
+
+    def __init__(
+        self, plant: Any, frameAbar: Any, R_AbarA: Any, frameBbar: Any, R_BbarB: Any, c: float, plant_context: Any
+    ):
+        self._set_turn(plant, frameAbar, R_AbarA, frameBbar, R_BbarB, plant_context)
+        self._c = float(c)
+
+    def _value(self, more: np.ndarray) -> np.ndarray:
+        return np.atleast_1d(self._c * (3.0 - self._trace()) * 0.5)
+
+    def _slope(self, more: np.ndarray) -> np.ndarray:
+        return -0.5 * self._c * self._trace_slope()
+
+
+class _Angle(KinematicFunction):
+    """cos of the angle between direction a of frame A and b of frame B."""
+
+    def _set_angle(self, plant: Any, A: Any, a_A: Any, B: Any, b_B: Any, context: Any) -> None:
+        call = type(self).__name__
+        self._A, self._B = A, B
+        self._a, self._b = unit3(call, "a_A", a_A), unit3(call, "b_B", b_B)
+        self._set_plant(plant, context, 1)
+
+    def _cos(self) -> Any:
+        return self._a @ (self._rotation(self._A, self._B) @ self._b)
+
+    def _cos_slope(self) -> np.ndarray:
+        b_A = self._rotation(self._A, self._B) @ self._b
+        return np.cross(b_A, self._a) @ self._rotation_slope(self._A, self._B)
+
+
+class AngleBetweenVectorsConstraint(_Angle, Constraint):
+    """The angle between two directions is bounded; its value is the cosine.
+
+    Args:
+        plant: The plant.
+        frameA: Frame A.
+        a_A: A direction in A, shape (3,).
+        frameB: Frame B.
+        b_B: A direction in B, shape (3,).
+        angle_lower: Least angle [rad].
+        angle_upper: Greatest angle [rad].
+        plant_context: Where the positions are put.
+
+    Raises:
+        ValueError: the angles are not 0 <= lower <= upper <= pi, or a direction is zero.
+    """
+
+    def __init__(
+        self,
+        plant: Any,
+        frameA: Any,
+        a_A: Any,
+        frameB: Any,
+        b_B: Any,
+        angle_lower: float,
+        angle_upper: float,
+        plant_context: Any,
+    ):
+        self._set_angle(plant, frameA, a_A, frameB, b_B, plant_context)
+        if not 0.0 <= angle_lower <= angle_upper <= np.pi:
+            raise ValueError("AngleBetweenVectorsConstraint: should satisfy 0 <= angle_lower <= angle_upper <= pi")
+        self._set_bounds(np.array([np.cos(angle_upper)]), np.array([np.cos(angle_lower)]))
+
+    def _value(self, more: np.ndarray) -> np.ndarray:
+        return np.atleast_1d(self._cos())
+
+    def _slope(self, more: np.ndarray) -> np.ndarray:
+        return self._cos_slope()
+
+
+class AngleBetweenVectorsCost(_Angle, Cost):
+    """c (1 - cos(angle)) of the angle between two directions.
+
+    Args:
+        plant: The plant.
+        frameA: Frame A.
+        a_A: A direction in A, shape (3,).
+        frameB: Frame B.
+        b_B: A direction in B, shape (3,).
+        c: Weight.
+        plant_context: Where the positions are put.
+    """
+
+    def __init__(self, plant: Any, frameA: Any, a_A: Any, frameB: Any, b_B: Any, c: float, plant_context: Any):
+        self._set_angle(plant, frameA, a_A, frameB, b_B, plant_context)
+        self._c = float(c)
+
+    def _value(self, more: np.ndarray) -> np.ndarray:
+        return np.atleast_1d(self._c * (1.0 - self._cos()))
+
+    def _slope(self, more: np.ndarray) -> np.ndarray:
+        return -self._c * self._cos_slope()

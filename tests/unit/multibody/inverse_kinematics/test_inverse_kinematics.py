@@ -1,0 +1,152 @@
+"""Postures of an arm, by what they must satisfy; gradients by differences."""
+
+import numpy as np
+import pytest
+
+from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from sheldrake.geometry import Sphere
+from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+from sheldrake.multibody.inverse_kinematics import (
+    AngleBetweenVectorsConstraint,
+    ComPositionConstraint,
+    DifferentialInverseKinematicsParameters,
+    DifferentialInverseKinematicsStatus,
+    DoDifferentialInverseKinematics,
+    GazeTargetConstraint,
+    InverseKinematics,
+    MinimumDistanceLowerBoundConstraint,
+    OrientationConstraint,
+    PointToLineDistanceConstraint,
+    PositionConstraint,
+    UnitQuaternionConstraint,
+)
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, MultibodyPlant
+from sheldrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInertia
+from sheldrake.solvers import MathematicalProgram, Solve
+from sheldrake.systems.framework import DiagramBuilder
+
+
+@pytest.fixture
+def arm():
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.01)
+    parent = plant.world_body()
+    for i, axis in enumerate(([0, 0, 1], [0, 1, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, 1, 0])):
+        body = plant.AddRigidBody(f"link{i}", SpatialInertia.SolidCubeWithDensity(1000, 0.1))
+        F = plant.AddFrame(FixedOffsetFrame(f"F{i}", parent.body_frame(), RigidTransform([0, 0, 0.3])))
+        plant.AddJoint(RevoluteJoint(f"joint{i}", F, body.body_frame(), axis, -2, 2))
+        plant.RegisterCollisionGeometry(body, RigidTransform([0, 0, 0.15]), Sphere(0.1), f"s{i}", CoulombFriction(1, 1))
+        parent = body
+    ball = RigidTransform([0.5, 0.0, 1.0])
+    plant.RegisterCollisionGeometry(plant.world_body(), ball, Sphere(0.15), "ball", CoulombFriction(1, 1))
+    plant.Finalize()
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    return plant, plant.GetMyMutableContextFromRoot(root)
+
+
+def test_the_tip_is_where_it_should_be_and_nothing_touches(arm):
+    plant, context = arm
+    W, tip = plant.world_frame(), plant.GetFrameByName("link5")
+    ik = InverseKinematics(plant, context)
+    target = np.array([0.8, 0.2, 0.8])
+    ik.AddPositionConstraint(tip, [0, 0, 0.2], W, target, target)
+    ik.AddOrientationConstraint(W, RotationMatrix.MakeYRotation(1.5), tip, RotationMatrix(), 0.3)
+    ik.AddMinimumDistanceLowerBoundConstraint(0.02, 0.2)
+    ik.prog().AddQuadraticErrorCost(np.eye(6), np.full(6, 0.3), ik.q())
+    ik.prog().SetInitialGuess(ik.q(), np.full(6, 0.3))
+    result = Solve(ik.prog())
+    assert result.is_success()
+    plant.SetPositions(context, result.GetSolution(ik.q()))
+    X = plant.CalcRelativeTransform(context, W, tip)
+    np.testing.assert_allclose(X @ np.array([0, 0, 0.2]), target, atol=1e-5)
+    angle = (RotationMatrix.MakeYRotation(1.5).inverse() @ X.rotation()).ToAngleAxis().angle()
+    assert angle <= 0.3 + 1e-5
+    query = plant.get_geometry_query_input_port().Eval(context)
+    assert min(p.distance for p in query.ComputeSignedDistancePairwiseClosestPoints(1.0)) >= 0.02 - 1e-5
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda p, c, A, B: PositionConstraint(p, A, [-1] * 3, [1] * 3, B, [0.1, 0.2, 0.3], c),
+        lambda p, c, A, B: PositionConstraint(p, A, [-1] * 3, [1] * 3, B, None, c),
+        lambda p, c, A, B: OrientationConstraint(
+            p, A, RotationMatrix(RollPitchYaw(1, 2, 3)), B, RotationMatrix(), 1, c
+        ),
+        lambda p, c, A, B: AngleBetweenVectorsConstraint(p, A, [1, 2, 3], B, [3, 2, 1], 0.1, 1.0, c),
+        lambda p, c, A, B: GazeTargetConstraint(p, A, [0.1, 0.2, 0.3], [1, 0, 0], B, [1, 1, 1], 0.5, c),
+        lambda p, c, A, B: PointToLineDistanceConstraint(p, A, [0.1, 0.2, 0.3], B, [1, 0, 0], [0, 1, 1], 0.1, 1, c),
+        lambda p, c, A, B: ComPositionConstraint(p, None, A, c),
+        lambda p, c, A, B: MinimumDistanceLowerBoundConstraint(p, 0.01, c, None, 0.5),
+    ],
+)
+def test_gradients_are_those_of_differences(arm, make):
+    plant, context = arm
+    constraint = make(plant, context, plant.GetFrameByName("link1"), plant.GetFrameByName("link4"))
+    x = np.random.default_rng(2).uniform(-0.8, 0.8, constraint.num_vars())
+    J = ExtractGradient(constraint.Eval(InitializeAutoDiff(x)[:, 0]))
+    h = 1e-6
+    columns = [(constraint.Eval(x + h * e) - constraint.Eval(x - h * e)) / (2 * h) for e in np.eye(x.size)]
+    np.testing.assert_allclose(J, np.stack(columns, axis=1), atol=1e-7)
+
+
+def test_free_bodies_get_unit_quaternions():
+    plant = MultibodyPlant(0.0)
+    plant.AddRigidBody("body", SpatialInertia.SolidCubeWithDensity(1, 1))
+    plant.Finalize()
+    ik = InverseKinematics(plant)
+    np.testing.assert_array_equal(ik.prog().GetInitialGuess(ik.q())[:4], [1, 0, 0, 0])
+    ik.AddOrientationConstraint(
+        plant.world_frame(), RotationMatrix.MakeXRotation(2.0), plant.GetFrameByName("body"), RotationMatrix(), 1e-3
+    )
+    result = Solve(ik.prog())
+    q = result.GetSolution(ik.q())[:4]
+    assert result.is_success() and np.linalg.norm(q) == pytest.approx(1, abs=1e-6)
+    assert abs(q @ [np.cos(1), np.sin(1), 0, 0]) > 1 - 1e-5
+    assert UnitQuaternionConstraint().CheckSatisfied(q)
+
+
+def test_bad_arguments_are_named(arm):
+    plant, context = arm
+    ik = InverseKinematics(plant, context)
+    W = plant.world_frame()
+    with pytest.raises(ValueError, match="theta_bound should be non-negative"):
+        ik.AddOrientationConstraint(W, RotationMatrix(), W, RotationMatrix(), -1.0)
+    with pytest.raises(ValueError, match="must be larger than bound"):
+        ik.AddMinimumDistanceLowerBoundConstraint(0.1, -0.2)
+    with pytest.raises(ValueError, match="QueryObject"):
+        InverseKinematics(plant).AddMinimumDistanceLowerBoundConstraint(0.1)
+    with pytest.raises(TypeError, match="shape \\(3,\\)"):
+        ik.AddPositionConstraint(W, [1, 2], W, [0] * 3, [1] * 3)
+
+
+def test_differential_inverse_kinematics_moves_along_the_velocity_within_limits(arm):
+    plant, context = arm
+    plant.SetPositions(context, [0.2, 0.5, 0.1, 0.6, -0.2, 0.4])
+    tip, V = plant.GetFrameByName("link5"), np.array([0.2, -0.1, 0.1, 0.3, 0.1, -0.2])
+    parameters = DifferentialInverseKinematicsParameters(6)
+    parameters.set_time_step(0.01)
+    for limit, status in ((10.0, "kSolutionFound"), (0.2, "kSolutionFound"), (1e-3, "kStuck")):
+        parameters.set_joint_velocity_limits((-limit * np.ones(6), limit * np.ones(6)))
+        result = DoDifferentialInverseKinematics(plant, context, V, tip, parameters)
+        assert result.status is DifferentialInverseKinematicsStatus[status]
+        v = result.joint_velocities
+        assert np.abs(v).max() <= limit + 1e-8
+        plant.SetVelocities(context, v)
+        moved = plant.EvalBodySpatialVelocityInWorld(context, plant.GetBodyByName("link5")).get_coeffs()
+        alpha = moved @ V / (V @ V)
+        np.testing.assert_allclose(moved, alpha * V, atol=1e-6)
+        assert limit < 1 or alpha == pytest.approx(1, abs=1e-6)
+
+
+def test_constraints_take_their_place_in_any_program(arm):
+    plant, context = arm
+    prog = MathematicalProgram()
+    q = prog.NewContinuousVariables(6, "q")
+    tip = plant.GetFrameByName("link5")
+    c = PositionConstraint(plant, plant.world_frame(), [0.1, 0, 1.5], [0.1, 0, 1.5], tip, [0, 0, 0], context)
+    prog.AddConstraint(c, q)
+    prog.AddQuadraticCost(q.dot(q))
+    result = Solve(prog, np.full(6, 0.1))
+    assert result.is_success() and prog.CheckSatisfied(prog.generic_constraints(), result.get_x_val(), 1e-5)
