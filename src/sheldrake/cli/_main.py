@@ -45,6 +45,7 @@ _TOOLS = {
     "doctor": "faults of a robot description, and their fixes",
     "convert": "a robot description in another format",
     "plot": "a picture of a log",
+    "report": "one page about a run: replay, plots, contacts, diagram",
 }
 """Commands whose file declares their arguments, and what they are for."""
 

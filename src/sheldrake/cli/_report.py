@@ -1,0 +1,112 @@
+"""`sheldrake report`: one HTML file about a run: replay, plots in step with it, contacts, block diagram, model.
+
+Of a script, it runs the script as `sheldrake run` does, logs the state of every plant, and reports on the simulation
+that took the most steps. Of a file of logs (StreamLogs(), ToNpz(), ToCsv()), it shows the plots.
+
+  sheldrake report simulate.py
+  sheldrake report -o fall.html simulate.py --duration 5      arguments after the script are the script's
+  sheldrake report run.log
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from typing import Any
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares what `sheldrake report` takes."""
+    parser.add_argument("-o", "--output", metavar="FILE", help="file to write (default: beside, ending with .html)")
+    parser.add_argument("-m", dest="is_module", action="store_true", help="RUN is the name of a module")
+    parser.add_argument("script", metavar="RUN", help="a script, or a file of logs")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, metavar="ARG", help="arguments of the script")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the report; returns the script's exit status, or 1 when there is nothing to report."""
+    name = os.path.splitext(os.path.basename(options.script))[0]
+    output = options.output or f"{name}.html"
+    if options.is_module or options.script.endswith(".py"):
+        return _of_script(options, output)
+    from sheldrake.report import SaveLogReport
+    from sheldrake.systems.primitives import ReadLogs
+
+    try:
+        SaveLogReport(ReadLogs(options.script), output, title=os.path.basename(options.script))
+    except (OSError, ValueError, ImportError) as error:
+        print(f"sheldrake report: {error}", file=sys.stderr)
+        return 1
+    print(f"wrote {output}")
+    return 0
+
+
+def _of_script(options: argparse.Namespace, output: str) -> int:
+    from sheldrake.cli import _run
+
+    output = os.path.abspath(output)  # the script may go elsewhere
+    simulators = _watch()
+    try:
+        status = _run.run(options)
+    except SystemExit as end:
+        status = _status_of(end.code)
+    done = [s for s in simulators if s.get_context() is not None and s.get_num_steps_taken() > 0]
+    if not done:
+        print("sheldrake report: the script ran no simulation; there is nothing to report.", file=sys.stderr)
+        return status or 1
+    longest = max(done, key=lambda s: s.get_num_steps_taken())
+    if len(done) > 1:
+        print(f"the script ran {len(done)} simulations; this is the one with most steps", file=sys.stderr)
+    from sheldrake.report import SaveReport
+
+    try:
+        SaveReport(longest, output, title=os.path.basename(options.script))
+    except OSError as error:
+        print(f"sheldrake report: {error}", file=sys.stderr)
+        return 1
+    print(f"wrote {output}")
+    return status
+
+
+def _status_of(code: Any) -> int:
+    """The exit status of a script that ends with sys.exit(code)."""
+    if code is None or isinstance(code, int):
+        return int(code or 0)
+    print(code, file=sys.stderr)
+    return 1
+
+
+def _watch() -> list[Any]:
+    """Has every simulator made from now on in a list, and the state of every plant logged."""
+    from sheldrake.systems.analysis import Simulator
+    from sheldrake.systems.framework import DiagramBuilder
+
+    simulators: list[Any] = []
+    make, build = Simulator.__init__, DiagramBuilder.Build
+
+    def init(self: Any, *args: Any, **kwargs: Any) -> None:
+        make(self, *args, **kwargs)
+        simulators.append(self)
+
+    def build_with_logs(self: Any) -> Any:
+        _log_states(self)
+        return build(self)
+
+    Simulator.__init__ = init  # type: ignore[method-assign]
+    DiagramBuilder.Build = build_with_logs  # type: ignore[method-assign]
+    return simulators
+
+
+def _log_states(builder: Any) -> None:
+    from sheldrake.systems.primitives import LogVectorOutput
+
+    logged = {
+        (source, int(j)) for (sink, _), (source, j) in builder.connection_map().items() if hasattr(sink, "FindLog")
+    }
+    for system in builder.GetSystems():
+        if not hasattr(system, "SetPositionsAndVelocities") or not system.is_finalized():
+            continue
+        port = system.get_state_output_port()
+        if (system, int(port.get_index())) not in logged and port.size():
+            LogVectorOutput(port, builder).set_name(f"log of {system.get_name()}/state")

@@ -1,0 +1,196 @@
+"""The scene and where its bodies are over time, from a logged state or from a recording."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+RATE = 60.0  # [Hz] of poses, at most
+MOST = 3000  # poses in time, at most
+
+
+@dataclass
+class Replay:
+    """What the page plays.
+
+    Attributes:
+        html: A page that shows the scene and takes poses.
+        paths: Names of what moves, in that page.
+        times: [s], shape (n,).
+        poses: Quaternion w, x, y, z and position [m], shape (n, len(paths), 7).
+        camera: Where it looks to and where it stands [m], shape (2, 3), so that it sees where everything goes; or None.
+    """
+
+    html: str
+    paths: list[str]
+    times: np.ndarray
+    poses: np.ndarray
+    camera: np.ndarray | None = None
+
+
+class StateLog:
+    """A log of the state of a plant, or of one of its model instances."""
+
+    def __init__(self, plant: Any, instance: Any, log: Any):
+        self.plant, self.instance = plant, instance
+        self.times, self.data = log.sample_times(), log.data()
+
+    def set_state(self, root: Any, t: float) -> None:
+        """Puts the plant in a root context where it was at a time [s]."""
+        k = max(int(np.searchsorted(self.times, t + 1e-12)) - 1, 0)
+        context = self.plant.GetMyMutableContextFromRoot(root)
+        arguments = (context,) if self.instance is None else (context, self.instance)
+        self.plant.SetPositionsAndVelocities(*arguments, self.data[:, k])
+
+
+def find_state_logs(context: Any, sinks: dict[str, Any]) -> list[StateLog]:
+    """The logs among `sinks` that tell the state of a plant; of each plant the whole state when it was logged."""
+    found: list[StateLog] = []
+    store = context._store
+    for sink in sinks.values():
+        kind, m, j = store.layout.sources[store.layout.node_of[sink._system_id], 0]
+        plant = store.systems[m] if kind == "out" else None
+        numbers = getattr(plant, "_port_numbers", None)
+        if numbers is None or not hasattr(plant, "SetPositionsAndVelocities"):
+            continue
+        log = sink.FindLog(context)
+        key = next((k[1] for k, v in numbers.items() if v == j and isinstance(k, tuple) and k[0] == "out"), None)
+        instance = key[1] if isinstance(key, tuple) and key[0] == "state" else None
+        if (key == "state" or instance is not None) and log.num_samples():
+            if instance is not None:
+                from sheldrake.multibody.tree import ModelInstanceIndex
+
+                instance = ModelInstanceIndex(instance)
+            found.append(StateLog(plant, instance, log))
+    whole = {id(log.plant) for log in found if log.instance is None}
+    return [log for log in found if log.instance is None or id(log.plant) not in whole]
+
+
+def sample_times(first: float, last: float) -> np.ndarray:
+    """Times at which poses are taken [s]."""
+    count = int(min(MOST, max(2, np.ceil((last - first) * RATE) + 1))) if last > first else 1
+    return np.linspace(first, last, count)
+
+
+def replay_of_states(diagram: Any, context: Any, logs: list[StateLog], meshcat: Any) -> Replay | None:
+    """The replay of logged states; None when the diagram has no scene."""
+    scene_graph = next((s for s in _all_systems(diagram) if type(s).__name__.startswith("SceneGraph")), None)
+    if scene_graph is None or not logs:
+        return None
+    root = context.Clone()
+    port, own = scene_graph.get_query_output_port(), scene_graph.GetMyContextFromRoot(root)
+    first, last = (f([log.times[k] for log in logs]) for f, k in ((min, 0), (max, -1)))
+    times = sample_times(float(first), float(last))
+    with _drawn(meshcat, port.Eval(own)) as (page, html, frames, paths):
+        poses = np.zeros((len(times), len(paths), 7))
+        for k, t in enumerate(times):
+            for log in logs:
+                log.set_state(root, float(t))
+            query = port.Eval(own)
+            for n, frame in enumerate(frames):
+                poses[k, n] = _numbers(query.GetPoseInWorld(frame))
+        return Replay(html, paths, times, poses, _camera(page, paths, poses))
+
+
+def _camera(page: Any, paths: list[str], poses: np.ndarray) -> np.ndarray | None:
+    """Target and position of a camera that sees everything at all times [m], shape (2, 3)."""
+    boxes = []
+    for k in np.unique(np.linspace(0, len(poses) - 1, 20).astype(int)):
+        box = page.bounds({path: _matrix(pose) for path, pose in zip(paths, poses[k])})
+        if box is not None:
+            boxes.append(box)
+    if not boxes:
+        return None
+    box = np.array([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
+    return np.array(page.stage.camera_for(box))
+
+
+def _matrix(pose: np.ndarray) -> np.ndarray:
+    """Pose, shape (3, 4), of a unit quaternion and a position."""
+    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.math import RotationMatrix
+
+    q = Quaternion(pose[:4] / np.linalg.norm(pose[:4]))
+    return np.column_stack([RotationMatrix(q).matrix(), pose[4:]])
+
+
+def _numbers(X: Any) -> np.ndarray:
+    q = X.rotation().ToQuaternion()
+    return np.array([q.w(), q.x(), q.y(), q.z(), *X.translation()])
+
+
+@contextlib.contextmanager
+def _drawn(meshcat: Any, query: Any) -> Any:
+    """A page with the scene of a QueryObject, its frames and their paths: the user's Meshcat's, or one of our own."""
+    from sheldrake.geometry import Meshcat, MeshcatVisualizer
+    from sheldrake.geometry._meshcat_export import static_html
+
+    own = meshcat is None
+    if own:
+        meshcat = _quiet(Meshcat)
+    try:
+        visualizer = MeshcatVisualizer(meshcat)
+        visualizer._publish(query, 0.0)
+        page = meshcat._hub.page
+        html = static_html(page, None)
+        yield page, html, list(visualizer._frames), list(visualizer._frame_paths)
+    finally:
+        if own:
+            meshcat._finalizer()
+
+
+def _quiet(make: Any) -> Any:
+    """Makes a Meshcat that tells nobody its address."""
+    logger = logging.getLogger("drake")
+    level = logger.level
+    logger.setLevel(logging.ERROR)
+    try:
+        with contextlib.redirect_stderr(io.StringIO()):
+            return make()
+    finally:
+        logger.setLevel(level)
+
+
+def replay_of_recording(meshcat: Any) -> Replay | None:
+    """The replay of what a Meshcat recorded; None when it recorded nothing."""
+    from sheldrake.geometry._meshcat_export import static_html
+    from sheldrake.geometry._meshcat_player import Frames
+    from sheldrake.geometry._meshcat_tree import quaternions
+
+    frames = Frames(meshcat.get_mutable_recording())
+    if frames.num_frames < 2:
+        return None
+    paths = [path for path, _ in frames.poses_at(0)]
+    if not paths:
+        return None
+    step = max(1, int(np.ceil(frames.num_frames / MOST)))
+    numbers = range(0, frames.num_frames, step)
+    X = np.array([[pose for _, pose in frames.poses_at(n)] for n in numbers])
+    q = quaternions(X[..., :3].reshape(-1, 3, 3)).reshape(len(X), len(paths), 4)
+    times = np.array(numbers) / frames.frames_per_second
+    poses = np.concatenate([q, X[..., 3]], axis=2)
+    page = meshcat._hub.page
+    return Replay(static_html(page, None), paths, times, poses, _camera(page, paths, poses))
+
+
+def find_meshcat(diagram: Any) -> Any:
+    """The Meshcat that a diagram draws into, or None."""
+    visualizers = [s for s in _all_systems(diagram) if type(s).__name__ == "MeshcatVisualizer"]
+    return visualizers[0]._meshcat if visualizers else None
+
+
+def _all_systems(diagram: Any) -> list[Any]:
+    found, waiting = [], [diagram]
+    while waiting:
+        system = waiting.pop(0)
+        found.append(system)
+        waiting += getattr(system, "GetSystems", list)()
+    return found
+
+
+all_systems = _all_systems

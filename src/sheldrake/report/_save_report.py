@@ -1,0 +1,77 @@
+"""One HTML file about a run: replay, plots in step with it, contacts, block diagram, model, versions."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from ._contact_events import find_contact_events
+from ._diagram_svg import draw_diagram
+from ._page import Report, make_page
+from ._replay import all_systems, find_meshcat, find_state_logs, replay_of_recording, replay_of_states
+from ._summary import model_tables, run_table, versions_table
+
+
+def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = None) -> None:
+    """Writes a report of a run: one HTML file that opens in any browser, without a network.
+
+    It replays the scene with a slider of time, beside plots of everything that was logged: pointing into a plot moves
+    the scene, and moving the slider moves the cursors. Contacts are listed with their times and forces; block diagram,
+    model, run and versions follow.
+
+    The replay comes from the logged state of the plants (`LogVectorOutput(plant.get_state_output_port(), builder)` or
+    `LogAll(builder)` before Build()), else from what a Meshcat recorded.
+
+    Args:
+        simulator: After AdvanceTo().
+        path: The file, which is overwritten.
+        title: Of the page; by default the name of the diagram.
+        meshcat: Where the scene is drawn already; by default the Meshcat of the diagram's MeshcatVisualizer, or a new
+        one
+            that lives as long as this call.
+
+    Raises:
+        OSError: The file can not be written.
+        RuntimeError: The simulator has no context.
+    """
+    diagram, context = simulator.get_system(), simulator.get_context()
+    if context is None:
+        raise RuntimeError("SaveReport(): the simulator has no context.")
+    from sheldrake.systems.primitives import LogSet
+    from sheldrake.systems.primitives._log_stream import find_sinks
+
+    sinks = find_sinks(diagram, context)
+    meshcat = meshcat if meshcat is not None else find_meshcat(diagram)
+    logs = find_state_logs(context, sinks)
+    systems = all_systems(diagram)
+    report = Report(title or diagram.get_name() or "Simulation")
+    report.replay = replay_of_states(diagram, context, logs, meshcat)
+    if report.replay is None and meshcat is not None:
+        report.replay = replay_of_recording(meshcat)
+    report.logs = LogSet({name: sink.FindLog(context) for name, sink in sinks.items()})
+    if logs:
+        report.events, report.look = find_contact_events(context, logs)
+    report.pictures = draw_diagram(diagram)
+    plants = [s for s in systems if hasattr(s, "GetJointActuatorIndices") and hasattr(s, "is_finalized")]
+    report.tables = [run_table(simulator), *model_tables(plants), versions_table(systems)]
+    text = make_page(report)
+    with open(os.fspath(path), "w", encoding="utf-8", newline="\n") as file:
+        file.write(text)
+
+
+def SaveLogReport(logs: Any, path: Any, *, title: str = "Logs") -> None:
+    """Writes the plots of logs as one HTML file, without a scene.
+
+    Args:
+        logs: A LogSet, such as ReadLogs() gives.
+        path: The file, which is overwritten.
+        title: Of the page.
+
+    Raises:
+        OSError: The file can not be written.
+    """
+    report = Report(title)
+    report.logs = logs
+    report.tables = [versions_table([])]
+    with open(os.fspath(path), "w", encoding="utf-8", newline="\n") as file:
+        file.write(make_page(report))
