@@ -72,8 +72,8 @@ def test_errors_of_the_script_itself(tmp_path):
     assert result.returncode == 2 and "there is no file 'not_there.py'" in result.stderr
     result = sheldrake("run", "-m", "not_there")
     assert result.returncode == 2 and "there is no module 'not_there'" in result.stderr
-    result = sheldrake("run", script(tmp_path, "from pydrake.all import *\nMosekSolver()\n"))
-    assert "Hint: pydrake.solvers.MosekSolver is a name of pydrake" in result.stderr
+    result = sheldrake("run", script(tmp_path, "from pydrake.all import *\nDrakeLcm()\n"))
+    assert "Hint: pydrake.lcm.DrakeLcm is a name of pydrake" in result.stderr
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals differ")
