@@ -46,8 +46,7 @@ def dispatcher_of(kernel: Kernel) -> Any:
     options["boundscheck"] = os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0"
     if not kernel.strict:
         options["fastmath"] = FASTMATH
-    if not kernel.top and not kernel.outline:
-        options["forceinline"] = True
+    options["forceinline"] = not kernel.top and not kernel.outline
     return numba.njit(**options)(kernel.py_func)
 
 
@@ -227,6 +226,6 @@ def _optimise(module: Any, symbol: str, machine: Any) -> None:
             g.linkage = "internal"
 
     options = llvm.PipelineTuningOptions(speed_level=3)
-    options.loop_vectorization, options.slp_vectorization = True, False
+    options.loop_vectorization, options.slp_vectorization = True, True
     passes = llvm.create_pass_builder(machine, options)
     passes.getModulePassManager().run(module, passes)

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels.elimination import BITS
 from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows, SolverModel
 
 APPROXIMATIONS = {"lagged": columns.LAGGED, "similar": columns.SIMILAR, "sap": columns.SAP, "tamsi": columns.TAMSI}
@@ -18,7 +19,10 @@ REST_TOLERANCE = 1e-9
 """Our residual: a body with several contact points comes to rest instead of creeping."""
 
 MAX_FACTOR = 4_000_000
-"""Numbers in the envelope of the largest factor a workspace makes room for (32 MB)."""
+"""Numbers in the largest factor a workspace makes room for (32 MB)."""
+
+MAX_BLOCKS = 200_000
+"""Blocks below the diagonal of the largest factor."""
 
 
 class SolverWork(NamedTuple):
@@ -113,7 +117,9 @@ def make_solver_work(model: SolverModel, contacts: int, rows: int, dtype: type =
         return np.zeros(shape, np.int64)
 
     dense = model.setting[columns.APPROXIMATION] == columns.TAMSI
-    size = min(nv * nv if dense else nv * (nv + 1) // 2, MAX_FACTOR) if contacts + rows else 0
+    sizes = model.tree[:, columns.NUM_DOFS]
+    size = min(nv * nv if dense else (nv * nv + int(np.sum(sizes**2))) // 2, MAX_FACTOR) if contacts + rows else 0
+    blocks = min(num_trees * (num_trees - 1) // 2, MAX_BLOCKS) if contacts + rows else 0
     return SolverWork(
         Problem(
             numbers(packed),
@@ -133,5 +139,12 @@ def make_solver_work(model: SolverModel, contacts: int, rows: int, dtype: type =
             numbers(rows, columns.NUM_ROW_LAW),
             numbers(rows, columns.NUM_ROW_STATE),
         ),
-        Factor(integers(nv), integers(nv, 2), integers(num_trees), numbers(size), numbers(nv)),
+        Factor(
+            integers(max(nv, num_trees)),
+            integers(num_trees, columns.NUM_BLOCK_COLUMNS),
+            integers(blocks, 2),
+            integers(num_trees, -(-num_trees // int(BITS))),
+            numbers(size),
+            numbers(nv),
+        ),
     )

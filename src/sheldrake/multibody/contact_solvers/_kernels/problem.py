@@ -81,19 +81,22 @@ class Rows(NamedTuple):
 
 
 class Factor(NamedTuple):
-    """Work of the Hessian's envelope (skyline) Cholesky factor over the participating dofs.
+    """Work of the Hessian's sparse block Cholesky factor: one block row and column for each tree of an island.
 
     Attributes:
-        slot: Position of each dof in the elimination order, shape (nv,).
-        row: First column `ENVELOPE` of each factor row, and `START`: entry (i, j) is L[START + j], shape (nv, 2).
-        first: First column of the rows of each tree, shape (num_trees,).
-        L: The envelope, row after row, shape (capacity,).
+        slot: Place of each dof in `rhs`, shape (nv,).
+        block: Shape (num_trees, 7), columns `BLOCK_TREE` .. `DIAGONAL` by place in the order; `PLACE` by tree.
+        below: Blocks below the diagonal, column after column, rows ascending: place of the row, address in L,
+            shape (capacity, 2).
+        graph: Who is coupled to whom, a bit for each pair of trees, shape (num_trees, words).
+        L: The blocks, each row after row, shape (capacity,).
         rhs: Right-hand side and solution, shape (nv,).
     """
 
     slot: IntVector
-    row: IntMatrix
-    first: IntVector
+    block: IntMatrix
+    below: IntMatrix
+    graph: IntMatrix
     L: Vector
     rhs: Vector
 
@@ -156,6 +159,7 @@ CONTACTS_BEGIN = np.int64(8)
 CONTACTS_END = np.int64(9)
 ROWS_BEGIN = np.int64(10)
 ROWS_END = np.int64(11)
+FACTOR_SIZE = np.int64(12)  # numbers in the island's factor
 NUM_COUNTS = 16
 
 # Problem.tree: rows are trees, then places, then islands
@@ -229,6 +233,16 @@ LIMIT = np.int64(0)
 ACTUATOR = np.int64(1)
 HOLONOMIC = np.int64(2)
 
-# Factor.row
-ENVELOPE = np.int64(0)
-START = np.int64(1)
+# Factor.block
+BLOCK_TREE = np.int64(0)
+FIRST_SLOT = np.int64(1)
+SIZE = np.int64(2)  # dofs of the tree
+BELOW_BEGIN = np.int64(3)  # rows of `below`
+BELOW_END = np.int64(4)
+DIAGONAL = np.int64(5)  # address of the diagonal block in L
+PLACE = np.int64(6)  # by tree: its place in the elimination order
+NUM_BLOCK_COLUMNS = 7
+
+# Factor.below
+BELOW_PLACE = np.int64(0)
+ADDRESS = np.int64(1)

@@ -9,8 +9,10 @@ import numpy as np
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.block_cholesky import factorise
 from sheldrake.multibody.contact_solvers._kernels.contact_law import contact_impulse
-from sheldrake.multibody.contact_solvers._kernels.envelope import assemble, factorise, lay_out, newton_direction
+from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
+from sheldrake.multibody.contact_solvers._kernels.hessian import assemble, newton_direction
 from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
 from sheldrake.multibody.contact_solvers._kernels.line_search import (
     COST_ABSOLUTE,
@@ -47,7 +49,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ORDER,
     P_STAR,
     PARENT_DOF,
-    PARTICIPATING,
     POLISH,
     RELATIVE_TOLERANCE,
     ROW_DOFS,
@@ -265,7 +266,7 @@ def advance(model, problem, contacts, rows, alpha):
 def direction(model, problem, contacts, rows, factor):
     """Newton direction in x[DV], A dv, and the change of the constraint velocities along it; a status."""
     assemble(model, problem, contacts, rows, factor)
-    if factorise(factor, problem.count[PARTICIPATING]) != 0:
+    if factorise(factor, problem.count[TREES_END] - problem.count[TREES_BEGIN]) != 0:
         return HESSIAN_NOT_POSITIVE
     newton_direction(model, problem, factor)
     mul_A(model, problem, DV, A_DV)
@@ -274,60 +275,49 @@ def direction(model, problem, contacts, rows, factor):
     return SOLVED
 
 
+@kernel
+def whole_cost(model, problem, contacts, rows):
+    """(momentum cost, cost of momentum and constraints) at the iterate [J]."""
+    momentum = momentum_cost(model, problem)
+    return momentum, momentum + constraint_cost(model, problem, contacts, rows, 0.0)
+
+
 @kernel(outline=True)
 def iterate(model, problem, contacts, rows, factor):
-    """Newton iterations from an iterate that `evaluate` has judged, as Drake does them; a status."""
-    if lay_out(model, problem, contacts, rows, factor) > factor.L.shape[0]:
-        return FACTOR_CAPACITY
-    if model.setting[SETTLE] == 1:
-        return iterate_settling(model, problem, contacts, rows, factor)
-    cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
-    for _ in range(model.setting[MAX_ITERATIONS]):
-        status = direction(model, problem, contacts, rows, factor)
-        if status != SOLVED:
-            return status
-        slope, slope_A, curvature_A = along_direction(model, problem)
-        before = momentum_cost(model, problem)
-        alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, before, cost)
-        if found == 0:
-            return LINE_SEARCH_FAILED
-        advance(model, problem, contacts, rows, alpha)
-        problem.count[ITERATIONS] += 1
-        small, _, _ = evaluate(model, problem, contacts, rows)
-        if small == 1:
-            return SOLVED
-        before = cost
-        cost = momentum_cost(model, problem) + constraint_cost(model, problem, contacts, rows, 0.0)
-        size = 0.5 * (magnitude(before) + magnitude(cost))
-        stalled = magnitude(before - cost) < COST_ABSOLUTE + COST_RELATIVE * size and alpha > 0.5
-        if stalled:
-            return SOLVED
-    return ITERATION_LIMIT
+    """Newton iterations from an iterate that `judge` has judged; a status.
 
-
-@kernel
-def iterate_settling(model, problem, contacts, rows, factor):
-    """Newton iterations that take the full step where it does, and search the line only where it does not; a status.
-
-    Stops, too, when what a step can still gain is round-off: gradient^T H^-1 gradient against momentum and impulse.
+    Drake searches the line in every iteration, and stops also when the cost stalls. When settling, the full step is
+    taken where it does, and what a step can still gain being round-off is the other reason to stop: gradient^T H^-1
+    gradient against momentum and impulse.
     """
+    if lay_out(model, problem, contacts, rows, factor) != 0:
+        return FACTOR_CAPACITY
+    settle = model.setting[SETTLE]
     for _ in range(model.setting[MAX_ITERATIONS]):
         status = direction(model, problem, contacts, rows, factor)
         if status != SOLVED:
             return status
         slope, slope_A, curvature_A = along_direction(model, problem)
         alpha = 1.0 + 0.0 * slope
-        if full_step_does(model, problem, contacts, rows, slope, slope_A, curvature_A) == 0:
-            before = momentum_cost(model, problem)
-            cost = before + constraint_cost(model, problem, contacts, rows, 0.0)
-            alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, before, cost)
+        before = 0.0 * slope
+        if settle == 0 or full_step_does(model, problem, contacts, rows, slope, slope_A, curvature_A) == 0:
+            momentum, before = whole_cost(model, problem, contacts, rows)
+            alpha, found = line_search(model, problem, contacts, rows, slope, slope_A, curvature_A, momentum, before)
             if found == 0:
                 return LINE_SEARCH_FAILED
         advance(model, problem, contacts, rows, alpha)
         problem.count[ITERATIONS] += 1
         small, momentum, impulse = evaluate(model, problem, contacts, rows)
-        if small == 1 or -slope <= DECREMENT * (momentum + impulse):
+        if small == 1:
             return SOLVED
+        if settle == 1:
+            if -slope <= DECREMENT * (momentum + impulse):
+                return SOLVED
+        else:
+            _, cost = whole_cost(model, problem, contacts, rows)
+            size = 0.5 * (magnitude(before) + magnitude(cost))
+            if magnitude(before - cost) < COST_ABSOLUTE + COST_RELATIVE * size and alpha > 0.5:
+                return SOLVED
     return ITERATION_LIMIT
 
 
@@ -358,7 +348,7 @@ def try_rest(model, problem, contacts, rows):
 @kernel(outline=True)
 def polish(model, problem, contacts, rows, factor):
     """Full Newton steps at the solution: they carry the derivatives of duals; values move within tolerance."""
-    if lay_out(model, problem, contacts, rows, factor) > factor.L.shape[0]:
+    if lay_out(model, problem, contacts, rows, factor) != 0:
         return FACTOR_CAPACITY
     for _ in range(model.setting[POLISH]):
         status = direction(model, problem, contacts, rows, factor)

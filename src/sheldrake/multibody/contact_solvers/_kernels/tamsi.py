@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.envelope import lay_out
+from sheldrake.multibody.contact_solvers._kernels.elimination import number_in_order
 from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
 from sheldrake.multibody.contact_solvers._kernels.line_search import magnitude
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -314,7 +314,7 @@ def tamsi_solve(model, problem, contacts, rows, factor):
     """
     group_islands(model, problem, contacts, rows, 0)
     select_island(problem, 0)
-    lay_out(model, problem, contacts, rows, factor)
+    number_in_order(model, problem, factor)
     n = problem.count[PARTICIPATING]
     if n * n > factor.L.shape[0]:
         return FACTOR_CAPACITY

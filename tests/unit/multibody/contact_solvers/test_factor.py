@@ -1,0 +1,156 @@
+"""The sparse block factor against dense algebra: any mix of trees, any graph of contacts, filled or not."""
+
+import numpy as np
+import pytest
+
+from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
+from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels.block_cholesky import factorise
+from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
+from sheldrake.multibody.contact_solvers._kernels.hessian import assemble, newton_direction
+from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows, SolverModel
+
+
+@kernel(top=True)
+def direct(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
+    """dv = -H^-1 gradient of one island; 1 without room, 2 when H is not positive."""
+    if lay_out(solver_model, problem, contacts, rows, factor) != 0:
+        return 1
+    assemble(solver_model, problem, contacts, rows, factor)
+    if factorise(factor, problem.count[columns.TREES_END]) != 0:
+        return 2
+    newton_direction(solver_model, problem, factor)
+    return 0
+
+
+class Island:
+    """Trees of given sizes, each a chain; random contacts and rows between given pairs (-1: the world)."""
+
+    def __init__(self, sizes, pairs, row_pairs=(), seed=0):
+        rng = np.random.default_rng(seed)
+        first = np.concatenate([[0], np.cumsum(sizes)])
+        nv = int(first[-1])
+        dof, start = [], 0
+        for f, n in zip(first, sizes):
+            for k in range(n):
+                dof.append((f + k - 1 if k else -1, k, start))
+                start += k + 1
+        self.model = make_solver_model(np.column_stack([first[:-1], sizes]), np.array(dof), 1e-3)
+        self.work = make_solver_work(self.model, len(pairs), len(row_pairs))
+        problem, contacts, rows, _ = self.work
+        self.H = np.zeros((nv, nv))
+        for f, n in zip(first, sizes):
+            X = rng.normal(size=(n, n))
+            A = X @ X.T + n * np.eye(n)
+            self.H[f : f + n, f : f + n] = A
+            for k in range(n):
+                at = dof[f + k][2]
+                problem.A[at : at + k + 1] = A[k, : k + 1]
+        for c, (a, b) in enumerate(pairs):
+            dofs = self._put(contacts.index, c, columns.DOFS, a, b, first, sizes)
+            J = rng.normal(size=(3, len(dofs)))
+            contacts.J[3 * c : 3 * c + 3, : len(dofs)] = J
+            X = rng.normal(size=(3, 3))
+            G = X @ X.T
+            contacts.state[c, columns.G_XX :] = G[0, 0], G[0, 1], G[1, 1], G[0, 2], G[1, 2], G[2, 2]
+            self.H[np.ix_(dofs, dofs)] += J.T @ G @ J
+        for r, (a, b) in enumerate(row_pairs):
+            dofs = self._put(rows.index, r, columns.ROW_DOFS, a, b, first, sizes)
+            J, G = rng.normal(size=len(dofs)), rng.uniform(0.5, 2.0)
+            rows.J[r, : len(dofs)], rows.state[r, columns.ROW_G] = J, G
+            self.H[np.ix_(dofs, dofs)] += G * np.outer(J, J)
+        problem.x[columns.GRADIENT] = rng.normal(size=nv)
+        problem.tree[:, columns.TREE_ORDER] = np.arange(len(sizes))
+        problem.count[columns.TREES_END] = len(sizes)
+        problem.count[columns.CONTACTS_END], problem.count[columns.ROWS_END] = len(pairs), len(row_pairs)
+
+    @staticmethod
+    def _put(index, c, at, a, b, first, sizes):
+        dofs = [k for t in (a, b) if t >= 0 for k in range(first[t], first[t] + sizes[t])]
+        index[c, columns.WIDTH], index[c, columns.TREE_A], index[c, columns.TREE_B] = len(dofs), a, b
+        index[c, columns.ORDER] = c
+        index[c, at : at + len(dofs)] = dofs
+        return dofs
+
+    def solve(self, native=True):
+        run = direct.bind if native else None
+        arguments = (self.model, *self.work)
+        status = run(*arguments)() if native else direct(*arguments)
+        return status, self.work.problem.x[columns.DV].copy()
+
+    def blocks(self):
+        block = self.work.factor.block
+        return int((block[:, columns.BELOW_END] - block[:, columns.BELOW_BEGIN]).sum())
+
+
+CHAIN = [(i, i + 1) for i in range(11)]
+ISLANDS = {
+    "one free body": ([6], [(0, -1)], []),
+    "one arm": ([7], [(-1, 0)], [(0, -1)]),
+    "free bodies in a chain": ([6] * 12, [*CHAIN, (0, -1)], []),
+    "a star": ([6] * 9, [(0, i) for i in range(1, 9)], []),
+    "everyone with everyone": ([6] * 7, [(i, j) for i in range(7) for j in range(i + 1, 7)], []),
+    "a ring, both ways round": ([6] * 8, [(i, (i + 1) % 8) for i in range(8)], [(4, 0)]),
+    "sizes of all kinds": ([6, 1, 7, 6, 3, 6, 2], [(1, 0), (2, 1), (0, 2), (3, 4), (5, 3), (4, 6)], [(6, 0), (2, 5)]),
+    "no couple": ([6, 2, 6], [(0, -1)], []),
+    "more than a word of bits": ([6, 2] * 50, [(i, (i * 7 + 3) % 100) for i in range(100)], []),
+}
+
+
+@pytest.mark.parametrize("native", [True, False], ids=["native", "twin"])
+@pytest.mark.parametrize("name", ISLANDS)
+def test_direction_is_that_of_dense_algebra(name, native):
+    sizes, pairs, rows = ISLANDS[name]
+    pairs = [(a, b) for a, b in pairs if a != b]
+    island = Island(sizes, pairs, rows)
+    status, dv = island.solve(native)
+    assert status == 0
+    expected = -np.linalg.solve(island.H, island.work.problem.x[columns.GRADIENT])
+    np.testing.assert_allclose(dv, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_random_graphs():
+    rng = np.random.default_rng(5)
+    for seed in range(30):
+        n = int(rng.integers(2, 15))
+        sizes = rng.choice([6, 6, 6, 1, 4], n)
+        pairs = [tuple(rng.choice(n, 2, replace=False)) for _ in range(int(rng.integers(1, 3 * n)))]
+        island = Island(sizes, pairs, seed=seed)
+        status, dv = island.solve()
+        assert status == 0
+        residual = island.H @ dv + island.work.problem.x[columns.GRADIENT]
+        assert np.abs(residual).max() < 1e-9 * np.abs(island.H).max()
+
+
+def test_a_chain_and_a_star_do_not_fill():
+    for name in ("free bodies in a chain", "a star"):
+        sizes, pairs, rows = ISLANDS[name]
+        island = Island(sizes, pairs, rows)
+        island.solve()
+        assert island.blocks() == len(sizes) - 1, name  # as many as there are couples: minimum degree finds it
+
+
+def test_the_comparison_sees_one_wrong_block():
+    sizes, pairs, rows = ISLANDS["sizes of all kinds"]
+    island = Island(sizes, pairs, rows)
+    island.H[0, 0] *= 1.0 + 1e-6
+    _, dv = island.solve()
+    expected = -np.linalg.solve(island.H, island.work.problem.x[columns.GRADIENT])
+    assert not np.allclose(dv, expected, rtol=1e-9, atol=1e-12)
+
+
+def test_a_matrix_that_is_not_positive_is_told():
+    island = Island([6, 6], [(0, 1)])
+    island.work.problem.A[0] = -1e3
+    assert island.solve()[0] == 2
+
+
+def test_too_little_room_is_told():
+    sizes, pairs, rows = ISLANDS["everyone with everyone"]
+    island = Island(sizes, pairs, rows)
+    island.work = island.work._replace(factor=island.work.factor._replace(L=np.zeros(100)))
+    assert island.solve()[0] == 1
+    island = Island(sizes, pairs, rows)
+    island.work = island.work._replace(factor=island.work.factor._replace(below=np.zeros((3, 2), np.int64)))
+    assert island.solve()[0] == 1
