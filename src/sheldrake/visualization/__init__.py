@@ -1,7 +1,8 @@
 """Looking at things: models and plants in the page, plots of logs."""
 
-from sheldrake.systems.framework import LeafSystem_
+from sheldrake.systems.framework import Diagram, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
+from sheldrake.visualization._block_diagram import DrawDiagram
 from sheldrake.visualization._config import AddDefaultVisualization, ApplyVisualizationConfig, VisualizationConfig
 from sheldrake.visualization._image_systems import ColorizeDepthImage, ColorizeLabelImage, ConcatenateImages
 from sheldrake.visualization._model_visualizer import ModelVisualizer
@@ -14,6 +15,7 @@ from sheldrake.visualization._video import VideoWriter
 MeshcatPoseSliders_ = SystemTemplate(
     "MeshcatPoseSliders_", MeshcatPoseSliders, scope=__name__, own=True, base=LeafSystem_
 )
+Diagram._picture = DrawDiagram
 
 __all__ = [
     "AddDefaultVisualization",
@@ -22,6 +24,7 @@ __all__ = [
     "ColorizeDepthImage",
     "ColorizeLabelImage",
     "ConcatenateImages",
+    "DrawDiagram",
     "MeshcatPoseSliders",
     "MeshcatPoseSliders_",
     "ModelVisualizer",

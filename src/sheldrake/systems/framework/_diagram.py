@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import weakref
-from typing import Any
+from collections.abc import Callable
+from typing import Any, ClassVar
 
 from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
 from sheldrake.systems.framework._index import InputPortIndex, OutputPortIndex, Ticket
@@ -12,6 +13,9 @@ from sheldrake.systems.framework._system import System
 
 class Diagram(System):
     """Systems wired together. Made by `DiagramBuilder.Build`; a derived class calls `builder.BuildInto(self)`."""
+
+    _picture: ClassVar[Callable[[Any], str] | None] = None
+    """Draws a diagram as SVG; set by sheldrake.visualization, which stands on this floor."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -52,6 +56,11 @@ class Diagram(System):
     def _allocate_output(self, j: int) -> Any:
         child, k = self._exported_outputs[j]
         return self._systems[child]._allocate_output(k)
+
+    def _repr_svg_(self) -> str | None:
+        """A picture for notebooks, once sheldrake.visualization is imported."""
+        draw = Diagram._picture
+        return None if draw is None else draw(self)
 
     # Subsystems.
 
