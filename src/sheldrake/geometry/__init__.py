@@ -45,6 +45,7 @@ from ._proximity_properties import (
 )
 from ._query_object import QueryObject
 from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
+from ._refine_mesh import RefineVolumeMesh, RefineVolumeMeshIntoVtkFileContents
 from ._render_label import RenderLabel
 from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign
@@ -142,6 +143,8 @@ __all__ = [
     "QueryObject",
     "QueryObject_",
     "ReadObjToTriangleSurfaceMesh",
+    "RefineVolumeMesh",
+    "RefineVolumeMeshIntoVtkFileContents",
     "RenderLabel",
     "Rgba",
     "Role",

@@ -98,3 +98,24 @@ def test_a_mesh_divided_otherwise_is_noticed(monkeypatch):
     monkeypatch.setattr(_hydro_meshes, "_FOUR_POINTS", (*pieces[:2], (name, centre, *triangles), *pieces[3:]))
     with pytest.raises(AssertionError):
         assert_same("Box", (2.0, 4.0, 6.5), {"soft": 1.0})
+
+
+@pytest.mark.parametrize("n", [5, 6, 8, 12, 30])
+def test_refined_meshes(n):
+    """Tetrahedra between random points: vertices and elements in Drake's order."""
+    from scipy.spatial import Delaunay
+
+    points = np.random.default_rng(n).normal(size=(n, 3))
+    elements = Delaunay(points).simplices.copy()
+    a, b, c, d = (points[elements[:, k]] for k in range(4))
+    turned = np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) < 0.0
+    elements[turned] = elements[turned][:, [1, 0, 2, 3]]
+    found = []
+    for name in ("sheldrake", "pydrake"):
+        g = library(name)["geometry"]
+        mesh = g.VolumeMesh([g.VolumeElement(*map(int, e)) for e in elements], list(points))
+        refined = g.RefineVolumeMesh(mesh)
+        corners = [[e.vertex(k) for k in range(4)] for e in refined.tetrahedra()]
+        found.append((np.array(refined.vertices()), corners))
+    np.testing.assert_allclose(found[0][0], found[1][0], rtol=0, atol=1e-15)
+    assert found[0][1] == found[1][1]

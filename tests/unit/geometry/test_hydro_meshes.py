@@ -111,3 +111,29 @@ def test_what_is_missing_is_said_when_the_context_is_made():
     scene_graph.RegisterAnchoredGeometry(scene_graph.RegisterSource("source"), instance)
     with pytest.raises(RuntimeError, match=r"Cannot create soft Box; missing the \('hydroelastic', 'hydroelastic_mod"):
         scene_graph.CreateDefaultContext()
+
+
+def test_refined_volumes_have_pressure_everywhere(tmp_path):
+    """Two tetrahedra have no vertex inside; refined, they have one, and the volume stays."""
+    points = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]]
+    mesh = g.VolumeMesh([g.VolumeElement(0, 1, 2, 3), g.VolumeElement(1, 4, 2, 3)], points)
+    refined = g.RefineVolumeMesh(mesh)
+    assert refined.num_vertices() == 6
+    assert refined.CalcVolume() == pytest.approx(mesh.CalcVolume())
+    assert g.RefineVolumeMesh(refined).Equal(refined)
+    path = tmp_path / "coarse.vtk"
+    cells = "4 0 1 2 3\n4 1 4 2 3\n"
+    path.write_text(
+        "# vtk DataFile Version 3.0\nt\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS 5 double\n"
+        + "\n".join(" ".join(map(str, p)) for p in points)
+        + f"\nCELLS 2 10\n{cells}CELL_TYPES 2\n10\n10\n"
+    )
+    with pytest.raises(RuntimeError, match="interior vertices"):
+        representation_of_shape(g.Mesh(str(path), 1.0), properties())
+    fine = tmp_path / "fine.vtk"
+    fine.write_text(g.RefineVolumeMeshIntoVtkFileContents(g.MeshSource(str(path))))
+    found = representation_of_shape(g.Mesh(str(fine), 1.0), properties())
+    assert found.mesh().Equal(refined)
+    assert found.pressure.max() == 1e6
+    with pytest.raises(RuntimeError, match=r"expected a \.vtk file"):
+        g.RefineVolumeMeshIntoVtkFileContents(g.MeshSource(str(tmp_path / "box.obj")))
