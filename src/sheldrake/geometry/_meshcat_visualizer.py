@@ -17,6 +17,7 @@ from ._meshcat_params import MeshcatVisualizerParams
 from ._meshcat_tree import full_path
 from ._query_object import QueryObject
 from ._roles import Role
+from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from ._scene_graph import SceneGraph
 
 log = logging.getLogger("drake")
@@ -201,15 +202,31 @@ class MeshcatVisualizer(LeafSystem):
             return False
         path = f"{frame_path}/{inspector.GetName(geometry)}".replace("::", "/")
         rgba = properties.GetPropertyOrDefault("phong", "diffuse", self._params.default_color)
-        hull = inspector.GetConvexHull(geometry) if self._params.role == Role.kProximity else None
-        if hull is not None:  # what collides is the hull
-            vertices, faces = _triangulated(hull)
+        surface = self._collision_surface(inspector, geometry)
+        if surface is not None:
+            vertices, faces = surface
             self._meshcat.SetTriangleMesh(path, vertices.T, faces.T, rgba)
         else:
             self._meshcat.SetObject(path, inspector.GetShape(geometry), rgba)
         self._meshcat.SetTransform(path, inspector.GetPoseInFrame(geometry))
         self._geometry_paths[geometry] = path
         return True
+
+    def _collision_surface(self, inspector: Any, geometry: Any) -> tuple[np.ndarray, np.ndarray] | None:
+        """Vertices and triangles of what collides, where that is not the shape itself.
+
+        The surface of the hydroelastic mesh, if that is wanted and there is one; else the hull of a mesh.
+        """
+        if self._params.role != Role.kProximity:
+            return None
+        if self._params.show_hydroelastic:
+            mesh = inspector.maybe_get_hydroelastic_mesh(geometry)
+            if isinstance(mesh, VolumeMesh):
+                mesh = ConvertVolumeToSurfaceMesh(mesh)
+            if mesh is not None:
+                return mesh._vertices, mesh._triangles
+        hull = inspector.GetConvexHull(geometry)
+        return None if hull is None else _triangulated(hull)
 
     def _set_transforms(self, query: Any, time: float) -> None:
         if self._frames:

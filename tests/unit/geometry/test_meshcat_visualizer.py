@@ -7,6 +7,8 @@ import pytest
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import (
+    AddCompliantHydroelasticProperties,
+    AddRigidHydroelasticProperties,
     Box,
     FramePoseVector,
     GeometryFrame,
@@ -115,6 +117,25 @@ def test_role_prefix_and_default_color():
     assert scene.element(hand).object.rgba == Rgba(0.8, 0, 0)
     assert scene.element("/collisions").properties["visible"] is False
     assert not scene.meshcat.HasPath("/collisions/HalfSpace")
+
+
+@pytest.mark.parametrize("wanted", [True, False])
+def test_hydroelastic_meshes(wanted):
+    """Where they are wanted, compliant and rigid shapes are drawn as what touches; half spaces are as they are."""
+    scene = Scene(MeshcatVisualizerParams(role=Role.kProximity, prefix="/collisions", show_hydroelastic=wanted))
+    for geometry in (scene.hand, scene.bare, scene.ground):
+        properties = ProximityProperties()
+        if geometry == scene.hand:
+            AddCompliantHydroelasticProperties(0.1, 1e6, properties)
+        else:
+            AddRigidHydroelasticProperties(0.1, properties)
+        scene.scene_graph.AssignRole(scene.source, geometry, properties)
+    Simulator(scene.diagram).Initialize()
+    drawn = {name: scene.element(f"/collisions/{name}").object
+             for name in ("robot/arm/hand/Box", "robot/arm/hand/Sphere", "HalfSpace")}  # fmt: skip
+    numbers = {name: len(thing.faces) if hasattr(thing, "faces") else 0 for name, thing in drawn.items()}
+    box, sphere = (24, 32) if wanted else (0, 0)
+    assert numbers == {"robot/arm/hand/Box": box, "robot/arm/hand/Sphere": sphere, "HalfSpace": 0}
 
 
 @pytest.mark.parametrize("accepting, drawn", [("visualizer", True), ("other", False)])
