@@ -17,8 +17,8 @@ from ._meshcat_params import MeshcatVisualizerParams
 from ._meshcat_tree import full_path
 from ._query_object import QueryObject
 from ._roles import Role
-from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from ._scene_graph import SceneGraph
+from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 
 log = logging.getLogger("drake")
 _ALPHA_STEP = 0.02
