@@ -9,6 +9,7 @@ from sheldrake.visualization._model_visualizer import ModelVisualizer
 from sheldrake.visualization._plot_log import PlotLog
 from sheldrake.visualization._plotting import plot_sublevelset_expression, plot_sublevelset_quadratic
 from sheldrake.visualization._pose_sliders import MeshcatPoseSliders
+from sheldrake.visualization._topology_picture import DrawTopology
 from sheldrake.visualization._triad import AddFrameTriadIllustration
 from sheldrake.visualization._video import VideoWriter
 
@@ -25,6 +26,7 @@ __all__ = [
     "ColorizeLabelImage",
     "ConcatenateImages",
     "DrawDiagram",
+    "DrawTopology",
     "MeshcatPoseSliders",
     "MeshcatPoseSliders_",
     "ModelVisualizer",

@@ -10,8 +10,11 @@ import webbrowser
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from sheldrake.common.deprecation import DrakeDeprecationWarning
-from sheldrake.geometry import Meshcat, SceneGraphConfig
+from sheldrake.geometry import Box, Meshcat, MeshcatCone, Rgba, SceneGraphConfig
+from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.meshcat import JointSliders
 from sheldrake.multibody.parsing import PackageMap, Parser
 from sheldrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
@@ -25,6 +28,7 @@ from ._triad import AddFrameTriadIllustration
 log = logging.getLogger("drake")
 
 _STOP_BUTTON, _RELOAD_BUTTON = "Stop Running", "Reload Model Files"
+_WRONG = "/PARSE_ERROR"  # where a traffic cone stands when files cannot be read
 _POLL = 1 / 32.0  # time between two looks at the page's controls [s]
 
 
@@ -273,7 +277,7 @@ class ModelVisualizer:
         self._diagram.ForcedPublish(self._context)
 
     def _reload(self) -> None:
-        """Reads the files again; the sliders stay where they are. A file that cannot be read changes nothing."""
+        """Reads the files again; the sliders stay where they are. A file that cannot be read adds a traffic cone."""
         given, values = self._parser.package_map(), self._get_slider_values()
         try:
             made = self._new_parser()
@@ -284,11 +288,23 @@ class ModelVisualizer:
             plant.Finalize()
         except Exception as error:
             log.error("ModelVisualizer: the models cannot be reloaded: %s", error)
+            log.warning("Click '%s' to try again.", _RELOAD_BUTTON)
+            self._add_traffic_cone()
             return
+        self.meshcat().Delete(_WRONG)
         self._builder, self._plant, self._scene_graph, self._parser = made
         self._show(None)
         self._set_slider_values(values)
         self._publish()
+
+    def _add_traffic_cone(self) -> None:
+        """Shows in the page that what it shows is not what the files say."""
+        meshcat, orange = self.meshcat(), Rgba(1.0, 0.33, 0.0)
+        meshcat.SetObject(f"{_WRONG}/base", Box(0.3, 0.3, 0.02), orange)
+        meshcat.SetTransform(f"{_WRONG}/base", RigidTransform([0.0, 0.0, 0.01]))
+        meshcat.SetObject(f"{_WRONG}/cone", MeshcatCone(0.5, 0.12, 0.12), orange)
+        # A MeshcatCone stands on its tip.
+        meshcat.SetTransform(f"{_WRONG}/cone", RigidTransform(RotationMatrix.MakeXRotation(np.pi), [0.0, 0.0, 0.52]))
 
     def _get_slider_values(self) -> dict[str, float]:
         """Returns where all sliders of the page stand, by name."""

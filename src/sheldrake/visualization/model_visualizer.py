@@ -41,6 +41,7 @@ def _show(filenames: list[str], position: list[float] | None, loop_once: bool, *
     """Shows files with a ModelVisualizer of these options; returns the exit status."""
     try:
         visualizer = ModelVisualizer(**options)
+        visualizer.package_map().PopulateFromRosPackagePath()
         for name in filenames:
             visualizer.AddModels(name)
         visualizer.Finalize(position)

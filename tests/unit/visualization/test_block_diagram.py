@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from sheldrake.geometry import SceneGraph
+from sheldrake.multibody.parsing import Parser
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
 from sheldrake.systems.framework import DiagramBuilder
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, FirstOrderLowPassFilter, Gain
-from sheldrake.visualization import DrawDiagram
+from sheldrake.visualization import DrawDiagram, DrawTopology
 from sheldrake.visualization._layered_layout import Box, Layout, Wire, nearest_with_gaps
 
 
@@ -151,3 +153,25 @@ def test_thirty_systems_fit_a_readable_picture():
     boxes, wires = random_graph(3, 30)
     layout = Layout(boxes, wires)
     assert layout.width < 6000 and layout.height < 3000 and len({box.layer for box in boxes}) > 3
+
+
+ARM = """<robot name='arm'><link name='world'/><link name='rod'><inertial><mass value='2.5'/>
+<inertia ixx='.1' iyy='.1' izz='.1' ixy='0' ixz='0' iyz='0'/></inertial></link><link name='ball'/>
+<joint name='turn' type='revolute'><axis xyz='0 0 1'/><parent link='world'/><child link='rod'/>
+<limit lower='-1' upper='2' effort='1' velocity='1'/></joint>
+<transmission type='SimpleTransmission'><joint name='turn'/><actuator name='motor'>
+<mechanicalReduction>1</mechanicalReduction></actuator></transmission></robot>"""
+
+
+def test_bodies_and_joints_of_a_plant(tmp_path):
+    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    Parser(plant).AddModelsFromString(ARM, "urdf")
+    with pytest.raises(RuntimeError, match="Finalize"):
+        DrawTopology(plant)
+    plant.Finalize()
+    svg = DrawTopology(plant, tmp_path / "arm.svg")
+    assert (tmp_path / "arm.svg").read_text(encoding="utf-8") == svg
+    found = texts(svg)
+    for text in ("world", "rod", "arm · 2.5 kg", "turn (revolute, driven)", "ball (quaternion_floating)"):
+        assert text in found
+    assert "world → rod: turn, revolute, from -1 to 2" in found

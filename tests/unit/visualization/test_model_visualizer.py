@@ -121,7 +121,7 @@ def test_reload_reads_the_file_again_and_keeps_sliders(file):
     assert visualizer._plant.GetPositions(visualizer._plant_context) == pytest.approx([0.5])
 
 
-def test_a_file_gone_bad_leaves_the_scene_as_it_was(file, caplog):
+def test_a_file_gone_bad_leaves_the_scene_and_adds_a_traffic_cone(file, caplog):
     visualizer = ModelVisualizer()
     visualizer.AddModels(file)
     visualizer.Finalize()
@@ -130,6 +130,10 @@ def test_a_file_gone_bad_leaves_the_scene_as_it_was(file, caplog):
     visualizer._reload()
     assert "cannot be reloaded" in caplog.text and "arm.urdf" in caplog.text
     assert box_of(visualizer).size()[2] == 1 and visualizer.meshcat().GetSliderNames() == before
+    assert visualizer.meshcat().HasPath("/PARSE_ERROR/cone"), "a traffic cone"
+    file.write_text(ARM.format(size=2))
+    visualizer._reload()
+    assert box_of(visualizer).size()[2] == 2 and not visualizer.meshcat().HasPath("/PARSE_ERROR")
 
 
 def test_whoever_takes_the_parser_gets_no_reload(file):
