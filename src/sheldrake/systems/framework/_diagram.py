@@ -130,6 +130,8 @@ class Diagram(System):
         systems = [s._convert(scalar) for s in self._systems]
         if any(s is None for s in systems):
             return None
+        for system, converted in zip(self._systems, systems):
+            converted._name = system._name
         new = Diagram._template[scalar]()  # type: ignore[attr-defined]
         inputs = [
             (d.name, [p for p, own in self._exported_inputs.items() if own == k]) for k, d in enumerate(self._inputs)

@@ -96,6 +96,7 @@ def test_values_move_between_scalars():
     plain.SetTime(2.0)
     plain.SetContinuousState([3.0])
     dual = diagram.ToAutoDiffXd()
+    assert [s.get_name() for s in dual.GetSystems()] == [s.get_name() for s in diagram.GetSystems()] != [""]
     context = dual.CreateDefaultContext()
     context.SetTimeStateAndParametersFrom(plain)
     assert isinstance(context.get_time(), AutoDiffXd) and context.get_time().value() == 2.0
