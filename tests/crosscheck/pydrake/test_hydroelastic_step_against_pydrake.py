@@ -1,5 +1,7 @@
 """The discrete step with hydroelastic contact equals Drake's: states, forces on surfaces, forces on joints."""
 
+import importlib
+
 import numpy as np
 import pytest
 
@@ -132,6 +134,24 @@ def test_derivatives_of_a_continuous_plant(libraries, name, margin, representati
     np.testing.assert_allclose(*rates, rtol=0, atol=1e-9 * scale)
     assert len(forces[0]) == len(forces[1]) > 0
     np.testing.assert_allclose(*forces, rtol=0, atol=1e-9 * np.abs(forces[1]).max())
+
+
+@pytest.mark.parametrize("time_step, tolerance", [(0.0, 1e-9), (1e-3, 1e-5)])  # steps: those of the solvers
+def test_derivatives_with_respect_to_the_state(libraries, time_step, tolerance):
+    found = []
+    for lib in libraries:
+        autodiff = importlib.import_module(f"{lib.library}.autodiffutils")
+        scene = Scene(lib, *SCENES["soft box on rigid ground"], time_step=time_step, sampled=False)
+        diagram = scene.diagram.ToAutoDiffXd()
+        plant = diagram.GetSubsystemByName("plant")
+        context = plant.GetMyMutableContextFromRoot(diagram.CreateDefaultContext())
+        plant.SetPositionsAndVelocities(context, autodiff.InitializeAutoDiff(scene.state()))
+        if time_step:
+            rates = plant.EvalUniquePeriodicDiscreteUpdate(context).get_vector().CopyToVector()
+        else:
+            rates = plant.EvalTimeDerivatives(context).CopyToVector()
+        found.append(autodiff.ExtractGradient(rates))
+    np.testing.assert_allclose(*found, rtol=0, atol=tolerance * np.abs(found[1]).max())
 
 
 def test_a_continuous_plant_runs(libraries):
