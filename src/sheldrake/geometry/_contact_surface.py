@@ -15,6 +15,9 @@ from ._roles import HydroelasticContactRepresentation
 from ._triangle_mesh import TriangleSurfaceMesh
 
 
+_SAME_PLACE = 1e-10  # relative to the surface's size: vertices of neighbouring faces that are nearer are one
+
+
 class ContactSurface:
     """Where the pressures of geometries M and N are equal, or that of one meets the other's rigid surface.
 
@@ -241,7 +244,9 @@ def _loops(
     points = table.vertex[low:high] + 0.0
     if not shared:
         return [tuple(loop) for loop in loops], points
-    _, kept, which = np.unique(points[:, :3], axis=0, return_index=True, return_inverse=True)
+    grid = _SAME_PLACE * max(np.ptp(points[:, :3], axis=0).max(), 1e-300)
+    places = np.round(points[:, :3] / grid)
+    _, kept, which = np.unique(places, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(kept)
     number = np.empty(len(order), np.int64)
     number[order] = np.arange(len(order))

@@ -13,6 +13,7 @@ from ._hydro import Representation, compliance, representation_of
 from ._ids import GeometryId
 from ._kernels import hydro
 from ._kernels import hydro_model as columns
+from ._kernels import model as geometry_columns
 from ._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
 from ._kernels.model import ContactTable, GeometryModel
 from ._roles import HydroelasticContactRepresentation, HydroelasticType, Role
@@ -94,7 +95,8 @@ def compile_hydro(
     representations = {row: representation_of(records[row]) for row in np.unique(pair).tolist()}
     setting = np.zeros(columns.NUM_SETTINGS, np.int64)
     setting[columns.TRIANGLES] = representation is HydroelasticContactRepresentation.kTriangle
-    compiled = _Meshes(len(ids), representations).model(np.ascontiguousarray(pair), starts, setting)
+    centres = model.size[:, geometry_columns.CENTRE : geometry_columns.CENTRE + 3]
+    compiled = _Meshes(centres, representations).model(np.ascontiguousarray(pair), starts, setting)
     kept = np.concatenate([[0], np.cumsum(~chosen)])
     points = model._replace(pair=np.ascontiguousarray(model.pair[~chosen]), family=kept[model.family])
     return HydroPairs(compiled, points)
@@ -103,7 +105,8 @@ def compile_hydro(
 class _Meshes:
     """Collects the meshes of a scene; equal meshes share their rows."""
 
-    def __init__(self, count: int, representations: dict[int, Representation | None]) -> None:
+    def __init__(self, centres: np.ndarray, representations: dict[int, Representation | None]) -> None:
+        count = len(centres)
         self._geometry = np.zeros((count, columns.GEOMETRY_COLUMNS), np.int64)
         self._number = np.zeros((count, columns.NUMBER_COLUMNS))
         self._parts: list[tuple[np.ndarray, ...]] = []  # vertex, element, field, node, leaf of each mesh
@@ -111,7 +114,8 @@ class _Meshes:
         known: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
         for row, found in representations.items():
             assert found is not None
-            self._number[row] = found.modulus, found.slope, found.margin
+            bound = np.linalg.norm(found.vertices - centres[row], axis=1).max(initial=0.0) * (1.0 + 1e-12)
+            self._number[row] = found.modulus, found.slope, found.margin, bound
             if found.half_space:
                 continue
             key = (found.vertices.tobytes(), found.elements.tobytes(), found.pressure.tobytes())

@@ -28,6 +28,7 @@ from sheldrake.common.kernel import kernel
 
 from .hydro_model import (
     AT_ORIGIN,
+    BOUND,
     COMPLIANT_AND_COMPLIANT,
     COMPLIANT_AND_RIGID,
     FIRST_FACE,
@@ -54,7 +55,7 @@ from .hydro_model import (
 from .hydro_polygon import clip_polygon, put_polygon, slice_tetrahedron
 from .hydro_tree import boxes_apart, height_of_box, is_empty, larger_box
 from .model import Z_AXIS, ContactTable
-from .table import absolute, column, position_of, rotation_of
+from .table import absolute, bounding_centre, column, position_of, rotation_of
 
 ALONG = np.float64(-0.3826834323650897)  # cos(5 pi / 8): normals farther from the gradient are of a back side
 
@@ -353,6 +354,14 @@ def begin_search(surfaces, i, j):
     return np.int64(2)
 
 
+@kernel
+def meshes_apart(model, table, i, j):
+    """True if the spheres about two meshes do not meet."""
+    r = sub3(bounding_centre(table, i), bounding_centre(table, j))
+    reach = model.number[i, BOUND] + model.number[j, BOUND]
+    return dot3(r, r) > reach * reach
+
+
 @kernel(top=True)
 def compliant_and_rigid(hydro_model: HydroModel, table: ContactTable, surfaces: HydroTable) -> None:
     """Adds the surfaces of compliant with rigid meshes."""
@@ -360,6 +369,8 @@ def compliant_and_rigid(hydro_model: HydroModel, table: ContactTable, surfaces: 
     for k in range(model.family[COMPLIANT_AND_RIGID], model.family[COMPLIANT_AND_RIGID + 1]):
         i = model.pair[k, 0]
         j = model.pair[k, 1]
+        if meshes_apart(model, table, i, j):
+            continue
         R_IJ, p_IJ = relative_pose(table, i, j)
         depth, one, other = next_leaves(model, surfaces, begin_search(surfaces, i, j), i, j, R_IJ, p_IJ)
         while depth >= 0:
@@ -375,6 +386,8 @@ def compliant_and_compliant(hydro_model: HydroModel, table: ContactTable, surfac
     for k in range(model.family[COMPLIANT_AND_COMPLIANT], model.family[COMPLIANT_AND_COMPLIANT + 1]):
         i = model.pair[k, 0]
         j = model.pair[k, 1]
+        if meshes_apart(model, table, i, j):
+            continue
         R_IJ, p_IJ = relative_pose(table, i, j)
         depth, one, other = next_leaves(model, surfaces, begin_search(surfaces, i, j), i, j, R_IJ, p_IJ)
         while depth >= 0:

@@ -24,7 +24,8 @@ GEOMETRY_COLUMNS = 5
 MODULUS = np.int64(0)  # hydroelastic modulus [Pa], infinite for rigid geometry
 SLOPE = np.int64(1)  # of a compliant half space: pressure over depth [Pa/m]
 MARGIN = np.int64(2)  # of a compliant half space [m]
-NUMBER_COLUMNS = 3
+BOUND = np.int64(3)  # radius of a sphere about the geometry's bounding centre that holds the mesh [m]
+NUMBER_COLUMNS = 4
 
 # Columns of HydroModel.field
 GRADIENT = np.int64(0)  # tetrahedron: gradient of pressure [Pa/m]; triangle: unit normal

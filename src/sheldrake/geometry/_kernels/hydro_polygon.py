@@ -57,7 +57,7 @@ def height_over(p, normal, offset):
 
 @kernel
 def crossing(inner, outer, d_inner, d_outer):
-    """Where an edge crosses a plane: the same bits whichever way a polygon goes along the edge."""
+    """Where an edge crosses a plane, reckoned from its inner end: neighbours that go the other way agree on it."""
     return add3(inner, scale3(sub3(outer, inner), d_inner / (d_inner - d_outer)))
 
 
@@ -86,7 +86,7 @@ def clip_polygon(work, source, n, target, normal, offset):
 
 @kernel
 def put_crossing(model, work, row, i, j, h_i, h_j):
-    """Where the edge from vertex i to vertex j crosses height zero; the same bits from whichever side it is seen."""
+    """Where the edge from vertex i to vertex j crosses height zero, reckoned from its lower vertex: neighbours agree on it."""
     if i < j:
         p = load3(model.vertex, i)
         store3(work, row, add3(p, scale3(sub3(load3(model.vertex, j), p), h_i / (h_i - h_j))))
