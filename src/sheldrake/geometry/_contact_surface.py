@@ -14,7 +14,6 @@ from ._polygon_mesh import PolygonSurfaceMesh, _index
 from ._roles import HydroelasticContactRepresentation
 from ._triangle_mesh import TriangleSurfaceMesh
 
-
 _SAME_PLACE = 1e-10  # relative to the surface's size: vertices of neighbouring faces that are nearer are one
 
 

@@ -86,7 +86,7 @@ def clip_polygon(work, source, n, target, normal, offset):
 
 @kernel
 def put_crossing(model, work, row, i, j, h_i, h_j):
-    """Where the edge from vertex i to vertex j crosses height zero, reckoned from its lower vertex: neighbours agree on it."""
+    """Where the edge between two vertices crosses height zero, reckoned from the lower one: neighbours agree on it."""
     if i < j:
         p = load3(model.vertex, i)
         store3(work, row, add3(p, scale3(sub3(load3(model.vertex, j), p), h_i / (h_i - h_j))))
