@@ -177,3 +177,47 @@ def test_a_pressure_off_by_a_thousandth_is_noticed(libraries, monkeypatch):
     monkeypatch.setattr(_hydroelastic, "compile_hydro", off)
     with pytest.raises(AssertionError):
         assert_same(*pair(libraries, "two soft spheres"), steps=1)
+
+
+URDF = """<robot name="{name}"><link name="link"><inertial><mass value="1"/>
+<inertia ixx=".01" iyy=".01" izz=".01" ixy="0" ixz="0" iyz="0"/></inertial><collision name="c">
+<geometry>{shape}</geometry><drake:proximity_properties>{tags}</drake:proximity_properties></collision></link></robot>"""
+
+
+def test_parsed_properties(libraries, monkeypatch):
+    """A compliant ball, a rigid box and a box with a margin, from URDF, on a compliant ground."""
+    monkeypatch.setattr(_defaults, "point_contact_algorithm", "single_point")
+    soft = '<drake:compliant_hydroelastic/><drake:hydroelastic_modulus value="3e5"/>'
+    soft += '<drake:mesh_resolution_hint value=".04"/><drake:hunt_crossley_dissipation value="4"/>'
+    models = {
+        "a": ('<sphere radius=".1"/>', soft, 0.2),
+        "b": ('<box size=".2 .2 .1"/>', "<drake:rigid_hydroelastic/>", 0.048),
+        "c": ('<box size=".2 .2 .2"/>', soft + '<drake:hydroelastic_margin value="0.001"/>', 0.396),
+    }
+    states, counts = [], []
+    for lib in libraries:
+        parser = importlib.import_module(f"{lib.library}.multibody.parsing").Parser
+        builder = lib.DiagramBuilder()
+        plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 1e-3)
+        for name, (shape, tags, _) in models.items():
+            parser(plant).AddModelsFromString(URDF.format(name=name, shape=shape, tags=tags), "urdf")
+        ground = lib.ProximityProperties()
+        lib.AddCompliantHydroelasticPropertiesForHalfSpace(0.1, 1e6, ground)
+        lib.AddContactMaterial(friction=lib.CoulombFriction(0.6, 0.6), properties=ground)
+        world = plant.world_body()
+        plant.RegisterCollisionGeometry(world, lib.RigidTransform(), lib.HalfSpace(), "ground", ground)
+        plant.Finalize()
+        diagram = builder.Build()
+        root = diagram.CreateDefaultContext()
+        context = plant.GetMyMutableContextFromRoot(root)
+        for k, (name, (*_, z)) in enumerate(models.items()):
+            body = plant.GetBodyByName("link", plant.GetModelInstanceByName(name))
+            X = lib.RigidTransform(lib.RollPitchYaw(0.01, 0.02 * k, 0.3), [0.01 * k, 0, z])
+            plant.SetFreeBodyPose(context, body, X)
+        lib.Simulator(diagram, root).AdvanceTo(0.03)
+        results = plant.get_contact_results_output_port().Eval(context)
+        states.append(plant.GetPositionsAndVelocities(context))
+        counts.append((results.num_hydroelastic_contacts(), results.num_point_pair_contacts()))
+    assert counts[0] == counts[1]
+    assert counts[0][0] == 3
+    np.testing.assert_allclose(*states, rtol=0, atol=1e-9)
