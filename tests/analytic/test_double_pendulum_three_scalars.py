@@ -83,3 +83,18 @@ def test_the_comparison_sees_a_slightly_longer_link(plant):
     other.Finalize()
     difference = np.abs(quantities(plant, state) - quantities(other, state)).max()
     assert 1e-11 < difference < 1e-6
+
+
+def test_symbols_give_accelerations_too(plant):
+    """Time derivatives as expressions, at random states, against numbers: pivots of the mass matrix are symbols."""
+    dual = plant.ToSymbolic()
+    x = MakeVectorContinuousVariable(4, "x")
+    context = dual.CreateDefaultContext()
+    dual.SetPositionsAndVelocities(context, x * 1)
+    expressions = dual.EvalTimeDerivatives(context).CopyToVector()
+    numbers = plant.CreateDefaultContext()
+    for state in np.random.default_rng(3).uniform(-2, 2, (5, 4)):
+        plant.SetPositionsAndVelocities(numbers, state)
+        expected = plant.EvalTimeDerivatives(numbers).CopyToVector()
+        found = Evaluate(expressions, dict(zip(x, state)))
+        np.testing.assert_allclose(np.ravel(found), expected, rtol=1e-11, atol=1e-11)

@@ -40,3 +40,10 @@ def atan2(y: Any, x: Any) -> Any:
     if isinstance(y, (float, int)) and isinstance(x, (float, int)):
         return math.atan2(y, x)
     return y.arctan2(x) if hasattr(y, "arctan2") else type(x)(y).arctan2(x)
+
+
+def is_positive(x: Any) -> bool:
+    """Whether a number is positive; what cannot be said before variables have values passes."""
+    if isinstance(x, (float, int)) or not hasattr(x, "GetVariables"):
+        return x > 0.0
+    return bool(len(x.GetVariables())) or x.Evaluate() > 0.0

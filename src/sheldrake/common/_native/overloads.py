@@ -22,6 +22,7 @@ def register() -> None:
     for name in generic.UNARY:
         _unary(getattr(generic, name), getattr(math, name), getattr(cmath, name, None))
     overload(generic.atan2)(lambda y, x: lambda y, x: math.atan2(y, x))
+    overload(generic.is_positive)(lambda x: lambda x: x > 0.0)
     overload(rows.call_row)(_call_row)
 
 

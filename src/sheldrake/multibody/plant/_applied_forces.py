@@ -12,7 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED
+from sheldrake.multibody.plant._kernels.ports import (
+    CONSTRAINTS_IN_CONTINUOUS_TIME,
+    GEOMETRY_NOT_CONNECTED,
+)
 from sheldrake.multibody.tree._kernels import queries
 from sheldrake.systems.framework import InputPort
 from sheldrake.systems.framework._declarations import Callback, Stages
@@ -99,6 +102,8 @@ class AppliedForces:
         connected = context._system.get_geometry_query_input_port().HasValue(context)
         if self._misses_geometry(connected):
             raise self._explain_status(GEOMETRY_NOT_CONNECTED, context)
+        if self._constraints and not self.is_discrete():
+            raise self._explain_status(CONSTRAINTS_IN_CONTINUOUS_TIME, context)
         models = self._models(connected)
         stages = (self._step_stages if self.is_discrete() else self._derivative_stages)(models)
         status = view.run_chain(stages, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)

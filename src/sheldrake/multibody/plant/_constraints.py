@@ -112,12 +112,7 @@ class Constraints:
 
     def _add_constraint(self, call: str, kind: Any, A: Any, B: Any, numbers: Any, **options: Any) -> Any:
         self._require_not_finalized(call)
-        if not self.is_discrete():
-            raise RuntimeError(
-                f"{call}(): Currently constraints are only supported for discrete MultibodyPlant models "
-                "(time_step > 0)."
-            )
-        if self._approximation is DiscreteContactApproximation.kTamsi:
+        if self.is_discrete() and self._approximation is DiscreteContactApproximation.kTamsi:
             raise RuntimeError(
                 f"{call}(): Currently this MultibodyPlant is set to use the TAMSI solver, which takes no constraints. "
                 "Choose another DiscreteContactApproximation."

@@ -37,13 +37,18 @@ class ContactSettings:
         """Chooses how the discrete update models contact.
 
         Raises:
-            RuntimeError: the plant is continuous or finalized.
+            RuntimeError: the plant is continuous or finalized, or has constraints, which kTamsi does not know.
         """
         self._require_not_finalized("set_discrete_contact_approximation")
         if not self.is_discrete():
             raise RuntimeError(
                 "set_discrete_contact_approximation(): the plant is continuous (time_step = 0); the approximation is "
                 "for discrete plants."
+            )
+        if approximation is DiscreteContactApproximation.kTamsi and self._constraints:
+            raise RuntimeError(
+                f"set_discrete_contact_approximation(): this plant has {len(self._constraints)} constraints, and TAMSI "
+                "does not support constraints."
             )
         self._set_before_finalize(
             "set_discrete_contact_approximation", "_approximation", DiscreteContactApproximation, approximation

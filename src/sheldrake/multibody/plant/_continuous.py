@@ -21,7 +21,7 @@ from sheldrake.multibody.plant._kernels.derivatives import (
     smooth_forces,
 )
 from sheldrake.multibody.plant._kernels.hydro_forces import surface_forces
-from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
+from sheldrake.multibody.plant._kernels.ports import refuse_constraints, refuse_without_geometry
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework._declarations import Stages
 
@@ -41,6 +41,8 @@ class ContinuousDynamics:
     def _derivative_stages_in(self, root: Any) -> list[Any]:
         if self._misses_geometry(root.source(0) is not None):
             return [refuse_without_geometry]
+        if self._constraints:
+            return [refuse_constraints]
         return self._derivative_stages(self._kernel_models(root))
 
     def _derivative_work(self, geometry_model: Any) -> DerivativeWork:

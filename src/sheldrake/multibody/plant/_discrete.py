@@ -15,7 +15,11 @@ from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApprox
 from sheldrake.multibody.plant._hydroelastic import explain_refused, split_pairs, step_surfaces
 from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.model import StepWork
-from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED, refuse_without_geometry
+from sheldrake.multibody.plant._kernels.ports import (
+    CONSTRAINTS_IN_CONTINUOUS_TIME,
+    GEOMETRY_NOT_CONNECTED,
+    refuse_without_geometry,
+)
 from sheldrake.multibody.tree._kernels import dynamics
 from sheldrake.systems.framework._declarations import Stages
 
@@ -203,6 +207,11 @@ class DiscreteUpdate:
                 f"{self._describe()}: it has {self.num_collision_geometries()} collision geometries, but its "
                 "geometry_query input port is not connected to a SceneGraph here. Use the context of the diagram that "
                 "holds both (plant.GetMyContextFromRoot(diagram_context)), or AddMultibodyPlantSceneGraph()."
+            )
+        if status == CONSTRAINTS_IN_CONTINUOUS_TIME:
+            return RuntimeError(
+                f"{self._describe()}: it has {len(self._constraints)} constraints, and continuous time does not "
+                "support constraints. Give the plant a time step."
             )
         if status == HYDRO_UNSUPPORTED_PAIR:
             _, (_, ids), _ = self._geometry_cache

@@ -10,7 +10,12 @@ from sheldrake.geometry import Sphere
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math import SpatialInertia, SpatialVelocity, UnitInertia
 from sheldrake.multibody.plant import ApplyMultibodyPlantConfig as apply_config
-from sheldrake.multibody.plant import CoulombFriction, MultibodyPlant, MultibodyPlantConfig
+from sheldrake.multibody.plant import (
+    CoulombFriction,
+    DiscreteContactApproximation,
+    MultibodyPlant,
+    MultibodyPlantConfig,
+)
 from sheldrake.multibody.tree import (
     BallRpyJoint,
     BodyIndex,
@@ -22,6 +27,7 @@ from sheldrake.multibody.tree import (
     RigidBody,
     UniformGravityFieldElement,
 )
+from sheldrake.systems.analysis import Simulator
 
 INERTIA = SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3)
 
@@ -248,3 +254,36 @@ def test_configuration():
     config.contact_model = "magic"
     with pytest.raises(RuntimeError, match="Unknown contact_model: 'magic'; it is one of 'point'"):
         apply_config(config, MultibodyPlant(0.0))
+
+
+def two_joints(dt):
+    plant = MultibodyPlant(dt)
+    M = SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3)
+    a, b = plant.AddRigidBody("a", M), plant.AddRigidBody("b", M)
+    ja = plant.AddJoint(RevoluteJoint("ja", plant.world_frame(), a.body_frame(), [1.0, 0.0, 0.0]))
+    jb = plant.AddJoint(RevoluteJoint("jb", a.body_frame(), b.body_frame(), [0.0, 1.0, 0.0]))
+    return plant, ja, jb
+
+
+def test_constraints_of_a_continuous_plant_are_refused_when_it_is_to_move():
+    plant, ja, jb = two_joints(0.0)
+    constraint = plant.AddCouplerConstraint(ja, jb, 2.0)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    assert plant.num_constraints() == 1 and plant.GetConstraintActiveStatus(context, constraint)
+    assert plant.CalcMassMatrix(context).shape == (2, 2)
+    with pytest.raises(RuntimeError, match="continuous time does not support constraints"):
+        plant.EvalTimeDerivatives(context)
+    with pytest.raises(RuntimeError, match="continuous time does not support constraints"):
+        Simulator(plant, context).AdvanceTo(0.1)
+
+
+def test_tamsi_and_constraints_exclude_each_other_in_either_order():
+    plant, ja, jb = two_joints(0.01)
+    plant.AddCouplerConstraint(ja, jb, 2.0)
+    with pytest.raises(RuntimeError, match="has 1 constraints"):
+        plant.set_discrete_contact_approximation(DiscreteContactApproximation.kTamsi)
+    plant, ja, jb = two_joints(0.01)
+    plant.set_discrete_contact_approximation(DiscreteContactApproximation.kTamsi)
+    with pytest.raises(RuntimeError, match="TAMSI"):
+        plant.AddCouplerConstraint(ja, jb, 2.0)

@@ -1,4 +1,4 @@
-"""Values of output ports that are parts of the state, and the step of a plant that does not hear of its geometry."""
+"""Values of output ports that are parts of the state, and what stands for a motion that cannot be."""
 
 from __future__ import annotations
 
@@ -19,10 +19,16 @@ def select_continuous_state(xc: Vector, select_model: IntVector, out: Vector) ->
         out[i] = xc[select_model[i]]
 
 
-GEOMETRY_NOT_CONNECTED = 121
+GEOMETRY_NOT_CONNECTED, CONSTRAINTS_IN_CONTINUOUS_TIME = 121, 123
 
 
 @kernel(top=True)
 def refuse_without_geometry(p: Vector, out: Vector) -> int:
     """Takes no step: the plant has collision geometry, but nothing answers its geometry queries."""
     return GEOMETRY_NOT_CONNECTED
+
+
+@kernel(top=True)
+def refuse_constraints(p: Vector, out: Vector) -> int:
+    """Gives no derivatives: the plant has constraints, which only the discrete step keeps."""
+    return CONSTRAINTS_IN_CONTINUOUS_TIME

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from sheldrake.common._kernels.generic import is_positive
 from sheldrake.common.kernel import Matrix, Vector, kernel
 from sheldrake.multibody.tree._kernels.model import DEPTH, DOF_BODY, DOF_PARENT, FREE, KIND, ROW, TreeModel
 
@@ -24,7 +25,7 @@ def ltdl(model: TreeModel, L: Vector) -> int:
         else:
             row_k = model.dof[k, ROW]
             pivot = L[row_k + model.dof[k, DEPTH]]
-            if not pivot > 0.0:
+            if not is_positive(pivot):
                 bad = k
             r = 1.0 / pivot
             L[row_k + model.dof[k, DEPTH]] = r
@@ -47,7 +48,7 @@ def ltdl_of_6(L, start):
     bad = -1
     for k in range(5, -1, -1):
         row_k = start + k * (k + 1) // 2
-        if not L[row_k + k] > 0.0:
+        if not is_positive(L[row_k + k]):
             bad = k
         r = 1.0 / L[row_k + k]
         L[row_k + k] = r
