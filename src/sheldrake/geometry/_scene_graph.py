@@ -108,7 +108,15 @@ class SceneGraph(LeafSystem):
     def _mutable_state(self, context: Any | None) -> GeometryState:
         if context is None:
             return self._model
+        context._store.restructure()
         return context.get_mutable_abstract_parameter(_STATE).get_mutable_value()
+
+    _structured = True
+
+    def _structure_in(self, context: Any) -> GeometryState | None:
+        """The geometry of a context that is not as in new contexts: steps and queries are compiled for it."""
+        state = self._geometry_state(context)
+        return None if state == self._default_state() else state.copy()
 
     def _compile_proximity(
         self, body_of_frame: dict[FrameId, int], state: GeometryState | None = None

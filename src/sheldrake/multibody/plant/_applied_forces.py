@@ -104,7 +104,7 @@ class AppliedForces:
             raise self._explain_status(GEOMETRY_NOT_CONNECTED, context)
         if self._constraints and not self.is_discrete():
             raise self._explain_status(CONSTRAINTS_IN_CONTINUOUS_TIME, context)
-        models = self._models(connected)
+        models = self._models(connected, self._geometry_of(context))
         stages = (self._step_stages if self.is_discrete() else self._derivative_stages)(models)
         status = view.run_chain(stages, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
         if status:

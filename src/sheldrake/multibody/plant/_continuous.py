@@ -45,10 +45,9 @@ class ContinuousDynamics:
             return [refuse_constraints]
         return self._derivative_stages(self._kernel_models(root))
 
-    def _derivative_work(self, geometry_model: Any) -> DerivativeWork:
-        table, nb, nv = contact_table(geometry_model), len(self._row_bodies), self._nv
-        hydro_model = self._compiled_hydro()
-        surfaces = hydro_table(hydro_model, face_capacity(hydro_model))
+    def _derivative_work(self, geometry: Any) -> DerivativeWork:
+        table, nb, nv = contact_table(geometry.model), len(self._row_bodies), self._nv
+        surfaces = hydro_table(geometry.hydro, face_capacity(geometry.hydro))
         flow = DerivativeVectors(
             np.zeros((len(table.pair), columns.NUM_CONTACT_COLUMNS)), np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv),
             np.zeros(nv), np.zeros(nv), np.zeros(len(self._actuators)), np.zeros(self._nq),
@@ -61,7 +60,7 @@ class ContinuousDynamics:
         view = context._system._view(context)
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
-            work = view.copy_of(self._scratch_prototype)
+            work = view.copy_of(self._prototype_of(self._geometry_of(context)))
             self._run(context, work, view.zeros(len(view.x)))
             view.results = stamp, work
         return view.results[1]
@@ -76,7 +75,7 @@ class ContinuousDynamics:
         return self._derivatives(context).flow.net_actuation
 
     def _continuous_contacts(self, context: Any) -> list[PointPairContactInfo]:
-        work, (_, ids) = self._derivatives(context), self._compiled_geometry()
+        work, ids = self._derivatives(context), self._geometry_of(context).ids
         infos = []
         for c in range(int(work.table.count[0])):
             A, B, body_A, body_B = work.table.pair[c]
@@ -87,5 +86,5 @@ class ContinuousDynamics:
         return infos
 
     def _continuous_surfaces(self, context: Any) -> list[HydroelasticContactInfo]:
-        work, (_, ids) = self._derivatives(context), self._compiled_geometry()
-        return infos_of(work.surfaces, self._compiled_hydro(), ids, work.flow.face)
+        work, geometry = self._derivatives(context), self._geometry_of(context)
+        return infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face)

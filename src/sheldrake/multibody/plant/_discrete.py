@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,6 +29,15 @@ _NAMES = {
     DiscreteContactApproximation.kSimilar: "similar",
     DiscreteContactApproximation.kLagged: "lagged",
 }
+
+
+class CompiledGeometry(NamedTuple):
+    """A state of the SceneGraph as the kernels' arrays: what touches in points, ids of the rows, surfaces."""
+
+    state: Any
+    model: Any
+    ids: list[Any]
+    hydro: Any
 
 
 class DiscreteUpdate:
@@ -59,12 +68,19 @@ class DiscreteUpdate:
             self.DeclarePeriodicDiscreteUpdateEvent(dt, 0.0, stages)
             self.DeclareForcedDiscreteUpdateEvent(stages)
 
-    def _compiled_geometry(self) -> tuple[Any, list[Any]]:
-        """Proximity geometry as arrays, and the ids of its rows; made again when geometry was registered since."""
+    def _geometry_of(self, context: Any) -> CompiledGeometry:
+        """What kernels know of the geometry of a context."""
+        layout = context._store.layout
+        kind, n, _ = layout.sources[context._node, 0]
+        return self._compiled_geometry(layout.given.get(n) if kind == "out" else None)
+
+    def _compiled_geometry(self, state: Any = None) -> CompiledGeometry:
+        """What kernels know of geometry: that of new contexts, or the given; kept for the last few states."""
         if self._scene_graph is None:
-            return empty_geometry_model(), []
-        state = self._scene_graph._default_state()
-        if self._geometry_cache is None or self._geometry_cache[0] is not state:
+            return CompiledGeometry(None, empty_geometry_model(), [], empty_hydro_model())
+        state = self._scene_graph._default_state() if state is None else state
+        found = self._geometry_cache.get(state.serial)
+        if found is None:
             rows = {frame: int(self._rows[i]) for i, frame in self._frame_of_body.items()}
             model, ids = self._scene_graph._compile_proximity(rows, state)
             stiffness, dissipation = self._fallback_stiffness()
@@ -72,13 +88,11 @@ class DiscreteUpdate:
             if self.is_discrete():
                 _step.set_margin(model, _NAMES[self._approximation])
             pairs = split_pairs(self, state, model, ids)
-            self._geometry_cache = state, (pairs.points, ids), pairs.model
-        return self._geometry_cache[1]
-
-    def _compiled_hydro(self) -> Any:
-        """What touches along surfaces, as arrays."""
-        self._compiled_geometry()
-        return empty_hydro_model() if self._geometry_cache is None else self._geometry_cache[2]
+            while len(self._geometry_cache) > 3:
+                self._geometry_cache.pop(next(iter(self._geometry_cache)))
+            found = CompiledGeometry(state, pairs.points, ids, pairs.model)
+            self._geometry_cache[state.serial] = found
+        return found
 
     def _fallback_stiffness(self) -> tuple[float, float]:
         """Point stiffness [N/m] and dissipation [s/m] of geometry that says none, from the penetration allowance."""
@@ -168,38 +182,42 @@ class DiscreteUpdate:
                     self._plant_model.gain[number] = a.effort_limit(), *gains
 
     def _kernel_models(self, root: Any) -> dict[str, Any]:
-        return self._models(root.source(0) is not None)
+        return self._models(root.source(0) is not None, self._compiled_geometry(root.given(0)))
 
-    def _models(self, has_geometry: bool) -> dict[str, Any]:
+    def _models(self, has_geometry: bool, geometry: CompiledGeometry) -> dict[str, Any]:
         """Constant arrays of the kernels, with proximity geometry when the geometry_query port is connected."""
         models = {"tree_model": self._tree_model, "force_model": self._force_model, "plant_model": self._plant_model}
-        models["geometry_model"] = self._compiled_geometry()[0] if has_geometry else empty_geometry_model()
-        models["hydro_model"] = self._compiled_hydro() if has_geometry else empty_hydro_model()
+        models["geometry_model"] = geometry.model if has_geometry else empty_geometry_model()
+        models["hydro_model"] = geometry.hydro if has_geometry else empty_hydro_model()
         if self.is_discrete():
             models["solver_model"] = self._solver_model(models["geometry_model"])
         return models
 
-    @property
-    def _scratch_prototype(self) -> Any:
+    def _scratch_in(self, root: Any) -> Any:
         """Memory of the step in a context; grows with the geometry that may touch."""
-        if not self.__dict__.get("_finalized"):
+        if not self._finalized:
             return 0
-        model = self._compiled_geometry()[0]
-        if self._prototype is None or self._prototype[0] is not model:
+        return self._prototype_of(self._compiled_geometry(root.given(0)))
+
+    def _prototype_of(self, geometry: CompiledGeometry) -> Any:
+        kept = self._prototype
+        if kept is None or kept[0] is not geometry.model:
             if self.is_discrete():
-                table = contact_table(model)
-                solver = self._solver_model(model)
+                table, solver = contact_table(geometry.model), self._solver_model(geometry.model)
                 work: Any = _step.make_step_work(
-                    self._tree_model, solver, self._plant_model, table, hydro_model=self._compiled_hydro()
+                    self._tree_model, solver, self._plant_model, table, hydro_model=geometry.hydro
                 )
             else:
-                work = self._derivative_work(model)
-            self._prototype = model, work
-        return self._prototype[1]
+                work = self._derivative_work(geometry)
+            kept = self._prototype = geometry.model, work
+        return kept[1]
 
-    @_scratch_prototype.setter
-    def _scratch_prototype(self, value: Any) -> None:
-        pass
+    def _carry_scratch(self, old: Any, new: Any) -> None:
+        """Results of the last step that do not speak of contacts."""
+        parts = ("tree", "step") if self.is_discrete() else ("tree",)
+        for name in parts:
+            for target, values in zip(getattr(new, name), getattr(old, name)):
+                target[...] = values
 
     def _explain_status(self, status: int, context: Any) -> Exception:
         if status == GEOMETRY_NOT_CONNECTED:
@@ -214,9 +232,8 @@ class DiscreteUpdate:
                 "support constraints. Give the plant a time step."
             )
         if status == HYDRO_UNSUPPORTED_PAIR:
-            _, (_, ids), _ = self._geometry_cache
-            table = context._store.scratch(context._node).table
-            return explain_refused(self, self._scene_graph._default_state(), table, ids)
+            geometry, table = self._geometry_of(context), context._store.scratch(context._node).table
+            return explain_refused(self, geometry.state, table, geometry.ids)
         text = f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._sampled:
             rows = _step_results.bodies_at_hand(context._store.scratch(context._node), self._tree_model)
@@ -241,7 +258,7 @@ class DiscreteUpdate:
         view = system._view(context)
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
-            work = view.copy_of(self._scratch_prototype)
+            work = view.copy_of(self._prototype_of(self._geometry_of(context)))
             self._run(context, work, view.zeros(len(view.x)))
             view.results = stamp, work
         return view.results[1]
@@ -287,9 +304,9 @@ class DiscreteUpdate:
             results._point_pairs = self._continuous_contacts(context)
             results._hydroelastic = self._continuous_surfaces(context)
             return results
-        model, ids = self._compiled_geometry()
+        _, model, ids, hydro = self._geometry_of(context)
         work = self._results(context)
-        results._hydroelastic = step_surfaces(work, self._compiled_hydro(), ids, self._time_step)
+        results._hydroelastic = step_surfaces(work, hydro, ids, self._time_step)
         contacts = _step_results.step_contacts(work, model.material[:, 0], self._time_step)
         for i in range(len(contacts.depth)):
             A, B, body_A, body_B = contacts.pair[i]

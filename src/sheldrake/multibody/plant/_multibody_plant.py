@@ -51,7 +51,7 @@ class MultibodyPlant(
         self._time_step = time_step
         self._family: Any = object()  # the same for copies on other scalars, so that elements serve them too
         self._sampled = time_step > 0.0
-        self._geometry_cache: Any = None
+        self._geometry_cache: dict[int, Any] = {}
         self._prototype: Any = None
         self._plant_model: Any = None
         self._constraints: dict[Any, Any] = {}

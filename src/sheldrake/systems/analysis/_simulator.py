@@ -211,6 +211,8 @@ class Simulator:
             raise RuntimeError("Initialize() called without a Context; give one with reset_context().")
         params = params or InitializeParams()
         store, status = self._context._store, EventStatus.Succeeded()
+        if store.unsettled:
+            store.settle()
         self._integrator.Initialize()
         self.ResetStatistics()
         self._make_span()
@@ -332,6 +334,8 @@ class Simulator:
                 self._go_on(store)
             else:
                 self.Initialize()
+        if store.unsettled:
+            store.settle()
         if self._span.layout is not store.layout or self._span.Z is not self._integrator._Z:
             self._make_span()
         if not store.S[0] == self._last_time:
@@ -365,6 +369,11 @@ class Simulator:
                 N[_loop.BUDGET] = 1
             begin = time.monotonic()
             code = span.advance(T)
+            if store.unsettled:
+                store.settle()
+                self._make_span()
+                span = self._span
+                N[_loop.BUDGET] = 1 if self._between else 1000
             if dense:
                 self._integrator._keep_step(t0)
             elapsed = time.monotonic() - begin

@@ -92,6 +92,13 @@ class Span:
 
     def advance(self, T: float) -> int:
         """Steps until T, an error, a termination, a full log, or the end of the budget; says which."""
+        self.store.running = self.N
+        try:
+            return self._advance(T)
+        finally:
+            self.store.running = None
+
+    def _advance(self, T: float) -> int:
         store = self.store
         if not self.native:
             return int(_loop.advance(self.program, self.N, self.Z, store.S, store.I, store.L, self.python, T))

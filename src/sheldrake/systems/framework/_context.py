@@ -407,6 +407,7 @@ class Context(ContextBase):
                 values[k].SetFrom(others[j])
         store.accuracy = other.accuracy
         store.touch(CONSTANT, "all")
+        store.restructure()
 
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
         """Copies time, state and parameters of a context of the same system, or of one built alike."""

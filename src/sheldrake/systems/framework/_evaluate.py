@@ -30,6 +30,8 @@ def prepare(store: Store, r: int) -> None:
 
 def derivatives(store: Store, n: int) -> None:
     """Fills the derivatives of all leaves under node `n`, as far as they are out of date."""
+    if store.unsettled:
+        store.settle()
     layout, i = store.layout, store.i
     for m in leaves_under(store, n):
         r = layout.places[m].derivatives
@@ -80,6 +82,8 @@ def _copy_to_next(store: Store, n: int, names: tuple[str, ...]) -> None:
 
 def discrete_update(store: Store, n: int, select: Select) -> tuple[DiscreteValues, EventStatus, bool]:
     """x+ of node `n` after its selected discrete updates (a view), how they went, and whether there were any."""
+    if store.unsettled:
+        store.settle()
     status = EventStatus.Succeeded()
     _copy_to_next(store, n, ("xd",))
     found = list(events(store, n, DISCRETE, select))
@@ -89,6 +93,8 @@ def discrete_update(store: Store, n: int, select: Select) -> tuple[DiscreteValue
 
 def unrestricted_update(store: Store, n: int, select: Select) -> tuple[State, EventStatus, bool]:
     """The whole next state of node `n` after its selected unrestricted updates (views), and how they went."""
+    if store.unsettled:
+        store.settle()
     status = EventStatus.Succeeded()
     _copy_to_next(store, n, ("xc", "xd"))
     store.pending.clear()
@@ -108,6 +114,8 @@ def unrestricted_update(store: Store, n: int, select: Select) -> tuple[State, Ev
 
 def publish(store: Store, n: int, select: Select) -> tuple[EventStatus, bool]:
     """Runs the selected publishes of node `n`."""
+    if store.unsettled:
+        store.settle()
     status = EventStatus.Succeeded()
     found = list(events(store, n, PUBLISH, select))
     _run(store, found, status)

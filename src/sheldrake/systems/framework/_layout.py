@@ -93,8 +93,11 @@ NO_ROW = -(10**9)
 class Layout(Topology):
     """A topology with memory: `places`, `rows`, `program`, and what a new context begins with (`S0`, `I0`)."""
 
-    def __init__(self, root: Any, overrides: frozenset[tuple[int, int]] = frozenset()):
+    def __init__(self, root: Any, overrides: frozenset[tuple[int, int]] = frozenset(), given: dict | None = None):
         super().__init__(root, overrides)
+        self.given = given or {}
+        """What contexts of this layout know otherwise than new ones do, by node; see `LeafSystem._structure_in`."""
+        self.structured = [n for n in self.leaves if self.systems[n]._structured]
         self.size = 1
         self.places = [Place() for _ in self.nodes]
         self.groups: list[Span] = []
@@ -217,8 +220,10 @@ class Layout(Topology):
         return self.free_slots[self.free[n, k]]
 
     def _take_work(self) -> None:
+        self.prototypes: dict[int, Any] = {}
         for n in self.leaves:
-            self.places[n].work = self._take(_scratch.size_of(self.systems[n]._scratch_prototype))
+            self.prototypes[n] = self.systems[n]._scratch_in(RootView(self, n))
+            self.places[n].work = self._take(_scratch.size_of(self.prototypes[n]))
         self.plus = self._take(self.xd[1] - self.xc[0])[0] - self.xc[0]
         self.xdot = self._take(self.xc[1] - self.xc[0])
         self.rk = self._take(8 * (self.xc[1] - self.xc[0]))  # x0 and up to seven stages
@@ -380,7 +385,7 @@ class Layout(Topology):
         from sheldrake.common._native.words import pack_row
 
         place, found = self.places[row.node], {}
-        scratch = _scratch.places_of(place.work[0], self.systems[row.node]._scratch_prototype)
+        scratch = _scratch.places_of(place.work[0], self.prototypes[row.node])
         last = row.calc.parameters[-1].name
         for parameter in row.calc.parameters:
             name = parameter.name
@@ -559,6 +564,11 @@ class RootView:
         """The leaf system and the number of its output port that feed input port `i`; None if nothing does."""
         kind, n, j = self._layout.sources[self._node, i]
         return (self._layout.systems[n], j) if kind == "out" else None
+
+    def given(self, i: int) -> Any:
+        """What the leaf that feeds input port `i` has in these contexts otherwise than in new ones, or None."""
+        kind, n, _ = self._layout.sources[self._node, i]
+        return self._layout.given.get(n) if kind == "out" else None
 
     @property
     def root(self) -> Any:

@@ -410,6 +410,24 @@ class LeafSystem(System):
                 return ticket
         return self._new_ticket("work", 0)
 
+    def _scratch_in(self, root: Any) -> Any:
+        """Prototype of the scratch in contexts of a root, as in `_kernel_models`."""
+        return self._scratch_prototype
+
+    def _carry_scratch(self, old: Any, new: Any) -> None:
+        """Fills scratch of another prototype with what is still true, when the memory of a context moves."""
+
+    _structured = False
+    """Whether `_structure_in` may say something."""
+
+    def _structure_in(self, context: Any) -> Any:
+        """What kernels must be made anew for where a context has it otherwise than new ones; None: nothing.
+
+        It is compared, and whatever feeds from this system finds it in `RootView.given`. After a change of it the
+        system calls `Store.restructure`.
+        """
+        return None
+
     def _kernel_models(self, root: Any) -> dict[str, Any]:
         """Constant arrays for kernels, by parameter name; asked once per root.
 

@@ -96,6 +96,7 @@ def LoadContext(system: Any, path: str | os.PathLike) -> Any:
                 value.set_value(_decode(text, arrays))
     store.fixed = {int(k): AbstractValue.Make(_decode(v, arrays)) for k, v in meta["fixed"].items()}
     store.out_of_date()
+    store.settle()
     store.goes_on = None if meta["stopped"] is None else tuple(meta["stopped"])
     return context
 

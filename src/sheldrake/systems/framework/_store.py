@@ -47,6 +47,10 @@ class Store:
         goes_on: the same, read from a file: a simulator goes on from there and does not initialize.
     """
 
+    unsettled = False
+    running: Any = None
+    """Settings of the simulator that takes steps in this memory now."""
+
     def __init__(self, layout: Layout, systems: list[Any], scalar: Any = float):
         self.layout, self.systems, self.scalar = layout, systems, scalar
         dtype = float if scalar is float else object
@@ -131,13 +135,36 @@ class Store:
 
     def override(self, n: int, i: int) -> None:
         """Gives a connected input port memory of its own, so that it can be fixed in this context."""
+        self._move_to(self.systems[0]._layout_with(self.layout.overrides | {(n, i)}, self.layout.given))
+
+    def restructure(self) -> None:
+        """A system changed what its `_structure_in` says. The layout follows before anything is computed."""
+        self.unsettled = True
+        if self.running is not None:
+            self.running[_loop.BUDGET] = 1  # the simulator takes one step at most before it looks
+
+    def settle(self) -> None:
+        """Brings the layout in line with what systems say of this context; not in the middle of a step."""
+        if self.running is not None:
+            return
+        self.unsettled = False
+        found = {n: self.systems[n]._structure_in(self.context(n)) for n in self.layout.structured}
+        given = {n: structure for n, structure in found.items() if structure is not None}
+        if given != self.layout.given:
+            self._move_to(self.systems[0]._layout_with(self.layout.overrides, given))
+            self.out_of_date()
+
+    def _move_to(self, new: Layout) -> None:
+        """Other memory with the same values."""
         old = self.layout
-        new = self.systems[0]._layout_with(old.overrides | {(n, i)})
         store = Store(new, self.systems, self.scalar)
         state = slice(0, old.p[1])
         store.S[state] = self.S[state]
         for m in old.leaves:
-            store.S[slice(*new.places[m].work)] = self.S[slice(*old.places[m].work)]
+            if new.prototypes[m] is old.prototypes[m] or isinstance(new.prototypes[m], int):
+                store.S[slice(*new.places[m].work)] = self.S[slice(*old.places[m].work)]
+            else:
+                self.systems[m]._carry_scratch(self.scratch(m), store.scratch(m))
         for port, k in old.free.items():
             if port in new.free:
                 j = new.free[port]
@@ -158,6 +185,8 @@ class Store:
 
     def pull(self, r: int) -> None:
         """Brings output row `r` up to date."""
+        if self.unsettled:
+            self.settle()
         i, layout = self.i, self.layout
         stamp0, level = layout.stamp0, layout._stamps
         if i[stamp0 + r] == i[level[r]] and not self.uncached and r not in self._cold:
@@ -242,10 +271,10 @@ class Store:
 
     def scratch(self, n: int) -> Any:
         """Views of a leaf's scratch, of the class of its prototype."""
-        return _scratch.views_of(self.S, self.layout.places[n].work[0], self.systems[n]._scratch_prototype)
+        return _scratch.views_of(self.S, self.layout.places[n].work[0], self.layout.prototypes[n])
 
     def _reset_work(self, n: int) -> None:
-        prototype = self.systems[n]._scratch_prototype
+        prototype = self.layout.prototypes[n]
         if not isinstance(prototype, int):
             for view, initial in zip(_scratch.arrays_of(self.scratch(n)), _scratch.arrays_of(prototype)):
                 view[...] = initial
@@ -349,6 +378,7 @@ class Store:
         for m in layout.leaves[node.first_leaf : node.last_leaf]:
             self.systems[m]._set_default_context(self.context(m))
         self.out_of_date()
+        self.unsettled = bool(layout.given)
 
     # Copies.
 
@@ -362,7 +392,7 @@ class Store:
         new.fixed = {k: (v.Clone() if isinstance(v, AbstractValue) else v) for k, v in self.fixed.items()}
         new.values = {}
         new._begin()
-        new.uncached, new._cold = self.uncached, set(self._cold)
+        new.uncached, new._cold, new.unsettled = self.uncached, set(self._cold), self.unsettled
         for r in self.values:
             new.I[self.layout.stamp0 + r] = 0
         return new

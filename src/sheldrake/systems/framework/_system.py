@@ -26,7 +26,9 @@ class System(ScalarConversion, Graphviz, SystemBase):
 
     # Contexts.
 
-    def _layout_with(self, overrides: frozenset = frozenset()) -> Layout:
+    def _layout_with(self, overrides: frozenset = frozenset(), given: dict | None = None) -> Layout:
+        if given:
+            return Layout(self, overrides, given)
         version = sum(s._version for s in tree_of(self))
         layout = self._layouts.get(overrides)
         if layout is None or layout.version != version:

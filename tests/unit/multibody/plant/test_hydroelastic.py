@@ -190,7 +190,10 @@ def test_defaults_of_the_scene_graph_make_compliant_geometry():
 def test_plants_without_hydroelastic_geometry_have_no_stage_for_it():
     fallback = ContactModel.kHydroelasticWithFallback
     scene = Scene((Sphere(0.1), {}, (0, 0, 0, 0, 0, 0.1)), ground={}, model=fallback)
-    names = [kernel.__name__ for kernel in scene.plant._step_stages(scene.plant._models(True))]
+    names = [
+        kernel.__name__
+        for kernel in scene.plant._step_stages(scene.plant._models(True, scene.plant._compiled_geometry()))
+    ]
     assert names == ["smooth_motion", "half_space_pairs", "contact_constraints", "prepare_problem", "solve",
                      "next_state"]  # fmt: skip
     work = scene.context._store.scratch(scene.context._node)
