@@ -40,7 +40,7 @@ class Placement:
         hub.tree.set_pose(path, pose)
 
     def _set_poses(self, paths: list[str], poses: np.ndarray, time: float | None = None) -> None:
-        """Places many full paths at once; poses of shape (n, 3, 4) that the caller will not change."""
+        """Places many full paths at once; poses of shape (n, 3, 4) or (n, 4, 4) that the caller will not change."""
         hub = self._hub
         if hub.recording and time is not None:
             frame = hub.animation.frame(time)
@@ -49,6 +49,21 @@ class Placement:
             if not hub.show_while_recording:
                 return
         hub.tree.set_poses(paths, poses)
+
+    def _set_scales(self, paths: list[str], scales: np.ndarray, time: float | None = None) -> None:
+        """Sets the property "scale" of many full paths that have no other pose; shape (n, 3)."""
+        hub, values = self._hub, scales.tolist()
+        if hub.recording and time is not None:
+            frame = hub.animation.frame(time)
+            for path, value in zip(paths, values):
+                hub.animation.SetProperty(frame, path, "scale", value)
+            if not hub.show_while_recording:
+                return
+        matrices = np.zeros((len(paths), 4, 4))
+        matrices[:, [0, 1, 2], [0, 1, 2]] = scales
+        matrices[:, 3, 3] = 1.0
+        hub.tree.set_properties(paths, "scale", values)
+        hub.tree.set_poses(paths, matrices)
 
     def SetProperty(self, path: str, property: str, value: Any, time_in_recording: float | None = None) -> None:
         """Sets a property of a path.

@@ -26,6 +26,10 @@ class Recorder:
         hub.recording = True
         hub.show_while_recording = bool(set_visualizations_while_recording)
 
+    def _is_recording(self) -> bool:
+        """Returns whether it records now."""
+        return self._hub.recording
+
     def StopRecording(self) -> None:
         """Stops recording; what was recorded stays."""
         self._hub.recording = False

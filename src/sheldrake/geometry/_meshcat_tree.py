@@ -99,7 +99,7 @@ class SceneTree:
         self.on_change()
 
     def set_poses(self, paths: list[str], poses: np.ndarray) -> None:
-        """Places many paths at once. The array, shape (n, 3, 4), is kept, not copied."""
+        """Places many paths at once. The array, shape (n, 3, 4) or (n, 4, 4), is kept, not copied."""
         with self._lock:
             elements, changed = self._elements, self._changes.poses
             for path, pose in zip(paths, poses):
@@ -113,6 +113,16 @@ class SceneTree:
         with self._lock:
             self._element(path).properties[name] = value
             self._changes.properties[path, name] = None
+        self.on_change()
+
+    def set_properties(self, paths: list[str], name: str, values: list[Any]) -> None:
+        """Sets one property of many paths at once."""
+        with self._lock:
+            elements, changed = self._elements, self._changes.properties
+            for path, value in zip(paths, values):
+                element = elements.get(path) or self._element(path)
+                element.properties[name] = value
+                changed[path, name] = None
         self.on_change()
 
     def delete(self, path: str) -> None:

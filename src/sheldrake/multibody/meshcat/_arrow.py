@@ -23,6 +23,23 @@ def along(vector: np.ndarray, origin: np.ndarray) -> RigidTransform:
     return RigidTransform(RotationMatrix.MakeFromOneVector(vector, 2), origin)
 
 
+def frames_along(vectors: np.ndarray) -> np.ndarray:
+    """Returns rotation matrices, shape (n, 3, 3), whose z axes run along vectors, shape (n, 3), none of them zero.
+
+    The same as RotationMatrix.MakeFromOneVector(), for many at once.
+    """
+    n = np.arange(len(vectors))
+    u = vectors / np.linalg.norm(vectors, axis=1)[:, None]
+    i = np.argmin(np.abs(u), axis=1)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    length = np.sqrt(1.0 - u[n, i] ** 2)
+    R = np.zeros((len(u), 3, 3))
+    R[:, :, 2] = u
+    R[n, j, 0], R[n, k, 0] = -u[n, k] / length, u[n, j] / length
+    R[n, i, 1], R[n, j, 1], R[n, k, 1] = length, -u[n, i] * u[n, j] / length, -u[n, i] * u[n, k] / length
+    return R
+
+
 class Shown:
     """Which paths below a prefix are drawn and which of them are visible now.
 
@@ -51,7 +68,7 @@ class Shown:
 
     def hide_others(self, paths: set[str], time: float) -> None:
         """Hides everything noted except some paths, from a time of a recording [s] on."""
-        for path in self._visible.keys() - paths:
+        for path in [path for path, visible in self._visible.items() if visible and path not in paths]:
             self.show(path, False, time)
 
     def clear(self) -> None:

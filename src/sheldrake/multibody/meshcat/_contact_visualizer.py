@@ -42,6 +42,7 @@ class ContactVisualizer(LeafSystem):
             if not getattr(params, name) > 0:
                 raise RuntimeError(f"ContactVisualizer(): {name} must be positive, got {getattr(params, name)}.")
         self._meshcat, self._params = meshcat, params
+        self._names = _Names()
         self._points = _PointContactVisualizer(meshcat, _below(params, "point"))
         self._surfaces = _HydroelasticContactVisualizer(meshcat, _below(params, "hydroelastic"))
         results = self.DeclareAbstractInputPort("contact_results", AbstractValue.Make(ContactResults()))
@@ -126,7 +127,8 @@ class ContactVisualizer(LeafSystem):
         query = self.query_object_input_port()
         inspector = query.Eval(context).inspector() if query.HasValue(context) else None
         results, time = port.Eval(context), float(context.get_time())
-        names = _Names(results.plant(), inspector)
+        names = self._names
+        names.look_at(results.plant(), inspector)
         infos = [results.point_pair_contact_info(i) for i in range(results.num_point_pair_contacts())]
         self._points.Update(time, [_point_item(info, names) for info in infos])
         surfaces = [results.hydroelastic_contact_info(i) for i in range(results.num_hydroelastic_contacts())]
@@ -170,18 +172,27 @@ def _sources(builder: DiagramBuilder, args: tuple, kwargs: dict) -> tuple[Any, A
 
 
 class _Names:
-    """Short names of the two sides of a contact, unique within a plant.
+    """Short names of the two sides of a contact, unique within a plant; kept once they are found."""
 
-    Args:
-        plant: The plant, None when there are no contacts.
-        inspector: The SceneGraph's inspector, None when it is not known.
-    """
+    def __init__(self) -> None:
+        self._plant: Any = None
+        self._inspector: Any = None
+        self._known: dict[tuple[Any, Any], str] = {}
 
-    def __init__(self, plant: Any, inspector: Any):
+    def look_at(self, plant: Any, inspector: Any) -> None:
+        """Takes names from a plant, and from the SceneGraph's inspector where it is known."""
+        if plant is not self._plant or (inspector is None) != (self._inspector is None):
+            self._known.clear()
         self._plant, self._inspector = plant, inspector
 
     def of_body(self, index: Any, geometry: Any) -> str:
         """Returns the body's name, with its model's where it is not the only one, and the geometry's likewise."""
+        name = self._known.get((index, geometry))
+        if name is None:
+            name = self._known[index, geometry] = self._find(index, geometry)
+        return name
+
+    def _find(self, index: Any, geometry: Any) -> str:
         plant = self._plant
         body = plant.get_body(index)
         name = body.name()
