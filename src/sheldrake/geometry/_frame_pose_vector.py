@@ -68,15 +68,60 @@ class _KinematicsVector:
 
 
 class FramePoseVector(_KinematicsVector):
-    """Poses X_PF of frames in their parent frames, by FrameId."""
+    """Poses X_PF of frames in their parent frames, by FrameId.
+
+    A plant gives numbers, and only who asks for a pose makes a RigidTransform of them: `_rows` is then the frames and
+    their numbers, shape (n, 12), R row by row and p [m].
+    """
 
     _kind = FrameId
     _name = "FramePoseVector"
+    _rows: tuple[tuple[FrameId, ...], np.ndarray] | None = None
+    _is_made = True  # whether `_known` has what `_rows` says
+
+    @property
+    def _values(self) -> dict[Any, Any]:
+        if not self._is_made:
+            from sheldrake.math import RigidTransform
+
+            assert self._rows is not None
+            make = RigidTransform._make
+            self._known = {id: make(X[:9].reshape(3, 3).copy(), X[9:].copy()) for id, X in zip(*self._rows)}
+            self._is_made = True
+        return self._known
+
+    @_values.setter
+    def _values(self, values: dict[Any, Any]) -> None:
+        self._known = values
+
+    def _set_rows(self, ids: tuple[FrameId, ...], X_PF: np.ndarray) -> None:
+        """Sets all poses, shape (n, 12), in place of those there are; the array is kept and must not change."""
+        self._known, self._rows, self._is_made = {}, (ids, X_PF), False
+
+    def clear(self) -> None:
+        """Forgets everything."""
+        self._known, self._rows, self._is_made = {}, None, True
+
+    def size(self) -> int:
+        """Number of identifiers with a value."""
+        return len(self._known) if self._is_made or self._rows is None else len(self._rows[0])
 
     def set_value(self, id: FrameId, value: Any) -> None:
         """Sets the pose X_PF (RigidTransform) of a frame."""
         self._check(id)
         self._values[id] = copy.copy(value)
+        self._rows = None
+
+    def __copy__(self) -> FramePoseVector:
+        new = type(self)()
+        new._known, new._rows, new._is_made = dict(self._known), self._rows, self._is_made
+        return new
+
+    def __deepcopy__(self, memo: dict) -> FramePoseVector:
+        new = type(self)()
+        new._known = {id: copy.copy(value) for id, value in self._known.items()}
+        new._rows, new._is_made = self._rows, self._is_made
+        return new
 
 
 class GeometryConfigurationVector(_KinematicsVector):

@@ -48,6 +48,7 @@ class MeshcatVisualizer(LeafSystem):
         self._params = params
         self._drawn_version: Any = None
         self._frames: list[Any] = []
+        self._memo: dict[Any, Any] = {}
         self._frame_paths: list[str] = []
         self._geometry_paths: dict[Any, str] = {}
         self._alpha = 1.0
@@ -177,7 +178,7 @@ class MeshcatVisualizer(LeafSystem):
     def _set_objects(self, inspector: Any) -> None:
         """Draws the geometries of our role and removes those that have gone."""
         gone, self._geometry_paths = self._geometry_paths, {}
-        self._frames, self._frame_paths = [], []
+        self._frames, self._frame_paths, self._memo = [], [], {}
         world = inspector.world_frame_id()
         for frame in inspector.GetAllFrameIds():
             path = self._params.prefix
@@ -230,7 +231,7 @@ class MeshcatVisualizer(LeafSystem):
 
     def _set_transforms(self, query: Any, time: float) -> None:
         if self._frames:
-            poses = np.stack([query.GetPoseInWorld(frame).GetAsMatrix34() for frame in self._frames])
+            poses = query._world_matrices(self._frames, self._memo)
             self._meshcat._set_poses(self._frame_paths, poses, time)
 
     def _set_alpha(self) -> None:

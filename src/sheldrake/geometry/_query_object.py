@@ -104,6 +104,52 @@ class QueryObject:
 
         return {frame: pose(frame) for frame in frames}
 
+    def _world_matrices(self, frames: list[FrameId], memo: dict) -> np.ndarray:
+        """X_WF of many frames, shape (n, 3, 4); for who asks often.
+
+        Args:
+            frames: The frames.
+            memo: What this keeps between calls for the same list, {} at first.
+        """
+        X_WF = np.empty((len(frames), 3, 4))
+        scene_graph, context = self._required()
+        if "sources" not in memo:
+            memo["sources"] = self._numbers_of_sources(frames)
+        others = memo["sources"].get(None, [])
+        for source_id, mine in memo["sources"].items():
+            if source_id is None:
+                continue
+            port = scene_graph.get_source_pose_port(source_id)
+            rows = port.Eval(context)._rows if port.HasValue(context) else None
+            if rows is None:
+                others = [*others, *mine]
+                continue
+            ids, X = rows
+            known, places = memo.get(source_id, (None, None))
+            if known is not ids:
+                at = {frame: k for k, frame in enumerate(ids)}
+                if any(frames[k] not in at for k in mine):
+                    others = [*others, *mine]  # the slower way says what is missing
+                    continue
+                places = np.array([at[frames[k]] for k in mine], dtype=np.int64)
+                memo[source_id] = ids, places
+            X_WF[mine, :, :3] = X[places, :9].reshape(-1, 3, 3)
+            X_WF[mine, :, 3] = X[places, 9:12]
+        if others:
+            world = self._world_poses([frames[k] for k in others])
+            for k in others:
+                X_WF[k] = _as_floats(world[frames[k]].GetAsMatrix34())
+        return X_WF
+
+    def _numbers_of_sources(self, frames: list[FrameId]) -> dict[Any, list[int]]:
+        """Which of the frames belong to each source; under None those whose parent is not the world."""
+        state = self._state
+        found: dict[Any, list[int]] = {}
+        for k, frame in enumerate(frames):
+            in_world = frame != WORLD_FRAME_ID and state.frames[frame].parent == WORLD_FRAME_ID
+            found.setdefault(state.frame(frame).source if in_world else None, []).append(k)
+        return found
+
     def GetPoseInParent(self, frame_id: FrameId) -> RigidTransform:
         """Pose X_PF of a frame in its parent frame."""
         from sheldrake.math import RigidTransform
@@ -361,6 +407,13 @@ class QueryObject:
 
     def __deepcopy__(self, memo: dict) -> QueryObject:
         return self.__copy__()
+
+
+def _as_floats(matrix: np.ndarray) -> np.ndarray:
+    """Numbers without their derivatives."""
+    if matrix.dtype != object:
+        return matrix
+    return np.array([float(x.value() if hasattr(x, "value") else x) for x in matrix.ravel()]).reshape(matrix.shape)
 
 
 _register_value_type(QueryObject)

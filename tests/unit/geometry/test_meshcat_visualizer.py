@@ -10,6 +10,7 @@ from sheldrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddRigidHydroelasticProperties,
     Box,
+    FrameId,
     FramePoseVector,
     GeometryFrame,
     GeometryInstance,
@@ -25,7 +26,9 @@ from sheldrake.geometry import (
     SceneGraph,
     Sphere,
 )
-from sheldrake.math import RigidTransform
+from sheldrake.math import RigidTransform, RollPitchYaw
+from sheldrake.multibody.math import SpatialInertia
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
 
@@ -245,3 +248,54 @@ def test_a_copied_query_object_keeps_its_moment():
     for one in (kept, copy.deepcopy(kept), AbstractValue.Make(kept).Clone().get_value()):
         assert one.GetPoseInWorld(scene.frame).translation() == pytest.approx([0, 0, 1])
         assert one.inspector().num_geometries() == query.inspector().num_geometries()
+
+
+def test_poses_that_are_numbers_until_somebody_asks():
+    """What a plant gives: the same as poses set one by one, also in copies and after a change."""
+    frames = tuple(FrameId.get_new_id() for _ in range(3))
+    rows = np.zeros((3, 12))
+    rows[:, [0, 4, 8]], rows[:, 9] = 1.0, [1, 2, 3]
+    lazy, plain = FramePoseVector(), FramePoseVector()
+    lazy._set_rows(frames, rows)
+    for frame, x in zip(frames, (1, 2, 3)):
+        plain.set_value(frame, RigidTransform([x, 0, 0]))
+    for one in (lazy, copy.copy(lazy), copy.deepcopy(lazy)):
+        assert one.size() == 3 and one.has_id(frames[2]) and list(one.ids()) == list(frames)
+        for frame in frames:
+            assert one.value(frame).IsExactlyEqualTo(plain.value(frame))
+    changed = copy.copy(lazy)
+    changed.set_value(frames[0], RigidTransform([9, 0, 0]))
+    assert changed.value(frames[0]).translation()[0] == 9 and changed.value(frames[1]).translation()[0] == 2
+    assert lazy.value(frames[0]).translation()[0] == 1
+    changed.clear()
+    assert changed.size() == 0 and not changed.has_id(frames[1])
+
+
+def test_many_poses_at_once_are_those_asked_for_one_by_one():
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    bodies = [plant.AddRigidBody(f"b{k}", SpatialInertia.SolidSphereWithMass(1.0, 0.1)) for k in range(5)]
+    for body in bodies:
+        plant.RegisterVisualGeometry(body, RigidTransform(), Sphere(0.1), "look", [1, 0, 0, 1])
+    plant.Finalize()
+    source = scene_graph.RegisterSource("other")
+    above = scene_graph.RegisterFrame(source, GeometryFrame("above"))
+    nested = scene_graph.RegisterFrame(source, above, GeometryFrame("nested"))
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    poses = FramePoseVector()
+    poses.set_value(above, RigidTransform([0, 0, 5.0]))
+    poses.set_value(nested, RigidTransform([1.0, 0, 0]))
+    scene_graph_context = scene_graph.GetMyMutableContextFromRoot(context)
+    scene_graph.get_source_pose_port(source).FixValue(scene_graph_context, poses)
+    query = scene_graph.get_query_output_port().Eval(scene_graph_context)
+    frames = [nested, *(plant.GetBodyFrameIdOrThrow(body.index()) for body in bodies), above]
+    memo = {}
+    plant_context = plant.GetMyMutableContextFromRoot(context)
+    rng = np.random.default_rng(2)
+    for _ in range(3):
+        for body in bodies:
+            X_WB = RigidTransform(RollPitchYaw(rng.normal(size=3)), rng.normal(size=3))
+            plant.SetFreeBodyPose(plant_context, body, X_WB)
+        expected = [query.GetPoseInWorld(frame).GetAsMatrix34() for frame in frames]
+        assert np.array_equal(query._world_matrices(frames, memo), expected)

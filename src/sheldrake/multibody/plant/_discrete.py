@@ -328,7 +328,7 @@ class DiscreteUpdate:
     def _point_pair(self, id_A: Any, id_B: Any, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any) -> Any:
         from sheldrake.geometry import PenetrationAsPointPair
 
-        pair = PenetrationAsPointPair()
+        pair = object.__new__(PenetrationAsPointPair)  # every field is given: no defaults
         pair.id_A, pair.id_B, pair.p_WCa, pair.p_WCb, pair.nhat_BA_W, pair.depth = (
             id_A, id_B, p_WCa, p_WCb, nhat, depth,
         )  # fmt: skip

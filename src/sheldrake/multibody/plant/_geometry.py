@@ -34,6 +34,7 @@ class PlantGeometry:
         self._scene_graph: Any = None
         self._source_id: SourceId | None = None
         self._frame_of_body: dict[int, FrameId] = {}
+        self._pose_rows: tuple[tuple[FrameId, ...], Any] | None = None  # frames and their bodies' rows in X_WB
         self._body_of_frame: dict[FrameId, RigidBody] = {}
         self._collision_ids: dict[int, list[GeometryId]] = {}
         self._visual_ids: dict[int, list[GeometryId]] = {}

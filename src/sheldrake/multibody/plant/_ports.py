@@ -175,6 +175,13 @@ class Ports:
         poses.clear()
         if self._finalized:
             X_WB = self._view(context).positions().X_WB
+            if X_WB.dtype == float:
+                if self._pose_rows is None:
+                    frames = {frame: self._rows[i] for i, frame in self._frame_of_body.items() if i}
+                    self._pose_rows = tuple(frames), np.array(list(frames.values()), dtype=np.int64)
+                ids, rows = self._pose_rows
+                poses._set_rows(ids, X_WB[rows])
+                return
             for index, frame_id in self._frame_of_body.items():
                 if index:
                     poses.set_value(frame_id, self._transform(context, X_WB[self._rows[index]]))

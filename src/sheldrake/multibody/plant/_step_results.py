@@ -54,17 +54,31 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
     nhat = point[:, int(geometry.NHAT_BA_W) : int(geometry.NHAT_BA_W) + 3].copy()
     gamma = state[:, int(columns.GAMMA) : int(columns.GAMMA) + 3]
     vc = state[:, int(columns.VC) : int(columns.VC) + 3]
-    force, middle = np.empty_like(p_WCa), np.empty_like(p_WCa)
-    for c in range(n):
-        x, y = contact_frame(tuple(-nhat[c]))
-        force[c] = (gamma[c, 0] * np.array(x) + gamma[c, 1] * np.array(y) - gamma[c, 2] * nhat[c]) / dt
-        w_A = share(stiffness[pair[c, 0]], stiffness[pair[c, 1]])
-        middle[c] = p_WCb[c] + w_A * (p_WCa[c] - p_WCb[c])
+    x, y = _tangents(-nhat)
+    force = (gamma[:, :1] * x + gamma[:, 1:2] * y - gamma[:, 2:] * nhat) / dt
+    w_A = np.array([share(a, b) for a, b in zip(stiffness[pair[:, 0]], stiffness[pair[:, 1]])]).reshape(-1, 1)
+    middle = p_WCb + w_A * (p_WCa - p_WCb)
     slip = (vc[:, 0] * vc[:, 0] + vc[:, 1] * vc[:, 1]) ** 0.5
     depth = point[:, geometry.DEPTH]
     felt = np.array([d > 0.0 or f > 0.0 for d, f in zip(depth, gamma[:, 2])], bool)  # not those only seen ahead
     columns_ = (pair, p_WCa, p_WCb, nhat, depth, middle, force, slip, vc[:, 2])
     return StepContacts(*(column[felt] for column in columns_))
+
+
+def _tangents(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Tangents x, y to unit vectors z, shape (n, 3) each, as `contact_frame` has them."""
+    if z.dtype == object:
+        frames = [contact_frame(tuple(row)) for row in z]
+        return tuple(np.array([frame[k] for frame in frames], dtype=object).reshape(-1, 3) for k in (0, 1))  # type: ignore[return-value]
+    n, i = np.arange(len(z)), np.argmin(z * z, axis=1)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    x, y = np.zeros_like(z), np.empty_like(z)
+    length = np.sqrt(1.0 - z[n, i] * z[n, i])
+    r = 1.0 / length
+    s = -r * z[n, i]
+    x[n, j], x[n, k] = -r * z[n, k], r * z[n, j]
+    y[n, i], y[n, j], y[n, k] = length, s * z[n, j], s * z[n, k]
+    return x, y
 
 
 def generalized_contact_forces(work: StepWork, dt: float) -> np.ndarray:
