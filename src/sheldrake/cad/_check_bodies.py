@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._plausible import HEAVIEST, LIGHTEST, principal_moments, why_impossible, why_too_large
+from ._plausible import HEAVIEST, LIGHTEST, NOTHING, principal_moments, why_impossible, why_too_large
 
 _FAR = 0.35  # of the geometry's diagonal: a centre of mass that far from the middle of the geometry is odd
 _UNLIKE = 8.0  # ratio of moments of inertia, file to geometry, that uneven material does not explain
@@ -143,7 +143,7 @@ def check_inertia(
     if mass <= 0.0 or problem is not None:
         return faults
     moments = principal_moments(I_BBcm)
-    if moments[2] == 0.0:
+    if moments[2] <= NOTHING:
         text = f"'{name}' has {mass:g} kg and no rotational inertia"
         return [BodyFault("warning", "inertia-zero", text, solids is not None)]
     if solids is None:

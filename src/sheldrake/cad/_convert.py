@@ -13,16 +13,18 @@ class WrittenModel:
 
     Attributes:
         path: The file.
-        files: Mesh files written beside it, for meshes that were held in memory.
+        files: Mesh files written beside it.
         losses: What the file does not say although the model has it, one text each.
+        notes: What else is good to know, one text each.
     """
 
     path: Path
     files: list[Path] = field(default_factory=list)
     losses: list[str] = field(default_factory=list)
+    notes: list[str] = field(default_factory=list)
 
 
-def WriteModel(plant: Any, path: Any, scene_graph: Any = None) -> WrittenModel:
+def WriteModel(plant: Any, path: Any, scene_graph: Any = None, *, obj_meshes: bool = False) -> WrittenModel:
     """Writes what is in a plant as URDF or SDFormat, by the ending of the path.
 
     Links, inertias, joints, limits, damping, springs, actuators, mimic, fixed frames, geometry with its roles, colours
@@ -33,11 +35,13 @@ def WriteModel(plant: Any, path: Any, scene_graph: Any = None) -> WrittenModel:
         plant: A MultibodyPlant; finalized, or the default poses of free bodies are not known.
         path: Where to write: `.urdf` or `.sdf`.
         scene_graph: The plant's SceneGraph, or None to write no geometry.
+        obj_meshes: Write meshes of formats that Drake does not read (STL, DAE, PLY) as OBJ beside the file.
 
     Raises:
         ValueError: An ending without a writer, or a body without a finite mass.
         NotImplementedError: A joint that the format does not have.
     """
+    from ._mesh_files import MeshFiles
     from ._model_parts import take_apart
     from ._write_sdf import sdf_text
     from ._write_urdf import urdf_text
@@ -48,20 +52,25 @@ def WriteModel(plant: Any, path: Any, scene_graph: Any = None) -> WrittenModel:
         raise ValueError(f"WriteModel(): '{path}' ends with none of {', '.join(writers)}.")
     inspector = None if scene_graph is None else scene_graph.model_inspector()
     parts = take_apart(plant, inspector, path.stem)
-    written = WrittenModel(path)
-    text = writers[path.suffix.lower()](parts, path.parent, written.files)
-    path.write_text(text, encoding="utf-8")
-    written.losses = parts.losses
+    meshes = MeshFiles(path.parent, obj_meshes)
+    path.write_text(writers[path.suffix.lower()](parts, path.parent, meshes), encoding="utf-8")
+    written = WrittenModel(path, meshes.written, parts.losses)
+    if meshes.foreign:
+        names = ", ".join(meshes.foreign[:3]) + (", ..." if len(meshes.foreign) > 3 else "")
+        written.notes.append(
+            f"Drake does not read meshes such as {names}; --obj-meshes (obj_meshes=True) makes OBJ of them"
+        )
     return written
 
 
-def ConvertModel(source: Any, target: Any, package_map: Any = None) -> WrittenModel:
+def ConvertModel(source: Any, target: Any, package_map: Any = None, *, obj_meshes: bool = False) -> WrittenModel:
     """Reads a description and writes it in another format, or in the same one with everything spelt out.
 
     Args:
         source: A file that the Parser takes: URDF, SDFormat, MJCF, model directives, OBJ.
         target: `.urdf` or `.sdf`.
         package_map: Where `package://` addresses lead (a PackageMap).
+        obj_meshes: As WriteModel.
 
     Returns:
         What was written. `losses` has what the parser ignored, too.
@@ -82,6 +91,6 @@ def ConvertModel(source: Any, target: Any, package_map: Any = None) -> WrittenMo
     parser.diagnostic_policy().SetActionForWarnings(lambda detail: ignored.append(detail.FormatWarning()))
     parser.AddModels(str(source))
     plant.Finalize()
-    written = WriteModel(plant, target, scene_graph)
+    written = WriteModel(plant, target, scene_graph, obj_meshes=obj_meshes)
     written.losses[:0] = ignored
     return written

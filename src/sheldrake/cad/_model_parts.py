@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -357,24 +356,3 @@ def _force_index(number: int) -> Any:
     from sheldrake.multibody.tree import ForceElementIndex
 
     return ForceElementIndex(number)
-
-
-def mesh_uri(shape: Any, folder: Path, files: list[Path]) -> str:
-    """How a file in `folder` names the mesh of a shape; one held in memory is written there."""
-    import os
-
-    source = shape.source()
-    if source.is_path():
-        return Path(os.path.relpath(source.path().resolve(), folder.resolve())).as_posix()
-    mesh = source.in_memory()
-    stem = Path(source.description() or "mesh").stem or "mesh"
-    path = folder / f"{stem}{source.extension()}"
-    contents = mesh.mesh_file.contents()
-    contents = contents if isinstance(contents, bytes) else bytes(contents)
-    number = 1
-    while path.exists() and path.read_bytes() != contents:
-        number += 1
-        path = folder / f"{stem}_{number}{source.extension()}"
-    path.write_bytes(contents)
-    files.append(path)
-    return path.name

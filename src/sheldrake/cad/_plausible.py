@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+NOTHING = 1e-15  # [kg m^2] a grain of sand has more
 LIGHTEST, HEAVIEST = 1.0, 23_000.0  # [kg/m^3] of aerogels and foams; of osmium
 
 
@@ -17,7 +18,7 @@ def why_impossible(mass: float, I_BBcm: np.ndarray) -> str | None:
     if mass < 0.0:
         return f"the mass, {mass:g} kg, is negative"
     moments = principal_moments(I_BBcm)
-    slack = 1e-9 * abs(moments).max()
+    slack = max(1e-9 * abs(moments).max(), NOTHING)  # numbers in files are rounded, and noise stands for nothing
     text = ", ".join(f"{m:.4g}" for m in moments)
     if moments[0] < -slack:
         return f"a principal moment of inertia is negative ({text} kg m^2)"

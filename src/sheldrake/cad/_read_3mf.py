@@ -10,6 +10,7 @@ import posixpath
 import re
 import xml.etree.ElementTree as ElementTree
 import zipfile
+import zlib
 
 import numpy as np
 
@@ -49,7 +50,7 @@ def _model(data: bytes, name: str) -> ElementTree.Element:
             raise ValueError(f"'{name}': its model unpacks to {info.file_size} bytes; this is refused.")
         with archive.open(info) as file:
             text = file.read(_MOST_BYTES)
-    except (zipfile.BadZipFile, IndexError, NotImplementedError, EOFError) as error:
+    except (zipfile.BadZipFile, zlib.error, IndexError, NotImplementedError, EOFError, RuntimeError) as error:
         raise ValueError(f"'{name}' is not a 3MF file: {error or 'it holds no model'}.") from None
     if re.search(rb"<!(?:DOCTYPE|ENTITY)", text):
         raise ValueError(f"'{name}' declares a document type or entities; these are refused.")

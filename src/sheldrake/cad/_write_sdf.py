@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ._model_parts import BodyPart, GeometryPart, JointPart, ModelParts, mesh_uri
+from ._mesh_files import MeshFiles
+from ._model_parts import BodyPart, GeometryPart, JointPart, ModelParts
 from ._write_parts import (
     MOMENTS,
     accepting,
@@ -26,8 +27,8 @@ _TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "ba
           "universal": "universal", "screw": "screw"}  # fmt: skip
 
 
-def sdf_text(parts: ModelParts, folder: Path, files: list[Path]) -> str:
-    """The text of an SDFormat file in a folder; meshes held in memory are written there and added to `files`."""
+def sdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
+    """The text of an SDFormat file in a folder; `files` names and writes its meshes."""
     return _Sdf(parts, folder, files).text()
 
 
@@ -35,8 +36,18 @@ def _put(node: Node, tag: str, value: Any, attribute: str = "") -> None:
     node.add(tag, value)
 
 
+def _free_name(name: str, what: str, taken: set[str]) -> str:
+    """The name, with an ending when it is taken; takes it."""
+    found, number = name, 1
+    while found in taken:
+        found = f"{name}_{what}" + (f"_{number}" if number > 1 else "")
+        number += 1
+    taken.add(found)
+    return found
+
+
 class _Sdf:
-    def __init__(self, parts: ModelParts, folder: Path, files: list[Path]):
+    def __init__(self, parts: ModelParts, folder: Path, files: MeshFiles):
         self._parts, self._folder, self._files = parts, folder, files
         self._sdf = Node("sdf", **{"version": "1.9", "xmlns:drake": "https://drake.mit.edu"})
         self._model = self._sdf.add("model", name=parts.name)
@@ -48,6 +59,7 @@ class _Sdf:
             raise ValueError("A model without links can not be written as SDFormat.")
         for geometry in [*parts.world.visuals, *parts.world.collisions]:
             parts.losses.append(f"the geometry '{geometry.name}' of the world: a model has none there")
+        self._tell_names_apart()
         inboard = {joint.child: joint for joint in parts.joints}
         for body in parts.bodies:
             self._link(body, inboard.get(body.name))
@@ -58,6 +70,27 @@ class _Sdf:
         add_forces(self._model, parts, _put, _put)
         add_filters(self._model, parts, [], _put)
         return self._sdf.document()
+
+    def _tell_names_apart(self) -> None:
+        """Links, joints and frames of an SDFormat model have different names: joints give way, then frames."""
+        taken = {body.name for body in self._parts.bodies}
+        renamed = {}
+        for joint in self._parts.joints:
+            name = _free_name(joint.name, "joint", taken)
+            if name != joint.name:
+                self._parts.losses.append(f"joint '{joint.name}' is called '{name}': a link has its name")
+                renamed[joint.name] = name
+                joint.name = name
+        for joint in self._parts.joints:
+            if joint.mimics is not None and joint.mimics[0] in renamed:
+                joint.mimics = (renamed[joint.mimics[0]], *joint.mimics[1:])
+        frames = []
+        for old, body, X in self._parts.frames:
+            name = _free_name(old, "frame", taken)
+            if name != old:
+                self._parts.losses.append(f"frame '{old}' is called '{name}': a joint has its name")
+            frames.append((name, body, X))
+        self._parts.frames = frames
 
     def _pose(self, node: Node, X: Any, relative_to: str | None = None) -> None:
         xyz, rpy = xyz_rpy(X)
@@ -116,7 +149,7 @@ class _Sdf:
             node.add("normal", [0.0, 0.0, 1.0])
             node.add("size", [1.0, 1.0])
         elif kind in ("Mesh", "Convex"):
-            node.add("uri", mesh_uri(shape, self._folder, self._files))
+            node.add("uri", self._files.name(shape))
             if np.any(np.asarray(shape.scale3()) != 1.0):
                 node.add("scale", shape.scale3())
             if kind == "Convex":

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ._model_parts import BodyPart, GeometryPart, JointPart, ModelParts, mesh_uri
+from ._mesh_files import MeshFiles
+from ._model_parts import BodyPart, GeometryPart, JointPart, ModelParts
 from ._write_parts import (
     MOMENTS,
     accepting,
@@ -25,8 +26,8 @@ _TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "pl
           "universal": "universal", "screw": "screw"}  # fmt: skip
 
 
-def urdf_text(parts: ModelParts, folder: Path, files: list[Path]) -> str:
-    """The text of a URDF in a folder; meshes held in memory are written there and added to `files`."""
+def urdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
+    """The text of a URDF in a folder; `files` names and writes its meshes."""
     return _Urdf(parts, folder, files).text()
 
 
@@ -39,7 +40,7 @@ def _put_name(node: Node, tag: str, name: str, attribute: str = "name") -> None:
 
 
 class _Urdf:
-    def __init__(self, parts: ModelParts, folder: Path, files: list[Path]):
+    def __init__(self, parts: ModelParts, folder: Path, files: MeshFiles):
         self._parts, self._folder, self._files = parts, folder, files
         self._robot = Node("robot", **{"name": parts.name, "xmlns:drake": "https://drake.mit.edu"})
         self._materials: dict[tuple, str] = {}
@@ -111,7 +112,7 @@ class _Urdf:
             return Node("drake:ellipsoid", a=shape.a(), b=shape.b(), c=shape.c())
         if kind in ("Mesh", "Convex"):
             scale = np.asarray(shape.scale3())
-            uri = mesh_uri(shape, self._folder, self._files)
+            uri = self._files.name(shape)
             node = Node("mesh", filename=uri, scale=None if np.all(scale == 1.0) else scale)
             if kind == "Convex":
                 node.add("drake:declare_convex")

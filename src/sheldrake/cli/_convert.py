@@ -16,6 +16,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake convert` takes."""
     parser.add_argument("source", metavar="SOURCE", help="file to read: .urdf, .sdf, .xml, .dmd.yaml, .obj")
     parser.add_argument("target", metavar="TARGET", help="file to write: .urdf or .sdf")
+    parser.add_argument(
+        "--obj-meshes", action="store_true", help="write STL, DAE and PLY meshes as OBJ beside the target, for Drake"
+    )
     parser.add_argument("--strict", action="store_true", help="fail when the target leaves anything out")
 
 
@@ -24,11 +27,13 @@ def run(options: argparse.Namespace) -> int:
     from sheldrake.cad import ConvertModel
 
     try:
-        written = ConvertModel(options.source, options.target)
+        written = ConvertModel(options.source, options.target, obj_meshes=options.obj_meshes)
     except (OSError, RuntimeError, ValueError) as error:
         print(f"sheldrake convert: {error}", file=sys.stderr)
         return 1
     for loss in written.losses:
         print(f"not written: {loss}", file=sys.stderr)
+    for note in written.notes:
+        print(note)
     print(f"wrote {', '.join(str(p) for p in [written.path, *written.files])}")
     return 3 if written.losses and options.strict else 0

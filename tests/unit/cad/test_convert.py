@@ -381,6 +381,40 @@ def test_mjcf_becomes_a_description(tmp_path, format, library):
     assert other.num_actuators() == 1
 
 
+@pytest.mark.parametrize("library", LIBRARIES)
+@pytest.mark.parametrize("format", ["urdf", "sdf"])
+def test_meshes_that_drake_does_not_read_become_obj(tmp_path, format, library):
+    pytest.importorskip(library)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "part.stl").write_bytes(solids.binary_stl(*solids.box(0.06, 0.04, 0.025)))
+    mesh = '<geometry><mesh filename="part.stl" scale="1 2 1"/></geometry>'
+    text = f'<robot name="r"><link name="a"><inertial><mass value="1"/></inertial><visual>{mesh}</visual>'
+    (tmp_path / "in" / "r.urdf").write_text(text + f"<collision>{mesh}</collision></link></robot>")
+    kept = ConvertModel(tmp_path / "in" / "r.urdf", tmp_path / f"kept.{format}")
+    assert "../" not in kept.path.read_text() and "in/part.stl" in kept.path.read_text() and kept.notes
+    written = ConvertModel(tmp_path / "in" / "r.urdf", tmp_path / f"r.{format}", obj_meshes=True)
+    assert written.files == [tmp_path / "part.obj"] and not written.notes and not written.losses
+    plant, graph, _ = load(Library(library), written.path)
+    (geometry_id,) = plant.GetCollisionGeometriesForBody(plant.GetBodyByName("a"))
+    hull = graph.model_inspector().GetConvexHull(geometry_id)
+    corners = np.array([hull.vertex(i) for i in range(hull.num_vertices())])
+    np.testing.assert_allclose(np.ptp(corners, axis=0), [0.06, 0.08, 0.025], rtol=1e-6)
+
+
+def test_names_that_sdformat_takes_for_one_are_told_apart(tmp_path):
+    urdf = """<robot name="r"><link name="base"/><link name="hand"><inertial><mass value="1"/>
+      <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+      <link name="finger"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
+      </inertial></link><joint name="hand" type="revolute"><parent link="base"/><child link="hand"/>
+      <axis xyz="0 0 1"/></joint><joint name="grip" type="prismatic"><parent link="hand"/><child link="finger"/>
+      <axis xyz="0 1 0"/><mimic joint="hand" multiplier="2"/></joint></robot>"""
+    (tmp_path / "r.urdf").write_text(urdf)
+    written = ConvertModel(tmp_path / "r.urdf", tmp_path / "r.sdf")
+    assert written.losses == ["joint 'hand' is called 'hand_joint': a link has its name"]
+    plant, _, _ = load(S, written.path)
+    assert plant.GetJointByName("hand_joint").child_body().name() == "hand" and plant.num_constraints() == 1
+
+
 def test_several_models_become_one_and_it_is_said(tmp_path):
     urdf = '<robot name="{}"><link name="a"/><link name="b"><inertial><mass value="1"/></inertial></link>' \
            '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint></robot>'  # fmt: skip

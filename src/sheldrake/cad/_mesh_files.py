@@ -1,0 +1,68 @@
+"""The mesh files that a written description names."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Any
+
+_DRAKES = (".obj", ".vtk", ".gltf", ".glb")  # formats that Drake takes for contact
+
+
+class MeshFiles:
+    """Names meshes for a file in a folder, and writes those that need it.
+
+    Args:
+        folder: Where the description will be.
+        as_obj: Write an OBJ file for every mesh of a format that Drake does not read.
+
+    Attributes:
+        written: The files written.
+        foreign: Names of mesh files of a format that Drake does not read.
+    """
+
+    def __init__(self, folder: Path, as_obj: bool):
+        self._folder, self._as_obj = folder, as_obj
+        self._known: dict[Any, str] = {}
+        self.written: list[Path] = []
+        self.foreign: list[str] = []
+
+    def name(self, shape: Any) -> str:
+        """What the description calls the mesh of a shape."""
+        source = shape.source()
+        key = str(source.path().resolve()) if source.is_path() else id(source.in_memory())
+        if key not in self._known:
+            self._known[key] = self._name(source)
+        return self._known[key]
+
+    def _name(self, source: Any) -> str:
+        is_foreign = source.extension() not in _DRAKES
+        stem = Path(source.description() or "mesh").stem or "mesh"
+        if is_foreign and self._as_obj:
+            return self._write(stem, ".obj", _as_obj(source))
+        if is_foreign:
+            self.foreign.append(f"{stem}{source.extension()}")
+        if source.is_path():
+            return Path(os.path.relpath(source.path().resolve(), self._folder.resolve())).as_posix()
+        contents = source.in_memory().mesh_file.contents()
+        return self._write(stem, source.extension(), contents if isinstance(contents, bytes) else bytes(contents))
+
+    def _write(self, stem: str, extension: str, contents: bytes) -> str:
+        path, number = self._folder / f"{stem}{extension}", 1
+        while path.exists() and path.read_bytes() != contents:
+            number += 1
+            path = self._folder / f"{stem}_{number}{extension}"
+        path.write_bytes(contents)
+        self.written.append(path)
+        return path.name
+
+
+def _as_obj(source: Any) -> bytes:
+    """The triangles of a mesh as an OBJ file, in the shape's frame and metres."""
+    from sheldrake.geometry._mesh_files import read_mesh
+
+    mesh = read_mesh(source, "WriteModel()")
+    lines = [f"# made from {Path(source.description()).name}"]
+    lines += ["v {!r} {!r} {!r}".format(*vertex) for vertex in mesh.vertices.tolist()]
+    lines += ["f {} {} {}".format(*triangle) for triangle in (mesh.triangles + 1).tolist()]
+    return ("\n".join(lines) + "\n").encode()
