@@ -13,7 +13,7 @@ from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._store import FAILED, Store, checked_status
 
-_ROW = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)
+_ROW = ctypes.CFUNCTYPE(ctypes.c_int64)  # the caller hands over t, slab and words in registers: nobody looks
 _STATUS, _TERMINATE, _ROW_AT, _IDLE = int(_loop.STATUS), int(_loop.TERMINATE), int(_loop.ROW), int(_loop.IDLE)
 
 
@@ -84,7 +84,7 @@ class Span:
             if r < len(self.layout.rows) and self.layout.rows[r].native:
                 table[r] = self.layout.rows[r].calc.address
             elif function is not None:
-                callback = _ROW((lambda f: lambda t, slab, words: f())(function))
+                callback = _ROW(function)
                 self._callbacks.append(callback)
                 table[r] = ctypes.c_void_p.from_buffer(callback).value  # `ctypes.cast` would make a cycle
         self.table = table

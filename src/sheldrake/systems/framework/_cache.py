@@ -173,6 +173,7 @@ class CacheEntry:
         """Computes it anew whenever it is asked for in this context."""
         if (r := self._row(context)) >= 0:
             context._store._cold.add(r)
+            context._store.forget_readers()
         else:
             self._record(context)[2] = False
 

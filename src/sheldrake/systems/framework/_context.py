@@ -33,6 +33,10 @@ class ContextBase:
     _place: Any
     _kept: Any = None
     """What the system keeps for this context, made of its memory; forgotten when the memory moves."""
+    _reads: dict[int, Any]
+    """Functions that read vector ports, by number; output ports count down from -1. Forgotten when the memory moves."""
+    _groups: list[BasicVector] | None = None
+    """The groups of discrete state, once they were asked for; forgotten when the memory moves."""
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
@@ -41,7 +45,7 @@ class ContextBase:
     def _make(cls, store: Store, node: int, system: Any) -> Any:
         context = object.__new__(cls)
         context._store, context._node, context._system = store, node, system
-        context._place = store.layout.places[node]
+        context._place, context._reads = store.layout.places[node], {}
         return context
 
     def num_input_ports(self) -> int:
@@ -63,6 +67,7 @@ class ContextBase:
     def DisableCaching(self) -> None:
         """Computes everything anew whenever it is asked for."""
         self._store.uncached = True
+        self._store.forget_readers()
 
     def EnableCaching(self) -> None:
         """Undoes `DisableCaching`."""
@@ -199,15 +204,16 @@ class Context(ContextBase):
         return ContinuousState._view(vector, self._place.parts)
 
     def _discrete_view(self, shift: int = 0, touch: bool = False) -> DiscreteValues:
-        store, values = self._store, object.__new__(DiscreteValues)
+        store = self._store
         first, last = self._place.groups
-        values._groups = [
-            self._vector(
-                a + shift, b + shift, _Toucher(store, SAMPLED, "xd", first + k) if touch else None, "_xd_models", k
-            )
-            for k, (a, b) in enumerate(store.layout.groups[first:last])
-        ]
-        return values
+        return DiscreteValues._view(
+            [
+                self._vector(
+                    a + shift, b + shift, _Toucher(store, SAMPLED, "xd", first + k) if touch else None, "_xd_models", k
+                )
+                for k, (a, b) in enumerate(store.layout.groups[first:last])
+            ]
+        )
 
     def _state_view(self, shift: int, abstract: list[AbstractValue]) -> State:
         return State._view(
@@ -253,14 +259,20 @@ class Context(ContextBase):
 
     # Discrete state.
 
+    def _discrete_groups(self) -> list[BasicVector]:
+        """Vectors on the discrete state, made once."""
+        if self._groups is None:
+            self._groups = self._discrete_view(0, True)._groups
+        return self._groups
+
     def get_discrete_state(self, index: int | None = None) -> Any:
         """The discrete state, or its group `index`."""
-        values = self._discrete_view(0, True)
+        values = DiscreteValues._view(self._discrete_groups())
         return values if index is None else values.get_vector(index)
 
     def get_mutable_discrete_state(self, index: int | None = None) -> Any:
         """The discrete state, or its group `index`, to be changed."""
-        values = self._discrete_view(0, True)
+        values = DiscreteValues._view(self._discrete_groups())
         if index is not None:
             return values.get_mutable_vector(index)
         for group in values._groups:
@@ -273,14 +285,13 @@ class Context(ContextBase):
         Raises:
             RuntimeError: there are more, or none.
         """
-        first, last = self._place.groups
-        if last - first != 1:
+        groups = self._groups or self._discrete_groups()
+        if len(groups) != 1:
             raise RuntimeError(
-                f"Context.get_discrete_state_vector(): {self._system._describe()} has {last - first} groups of "
+                f"Context.get_discrete_state_vector(): {self._system._describe()} has {len(groups)} groups of "
                 "discrete state, not one; use get_discrete_state(index)."
             )
-        a, b = self._store.layout.groups[first]
-        return self._vector(a, b, _Toucher(self._store, SAMPLED, "xd", first), "_xd_models")
+        return groups[0]
 
     def get_mutable_discrete_state_vector(self) -> BasicVector:
         """The only group of discrete state, to be changed."""

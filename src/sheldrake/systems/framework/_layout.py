@@ -116,6 +116,11 @@ class Layout(Topology):
         self._add_rows()
         self.program = self._program()
         self.version = sum(s._version for s in self.systems)
+        leaves = [(n, self.systems[n]) for n in self.leaves]
+        self.with_abstract = [n for n, s in leaves if s._xa_models or s._pa_models]
+        self.with_own_defaults = [n for n, s in leaves if s._sets_own_defaults()]
+        self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
+        self.defaults: tuple[int, np.ndarray] | None = None
         self._stamps = self.program.level.tolist()
         self._pulls: dict[int, list[int]] = {}
         del self.systems  # a layout is owned by the root system: it must not own it in turn

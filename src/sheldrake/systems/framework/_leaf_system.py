@@ -443,6 +443,9 @@ class LeafSystem(System):
     def _set_default_context(self, context: Any) -> None:
         """Sets defaults that are not declared; called after the declared ones are in place."""
 
+    def _sets_own_defaults(self) -> bool:
+        return type(self)._set_default_context is not LeafSystem._set_default_context
+
     def _set_random_context(self, context: Any, generator: Any) -> None:
         """Sets random state and parameters."""
 

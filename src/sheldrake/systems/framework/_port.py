@@ -164,9 +164,18 @@ class InputPort(_Port):
         Raises:
             RuntimeError: it is neither connected nor fixed, or `context` is not its system's.
         """
-        return (
-            value_at(context._store, self._required(context)) if hasattr(context, "_store") else self._node_in(context)
-        )
+        reads = getattr(context, "_reads", None)
+        if reads is not None and context._system is self._system:
+            read = reads.get(self._index)
+            if read is not None:
+                return read()
+        return self._first_eval(context)
+
+    def _first_eval(self, context: Any) -> Any:
+        slot = self._required(context)
+        if slot.free < 0 and (read := context._store.reader(slot)) is not None:
+            context._reads[self._index] = read
+        return value_at(context._store, slot)
 
     def EvalAbstract(self, context: Any) -> AbstractValue:
         """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""
@@ -255,8 +264,15 @@ class OutputPort(_Port):
 
     def Eval(self, context: Any) -> Any:
         """Its value, computed if needed: the caller's own array, or the object that an abstract port carries."""
-        node = self._node_in(context)
-        return value_at(context._store, context._store.layout.output_slot(node, self._index)[2])
+        reads = getattr(context, "_reads", None)
+        if reads is not None and context._system is self._system:
+            read = reads.get(-1 - self._index)
+            if read is not None:
+                return read()
+        slot = self._slot(context)
+        if (read := context._store.reader(slot)) is not None:
+            context._reads[-1 - self._index] = read
+        return value_at(context._store, slot)
 
     def EvalAbstract(self, context: Any) -> AbstractValue:
         """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import weakref
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -25,12 +26,15 @@ FAILED = -1000
 
 def tree_of(root: Any) -> list[Any]:
     """The systems under `root`, depth first, `root` included."""
-    found, stack = [], [root]
-    while stack:
-        system = stack.pop()
-        found.append(system)
-        stack.extend(reversed(system._subsystems() or ()))
-    return found
+    below = root._tree_below
+    if below is None:
+        below, stack = [], list(reversed(root._subsystems() or ()))
+        while stack:
+            system = stack.pop()
+            below.append(system)
+            stack.extend(reversed(system._subsystems() or ()))
+        root._tree_below = below
+    return [root, *below]
 
 
 class Store:
@@ -54,27 +58,34 @@ class Store:
     def __init__(self, layout: Layout, systems: list[Any], scalar: Any = float):
         self.layout, self.systems, self.scalar = layout, systems, scalar
         dtype = float if scalar is float else object
-        self.S = lifted(np.zeros(layout.size), scalar)
+        blank = layout.blank if scalar is float else None
+        self.S = lifted(np.zeros(layout.size), scalar) if blank is None else blank.copy()
         self.I = np.zeros(layout.side_size, np.int64)
         self.I[:3] = 1
         self.L = np.empty(0, dtype)
         self.accuracy: float | None = None
         self.abstract: list[AbstractValue] = []
         self.parameters: list[AbstractValue] = []
-        for n in layout.leaves:
+        for n in layout.with_abstract:
             self.abstract += [v.Clone() for v in systems[n]._xa_models]
             self.parameters += [v.Clone() for v in systems[n]._pa_models]
         self.fixed: dict[int, Any] = {}
         self.values: dict[int, AbstractValue] = {}
         self._begin()
-        for r, (n, j) in enumerate(layout.ports):
-            output, (a, b) = systems[n]._outputs[j], layout.places[n].outputs[j].span
+        self._cold.update(r for r, (n, j) in enumerate(layout.ports) if not systems[n]._outputs[j].cached)
+        if blank is None:
+            self._fill()
+
+    def _fill(self) -> None:
+        """Outputs as they were declared, and scratch; a layout keeps them for its next stores."""
+        for n, j in self.layout.ports:
+            output, (a, b) = self.systems[n]._outputs[j], self.layout.places[n].outputs[j].span
             if b > a and isinstance(output.model, BasicVector):
-                self.S[a:b] = lifted(output.model._v, scalar)
-            if not output.cached:
-                self._cold.add(r)
-        for n in layout.leaves:
+                self.S[a:b] = lifted(output.model._v, self.scalar)
+        for n in self.layout.leaves:
             self._reset_work(n)
+        if self.scalar is float:
+            self.layout.blank = self.S.copy()
 
     def _begin(self) -> None:
         """What is rebuilt for every store, clones too."""
@@ -179,7 +190,8 @@ class Store:
         self._begin()
         for m, context in contexts.items():
             self.contexts[m] = context
-            context._place, context._kept = new.places[m], None
+            context._place, context._kept, context._groups = new.places[m], None, None
+        self.forget_readers()
 
     # Computing.
 
@@ -201,6 +213,28 @@ class Store:
             if i[stamp0 + k] != i[level[k]] or self.uncached or k in self._cold:
                 self.compute(k)
                 i[stamp0 + k] = i[level[k]]
+
+    def reader(self, slot: Any) -> Callable[[], np.ndarray] | None:
+        """A function that brings a vector port up to date and copies it; None where `pull` has more to look at."""
+        r, layout = slot.row, self.layout
+        if not slot.vector or self.uncached or r in self._cold:
+            return None
+        copy = self.S[slot.span[0] : slot.span[1]].copy
+        if r < 0:
+            return copy
+        i, pull, stamp, level = self.i, self.pull, layout.stamp0 + r, layout._stamps[r]
+
+        def read() -> np.ndarray:
+            if i[stamp] != i[level]:
+                pull(r)
+            return copy()
+
+        return read
+
+    def forget_readers(self) -> None:
+        """Contexts look up their ports anew."""
+        for context in self.contexts.values():
+            context._reads.clear()
 
     def _row_name(self, r: int) -> str:
         row = self.layout.rows[r]
@@ -362,23 +396,45 @@ class Store:
 
     def set_defaults(self, n: int) -> None:
         """Default state and parameters of all leaves under node `n`."""
-        node, layout = self.layout.nodes[n], self.layout
-        for m in layout.leaves[node.first_leaf : node.last_leaf]:
-            system, place = self.systems[m], layout.places[m]
-            self.S[slice(*place.xc)] = lifted(system._xc_model._v, self.scalar)
-            for span, model in zip(layout.groups[slice(*place.groups)], system._xd_models):
-                self.S[slice(*span)] = lifted(model._v, self.scalar)
-            for span, model in zip(layout.parameter_groups[slice(*place.parameters)], system._pn_models):
-                self.S[slice(*span)] = lifted(model._v, self.scalar)
-            for k, model in enumerate(system._xa_models):
-                self.abstract[place.abstract[0] + k].SetFrom(model)
-            for k, model in enumerate(system._pa_models):
-                self.parameters[place.abstract_parameters[0] + k].SetFrom(model)
+        layout = self.layout
+        leaves = set(layout.leaves[slice(layout.nodes[n].first_leaf, layout.nodes[n].last_leaf)])
+        numbers, place = self._default_numbers(), layout.places[n]
+        for a, b in (place.xc, place.xd, place.p):
+            self.S[a:b] = lifted(numbers[a:b], self.scalar) if numbers.dtype == float else numbers[a:b]
+        for m in layout.with_abstract:
+            if m in leaves:
+                self._set_abstract_defaults(self.systems[m], layout.places[m])
         self.out_of_date()
-        for m in layout.leaves[node.first_leaf : node.last_leaf]:
-            self.systems[m]._set_default_context(self.context(m))
+        for m in layout.with_own_defaults:
+            if m in leaves:
+                self.systems[m]._set_default_context(self.context(m))
         self.out_of_date()
         self.unsettled = bool(layout.given)
+
+    def _set_abstract_defaults(self, system: Any, place: Any) -> None:
+        for k, model in enumerate(system._xa_models):
+            self.abstract[place.abstract[0] + k].SetFrom(model)
+        for k, model in enumerate(system._pa_models):
+            self.parameters[place.abstract_parameters[0] + k].SetFrom(model)
+
+    def _default_numbers(self) -> np.ndarray:
+        """Time, state and parameters that all leaves declared; kept while nobody declares others."""
+        layout = self.layout
+        version = sum(s._defaults_version for s in self.systems)
+        if layout.defaults is None or layout.defaults[0] != version:
+            leaves = [(self.systems[m], layout.places[m]) for m in layout.leaves]
+            numbers = np.zeros(layout.p[1], object if self.scalar is not float else float)
+            for system, place in leaves:
+                numbers[slice(*place.xc)] = lifted(system._xc_model._v, self.scalar)
+            for models, spans, numbered in (
+                ("_xd_models", layout.groups, "groups"),
+                ("_pn_models", layout.parameter_groups, "parameters"),
+            ):
+                for system, place in leaves:
+                    for span, model in zip(spans[slice(*getattr(place, numbered))], getattr(system, models)):
+                        numbers[slice(*span)] = lifted(model._v, self.scalar)
+            layout.defaults = version, numbers
+        return layout.defaults[1]
 
     # Copies.
 

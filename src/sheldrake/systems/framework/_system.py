@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+import gc
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -21,6 +24,18 @@ from sheldrake.systems.framework._values import ContinuousState, DiscreteValues,
 from sheldrake.systems.framework._vector import BasicVector
 
 
+@contextlib.contextmanager
+def _no_collection() -> Iterator[None]:
+    """Keeps Python from searching for garbage among many small objects that all stay alive."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
+
+
 class System(ScalarConversion, Graphviz, SystemBase):
     """Base of all systems."""
 
@@ -32,7 +47,8 @@ class System(ScalarConversion, Graphviz, SystemBase):
         version = sum(s._version for s in tree_of(self))
         layout = self._layouts.get(overrides)
         if layout is None or layout.version != version:
-            layout = self._layouts[overrides] = Layout(self, overrides)
+            with _no_collection():
+                layout = self._layouts[overrides] = Layout(self, overrides)
         return layout
 
     def AllocateContext(self) -> Any:
@@ -41,8 +57,9 @@ class System(ScalarConversion, Graphviz, SystemBase):
 
     def CreateDefaultContext(self) -> Any:
         """A context with default state and parameters, for this system as root."""
-        context = self.AllocateContext()
-        self.SetDefaultContext(context)
+        with _no_collection():
+            context = self.AllocateContext()
+            self.SetDefaultContext(context)
         return context
 
     def SetDefaultContext(self, context: Any) -> None:

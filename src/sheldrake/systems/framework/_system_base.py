@@ -75,8 +75,9 @@ class SystemBase(metaclass=SystemType):
         self._state_tickets: dict[tuple, int] = {}
         self._next_ticket = Ticket.FIRST_INDEXED
         self._ports: weakref.WeakValueDictionary[tuple, Any] = weakref.WeakValueDictionary()
-        self._version = 0
+        self._version = self._defaults_version = 0
         self._layouts: dict = {}
+        self._tree_below: list[Any] | None = None  # all systems below this one, once asked for
 
     def _subsystems(self) -> list[Any] | None:
         return None
@@ -84,6 +85,11 @@ class SystemBase(metaclass=SystemType):
     def _changed(self) -> None:
         """The structure changed: contexts made before do not fit any more."""
         self._version += 1
+        self._tree_below = None
+
+    def _defaults_changed(self) -> None:
+        """Contexts made from now on begin with other values."""
+        self._defaults_version += 1
 
     # Names.
 

@@ -86,6 +86,12 @@ class DiscreteValues:
                 raise TypeError(f"DiscreteValues(): incompatible constructor arguments: {group!r} is no BasicVector.")
         self._groups: list[BasicVector] = groups
 
+    @classmethod
+    def _view(cls, groups: list[BasicVector]) -> DiscreteValues:
+        values = object.__new__(cls)
+        values._groups = groups
+        return values
+
     def size(self) -> int:
         """Number of elements of the only group."""
         return self._only("size").size()
@@ -127,6 +133,9 @@ class DiscreteValues:
 
     def set_value(self, *args: Any, index: int | None = None, value: Any = None) -> None:
         """Sets a group: `set_value(value)` the only one, `set_value(index, value)` any."""
+        if len(args) == 1 == len(self._groups) and index is None and value is None:
+            self._groups[0].SetFromVector(args[0])
+            return
         args = (*args, value) if value is not None else args
         if index is not None:
             args = (index, *args)

@@ -9,6 +9,20 @@ import numpy as np
 
 from sheldrake.common.value import _register_value_type
 
+_FLOAT = np.dtype(float)
+
+
+def _filled(v: np.ndarray, values: list) -> bool:
+    """Copies a list of numbers into an array of its length; False, with nothing written, if NumPy cannot."""
+    try:
+        if len(values) == 1:
+            v[0] = values[0]
+        else:
+            v[:] = values
+    except (TypeError, ValueError):
+        return False
+    return True
+
 
 def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
     """`value` as a fresh 1-D array of floats, or of objects where it holds other scalars.
@@ -120,7 +134,11 @@ class VectorBase:
         Raises:
             IndexError: `value` has another size.
         """
-        self._v[:] = self._checked(value)
+        v, kind = self._v, type(value)
+        if kind is np.ndarray and value.dtype is v.dtype and value.shape == v.shape:
+            v[:] = value
+        elif not (kind is list and v.dtype is _FLOAT and len(value) == v.size and _filled(v, value)):
+            v[:] = self._checked(value)
         if self._on_write is not None:
             self._on_write()
 
@@ -152,7 +170,12 @@ class VectorBase:
         return float(value) if isinstance(value, np.floating) else value
 
     def __getitem__(self, index: Any) -> Any:
-        if isinstance(index, slice):
+        if type(index) is int and index >= 0:
+            try:
+                return self._v.item(index)
+            except IndexError:
+                pass
+        elif isinstance(index, slice):
             return self._v[index].copy()
         return self._item(self._v[self._index(index)])
 

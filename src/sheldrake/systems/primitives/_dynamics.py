@@ -38,6 +38,7 @@ class Integrator(LeafSystem):
     def set_default_integral_value(self, initial_value: Any) -> None:
         """Sets the integral in contexts made from now on."""
         self._xc_model.SetFromVector(initial_value)
+        self._defaults_changed()
 
 
 class FirstOrderLowPassFilter(LeafSystem):
@@ -375,6 +376,7 @@ class AffineSystem(LeafSystem):
             )
         if self.num_states():
             (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(x0)
+            self._defaults_changed()
 
     def configure_random_state(self, covariance: Any) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""

@@ -157,6 +157,7 @@ class TrajectoryAffineSystem(LeafSystem):
     def configure_default_state(self, x0: Any) -> None:
         """Sets the default state."""
         (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(as_vector(x0))
+        self._defaults_changed()
 
     def configure_random_state(self, covariance: Any) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
