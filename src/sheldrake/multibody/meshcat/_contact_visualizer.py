@@ -129,8 +129,7 @@ class ContactVisualizer(LeafSystem):
         results, time = port.Eval(context), float(context.get_time())
         names = self._names
         names.look_at(results.plant(), inspector)
-        infos = [results.point_pair_contact_info(i) for i in range(results.num_point_pair_contacts())]
-        self._points.Update(time, [_point_item(info, names) for info in infos])
+        self._points.Update(time, _point_items(results, names))
         surfaces = [results.hydroelastic_contact_info(i) for i in range(results.num_hydroelastic_contacts())]
         self._surfaces.Update(time, [_surface_item(info, names) for info in surfaces])
         return EventStatus.Succeeded()
@@ -217,14 +216,19 @@ class _Names:
         return self.of_body(body.index(), geometry)
 
 
-def _point_item(info: Any, names: _Names) -> _PointContactVisualizerItem:
-    pair = info.point_pair()
-    return _PointContactVisualizerItem(
-        names.of_body(info.bodyA_index(), pair.id_A),
-        names.of_body(info.bodyB_index(), pair.id_B),
-        info.contact_force(),
-        info.contact_point(),
-    )
+def _point_items(results: ContactResults, names: _Names) -> list[_PointContactVisualizerItem]:
+    arrays = results._arrays
+    if arrays is not None:
+        return [
+            _PointContactVisualizerItem(names.of_body(a, A), names.of_body(b, B), force, point)
+            for a, b, A, B, force, point in zip(*arrays)
+        ]
+    items = []
+    for info in map(results.point_pair_contact_info, range(results.num_point_pair_contacts())):
+        A, B = (names.of_body(info.bodyA_index(), info.point_pair().id_A),
+                names.of_body(info.bodyB_index(), info.point_pair().id_B))  # fmt: skip
+        items.append(_PointContactVisualizerItem(A, B, info.contact_force(), info.contact_point()))
+    return items
 
 
 def _surface_item(info: Any, names: _Names) -> _HydroelasticContactVisualizerItem:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -82,13 +83,41 @@ class PointPairContactInfo:
         )
 
 
+class PointContactArrays(NamedTuple):
+    """Point contacts in columns: bodies and geometries A and B, f_Bc_W [N] and p_WC [m], shape (n, 3) each."""
+
+    body_A: list[BodyIndex]
+    body_B: list[BodyIndex]
+    geometry_A: list[Any]
+    geometry_B: list[Any]
+    f_Bc_W: np.ndarray
+    p_WC: np.ndarray
+
+
 class ContactResults:
     """All contacts of a plant at one time."""
 
     def __init__(self) -> None:
         self._plant: Any = None
-        self._point_pairs: list[PointPairContactInfo] = []
+        self._made: list[PointPairContactInfo] | None = []
+        self._make: Callable[[], list[PointPairContactInfo]] | None = None
+        self._arrays: PointContactArrays | None = None
         self._hydroelastic: list[Any] = []
+
+    @property
+    def _point_pairs(self) -> list[PointPairContactInfo]:
+        if self._made is None:
+            assert self._make is not None
+            self._made = self._make()
+        return self._made
+
+    @_point_pairs.setter
+    def _point_pairs(self, infos: list[PointPairContactInfo]) -> None:
+        self._made, self._make, self._arrays = infos, None, None
+
+    def _set_points(self, arrays: PointContactArrays, make: Callable[[], list[PointPairContactInfo]]) -> None:
+        """Keeps point contacts as arrays; objects are made of them when somebody asks."""
+        self._made, self._make, self._arrays = None, make, arrays
 
     def plant(self) -> Any:
         """The MultibodyPlant they come from, None when empty."""
@@ -96,7 +125,7 @@ class ContactResults:
 
     def num_point_pair_contacts(self) -> int:
         """Number of point contacts."""
-        return len(self._point_pairs)
+        return len(self._point_pairs) if self._arrays is None else len(self._arrays.p_WC)
 
     def point_pair_contact_info(self, i: int) -> PointPairContactInfo:
         """Point contact number i.
@@ -144,7 +173,9 @@ class ContactResults:
 
     def __copy__(self) -> ContactResults:
         new = ContactResults()
-        new._plant, new._point_pairs, new._hydroelastic = self._plant, list(self._point_pairs), list(self._hydroelastic)
+        new._plant, new._hydroelastic = self._plant, list(self._hydroelastic)
+        new._made = None if self._made is None else list(self._made)
+        new._make, new._arrays = self._make, self._arrays
         return new
 
     def __deepcopy__(self, memo: dict) -> ContactResults:

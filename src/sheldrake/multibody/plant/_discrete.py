@@ -10,7 +10,7 @@ from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant import _step, _step_results
-from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
+from sheldrake.multibody.plant._contact_results import ContactResults, PointContactArrays, PointPairContactInfo
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
 from sheldrake.multibody.plant._hydroelastic import explain_refused, split_pairs, step_surfaces
 from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_UNSUPPORTED_PAIR
@@ -308,22 +308,40 @@ class DiscreteUpdate:
         work = self._results(context)
         results._hydroelastic = step_surfaces(work, hydro, ids, self._time_step)
         contacts = _step_results.step_contacts(work, model.material[:, 0], self._time_step)
-        for i in range(len(contacts.depth)):
-            A, B, body_A, body_B = contacts.pair[i]
-            results._point_pairs.append(
-                PointPairContactInfo(
-                    self._row_bodies[body_A].index(),
-                    self._row_bodies[body_B].index(),
-                    contacts.f_Bc_W[i],
-                    contacts.p_WC[i],
-                    contacts.separation_speed[i],
-                    contacts.slip_speed[i],
-                    self._point_pair(
-                        ids[A], ids[B], contacts.p_WCa[i], contacts.p_WCb[i], contacts.nhat_BA_W[i], contacts.depth[i]
-                    ),
-                )
-            )
+        pair = contacts.pair.tolist()
+        bodies = [body.index() for body in self._row_bodies]
+        arrays = PointContactArrays(
+            [bodies[a] for _, _, a, _ in pair],
+            [bodies[b] for _, _, _, b in pair],
+            [ids[A] for A, *_ in pair],
+            [ids[B] for _, B, *_ in pair],
+            contacts.f_Bc_W,
+            contacts.p_WC,
+        )
+        results._set_points(arrays, lambda: self._contact_infos(contacts, arrays))
         return results
+
+    def _contact_infos(self, contacts: Any, arrays: PointContactArrays) -> list[PointPairContactInfo]:
+        """Point contacts as objects."""
+        return [
+            PointPairContactInfo(
+                arrays.body_A[i],
+                arrays.body_B[i],
+                contacts.f_Bc_W[i],
+                contacts.p_WC[i],
+                contacts.separation_speed[i],
+                contacts.slip_speed[i],
+                self._point_pair(
+                    arrays.geometry_A[i],
+                    arrays.geometry_B[i],
+                    contacts.p_WCa[i],
+                    contacts.p_WCb[i],
+                    contacts.nhat_BA_W[i],
+                    contacts.depth[i],
+                ),
+            )
+            for i in range(len(contacts.depth))
+        ]
 
     def _point_pair(self, id_A: Any, id_B: Any, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any) -> Any:
         from sheldrake.geometry import PenetrationAsPointPair
