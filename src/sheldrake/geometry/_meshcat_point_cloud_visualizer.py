@@ -9,6 +9,7 @@ from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import EventStatus, InputPort, LeafSystem
 
 from ._meshcat import Meshcat
+from ._meshcat_tree import as_float
 from ._point_cloud import PointCloud
 from ._rgba import Rgba
 
@@ -68,5 +69,5 @@ class MeshcatPointCloudVisualizer(LeafSystem):
         self._meshcat.SetObject(self._path, cloud, self._point_size, self._default_rgba)
         pose = self.pose_input_port()
         X = pose.Eval(context) if pose.HasValue(context) else RigidTransform()
-        self._meshcat.SetTransform(self._path, X, float(context.get_time()))
+        self._meshcat.SetTransform(self._path, X, as_float(context.get_time()))
         return EventStatus.Succeeded()

@@ -186,6 +186,11 @@ class SceneTree:
         return X
 
 
+def as_float(number: Any) -> float:
+    """Returns a number without its derivatives."""
+    return float(number.value() if hasattr(number, "value") else number)
+
+
 def as_matrix4(pose: np.ndarray) -> np.ndarray:
     """Returns a pose of shape (3, 4) or (4, 4) as a matrix of shape (4, 4)."""
     if pose.shape == (4, 4):

@@ -14,7 +14,7 @@ from ._meshcat import Meshcat
 from ._meshcat_animation import MeshcatAnimation
 from ._meshcat_drawables import _triangulated
 from ._meshcat_params import MeshcatVisualizerParams
-from ._meshcat_tree import full_path
+from ._meshcat_tree import as_float, full_path
 from ._query_object import QueryObject
 from ._roles import Role
 from ._scene_graph import SceneGraph
@@ -62,23 +62,25 @@ class MeshcatVisualizer(LeafSystem):
             meshcat.AddSlider(self._alpha_slider, _ALPHA_STEP, 1.0, _ALPHA_STEP, params.initial_alpha_slider_value)
 
     @overload
-    @staticmethod
+    @classmethod
     def AddToBuilder(
+        cls,
         builder: DiagramBuilder,
         scene_graph: SceneGraph,
         meshcat: Meshcat,
         params: MeshcatVisualizerParams = ...,
     ) -> MeshcatVisualizer: ...
     @overload
-    @staticmethod
+    @classmethod
     def AddToBuilder(
+        cls,
         builder: DiagramBuilder,
         query_object_port: OutputPort,
         meshcat: Meshcat,
         params: MeshcatVisualizerParams = ...,
     ) -> MeshcatVisualizer: ...
-    @staticmethod
-    def AddToBuilder(builder: DiagramBuilder, *args: Any, **kwargs: Any) -> MeshcatVisualizer:
+    @classmethod
+    def AddToBuilder(cls, builder: DiagramBuilder, *args: Any, **kwargs: Any) -> MeshcatVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
         Args:
@@ -101,7 +103,7 @@ class MeshcatVisualizer(LeafSystem):
                 f"MeshcatVisualizer.AddToBuilder(): expected a SceneGraph (or its query port) and a Meshcat, got "
                 f"{type(source).__name__} and {type(meshcat).__name__}."
             )
-        visualizer = builder.AddSystem(MeshcatVisualizer(meshcat, given.get("params")))
+        visualizer = builder.AddSystem(cls(meshcat, given.get("params")))
         name = f"meshcat_visualizer({visualizer._params.prefix})"
         if not builder.HasSubsystemNamed(name):
             visualizer.set_name(name)
@@ -159,7 +161,7 @@ class MeshcatVisualizer(LeafSystem):
                 f"MeshcatVisualizer '{self.GetSystemPathname()}': input port 'query_object' is not connected; "
                 "connect it to SceneGraph.get_query_output_port(), or use MeshcatVisualizer.AddToBuilder()."
             )
-        return self._publish(port.Eval(context), float(context.get_time()))
+        return self._publish(port.Eval(context), as_float(context.get_time()))
 
     def _publish(self, query: Any, time: float) -> EventStatus:
         """Draws what a QueryObject tells, at a simulation time [s]."""

@@ -1,6 +1,7 @@
 """What the visualizers draw, and what their options are, against pydrake's own page."""
 
 import importlib
+import time
 
 import numpy as np
 import pytest
@@ -228,3 +229,52 @@ def colorized(library, shift=0.0):
 def test_colors_of_images_are_drakes():
     for mine, theirs in zip(colorized("sheldrake"), colorized("pydrake"), strict=True):
         assert np.array_equal(mine, theirs)
+
+
+SOFT_BALL = """<sdf version='1.7'><model name='a'><link name='ball'><inertial><mass>1</mass></inertial>
+<collision name='soft'><geometry><sphere><radius>.1</radius></sphere></geometry>
+<drake:proximity_properties><drake:compliant_hydroelastic/><drake:hydroelastic_modulus>1e5</drake:hydroelastic_modulus>
+<drake:mesh_resolution_hint>.05</drake:mesh_resolution_hint></drake:proximity_properties></collision></link></model>
+</sdf>"""
+
+
+def surfaces(library):
+    """What is drawn of a soft ball on a rigid plate."""
+    builder, plant, _ = plant_of(library, [SOFT_BALL], "sdf")
+    geometry, X = of(library, "geometry"), of(library, "math").RigidTransform
+    rigid = geometry.ProximityProperties()
+    friction = of(library, "multibody.plant").CoulombFriction(0.5, 0.5)
+    geometry.AddContactMaterial(friction=friction, properties=rigid)
+    geometry.AddRigidHydroelasticProperties(1.0, rigid)
+    plant.RegisterCollisionGeometry(plant.world_body(), X([0, 0, -0.5]), geometry.Box(10, 10, 1), "g", rigid)
+    plant.Finalize()
+    meshcat = geometry.Meshcat()
+    of(library, "multibody.meshcat").ContactVisualizer.AddToBuilder(builder, plant, meshcat)
+    simulator = of(library, "systems.analysis").Simulator(builder.Build())
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetFreeBodyPose(context, plant.GetBodyByName("ball"), X([0, 0, 0.1]))
+    simulator.AdvanceTo(0.25)
+    path = "/drake/contact_forces/hydroelastic/ball+world"
+    if library == "sheldrake":
+        return path, ours(meshcat)
+    deadline = time.monotonic() + 60
+    while path not in drawn(meshcat):  # pydrake draws surfaces in a thread of its own
+        assert time.monotonic() < deadline
+        time.sleep(0.1)
+    time.sleep(0.5)
+    return path, drawn(meshcat)
+
+
+def test_contact_surfaces_and_their_arrows_are_drakes():
+    path, theirs = surfaces("pydrake")
+    _, mine = surfaces("sheldrake")
+    assert np.allclose(mine[path]["pose"], theirs[path]["pose"][:3], atol=1e-6)
+    force = f"{path}/force_C_W"
+    # About the arrow's own axis its frame may be turned as it likes.
+    assert np.allclose(mine[force]["pose"][:, 2:], theirs[force]["pose"][:3, 2:], atol=1e-6)
+    assert np.allclose(mine[f"{force}/head"]["pose"], theirs[f"{force}/head"]["pose"][:3], atol=1e-6)
+    for name in ("scale", "position"):
+        a, b = (which[f"{force}/cylinder"]["properties"][name] for which in (mine, theirs))
+        assert a == pytest.approx(b, rel=1e-5)
+    colors = mine[f"{path}/contact_surface"]["object"].colors
+    assert colors.min() >= 0 and colors.max() == 1, "the highest pressure is white"

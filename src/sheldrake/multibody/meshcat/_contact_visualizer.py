@@ -10,6 +10,7 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Meshcat, QueryObject
+from sheldrake.geometry._meshcat_tree import as_float
 from sheldrake.multibody.plant import ContactResults, MultibodyPlant
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
 
@@ -53,13 +54,14 @@ class ContactVisualizer(LeafSystem):
         self.DeclareForcedPublishEvent(publish=self._update)
 
     @overload
-    @staticmethod
+    @classmethod
     def AddToBuilder(
-        builder: DiagramBuilder, plant: MultibodyPlant, meshcat: Meshcat, params: ContactVisualizerParams = ...
+        cls, builder: DiagramBuilder, plant: MultibodyPlant, meshcat: Meshcat, params: ContactVisualizerParams = ...
     ) -> ContactVisualizer: ...
     @overload
-    @staticmethod
+    @classmethod
     def AddToBuilder(
+        cls,
         builder: DiagramBuilder,
         contact_results_port: OutputPort,
         query_object_port: OutputPort,
@@ -67,15 +69,16 @@ class ContactVisualizer(LeafSystem):
         params: ContactVisualizerParams = ...,
     ) -> ContactVisualizer: ...
     @overload
-    @staticmethod
+    @classmethod
     def AddToBuilder(
+        cls,
         builder: DiagramBuilder,
         contact_results_port: OutputPort,
         meshcat: Meshcat,
         params: ContactVisualizerParams = ...,
     ) -> ContactVisualizer: ...
-    @staticmethod
-    def AddToBuilder(builder: DiagramBuilder, *args: Any, **kwargs: Any) -> ContactVisualizer:
+    @classmethod
+    def AddToBuilder(cls, builder: DiagramBuilder, *args: Any, **kwargs: Any) -> ContactVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
         Args:
@@ -89,7 +92,7 @@ class ContactVisualizer(LeafSystem):
             TypeError: when the arguments fit no overload.
         """
         results, query, meshcat, params = _sources(builder, args, kwargs)
-        visualizer: Any = builder.AddSystem(ContactVisualizer(meshcat, params))
+        visualizer: Any = builder.AddSystem(cls(meshcat, params))
         if not builder.HasSubsystemNamed(_NAME):
             visualizer.set_name(_NAME)
         builder.Connect(results, visualizer.contact_results_input_port())
@@ -126,7 +129,7 @@ class ContactVisualizer(LeafSystem):
             )
         query = self.query_object_input_port()
         inspector = query.Eval(context).inspector() if query.HasValue(context) else None
-        results, time = port.Eval(context), float(context.get_time())
+        results, time = port.Eval(context), as_float(context.get_time())
         names = self._names
         names.look_at(results.plant(), inspector)
         self._points.Update(time, _point_items(results, names))

@@ -49,7 +49,7 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
         dt: time step [s].
     """
     n = int(work.table.count[0])
-    pair, point, state = work.table.pair[:n].copy(), work.table.point[:n], work.contacts.state[:n]
+    pair, point, state = work.table.pair[:n].astype(np.int64), work.table.point[:n], work.contacts.state[:n]
     p_WCa, p_WCb = (point[:, k : k + 3].copy() for k in (int(geometry.P_WCA), int(geometry.P_WCB)))
     nhat = point[:, int(geometry.NHAT_BA_W) : int(geometry.NHAT_BA_W) + 3].copy()
     gamma = state[:, int(columns.GAMMA) : int(columns.GAMMA) + 3]
