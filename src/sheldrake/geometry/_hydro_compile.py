@@ -228,9 +228,11 @@ def hydro_kernels(model: HydroModel) -> list[Kernel]:
 
 
 def face_capacity(model: HydroModel) -> int:
-    """Faces that a table should have room for: what the largest pair may need, and as many for others as is sensible.
+    """Faces that a table should have room for.
 
-    A half space meets every element once; two meshes meet along a surface, where an element meets a few others.
+    A half space meets every element once; two meshes meet along a surface, where an element meets a few others: 2.7
+    at most in random poses, three times that is what one pair gets. A body may touch many others, but each with a part
+    of its surface only.
     """
     leaves = model.geometry[:, columns.NUM_LEAVES]
     needed = []
@@ -241,7 +243,8 @@ def face_capacity(model: HydroModel) -> int:
             needed.append(int(min(leaves[a] * leaves[b], 8 * (leaves[a] + leaves[b]))))
     if not needed:
         return 0
-    polygons = min(sum(needed), max(MOST_FACES // 4, *needed))
+    shared = min(4 * int(leaves[np.unique(model.pair)].sum()), MOST_FACES)
+    polygons = min(sum(needed), max(shared, *needed))
     return polygons * (5 if model.setting[columns.TRIANGLES] else 1)
 
 
