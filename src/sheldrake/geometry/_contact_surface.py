@@ -10,6 +10,7 @@ from ._ids import GeometryId
 from ._kernels import hydro_model as columns
 from ._kernels.hydro_model import HydroModel, HydroTable
 from ._mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear
+from ._numbers import plain, values_of
 from ._polygon_mesh import PolygonSurfaceMesh, _index
 from ._roles import HydroelasticContactRepresentation
 from ._triangle_mesh import TriangleSurfaceMesh
@@ -69,11 +70,11 @@ class ContactSurface:
 
     def area(self, face_index: int) -> float:
         """Area of a face [m^2]."""
-        return float(self._value[_index("area", face_index, self._faces), columns.AREA])
+        return plain(self._value[_index("area", face_index, self._faces), columns.AREA])
 
     def total_area(self) -> float:
         """Area of all faces [m^2]."""
-        return float(self._value[:, columns.AREA].sum())
+        return plain(self._value[:, columns.AREA].sum())
 
     def face_normal(self, face_index: int) -> np.ndarray:
         """Unit normal of a face in W, out of N into M, shape (3,)."""
@@ -243,8 +244,9 @@ def _loops(
     points = table.vertex[low:high] + 0.0
     if not shared:
         return [tuple(loop) for loop in loops], points
-    grid = _SAME_PLACE * max(np.ptp(points[:, :3], axis=0).max(), 1e-300)
-    places = np.round(points[:, :3] / grid)
+    places = values_of(points[:, :3])
+    grid = _SAME_PLACE * max(np.ptp(places, axis=0).max(), 1e-300)
+    places = np.round(places / grid)
     _, kept, which = np.unique(places, axis=0, return_index=True, return_inverse=True)
     order = np.argsort(kept)
     number = np.empty(len(order), np.int64)

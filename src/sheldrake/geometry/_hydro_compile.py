@@ -16,6 +16,7 @@ from ._kernels import hydro_model as columns
 from ._kernels import model as geometry_columns
 from ._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
 from ._kernels.model import ContactTable, GeometryModel
+from ._numbers import like
 from ._roles import HydroelasticContactRepresentation, HydroelasticType, Role
 from ._shapes import HalfSpace
 from ._state import GeometryState
@@ -257,8 +258,9 @@ def find_surfaces(model: HydroModel, table: ContactTable, native: bool = True) -
         native: False runs the kernels' Python sources.
     """
     search, capacity = Chain(hydro_kernels(model)), max(1, face_capacity(model))
+    native = native and table.X_WG.dtype != object  # duals run the Python sources
     while True:
-        surfaces = hydro_table(model, capacity)
+        surfaces = HydroTable(*(like(a, table.X_WG.dtype) for a in hydro_table(model, capacity)))
         (search.native if native else search)(hydro_model=model, table=table, surfaces=surfaces)
         if surfaces.count[columns.STATUS] == 0:
             return surfaces

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._scalars import scalar_types
 from sheldrake.common.cpp_template import TemplateClass
 
+from ._numbers import as_numbers, plain
 from ._polygon_mesh import PolygonSurfaceMesh, _index
 from ._triangle_mesh import TriangleSurfaceMesh
 
@@ -32,7 +33,7 @@ class _FieldLinear:
 
     def EvaluateAtVertex(self, v: int) -> float:
         """The value at a vertex."""
-        return float(self._values[_index("EvaluateAtVertex", v, self._values)])
+        return plain(self._values[_index("EvaluateAtVertex", v, self._values)])
 
 
 class PolygonSurfaceMeshFieldLinear(_FieldLinear):
@@ -43,8 +44,8 @@ class PolygonSurfaceMeshFieldLinear(_FieldLinear):
     def EvaluateCartesian(self, e: int, p_MQ: Any) -> float:
         """The value at point Q, in M [m], of the linear function of face `e`."""
         first = self._mesh._faces[_index("EvaluateCartesian", e, self._mesh._faces)][0]
-        offset = np.asarray(p_MQ, dtype=float).reshape(3) - self._mesh._vertices[first]
-        return float(self._values[first] + self._gradients[e] @ offset)
+        offset = as_numbers(p_MQ).reshape(3) - self._mesh._vertices[first]
+        return plain(self._values[first] + self._gradients[e] @ offset)
 
     def EvaluateGradient(self, e: int) -> np.ndarray:
         """Gradient on face `e`, in M, shape (3,)."""
@@ -59,7 +60,7 @@ class TriangleSurfaceMeshFieldLinear(_FieldLinear):
     def Evaluate(self, e: int, b: Any) -> float:
         """The value at barycentric coordinates, shape (3,), of triangle `e`."""
         corners = self._mesh._triangles[_index("Evaluate", e, self._mesh._triangles)]
-        return float(np.asarray(b, dtype=float).reshape(3) @ self._values[corners])
+        return plain(as_numbers(b).reshape(3) @ self._values[corners])
 
     def EvaluateCartesian(self, e: int, p_MQ: Any) -> float:
         """The value on triangle `e` at the projection of point Q, in M [m], into its plane."""

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from ._numbers import as_numbers, lengths, plain
+
 
 class SurfacePolygon:
     """The vertex numbers of one polygon."""
@@ -43,7 +45,7 @@ class PolygonSurfaceMesh:
 
     def __init__(self, face_data: Any = (), vertices: Any = ()) -> None:
         self._face_data = [int(v) for v in face_data]
-        self._vertices = np.array(vertices, dtype=float).reshape(-1, 3)
+        self._vertices = as_numbers(vertices).reshape(-1, 3)
         self._faces: list[tuple[int, ...]] = []
         i = 0
         while i < len(self._face_data):
@@ -61,7 +63,7 @@ class PolygonSurfaceMesh:
             p = self._vertices[list(face)]
             cross = 0.5 * np.cross(p[1:-1] - p[0], p[2:] - p[0])
             area_vector = cross.sum(axis=0)
-            area = float(np.linalg.norm(area_vector))
+            area = plain(lengths(area_vector))
             normal = area_vector / area if area > 0.0 else np.zeros(3)
             weights = cross @ normal
             middle = (p[0] + p[1:-1] + p[2:]) / 3.0
@@ -94,11 +96,11 @@ class PolygonSurfaceMesh:
 
     def area(self, f: int) -> float:
         """Area of a face [m^2]."""
-        return float(self._areas[_index("area", f, self._faces)])
+        return plain(self._areas[_index("area", f, self._faces)])
 
     def total_area(self) -> float:
         """Area of all faces [m^2]."""
-        return float(self._areas.sum())
+        return plain(self._areas.sum())
 
     def face_normal(self, f: int) -> np.ndarray:
         """Outward unit normal of a face in M, shape (3,)."""

@@ -17,6 +17,7 @@ from ._inspector import SceneGraphInspector
 from ._kernels import model as columns
 from ._kernels.model import ContactTable, GeometryModel, contact_table
 from ._kernels.pair_distance import find_distances
+from ._numbers import as_numbers, like, plain, values_of
 from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
 from ._roles import HydroelasticContactRepresentation
 from ._shapes import Mesh
@@ -183,10 +184,11 @@ class QueryObject:
             geometry = model.geometry.copy()
             geometry[:, columns.MULTI_POINT] = 0
             model = model._replace(geometry=geometry)
-        X_WB = np.zeros((len(frames), 12))
+        poses = self._world_poses({state.geometries[i].frame for i in ids})
+        dual = any(X_WF.translation().dtype == object for X_WF in poses.values())
+        X_WB = np.full((len(frames), 12), 0.0, dtype=object if dual else float)
         X_WB[:, [0, 4, 8]] = 1.0
-        used = {state.geometries[i].frame for i in ids}
-        for frame, X_WF in self._world_poses(used).items():
+        for frame, X_WF in poses.items():
             body = frames.index(frame)
             X_WB[body, :9] = X_WF.rotation().matrix().ravel()
             X_WB[body, 9:] = X_WF.translation()
@@ -211,7 +213,7 @@ class QueryObject:
                     p_WCa=row[0:3].copy(),
                     p_WCb=row[3:6].copy(),
                     nhat_BA_W=row[6:9].copy(),
-                    depth=float(row[9]),
+                    depth=plain(row[9]),
                 )
             )
         return found
@@ -225,6 +227,7 @@ class QueryObject:
         """Pairs that may touch and whose bounding spheres overlap, sorted."""
         model, ids, X_WB = self._placed()
         R, p = X_WB[:, :9].reshape(-1, 3, 3), X_WB[:, 9:]
+        R, p = values_of(R), values_of(p)
         body = model.geometry[:, columns.BODY]
         R_BG, p_BG = model.X_BG[:, :9].reshape(-1, 3, 3), model.X_BG[:, 9:]
         centre_G = model.size[:, columns.CENTRE : columns.CENTRE + 3]
@@ -246,8 +249,11 @@ class QueryObject:
     # ---- distances
 
     def _distances(self, model: GeometryModel, X_WB: np.ndarray, reach: float) -> ContactTable:
-        table = contact_table(model, capacity=max(1, model.pair.shape[0]))
-        find_distances.native(model, X_WB, float(reach), table)
+        table = _table(model, X_WB.dtype)
+        if X_WB.dtype == object:
+            find_distances(model, X_WB, float(reach), table)
+        else:
+            find_distances.native(model, X_WB, float(reach), table)
         return table
 
     def _pair(self, table: ContactTable, row: int, ids: list[GeometryId]) -> SignedDistancePair:
@@ -258,7 +264,7 @@ class QueryObject:
             id_B=ids[b],
             p_ACa=_in_frame(table.X_WG[a], point[0:3]),
             p_BCb=_in_frame(table.X_WG[b], point[3:6]),
-            distance=-float(point[9]),
+            distance=plain(-point[9]),
             nhat_BA_W=point[6:9].copy(),
         )
 
@@ -306,7 +312,7 @@ class QueryObject:
         from ._mesh_distance import point_to_triangles
         from ._mesh_files import read_mesh
 
-        p_WQ = np.asarray(p_WQ, dtype=float).reshape(3)
+        p_WQ = as_numbers(p_WQ).reshape(3)
         model, ids, X_WB = self._placed()
         model, X_WB = _with_point(model, X_WB, p_WQ)
         table = self._distances(model, X_WB, math.inf)
@@ -315,7 +321,7 @@ class QueryObject:
             g = int(table.pair[row, 0])
             shape = self._state.geometries[ids[g]].shape
             X_WG, point = table.X_WG[g], table.point[row]
-            distance, p_GN, grad_W = -float(point[9]), _in_frame(X_WG, point[0:3]), -point[6:9]
+            distance, p_GN, grad_W = plain(-point[9]), _in_frame(X_WG, point[0:3]), -point[6:9]
             if isinstance(shape, Mesh):
                 data = read_mesh(shape.source(), "ComputeSignedDistanceToPoint()")
                 scale = shape.scale3()
@@ -421,10 +427,16 @@ _register_value_type(QueryObject)
 
 def _find_points(model: GeometryModel, X_WB: np.ndarray) -> ContactTable:
     """One point for every pair of a model that overlaps."""
-    table = contact_table(model, capacity=max(1, model.pair.shape[0]))
-    if find_contacts(model, X_WB, table):
+    table = _table(model, X_WB.dtype)
+    if find_contacts(model, X_WB, table, native=X_WB.dtype != object):
         raise explain_contact_status(model, table)
     return table
+
+
+def _table(model: GeometryModel, dtype: Any) -> ContactTable:
+    """A table with room for one row a pair; of duals where poses are."""
+    table = contact_table(model, capacity=max(1, model.pair.shape[0]))
+    return ContactTable(*(like(a, dtype) for a in table))
 
 
 def explain_contact_status(model: GeometryModel, table: ContactTable) -> Exception:
@@ -446,7 +458,8 @@ def _with_point(model: GeometryModel, X_WB: np.ndarray, p_WQ: np.ndarray) -> tup
     geometry = np.vstack([model.geometry, np.zeros((1, columns.GEOMETRY_COLUMNS), np.int64)])
     geometry[count, columns.KIND], geometry[count, columns.BODY] = columns.SPHERE, len(X_WB)
     pose = np.array([[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
-    body = pose.copy()
+    dtype = object if object in (X_WB.dtype, p_WQ.dtype) else float
+    X_WB, body = X_WB.astype(dtype), pose.astype(dtype)
     body[0, 9:] = p_WQ
     pairs = np.stack([np.arange(count), np.full(count, count)], axis=1).astype(np.int64)
     extended = model._replace(

@@ -9,6 +9,7 @@ import numpy as np
 
 from ._mesh_files import read_mesh
 from ._mesh_source import InMemoryMesh, MeshSource
+from ._numbers import as_numbers, lengths, plain
 
 
 class SurfaceTriangle:
@@ -57,7 +58,7 @@ class TriangleSurfaceMesh:
         if not rows:
             raise RuntimeError("A mesh must contain at least one triangle")
         self._triangles = np.array(rows, dtype=np.int64).reshape(-1, 3)
-        self._vertices = np.array(vertices, dtype=float).reshape(-1, 3)
+        self._vertices = as_numbers(vertices).reshape(-1, 3)
         if self._triangles.max() >= len(self._vertices) or self._triangles.min() < 0:
             raise ValueError(
                 f"TriangleSurfaceMesh(): a triangle names vertex {self._triangles.max()}, "
@@ -65,7 +66,7 @@ class TriangleSurfaceMesh:
             )
         corner = self._vertices[self._triangles]
         cross = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-        norm = np.linalg.norm(cross, axis=1)
+        norm = lengths(cross)
         self._areas = 0.5 * norm
         self._normals = np.divide(cross, norm[:, None], out=np.zeros_like(cross), where=norm[:, None] > 0.0)
 
@@ -97,11 +98,11 @@ class TriangleSurfaceMesh:
 
     def area(self, t: int) -> float:
         """Area of a triangle [m^2]."""
-        return float(self._areas[t])
+        return plain(self._areas[t])
 
     def total_area(self) -> float:
         """Area of all triangles [m^2]."""
-        return float(self._areas.sum())
+        return plain(self._areas.sum())
 
     def face_normal(self, t: int) -> np.ndarray:
         """Unit normal of a triangle in M, shape (3,)."""
@@ -124,9 +125,11 @@ class TriangleSurfaceMesh:
     def CalcBarycentric(self, p_MQ: Any, t: int) -> np.ndarray:
         """Barycentric coordinates of Q's projection into the plane of triangle `t`, shape (3,)."""
         a, b, c = self._vertices[self._triangles[t]]
-        edges = np.column_stack([b - a, c - a])
-        along = np.linalg.solve(edges.T @ edges, edges.T @ (np.asarray(p_MQ, dtype=float).reshape(3) - a))
-        return np.array([1.0 - along.sum(), *along])
+        u, v, q = b - a, c - a, as_numbers(p_MQ).reshape(3) - a
+        uu, uv, vv, uq, vq = u @ u, u @ v, v @ v, u @ q, v @ q
+        scale = uu * vv - uv * uv  # the square of twice the area
+        beta, gamma = (vv * uq - uv * vq) / scale, (uu * vq - uv * uq) / scale
+        return np.array([1.0 - beta - gamma, beta, gamma])
 
     def CalcCartesianFromBarycentric(self, element_index: int, b_Q: Any) -> np.ndarray:
         """Position in M [m] of barycentric coordinates in a triangle, shape (3,)."""

@@ -1,0 +1,38 @@
+"""Numbers that may be floats or duals: geometry whose poses carry derivatives."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+
+def plain(x: Any) -> Any:
+    """A float, or a dual as it is."""
+    return float(x) if isinstance(x, (float, int, np.floating, np.integer)) else x
+
+
+def as_numbers(a: Any) -> np.ndarray:
+    """An array of floats, or of duals where there are some."""
+    array = np.array(a)
+    return array if array.dtype == object else array.astype(float)
+
+
+def lengths(a: np.ndarray) -> np.ndarray:
+    """Euclidean norms along the last axis."""
+    if a.dtype == object:
+        return np.asarray((a * a).sum(axis=-1) ** 0.5, dtype=object)
+    return np.linalg.norm(a, axis=-1)
+
+
+def values_of(a: np.ndarray) -> np.ndarray:
+    """The values of an array of floats and duals."""
+    if a.dtype != object:
+        return a
+    flat = [float(x.value()) if hasattr(x, "value") else float(x) for x in a.ravel()]
+    return np.array(flat, dtype=float).reshape(a.shape)
+
+
+def like(a: np.ndarray, dtype: Any) -> np.ndarray:
+    """The array for numbers of a type; integers stay what they are."""
+    return a if a.dtype == np.int64 or a.dtype == dtype else a.astype(dtype)
