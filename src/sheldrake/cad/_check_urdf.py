@@ -73,7 +73,7 @@ class UrdfText:
                     )  # fmt: skip
 
     def _references(self, root: Any) -> None:
-        links = [e.get("name") for e in root.find_all("link")]
+        links = [e.get("name") for e in root.find_all("link") if e.get("name")]
         known = {*links, "world"}
         children: dict[str, Any] = {}
         for joint in root.find_all("joint", "drake:joint"):

@@ -78,7 +78,9 @@ def read_mesh_file(path: Any) -> MeshFile:
     reader = {".obj": _read_obj, ".dae": _read_dae, ".3mf": _read_3mf}.get(extension, _read_with_trimesh)
     try:
         mesh = reader(path, data)
-    except (RuntimeError, KeyError, IndexError, StopIteration, TypeError, AttributeError) as error:
+    except (RuntimeError, ValueError, KeyError, IndexError, StopIteration, TypeError, AttributeError) as error:
+        if isinstance(error, ValueError) and str(path) in str(error):
+            raise
         raise ValueError(f"'{path}' can not be read as {extension}: {error}") from error
     mesh.solids = [solid for solid in mesh.solids if len(solid.triangles)]
     if not mesh.solids:
