@@ -12,6 +12,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from ._plausible import why_impossible, why_odd_density, why_too_large
+from ._preview import write_preview
 from ._repair import Repaired, orient, repair
 from ._solids import MeshFile, Solid, read_mesh_file
 from ._units import UnitBelief, guess_units, size_text, stated_units
@@ -74,6 +75,7 @@ def MakeUrdfFromMesh(
     output: Any = None,
     name: str | None = None,
     origin_at_com: bool = False,
+    preview: Any = None,
 ) -> MeshModel:
     """A robot description of one rigid body made from mesh files, of uniform density.
 
@@ -91,6 +93,7 @@ def MakeUrdfFromMesh(
             the text refers to the files as they are.
         name: Of the robot and its link; by default that of the output or of the first file.
         origin_at_com: Put the link's frame at the centre of mass instead, its axes as in the files.
+        preview: An HTML page to write, too: shapes, frame and centre of mass, without a network; needs `output`.
 
     Raises:
         FileNotFoundError: A file is missing.
@@ -99,6 +102,8 @@ def MakeUrdfFromMesh(
     """
     paths = [Path(p) for p in ([mesh_files] if isinstance(mesh_files, (str, os.PathLike)) else mesh_files)]
     _check_arguments(paths, density, mass, collision)
+    if preview is not None and output is None:
+        raise ValueError("MakeUrdfFromMesh(): a preview needs an output.")
     meshes = [read_mesh_file(path) for path in paths]
     pieces = [[piece for solid in mesh.solids for piece in repair(solid)] for mesh in meshes]
     for group in pieces:
@@ -118,6 +123,8 @@ def MakeUrdfFromMesh(
     if output is not None:
         output.write_text(model.urdf, encoding="utf-8")
         model.path = output
+    if preview is not None:
+        write_preview(model, Path(preview))
     return model
 
 

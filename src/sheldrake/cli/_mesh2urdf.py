@@ -28,6 +28,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     shape.add_argument("--hull", action="store_true", help="collide with the convex hull of each solid")
     shape.add_argument("--decompose", action="store_true", help="collide with several convex pieces of each solid")
     parser.add_argument("--origin-at-com", action="store_true", help="link frame at the centre of mass")
+    parser.add_argument("--preview", metavar="HTML", help="write a page with shapes, frame and centre of mass, too")
     parser.add_argument("--name", help="of robot and link (default: the output's)")
     parser.add_argument("-o", "--output", metavar="URDF", help="file to write (default: beside the first mesh)")
 
@@ -57,7 +58,8 @@ def run(options: argparse.Namespace) -> int:
         print(note)
     for warning in model.warnings:
         print(f"warning: {warning}", file=sys.stderr)
-    print(f"wrote {', '.join(str(p) for p in [model.path, *model.files])}")
+    written = [model.path, *model.files, *([options.preview] if options.preview else [])]
+    print(f"wrote {', '.join(map(str, written))}")
     return 0
 
 
@@ -73,6 +75,7 @@ def _make(options: argparse.Namespace) -> Any:
         output=options.output,
         name=options.name,
         origin_at_com=options.origin_at_com,
+        preview=options.preview,
     )
 
 
