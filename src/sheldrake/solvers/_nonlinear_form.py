@@ -29,6 +29,12 @@ class Rows(NamedTuple):
     evaluator: EvaluatorBase
     at: np.ndarray
     rows: slice
+    distinct: bool
+
+
+def _without_nan(J: np.ndarray) -> np.ndarray:
+    """Derivatives, those that are nan (of a length at zero, say) taken as zero."""
+    return np.where(np.isnan(J), 0.0, J) if np.isnan(J.sum()) else J
 
 
 class _Complementarity(EvaluatorBase):
@@ -67,7 +73,9 @@ class NonlinearForm:
         for name in _ROWS:
             for b in prog._lists[name]:
                 c = b._evaluator
-                self.rows.append(Rows(b, c, prog._indices(b), slice(at, at + c.num_constraints())))
+                places = prog._indices(b)
+                distinct = len(set(places)) == len(places)
+                self.rows.append(Rows(b, c, places, slice(at, at + c.num_constraints()), distinct))
                 lower.append(c._lower)
                 upper.append(c._upper)
                 at += c.num_constraints()
@@ -109,11 +117,14 @@ class NonlinearForm:
     def _cost(self, x: np.ndarray) -> tuple[float, np.ndarray]:
         self.evaluations += 1
         total, gradient = 0.0, np.zeros(self.num_vars)
+        self.cost_blocks = []
         for evaluator, at in self._costs:
             value, J = evaluator._eval_with_jacobian(x[at])
             total += float(value[0])
-            np.add.at(gradient, at, np.nan_to_num(J[0], nan=0.0))
-        return total, gradient * self.scale
+            block = _without_nan(J) * self.scale[at]
+            self.cost_blocks.append(block)
+            np.add.at(gradient, at, block[0])
+        return total, gradient
 
     def constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """The values of all rows, shape `(num_rows,)`, and their derivatives, shape `(num_rows, num_vars)`."""
@@ -124,16 +135,31 @@ class NonlinearForm:
 
     def _rows(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         values, J = np.zeros(self.num_rows), np.zeros((self.num_rows, self.num_vars))
+        self.row_blocks = []
         for row in self.rows:
-            y, block = row.evaluator._eval_with_jacobian(x[row.at])
-            values[row.rows] = y
+            values[row.rows], block = row.evaluator._eval_with_jacobian(x[row.at])
+            block = _without_nan(block) * self.scale[row.at]
+            self.row_blocks.append(block)
             target = J[row.rows]
-            if len(set(row.at)) == len(row.at):
+            if row.distinct:
                 target[:, row.at] = block
             else:
                 for j, place in enumerate(row.at):
                     target[:, place] += block[:, j]
-        return values, np.nan_to_num(J, nan=0.0) * self.scale
+        return values, J
+
+    def values(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        """Cost and values of rows, without derivatives."""
+        key = y.tobytes()
+        known, rows = self._last_cost, self._last_rows
+        if known is not None and rows is not None and known[0] == rows[0] == key:
+            return known[1][0], rows[1][0]
+        x = y * self.scale
+        cost = sum(float(evaluator._eval(x[at])[0]) for evaluator, at in self._costs)
+        out = np.zeros(self.num_rows)
+        for row in self.rows:
+            out[row.rows] = row.evaluator._eval(x[row.at])
+        return cost, out
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By how much each row is beyond its bounds, with sign, and the derivatives of that."""

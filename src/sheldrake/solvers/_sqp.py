@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.solvers._curvature import Curvature
 from sheldrake.solvers._nonlinear_form import NonlinearForm
 
 _LARGEST_PENALTY = 1e9
@@ -107,17 +108,6 @@ def violation(form: NonlinearForm, c: np.ndarray) -> float:
     return float(np.maximum(form.lower - c, 0.0).sum() + np.maximum(c - form.upper, 0.0).sum())
 
 
-def damped_update(B: np.ndarray, s: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Powell's damped BFGS update, which stays positive definite."""
-    Bs = B @ s
-    sBs, sy = s @ Bs, s @ y
-    if sBs <= 1e-300:
-        return B
-    theta = 1.0 if sy >= 0.2 * sBs else 0.8 * sBs / (sBs - sy)
-    r = theta * y + (1.0 - theta) * Bs
-    return B - np.outer(Bs, Bs) / sBs + np.outer(r, r) / (s @ r)
-
-
 def is_available() -> bool:
     """Whether there is something to solve the quadratic programs with."""
     return importlib.util.find_spec("clarabel") is not None
@@ -136,10 +126,11 @@ def trust_region_sqp(
     """
     model = QuadraticModel(form)
     y, radius, penalty = start.copy(), 1.0, 10.0
-    B = np.eye(len(y))
     f, g = form.cost(y)
     c, J = form.constraints(y)
-    short = 0
+    curvature = Curvature(form)
+    B = curvature.matrix(np.zeros(form.num_rows), np.zeros((len(y), 0)))
+    short, lowered = 0, 0
     for _ in range(iterations):
         step = model.solve(y, g, B, c, J, penalty, radius)
         if step is None:
@@ -148,6 +139,10 @@ def trust_region_sqp(
                 return y, False, False
             continue
         v = violation(form, c)
+        largest = np.abs(step.dual).max(initial=0.0)
+        if step.left <= 0.1 * feasibility and 20.0 * largest < penalty and penalty > 10.0 and lowered < 5:
+            penalty, lowered = max(10.0, 4.0 * largest), lowered + 1  # Too much penalty makes for small steps.
+            continue
         if step.left > 0.1 * feasibility and penalty < _LARGEST_PENALTY:
             # Is it the cost that keeps violations up? Compare with a step that heeds nothing but them.
             best = model.solve(y, 0.0 * g, 1e-6 * np.eye(len(y)), c, J, 1.0, radius)
@@ -155,15 +150,16 @@ def trust_region_sqp(
                 penalty *= 10.0
                 continue
         predicted = -(g @ step.d + 0.5 * step.d @ B @ step.d) + penalty * (v - step.left)
-        if predicted <= 1e-12 * max(1.0, abs(f)) or np.abs(step.d).max(initial=0.0) < 1e-10:
+        if predicted <= 1e-10 * max(1.0, abs(f)) or np.abs(step.d).max(initial=0.0) < 1e-10:
             return y, True, False
         trial, accepted, ratio = _try(form, model, step, y, f, v, g, B, c, J, penalty, radius, predicted)
         length = np.abs(step.d).max()
         if accepted:
             f_new, g_new = form.cost(trial)
             c_new, J_new = form.constraints(trial)
-            change = (g_new + J_new.T @ step.dual) - (g + J.T @ step.dual)
-            B = damped_update(B, trial - y, change)
+            curvature.learn(trial - y)
+            active = _held(form, trial, step.dual, J_new, penalty)
+            B = curvature.matrix(step.dual, active)
             small = penalty * (v - violation(form, c_new)) + f - f_new < 1e-11 * max(1.0, abs(f))
             short = short + 1 if small else 0
             y, f, g, c, J = trial, f_new, g_new, c_new, J_new
@@ -177,6 +173,18 @@ def trust_region_sqp(
         if radius < _SMALLEST_RADIUS:
             return y, violation(form, c) <= feasibility, False
     return y, False, True
+
+
+def _held(form: NonlinearForm, y: np.ndarray, dual: np.ndarray, J: np.ndarray, penalty: float) -> np.ndarray:
+    """Orthonormal gradients of active rows and bounds as columns."""
+    size = np.abs(dual)
+    rows = np.flatnonzero((size > 1e-7 * max(1.0, size.max(initial=0.0))) & (size < 0.99 * penalty))
+    fixed = np.flatnonzero((y <= form.x_lower) | (y >= form.x_upper))
+    gradients = np.hstack((J[rows].T, np.eye(len(y))[:, fixed]))
+    if not gradients.shape[1]:
+        return gradients
+    U, values, _ = np.linalg.svd(gradients, full_matrices=False)
+    return U[:, values > 1e-9 * values[0]]
 
 
 def _try(
@@ -200,7 +208,7 @@ def _try(
     if ratio > 1e-4:
         return trial, True, ratio
     if form.num_rows:
-        corrected = model.solve(y, g, B, form.constraints(trial)[0] - J @ step.d, J, penalty, radius)
+        corrected = model.solve(y, g, B, form.values(trial)[1] - J @ step.d, J, penalty, radius)
         if corrected is not None:
             second = form.clip(y + corrected.d)
             better = _ratio(form, second, f, v, penalty, predicted)
@@ -210,6 +218,6 @@ def _try(
 
 
 def _ratio(form: Any, trial: np.ndarray, f: float, v: float, penalty: float, predicted: float) -> float:
-    cost = form.cost(trial)[0]
-    reduction = f - cost + penalty * (v - violation(form, form.constraints(trial)[0]))
+    cost, c = form.values(trial)
+    reduction = f - cost + penalty * (v - violation(form, c))
     return reduction / predicted if np.isfinite(reduction) else -1.0

@@ -1,0 +1,90 @@
+"""The dynamics of a system as a function of state and input, with derivatives."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from typing import Any
+
+import numpy as np
+
+from sheldrake.solvers import _arrays
+from sheldrake.systems.framework import InputPortSelection
+
+_KEPT = 256  # Values kept, so that neighbouring constraints share those of a sample.
+
+
+def input_port_of(system: Any, input_port_index: Any) -> Any:
+    """The chosen input port, or None.
+
+    Raises:
+        RuntimeError: the port is not a vector port.
+    """
+    if input_port_index is InputPortSelection.kNoInput:
+        return None
+    if input_port_index is InputPortSelection.kUseFirstInputIfItExists:
+        port = system.get_input_port(0) if system.num_input_ports() else None
+    else:
+        port = system.get_input_port(int(input_port_index))
+    if port is not None and port.get_data_type().name == "kAbstractValued":
+        raise RuntimeError(
+            f"The input port {port.get_name()} of system {system.get_name()} is abstract; an input that is optimized "
+            "must be a vector port."
+        )
+    return port
+
+
+class Dynamics:
+    """xdot = f(t, x, u), or x+ = f(t, x, u) of a system with one periodic update, with derivatives by AutoDiffXd.
+
+    Args:
+        system: The system; it must convert to AutoDiffXd.
+        context: Its parameters and other inputs.
+        input_port_index: The input u.
+        discrete: Whether the state is discrete.
+    """
+
+    def __init__(self, system: Any, context: Any, input_port_index: Any, discrete: bool):
+        port = input_port_of(system, input_port_index)
+        self.num_inputs = port.size() if port is not None else 0
+        self._place = None if port is None else int(port.get_index())
+        self._discrete = discrete
+        self._system = system
+        self._context = system.CreateDefaultContext()
+        self._context.SetTimeStateAndParametersFrom(context)
+        system.FixInputPortsFrom(system, context, self._context)
+        self._duals = system.ToAutoDiffXd()
+        self._dual_context = self._duals.CreateDefaultContext()
+        self._dual_context.SetTimeStateAndParametersFrom(context)
+        self._duals.FixInputPortsFrom(system, context, self._dual_context)
+        self.num_states = context.num_total_states() if discrete else context.num_continuous_states()
+        self._known: OrderedDict[bytes, tuple[np.ndarray, np.ndarray]] = OrderedDict()
+
+    def _at(self, system: Any, context: Any, t: Any, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        if t is not None:
+            context.SetTime(t)
+        if self._place is not None and self.num_inputs:
+            system.get_input_port(self._place).FixValue(context, u)
+        if self._discrete:
+            context.SetDiscreteState(x)
+            return system.EvalUniquePeriodicDiscreteUpdate(context).value()
+        context.SetContinuousState(x)
+        return system.EvalTimeDerivatives(context).CopyToVector()
+
+    def value(self, x: np.ndarray, u: np.ndarray, t: float | None = None) -> np.ndarray:
+        """f, shape (nx,)."""
+        return np.array(self._at(self._system, self._context, t, x, u))
+
+    def value_and_slope(self, x: np.ndarray, u: np.ndarray, t: float | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """f and its derivatives by (x, u), shapes (nx,) and (nx, nx + nu)."""
+        key = x.tobytes() + u.tobytes() + np.float64(0.0 if t is None else t).tobytes()
+        found = self._known.get(key)
+        if found is None:
+            duals = _arrays.variables_at(np.concatenate((x, u)))
+            time = None if t is None else _arrays.duals(np.array([t]), np.zeros((1, duals.size)))[0]
+            y = self._at(self._duals, self._dual_context, time, duals[: x.size], duals[x.size :])
+            values, J = _arrays.values_and_gradient(np.asarray(y, dtype=object))
+            found = (values, J if J.size else np.zeros((values.size, duals.size)))
+            self._known[key] = found
+            if len(self._known) > _KEPT:
+                self._known.popitem(last=False)
+        return found

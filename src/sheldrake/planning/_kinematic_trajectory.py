@@ -1,0 +1,461 @@
+"""Trajectories of positions as B-splines whose control points and duration are decision variables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common._overloads import incompatible
+from sheldrake.math import BsplineBasis, KnotVectorType
+from sheldrake.multibody.tree import MultibodyForces_
+from sheldrake.solvers import Constraint, Cost, MathematicalProgram, _arrays
+from sheldrake.solvers._bindings import BindingBase, as_kind
+from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.symbolic import Variable
+from sheldrake.symbolic import _traverse as traverse
+from sheldrake.trajectories import BsplineTrajectory
+
+
+class _Quiet(Constraint):
+    """A constraint without symbols."""
+
+    _display = EvaluatorBase._display
+    _latex = EvaluatorBase._latex
+    _eval_symbols = EvaluatorBase._eval_symbols
+
+    def _jacobian(self, x: np.ndarray) -> np.ndarray:
+        return self._eval_with_jacobian(x)[1]
+
+
+class DerivativeConstraint(_Quiet):
+    """Bounds on M c / T^order; of (T, c)."""
+
+    def __init__(self, M: np.ndarray, order: int, lower: float, upper: float):
+        self._M, self._order = M, order
+        self._set_sizes(len(M), M.shape[1] + 1)
+        self._set_bounds(np.full(len(M), float(lower)), np.full(len(M), float(upper)))
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return self._M @ x[1:] / x[0] ** self._order
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        y = self._eval(x)
+        return y, np.hstack(((-self._order * y / x[0])[:, None], self._M / x[0] ** self._order))
+
+
+class PathConstraint(_Quiet):
+    """A constraint on r(s), a fixed combination of control points."""
+
+    def __init__(self, wrapped: Constraint, weights: np.ndarray):
+        self._wrapped, self._weights = wrapped, weights
+        n = wrapped.num_vars()
+        self._thread_safe = wrapped.is_thread_safe()
+        self._M = np.hstack([w * np.eye(n) for w in weights])
+        self._set_sizes(wrapped.num_constraints(), self._M.shape[1])
+        self._set_bounds(wrapped.lower_bound(), wrapped.upper_bound())
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return self._wrapped._eval(self._M @ x)
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        y, J = self._wrapped._eval_with_jacobian(self._M @ x)
+        return y, J @ self._M
+
+
+class WrappedVelocityConstraint(_Quiet):
+    """A constraint on q and qdot = rdot / T; of (T, control points)."""
+
+    def __init__(self, wrapped: Constraint, R: np.ndarray, Rdot: np.ndarray):
+        self._wrapped, self._R, self._Rdot = wrapped, R, Rdot
+        self._thread_safe = wrapped.is_thread_safe()
+        self._set_sizes(wrapped.num_constraints(), R.shape[1] + 1)
+        self._set_bounds(wrapped.lower_bound(), wrapped.upper_bound())
+
+    def _inner(self, x: np.ndarray) -> np.ndarray:
+        return np.concatenate((self._R @ x[1:], self._Rdot @ x[1:] / x[0]))
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return self._wrapped._eval(self._inner(x))
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        z = self._inner(x)
+        y, J = self._wrapped._eval_with_jacobian(z)
+        n = len(self._R)
+        inner = np.zeros((2 * n, x.size))
+        inner[:n, 1:], inner[n:, 1:], inner[n:, 0] = self._R, self._Rdot / x[0], -z[n:] / x[0]
+        return y, J @ inner
+
+
+class EffortConstraint(_Quiet):
+    """Bounds on the efforts that a plant needs for q, qdot and qddot; of (T, control points)."""
+
+    _thread_safe = False
+
+    def __init__(self, plant: Any, context: Any, matrices: tuple, lower: np.ndarray, upper: np.ndarray):
+        self._plant, self._context, self._matrices = plant, context, matrices
+        self._set_sizes(lower.size, matrices[0].shape[1] + 1)
+        self._set_bounds(lower, upper)
+
+    def _effort(self, x: np.ndarray) -> np.ndarray:
+        T, c = x[0], x[1:]
+        q, v, vdot = (M @ c / T**k if k else M @ c for k, M in enumerate(self._matrices))
+        self._plant.SetPositions(self._context, q)
+        self._plant.SetVelocities(self._context, v)
+        forces = MultibodyForces_[AutoDiffXd](self._plant)
+        self._plant.CalcForceElementsContribution(self._context, forces)
+        return self._plant.CalcInverseDynamics(self._context, vdot, forces)
+
+    def _eval_duals(self, x: np.ndarray) -> np.ndarray:
+        return np.asarray(self._effort(x), dtype=object)
+
+    def _eval_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return _arrays.values_and_gradient(self._eval_duals(_arrays.variables_at(x)))
+
+    def _eval(self, x: np.ndarray) -> np.ndarray:
+        return self._eval_with_jacobian(x)[0]
+
+
+class KinematicTrajectoryOptimization:
+    """Optimizes q(t) = r(t / T) for a B-spline r on [0, 1] and a duration T.
+
+    Called as `(num_positions, num_control_points, spline_order=4, duration=1.0)`; or `(trajectory)`, which takes order,
+    number of control points and initial guess from a BsplineTrajectory.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        first = args[0] if args else kwargs.get("trajectory")
+        if hasattr(first, "control_points"):
+            self._set_up(first.rows(), first.num_control_points(), first.basis().order(), 1.0)
+            self.SetInitialGuess(first)
+            return
+        names = ("num_positions", "num_control_points", "spline_order", "duration")
+        values = {"spline_order": 4, "duration": 1.0, **kwargs, **dict(zip(names, args))}
+        if set(values) != set(names):
+            accepted = ["(num_positions, num_control_points, spline_order=4, duration=1.0)", "(trajectory)"]
+            raise incompatible("KinematicTrajectoryOptimization", accepted, args, kwargs, constructor=True)
+        self._set_up(*(values[n] for n in names))
+
+    def _set_up(self, num_positions: int, num_control_points: int, order: int, duration: float) -> None:
+        self._nq, self._n = int(num_positions), int(num_control_points)
+        self._basis = BsplineBasis(int(order), self._n, KnotVectorType.kClampedUniform, 0.0, 1.0)
+        self._prog = MathematicalProgram()
+        self._points = self._prog.NewContinuousVariables(self._nq, self._n, "control_point").reshape(self._nq, self._n)
+        self._T = self._prog.NewContinuousVariables(1, "duration")[0]
+        self._q, self._qdot, self._qddot = (
+            traverse.object_array([Variable(f"{name}({i})") for i in range(self._nq)])
+            for name in ("q", "qdot", "qddot")
+        )
+        positive = self._prog.AddBoundingBoxConstraint(0.0, np.inf, self._T)
+        positive.evaluator().set_description("positive duration constraint")
+        self._prog.SetInitialGuess(self._points, np.zeros((self._nq, self._n)))
+        self._prog.SetInitialGuess(self._T, float(duration))
+        # Derivatives by control points: column k of _slopes[d] @ C is the k-th control point of the d-th derivative.
+        unit = BsplineTrajectory(self._basis, [np.zeros((1, 1)) for _ in range(self._n)])
+        self._slopes = [_dense(unit.AsLinearInControlPoints(d)) for d in range(int(order))]
+        self._unit = unit
+
+    # What there is
+
+    def num_positions(self) -> int:
+        """Returns the number of positions."""
+        return self._nq
+
+    def num_control_points(self) -> int:
+        """Returns the number of control points."""
+        return self._n
+
+    def basis(self) -> BsplineBasis:
+        """Returns the basis of the path, on [0, 1]."""
+        return self._basis
+
+    def control_points(self) -> np.ndarray:
+        """Returns the control points as columns, shape (num_positions, num_control_points)."""
+        return self._points.copy()
+
+    def duration(self) -> Variable:
+        """Returns the variable of the duration [s]."""
+        return self._T
+
+    def q(self) -> np.ndarray:
+        """Returns placeholders of positions, shape (num_positions,)."""
+        return self._q.copy()
+
+    def qdot(self) -> np.ndarray:
+        """Returns placeholders of velocities, shape (num_positions,)."""
+        return self._qdot.copy()
+
+    def qddot(self) -> np.ndarray:
+        """Returns placeholders of accelerations, shape (num_positions,)."""
+        return self._qddot.copy()
+
+    def prog(self) -> MathematicalProgram:
+        """Returns the program."""
+        return self._prog
+
+    def get_mutable_prog(self) -> MathematicalProgram:
+        """Returns the program."""
+        return self._prog
+
+    # Guess and result
+
+    def SetInitialGuess(self, trajectory: Any) -> None:
+        """Sets the guess of control points and duration to those of a BsplineTrajectory.
+
+        Raises:
+            RuntimeError: its shape or the number of its control points is another.
+        """
+        points = np.stack([np.asarray(p, dtype=float).ravel() for p in trajectory.control_points()], axis=1)
+        if points.shape != self._points.shape or trajectory.cols() != 1:
+            raise RuntimeError(
+                f"SetInitialGuess(): expected control points of shape {self._points.shape}, got {points.shape}."
+            )
+        self._prog.SetInitialGuess(self._points, points)
+        self._prog.SetInitialGuess(self._T, float(trajectory.end_time() - trajectory.start_time()))
+
+    def ReconstructTrajectory(self, result: Any) -> BsplineTrajectory:
+        """Returns the trajectory q(t) on [0, T]."""
+        T = result.GetSolution(self._T)
+        basis = BsplineBasis(self._basis.order(), [k * T for k in self._basis.knots()])
+        points = result.GetSolution(self._points)
+        return BsplineTrajectory(basis, [points[:, k : k + 1] for k in range(self._n)])
+
+    # The path
+
+    def _weights(self, call: str, s: float, derivative: int) -> tuple[np.ndarray, np.ndarray]:
+        """Which control points r(s), or a derivative, depends on, and their weights.
+
+        Raises:
+            RuntimeError: s is not in [0, 1].
+        """
+        if not 0.0 <= s <= 1.0:
+            raise RuntimeError(f"{call}(): s must be from 0 to 1, got {s}.")
+        weights = np.asarray(self._unit.EvaluateLinearInControlPoints(float(s), derivative), dtype=float).ravel()
+        active = np.flatnonzero(weights)
+        return active, weights[active]
+
+    def _add_linear(self, call: str, lb: Any, ub: Any, s: float, derivative: int, what: str) -> Any:
+        lower, upper = self._sized(call, lb), self._sized(call, ub)
+        active, weights = self._weights(call, s, derivative)
+        A = np.kron(np.eye(self._nq), weights.reshape(1, -1))
+        vars = np.concatenate([self._points[i, active] for i in range(self._nq)])
+        binding = self._prog.AddLinearConstraint(A, lower, upper, vars)
+        binding.evaluator().set_description(f"path {what} constraint at s={s:g}")
+        return binding
+
+    def _sized(self, call: str, value: Any) -> np.ndarray:
+        v = np.atleast_1d(np.array(value, dtype=float)).ravel()
+        if v.size != self._nq:
+            raise RuntimeError(f"{call}(): expected {self._nq} values, got {v.size}.")
+        return v
+
+    def AddPathPositionConstraint(self, *args: Any, **kwargs: Any) -> Any:
+        """Adds lb <= r(s) <= ub, called as `(lb, ub, s)`; or a constraint of positions, called as `(constraint, s)`.
+
+        Raises:
+            RuntimeError: s is not in [0, 1], or sizes differ.
+        """  # fmt: skip
+        given = [*args, *(kwargs[n] for n in ("lb", "ub", "constraint", "s") if n in kwargs)]
+        call = "AddPathPositionConstraint"
+        if len(given) == 3:
+            return self._add_linear(call, *given, 0, "position")
+        constraint, s = given
+        if constraint.num_vars() != self._nq:
+            raise RuntimeError(f"{call}(): the constraint has {constraint.num_vars()} variables, not {self._nq}.")
+        active, weights = self._weights(call, s, 0)
+        new = PathConstraint(constraint, weights)
+        new.set_description(f"path position constraint at s={s:g}")
+        return self._prog.AddConstraint(new, self._points[:, active].ravel(order="F"))
+
+    def AddPathVelocityConstraint(self, lb: Any, ub: Any, s: float) -> Any:
+        """Adds lb <= rdot(s) <= ub for the derivative by s."""
+        return self._add_linear("AddPathVelocityConstraint", lb, ub, s, 1, "velocity")
+
+    def AddPathAccelerationConstraint(self, lb: Any, ub: Any, s: float) -> Any:
+        """Adds lb <= rddot(s) <= ub for the second derivative by s."""
+        return self._add_linear("AddPathAccelerationConstraint", lb, ub, s, 2, "acceleration")
+
+    def AddVelocityConstraintAtNormalizedTime(self, *args: Any, **kwargs: Any) -> Any:
+        """Adds a constraint on (q, qdot) at t = s T, called as `(constraint, s)`; or linear bounds on placeholders
+        qdot, called as `(binding, s)`, which returns a list.
+
+        Raises:
+            RuntimeError: s is not in [0, 1], sizes differ, or the binding has other variables.
+        """
+        what, s = [*args, *(kwargs[n] for n in ("constraint", "binding", "s") if n in kwargs)]
+        call = "AddVelocityConstraintAtNormalizedTime"
+        if isinstance(what, BindingBase):
+            return self._linear_velocity(call, what, s)
+        if what.num_vars() != 2 * self._nq:
+            raise RuntimeError(f"{call}(): the constraint has {what.num_vars()} variables, not {2 * self._nq}.")
+        new = WrappedVelocityConstraint(what, *(self._path_matrix(call, s, d) for d in (0, 1)))
+        new.set_description(f"velocity constraint at s={s:g}")
+        return self._prog.AddConstraint(new, self._all())
+
+    def _all(self) -> np.ndarray:
+        return np.concatenate(([self._T], self._points.ravel(order="F")))
+
+    def _path_matrix(self, call: str, s: float, derivative: int) -> np.ndarray:
+        """M with M c the derivative of r(s), for all control points c column after column."""
+        active, weights = self._weights(call, s, derivative)
+        row = np.zeros(self._n)
+        row[active] = weights
+        return np.kron(row.reshape(1, -1), np.eye(self._nq))
+
+    def _linear_velocity(self, call: str, binding: BindingBase, s: float) -> list:
+        places = {v: i for i, v in enumerate(self._qdot)}
+        columns = []
+        for v in binding._variables:
+            if v not in places:
+                raise RuntimeError(f"{call}(): {v} is none of the placeholders qdot().")
+            columns.append(places[v])
+        c = binding._evaluator
+        A = np.zeros((c.num_constraints(), self._nq))
+        np.add.at(A, (slice(None), columns), c.GetDenseA())
+        active, weights = self._weights(call, s, 1)
+        path = np.hstack([A[:, i : i + 1] * weights for i in range(self._nq)])
+        lower, upper = c.lower_bound(), c.upper_bound()
+        low, high = np.isfinite(lower), np.isfinite(upper)
+        M = np.vstack((np.hstack((path[low], -lower[low][:, None])), np.hstack((path[high], -upper[high][:, None]))))
+        lb = np.concatenate((np.zeros(low.sum()), np.full(high.sum(), -np.inf)))
+        ub = np.concatenate((np.full(low.sum(), np.inf), np.zeros(high.sum())))
+        vars = np.concatenate((*(self._points[i, active] for i in range(self._nq)), [self._T]))
+        new = self._prog.AddLinearConstraint(M, lb, ub, vars)
+        new.evaluator().set_description(f"velocity constraint at s={s:g}")
+        return [new]
+
+    # Bounds at all times, by the convex hull of control points
+
+    def AddPositionBounds(self, lb: Any, ub: Any) -> list:
+        """Adds bounds on q at all times; one constraint for each control point."""
+        lower, upper = self._sized("AddPositionBounds", lb), self._sized("AddPositionBounds", ub)
+        out = []
+        for k in range(self._n):
+            out.append(self._prog.AddBoundingBoxConstraint(lower, upper, self._points[:, k]))
+            out[-1].evaluator().set_description(f"position bound {k}")
+        return out
+
+    def AddVelocityBounds(self, lb: Any, ub: Any) -> list:
+        """Adds bounds on qdot at all times; a lower and an upper one for each position."""
+        lower, upper = self._sized("AddVelocityBounds", lb), self._sized("AddVelocityBounds", ub)
+        M = self._slopes[1].T
+        m, out = len(M), []
+        for i in range(self._nq):
+            vars = np.concatenate(([self._T], self._points[i]))
+            low = self._prog.AddLinearConstraint(
+                np.hstack((np.full((m, 1), -lower[i]), M)), np.zeros(m), np.full(m, np.inf), vars
+            )
+            low.evaluator().set_description(f"velocity lower bound for position {i}")
+            high = self._prog.AddLinearConstraint(
+                np.hstack((np.full((m, 1), -upper[i]), M)), np.full(m, -np.inf), np.zeros(m), vars
+            )
+            high.evaluator().set_description(f"velocity upper bound for position {i}")
+            out += [low, high]
+        return out
+
+    def _derivative_bounds(self, call: str, lb: Any, ub: Any, order: int, what: str) -> list:
+        lower, upper = self._sized(call, lb), self._sized(call, ub)
+        out = []
+        for i in range(self._nq):
+            new = DerivativeConstraint(self._slopes[order].T, order, lower[i], upper[i])
+            new.set_description(f"{what} bound for position {i}")
+            out.append(self._prog.AddConstraint(new, np.concatenate(([self._T], self._points[i]))))
+        return out
+
+    def AddAccelerationBounds(self, lb: Any, ub: Any) -> list:
+        """Adds bounds on the second derivative of q at all times; one constraint for each position."""
+        return self._derivative_bounds("AddAccelerationBounds", lb, ub, 2, "acceleration")
+
+    def AddJerkBounds(self, lb: Any, ub: Any) -> list:
+        """Adds bounds on the third derivative of q at all times; one constraint for each position."""
+        return self._derivative_bounds("AddJerkBounds", lb, ub, 3, "jerk")
+
+    def AddEffortBoundsAtNormalizedTimes(
+        self, plant: Any, s: Any, lb: Any = None, ub: Any = None, plant_context: Any = None
+    ) -> list:
+        """Adds bounds on the efforts of actuators at some times s T; one constraint for each.
+
+        Args:
+            plant: The plant, whose qdot is v.
+            s: From 0 to 1.
+            lb: Least efforts, shape (num_actuators,); those of the plant if absent.
+            ub: Greatest efforts, shape (num_actuators,); those of the plant if absent.
+            plant_context: Its parameters.
+
+        Raises:
+            RuntimeError: sizes differ, or the plant has quaternions.
+        """
+        call = "AddEffortBoundsAtNormalizedTimes"
+        if plant.num_positions() != self._nq or not plant.IsVelocityEqualToQDot():
+            raise RuntimeError(f"{call}(): the plant must have {self._nq} positions with qdot = v.")
+        B = plant.MakeActuationMatrix()
+        efforts = [
+            np.array(given if given is not None else limit, dtype=float)
+            for given, limit in ((lb, plant.GetEffortLowerLimits()), (ub, plant.GetEffortUpperLimits()))
+        ]
+        lower, upper = (_product(B, e) for e in efforts)
+        duals = plant.ToAutoDiffXd()
+        context = duals.CreateDefaultContext()
+        if plant_context is not None:
+            context.SetTimeStateAndParametersFrom(plant_context)
+        out = []
+        for one in np.atleast_1d(np.asarray(s, dtype=float)):
+            matrices = tuple(self._path_matrix(call, float(one), d) for d in (0, 1, 2))
+            new = EffortConstraint(duals, context, matrices, lower, upper)
+            new.set_description(f"effort bound at s={one:g}")
+            out.append(self._prog.AddConstraint(new, self._all()))
+        return out
+
+    # Duration and costs
+
+    def AddDurationConstraint(self, lb: float | None, ub: float | None) -> Any:
+        """Adds bounds on the duration [s]; None for none."""
+        box = self._prog.AddBoundingBoxConstraint(0.0 if lb is None else lb, np.inf if ub is None else ub, self._T)
+        box.evaluator().set_description("duration constraint")
+        return box
+
+    def AddDurationCost(self, weight: float = 1.0) -> Any:
+        """Adds the cost weight T."""
+        cost = self._prog.AddLinearCost(np.array([float(weight)]), 0.0, np.array([self._T], dtype=object))
+        cost.evaluator().set_description("duration cost")
+        return cost
+
+    def _segment(self, k: int) -> np.ndarray:
+        return np.concatenate((self._points[:, k], self._points[:, k - 1]))
+
+    def AddPathLengthCost(self, weight: float = 1.0, use_conic_constraint: bool = False) -> list:
+        """Adds weight times the length of the polygon of control points, which is at least that of the path."""
+        A = weight * np.hstack((np.eye(self._nq), -np.eye(self._nq)))
+        out = []
+        for k in range(1, self._n):
+            if use_conic_constraint:
+                _, cost, cone = self._prog.AddL2NormCostUsingConicConstraint(A, np.zeros(self._nq), self._segment(k))
+                cone.evaluator().set_description(f"path length cost {k} conic constraint")
+            else:
+                cost = self._prog.AddL2NormCost(A, np.zeros(self._nq), self._segment(k))
+            cost.evaluator().set_description(f"path length cost {k}")
+            out.append(as_kind(Cost, cost))
+        return out
+
+    def AddPathEnergyCost(self, weight: float = 1.0) -> list:
+        """Adds weight times the sum of squared distances of neighbouring control points."""
+        A = np.hstack((np.eye(self._nq), -np.eye(self._nq)))
+        out = []
+        for k in range(1, self._n):
+            cost = self._prog.AddQuadraticCost(2.0 * weight * A.T @ A, np.zeros(2 * self._nq), self._segment(k), True)
+            cost.evaluator().set_description(f"path energy cost {k}")
+            out.append(as_kind(Cost, cost))
+        return out
+
+
+def _dense(M: Any) -> np.ndarray:
+    return M.toarray() if hasattr(M, "toarray") else np.asarray(M, dtype=float)
+
+
+def _product(B: np.ndarray, effort: np.ndarray) -> np.ndarray:
+    """B e, where efforts may be infinite."""
+    out = np.zeros(len(B))
+    for i, j in zip(*np.nonzero(B)):
+        out[i] += B[i, j] * effort[j]
+    return out

@@ -1,0 +1,313 @@
+"""Trajectories as states and inputs at samples of time: what all transcriptions have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.solvers import (
+    BoundingBoxConstraint,
+    Constraint,
+    LinearConstraint,
+    LinearEqualityConstraint,
+    MathematicalProgram,
+    _arrays,
+)
+from sheldrake.solvers._bindings import as_kind, bind
+from sheldrake.symbolic import Expression, Formula, Variable
+from sheldrake.symbolic import _traverse as traverse
+
+_UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
+
+
+def _placeholders(rows: int, name: str) -> np.ndarray:
+    return traverse.object_array([Variable(f"{name}({i})") for i in range(rows)])
+
+
+class MultipleShooting:
+    """Decision variables for states, inputs and, maybe, time steps at N samples, and costs and constraints on them.
+
+    Not made directly. The variables that `time`, `state` and `input` return are placeholders: in costs and constraints
+    that are added here they stand for the decision variables of each sample.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError(f"pydrake.planning.{type(self).__name__}: No constructor defined!")
+
+    def _set_up(
+        self, num_inputs: int, num_states: int, N: int, fixed_time_step: float | None, bounds: Any, prog: Any
+    ) -> None:
+        if N < 2:
+            raise RuntimeError(f"{type(self).__name__}: num_time_samples must be at least 2, got {N}.")
+        self._prog = MathematicalProgram() if prog is None else prog
+        self._N, self._nx, self._nu = N, num_states, num_inputs
+        self._dt = fixed_time_step
+        self._x_vars = self._prog.NewContinuousVariables(num_states * N, "x")
+        self._u_vars = self._prog.NewContinuousVariables(num_inputs * N, "u")
+        self._h_vars = traverse.object_array([])
+        if fixed_time_step is None:
+            self._h_vars = self._prog.NewContinuousVariables(N - 1, "h")
+        self._time = _placeholders(1, "t") if fixed_time_step is not None else traverse.object_array([Variable("t")])
+        self._state, self._input = _placeholders(num_states, "x"), _placeholders(num_inputs, "u")
+        self._sequences: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+        self._bounds = bounds
+
+    # Variables
+
+    def prog(self) -> MathematicalProgram:
+        """Returns the program."""
+        return self._prog
+
+    def time(self) -> np.ndarray:
+        """Returns the placeholder of time [s], shape (1,)."""
+        return self._time.copy()
+
+    def _sample(self, vars: np.ndarray, rows: int, index: int) -> np.ndarray:
+        if not 0 <= index < self._N:
+            raise RuntimeError(f"{type(self).__name__}: there is no sample {index}; there are {self._N}.")
+        return vars[rows * index : rows * (index + 1)].copy()
+
+    def state(self, index: int | None = None) -> np.ndarray:
+        """Returns the placeholders of the state, or the decision variables of one sample, shape (nx,)."""
+        return self._state.copy() if index is None else self._sample(self._x_vars, self._nx, index)
+
+    def input(self, index: int | None = None) -> np.ndarray:
+        """Returns the placeholders of the input, or the decision variables of one sample, shape (nu,)."""
+        return self._input.copy() if index is None else self._sample(self._u_vars, self._nu, index)
+
+    def initial_state(self) -> np.ndarray:
+        """Returns the decision variables of the first state, shape (nx,)."""
+        return self.state(0)
+
+    def final_state(self) -> np.ndarray:
+        """Returns the decision variables of the last state, shape (nx,)."""
+        return self.state(self._N - 1)
+
+    def time_step(self, index: int) -> np.ndarray:
+        """Returns the decision variable of one time step [s], shape (1,).
+
+        Raises:
+            RuntimeError: time steps are fixed, or there is none of that index.
+        """
+        self._free_steps("time_step")
+        if not 0 <= index < self._N - 1:
+            raise RuntimeError(f"time_step(): there is no step {index}; there are {self._N - 1}.")
+        return self._h_vars[index : index + 1].copy()
+
+    def _free_steps(self, call: str) -> None:
+        if self._dt is not None:
+            raise RuntimeError(f"{call}(): the time steps are fixed, they are no decision variables.")
+
+    def fixed_time_step(self) -> float:
+        """Returns the time step [s].
+
+        Raises:
+            RuntimeError: time steps are decision variables.
+        """
+        if self._dt is None:
+            raise RuntimeError("fixed_time_step(): the time steps are decision variables.")
+        return self._dt
+
+    def NewSequentialVariable(self, rows: int, name: str) -> np.ndarray:
+        """Returns placeholders of new variables that each sample has, shape (rows,)."""
+        if name in self._sequences:
+            raise RuntimeError(f"NewSequentialVariable(): {name!r} is there already.")
+        vars = self._prog.NewContinuousVariables(rows, self._N, name)
+        vars = vars.reshape(rows, self._N)
+        self._sequences[name] = (_placeholders(rows, name), vars)
+        return self._sequences[name][0].copy()
+
+    def GetSequentialVariableAtIndex(self, name: str, index: int) -> np.ndarray:
+        """Returns the decision variables of a sequential variable at one sample, shape (rows,)."""
+        return self._sequence(name)[1][:, index].copy()
+
+    def _sequence(self, name: str) -> tuple[np.ndarray, np.ndarray]:
+        if name not in self._sequences:
+            raise RuntimeError(f"There is no sequential variable {name!r}; there are {sorted(self._sequences)}.")
+        return self._sequences[name]
+
+    # Substitution
+
+    def _time_at(self, index: int) -> Any:
+        if self._dt is not None:
+            return Expression(index * self._dt)
+        total = Expression(0.0)
+        for h in self._h_vars[:index]:
+            total = total + h
+        return total
+
+    def _at(self, index: int) -> dict[Variable, Any]:
+        """What stands for each placeholder at a sample."""
+        out = {self._time[0]: self._time_at(index)}
+        out.update(zip(self._state, self.state(index)))
+        out.update(zip(self._input, self.input(index)))
+        for placeholders, vars in self._sequences.values():
+            out.update(zip(placeholders, vars[:, index]))
+        return out
+
+    def _substituted(self, e: Any, index: int) -> Expression:
+        return _arrays.expression(e).Substitute(self._at(index))
+
+    # Costs and constraints
+
+    def AddRunningCost(self, g: Any) -> None:
+        """Adds the integral of an expression of placeholders over time."""
+        e = np.asarray(g, dtype=object)
+        if e.size != 1:
+            raise RuntimeError(f"AddRunningCost(): expected one expression, got shape {e.shape}.")
+        self._add_running_cost(_arrays.expression(e.reshape(-1)[0]))
+
+    def _add_running_cost(self, g: Expression) -> None:
+        raise NotImplementedError
+
+    def AddFinalCost(self, e: Any) -> Any:
+        """Adds the cost of an expression of placeholders at the last sample."""
+        e = np.asarray(e, dtype=object)
+        if e.size != 1:
+            raise RuntimeError(f"AddFinalCost(): expected one expression, got shape {e.shape}.")
+        return self._prog.AddCost(self._substituted(e.reshape(-1)[0], self._N - 1))
+
+    def AddConstraintToAllKnotPoints(self, *args: Any, **kwargs: Any) -> list:
+        """Adds a constraint at each sample; called with a formula of placeholders, an array of them, or
+        `(constraint, vars)`.
+        """
+        given = [*args, *(kwargs[n] for n in ("f", "constraint", "vars") if n in kwargs)]
+        if len(given) == 2:
+            return self._add_evaluator(*given)
+        if isinstance(given[0], Formula):
+            return [self._prog.AddConstraint(given[0].Substitute(self._at(i))) for i in range(self._N)]
+        out = []
+        for f in np.asarray(given[0], dtype=object).ravel():
+            out += self.AddConstraintToAllKnotPoints(f)
+        return out
+
+    def _add_evaluator(self, constraint: Constraint, vars: Any) -> list:
+        kinds = (BoundingBoxConstraint, LinearEqualityConstraint, LinearConstraint, Constraint)
+        kind = next(k for k in kinds if isinstance(constraint, k))
+        out = []
+        for i in range(self._N):
+            places = self._at(i)
+            found = [places.get(v, v) for v in _arrays.variable_vector(vars)]
+            binding = bind(kind, constraint, _arrays.variable_vector(traverse.object_array(found)))
+            out.append(as_kind(kind, self._prog.AddConstraint(binding)))
+        return out
+
+    def AddTimeIntervalBounds(self, lower_bound: float, upper_bound: float) -> Any:
+        """Adds bounds on all time steps [s]."""
+        self._free_steps("AddTimeIntervalBounds")
+        return self._prog.AddBoundingBoxConstraint(float(lower_bound), float(upper_bound), self._h_vars)
+
+    def AddEqualTimeIntervalsConstraints(self) -> list:
+        """Adds that all time steps are equal."""
+        self._free_steps("AddEqualTimeIntervalsConstraints")
+        return [self._prog.AddLinearConstraint(a == b) for a, b in zip(self._h_vars[:-1], self._h_vars[1:])]
+
+    def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Any:
+        """Adds bounds on the duration [s]."""
+        self._free_steps("AddDurationBounds")
+        ones = np.ones((1, len(self._h_vars)))
+        return self._prog.AddLinearConstraint(ones, [float(lower_bound)], [float(upper_bound)], self._h_vars)
+
+    # Callbacks
+
+    def _callback(self, vars: list[np.ndarray], show: Callable[[np.ndarray], None]) -> Any:
+        everything = np.concatenate((self._h_vars, *vars)) if self._dt is None else np.concatenate(vars)
+        return self._prog.AddVisualizationCallback(show, everything)
+
+    def _times(self, h: np.ndarray) -> np.ndarray:
+        steps = h if self._dt is None else np.full(self._N - 1, self._dt)
+        return np.concatenate(([0.0], np.cumsum(steps)))
+
+    def _unpack(self, values: np.ndarray, rows: list[int]) -> tuple[np.ndarray, list[np.ndarray]]:
+        at = len(self._h_vars)
+        times, out = self._times(values[:at]), []
+        for r in rows:
+            out.append(values[at : at + r * self._N].reshape(self._N, r).T)
+            at += r * self._N
+        return times, out
+
+    def AddInputTrajectoryCallback(self, callback: Callable) -> Any:
+        """Has `callback(times, inputs)` called with iterates; inputs of shape (nu, N)."""
+
+        def show(values: np.ndarray) -> None:
+            times, (u,) = self._unpack(values, [self._nu])
+            callback(times, u)
+
+        return self._callback([self._u_vars], show)
+
+    def AddStateTrajectoryCallback(self, callback: Callable) -> Any:
+        """Has `callback(times, states)` called with iterates; states of shape (nx, N)."""
+
+        def show(values: np.ndarray) -> None:
+            times, (x,) = self._unpack(values, [self._nx])
+            callback(times, x)
+
+        return self._callback([self._x_vars], show)
+
+    def AddCompleteTrajectoryCallback(self, callback: Callable, names: list[str]) -> Any:
+        """Has `callback(times, states, inputs, values)` called with iterates, values of the named variables."""
+        more = [self._sequence(name)[1] for name in names]
+
+        def show(values: np.ndarray) -> None:
+            times, found = self._unpack(values, [self._nx, self._nu, *(len(m) for m in more)])
+            callback(times, found[0], found[1], found[2:])
+
+        return self._callback([self._x_vars, self._u_vars, *(m.ravel(order="F") for m in more)], show)
+
+    # Guesses and results
+
+    def SetInitialTrajectory(self, traj_init_u: Any, traj_init_x: Any) -> None:
+        """Sets the initial guess to samples of two trajectories; an empty one gives a small constant.
+
+        Raises:
+            RuntimeError: both are empty and the time steps are free.
+        """
+        given = [t for t in (traj_init_u, traj_init_x) if t.get_number_of_segments()]
+        if not given and self._dt is None:
+            raise RuntimeError("SetInitialTrajectory(): both trajectories are empty.")
+        start, h = 0.0, self._dt
+        if given:
+            start = max(t.start_time() for t in given)
+            h = (given[0].end_time() - given[0].start_time()) / (self._N - 1) if self._dt is None else self._dt
+        if self._dt is None:
+            self._prog.SetInitialGuess(self._h_vars, np.full(self._N - 1, h))
+        for trajectory, vars, rows in (
+            (traj_init_u, self._u_vars, self._nu),
+            (traj_init_x, self._x_vars, self._nx),
+        ):
+            if not rows:
+                continue
+            for i in range(self._N):
+                value = np.full(rows, _UNKNOWN)
+                if trajectory.get_number_of_segments():
+                    value = np.asarray(trajectory.value(start + i * h), dtype=float).ravel()
+                self._prog.SetInitialGuess(self._sample(vars, rows, i), value)
+
+    def GetSampleTimes(self, result: Any) -> np.ndarray:
+        """Returns the times of the samples [s], shape (N,)."""
+        return self._times(result.GetSolution(self._h_vars) if self._dt is None else np.zeros(0))
+
+    def _samples(self, result: Any, vars: np.ndarray, rows: int) -> np.ndarray:
+        return result.GetSolution(vars).reshape(self._N, rows).T if rows else np.zeros((0, self._N))
+
+    def GetStateSamples(self, result: Any) -> np.ndarray:
+        """Returns the states of the samples, shape (nx, N)."""
+        return self._samples(result, self._x_vars, self._nx)
+
+    def GetInputSamples(self, result: Any) -> np.ndarray:
+        """Returns the inputs of the samples, shape (nu, N)."""
+        return self._samples(result, self._u_vars, self._nu)
+
+    def GetSequentialVariableSamples(self, result: Any, name: str) -> np.ndarray:
+        """Returns the values of a sequential variable, shape (rows, N)."""
+        return result.GetSolution(self._sequence(name)[1])
+
+    def ReconstructInputTrajectory(self, result: Any) -> Any:
+        """Returns the inputs as a PiecewisePolynomial."""
+        raise NotImplementedError
+
+    def ReconstructStateTrajectory(self, result: Any) -> Any:
+        """Returns the states as a PiecewisePolynomial."""
+        raise NotImplementedError

@@ -1,0 +1,142 @@
+"""Trajectories by optimization, by the laws they must satisfy."""
+
+import numpy as np
+import pytest
+
+from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
+from sheldrake.examples import PendulumPlant
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.tree import PrismaticJoint, SpatialInertia
+from sheldrake.planning import (
+    DirectCollocation,
+    DirectTranscription,
+    KinematicTrajectoryOptimization,
+    MultipleShooting,
+    RobotDiagramBuilder,
+)
+from sheldrake.solvers import Solve
+from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.primitives import LinearSystem
+
+pytest.importorskip("clarabel")
+
+
+def test_a_pendulum_follows_its_dynamics_between_samples():
+    system = PendulumPlant()
+    context = system.CreateDefaultContext()
+    t = DirectCollocation(system, context, 9, 0.1, 0.1)
+    prog = t.prog()
+    prog.AddBoundingBoxConstraint([0.3, 0], [0.3, 0], t.initial_state())
+    t.AddConstraintToAllKnotPoints(t.input()[0] == 0)
+    prog.SetInitialGuessForAllVariables(np.full(prog.num_vars(), 0.1))
+    result = Solve(prog)
+    assert result.is_success()
+    x = t.ReconstructStateTrajectory(result)
+    simulator = Simulator(system)
+    mine = simulator.get_mutable_context()
+    mine.SetContinuousState([0.3, 0.0])
+    system.get_input_port().FixValue(mine, [0.0])
+    for time in (0.35, 0.8):
+        simulator.AdvanceTo(time)
+        np.testing.assert_allclose(x.value(time).ravel(), mine.get_continuous_state_vector().CopyToVector(), atol=2e-4)
+
+
+def test_least_effort_is_a_cubic():
+    """min of the integral of u² from rest to rest in time T: x = 1 - 3 s² + 2 s³, u linear."""
+    system = LinearSystem(np.array([[0, 1.0], [0, 0]]), np.array([[0], [1.0]]), np.eye(2), np.zeros((2, 1)))
+    t = DirectCollocation(system, system.CreateDefaultContext(), 11, 0.2, 0.2)
+    t.prog().AddBoundingBoxConstraint([1, 0], [1, 0], t.initial_state())
+    t.prog().AddBoundingBoxConstraint([0, 0], [0, 0], t.final_state())
+    t.AddRunningCost(t.input()[0] ** 2)
+    t.prog().SetInitialGuessForAllVariables(np.full(t.prog().num_vars(), 0.2))
+    result = Solve(t.prog())
+    assert result.is_success()
+    x = t.ReconstructStateTrajectory(result)
+    s = 0.3 / 2.0
+    assert x.value(0.3)[0, 0] == pytest.approx(1 - 3 * s**2 + 2 * s**3, abs=2e-3)  # the cost is summed by trapezoids
+    assert t.GetSampleTimes(result)[-1] == pytest.approx(2.0)
+
+
+def test_discrete_transcription_is_the_system_itself():
+    A, B = np.array([[1, 0.1], [0, 1]]), np.array([[0], [0.1]])
+    system = LinearSystem(A, B, np.eye(2), np.zeros((2, 1)), 0.1)
+    t = DirectTranscription(system, system.CreateDefaultContext(), 6)
+    t.prog().AddBoundingBoxConstraint([1, 0], [1, 0], t.initial_state())
+    t.AddRunningCost(t.state()[0] ** 2 + 0.1 * t.input()[0] ** 2)
+    result = Solve(t.prog())
+    x, u = t.GetStateSamples(result), t.GetInputSamples(result)
+    np.testing.assert_allclose(x[:, 1:], A @ x[:, :-1] + B @ u[:, :-1], atol=1e-7)
+    with pytest.raises(RuntimeError, match="fixed"):
+        t.time_step(0)
+
+
+def test_callbacks_see_times_states_and_inputs():
+    system = PendulumPlant()
+    t = DirectCollocation(system, system.CreateDefaultContext(), 4, 0.1, 0.2)
+    seen = []
+    t.AddCompleteTrajectoryCallback(lambda *parts: seen.append([np.shape(p) for p in parts[:3]]), [])
+    t.prog().AddBoundingBoxConstraint([0.3, 0], [0.3, 0], t.initial_state())
+    t.prog().SetInitialGuessForAllVariables(np.full(t.prog().num_vars(), 0.1))
+    Solve(t.prog())
+    assert seen and seen[0] == [(4,), (2, 4), (1, 4)]
+
+
+def test_wrong_uses_are_named():
+    system = PendulumPlant()
+    context = system.CreateDefaultContext()
+    with pytest.raises(RuntimeError, match="discrete-time"):
+        DirectTranscription(system, context, 4)
+    with pytest.raises(TypeError, match="No constructor"):
+        MultipleShooting()
+    t = DirectCollocation(system, context, 4, 0.1, 0.2)
+    with pytest.raises(RuntimeError, match="no sequential variable 'w'"):
+        t.GetSequentialVariableAtIndex("w", 0)
+    with pytest.raises(RuntimeError, match="from 0 to 1"):
+        KinematicTrajectoryOptimization(1, 5).AddPathPositionConstraint([0], [1], 1.5)
+
+
+def test_velocity_bounds_hold_everywhere():
+    k = KinematicTrajectoryOptimization(2, 8)
+    k.AddPathPositionConstraint([0, 0], [0, 0], 0)
+    k.AddPathPositionConstraint([1, -0.5], [1, -0.5], 1)
+    k.AddVelocityBounds([-0.7, -0.7], [0.7, 0.7])
+    k.AddAccelerationBounds([-2, -2], [2, 2])
+    k.AddPathVelocityConstraint([0, 0], [0, 0], 0)
+    k.AddPathVelocityConstraint([0, 0], [0, 0], 1)
+    k.AddDurationCost()
+    k.AddDurationConstraint(0.1, 10)
+    result = Solve(k.prog())
+    assert result.is_success()
+    q = k.ReconstructTrajectory(result)
+    for order, limit in ((1, 0.7), (2, 2.0)):
+        values = np.hstack([q.EvalDerivative(t, order) for t in np.linspace(0, q.end_time(), 50)])
+        assert np.abs(values).max() <= limit + 1e-4
+
+
+def test_efforts_are_mass_times_acceleration_minus_gravity():
+    plant = MultibodyPlant(0.0)
+    body = plant.AddRigidBody("body", SpatialInertia.SolidCubeWithDensity(1000, 0.1))
+    joint = plant.AddJoint(PrismaticJoint("lift", plant.world_frame(), body.body_frame(), [0, 0, 1]))
+    plant.AddJointActuator("motor", joint, 100.0)
+    plant.Finalize()
+    k = KinematicTrajectoryOptimization(1, 6)
+    c = k.AddEffortBoundsAtNormalizedTimes(plant, [0.4])[0].evaluator()
+    x = np.array([2.0, 0.1, 0.4, -0.3, 0.8, 1.0, 0.2])
+    weights = k.AddPathAccelerationConstraint([0], [0], 0.4)
+    places = [int(str(v).split(",")[1][:-1]) for v in weights.variables()]
+    qddot = weights.evaluator().GetDenseA()[0] @ x[1:][places] / 4.0
+    assert c.Eval(x)[0] == pytest.approx(1.0 * (qddot + 9.81), rel=1e-9)
+    J = ExtractGradient(c.Eval(InitializeAutoDiff(x)[:, 0]))
+    h = 1e-6
+    columns = [(c.Eval(x + h * e) - c.Eval(x - h * e)) / (2 * h) for e in np.eye(7)]
+    np.testing.assert_allclose(J, np.stack(columns, axis=1), atol=1e-6)
+    np.testing.assert_allclose((c.lower_bound(), c.upper_bound()), [[-100], [100]])
+
+
+def test_robot_diagrams_know_their_plant_on_every_scalar():
+    builder = RobotDiagramBuilder(0.0)
+    builder.plant().AddRigidBody("body", SpatialInertia.SolidCubeWithDensity(1, 1))
+    diagram = builder.Build()
+    duals = diagram.ToAutoDiffXd()
+    assert type(duals).__name__.startswith("RobotDiagram_") and duals.plant().num_bodies() == 2
+    assert diagram.plant_context(diagram.CreateDefaultContext()).num_continuous_states() == 13
