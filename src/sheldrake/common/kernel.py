@@ -116,6 +116,11 @@ class Kernel:
 
         return numba_types.Dispatcher(self.dispatcher)
 
+    @functools.cached_property
+    def on_complex(self) -> ComplexKernel:
+        """The same source on complex arrays, for derivatives; see `ComplexKernel`."""
+        return ComplexKernel(self)
+
     @property
     def address(self) -> int:
         """Address of the native function in this process, compiled or loaded when first asked for."""
@@ -159,6 +164,34 @@ class Kernel:
     def native(self, *args: Any) -> int:
         """Binds and calls once."""
         return self.bind(*args)()
+
+
+class ComplexKernel(Kernel):
+    """An entry kernel compiled for arrays of complex numbers; models and single numbers stay as they are.
+
+    An imaginary part stands for a first derivative, scaled down so far that its square is nothing beside 1: what comes
+    out is what dual numbers would give (the complex step: Squire and Trapp, SIAM Review 40, 1998, with functions taken
+    to first order). Comparisons are of real parts.
+    """
+
+    def __init__(self, kernel: Kernel):
+        super().__init__(kernel.py_func, kernel.top, kernel.outline, kernel.strict)
+        self.real, self.__qualname__ = kernel, f"{kernel.__qualname__}.on_complex"
+
+    @functools.cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        """Those of the kernel, their float64 arrays complex."""
+
+        def spec(field: ArraySpec) -> ArraySpec:
+            plain = field.absolute or field.dtype != "float64"
+            return field if plain else field._replace(dtype="complex128")
+
+        return tuple(p._replace(fields=tuple(spec(f) for f in p.fields)) for p in self.real.parameters)
+
+    @property
+    def dispatcher(self) -> Any:  # type: ignore[override]
+        """numba's object for the kernel."""
+        return self.real.dispatcher
 
 
 class Bound(functools.partial):

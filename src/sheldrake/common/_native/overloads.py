@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import functools
 import math
 from typing import Any
@@ -20,18 +19,50 @@ from sheldrake.common._native.arrays import INT_VECTOR, VECTOR
 def register() -> None:
     """Tells numba how each generic function is compiled; once per process."""
     for name in generic.UNARY:
-        _unary(getattr(generic, name), getattr(math, name), getattr(cmath, name, None))
-    overload(generic.atan2)(lambda y, x: lambda y, x: math.atan2(y, x))
-    overload(generic.is_positive)(lambda x: lambda x: x > 0.0)
+        _unary(getattr(generic, name), getattr(math, name), _TO_FIRST_ORDER[name])
+    overload(generic.atan2)(_atan2)
+    overload(generic.is_positive)(_is_positive)
     overload(rows.call_row)(_call_row)
 
 
-def _unary(function: Any, real: Any, complex_: Any) -> None:
+def _unary(function: Any, real: Any, first_order: Any) -> None:
     @overload(function)
     def choose(x):  # numba wants the same bare signature here and in what is returned
         if isinstance(x, types.Complex):
-            return lambda x: complex_(x)
+            return first_order
         return lambda x: real(x)
+
+
+# Functions of a complex number, to first order in its imaginary part: see `common.kernel.ComplexKernel`.
+_TO_FIRST_ORDER: dict[str, Any] = {
+    "sin": lambda x: complex(math.sin(x.real), math.cos(x.real) * x.imag),
+    "cos": lambda x: complex(math.cos(x.real), -math.sin(x.real) * x.imag),
+    "tan": lambda x: complex(math.tan(x.real), (1.0 + math.tan(x.real) * math.tan(x.real)) * x.imag),
+    "asin": lambda x: complex(math.asin(x.real), x.imag / math.sqrt(1.0 - x.real * x.real)),
+    "acos": lambda x: complex(math.acos(x.real), -x.imag / math.sqrt(1.0 - x.real * x.real)),
+    "atan": lambda x: complex(math.atan(x.real), x.imag / (1.0 + x.real * x.real)),
+    "sinh": lambda x: complex(math.sinh(x.real), math.cosh(x.real) * x.imag),
+    "cosh": lambda x: complex(math.cosh(x.real), math.sinh(x.real) * x.imag),
+    "tanh": lambda x: complex(math.tanh(x.real), (1.0 - math.tanh(x.real) * math.tanh(x.real)) * x.imag),
+    "exp": lambda x: complex(math.exp(x.real), math.exp(x.real) * x.imag),
+    "log": lambda x: complex(math.log(x.real), x.imag / x.real),
+    "sqrt": lambda x: complex(math.sqrt(x.real), 0.5 * x.imag / math.sqrt(x.real)),
+}
+
+
+def _atan2(y, x):
+    if isinstance(y, types.Complex) or isinstance(x, types.Complex):
+        return lambda y, x: complex(
+            math.atan2(y.real, x.real),
+            (x.real * y.imag - y.real * x.imag) / (x.real * x.real + y.real * y.real),
+        )
+    return lambda y, x: math.atan2(y, x)
+
+
+def _is_positive(x):
+    if isinstance(x, types.Complex):
+        return lambda x: x.real > 0.0
+    return lambda x: x > 0.0
 
 
 ROW = ir.FunctionType(ir.IntType(64), [ir.DoubleType(), ir.DoubleType().as_pointer(), ir.IntType(64).as_pointer()])

@@ -62,6 +62,11 @@ def is_ready(kernel: Kernel) -> bool:
     return "_native" in kernel.__dict__ or prebuilt.load(kernel) is not None or _path(kernel).exists()
 
 
+def can_compile() -> bool:
+    """Whether what is not ready can be compiled here."""
+    return importlib.util.find_spec("numba") is not None
+
+
 def is_writable() -> bool:
     """Whether the cache folder takes files."""
     folder = cache_folder()

@@ -8,10 +8,12 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import MISFIT
 from sheldrake.math import RigidTransform_
+from sheldrake.multibody.plant._dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.state import write_finite
 from sheldrake.multibody.tree._kernels import jacobians, queries
 from sheldrake.multibody.tree._kernels import model as tree_model
@@ -53,7 +55,12 @@ class View:
         self._bound: dict[Any, Query] = {}
         self.V_WB = self.zeros(self.nb, 6)
 
-        self.calls = calls = Calls(store.I[self.level : self.level + 1], self.native)
+        counter = store.I[self.level : self.level + 1]
+        if self.T is AutoDiffXd:
+            self.calls: Any = DualCalls(counter, store.I[:1], self.x, self.p, (self.q, self.v))
+        else:
+            self.calls = Calls(counter, self.native)
+        calls = self.calls
         self.POSES = calls.stage(queries.calc_positions, self.model, self.p, self.work, self.q)
         self.INERTIAS = calls.stage(queries.calc_inertias, self.model, self.p, self.work)
         self.VELOCITIES = calls.stage(queries.calc_velocities, self.model, self.p, self.work, self.q, self.v)
@@ -231,7 +238,7 @@ class View:
         X_WB = self.work.X_WB[row]
         R_WB, p_WB = X_WB[:9].reshape(3, 3), X_WB[9:]
         ask_R = self.calls.stages(self.POSES, answer=R_WB, frozen=True)
-        ask_p = self.calls.stages(0, answer=p_WB, frozen=True)
+        ask_p = self.calls.stages(self.POSES, answer=p_WB, frozen=True)
         ask = self.poses[body] = self.of(RigidTransform_)._maker(ask_R, ask_p)
         return ask
 
