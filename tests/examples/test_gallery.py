@@ -89,3 +89,12 @@ def test_block_comes_to_rest(capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
     assert run("drop_the_block", capsys, seconds=3.0) < 1e-6
+
+
+def test_soft_balls_rest_on_the_area_that_bears_their_weight(capsys):
+    """p = E (1 - r / R) gives the force pi E x^2 at depth x, on the area pi x (2 R - x); the mesh is within 6 %."""
+    areas, forces = run("soft_ball", capsys)
+    for area, force, E in zip(areas, forces, (3e4, 1e5, 1e6)):
+        x = (2.0 * 9.81 / (3.14159265 * E)) ** 0.5
+        assert force == pytest.approx(2.0 * 9.81, rel=1e-4)
+        assert area == pytest.approx(3.14159265 * x * (0.2 - x), rel=0.06)
