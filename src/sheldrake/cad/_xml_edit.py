@@ -113,8 +113,9 @@ def _ends(data: bytes) -> dict[int, int]:
 
     def end(tag: str) -> None:
         start = open_elements.pop()
-        at = parser.CurrentByteIndex
-        ends[start] = _tag_end(data, at if at > start else start)
+        opened = _tag_end(data, start)
+        closes_itself = data[opened - 2 : opened] == b"/>"
+        ends[start] = opened if closes_itself else _tag_end(data, parser.CurrentByteIndex)
 
     parser.StartElementHandler = begin
     parser.EndElementHandler = end

@@ -291,3 +291,20 @@ def test_command_line(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out) == []
     assert main(["doctor", str(tmp_path / "absent.urdf")]) == 2
     shutil.rmtree(tmp_path)
+
+
+def test_edits_know_where_elements_end(tmp_path):
+    from sheldrake.cad._xml_edit import XmlSource, apply
+    from sheldrake.multibody.parsing import DiagnosticPolicy
+    from sheldrake.multibody.parsing._xml import parse_xml
+
+    data = b"\n <a x=\"1>2\"><b y='/>'/><c></c><d >t</d ><e\n/></a>"
+    source = XmlSource(data, parse_xml(data, "f", DiagnosticPolicy()))
+    for child in source.root:
+        changed = apply(data, [source.replace(child, "")])
+        assert changed.count(b"<") == data.count(b"<") - (1 if child.tag in "be" else 2)
+        parse_xml(changed, "f", DiagnosticPolicy())
+    edit = source.set_attribute(source.root, "x", '<"&>')
+    assert parse_xml(apply(data, [edit]), "f", DiagnosticPolicy()).get("x") == '<"&>'
+    edit = source.set_attribute(source.root.find("e"), "z", "3")
+    assert parse_xml(apply(data, [edit]), "f", DiagnosticPolicy()).find("e").get("z") == "3"
