@@ -1,0 +1,141 @@
+"""Publishers, subscribers and buses in diagrams."""
+
+from __future__ import annotations
+
+import pytest
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.lcm import DrakeLcm, DrakeLcmParams, Subscriber
+from sheldrake.lcm._messages import lcmt_scope
+from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.framework import DiagramBuilder, TriggerType
+from sheldrake.systems.lcm import (
+    ApplyLcmBusConfig,
+    LcmBuses,
+    LcmInterfaceSystem,
+    LcmPublisherSystem,
+    LcmScopeSystem,
+    LcmSubscriberSystem,
+    PySerializer,
+    SerializerInterface,
+)
+from sheldrake.systems.primitives import ConstantVectorSource, Sine
+
+
+def loop(order):
+    """A sine's scope message goes out every 0.1 s and comes back; subscriber and interface in either order."""
+    lcm, builder = DrakeLcm("memq://"), DiagramBuilder()
+    sine = builder.AddSystem(Sine(1.0, 1.0, 0.0, 1))
+    _, publisher = LcmScopeSystem.AddToBuilder(builder, lcm, sine.get_output_port(0), "SINE", 0.1)
+    interface = LcmInterfaceSystem(lcm)
+    subscriber = LcmSubscriberSystem.Make("SINE", lcmt_scope, interface)
+    for system in (interface, subscriber)[:: 1 if order == "interface first" else -1]:
+        builder.AddSystem(system)
+    return lcm, builder.Build(), subscriber, publisher
+
+
+@pytest.mark.parametrize("order", ["interface first", "subscriber first"])
+def test_what_is_published_comes_back_before_the_next_step(order):
+    lcm, diagram, subscriber, _ = loop(order)
+    simulator = Simulator(diagram)
+    simulator.Initialize()
+    for k, t in enumerate((0.05, 0.15, 0.25, 0.95)):
+        simulator.AdvanceTo(t)
+        context = subscriber.GetMyContextFromRoot(simulator.get_context())
+        message = subscriber.get_output_port().Eval(context)
+        assert message.utime == [0, 100_000, 200_000, 900_000][k]
+        assert subscriber.GetMessageCount(context) == [1, 2, 3, 10][k]
+    assert len(message.value) == 1 and lcm.HandleSubscriptions(0) == 0
+
+
+def test_triggers():
+    lcm = DrakeLcm("memq://")
+    source = ConstantVectorSource([1.0])
+
+    def count(publisher, until):
+        builder, seen = DiagramBuilder(), Subscriber(lcm, publisher.get_channel_name(), lcmt_scope)
+        scope = builder.AddSystem(LcmScopeSystem(1))
+        builder.Connect(builder.AddSystem(source._clone()).get_output_port(), scope.get_input_port())
+        builder.AddSystem(publisher)
+        builder.Connect(scope.get_output_port(), publisher.get_input_port())
+        diagram = builder.Build()
+        simulator = Simulator(diagram)
+        simulator.AdvanceTo(until)
+        lcm.HandleSubscriptions(0)
+        stepped = seen.count
+        diagram.ForcedPublish(simulator.get_context())
+        lcm.HandleSubscriptions(0)
+        return stepped, seen.count - stepped
+
+    make = LcmPublisherSystem.Make
+    assert count(make("A", lcmt_scope, lcm, 0.25), 1.0) == (5, 1)
+    assert count(make("B", lcmt_scope, lcm, 0.25, publish_offset=0.1), 1.0) == (4, 1)
+    assert count(make("C", lcmt_scope, lcm, publish_triggers={TriggerType.kForced}), 1.0) == (0, 1)
+    per_step, forced = count(make("D", lcmt_scope, lcm), 1.0)
+    assert per_step >= 1 and forced == 1
+    serializer = PySerializer(lcmt_scope)
+    with pytest.raises(RuntimeError, match="goes with the trigger kPeriodic"):
+        LcmPublisherSystem("E", serializer, lcm, {TriggerType.kPerStep}, 0.1)
+    with pytest.raises(RuntimeError, match="must be some of kForced, kPeriodic and kPerStep"):
+        LcmPublisherSystem("E", serializer, lcm, {TriggerType.kWitness})
+
+
+def test_names_and_ports():
+    lcm = DrakeLcm("memq://")
+    publisher = LcmPublisherSystem("A", PySerializer(lcmt_scope), lcm)
+    subscriber = LcmSubscriberSystem("A", PySerializer(lcmt_scope), lcm)
+    assert publisher.get_name() == "LcmPublisherSystem(A)" and publisher.get_input_port().get_name() == "lcm_message"
+    assert subscriber.get_name() == "LcmSubscriberSystem(A)" and subscriber.get_output_port().get_name() == "y0"
+
+
+def test_waiting_for_messages():
+    lcm = DrakeLcm("memq://")
+    subscriber = LcmSubscriberSystem.Make("A", lcmt_scope, lcm)
+    assert subscriber.WaitForMessage(0, timeout=0.01) == 0
+    lcm.Publish("A", lcmt_scope(utime=5).encode())
+    message = AbstractValue.Make(lcmt_scope())
+    assert subscriber.WaitForMessage(0, message=message) == 1 and message.get_value().utime == 5
+    context = subscriber.CreateDefaultContext()
+    assert subscriber.get_output_port().Eval(context).utime == 0
+    subscriber.ExecuteForcedEvents(context)
+    assert subscriber.get_output_port().Eval(context).utime == 5
+
+
+def test_an_own_serializer():
+    class Text(SerializerInterface):
+        def CreateDefaultValue(self):
+            return AbstractValue.Make("")
+
+        def Serialize(self, abstract_value):
+            return abstract_value.get_value().encode()
+
+        def Deserialize(self, message_bytes, abstract_value):
+            abstract_value.set_value(message_bytes.decode())
+
+    lcm = DrakeLcm("memq://")
+    publisher, subscriber = LcmPublisherSystem("A", Text(), lcm), LcmSubscriberSystem("A", Text(), lcm)
+    context = publisher.CreateDefaultContext()
+    publisher.get_input_port().FixValue(context, "hello")
+    publisher.ForcedPublish(context)
+    lcm.HandleSubscriptions(0)
+    reader = subscriber.CreateDefaultContext()
+    subscriber.ExecuteForcedEvents(reader)
+    assert subscriber.get_output_port().Eval(reader) == "hello"
+    with pytest.raises(TypeError, match="has no decode"):
+        PySerializer(str)
+    with pytest.raises(NotImplementedError, match="C\\+\\+ serializers"):
+        LcmPublisherSystem.Make("A", lcmt_scope, lcm, use_cpp_serializer=True)
+
+
+def test_buses():
+    builder = DiagramBuilder()
+    buses = ApplyLcmBusConfig({"robot": DrakeLcmParams(lcm_url="memq://"), "nobody": None}, builder)
+    assert buses.GetAllBusNames() == ["nobody", "robot"] and buses.size() == 2
+    assert buses.Find("a driver", "nobody").get_lcm_url() == LcmBuses.kLcmUrlMemqNull
+    assert isinstance(buses.Find("a driver", "robot"), LcmInterfaceSystem)
+    names = [s.get_name() for s in builder.GetSystems()]
+    assert names == ["DrakeLcm(bus_name=nobody)", "DrakeLcm(bus_name=robot)", "LcmInterfaceSystem(bus_name=robot)"]
+    with pytest.raises(RuntimeError, match=r"a driver requested an LCM bus 'x' that .*nobody, robot"):
+        buses.Find("a driver", "x")
+    with pytest.raises(RuntimeError, match="'robot' has already been defined"):
+        buses.Add("robot", DrakeLcm("memq://"))
