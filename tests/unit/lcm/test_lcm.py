@@ -137,7 +137,7 @@ class TestMessages:
             _fields = [
                 ("name", "string"),
                 ("n", "int32_t"),
-                ("flag", "boolean"),
+                ("on", "boolean"),
                 ("x", "double", "n"),
                 ("y", "float", 3),
             ]
