@@ -38,7 +38,9 @@ _KERNELS = (
 )
 
 MOST_FACES = 1 << 16
-"""Faces that a table has room for, unless one pair may need more."""
+"""Polygons that a table has room for; a plant needs about 1 kB for each."""
+MOST_OF_A_PAIR = 1 << 15
+"""Polygons that one pair of geometries gets room for."""
 
 
 class HydroPairs(NamedTuple):
@@ -233,20 +235,19 @@ def face_capacity(model: HydroModel) -> int:
 
     A half space meets every element once; two meshes meet along a surface, where an element meets a few others: 2.7
     at most in random poses, three times that is what one pair gets. A body may touch many others, but each with a part
-    of its surface only.
+    of its surface only. Very fine meshes get less: they meet others with a part of their elements.
     """
-    leaves = model.geometry[:, columns.NUM_LEAVES]
-    needed = []
-    for k, (a, b) in enumerate(model.pair):
-        if k < model.family[columns.COMPLIANT_AND_RIGID]:
-            needed.append(int(leaves[a]))
-        else:
-            needed.append(int(min(leaves[a] * leaves[b], 8 * (leaves[a] + leaves[b]))))
-    if not needed:
+    if len(model.pair) == 0:
         return 0
+    leaves = model.geometry[:, columns.NUM_LEAVES]
+    a, b = leaves[model.pair[:, 0]], leaves[model.pair[:, 1]]
+    needed = np.minimum(a * b, 8 * (a + b))
+    flat = int(model.family[columns.COMPLIANT_AND_RIGID])
+    needed[:flat] = a[:flat]
+    needed = np.minimum(needed, MOST_OF_A_PAIR)
     shared = min(4 * int(leaves[np.unique(model.pair)].sum()), MOST_FACES)
-    polygons = min(sum(needed), max(shared, *needed))
-    return polygons * (5 if model.setting[columns.TRIANGLES] else 1)
+    polygons = min(int(needed.sum()), max(shared, int(needed.max())))
+    return min(5 * polygons, 2 * MOST_FACES) if model.setting[columns.TRIANGLES] else polygons
 
 
 def find_surfaces(model: HydroModel, table: ContactTable, native: bool = True) -> HydroTable:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.geometry._hydro_compile import face_capacity
 from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
@@ -13,7 +14,7 @@ from sheldrake.multibody.plant import _step, _step_results
 from sheldrake.multibody.plant._contact_results import ContactResults, PointContactArrays, PointPairContactInfo
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
 from sheldrake.multibody.plant._hydroelastic import explain_refused, split_pairs, step_surfaces
-from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_UNSUPPORTED_PAIR
+from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.plant._kernels.ports import (
     CONSTRAINTS_IN_CONTINUOUS_TIME,
@@ -234,6 +235,12 @@ class DiscreteUpdate:
         if status == HYDRO_UNSUPPORTED_PAIR:
             geometry, table = self._geometry_of(context), context._store.scratch(context._node).table
             return explain_refused(self, geometry.state, table, geometry.ids)
+        if status == HYDRO_CAPACITY:
+            return RuntimeError(
+                f"{self._describe()} at time {context.get_time()}: contact surfaces have more faces than there is room "
+                f"for ({face_capacity(self._compiled_hydro())}), and none is dropped silently. Try larger resolution "
+                "hints, coarser meshes, or collision filters."
+            )
         text = f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._sampled:
             rows = _step_results.bodies_at_hand(context._store.scratch(context._node), self._tree_model)

@@ -16,9 +16,10 @@ from sheldrake.geometry._kernels import hydro_model as hydro
 from sheldrake.geometry._kernels import model as geometry
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import GeometryModel
-from sheldrake.multibody.contact_solvers._kernels.status import CONTACT_CAPACITY, SOLVED
+from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.plant._kernels.contact_rows import share
 from sheldrake.multibody.plant._kernels.derivatives import DerivativeVectors, add_projected, clear, harmonic
+from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_CAPACITY
 from sheldrake.multibody.tree._kernels.forces import add_point_force
 from sheldrake.multibody.tree._kernels.kinematics import velocity_at
 from sheldrake.multibody.tree._kernels.model import ROOT, TreeModel, TreeWork
@@ -105,7 +106,7 @@ def surface_forces(
 ) -> int:
     """The forces of the contact surfaces found, into `contact_force`; a status of `contact_solvers`."""
     if surfaces.count[STATUS] != 0:
-        return CONTACT_CAPACITY
+        return HYDRO_CAPACITY
     if surfaces.count[NUM_FACES] == 0:
         return SOLVED
     clear(flow.F)

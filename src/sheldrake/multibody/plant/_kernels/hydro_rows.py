@@ -26,7 +26,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     Contacts,
     Problem,
 )
-from sheldrake.multibody.contact_solvers._kernels.status import CONTACT_CAPACITY, SOLVED
+from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.plant._kernels.contact_rows import (
     NO_COLUMNS,
     common_dof,
@@ -63,7 +63,8 @@ LEAST_AREA = np.float64(1e-14)  # [m^2] smaller faces are not felt
 LEAST_GROWTH = np.float64(1e-14)  # [Pa/m] nor are those where the pressure does not grow into a body
 RIGID = np.float64(1e300)  # moduli above are infinite
 
-HYDRO_UNSUPPORTED_PAIR = 122
+HYDRO_UNSUPPORTED_PAIR = 131
+HYDRO_CAPACITY = 132
 
 
 @kernel
@@ -162,9 +163,9 @@ def hydro_constraints(
 ) -> int:
     """The contact surfaces found as rows of the problem, behind those of points; a status of `contact_solvers`."""
     if surfaces.count[STATUS] != 0:
-        return CONTACT_CAPACITY
+        return HYDRO_CAPACITY
     if not put_faces(tree_model, geometry_model, hydro_model, tree, surfaces, problem, contacts):
-        return CONTACT_CAPACITY
+        return HYDRO_CAPACITY
     lock_contacts(plant_model, p, contacts, problem.count)
     return SOLVED
 
