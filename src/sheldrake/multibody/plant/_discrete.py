@@ -238,7 +238,7 @@ class DiscreteUpdate:
         if status == HYDRO_CAPACITY:
             return RuntimeError(
                 f"{self._describe()} at time {context.get_time()}: contact surfaces have more faces than there is room "
-                f"for ({face_capacity(self._compiled_hydro())}), and none is dropped silently. Try larger resolution "
+                f"for ({face_capacity(self._geometry_of(context).hydro)}), and none is dropped silently. Try larger resolution "
                 "hints, coarser meshes, or collision filters."
             )
         text = f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}"
