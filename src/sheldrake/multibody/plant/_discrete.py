@@ -236,10 +236,11 @@ class DiscreteUpdate:
             geometry, table = self._geometry_of(context), context._store.scratch(context._node).table
             return explain_refused(self, geometry.state, table, geometry.ids)
         if status == HYDRO_CAPACITY:
+            room = face_capacity(self._geometry_of(context).hydro)
             return RuntimeError(
                 f"{self._describe()} at time {context.get_time()}: contact surfaces have more faces than there is room "
-                f"for ({face_capacity(self._geometry_of(context).hydro)}), and none is dropped silently. Try larger resolution "
-                "hints, coarser meshes, or collision filters."
+                f"for ({room}), and none is dropped silently. Try larger resolution hints, coarser meshes, or "
+                "collision filters."
             )
         text = f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}"
         if status in SOLVE_FAILURES and self._sampled:
