@@ -86,7 +86,7 @@ def replay_of_states(diagram: Any, context: Any, logs: list[StateLog], meshcat: 
     port, own = scene_graph.get_query_output_port(), scene_graph.GetMyContextFromRoot(root)
     first, last = (f([log.times[k] for log in logs]) for f, k in ((min, 0), (max, -1)))
     times = sample_times(float(first), float(last))
-    with _drawn(meshcat, port.Eval(own)) as (page, html, frames, paths):
+    with _drawn(diagram, meshcat, port.Eval(own)) as (page, html, frames, paths):
         poses = np.zeros((len(times), len(paths), 7))
         for k, t in enumerate(times):
             for log in logs:
@@ -125,7 +125,7 @@ def _numbers(X: Any) -> np.ndarray:
 
 
 @contextlib.contextmanager
-def _drawn(meshcat: Any, query: Any) -> Any:
+def _drawn(diagram: Any, meshcat: Any, query: Any) -> Any:
     """A page with the scene of a QueryObject, its frames and their paths: the user's Meshcat's, or one of our own."""
     from sheldrake.geometry import Meshcat, MeshcatVisualizer
     from sheldrake.geometry._meshcat_export import static_html
@@ -134,11 +134,15 @@ def _drawn(meshcat: Any, query: Any) -> Any:
     if own:
         meshcat = _quiet(Meshcat)
     try:
-        visualizer = MeshcatVisualizer(meshcat)
-        visualizer._publish(query, 0.0)
+        drawers = [s for s in _all_systems(diagram) if isinstance(s, MeshcatVisualizer) and s._meshcat is meshcat]
+        drawers = drawers or [MeshcatVisualizer(meshcat)]
+        for drawer in drawers:
+            if drawer._drawn_version is None:
+                drawer._publish(query, 0.0)
         page = meshcat._hub.page
-        html = static_html(page, None)
-        yield page, html, list(visualizer._frames), list(visualizer._frame_paths)
+        frames = [frame for drawer in drawers for frame in drawer._frames]
+        paths = [path for drawer in drawers for path in drawer._frame_paths]
+        yield page, static_html(page, None), frames, paths
     finally:
         if own:
             meshcat._finalizer()

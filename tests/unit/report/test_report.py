@@ -184,6 +184,29 @@ def test_without_a_logged_state_a_recording_serves(tmp_path):
     assert data["plots"] == []
 
 
+def test_the_users_own_scene_is_moved_and_left_as_it_is(tmp_path):
+    from sheldrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Role
+
+    meshcat = Meshcat()
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 1e-3)
+    Parser(plant).AddModels(sheldrake.model_path("two_hole_block/two_hole_block.urdf"))
+    plant.Finalize()
+    for prefix, role in (("looks", Role.kIllustration), ("contact", Role.kProximity)):
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(prefix=prefix, role=role))
+    LogVectorOutput(plant.get_state_output_port(), builder)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.1)
+    before = list(meshcat._hub.tree.items())
+    SaveReport(simulator, tmp_path / "r.html")
+    _, data = read(tmp_path / "r.html")
+    assert data["replay"]["paths"] == [f"/drake/{p}/two_hole_block/body" for p in ("looks", "contact")]
+    poses = unpack(data["replay"]["poses"]).reshape(-1, 2, 7)
+    np.testing.assert_array_equal(poses[:, 0], poses[:, 1])
+    assert poses[-1, 0, 6] == pytest.approx(-0.5 * 9.81 * 0.01, rel=0.02)
+    assert [path for path, _ in before] == [path for path, _ in meshcat._hub.tree.items()]
+
+
 def test_without_either_the_report_says_what_to_do(tmp_path):
     simulator, *_ = falling_block(log=False, until=0.01)
     SaveReport(simulator, tmp_path / "r.html")

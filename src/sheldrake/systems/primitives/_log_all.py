@@ -35,7 +35,8 @@ def LogAll(builder: Any, publish_triggers: Any = None, publish_period: float = 0
 
     Call it when everything is connected, before Build(). Of a plant the whole state is logged, not the parts of its
     model instances again; of a diagram in the builder, the ports it exports. A port that needs an input that nothing is
-    connected to is skipped, and named in `skipped`.
+    connected to is skipped, and named in `skipped`. A port that is computed in Python, such as the accelerations of a
+    plant, costs some 0.1 ms a sample: give a period, or say `only` what you want, where speed counts.
 
     Args:
         builder: The builder.

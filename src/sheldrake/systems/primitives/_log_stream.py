@@ -24,6 +24,7 @@ MAGIC = b"sheldrake log 1\n"
 _HEADER = struct.Struct("<II")  # length and checksum of the JSON header
 _BLOCK = struct.Struct("<4sIII")  # what, log, samples, checksum of the samples
 _ROWS, _END = b"ROWS", b"END\n"
+_ROOM = 8192  # samples of a log whose samples are let go
 _PERIOD = 0.1  # [s] of real time between blocks while a simulation advances
 
 
@@ -78,6 +79,8 @@ class LogStream:
         if store is not self._store:  # another context: its logs begin anew
             self._store, self._written = store, [0] * len(self._sinks)
             self._views = self._logs()
+            for log in () if self._keep else self._views:
+                log.Reserve(_ROOM)  # a full log interrupts the simulation
         blocks = []
         for number, log in enumerate(self._views):
             record = log._record()

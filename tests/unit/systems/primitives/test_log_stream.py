@@ -204,7 +204,7 @@ def test_memory_can_be_let_go(tmp_path):
             assert all(log.num_samples() == 0 for log in logs.FindLogs(simulator.get_context()).values())
     for log in ReadLogs(tmp_path / "run.log").values():
         np.testing.assert_allclose(log.sample_times(), np.arange(50_001) * 1e-3, atol=1e-9)
-    assert simulator.get_context()._store.L.size < 200_000
+    assert simulator.get_context()._store.L.size < 4 * 8192 * 4
 
 
 def test_logs_that_are_cleared_or_replaced_go_on(tmp_path):
