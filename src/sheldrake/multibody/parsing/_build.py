@@ -214,6 +214,8 @@ class ModelBuilder:
             joint.set_position_limits(limits.lower * one, limits.upper * one)
             joint.set_velocity_limits(-limits.velocity * one, limits.velocity * one)
             joint.set_acceleration_limits(-limits.acceleration * one, limits.acceleration * one)
+        if description.friction > 0.0:
+            joint.set_dry_friction(description.friction)
         if description.default_position is not None:
             joint.set_default_positions(np.atleast_1d(description.default_position))
         if description.spring is not None:

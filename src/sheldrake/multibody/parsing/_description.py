@@ -97,7 +97,7 @@ class JointDescription:
     screw_pitch: float = 0.0  # [m per turn]
     path: Any = None  # the trajectory of a curvilinear joint
     spring: "tuple[float, float] | None" = None  # stiffness [N m/rad or N/m], rest position [rad or m]
-    friction: float = 0.0  # Coulomb friction [N m or N]; no joint has it yet
+    friction: float = 0.0  # dry friction [N m or N]
 
 
 @dataclass

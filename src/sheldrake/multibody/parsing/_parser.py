@@ -43,7 +43,7 @@ class Parser:
         self._prefix = prefix
         self._packages = PackageMap()
         self._policy = DiagnosticPolicy()
-        self._auto_renaming = False
+        self._auto_renaming = self._joint_friction = False
         self._filters = FilterGroupCollector(plant)
 
     def plant(self):
@@ -73,6 +73,12 @@ class Parser:
     def GetAutoRenaming(self) -> bool:
         """Whether models whose name is taken are renamed."""
         return self._auto_renaming
+
+    def SetUseJointFriction(self, value: bool) -> None:
+        """When true, `<dynamics friction="...">` of a URDF joint becomes dry friction; otherwise, as in Drake, it is
+        ignored with a warning. See `Joint.set_dry_friction`.
+        """  # fmt: skip
+        self._joint_friction = bool(value)
 
     def SetStrictParsing(self) -> None:
         """Makes every warning an error from now on."""
@@ -122,6 +128,7 @@ class Parser:
         if kind == ".obj":
             self._policy.Error(Location(source), "A mesh cannot be given as a string; use a file.")
         reading = Reading(self._policy, self._packages, source, None, self._wants_geometry())
+        reading.joint_friction = self._joint_friction
         return self._add(kind, reading, file_contents)
 
     def AddModelFromFile(self, file_name, model_name: str = ""):
@@ -134,6 +141,7 @@ class Parser:
         _hint("AddModelFromString", "AddModelsFromString(file_contents, file_type)[0]")
         source = f"<literal-string>.{file_type}"
         reading = Reading(self._policy, self._packages, source, None, self._wants_geometry())
+        reading.joint_friction = self._joint_friction
         return self._only(self._add(self._kind_of(source), reading, file_contents, model_name), "AddModelFromString()")
 
     def AddAllModelsFromFile(self, file_name) -> list:
@@ -166,7 +174,9 @@ class Parser:
     def _reading_of(self, path: str) -> Reading:
         path = os.path.abspath(path)
         folder, geometry = os.path.dirname(path), self._wants_geometry()
-        return Reading(self._policy, self._packages, path, folder, geometry, (os.path.realpath(path),))
+        reading = Reading(self._policy, self._packages, path, folder, geometry, (os.path.realpath(path),))
+        reading.joint_friction = self._joint_friction
+        return reading
 
     def _add(self, kind: str, reading: Reading, text: "str | None", model_name: str = "") -> list:
         """Reads everything first, then adds it to the plant."""

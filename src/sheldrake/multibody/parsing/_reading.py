@@ -30,6 +30,7 @@ class Reading:
         includes: The files being read right now, outermost first.
         num_bodies: Bodies the plant has already, the world included; MJCF numbers nameless bodies from there.
         num_actuators: Actuators the plant has already, likewise.
+        joint_friction: Whether friction of joints in URDF is to be had.
     """
 
     policy: DiagnosticPolicy
@@ -40,6 +41,7 @@ class Reading:
     includes: tuple[str, ...] = ()
     num_bodies: int = 1
     num_actuators: int = 0
+    joint_friction: bool = False
 
     def warn(self, where, message: str) -> None:
         """Reports a warning at an element, description or location."""

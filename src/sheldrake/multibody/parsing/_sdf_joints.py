@@ -171,7 +171,7 @@ def _read_dynamics(axis: Element, name: str, reading: Reading) -> "tuple[float, 
         reading.fail(dynamics, f"Joint '{name}': damping must not be negative, found {damping:g}.")
     friction = child_number(dynamics, "friction", reading, 0.0)
     if friction != 0.0:
-        reading.warn(dynamics, f"Joint '{name}' has friction {friction:g}; joints have no dry friction yet, ignored.")
+        reading.warn(dynamics, f"Joint '{name}' has friction {friction:g}; it is ignored.")
     stiffness = child_number(dynamics, "spring_stiffness", reading, 0.0)
     if stiffness < 0.0:
         reading.fail(dynamics, f"Joint '{name}': spring stiffness must not be negative, found {stiffness:g}.")

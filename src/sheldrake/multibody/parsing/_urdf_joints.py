@@ -144,10 +144,13 @@ def _read_dynamics(element: Element, joint: JointDescription, reading: Reading):
         return np.zeros(3) if planar else 0.0
     reading.warn_unknown(dynamics, attributes=("damping", "friction"))
     joint.friction = reading.number(dynamics, "friction", 0.0)
-    if joint.friction != 0.0:
+    if joint.friction < 0.0:
+        reading.fail(dynamics, f"Joint '{joint.name}': friction must not be negative, found {joint.friction:g}.")
+    if joint.friction != 0.0 and not reading.joint_friction:
+        joint.friction = 0.0
         reading.warn(
             dynamics.where_attribute("friction"),
-            f"Joint '{joint.name}' has friction {joint.friction:g}; joints have no dry friction yet, it is ignored.",
+            f"Joint '{joint.name}' has friction, which is ignored; Parser.SetUseJointFriction(True) takes it.",
         )
     if planar:
         damping = reading.vector(dynamics, "damping", 3, np.zeros(3))

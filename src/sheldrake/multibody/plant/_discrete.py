@@ -144,7 +144,17 @@ class DiscreteUpdate:
         for joint in self._joints:
             locks[joint._v_start : joint._v_start + joint.num_velocities()] = first_lock + int(joint.index())
         ports = [self._port_numbers["generalized_force"]]
-        return _step.make_plant_model(actuators, limits, ports, self._constraint_rows(), locks)
+        frictions = self._dry_frictions()
+        return _step.make_plant_model(actuators, limits, ports, self._constraint_rows(), locks, frictions)
+
+    def _dry_frictions(self) -> list[tuple[int, float]]:
+        """(dof, largest effort) of the joints that have dry friction."""
+        return [
+            (joint._v_start + k, effort)
+            for joint in self._joints
+            for k, effort in enumerate(joint._dry_friction)
+            if effort > 0.0
+        ]
 
     def _has_limits(self, joint: Any) -> bool:
         lower, upper = joint._limits["position"]

@@ -13,6 +13,7 @@ from sheldrake.multibody.plant._context_access import ContextAccess
 from sheldrake.multibody.plant._continuous import ContinuousDynamics
 from sheldrake.multibody.plant._discrete import DiscreteUpdate
 from sheldrake.multibody.plant._dynamics import Dynamics
+from sheldrake.multibody.plant._enums import DiscreteContactApproximation
 from sheldrake.multibody.plant._finalize import Finalization
 from sheldrake.multibody.plant._free_bodies import FreeBodies
 from sheldrake.multibody.plant._geometry import PlantGeometry
@@ -94,6 +95,7 @@ class MultibodyPlant(
         """
         if self._finalized:
             raise RuntimeError("MultibodyPlant::Finalize(): repeated calls not allowed.")
+        self._refuse_dry_friction()
         self._finalize_tree()
         self._finalized = True
         self._declare_state_and_parameters()
@@ -105,6 +107,15 @@ class MultibodyPlant(
             self._declare_discrete_update()
         else:
             self._declare_derivatives()
+
+    def _refuse_dry_friction(self) -> None:
+        """Only solvers that know scalar rows know dry friction."""
+        rubbing = [joint.name() for joint in self._joints if joint._dry_friction.any()]
+        if rubbing and (not self.is_discrete() or self._approximation is DiscreteContactApproximation.kTamsi):
+            raise RuntimeError(
+                f"Finalize(): joint {rubbing[0]!r} has dry friction, which only discrete plants with kLagged, "
+                "kSimilar or kSap contact have."
+            )
 
     def _declare_state_and_parameters(self) -> None:
         for model in self._parameter_models:

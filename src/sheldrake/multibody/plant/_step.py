@@ -92,7 +92,8 @@ def stages(
     """
     chain: list[Kernel] = [smooth_motion_tamsi if tamsi else smooth_motion]
     chain += step_stages(geometry_model, hydro_model or empty_hydro_model(), strict, contact_constraints)
-    if not tamsi and any(len(a) for a in (plant_model.limit, plant_model.actuator, plant_model.constraint)):
+    rows = plant_model.limit, plant_model.actuator, plant_model.constraint, plant_model.friction
+    if not tamsi and any(len(a) for a in rows):
         chain.append(joint_constraints)
     return [*chain, prepare_problem, solve_tamsi if tamsi else solve, next_state]
 
@@ -103,6 +104,7 @@ def make_plant_model(
     force_ports: Sequence[int] = (),
     constraints: Sequence[dict] = (),
     locks: Sequence[int] | np.ndarray = (),
+    frictions: Sequence[tuple[int, float]] = (),
 ) -> PlantModel:
     """The constants of the step that are neither tree nor geometry nor solver.
 
@@ -117,6 +119,7 @@ def make_plant_model(
             of a coupler, else body rows), q_a and q_b (a coupler's positions), p (where in p its numbers start, see
             `_kernels.model`), active (where in p a positive number says that it acts).
         locks: where in p the lock flag of each dof is; empty when no joint can be locked.
+        frictions: dof and largest effort of each dry friction.
     """
     names = [
         "dof",
@@ -147,6 +150,8 @@ def make_plant_model(
         bound.reshape(-1, columns.NUM_BOUND_COLUMNS),
         np.array(force_ports, np.int64),
         rows.reshape(-1, columns.NUM_CONSTRAINT_COLUMNS),
+        np.array([dof for dof, _ in frictions], np.int64),
+        np.array([effort for _, effort in frictions], float),
         np.array(locks, np.int64),
     )
 
@@ -185,7 +190,7 @@ def make_step_work(
     hydro_model = hydro_model or empty_hydro_model()
     surfaces = hydro_table(hydro_model, face_capacity(hydro_model))
     rows_of = dict(CONSTRAINT_KINDS.values())
-    rows = 2 * len(plant_model.limit) + len(plant_model.actuator)
+    rows = 2 * len(plant_model.limit) + len(plant_model.actuator) + len(plant_model.friction)
     rows += sum(rows_of[kind] for kind in plant_model.constraint[:, columns.CONSTRAINT_KIND])
     solver = make_solver_work(solver_model, len(table.pair) + len(surfaces.face), rows, dtype)
     nv = len(tree_model.dof)

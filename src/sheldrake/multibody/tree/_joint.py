@@ -50,6 +50,7 @@ class Joint(NamedElement):
             )
             for kind in _LIMITS
         }
+        self._dry_friction = np.zeros(self.num_velocities())
         self._default_q = self._zero_positions()
         self._random_q: Any = None
         self._q_start = self._v_start = -1
@@ -167,6 +168,29 @@ class Joint(NamedElement):
     def set_acceleration_limits(self, lower_limits: Any, upper_limits: Any) -> None:
         """Sets the limits of the accelerations."""
         self._set_limits("acceleration", lower_limits, upper_limits)
+
+    def set_dry_friction(self, efforts: Any) -> None:
+        """Gives the joint dry friction: it moves only against an effort of this size. Drake's joints have none.
+
+        Discrete plants have it, with kLagged, kSimilar or kSap contact: a stuck joint creeps, some 1e-4 of the speed
+        that it would gain in a step.
+
+        Args:
+            efforts: Largest friction of each velocity [N m or N], not negative, shape (num_velocities,) or one number.
+
+        Raises:
+            RuntimeError: after Finalize(), or an effort is negative or not finite.
+        """
+        if self._owner is not None:
+            self._owner._require_not_finalized("set_dry_friction")
+        values = np.asarray(efforts, float) * np.ones(self.num_velocities())
+        if not np.all((values >= 0.0) & np.isfinite(values)):
+            raise RuntimeError(f"{type(self).__name__}.set_dry_friction(): joint {self._name!r}: found {efforts}.")
+        self._dry_friction = values
+
+    def dry_friction(self) -> np.ndarray:
+        """Largest dry friction of each velocity [N m or N], shape (num_velocities,)."""
+        return self._dry_friction.copy()
 
     def _set_limits(self, kind: str, lower: Any, upper: Any) -> None:
         call, size = f"set_{kind}_limits", len(self._limits[kind][0])

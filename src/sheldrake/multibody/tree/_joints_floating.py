@@ -55,9 +55,9 @@ class _FloatingJoint(Joint):
         """Viscous damping of v_FM [N s/m]."""
         return float(self._damping[3])
 
-    def SetOrientation(self, context: Any, R_FM: RotationMatrix) -> Any:
-        """Turns M to R_FM."""
-        return self._write_q(context, "SetOrientation", self._rotation_positions(R_FM))
+    def SetOrientation(self, context: Any, R: RotationMatrix) -> Any:
+        """Turns M to R, which is R_FM."""
+        return self._write_q(context, "SetOrientation", self._rotation_positions(R))
 
     def get_translation(self, context: Any) -> np.ndarray:
         """p_FM [m], shape (3,)."""

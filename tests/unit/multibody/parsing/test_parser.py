@@ -264,7 +264,7 @@ def test_a_name_that_is_taken_is_refused_before_anything_is_added(plant):
         (robot(link("a") + "\n<bogus/>"), 2, "<bogus> inside <robot>"),
         (robot('\n\n<link name="a"><bogus/></link>'), 3, "<bogus> inside <link>"),
         (robot(link("a") + '<link\n name="b"\n colour="red"/>'), 3, "'colour' of <link>"),
-        (robot(link("a") + link("b") + joint('\n<dynamics friction="1"/>')), 2, "friction 1"),
+        (robot(link("a") + link("b") + joint('\n<dynamics friction="1"/>')), 2, "has friction"),
         (robot(link("a") + link("b") + "\n" + joint(kind="floating")), 2, "left as a free body"),
         (
             robot(

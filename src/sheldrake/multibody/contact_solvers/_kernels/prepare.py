@@ -14,6 +14,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     DEPTH_OF,
     DISSIPATION,
     DOFS,
+    DRY_FRICTION,
     DT,
     EPS,
     FE0,
@@ -195,7 +196,8 @@ def prepare_rows(model, problem, rows):
         if group > 0:
             w = row_group_delassus(problem, rows, r, group)
         rigid = beta * beta / FOUR_PI_SQUARED * w
-        if rows.index[r, ROW_KIND] == ACTUATOR:
+        kind = rows.index[r, ROW_KIND]
+        if kind == ACTUATOR or kind == DRY_FRICTION:
             prepare_actuator_row(rows.law, r, dt, rigid)
         else:
             prepare_spring_row(rows.law, r, dt, rigid)

@@ -232,6 +232,7 @@ NUM_ROW_STATE = 4
 LIMIT = np.int64(0)
 ACTUATOR = np.int64(1)
 HOLONOMIC = np.int64(2)
+DRY_FRICTION = np.int64(3)
 
 # Factor.block
 BLOCK_TREE = np.int64(0)

@@ -1,4 +1,4 @@
-"""Scalar rows of joints: position limits near enough to matter in this step, and actuators under PD control."""
+"""Scalar rows of joints: position limits near enough to matter in this step, dry friction, and PD control."""
 
 import numpy as np
 
@@ -6,6 +6,7 @@ from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.line_search import magnitude
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTUATOR,
+    DRY_FRICTION,
     DT,
     LIMIT,
     NUM_ROWS,
@@ -44,6 +45,7 @@ from sheldrake.multibody.plant._kernels.model import (
 from sheldrake.multibody.tree._kernels.model import DOF_TREE
 
 LIMIT_STIFFNESS = np.float64(1e12)  # [N/m or N m/rad]
+STUCK_DAMPING = np.float64(1e12)  # [N s/m or N m s/rad]: stiffer than any time step resolves
 REACH = np.float64(2.0)  # a limit counts within so many steps at the present speed
 INFINITE = np.float64(np.inf)
 
@@ -103,6 +105,22 @@ def put_limits(tree_model, solver_model, plant_model, problem, rows, q):
             put_limit(tree_model, problem, rows, dof, i, below, 1.0, dt)
         if above <= reach:
             put_limit(tree_model, problem, rows, dof, i, above, -1.0, dt)
+
+
+@kernel
+def put_dry_friction(tree_model, solver_model, plant_model, problem, rows):
+    """Rows that hold joints still as far as their dry friction goes: dampers as stiff as the time step resolves."""
+    dt = solver_model.option[DT]
+    for i in range(plant_model.friction.shape[0]):
+        effort = plant_model.friction_effort[i]
+        r = put_joint_row(tree_model, problem, rows, plant_model.friction[i], DRY_FRICTION, i, 1.0)
+        rows.law[r, ROW_LOWER] = -dt * effort
+        rows.law[r, ROW_UPPER] = dt * effort
+        rows.law[r, ROW_GAP] = 0.0
+        rows.law[r, ROW_STIFFNESS] = 0.0
+        rows.law[r, ROW_RELAXATION] = STUCK_DAMPING
+        rows.law[r, ROW_RATE] = 0.0
+        rows.law[r, ROW_FORWARD] = 0.0
 
 
 @kernel

@@ -67,6 +67,8 @@ class PlantModel(NamedTuple):
         bound: Lower and upper position limit and TAMSI's penalty, shape (num_limits, 4).
         force_port: Vector input ports that hold generalized forces [N or N m], shape (num_force_ports,).
         constraint: Holonomic constraints, shape (num_constraints, 7).
+        friction: Dofs with dry friction, shape (num_frictions,).
+        friction_effort: Its largest effort on each [N m or N], shape (num_frictions,).
         lock: Where in p the lock flag of each dof's joint is, shape (nv,); empty when no joint can be locked.
     """
 
@@ -76,6 +78,8 @@ class PlantModel(NamedTuple):
     bound: Matrix
     force_port: IntVector
     constraint: IntMatrix
+    friction: IntVector
+    friction_effort: Vector
     lock: IntVector
 
 

@@ -42,7 +42,7 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_limit_penalties,
     put_passive_forces,
 )
-from sheldrake.multibody.plant._kernels.joint_rows import put_actuators, put_limits
+from sheldrake.multibody.plant._kernels.joint_rows import put_actuators, put_dry_friction, put_limits
 from sheldrake.multibody.plant._kernels.locks import lock_contacts, lock_mass_matrix, lock_motion, lock_rows
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix
@@ -179,9 +179,10 @@ def joint_constraints(
     solver_model: SolverModel,
     plant_model: PlantModel,
 ) -> None:
-    """Limits, constraints between bodies, and PD actuators as rows of the problem."""
+    """Limits, constraints between bodies, dry friction, and PD actuators as rows of the problem."""
     put_limits(tree_model, solver_model, plant_model, problem, rows, xd)
     put_constraints(tree_model, plant_model, problem, rows, tree, p, xd)
+    put_dry_friction(tree_model, solver_model, plant_model, problem, rows)
     put_actuators(tree_model, solver_model, plant_model, problem, rows, xd, u)
     lock_rows(plant_model, p, rows, problem.count)
 
