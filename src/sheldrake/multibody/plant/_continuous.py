@@ -87,4 +87,5 @@ class ContinuousDynamics:
 
     def _continuous_surfaces(self, context: Any) -> list[HydroelasticContactInfo]:
         work, geometry = self._derivatives(context), self._geometry_of(context)
-        return infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face)
+        scalar = context._system._scalar
+        return infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face, scalar)

@@ -324,7 +324,7 @@ class DiscreteUpdate:
             return results
         _, model, ids, hydro = self._geometry_of(context)
         work = self._results(context)
-        results._hydroelastic = step_surfaces(work, hydro, ids, self._time_step)
+        results._hydroelastic = step_surfaces(work, hydro, ids, self._time_step, context._system._scalar)
         contacts = _step_results.step_contacts(work, model.material[:, 0], self._time_step)
         pair = contacts.pair.tolist()
         bodies = [body.index() for body in self._row_bodies]

@@ -15,7 +15,7 @@ from sheldrake.geometry._kernels import hydro_model as hydro
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel
 from sheldrake.multibody.contact_solvers._kernels import problem as columns
-from sheldrake.multibody.math import SpatialForce
+from sheldrake.multibody.math import SpatialForce, SpatialForce_
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.contact_rows import contact_frame
 from sheldrake.multibody.plant._kernels.hydro_rows import hydro_constraints, refuse_points
@@ -87,12 +87,14 @@ def explain_refused(plant: Any, state: Any, table: Any, ids: list) -> Exception:
     return RuntimeError(f"{plant._describe()}: geometries overlap that can have no contact surface.")
 
 
-def step_surfaces(work: StepWork, hydro_model: HydroModel, ids: list, dt: float) -> list[HydroelasticContactInfo]:
+def step_surfaces(
+    work: StepWork, hydro_model: HydroModel, ids: list, dt: float, scalar: type = float
+) -> list[HydroelasticContactInfo]:
     """Contact surfaces of the last step, with the forces at its end."""
     surfaces = work.surfaces
     if surfaces.count[hydro.NUM_SURFACES] == 0:
         return []
-    F_B_W = np.zeros((int(surfaces.count[hydro.NUM_FACES]), 6))
+    F_B_W = np.full((int(surfaces.count[hydro.NUM_FACES]), 6), 0.0, dtype=work.contacts.state.dtype)
     at, normal = int(columns.GAMMA), int(hydro.NORMAL)
     for f, c in enumerate(surfaces.contact[: len(F_B_W)].tolist()):
         if c >= 0:
@@ -100,11 +102,11 @@ def step_surfaces(work: StepWork, hydro_model: HydroModel, ids: list, dt: float)
             x, y = contact_frame(tuple(z))
             gamma = work.contacts.state[c, at : at + 3]
             F_B_W[f, 3:] = (gamma[0] * np.array(x) + gamma[1] * np.array(y) + gamma[2] * z) / dt
-    return infos_of(surfaces, hydro_model, ids, F_B_W)
+    return infos_of(surfaces, hydro_model, ids, F_B_W, scalar)
 
 
 def infos_of(
-    surfaces: HydroTable, hydro_model: HydroModel, ids: list, F_B_W: np.ndarray
+    surfaces: HydroTable, hydro_model: HydroModel, ids: list, F_B_W: np.ndarray, scalar: type = float
 ) -> list[HydroelasticContactInfo]:
     """Surfaces with the spatial force on A at their centroids.
 
@@ -113,6 +115,7 @@ def infos_of(
         hydro_model: what found them.
         ids: of the geometries.
         F_B_W: moment about the centroid and force on B of every face [N m, N], shape (num_faces or more, 6).
+        scalar: of the numbers.
     """
     infos, count, first = [], int(surfaces.count[hydro.NUM_FACES]), int(hydro.CENTROID)
     for s, surface in surfaces_of(surfaces, hydro_model, ids):
@@ -121,5 +124,5 @@ def infos_of(
         F_A_W = -F_B_W[here]
         moment = F_A_W[:, :3] + np.cross(arms, F_A_W[:, 3:])
         total = np.concatenate([moment.sum(axis=0), F_A_W[:, 3:].sum(axis=0)])
-        infos.append(HydroelasticContactInfo._make(surface, SpatialForce(total)))
+        infos.append(HydroelasticContactInfo._make(surface, SpatialForce_[scalar](total)))
     return infos
