@@ -70,33 +70,28 @@ class Ports:
         def keep(key: Any, port: Any) -> None:
             number["out", key] = int(port.get_index())
 
-        def poses() -> Any:
-            return AbstractValue.Make([RigidTransform_[self._scalar]()] * len(self._rows))
-
-        def vectors(cls: Any) -> Any:
-            return lambda: AbstractValue.Make([cls[self._scalar](np.zeros(6))] * len(self._rows))
-
-        def forces() -> Any:
-            return AbstractValue.Make([SpatialForce_[self._scalar](np.zeros(6))] * max(1, len(self._joints)))
-
         keep("state", self.DeclareStateOutputPort("state", state_index))
-        keep("body_poses", self.DeclareAbstractOutputPort("body_poses", poses, self._calc_body_poses, kinematics))
+        keep(
+            "body_poses",
+            self.DeclareAbstractOutputPort("body_poses", self._new_poses, self._calc_body_poses, kinematics),
+        )
         keep(
             "body_spatial_velocities",
             self.DeclareAbstractOutputPort(
-                "body_spatial_velocities", vectors(SpatialVelocity_), self._calc_body_velocities, kinematics
+                "body_spatial_velocities", self._new_velocities, self._calc_body_velocities, kinematics
             ),
         )
         keep(
             "body_spatial_accelerations",
             self.DeclareAbstractOutputPort(
-                "body_spatial_accelerations", vectors(SpatialAcceleration_), self._calc_body_accelerations, sampled
+                "body_spatial_accelerations", self._new_accelerations, self._calc_body_accelerations, sampled
             ),
         )
         self._declare_vectors(None, "generalized_acceleration", self._nv, sampled)
         self._declare_vectors(None, "net_actuation", self._nu, sampled)
         keep(
-            "reaction_forces", self.DeclareAbstractOutputPort("reaction_forces", forces, self._calc_reactions, sampled)
+            "reaction_forces",
+            self.DeclareAbstractOutputPort("reaction_forces", self._new_forces, self._calc_reactions, sampled),
         )
         keep(
             "contact_results",
@@ -111,6 +106,20 @@ class Ports:
             self._declare_vectors(instance, "generalized_acceleration", nv, sampled)
             self._declare_vectors(instance, "generalized_contact_forces", nv, sampled)
             self._declare_vectors(instance, "net_actuation", nu, sampled)
+
+    # Values to compute into: methods, so that a plant on another scalar makes values of its own scalar.
+
+    def _new_poses(self) -> AbstractValue:
+        return AbstractValue.Make([RigidTransform_[self._scalar]()] * len(self._rows))
+
+    def _new_velocities(self) -> AbstractValue:
+        return AbstractValue.Make([SpatialVelocity_[self._scalar](np.zeros(6))] * len(self._rows))
+
+    def _new_accelerations(self) -> AbstractValue:
+        return AbstractValue.Make([SpatialAcceleration_[self._scalar](np.zeros(6))] * len(self._rows))
+
+    def _new_forces(self) -> AbstractValue:
+        return AbstractValue.Make([SpatialForce_[self._scalar](np.zeros(6))] * max(1, len(self._joints)))
 
     def _declare_vectors(self, instance: Any, what: str, size: int, tickets: set[Any]) -> None:
         """An output port with the part of a vector of the whole plant that belongs to a model instance."""

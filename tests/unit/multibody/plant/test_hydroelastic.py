@@ -5,6 +5,7 @@ import copy
 import numpy as np
 import pytest
 
+from sheldrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
 from sheldrake.geometry import (
     AddCompliantHydroelasticProperties,
     AddCompliantHydroelasticPropertiesForHalfSpace,
@@ -20,8 +21,8 @@ from sheldrake.geometry import (
 )
 from sheldrake.geometry._kernels import hydro_model
 from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
-from sheldrake.math import RigidTransform, RollPitchYaw
-from sheldrake.multibody.math import SpatialVelocity
+from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw
+from sheldrake.multibody.math import SpatialAcceleration_, SpatialForce_, SpatialVelocity, SpatialVelocity_
 from sheldrake.multibody.plant import (
     AddMultibodyPlantSceneGraph,
     ContactModel,
@@ -30,7 +31,7 @@ from sheldrake.multibody.plant import (
     HydroelasticContactInfo,
 )
 from sheldrake.multibody.tree import SpatialInertia
-from sheldrake.systems.analysis import Simulator
+from sheldrake.systems.analysis import Simulator, Simulator_
 from sheldrake.systems.framework import DiagramBuilder
 
 KINDS = HydroelasticContactRepresentation
@@ -271,3 +272,30 @@ def test_a_continuous_plant_refuses_what_has_no_surface():
     scene = Scene((Sphere(0.1), {"rigid": 0.03}, (0, 0, 0, 0, 0, 0.09)), ground={"rigid": 1.0}, time_step=0.0)
     with pytest.raises(RuntimeError, match="Requested contact between two rigid objects"):
         scene.plant.EvalTimeDerivatives(scene.context)
+
+
+@pytest.mark.parametrize("time_step", [1e-3, 0.0])
+def test_ports_of_a_plant_of_duals_give_duals(time_step):
+    ball = (Sphere(0.1), {"soft": 0.05}, (0.1, 0.2, 0.3, 0, 0, 0.095))
+    scene = Scene(ball, ground={"rigid": 1.0}, time_step=time_step)
+    dual = scene.diagram.ToAutoDiffXd()
+    plant = dual.GetSubsystemByName("plant")
+    root = dual.CreateDefaultContext()
+    context = plant.GetMyMutableContextFromRoot(root)
+    plant.SetPositionsAndVelocities(context, InitializeAutoDiff(scene.state()))
+    if time_step:
+        Simulator_[AutoDiffXd](dual, root).AdvanceTo(0.0)
+    classes = {
+        "body_poses": RigidTransform_,
+        "body_spatial_velocities": SpatialVelocity_,
+        "body_spatial_accelerations": SpatialAcceleration_,
+        "reaction_forces": SpatialForce_,
+    }
+    for name, family in classes.items():
+        assert type(plant.GetOutputPort(name).Eval(context)[0]) is family[AutoDiffXd], name
+    info = plant.get_contact_results_output_port().Eval(context).hydroelastic_contact_info(0)
+    force = info.F_Ac_W()
+    assert type(force) is SpatialForce_[AutoDiffXd]
+    lift = force.translational()[2].derivatives()[6]  # of the force on the ground, by the ball's height
+    assert lift > 1e3
+    assert info.contact_surface().total_area().derivatives()[6] < 0.0
