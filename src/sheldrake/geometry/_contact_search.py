@@ -12,10 +12,10 @@ from ._kernels.contacts import (
     convex_pairs,
     half_space_pairs,
     place_geometries,
-    sort_contacts,
     sphere_pairs,
 )
 from ._kernels.model import ContactTable, GeometryModel
+from ._kernels.order import sort_contacts
 
 _FAMILIES = (half_space_pairs, sphere_pairs, box_pairs, convex_pairs)
 

@@ -104,35 +104,3 @@ def convex_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
         if not spheres_apart(model, table, a, b):
             i, j = ordered(model, a, b)
             convex_contacts(model, table, i, j)
-
-
-@kernel
-def belongs_after(table, m, a, b):
-    """Whether contact m belongs behind contacts of the pair (a, b)."""
-    if table.pair[m, 0] != a:
-        return table.pair[m, 0] > a
-    return table.pair[m, 1] > b
-
-
-@kernel
-def swap_contacts(table, m, n):
-    for c in range(table.pair.shape[1]):
-        number = table.pair[m, c]
-        table.pair[m, c] = table.pair[n, c]
-        table.pair[n, c] = number
-    for c in range(table.point.shape[1]):
-        value = table.point[m, c]
-        table.point[m, c] = table.point[n, c]
-        table.point[n, c] = value
-
-
-@kernel(top=True)
-def sort_contacts(table: ContactTable) -> None:
-    """Orders contacts by pair, whatever families found them: the solver's sums must not depend on families."""
-    for n in range(1, table.count[0]):
-        a = table.pair[n, 0]
-        b = table.pair[n, 1]
-        m = n
-        while m > 0 and belongs_after(table, m - 1, a, b):
-            swap_contacts(table, m - 1, m)
-            m -= 1

@@ -124,6 +124,7 @@ class ContactTable(NamedTuple):
         X_WG: poses of all geometries and centres of their bounding spheres [m], shape (num_geometries, 15).
         work: scratch of the pair kernels.
         iwork: integer scratch of the pair kernels.
+        order: scratch of the sort, two permutations of the contacts, shape (capacity, 2).
     """
 
     pair: IntMatrix
@@ -132,6 +133,7 @@ class ContactTable(NamedTuple):
     X_WG: Matrix
     work: Matrix
     iwork: IntVector
+    order: IntMatrix
 
 
 # Rows of ContactTable.work (a position in columns 0 to 2 unless said otherwise)
@@ -170,6 +172,7 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
         X_WG=np.zeros((model.geometry.shape[0], 15)),
         work=np.zeros((WORK_ROWS, 9)),
         iwork=np.zeros(IWORK_SIZE, np.int64),
+        order=np.zeros((capacity, 2), np.int64),
     )
 
 
