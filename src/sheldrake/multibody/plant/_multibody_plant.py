@@ -14,6 +14,7 @@ from sheldrake.multibody.plant._continuous import ContinuousDynamics
 from sheldrake.multibody.plant._discrete import DiscreteUpdate
 from sheldrake.multibody.plant._dynamics import Dynamics
 from sheldrake.multibody.plant._enums import DiscreteContactApproximation
+from sheldrake.multibody.plant._explain_contact import ContactInWords
 from sheldrake.multibody.plant._finalize import Finalization
 from sheldrake.multibody.plant._free_bodies import FreeBodies
 from sheldrake.multibody.plant._geometry import PlantGeometry
@@ -28,7 +29,8 @@ from sheldrake.systems.framework import BasicVector, LeafSystem
 
 class MultibodyPlant(
     Registration, PlantGeometry, Constraints, ContactSettings, Finalization, Topology, ContextAccess, State,
-    FreeBodies, Queries, Dynamics, AppliedForces, DiscreteUpdate, ContinuousDynamics, Reactions, Ports, LeafSystem,
+    FreeBodies, Queries, Dynamics, AppliedForces, DiscreteUpdate, ContinuousDynamics, Reactions, ContactInWords, Ports,
+    LeafSystem,
 ):  # fmt: skip
     """Rigid bodies connected by joints, with contact, as a system.
 
