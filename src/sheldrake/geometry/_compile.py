@@ -11,6 +11,7 @@ from . import _defaults
 from . import _proximity_properties as proximity
 from ._ids import FrameId, GeometryId
 from ._kernels import model as columns
+from ._kernels.cells import cell_width
 from ._kernels.model import GeometryModel
 from ._polygon_mesh import PolygonSurfaceMesh
 from ._roles import Role
@@ -18,15 +19,19 @@ from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh,
 from ._state import GeometryRecord, GeometryState
 from ._text import choices
 
+CELLS_FROM = 100
+"""Number of geometries from which on close pairs are sought in cells rather than among all pairs."""
+
 
 def compile_proximity(
-    state: GeometryState, body_of_frame: dict[FrameId, int]
+    state: GeometryState, body_of_frame: dict[FrameId, int], cells: bool = False
 ) -> tuple[GeometryModel, list[GeometryId]]:
     """The proximity geometry of a state as arrays, and the ids of its rows.
 
     Args:
         state: with default proximity properties filled in.
         body_of_frame: body index of every frame that has proximity geometry.
+        cells: whether pairs may be left to be found in cells, see `GeometryModel.cell`.
 
     Raises:
         RuntimeError: a frame without body, a geometry without friction, a property with a bad value.
@@ -52,13 +57,44 @@ def compile_proximity(
         material[row] = _material(record)
         X_BG[row, :9] = record.X_FG.rotation().matrix().ravel()
         X_BG[row, 9:] = record.X_FG.translation()
-    pairs = [(rows[a], rows[b]) for a, b in state.collision_candidates()]
     kind, body = geometry[:, columns.KIND], geometry[:, columns.BODY]
-    half_space = kind == columns.HALF_SPACE
-    pairs = [(a, b) for a, b in pairs if body[a] != body[b] and not (half_space[a] and half_space[b])]
-    pair, family = _by_family(np.array(pairs, np.int64).reshape(-1, 2), kind)
+    excluded = np.array([(rows[a], rows[b]) for a, b in state.filter.excluded() if a in rows and b in rows], np.int64)
+    excluded = excluded.reshape(-1, 2)
+    cells = cells and len(ids) >= CELLS_FROM
+    if cells:
+        pairs, partner = _pairs_with_half_spaces(kind), _partners(excluded, body)
+        cell = np.array([cell_width(size[:, columns.BOUND])])
+    else:
+        pairs, partner = np.stack(np.triu_indices(len(ids), 1), axis=1), np.zeros(0, np.int64)
+        cell = np.zeros(0)
+    pair, family = _by_family(_that_may_touch(pairs, excluded, kind, body), kind)
     vertex, face, loop, topology = hulls.arrays(geometry)
-    return GeometryModel(geometry, size, material, X_BG, pair, np.zeros(1), family, vertex, face, loop, topology), ids
+    model = GeometryModel(
+        geometry, size, material, X_BG, pair, np.zeros(1), family, vertex, face, loop, topology, cell, partner
+    )
+    return model, ids
+
+
+def _pairs_with_half_spaces(kind: np.ndarray) -> np.ndarray:
+    """All pairs of a half space and something else, lower row first."""
+    half_spaces, others = np.flatnonzero(kind == columns.HALF_SPACE), np.flatnonzero(kind != columns.HALF_SPACE)
+    pairs = np.stack(np.meshgrid(half_spaces, others, indexing="ij"), axis=-1).reshape(-1, 2)
+    return np.sort(pairs, axis=1)
+
+
+def _that_may_touch(pairs: np.ndarray, excluded: np.ndarray, kind: np.ndarray, body: np.ndarray) -> np.ndarray:
+    """Those pairs that are not of one body, not two half spaces, and not excluded by a filter."""
+    a, b = pairs.T
+    keys, out = a * len(kind) + b, excluded[:, 0] * len(kind) + excluded[:, 1]
+    both = (kind[a] == columns.HALF_SPACE) & (kind[b] == columns.HALF_SPACE)
+    return pairs[(body[a] != body[b]) & ~both & ~np.isin(keys, out)]
+
+
+def _partners(excluded: np.ndarray, body: np.ndarray) -> np.ndarray:
+    """`GeometryModel.partner`: where the excluded partners of each geometry begin, then the partners."""
+    n, excluded = len(body), excluded[body[excluded[:, 0]] != body[excluded[:, 1]]]
+    excluded = excluded[np.lexsort((excluded[:, 1], excluded[:, 0]))]
+    return np.concatenate([n + 1 + np.searchsorted(excluded[:, 0], np.arange(n + 1)), excluded[:, 1]])
 
 
 def _by_family(pair: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -7,6 +7,7 @@ import numpy as np
 from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import Kernel
 
+from ._kernels.cells import close_box_pairs, close_convex_pairs, close_pairs, close_sphere_pairs, make_cells
 from ._kernels.contacts import (
     box_pairs,
     convex_pairs,
@@ -14,16 +15,33 @@ from ._kernels.contacts import (
     place_geometries,
     sphere_pairs,
 )
-from ._kernels.model import ContactTable, GeometryModel
+from ._kernels.model import BOX, ELLIPSOID, HALF_SPACE, KIND, SPHERE, ContactTable, GeometryModel
 from ._kernels.order import sort_contacts
 
 _FAMILIES = (half_space_pairs, sphere_pairs, box_pairs, convex_pairs)
 
 
+def has_pairs(model: GeometryModel) -> bool:
+    """Whether anything can touch."""
+    return len(model.pair) + len(model.cell) > 0
+
+
 def family_kernels(model: GeometryModel) -> list[Kernel]:
     """The kernels of the families that have pairs, and one that sorts when there are several."""
     present = [k for k, n in zip(_FAMILIES, np.diff(model.family)) if n > 0]
+    if len(model.cell):
+        return [*present, close_pairs, *_close_kernels(model), sort_contacts]
     return [*present, sort_contacts] if len(present) > 1 else present
+
+
+def _close_kernels(model: GeometryModel) -> list[Kernel]:
+    """The kernels of the families that the shapes of a model with cells can form."""
+    kinds = {int(kind) for kind in model.geometry[:, KIND] if kind != HALF_SPACE}
+    boxes, spheres = BOX in kinds, SPHERE in kinds
+    others = kinds - {int(BOX), int(SPHERE)}
+    convex = bool(others) and (bool(kinds - {int(SPHERE)}) or any(kind > ELLIPSOID for kind in others))
+    families = ((close_sphere_pairs, spheres), (close_box_pairs, boxes), (close_convex_pairs, convex))
+    return [kernel for kernel, needed in families if needed]
 
 
 def find_contacts(model: GeometryModel, X_WB: np.ndarray, table: ContactTable, native: bool = True) -> int:
@@ -39,5 +57,5 @@ def find_contacts(model: GeometryModel, X_WB: np.ndarray, table: ContactTable, n
         0, or the status of the search.
     """
     search = Chain([place_geometries, *family_kernels(model)])
-    (search.native if native else search)(geometry_model=model, X_WB=X_WB, table=table)
+    (search.native if native else search)(geometry_model=model, X_WB=X_WB, table=table, cells=make_cells(model))
     return int(table.count[1])

@@ -65,6 +65,11 @@ def _kind(record: Any) -> int:
     return _NONE
 
 
+def has_surfaces(state: GeometryState) -> bool:
+    """Whether any geometry can make contact surfaces."""
+    return any(_kind(state.geometries[i]) != _NONE for i in state.ids_with_role(Role.kProximity))
+
+
 def compile_hydro(
     state: GeometryState,
     model: GeometryModel,

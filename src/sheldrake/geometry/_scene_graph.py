@@ -119,10 +119,10 @@ class SceneGraph(LeafSystem):
         return None if state == self._default_state() else state.copy()
 
     def _compile_proximity(
-        self, body_of_frame: dict[FrameId, int], state: GeometryState | None = None
+        self, body_of_frame: dict[FrameId, int], state: GeometryState | None = None, cells: bool = False
     ) -> tuple[GeometryModel, list[GeometryId]]:
         """Proximity geometry as arrays, and the ids of its rows; of the model if no state is given."""
-        return compile_proximity(self._default_state() if state is None else state, body_of_frame)
+        return compile_proximity(self._default_state() if state is None else state, body_of_frame, cells)
 
     def _compile_for_queries(self, state: GeometryState) -> tuple[GeometryModel, list[GeometryId], list[FrameId]]:
         """The same with every frame a body of its own; kept for the last few states."""

@@ -47,3 +47,10 @@ def is_positive(x: Any) -> bool:
     if isinstance(x, (float, int)) or not hasattr(x, "GetVariables"):
         return x > 0.0
     return bool(len(x.GetVariables())) or x.Evaluate() > 0.0
+
+
+def whole(x: Any) -> int:
+    """The largest whole number that is not above x, or above its real part or `value()`."""
+    if isinstance(x, (float, int, complex)):
+        return math.floor(x.real)
+    return math.floor(x.value())

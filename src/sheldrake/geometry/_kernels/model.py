@@ -99,6 +99,10 @@ class GeometryModel(NamedTuple):
         loop: where the corners and feet of hull faces are, shape (num_faces, 3).
         topology: vertex numbers (rows of `vertex`): per vertex v, `topology[v]` is where its neighbours start and
             `topology[v + 1]` where they end; then neighbours, face corners, feet, extremes.
+        cell: width of the cells in which close pairs are sought at each step [m], shape (1,), see `cells`; then only
+            pairs with half spaces are listed in `pair`. Of no size when all pairs are listed.
+        partner: with cells, `partner[partner[a]:partner[a + 1]]` are the geometries b > a on other bodies that a must
+            not touch.
     """
 
     geometry: IntMatrix
@@ -112,6 +116,8 @@ class GeometryModel(NamedTuple):
     face: Matrix
     loop: IntMatrix
     topology: IntVector
+    cell: Vector
+    partner: IntVector
 
 
 class ContactTable(NamedTuple):
@@ -161,10 +167,13 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
 
     Args:
         model: the geometry.
-        capacity: most contacts it can hold; by default enough for every pair to touch, at most 65536.
+        capacity: most contacts it can hold; by default enough for every pair to touch, at most 65536 or 16 a
+            geometry.
     """
     if capacity is None:
-        capacity = min(MAX_POINTS * model.pair.shape[0], 65536)
+        n = len(model.geometry)
+        pairs = len(model.pair) + (n * (n - 1) // 2 if len(model.cell) else 0)
+        capacity = min(MAX_POINTS * pairs, max(65536, 16 * n))
     return ContactTable(
         pair=np.zeros((capacity, 4), np.int64),
         point=np.zeros((capacity, 10)),
@@ -190,4 +199,6 @@ def empty_geometry_model() -> GeometryModel:
         face=np.zeros((0, 4)),
         loop=np.zeros((0, 3), np.int64),
         topology=np.zeros(1, np.int64),
+        cell=np.zeros(0),
+        partner=np.zeros(0, np.int64),
     )

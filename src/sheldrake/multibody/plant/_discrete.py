@@ -7,13 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sheldrake.geometry._hydro_compile import face_capacity
+from sheldrake.geometry._kernels.cells import make_cells
 from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant import _step, _step_results
 from sheldrake.multibody.plant._contact_results import ContactResults, PointContactArrays, PointPairContactInfo
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
-from sheldrake.multibody.plant._hydroelastic import explain_refused, split_pairs, step_surfaces
+from sheldrake.multibody.plant._hydroelastic import explain_refused, split_pairs, step_surfaces, touch_along_surfaces
 from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.plant._kernels.ports import (
@@ -83,7 +84,8 @@ class DiscreteUpdate:
         found = self._geometry_cache.get(state.serial)
         if found is None:
             rows = {frame: int(self._rows[i]) for i, frame in self._frame_of_body.items()}
-            model, ids = self._scene_graph._compile_proximity(rows, state)
+            cells = self.is_discrete() and not touch_along_surfaces(self, state)
+            model, ids = self._scene_graph._compile_proximity(rows, state, cells)
             stiffness, dissipation = self._fallback_stiffness()
             _step.supply_missing_material(model, stiffness, dissipation, 0.1)
             if self.is_discrete():
@@ -216,7 +218,12 @@ class DiscreteUpdate:
             if self.is_discrete():
                 table, solver = contact_table(geometry.model), self._solver_model(geometry.model)
                 work: Any = _step.make_step_work(
-                    self._tree_model, solver, self._plant_model, table, hydro_model=geometry.hydro
+                    self._tree_model,
+                    solver,
+                    self._plant_model,
+                    table,
+                    hydro_model=geometry.hydro,
+                    cells=make_cells(geometry.model),
                 )
             else:
                 work = self._derivative_work(geometry)

@@ -8,9 +8,15 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.geometry._contact_search import family_kernels
+from sheldrake.geometry._contact_search import family_kernels, has_pairs
 from sheldrake.geometry._contact_surface import ContactSurface, surfaces_of
-from sheldrake.geometry._hydro_compile import HydroPairs, compile_hydro, explain_unsupported, hydro_kernels
+from sheldrake.geometry._hydro_compile import (
+    HydroPairs,
+    compile_hydro,
+    explain_unsupported,
+    has_surfaces,
+    hydro_kernels,
+)
 from sheldrake.geometry._kernels import hydro_model as hydro
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel
@@ -52,6 +58,11 @@ class HydroelasticContactInfo:
         return copy.copy(self)
 
 
+def touch_along_surfaces(plant: Any, state: Any) -> bool:
+    """Whether any geometry of the plant can make contact surfaces."""
+    return plant._contact_model is not ContactModel.kPoint and has_surfaces(state)
+
+
 def split_pairs(plant: Any, state: Any, model: GeometryModel, ids: list) -> HydroPairs:
     """Which pairs of geometries touch along surfaces: none with ContactModel.kPoint."""
     if plant._contact_model is ContactModel.kPoint:
@@ -68,7 +79,7 @@ def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, 
         strict: pairs that touch in points are errors.
         points: what is done with points.
     """
-    chain = [*family_kernels(model), refuse_points if strict else points] if len(model.pair) else []
+    chain = [*family_kernels(model), refuse_points if strict else points] if has_pairs(model) else []
     return [*chain, *hydro_kernels(hydro_model)]
 
 

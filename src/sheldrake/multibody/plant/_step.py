@@ -10,8 +10,9 @@ import numpy as np
 from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._hydro_compile import face_capacity
 from sheldrake.geometry._kernels import model as geometry_columns
+from sheldrake.geometry._kernels.cells import Cells, make_cells
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
-from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
+from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, empty_geometry_model
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
@@ -48,7 +49,7 @@ def solver_model_of(
         options: more of `make_solver_model`.
     """
     multi = geometry_model.geometry[:, geometry_columns.MULTI_POINT] == 1
-    several = bool(np.any(multi[geometry_model.pair].all(axis=1)))
+    several = bool(np.any(multi[geometry_model.pair].all(axis=1))) or (len(geometry_model.cell) > 0 and multi.sum() > 1)
     options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
     options.setdefault("settle", several)
     tree = tree_model.tree[:, [tree_columns.TREE_DOF, tree_columns.TREE_NV]]
@@ -175,6 +176,7 @@ def make_step_work(
     table: ContactTable,
     dtype: type = float,
     hydro_model: HydroModel | None = None,
+    cells: Cells | None = None,
 ) -> StepWork:
     """The scratch of a step; room for as many contacts as the tables hold, and all limits and actuators.
 
@@ -185,7 +187,9 @@ def make_step_work(
         table: an empty contact table, see `contact_table`.
         dtype: float, or object for duals and symbols.
         hydro_model: pairs of geometries that touch along surfaces.
+        cells: scratch of the broad phase, see `make_cells`.
     """
+    cells = cells or make_cells(empty_geometry_model())
     tree = make_work(tree_model, dtype)
     hydro_model = hydro_model or empty_hydro_model()
     surfaces = hydro_table(hydro_model, face_capacity(hydro_model))
@@ -203,7 +207,7 @@ def make_step_work(
 
     step = StepVectors(numbers(nv), numbers(nv), numbers(nv), numbers(len(plant_model.actuator)), numbers(nv))
     tables = ContactTable(*(convert(a) for a in table)), HydroTable(*(convert(a) for a in surfaces))
-    return StepWork(tree, tables[0], *solver, step, tables[1])
+    return StepWork(tree, tables[0], *solver, step, tables[1], Cells(*(convert(a) for a in cells)))
 
 
 def supply_missing_material(model: GeometryModel, stiffness: float, dissipation: float, relaxation_time: float) -> None:

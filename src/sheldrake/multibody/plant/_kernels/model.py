@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
+from sheldrake.geometry._kernels.cells import Cells
 from sheldrake.geometry._kernels.hydro_model import HydroTable
 from sheldrake.geometry._kernels.model import ContactTable
 from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows
@@ -112,3 +113,4 @@ class StepWork(NamedTuple):
     factor: Factor
     step: StepVectors
     surfaces: HydroTable
+    cells: Cells
