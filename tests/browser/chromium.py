@@ -13,10 +13,11 @@ from pathlib import Path
 
 from websockets.sync.client import connect
 
+PATIENCE = 240  # a busy machine is no fault of the page [s]
 NAMES = ("chromium", "chromium-browser", "google-chrome", "chrome")
 
 
-def until(condition, seconds=60):
+def until(condition, seconds=PATIENCE):
     """Waits until a function says yes."""
     deadline = time.monotonic() + seconds
     while not condition():
@@ -61,7 +62,7 @@ class Chromium:
 
     def _wait_for_port(self):
         file = Path(self._profile.name) / "DevToolsActivePort"
-        deadline = time.monotonic() + 60
+        deadline = time.monotonic() + PATIENCE
         while time.monotonic() < deadline:
             if file.exists() and file.read_text().strip():
                 return int(file.read_text().split()[0])
@@ -117,7 +118,7 @@ class Page:
         number = next(self._ids)
         self._socket.send(json.dumps({"id": number, "method": method, "params": params}))
         while True:
-            answer = json.loads(self._socket.recv(timeout=60))
+            answer = json.loads(self._socket.recv(timeout=PATIENCE))
             if answer.get("id") == number:
                 if "error" in answer:
                     raise RuntimeError(f"{method}: {answer['error']}")
@@ -131,7 +132,7 @@ class Page:
             raise RuntimeError(result["exceptionDetails"].get("exception", {}).get("description", str(result)))
         return result["result"].get("value")
 
-    def wait_for(self, expression, seconds=60):
+    def wait_for(self, expression, seconds=PATIENCE):
         """Waits until a JavaScript expression is true and returns its value."""
         deadline = time.monotonic() + seconds
         while time.monotonic() < deadline:
@@ -144,7 +145,7 @@ class Page:
             time.sleep(0.1)
         raise TimeoutError(f"the page never said yes to: {expression}")
 
-    def wait_until_at(self, name, place, tolerance=1e-6, seconds=60):
+    def wait_until_at(self, name, place, tolerance=1e-6, seconds=PATIENCE):
         """Waits until a node is drawn at a place of the scene (None: any coordinate).
 
         A page gets a node and its pose in two messages, and without a graphics card draws a few pictures a second:
