@@ -6,6 +6,21 @@ import functools
 import json
 import pathlib
 
+NOT_PLANNED = {
+    "deformable bodies are out of sheldrake's scope": (
+        "pydrake.multibody.fem", "DeformableBodyConfig", "DeformableBodyConfig_", "DeformableBody", "DeformableBodyId",
+        "DeformableBodyIndex", "DeformableContactInfo", "DeformableContactInfo_", "DeformableModel",
+        "ForceDensityField", "ForceDensityField_", "ForceDensityFieldBase", "ForceDensityFieldBase_",
+        "ForceDensityType", "GravityForceField", "GravityForceField_", "MaterialModel", "PhysicalModel",
+    ),
+}  # fmt: skip
+"""Names of pydrake that sheldrake will not have, by reason; all others are to come."""
+
+
+def reason_against(name: str) -> str | None:
+    """Why a name, or a module by its full name, is not planned; None when it is."""
+    return next((reason for reason, names in NOT_PLANNED.items() if name in names), None)
+
 
 @functools.cache
 def _table() -> dict[str, frozenset[str]]:

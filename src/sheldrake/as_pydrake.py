@@ -122,6 +122,8 @@ def _complete(fullname: str, module: ModuleType) -> None:
 def missing_name(module: str, name: str) -> str | None:
     """What to tell the user of `name`, absent from pydrake's `module`: a sentence, or None for an unknown name."""
     if name in _pydrake_names.names_of(module):
+        if reason := _pydrake_names.reason_against(name):
+            return f"{module}.{name} is a name of pydrake that sheldrake will not have: {reason}."
         return f"{module}.{name} is a name of pydrake that sheldrake {__version__} does not have yet."
     elsewhere = _pydrake_names.modules_with(name)
     return f"{module} has no {name}; pydrake has it in {' and '.join(elsewhere)}." if elsewhere else None

@@ -79,8 +79,8 @@ def message(statement, kind):
         return f"{type(error).__name__}: {error}"
     raise AssertionError(statement)
 
-text = message("import pydrake.lcm", ImportError)
-assert text.startswith("ModuleNotFoundError: pydrake.lcm is a module of pydrake that sheldrake"), text
+text = message("import pydrake.multibody.fem", ImportError)
+assert text.startswith("ModuleNotFoundError: pydrake.multibody.fem is a module of pydrake that sheldrake"), text
 text = message("import pydrake.nonsense", ImportError)
 assert text == "ModuleNotFoundError: No module named 'pydrake.nonsense'", text
 text = message("from pydrake.solvers import GenerateSDPA", ImportError)
@@ -164,3 +164,20 @@ def test_the_list_of_pydrakes_names_is_drakes():
     listed = json.loads(pydrake_names.TABLE.read_text())
     assert listed == pydrake_names.table()
     assert "Simulator" in listed["pydrake.systems.analysis"]
+
+
+def test_names_that_will_not_come_say_why():
+    check("""
+import sheldrake.as_pydrake
+import sheldrake.multibody.plant as plant
+import sheldrake.multibody.tree as tree
+from sheldrake import _pydrake_names
+from sheldrake.as_pydrake import missing_name
+
+text = missing_name("pydrake.multibody.plant", "DeformableModel")
+assert text.endswith("will not have: deformable bodies are out of sheldrake's scope."), text
+for names in _pydrake_names.NOT_PLANNED.values():
+    for name in names:
+        assert _pydrake_names.modules_with(name) or _pydrake_names.is_module(name), name
+        assert not hasattr(plant, name) and not hasattr(tree, name), name
+""")
