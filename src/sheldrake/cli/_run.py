@@ -18,13 +18,13 @@ def run(args: argparse.Namespace) -> int:
 
     _hints_on_one_line()
     try:
-        code, filename, path = _module(args.script) if args.is_module else _script(args.script)
+        code, filename, path, package = _module(args.script) if args.is_module else _script(args.script)
     except (OSError, ImportError, SyntaxError) as error:
         _say(error)
         return 2
     sys.argv = [filename, *args.arguments]
     sys.path.insert(0, path)
-    return _execute(code, filename)
+    return _execute(code, filename, package)
 
 
 def _hints_on_one_line() -> None:
@@ -45,18 +45,20 @@ def _hints_on_one_line() -> None:
     warnings.formatwarning = format_warning  # type: ignore[assignment]
 
 
-def _script(name: str) -> tuple[CodeType, str, str]:
-    """Code, file name and folder of a script."""
+def _script(name: str) -> tuple[CodeType, str, str, str | None]:
+    """Code, file name and folder of a script, which is in no package."""
     if name == "-":
-        return compile(sys.stdin.read(), "<stdin>", "exec"), "-", ""
+        return compile(sys.stdin.read(), "<stdin>", "exec"), "-", "", None
     if not os.path.isfile(name):
         raise FileNotFoundError(f"sheldrake run: there is no file {name!r} (looked from {os.getcwd()}).")
     with io.open_code(os.path.abspath(name)) as file:
-        return compile(file.read(), name, "exec"), name, os.path.dirname(os.path.abspath(name))
+        return compile(file.read(), name, "exec"), name, os.path.dirname(os.path.abspath(name)), None
 
 
-def _module(name: str) -> tuple[CodeType, str, str]:
-    """Code, file name and the folder to import from of a module; of a package, its `__main__`."""
+def _module(name: str) -> tuple[CodeType, str, str, str | None]:
+    """Code, file name, the folder to import from, and the package of a module; of a package, its `__main__`."""
+    if name.startswith("pydrake."):  # a tool of Drake's that is a module, such as pydrake.multibody.fix_inertia
+        name = f"sheldrake.{name.removeprefix('pydrake.')}"
     sys.path.insert(0, os.getcwd())
     try:
         spec = importlib.util.find_spec(name)
@@ -67,12 +69,12 @@ def _module(name: str) -> tuple[CodeType, str, str]:
     if spec is None or spec.loader is None or spec.origin is None:
         raise ImportError(f"sheldrake run: there is no module {name!r} that can be run.")
     code = spec.loader.get_code(spec.name)  # type: ignore[attr-defined]
-    return code, spec.origin, os.getcwd()
+    return code, spec.origin, os.getcwd(), spec.parent
 
 
-def _execute(code: CodeType, filename: str) -> int:
+def _execute(code: CodeType, filename: str, package: str | None) -> int:
     main = ModuleType("__main__")
-    vars(main).update(__file__=filename, __builtins__=__builtins__, __spec__=None)
+    vars(main).update(__file__=filename, __builtins__=__builtins__, __spec__=None, __package__=package)
     previous = sys.modules["__main__"]
     sys.modules["__main__"] = main
     try:

@@ -38,6 +38,20 @@ def test_words_and_numbers(tmp_path):
     np.testing.assert_allclose(inertia_of(tmp_path / "part.sdf", "part").get_com(), [-0.95, -1.9, -2.85])
 
 
+def test_it_runs_under_its_name_in_drake(tmp_path):
+    import os
+    import pathlib
+    import subprocess
+    import sys
+
+    mesh = write_box(tmp_path / "part.obj", 1.0, 1.0, 1.0)
+    environment = {**os.environ, "PYTHONPATH": str(pathlib.Path(__file__).resolve().parents[3] / "src")}
+    words = [sys.executable, "-m", "sheldrake", "run", "-m", "pydrake.multibody.mesh_to_model", mesh, "--mass", "3"]
+    result = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+    assert result.returncode == 0, result.stderr
+    assert inertia_of(tmp_path / "part.sdf", "part").get_mass() == 3.0
+
+
 def test_packages(tmp_path):
     (tmp_path / "mine" / "meshes").mkdir(parents=True)
     mesh = write_box(tmp_path / "mine" / "meshes" / "part.obj", 1.0, 1.0, 1.0)
@@ -54,7 +68,7 @@ def test_packages(tmp_path):
 )
 def test_options_without_meaning(tmp_path, words):
     mesh = write_box(tmp_path / "part.obj", 1.0, 1.0, 1.0)
-    with pytest.raises(ValueError):
+    with pytest.raises(RuntimeError if "--mass" in words else ValueError):
         mesh_to_model.main([mesh, *words])
     with pytest.raises(SystemExit):
         mesh_to_model.main([mesh, "--body-origin", "1,2"])
