@@ -169,7 +169,28 @@ def _volume_of_primitive(kind: str, values: tuple[float, ...], hint: float, marg
 
 
 def _volume_of_mesh(shape: Any, margin: float) -> PressureMesh:
-    """Tetrahedra of a volume mesh as they are; of any other mesh, those of its convex hull."""
+    """Tetrahedra of a volume mesh as they are; of any other mesh, those of its convex hull.
+
+    Kept for files, while their time of change stays the same.
+    """
+    source = shape.source()
+    if not source.is_path():
+        return _make_volume_of_mesh(shape, margin)
+    path = source.path()
+    stamp = path.stat().st_mtime_ns if path.exists() else 0
+    key = (shape.type_name(), path, stamp, tuple(shape.scale3().tolist()), margin)
+    if key not in _VOLUMES:
+        while len(_VOLUMES) >= _MOST_VOLUMES:
+            _VOLUMES.pop(next(iter(_VOLUMES)))
+        _VOLUMES[key] = _make_volume_of_mesh(shape, margin)
+    return _VOLUMES[key]
+
+
+_VOLUMES: dict[tuple, PressureMesh] = {}
+_MOST_VOLUMES = 64
+
+
+def _make_volume_of_mesh(shape: Any, margin: float) -> PressureMesh:
     if isinstance(shape, Mesh):
         data = read_mesh(shape.source(), "making a compliant hydroelastic mesh")
         if data.tetrahedra is not None:

@@ -17,6 +17,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._kernels.hydro_depth import depths_below
+
 MOST_LEVELS = 8
 """Subdivisions of a sphere's octahedron."""
 
@@ -263,12 +265,7 @@ def volume_mesh(vertices: np.ndarray, tetrahedra: np.ndarray, surface: np.ndarra
     Raises:
         RuntimeError: all vertices are on the surface.
     """
-    from ._mesh_distance import point_to_triangles
-
-    inside = np.setdiff1d(np.unique(tetrahedra), np.unique(surface))
-    distance = np.zeros(len(vertices))
-    for v in inside:
-        distance[v] = abs(point_to_triangles(vertices[v], vertices, surface)[0])
+    distance = _depths(vertices, tetrahedra, surface)
     most = distance.max()
     if not most > 0.0:
         raise RuntimeError(
@@ -280,6 +277,16 @@ def volume_mesh(vertices: np.ndarray, tetrahedra: np.ndarray, surface: np.ndarra
         vertices = _moved_out(vertices, surface, margin)
         extent[np.unique(surface)] = -margin / most
     return PressureMesh(vertices, _oriented(vertices, tetrahedra), extent)
+
+
+def _depths(vertices: np.ndarray, tetrahedra: np.ndarray, surface: np.ndarray) -> np.ndarray:
+    """Distance of each vertex from the surface [m], shape (n,); zero on it."""
+    inside = np.setdiff1d(np.unique(tetrahedra), np.unique(surface)).astype(np.int64)
+    distance, depth = np.zeros(len(vertices)), np.zeros(len(inside))
+    triangles = np.ascontiguousarray(surface, np.int64)
+    depths_below.native(np.ascontiguousarray(vertices, float), inside, triangles, depth)
+    distance[inside] = depth
+    return distance
 
 
 def _moved_out(vertices: np.ndarray, surface: np.ndarray, margin: float) -> np.ndarray:

@@ -8,6 +8,8 @@ import pytest
 from sheldrake import geometry as g
 from sheldrake.geometry import _hydro_meshes as meshes
 from sheldrake.geometry._hydro import representation_of_shape
+from sheldrake.geometry._kernels.hydro_depth import depths_below
+from sheldrake.geometry._mesh_files import boundary_triangles
 
 
 def volumes(mesh):
@@ -137,3 +139,21 @@ def test_refined_volumes_have_pressure_everywhere(tmp_path):
     assert found.pressure.max() == 1e6
     with pytest.raises(RuntimeError, match=r"expected a \.vtk file"):
         g.RefineVolumeMeshIntoVtkFileContents(g.MeshSource(str(tmp_path / "box.obj")))
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_depths_are_distances_from_the_surface(native):
+    """Of points in a box: to the nearest face."""
+    rng = np.random.default_rng(5)
+    box = meshes.box_mesh(np.array([0.5, 1.0, 1.5]))
+    triangles = meshes_surface(box)
+    points = rng.uniform(-1, 1, (20, 3)) * [0.5, 1.0, 1.5]
+    vertices, inside = np.vstack([box.vertices, points]), len(box.vertices) + np.arange(20)
+    depth = np.zeros(20)
+    run = depths_below.native if native else depths_below
+    run(vertices, inside, triangles, depth)
+    np.testing.assert_allclose(depth, (np.array([0.5, 1.0, 1.5]) - np.abs(points)).min(axis=1), atol=1e-14)
+
+
+def meshes_surface(mesh):
+    return boundary_triangles(mesh.tetrahedra).astype(np.int64)
