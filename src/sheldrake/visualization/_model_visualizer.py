@@ -181,7 +181,10 @@ class ModelVisualizer:
             webbrowser.open(meshcat.web_url())
         meshcat.AddButton(_STOP_BUTTON, "Escape")
         if not loop_once:
-            print(f"Look at {meshcat.web_url()}; '{_STOP_BUTTON}' or Escape in the page, or Ctrl-C here, ends it.")
+            print(
+                f"Look at {meshcat.web_url()}; '{_STOP_BUTTON}' or Escape in the page, or Ctrl-C here, ends it.",
+                flush=True,
+            )
         try:
             self._follow(lambda: loop_once or meshcat.GetButtonClicks(_STOP_BUTTON) > 0)
         finally:

@@ -109,7 +109,7 @@ class MeshcatPoseSliders(LeafSystem):
         own = context if system is self else self.GetMyContextFromRoot(context)
         deadline = None if timeout is None else time.monotonic() + timeout
         self._meshcat.AddButton(_STOP_BUTTON, stop_button_keycode)
-        print(f"Press the '{_STOP_BUTTON}' button in the page to continue.")
+        print(f"Press the '{_STOP_BUTTON}' button in the page to continue.", flush=True)
         shown = None
         try:
             while True:

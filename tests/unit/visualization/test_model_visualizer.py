@@ -1,5 +1,6 @@
 """ModelVisualizer: what it shows of a file, how the page's sliders and buttons act, and how files are read again."""
 
+import signal
 import subprocess
 import sys
 import threading
@@ -198,3 +199,13 @@ def test_a_mesh_file_can_be_shown():
     visualizer.AddModels(sheldrake.model_path("two_hole_block/two_hole_block.obj"))
     visualizer.Run(loop_once=True)
     assert visualizer._plant.num_bodies() == 2
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no SIGINT there")
+def test_control_c_ends_it_without_a_word(file):
+    command = [sys.executable, "-m", "sheldrake", "view", str(file)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
+        assert "Ctrl-C" in process.stdout.readline()
+        process.send_signal(signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
+    assert process.returncode == 0 and "Traceback" not in errors and "Warning" not in errors

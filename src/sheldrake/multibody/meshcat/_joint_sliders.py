@@ -106,7 +106,7 @@ class JointSliders(LeafSystem):
         deadline = None if timeout is None else time.monotonic() + timeout
         self._meshcat.AddButton(_STOP_BUTTON, stop_button_keycode)
         keys = f"Keys: {stop_button_keycode} stops" if stop_button_keycode else "no key"
-        print(f"Press the '{_STOP_BUTTON}' button in the page to continue ({keys}).")
+        print(f"Press the '{_STOP_BUTTON}' button in the page to continue ({keys}).", flush=True)
         shown = None
         try:
             while True:
