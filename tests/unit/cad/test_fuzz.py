@@ -53,14 +53,14 @@ def test_damaged_meshes(tmp_path, name):
     for _ in range(60):
         path = tmp_path / name
         path.write_bytes(damaged(MESHES[name], rng))
-        begin = time.monotonic()
+        begin = time.process_time()
         try:
             model = MakeUrdfFromMesh(path, units="mm", mass=1.0, collision=rng.choice(["mesh", "hull", "decompose"]))
         except ValueError as error:
             assert name in str(error) or "solid" in str(error)
             continue
         finally:
-            assert time.monotonic() - begin < 10.0  # some milliseconds where nothing else runs
+            assert time.process_time() - begin < 10.0  # [s] of the processor; some milliseconds are usual
         made += 1
         assert model.mass == 1.0 and 0.0 < model.volume < np.inf
         assert np.isfinite(model.I_BBcm_B).all() and np.isfinite(model.p_BoBcm_B).all()
@@ -78,10 +78,10 @@ def test_damaged_descriptions(tmp_path):
     for _ in range(250):
         path = tmp_path / "robot.urdf"
         path.write_bytes(damaged(text, rng))
-        begin = time.monotonic()
+        begin = time.process_time()
         diagnosis = DiagnoseModel(path)
         diagnosis.WriteFixed(tmp_path / "fixed.urdf")
-        assert time.monotonic() - begin < 10.0
+        assert time.process_time() - begin < 10.0
         assert diagnosis.findings  # the reversed limits, if nothing else
         unreadable += any(finding.code == "unreadable" for finding in diagnosis.findings)
     assert 50 < unreadable < 250

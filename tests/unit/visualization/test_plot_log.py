@@ -90,7 +90,7 @@ from sheldrake.visualization import PlotLog
 log = VectorLog(1); log.AddData(0.0, [1.0]); log.AddData(1.0, [2.0])
 PlotLog(log).savefig({str(tmp_path / "a.png")!r})
 """
-    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=240)
     assert (tmp_path / "a.png").read_bytes()[:4] == b"\x89PNG"
 
 
