@@ -1,0 +1,69 @@
+"""Drivers, grippers and messages of robot arms."""
+
+from sheldrake.manipulation._config import IiwaDriver, SchunkWsgDriver, ZeroForceDriver
+from sheldrake.manipulation._drivers import (
+    ApplyDriverConfig,
+    ApplyDriverConfigs,
+    ApplyNamedPositionsAsDefaults,
+    BuildIiwaControl,
+    BuildSchunkWsgControl,
+    SimIiwaDriver,
+)
+from sheldrake.manipulation._iiwa_messages import (
+    IiwaCommandReceiver,
+    IiwaCommandSender,
+    IiwaControlMode,
+    IiwaStatusReceiver,
+    IiwaStatusSender,
+    ParseIiwaControlMode,
+    get_iiwa_max_joint_velocities,
+    kIiwaArmNumJoints,
+    kIiwaLcmStatusPeriod,
+    position_enabled,
+    torque_enabled,
+)
+from sheldrake.manipulation._wsg import (
+    GetSchunkWsgOpenPosition,
+    MakeMultibodyForceToWsgForceSystem,
+    MakeMultibodyStateToWsgStateSystem,
+    SchunkWsgCommandReceiver,
+    SchunkWsgCommandSender,
+    SchunkWsgPositionController,
+    SchunkWsgStatusReceiver,
+    SchunkWsgStatusSender,
+)
+
+__all__ = [
+    "ApplyDriverConfig",
+    "ApplyDriverConfigs",
+    "ApplyNamedPositionsAsDefaults",
+    "BuildIiwaControl",
+    "BuildSchunkWsgControl",
+    "GetSchunkWsgOpenPosition",
+    "IiwaCommandReceiver",
+    "IiwaCommandSender",
+    "IiwaControlMode",
+    "IiwaDriver",
+    "IiwaStatusReceiver",
+    "IiwaStatusSender",
+    "MakeMultibodyForceToWsgForceSystem",
+    "MakeMultibodyStateToWsgStateSystem",
+    "ParseIiwaControlMode",
+    "SchunkWsgCommandReceiver",
+    "SchunkWsgCommandSender",
+    "SchunkWsgDriver",
+    "SchunkWsgPositionController",
+    "SchunkWsgStatusReceiver",
+    "SchunkWsgStatusSender",
+    "SimIiwaDriver",
+    "ZeroForceDriver",
+    "get_iiwa_max_joint_velocities",
+    "kIiwaArmNumJoints",
+    "kIiwaLcmStatusPeriod",
+    "position_enabled",
+    "torque_enabled",
+]
+
+for _name in __all__:
+    if hasattr(globals()[_name], "__module__"):
+        globals()[_name].__module__ = __name__

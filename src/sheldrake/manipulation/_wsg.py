@@ -1,0 +1,258 @@
+"""A Schunk WSG gripper: two fingers on one axis, seen as their distance."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.lcm._messages import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
+from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, VectorSystem
+from sheldrake.systems.primitives import MatrixGain, StateInterpolatorWithDiscreteDerivative
+
+OPEN_POSITION = 0.0550667
+"""How far from the middle a finger is when the gripper is open [m]."""
+
+
+def GetSchunkWsgOpenPosition() -> np.ndarray:
+    """Positions of the two fingers when the gripper is open [m], shape (2,)."""
+    return np.array([-OPEN_POSITION, OPEN_POSITION])
+
+
+def MakeMultibodyStateToWsgStateSystem() -> MatrixGain:
+    """From the fingers' state (q0, q1, v0, v1) to the gripper's: distance [m] and its rate [m/s]."""
+    return MatrixGain(D=np.array([[-1.0, 1.0, 0.0, 0.0], [0.0, 0.0, -1.0, 1.0]]))
+
+
+class _ForceOfFingers(VectorSystem):
+    def __init__(self) -> None:
+        super().__init__(2, 1, True)
+
+    def DoCalcVectorOutput(self, context: Any, u: Any, x: Any, y: Any) -> None:
+        y[0] = abs(u[0] - u[1])
+
+
+def MakeMultibodyForceToWsgForceSystem() -> VectorSystem:
+    """From the forces on the two fingers [N] to the gripper's, their difference without sign."""
+    return _ForceOfFingers()
+
+
+class _PdController(LeafSystem):
+    """Holds the fingers' distance by a force that is limited, and their middle by a virtual spring."""
+
+    def __init__(self, kp: float, kd: float, kp_constraint: float, kd_constraint: float, limit: float):
+        super().__init__()
+        if limit <= 0:
+            raise RuntimeError(f"SchunkWsgPositionController(): default_force_limit must be positive, it is {limit} N.")
+        self._gains, self._limit = (kp, kd, kp_constraint, kd_constraint), limit
+        self.DeclareVectorInputPort("desired_state", 2)
+        self.DeclareVectorInputPort("force_limit", 1)
+        self.DeclareVectorInputPort("state", 4)
+        self.DeclareVectorOutputPort("generalized_force", 2, self._calc_generalized)
+        self.DeclareVectorOutputPort("grip_force", 1, self._calc_grip)
+
+    def _forces(self, context: Any) -> tuple[float, float]:
+        """Force that opens the gripper, and force on both fingers that brings their middle to zero [N]."""
+        limit_port = self.get_input_port(1)
+        limit = limit_port.Eval(context)[0] if limit_port.HasValue(context) else self._limit
+        if not limit > 0:
+            raise RuntimeError(f"{self._describe()}: the force limit must be positive, it is {limit} N.")
+        kp, kd, kp_constraint, kd_constraint = self._gains
+        position, velocity = self.get_input_port(0).Eval(context)
+        q0, q1, v0, v1 = self.get_input_port(2).Eval(context)
+        opening = kp * (position - (q1 - q0)) + kd * (velocity - (v1 - v0))
+        middle = -kp_constraint * (q0 + q1) - kd_constraint * (v0 + v1)
+        return min(max(opening, -limit), limit), middle
+
+    def _calc_generalized(self, context: Any, output: Any) -> None:
+        opening, middle = self._forces(context)
+        output.SetFromVector([0.5 * middle - 0.5 * opening, 0.5 * middle + 0.5 * opening])
+
+    def _calc_grip(self, context: Any, output: Any) -> None:
+        output.SetFromVector([abs(self._forces(context)[0])])
+
+
+class SchunkWsgPositionController(Diagram):
+    """Holds the distance of a gripper's fingers.
+
+    Input ports: desired_position [m], shape (1,); force_limit [N], shape (1,), may be left unconnected; state of the
+    fingers, shape (4,). Output ports: generalized_force on the fingers [N], shape (2,); grip_force [N], shape (1,).
+
+    Args:
+        time_step: Period at which the desired position's rate is computed [s].
+        kp_command: Stiffness of the distance [N/m].
+        kd_command: Damping of the distance [N s/m].
+        kp_constraint: Stiffness of the middle [N/m].
+        kd_constraint: Damping of the middle [N s/m].
+        default_force_limit: Most force where the port is unconnected [N].
+    """
+
+    def __init__(
+        self,
+        time_step: float = 0.05,
+        kp_command: float = 200.0,
+        kd_command: float = 5.0,
+        kp_constraint: float = 2000.0,
+        kd_constraint: float = 5.0,
+        default_force_limit: float = 40.0,
+    ):
+        super().__init__()
+        builder = DiagramBuilder()
+        gains = kp_command, kd_command, kp_constraint, kd_constraint
+        pd = builder.AddNamedSystem("wsg_controller", _PdController(*gains, default_force_limit))
+        rate = builder.AddSystem(StateInterpolatorWithDiscreteDerivative(1, time_step))
+        builder.Connect(rate.get_output_port(), pd.get_input_port(0))
+        builder.ExportInput(rate.get_input_port(), "desired_position")
+        builder.ExportInput(pd.get_input_port(1), "force_limit")
+        builder.ExportInput(pd.get_input_port(2), "state")
+        builder.ExportOutput(pd.get_output_port(0), "generalized_force")
+        builder.ExportOutput(pd.get_output_port(1), "grip_force")
+        builder.BuildInto(self)
+
+    def get_desired_position_input_port(self) -> InputPort:
+        """The input for the desired distance [m]."""
+        return self.get_input_port(0)
+
+    def get_force_limit_input_port(self) -> InputPort:
+        """The input for the most force [N]."""
+        return self.get_input_port(1)
+
+    def get_state_input_port(self) -> InputPort:
+        """The input for the fingers' state."""
+        return self.get_input_port(2)
+
+    def get_generalized_force_output_port(self) -> OutputPort:
+        """The output with the forces on the fingers [N]."""
+        return self.get_output_port(0)
+
+    def get_grip_force_output_port(self) -> OutputPort:
+        """The output with the force between the fingers [N]."""
+        return self.get_output_port(1)
+
+
+class SchunkWsgCommandReceiver(LeafSystem):
+    """From command messages to the desired distance [m] and the most force [N].
+
+    Args:
+        initial_position: Before the first message [m].
+        initial_force: Before the first message [N].
+    """
+
+    def __init__(self, initial_position: float = 0.02, initial_force: float = 40.0):
+        super().__init__()
+        self._initial = initial_position, initial_force
+        self.DeclareAbstractInputPort("command_message", AbstractValue.Make(lcmt_schunk_wsg_command()))
+        self.DeclareVectorOutputPort("position", 1, self._calc_position)
+        self.DeclareVectorOutputPort("force_limit", 1, self._calc_force)
+
+    def _calc_position(self, context: Any, output: Any) -> None:
+        message = self.get_input_port().Eval(context)
+        position = message.target_position_mm / 1e3
+        output.SetFromVector([self._initial[0] if message.utime == 0 or np.isnan(position) else position])
+
+    def _calc_force(self, context: Any, output: Any) -> None:
+        message = self.get_input_port().Eval(context)
+        output.SetFromVector([self._initial[1] if message.utime == 0 else message.force])
+
+    def get_position_output_port(self) -> OutputPort:
+        """The output with the desired distance [m]."""
+        return self.get_output_port(0)
+
+    def get_force_limit_output_port(self) -> OutputPort:
+        """The output with the most force [N]."""
+        return self.get_output_port(1)
+
+
+class SchunkWsgCommandSender(LeafSystem):
+    """From the desired distance [m] and the most force [N] to command messages.
+
+    Args:
+        default_force_limit: Where the port is unconnected [N].
+    """
+
+    def __init__(self, default_force_limit: float = 40.0):
+        super().__init__()
+        self._limit = default_force_limit
+        self.DeclareVectorInputPort("position", 1)
+        self.DeclareVectorInputPort("force_limit", 1)
+        self.DeclareAbstractOutputPort(
+            "lcmt_schunk_wsg_command", lambda: AbstractValue.Make(lcmt_schunk_wsg_command()), self._calc
+        )
+
+    def _calc(self, context: Any, output: AbstractValue) -> None:
+        limit = self.get_force_limit_input_port()
+        force = limit.Eval(context)[0] if limit.HasValue(context) else self._limit
+        position = self.get_position_input_port().Eval(context)[0]
+        time = int(context.get_time() * 1e6)
+        output.set_value(lcmt_schunk_wsg_command(utime=time, target_position_mm=position * 1e3, force=float(force)))
+
+    def get_position_input_port(self) -> InputPort:
+        """The input for the desired distance [m]."""
+        return self.get_input_port(0)
+
+    def get_force_limit_input_port(self) -> InputPort:
+        """The input for the most force [N]."""
+        return self.get_input_port(1)
+
+    def get_command_output_port(self) -> OutputPort:
+        """The output with the message."""
+        return self.get_output_port(0)
+
+
+class SchunkWsgStatusReceiver(LeafSystem):
+    """From status messages to the distance of the fingers with its rate [m, m/s], and their force [N]."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.DeclareAbstractInputPort("lcmt_schunk_wsg_status", AbstractValue.Make(lcmt_schunk_wsg_status()))
+        self.DeclareVectorOutputPort("state", 2, self._calc_state)
+        self.DeclareVectorOutputPort("force", 1, self._calc_force)
+
+    def _calc_state(self, context: Any, output: Any) -> None:
+        message = self.get_input_port().Eval(context)
+        output.SetFromVector([message.actual_position_mm / 1e3, message.actual_speed_mm_per_s / 1e3])
+
+    def _calc_force(self, context: Any, output: Any) -> None:
+        output.SetFromVector([self.get_input_port().Eval(context).actual_force])
+
+    def get_status_input_port(self) -> InputPort:
+        """The input for the message."""
+        return self.get_input_port(0)
+
+    def get_state_output_port(self) -> OutputPort:
+        """The output with distance and rate [m, m/s]."""
+        return self.get_output_port(0)
+
+    def get_force_output_port(self) -> OutputPort:
+        """The output with the force [N]."""
+        return self.get_output_port(1)
+
+
+class SchunkWsgStatusSender(LeafSystem):
+    """From the distance of the fingers with its rate [m, m/s], and their force [N], to status messages."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.DeclareVectorInputPort("u0", 2)
+        self.DeclareVectorInputPort("u1", 1)
+        self.DeclareAbstractOutputPort("y0", lambda: AbstractValue.Make(lcmt_schunk_wsg_status()), self._calc)
+
+    def _calc(self, context: Any, output: AbstractValue) -> None:
+        position, speed = self.get_state_input_port().Eval(context)
+        force = self.get_force_input_port()
+        message = lcmt_schunk_wsg_status(
+            utime=int(context.get_time() * 1e6),
+            actual_position_mm=position * 1e3,
+            actual_speed_mm_per_s=speed * 1e3,
+            actual_force=float(force.Eval(context)[0]) if force.HasValue(context) else 0.0,
+        )
+        output.set_value(message)
+
+    def get_state_input_port(self) -> InputPort:
+        """The input for distance and rate [m, m/s]."""
+        return self.get_input_port(0)
+
+    def get_force_input_port(self) -> InputPort:
+        """The input for the force [N]."""
+        return self.get_input_port(1)
