@@ -69,6 +69,7 @@ def _parse(data: bytes, extension: str, name: str, files: Any) -> MeshData:
     tetrahedra = None
     if extension == ".obj":
         vertices, polygons = read_obj(data.decode("utf-8", "replace"), name)
+        polygons = _quadrilaterals_divided(vertices, polygons)
     elif extension == ".dae":
         vertices, polygons = read_dae(data, name)
     elif extension == ".vtk":
@@ -81,6 +82,25 @@ def _parse(data: bytes, extension: str, name: str, files: Any) -> MeshData:
     if not np.all(np.isfinite(vertices)):
         raise RuntimeError(f"{name}: a vertex is not finite.")
     return MeshData(vertices, _fans(polygons), tetrahedra)
+
+
+def _quadrilaterals_divided(vertices: np.ndarray, polygons: list[list[int]]) -> list[list[int]]:
+    """Polygons with those of four corners divided along their shorter diagonal, as Drake does; of equals the second."""
+    fours = np.array([p for p in polygons if len(p) == 4], np.int64).reshape(-1, 4)
+    if len(fours) == 0 or fours.max() >= len(vertices):
+        return polygons
+    corner = vertices[fours]
+    first, second = (((corner[:, k + 2] - corner[:, k]) ** 2).sum(axis=1) for k in (0, 1))
+    along_first = iter((first < second).tolist())
+    divided: list[list[int]] = []
+    for p in polygons:
+        if len(p) != 4:
+            divided.append(p)
+        elif next(along_first):
+            divided += [[p[0], p[1], p[2]], [p[0], p[2], p[3]]]
+        else:
+            divided += [[p[0], p[1], p[3]], [p[1], p[2], p[3]]]
+    return divided
 
 
 def _fans(polygons: list[list[int]]) -> np.ndarray:

@@ -119,3 +119,20 @@ def test_refined_meshes(n):
         found.append((np.array(refined.vertices()), corners))
     np.testing.assert_allclose(found[0][0], found[1][0], rtol=0, atol=1e-15)
     assert found[0][1] == found[1][1]
+
+
+def test_quadrilaterals_of_files_are_divided_alike(tmp_path):
+    """Along the shorter diagonal: the triangles of a rigid mesh."""
+    rng, lines, corners = np.random.default_rng(2), [], 0
+    for z in range(30):
+        angles, radius = np.sort(rng.uniform(0.0, 2.0 * np.pi, 4)), rng.uniform(0.5, 1.0)
+        lines += [f"v {radius * np.cos(a)} {radius * np.sin(a)} {z}" for a in angles]
+        lines.append("f " + " ".join(str(corners + k) for k in (1, 2, 3, 4)))
+        corners += 4
+    path = tmp_path / "quads.obj"
+    path.write_text("\n".join(lines) + "\n")
+    found = []
+    for name in ("sheldrake", "pydrake"):
+        mesh = library(name)["geometry"].ReadObjToTriangleSurfaceMesh(str(path))
+        found.append([[t.vertex(k) for k in range(3)] for t in mesh.triangles()])
+    assert found[0] == found[1]
