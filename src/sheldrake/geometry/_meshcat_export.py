@@ -54,6 +54,7 @@ def _insert_recording(serializer: Any, page: Page, frames: Frames) -> None:
 
     period = 1.0 / frames.frames_per_second
     sent: dict[str, np.ndarray] = {}
+    told: dict[tuple[str, str], Any] = {}
     for frame in range(frames.num_frames):
         poses, properties = frames.changes_at(frame)
         if frame == 0:  # what is recorded later only starts where it is recorded first
@@ -66,6 +67,9 @@ def _insert_recording(serializer: Any, page: Page, frames: Frames) -> None:
                 serializer._insert_message(_messages.SetOrientationMessage(path, tuple(wxyz)))
                 serializer._insert_message(_messages.SetPositionMessage(path, tuple(pose[:, 3].tolist())))
         for path, name, value in properties:
+            if (path, name) in told and told[path, name] == value:
+                continue
+            told[path, name] = value
             message = property_message(path, name, value, page.drawable_at(path))
             if message is not None:
                 serializer._insert_message(message)
