@@ -33,6 +33,10 @@ def input_port_of(system: Any, input_port_index: Any) -> Any:
     return port
 
 
+def _key(x: np.ndarray, u: np.ndarray, t: float | None) -> bytes:
+    return x.tobytes() + u.tobytes() + np.float64(0.0 if t is None else t).tobytes()
+
+
 class Dynamics:
     """xdot = f(t, x, u), or x+ = f(t, x, u) of a system with one periodic update, with derivatives by AutoDiffXd.
 
@@ -58,6 +62,7 @@ class Dynamics:
         self._duals.FixInputPortsFrom(system, context, self._dual_context)
         self.num_states = context.num_total_states() if discrete else context.num_continuous_states()
         self._known: OrderedDict[bytes, tuple[np.ndarray, np.ndarray]] = OrderedDict()
+        self._values: OrderedDict[bytes, np.ndarray] = OrderedDict()
 
     def _at(self, system: Any, context: Any, t: Any, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         if t is not None:
@@ -72,11 +77,17 @@ class Dynamics:
 
     def value(self, x: np.ndarray, u: np.ndarray, t: float | None = None) -> np.ndarray:
         """f, shape (nx,)."""
-        return np.array(self._at(self._system, self._context, t, x, u))
+        key = _key(x, u, t)
+        found = self._values.get(key)
+        if found is None:
+            found = self._values[key] = np.array(self._at(self._system, self._context, t, x, u))
+            if len(self._values) > _KEPT:
+                self._values.popitem(last=False)
+        return found
 
     def value_and_slope(self, x: np.ndarray, u: np.ndarray, t: float | None = None) -> tuple[np.ndarray, np.ndarray]:
         """f and its derivatives by (x, u), shapes (nx,) and (nx, nx + nu)."""
-        key = x.tobytes() + u.tobytes() + np.float64(0.0 if t is None else t).tobytes()
+        key = _key(x, u, t)
         found = self._known.get(key)
         if found is None:
             duals = _arrays.variables_at(np.concatenate((x, u)))

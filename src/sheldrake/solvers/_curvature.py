@@ -66,7 +66,7 @@ class Curvature:
 
         Args:
             dual: Multipliers of the rows.
-            active: Orthonormal gradients of what steps are held by, as columns. Across them curvature does not matter:
+            active: Gradients of what steps are held by, of length one, as rows. Across them curvature does not matter:
                 adding some there saves that along the constraints from being changed.
         """
         n = self._form.num_vars
@@ -85,12 +85,21 @@ class Curvature:
 
 
 def _convexified(B: np.ndarray, active: np.ndarray) -> np.ndarray:
-    values = np.linalg.eigvalsh(B)
-    if values[0] >= 0.0:
+    if _is_definite(B):
         return B
-    if active.shape[1]:
-        B = B + 10.0 * max(-values[0], 1e-3 * values[-1]) * (active @ active.T)
+    if len(active):
+        B = B + 3.0 * np.abs(B).sum(axis=0).max() * (active.T @ active)
+        if _is_definite(B):
+            return B
     return _semidefinite(B)
+
+
+def _is_definite(B: np.ndarray) -> bool:
+    try:
+        np.linalg.cholesky(B + 1e-12 * np.abs(B).max(initial=1.0) * np.eye(len(B)))
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def _semidefinite(H: np.ndarray) -> np.ndarray:

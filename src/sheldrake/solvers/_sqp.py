@@ -129,7 +129,7 @@ def trust_region_sqp(
     f, g = form.cost(y)
     c, J = form.constraints(y)
     curvature = Curvature(form)
-    B = curvature.matrix(np.zeros(form.num_rows), np.zeros((len(y), 0)))
+    B = curvature.matrix(np.zeros(form.num_rows), np.zeros((0, len(y))))
     short, lowered = 0, 0
     for _ in range(iterations):
         step = model.solve(y, g, B, c, J, penalty, radius)
@@ -176,15 +176,13 @@ def trust_region_sqp(
 
 
 def _held(form: NonlinearForm, y: np.ndarray, dual: np.ndarray, J: np.ndarray, penalty: float) -> np.ndarray:
-    """Orthonormal gradients of active rows and bounds as columns."""
+    """Gradients of active rows and bounds, of length one, as rows."""
     size = np.abs(dual)
     rows = np.flatnonzero((size > 1e-7 * max(1.0, size.max(initial=0.0))) & (size < 0.99 * penalty))
     fixed = np.flatnonzero((y <= form.x_lower) | (y >= form.x_upper))
-    gradients = np.hstack((J[rows].T, np.eye(len(y))[:, fixed]))
-    if not gradients.shape[1]:
-        return gradients
-    U, values, _ = np.linalg.svd(gradients, full_matrices=False)
-    return U[:, values > 1e-9 * values[0]]
+    gradients = J[rows]
+    lengths = np.sqrt(np.einsum("ij,ij->i", gradients, gradients))
+    return np.vstack((gradients / np.maximum(lengths, 1e-300)[:, None], np.eye(len(y))[fixed]))
 
 
 def _try(

@@ -249,5 +249,6 @@ def test_a_planted_fault_is_seen():
     c = collocation(OURS).prog().generic_constraints()[0].evaluator()
     x = np.linspace(0.1, 0.9, c.num_vars())
     before = c.Eval(x)
+    c._dynamics._values.clear()
     c._dynamics._context.get_mutable_numeric_parameter(0).SetFromVector([1.0, 0.5, 0.2, 9.81])
     assert np.abs(c.Eval(x) - before).max() > 1e-3
