@@ -30,13 +30,14 @@ class Variable(Operators):
     def __init__(self, name: str, type: VariableType = VariableType.CONTINUOUS):
         if not isinstance(name, str) or not isinstance(type, VariableType):
             raise TypeError(f"Variable(): expected (name: str, type: Variable.Type), got ({name!r}, {type!r}).")
-        self._id, self._name, self._type = next(_ids), name, type
+        # The type is in the upper bits, as in Drake: continuous variables come before integer, binary and Boolean ones.
+        self._id, self._name, self._type = next(_ids) | (type.value << 56), name, type
         # A hash of its own kind: a dict compares keys of equal hash, and comparing a variable gives a formula.
         self._hash = hash(("sheldrake.symbolic.Variable", self._id))
         self._expression = None
 
     def get_id(self) -> int:
-        """Returns the number that tells this variable from all others; it grows in the order of creation."""
+        """Returns the number that tells this variable from all others; within a type it grows with creation."""
         return self._id
 
     def get_name(self) -> str:
