@@ -2,7 +2,9 @@
 
 import sys
 
+from sheldrake.solvers._augmented_lagrangian import AugmentedLagrangianNonsmooth, AugmentedLagrangianSmooth
 from sheldrake.solvers._bindings import Binding
+from sheldrake.solvers._branch_and_bound import MixedIntegerBranchAndBound
 from sheldrake.solvers._choose import (
     ChooseBestSolver,
     GetAvailableSolvers,
@@ -66,8 +68,17 @@ from sheldrake.solvers._nonlinear import (
 )
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
+from sheldrake.solvers._projected_gradient import ProjectedGradientDescentSolver
 from sheldrake.solvers._result import MathematicalProgramResult
+from sheldrake.solvers._semidefinite_relaxation import MakeSemidefiniteRelaxation, SemidefiniteRelaxationOptions
 from sheldrake.solvers._solver_interface import SolverInterface
+from sheldrake.solvers._special_ordered_sets import (
+    AddBilinearProductMcCormickEnvelopeSos2,
+    AddLogarithmicSos1Constraint,
+    AddLogarithmicSos2Constraint,
+    AddSos2Constraint,
+    IntervalBinning,
+)
 from sheldrake.solvers._splitting import OsqpSolver, OsqpSolverDetails, ScsSolver, ScsSolverDetails
 from sheldrake.solvers._unavailable import (
     CsdpSolver,
@@ -79,6 +90,12 @@ from sheldrake.solvers._unavailable import (
 )
 
 __all__ = [
+    "AddBilinearProductMcCormickEnvelopeSos2",
+    "AddLogarithmicSos1Constraint",
+    "AddLogarithmicSos2Constraint",
+    "AddSos2Constraint",
+    "AugmentedLagrangianNonsmooth",
+    "AugmentedLagrangianSmooth",
     "Binding",
     "BoundingBoxConstraint",
     "ChooseBestSolver",
@@ -99,6 +116,7 @@ __all__ = [
     "GetProgramType",
     "GurobiSolver",
     "GurobiSolverDetails",
+    "IntervalBinning",
     "IpoptSolver",
     "IpoptSolverDetails",
     "L1NormCost",
@@ -111,11 +129,13 @@ __all__ = [
     "LinearMatrixInequalityConstraint",
     "LorentzConeConstraint",
     "MakeFirstAvailableSolver",
+    "MakeSemidefiniteRelaxation",
     "MakeSolver",
     "MathematicalProgram",
     "MathematicalProgramResult",
     "MinimumValueLowerBoundConstraint",
     "MinimumValueUpperBoundConstraint",
+    "MixedIntegerBranchAndBound",
     "MobyLcpSolver",
     "MosekSolver",
     "MosekSolverDetails",
@@ -127,6 +147,7 @@ __all__ = [
     "PositiveSemidefiniteConstraint",
     "ProgramAttribute",
     "ProgramType",
+    "ProjectedGradientDescentSolver",
     "PyFunctionConstraint",
     "PyFunctionCost",
     "QuadraticConstraint",
@@ -134,6 +155,7 @@ __all__ = [
     "RotatedLorentzConeConstraint",
     "ScsSolver",
     "ScsSolverDetails",
+    "SemidefiniteRelaxationOptions",
     "SnoptSolver",
     "SnoptSolverDetails",
     "SolutionResult",
