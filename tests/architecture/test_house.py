@@ -137,3 +137,9 @@ def test_public_things_have_docstrings():
 
 def test_version_is_said_once():
     assert f'version = "{sheldrake.__version__}"' in (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+
+
+def test_names_of_test_files_are_unique():
+    """pytest imports a test file by its name alone: of two with one name, the second would not run."""
+    names = [p.name for p in (ROOT / "tests").rglob("*.py") if p.name not in ("__init__.py", "conftest.py")]
+    assert sorted(names) == sorted(set(names))
