@@ -18,22 +18,30 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 OUT = ROOT / "docs" / "gallery"
 WIDTH, HEIGHT = 640, 420
 """Of a picture [pixels]."""
+ONLY_THE_SCENE = """(() => {
+  const canvas = [...document.querySelectorAll('canvas')].sort((a, b) => b.width * b.height - a.width * a.height)[0];
+  for (const e of document.body.querySelectorAll('*')) {
+    if (e.contains(canvas)) { e.style.transition = 'none'; e.style.opacity = 1; }  // the page fades in
+    else e.style.visibility = 'hidden';
+  }
+})()"""
 LIMIT = 60_000
 """No picture has more bytes."""
 VIEWS = {
-    "arm_pid": ([1.3, -1.1, 0.8], [0.15, 0.1, 0.35], {"seconds": 2.0}),
-    "bouncing_ball": ([1.6, -2.2, 1.0], [0.0, 0.0, 0.3], {"seconds": 0.68}),
-    "cart_pole_lqr": ([0.5, -1.5, 0.5], [0.25, 0.0, 0.2], {"seconds": 0.35}),
-    "clutter": ([0.55, -0.75, 0.75], [0.0, 0.0, 0.08], {"seconds": 2.5}),
-    "double_pendulum": ([0.3, -2.4, 0.2], [0.0, 0.0, -0.2], {"seconds": 1.3}),
-    "drop_the_block": ([0.22, -0.28, 0.18], [0.04, 0.0, 0.02], {"seconds": 2.0}),
-    "gripper": ([0.4, -0.55, 0.35], [0.0, 0.0, 0.14], {"seconds": 2.0}),
-    "gyroscope": ([0.5, -0.6, 0.35], [0.0, 0.0, 0.0], {"seconds": 1.85}),
-    "pendulum": ([0.3, -1.7, 0.1], [0.0, 0.0, -0.1], {"seconds": 0.6}),
-    "quadruped": ([0.8, -0.9, 0.55], [0.0, 0.0, 0.2], {"seconds": 1.5}),
-    "stack": ([1.3, -1.5, 0.9], [0.0, 0.0, 0.5], {"seconds": 1.5}),
+    "arm_pid": ([0.75, -0.85, 0.6], [0.2, 0.12, 0.27], 2.0),
+    "bouncing_ball": ([0.9, -1.3, 0.8], [0.0, 0.0, 0.4], 0.72),
+    "cart_pole_lqr": ([0.75, -0.95, 0.4], [0.3, 0.0, 0.2], 0.3),
+    "clutter": ([0.5, -0.62, 0.72], [0.0, 0.0, 0.08], 2.5),
+    "double_pendulum": ([0.3, -1.9, 0.1], [0.15, 0.0, -0.1], 1.2),
+    "drop_the_block": ([0.15, -0.13, 0.12], [0.03, 0.0, 0.012], 2.0),
+    "gripper": ([0.32, -0.42, 0.3], [0.0, 0.0, 0.13], 2.0),
+    "gyroscope": ([0.35, -0.45, 0.25], [0.0, 0.0, 0.0], 1.85),
+    "pendulum": ([0.25, -1.3, 0.0], [0.0, 0.0, -0.15], 0.8),
+    "quadruped": ([0.62, -0.75, 0.42], [0.0, 0.0, 0.19], 1.5),
+    "soft_ball": ([0.35, -0.75, 0.35], [0.0, 0.0, 0.06], 1.5),
+    "stack": ([1.0, -1.15, 0.9], [0.0, 0.0, 0.5], 1.5),
 }
-"""Of every example: where the camera is and what it looks at [m], and for how long the scene runs."""
+"""Of every example: where the camera is and what it looks at [m], and how long the scene runs [s]."""
 
 
 def example(name: str):
@@ -68,15 +76,16 @@ def main(names: list[str]) -> None:
     with tempfile.TemporaryDirectory() as folder, Chromium(width=WIDTH, height=HEIGHT) as browser:
         os.chdir(folder)
         for name in names or sorted(VIEWS):
-            eye, target, options = VIEWS[name]
+            eye, target, seconds = VIEWS[name]
             meshcat = Meshcat()
             meshcat.SetProperty("/Grid", "visible", False)
             meshcat.SetProperty("/Axes", "visible", False)
-            example(name).main(meshcat, **options)
+            example(name).main(meshcat, seconds=seconds)
             meshcat.SetCameraPose(eye, target)
             page = browser.open(meshcat.web_url())
             page.wait_for("!!(window.__viserMutable && window.__viserMutable.nodeRefFromName)", 120)
-            time.sleep(4.0)
+            time.sleep(8.0)
+            page.evaluate(ONLY_THE_SCENE)
             png = pathlib.Path(folder) / f"{name}.png"
             page.screenshot(png, WIDTH, HEIGHT)
             save_small(png, OUT / f"{name}.webp")
