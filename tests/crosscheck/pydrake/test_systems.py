@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from sheldrake import symbolic
 from sheldrake.systems import analysis, framework, primitives
 
 pytest.importorskip("pydrake")
@@ -22,16 +23,18 @@ class Library:
         raise AttributeError(name)
 
 
-OURS = Library(framework, analysis, primitives)
+OURS = Library(framework, analysis, primitives, symbolic)
 
 
 @pytest.fixture(scope="module")
 def drake():
+    import pydrake.symbolic
     import pydrake.systems.analysis
     import pydrake.systems.framework
     import pydrake.systems.primitives
 
-    return Library(pydrake.systems.framework, pydrake.systems.analysis, pydrake.systems.primitives)
+    systems = pydrake.systems
+    return Library(systems.framework, systems.analysis, systems.primitives, pydrake.symbolic)
 
 
 def python_plant(lib, dt, x0):
@@ -164,6 +167,46 @@ def test_logs_are_equal(drake, make, setting):
         np.testing.assert_allclose(a, b, rtol=tolerance, atol=tolerance)
     for name in ("num_steps_taken", "num_publishes", "num_discrete_updates", "num_unrestricted_updates"):
         assert getattr(mine, f"get_{name}")() == getattr(its, f"get_{name}")(), name
+
+
+ACCURACIES = {  # the accuracy without a setting, and the loosest that a setting can ask for
+    "bogacki_shampine3": (1e-3, 0.1),
+    "runge_kutta3": (1e-3, 0.1),
+    "runge_kutta5": (1e-5, 1e-3),
+    "implicit_euler": (0.1, 0.5),
+    "velocity_implicit_euler": (0.1, 0.5),
+    "radau1": (0.1, 0.5),
+    "radau3": (1e-3, 0.01),
+}
+
+
+def steps_taken(lib, scheme, accuracy):
+    """Lengths of steps of a stiff oscillator, under error control."""
+    x, v = lib.Variable("x"), lib.Variable("v")
+    system = lib.SymbolicVectorSystem(state=[x, v], dynamics=[v, -50 * v - x * x * x + 1], output=[x])
+    simulator = lib.Simulator(system)
+    integrator = lib.ResetIntegratorFromFlags(simulator, scheme, 0.5)
+    integrator.set_fixed_step_mode(False)
+    if accuracy is not None:
+        integrator.set_target_accuracy(accuracy)
+    simulator.get_mutable_context().SetContinuousState([1.0, 0.5])
+    times = []
+    simulator.set_monitor(lambda context: times.append(context.get_time()))
+    simulator.AdvanceTo(3.0)
+    return np.diff(np.unique(times)), simulator.get_context().get_continuous_state_vector().CopyToVector()
+
+
+@pytest.mark.parametrize("accuracy", [None, 10.0, 1e-3])
+@pytest.mark.parametrize("scheme", ACCURACIES)
+def test_accuracy_without_and_beyond_settings(drake, scheme, accuracy):
+    ours, x = steps_taken(OURS, scheme, accuracy)
+    theirs, y = steps_taken(drake, scheme, accuracy)
+    default, loosest = ACCURACIES[scheme]
+    if scheme in ("bogacki_shampine3", "runge_kutta3", "runge_kutta5"):
+        np.testing.assert_allclose(ours, theirs, rtol=1e-6)
+    else:  # where Newton's method stops is another choice
+        assert len(ours) == pytest.approx(len(theirs), rel=0.25, abs=2)
+    assert np.abs(x - y).max() < min(accuracy or default, loosest)
 
 
 def every_event(lib, story):

@@ -98,23 +98,32 @@ def _derivatives(P: Any, N: Any, S: Any, I: Any, L: Any, rows: Any) -> None:
 
 
 class ImplicitEulerIntegrator(PythonIntegrator):
-    """x1 = x0 + h f(t1, x1); the error is estimated by the implicit trapezoid."""
+    """x1 = x0 + h f(t1, x1), in two steps of half the length; one of the whole length gives the error estimate."""
 
     _name, _order = "implicit_euler", 2.0
+    _default_accuracy, _loosest_accuracy, _first_step = 0.1, 0.5, 1.0
 
     def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
         f0 = self._derivatives(span, t, x)
         J = self._jacobian(span, t, x, f0)
-        one = np.eye(len(x))
-        end = self._newton(lambda z: z - x - h * self._derivatives(span, t + h, z), one - h * J, x + h * f0)
-        if end is None:
-            end = self._newton(lambda z: z - x - h * self._derivatives(span, t + h, z), one - h * J, x)
-        if end is None:
+        whole = self._euler(span, t, x, h, J, x + h * f0)
+        if whole is None:
             return None
-        better = self._newton(
-            lambda z: z - x - 0.5 * h * (f0 + self._derivatives(span, t + h, z)), one - 0.5 * h * J, end
-        )
-        return None if better is None else (end, float(np.max(np.abs(better - end))))
+        middle = self._euler(span, t, x, 0.5 * h, J, 0.5 * (x + whole))
+        end = None if middle is None else self._euler(span, t + 0.5 * h, middle, 0.5 * h, J, whole)
+        return None if end is None else (end, float(np.max(np.abs(end - whole))))
+
+    def _euler(
+        self, span: Any, t: float, x: np.ndarray, h: float, J: np.ndarray, guess: np.ndarray
+    ) -> np.ndarray | None:
+        """One implicit Euler step; None if Newton's method converges neither from the guess nor from x."""
+
+        def residual(z: np.ndarray) -> np.ndarray:
+            return z - x - h * self._derivatives(span, t + h, z)
+
+        matrix = np.eye(len(x)) - h * J
+        end = self._newton(residual, matrix, guess)
+        return self._newton(residual, matrix, x) if end is None else end
 
 
 class VelocityImplicitEulerIntegrator(ImplicitEulerIntegrator):
@@ -123,21 +132,49 @@ class VelocityImplicitEulerIntegrator(ImplicitEulerIntegrator):
     _name = "velocity_implicit_euler"
 
 
-class Radau1Integrator(ImplicitEulerIntegrator):
-    """The implicit Euler step, as the one-stage Radau method."""
+class _RadauIntegrator(PythonIntegrator):
+    """A Radau step, whose error is estimated by the implicit trapezoid."""
 
-    _name = "radau1"
-
-
-class Radau3Integrator(PythonIntegrator):
-    """Radau IIA with two stages, third order (Hairer and Wanner, 1996, IV.5); error by the implicit trapezoid."""
-
-    _name, _order = "radau3", 3.0
+    _first_step = 1.0
 
     def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
-        n = len(x)
         f0 = self._derivatives(span, t, x)
         J = self._jacobian(span, t, x, f0)
+        end = self._radau(span, t, x, h, f0, J)
+        if end is None:
+            return None
+        lower = self._newton(
+            lambda z: z - x - 0.5 * h * (f0 + self._derivatives(span, t + h, z)), np.eye(len(x)) - 0.5 * h * J, end
+        )
+        return None if lower is None else (end, float(np.max(np.abs(lower - end))))
+
+    def _radau(self, span: Any, t: float, x: np.ndarray, h: float, f0: np.ndarray, J: np.ndarray) -> np.ndarray | None:
+        raise NotImplementedError
+
+
+class Radau1Integrator(_RadauIntegrator):
+    """Radau IIA with one stage: the implicit Euler step, first order."""
+
+    _name, _order = "radau1", 2.0
+    _default_accuracy, _loosest_accuracy = 0.1, 0.5
+
+    def _radau(self, span: Any, t: float, x: np.ndarray, h: float, f0: np.ndarray, J: np.ndarray) -> np.ndarray | None:
+        def residual(z: np.ndarray) -> np.ndarray:
+            return z - x - h * self._derivatives(span, t + h, z)
+
+        matrix = np.eye(len(x)) - h * J
+        end = self._newton(residual, matrix, x + h * f0)
+        return self._newton(residual, matrix, x) if end is None else end
+
+
+class Radau3Integrator(_RadauIntegrator):
+    """Radau IIA with two stages, third order (Hairer and Wanner, 1996, IV.5)."""
+
+    _name, _order = "radau3", 3.0
+    _loosest_accuracy = 0.01
+
+    def _radau(self, span: Any, t: float, x: np.ndarray, h: float, f0: np.ndarray, J: np.ndarray) -> np.ndarray | None:
+        n = len(x)
         A = np.array([[5 / 12, -1 / 12], [3 / 4, 1 / 4]])
 
         def residual(z: np.ndarray) -> np.ndarray:
@@ -147,13 +184,7 @@ class Radau3Integrator(PythonIntegrator):
 
         guess = np.concatenate([h / 3 * f0, h * f0])
         stages = self._newton(residual, np.eye(2 * n) - h * np.kron(A, J), guess)
-        if stages is None:
-            return None
-        end = x + stages[n:]
-        lower = self._newton(
-            lambda z: z - x - 0.5 * h * (f0 + self._derivatives(span, t + h, z)), np.eye(n) - 0.5 * h * J, end
-        )
-        return None if lower is None else (end, float(np.max(np.abs(lower - end))))
+        return None if stages is None else x + stages[n:]
 
 
 class SemiExplicitEulerIntegrator(PythonIntegrator):

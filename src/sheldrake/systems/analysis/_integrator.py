@@ -44,6 +44,8 @@ class IntegratorBase:
     _order = 3.0
     _supports_error_estimation = True
     _name = "runge_kutta3"
+    # Accuracy unless set, accuracy that no setting exceeds, and the first step as a fraction of the largest.
+    _default_accuracy, _loosest_accuracy, _first_step = 1e-3, 0.1, 0.1
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined!")
@@ -95,7 +97,8 @@ class IntegratorBase:
         return float(self._Z[ACCURACY])
 
     def _use_accuracy(self) -> None:
-        self._Z[ACCURACY] = 1e-3 if np.isnan(self._accuracy) else min(self._accuracy, 0.1)
+        wanted = self._default_accuracy if np.isnan(self._accuracy) else self._accuracy
+        self._Z[ACCURACY] = min(wanted, self._loosest_accuracy)
 
     def set_fixed_step_mode(self, flag: bool) -> None:
         """Whether to take steps of the maximum size, without error control.
@@ -167,7 +170,7 @@ class IntegratorBase:
                 else "Maximum step size has not been set!"
             )
         if self._supports_error_estimation and np.isnan(self._initial):
-            self._initial = 0.1 * self._maximum
+            self._initial = self._first_step * self._maximum
         self._Z[H_MAX], self._Z[H_MIN] = self._maximum, self._minimum
         self._Z[H_INITIAL] = 0.0 if np.isnan(self._initial) else self._initial
         self._Z[H_IDEAL] = 0.0
@@ -365,6 +368,7 @@ class RungeKutta5Integrator(_TableauIntegrator):
     """Fifth order with an embedded fourth-order result (Dormand and Prince, 1980)."""
 
     _name, _order = "runge_kutta5", 5.0
+    _default_accuracy, _loosest_accuracy = 1e-5, 1e-3
     _nodes = (0.0, 1 / 5, 3 / 10, 4 / 5, 8 / 9, 1.0, 1.0)
     _coefficients = (
         (),
