@@ -20,9 +20,14 @@
   const frame = find("scene");
   if (frame && replay) frame.srcdoc = JSON.parse(find("scene-page").textContent);
 
+  // The scene's page, when it has what moves. A path that never appears in it (nothing is drawn there) stops nothing.
+  const opened = Date.now(), patience = 10000; // [ms]
   const viewer = () => {
     const page = frame && frame.contentWindow && frame.contentWindow.__viserMutable;
-    return page && replay.paths.every((path) => page.nodeRefFromName[path]) ? page : null;
+    if (!page) return null;
+    const is_there = (path) => page.nodeRefFromName[path];
+    const enough = Date.now() - opened < patience ? replay.paths.every(is_there) : replay.paths.some(is_there);
+    return enough ? page : null;
   };
 
   // Number of the last entry of a sorted array that is not above a value.

@@ -1,3 +1,6 @@
+import io
+import sys
+
 import numpy as np
 import pytest
 
@@ -42,6 +45,21 @@ def test_unsure_asks_and_writes_nothing(tmp_path, capsys):
     assert not (tmp_path / "part.urdf").exists()
     assert main(["mesh2urdf", part, "--units", "cm"]) == 0
     assert (tmp_path / "part.urdf").exists()
+
+
+@pytest.mark.parametrize("answer, status", [("cm", 0), ("feet", 2), ("", 2)])
+def test_at_a_terminal_the_answer_counts(tmp_path, capsys, monkeypatch, answer, status):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    part = write_box(tmp_path / "part.obj", 6.0, 4.0, 2.5)
+    monkeypatch.setattr(sys, "stdin", Terminal(answer + "\n"))
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True, raising=False)
+    assert main(["mesh2urdf", part]) == status
+    assert (tmp_path / "part.urdf").exists() == (status == 0)
+    if status == 0:
+        assert 'scale="0.01 0.01 0.01"' in (tmp_path / "part.urdf").read_text()
 
 
 def test_errors_are_one_line(tmp_path, capsys):
