@@ -19,6 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 EXTRAS = {"demo": "[kernels]"} | dict.fromkeys(("test", "lint", "bench"), "[kernels,meshcat,test,lint,peers]")
+EXTRAS["foreign"] = "[kernels,test,foreign]"
 CHECKS = (
     ("ruff", ["-m", "ruff", "check", "."]),
     ("ruff format", ["-m", "ruff", "format", "--check", "."]),
@@ -85,6 +86,7 @@ def main() -> int:
     tasks.add_parser("demo", help="drop a block: page, log, plot, replay; arguments go to `sheldrake demo`")
     tasks.add_parser("test", help="lint and all tests; with arguments, pytest on those")
     tasks.add_parser("lint", help="ruff, import-linter, mypy")
+    tasks.add_parser("foreign", help="builds all wheels, runs those for ARM and Windows under qemu-user and wine64")
     tasks.add_parser("bench", help="benchmarks against Drake and MuJoCo: drop_the_block (default), queries, arm, ...")
     tasks.add_parser("clean", help="remove .venv")
     options, rest = parser.parse_known_args()
@@ -94,6 +96,8 @@ def main() -> int:
     install(options.task)
     if options.task == "demo":
         return run("-m", "sheldrake", "demo", *rest)
+    if options.task == "foreign":
+        return run("-m", "pytest", "-q", "tests/foreign", *rest)
     if options.task == "bench":
         name = rest.pop(0) if rest and not rest[0].startswith("-") else "drop_the_block"
         return run(f"benchmarks/{name}.py", *rest)
