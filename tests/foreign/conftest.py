@@ -18,7 +18,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 
 @pytest.fixture(scope="session")
 def wheels(tmp_path_factory):
-    """The folder with the wheels of all platforms, built now or that of SHELDRAKE_WHEELS; libraries are in `prebuilt`."""
+    """The folder with all platforms' wheels, and libraries in `prebuilt`: built now, or that of SHELDRAKE_WHEELS."""
     if "SHELDRAKE_WHEELS" in os.environ:
         return pathlib.Path(os.environ["SHELDRAKE_WHEELS"])
     out = tmp_path_factory.mktemp("wheels")

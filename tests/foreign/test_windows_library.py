@@ -71,13 +71,11 @@ def result(request, wheels, driver, home, tmp_path_factory):
 def test_windows_gives_the_numbers_of_this_machine(result):
     store, there = result
     assert there["S"][0] == store.S[0] > 0.1
-    np.testing.assert_allclose(
-        there["S"][slice(*store.layout.xd)], store.S[slice(*store.layout.xd)], rtol=1e-7, atol=1e-9
-    )
+    state = slice(*store.layout.xd)
+    np.testing.assert_allclose(there["S"][state], store.S[state], rtol=1e-7, atol=1e-9)
     np.testing.assert_allclose(there["L"], store.L, rtol=1e-7, atol=1e-9)
 
 
 def test_the_span_did_something(result):
-    store, there = result
-    heights = there["L"][there["L"] != 0.0]
-    assert len(np.unique(heights)) > 500
+    logged = result[1]["L"]
+    assert len(np.unique(logged)) > 500
