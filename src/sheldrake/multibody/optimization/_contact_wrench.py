@@ -1,0 +1,79 @@
+"""Forces of contact as functions of variables."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
+from sheldrake.multibody.math import SpatialForce
+from sheldrake.multibody.optimization._motion_constraints import require_duals
+from sheldrake.solvers._evaluators import EvaluatorBase
+
+
+class ContactWrench:
+    """The wrench that body A applies to body B at a point Cb.
+
+    Attributes:
+        bodyA_index: Body A.
+        bodyB_index: Body B.
+        p_WCb_W: Point Cb in the world [m], shape (3,).
+        F_Cb_W: The wrench at Cb, in the world [N m, N].
+    """
+
+    bodyA_index: Any
+    bodyB_index: Any
+    p_WCb_W: np.ndarray
+    F_Cb_W: SpatialForce
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("pydrake.multibody.optimization.ContactWrench: No constructor defined!")
+
+    @classmethod
+    def _make(cls, A: Any, B: Any, p_WCb: np.ndarray, F: SpatialForce) -> ContactWrench:
+        out = cls.__new__(cls)
+        out.bodyA_index, out.bodyB_index, out.p_WCb_W, out.F_Cb_W = A, B, p_WCb, F
+        return out
+
+
+class ContactWrenchFromForceInWorldFrameEvaluator(KinematicFunction, EvaluatorBase):
+    """The wrench of a force without torque; variables (q, force in the world [N]), values (torque, force).
+
+    Args:
+        plant: A plant of AutoDiffXd.
+        context: Its context.
+        geometry_id_pair: The geometries (A, B) in contact.
+    """
+
+    def __init__(self, plant: Any, context: Any, geometry_id_pair: Any):
+        require_duals(type(self).__name__, plant, context)
+        self._set_plant(plant, context, 6, 3)
+        self._description = "contact_wrench_from_pure_force_in_world_frame"
+        self.geometry_id_pair = tuple(geometry_id_pair)
+
+    def _value(self, more: np.ndarray) -> np.ndarray:
+        return np.concatenate((np.zeros(3), more))
+
+
+class Touch(NamedTuple):
+    """Nearest points Ca, Cb of two geometries: their bodies and places in these, direction from A into B, distance."""
+
+    body_A: Any
+    body_B: Any
+    p_ACa: np.ndarray
+    p_BCb: np.ndarray
+    n_AB_W: np.ndarray
+    distance: Any
+
+
+def touch(plant: Any, context: Any, pair: tuple) -> Touch:
+    """The nearest points of a pair of geometries at the positions in the context."""
+    query = plant.get_geometry_query_input_port().Eval(context)
+    found = query.ComputeSignedDistancePairClosestPoints(*pair)
+    inspector, bodies, points = query.inspector(), [], []
+    for geometry, p_GC in ((found.id_A, found.p_ACa), (found.id_B, found.p_BCb)):
+        bodies.append(plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)))
+        X_BG = inspector.GetPoseInFrame(geometry)
+        points.append(X_BG.rotation().matrix() @ p_GC + X_BG.translation())
+    return Touch(*bodies, *points, -found.nhat_BA_W, found.distance)
