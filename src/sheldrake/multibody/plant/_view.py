@@ -37,7 +37,8 @@ class View:
     def __init__(self, plant: Any, context: Any):
         store, place = context._store, context._place
         state, p = slice(*(place.xd if plant.is_discrete() else place.xc)), slice(*place.p)
-        self.S, self.store = store.S, store
+        self.S = store.S
+        self._changes, self._by_python = store.I[:3], store.by_python  # not the store itself, which holds its views
         self.level = _LEVEL_OF_DISCRETE if plant.is_discrete() else _LEVEL_OF_CONTINUOUS
         self.nq, self.nv, self.nb = plant._nq, plant._nv, len(plant._row_bodies)
         x = store.S[state]
@@ -153,8 +154,7 @@ class View:
     def _writer(self, target: np.ndarray) -> Query:
         if self.T is not float:
             return _refuse
-        changes, mine = self.store.I[:3], self.store.by_python
-        arguments = (target, target, changes, mine, self.written, self.level)
+        arguments = (target, target, self._changes, self._by_python, self.written, self.level)
         return self.calls.query(write_finite, *arguments, given=("given",))
 
     @cached_property

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 
@@ -213,3 +216,23 @@ def test_duals_give_what_numbers_give(plant, context):
     X = dual.EvalBodyPoseInWorld(c, dual.GetBodyByName("b2"))
     expected = plant.EvalBodyPoseInWorld(context, plant.GetBodyByName("b2")).translation()
     np.testing.assert_allclose([p.value() for p in X.translation()], expected, rtol=1e-13)
+
+
+@pytest.mark.parametrize("dual", [False, True])
+def test_contexts_that_were_asked_die_with_their_last_name(plant, dual):
+    """No cycles: a loop over contexts does not wait for the garbage collector."""
+    some = plant.ToAutoDiffXd() if dual else plant
+    context = some.CreateDefaultContext()
+    if dual:
+        some.CalcMassMatrix(context)
+        some.EvalBodyPoseInWorld(context, some.GetBodyByName("b2"))
+    else:
+        answers(some, context)
+        some.SetPositions(context, np.zeros(3))
+    slab = weakref.ref(context._store)
+    gc.disable()
+    try:
+        del context
+        assert slab() is None
+    finally:
+        gc.enable()
