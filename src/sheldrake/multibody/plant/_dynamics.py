@@ -233,11 +233,9 @@ class Dynamics:
             point = np.ascontiguousarray(p_BoBi_B[:, 0])
             J = self._frame_jacobian(context, call, frame_B, point, frame_A, frame_E)[3:]
             return self._by_variable(context, call, J, with_respect_to)
-        B = self._motion(context, frame_B)
-        J = self._jacobian(context, frame_B, frame_A, B.p)
-        arms = (B.R @ p_BoBi_B).T
-        rows = [J[3:] + np.cross(J[:3], arm[:, None], axis=0) for arm in arms]
-        return self._express(context, call, np.concatenate(rows), with_respect_to, frame_E)
+        given = np.ascontiguousarray(p_BoBi_B.T)
+        rows = [self._frame_jacobian(context, call, frame_B, point, frame_A, frame_E)[3:] for point in given]
+        return self._by_variable(context, call, np.concatenate(rows), with_respect_to)
 
     def CalcJacobianPositionVector(
         self, context: Any, frame_B: Frame, p_BoBi_B: Any, frame_A: Frame, frame_E: Frame

@@ -211,6 +211,31 @@ class View:
         centre, needs = self.zeros(3), self.POSES | self.INERTIAS
         return self.calls.query(queries.calc_centre_of_mass, self.model, self.work, centre, needs=needs, answer=centre)
 
+    @cached_property
+    def ask_momentum(self) -> Query:
+        """Spatial momentum of the bodies in `mask`, given a point."""
+        L, self.mask = self.zeros(6), np.ones(self.nb, np.int64)
+        return self.calls.query(
+            queries.calc_momentum,
+            *(self.model, self.work, self.mask, np.zeros(3), L),
+            given=("point",),
+            needs=self.POSES | self.INERTIAS | self.VELOCITIES,
+            answer=L,
+        )
+
+    @cached_property
+    def ask_kinetic_energy(self) -> Query:
+        """Energy of motion, shape (1,)."""
+        E, needs = self.zeros(1), self.POSES | self.INERTIAS | self.VELOCITIES
+        arguments = (self.model, self.p, self.work, self.v, E)
+        return self.calls.query(queries.calc_kinetic_energy, *arguments, needs=needs, answer=E)
+
+    @cached_property
+    def ask_gravity_energy(self) -> Query:
+        """Potential energy of gravity, shape (1,)."""
+        E, needs = self.zeros(1), self.POSES | self.INERTIAS
+        return self.calls.query(queries.calc_gravity_energy, self.model, self.work, E, needs=needs, answer=E)
+
     # --- frames
 
     def jacobian(self, key: Any, ends: tuple) -> Query:

@@ -122,6 +122,9 @@ class Layout(Topology):
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
         self._stamps = self.program.level.tolist()
+        address = self.program.words.__array_interface__["data"][0]
+        self.words_of = [address + 8 * at for at in self.program.at.tolist()]
+        """Where the words of each row are, for direct calls."""
         self._pulls: dict[int, list[int]] = {}
         del self.systems  # a layout is owned by the root system: it must not own it in turn
 

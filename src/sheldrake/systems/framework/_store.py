@@ -90,6 +90,8 @@ class Store:
     def _begin(self) -> None:
         """What is rebuilt for every store, clones too."""
         self.i: Any = memoryview(self.I)  # type: ignore[arg-type]
+        self.native = self.S.dtype == float and jit_enabled()  # whether kernels run as machine code on this slab
+        self._slab_address = self.S.__array_interface__["data"][0]
         self.uncached = self.frozen = False
         self.cache: dict[tuple[int, int], list] = {}
         self.serials: dict[Any, int] = {}
@@ -103,11 +105,6 @@ class Store:
         self._cold: set[int] = set()
         self.stopped: tuple[float, str, float] | None = None
         self.goes_on: tuple[float, str, float] | None = None
-
-    @property
-    def native(self) -> bool:
-        """Whether kernels run as machine code on this slab."""
-        return self.S.dtype == float and jit_enabled()
 
     # Changes.
 
@@ -272,10 +269,7 @@ class Store:
 
     def _call_kernel(self, r: int, row: Row) -> int:
         if self.native:
-            function = row.calc._native[0]
-            words = self.layout.program.words
-            at = int(self.layout.program.at[r])
-            return function(self.S[0], self.S.ctypes.data, words.ctypes.data + 8 * at)
+            return row.calc._native[0](self.S[0], self._slab_address, self.layout.words_of[r])
         arguments = self.twins.get(r)
         if arguments is None:
             arguments = self.twins[r] = self._twin_arguments(row)

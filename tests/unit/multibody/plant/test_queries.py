@@ -236,3 +236,20 @@ def test_contexts_that_were_asked_die_with_their_last_name(plant, dual):
         assert slab() is None
     finally:
         gc.enable()
+
+
+def test_momenta_of_instances_add_up_to_that_of_all_and_energies_are_plain_numbers():
+    plant = MultibodyPlant(0.0)
+    box = SpatialInertia.SolidBoxWithMass(1.5, 0.1, 0.2, 0.3)
+    instances = [plant.AddModelInstance(name) for name in "ab"]
+    for instance in instances:
+        plant.AddRigidBody("body", instance, box)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    plant.SetVelocities(context, np.arange(12.0))
+    point = [0.1, 0.2, 0.3]
+    whole = plant.CalcSpatialMomentumInWorldAboutPoint(context, point).get_coeffs()
+    parts = [plant.CalcSpatialMomentumInWorldAboutPoint(context, [i], point).get_coeffs() for i in instances]
+    np.testing.assert_allclose(whole, sum(parts), rtol=1e-15)
+    np.testing.assert_array_equal(plant.CalcSpatialMomentumInWorldAboutPoint(context, [], point).get_coeffs(), 0.0)
+    assert type(plant.CalcKineticEnergy(context)) is type(plant.CalcPotentialEnergy(context)) is float

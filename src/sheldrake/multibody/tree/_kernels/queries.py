@@ -2,8 +2,22 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import add3, load3_at, load6, scale3, scale6, store6
-from sheldrake.common.kernel import Matrix, Vector, kernel
+from sheldrake.common._kernels.vec import (
+    add3,
+    cross3,
+    dot3,
+    dot6,
+    load3,
+    load3_at,
+    load6,
+    load_inertia,
+    mul_inertia,
+    scale3,
+    scale6,
+    store6,
+    sub3,
+)
+from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.multibody.tree._kernels import dynamics, factor, forces, integrate, kinematics
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import ACTUATOR_DOF, DAMPING, ROOT, TreeModel, TreeWork
@@ -181,3 +195,45 @@ def first_moment(model, work, body):
     """Mass times position of the centre of mass of a body in W [kg m]."""
     root = load3_at(work.X_WB, model.body[body, ROOT], 9)
     return add3(scale3(root, work.inertia[body, 0]), load3_at(work.inertia, body, 1))
+
+
+@kernel(top=True)
+def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vector, L: Vector) -> None:
+    """Spatial momentum of the masked bodies about a point of W [kg m²/s, kg m/s], in W, shape (6,).
+
+    Needs `calc_inertias` and `calc_velocities`.
+    """
+    p_WP = (point[0], point[1], point[2])
+    for c in range(6):
+        L[c] = 0.0
+    for body in range(1, model.body.shape[0]):
+        if mask[body] != 0:
+            p_PRoot = sub3(load3_at(work.X_WB, model.body[body, ROOT], 9), p_WP)
+            h, l = mul_inertia(load_inertia(work.inertia, body), load6(work.V, body))
+            h = add3(h, cross3(p_PRoot, l))
+            L[0] += h[0]
+            L[1] += h[1]
+            L[2] += h[2]
+            L[3] += l[0]
+            L[4] += l[1]
+            L[5] += l[2]
+
+
+@kernel(top=True)
+def calc_kinetic_energy(model: TreeModel, p: Vector, work: TreeWork, v: Vector, energy: Vector) -> None:
+    """Energy of motion [J], that of rotors too, shape (1,); needs `calc_inertias` and `calc_velocities`."""
+    energy[0] = 0.0
+    for body in range(1, model.body.shape[0]):
+        V_WB = load6(work.V, body)
+        energy[0] += 0.5 * dot6(V_WB, mul_inertia(load_inertia(work.inertia, body), V_WB))
+    for i in range(model.actuator.shape[0]):
+        rate = v[model.actuator[i, ACTUATOR_DOF]]
+        energy[0] += 0.5 * dynamics.reflected_inertia(model, p, i) * rate * rate
+
+
+@kernel(top=True)
+def calc_gravity_energy(model: TreeModel, work: TreeWork, energy: Vector) -> None:
+    """Potential energy of gravity [J], zero at the world's origin, shape (1,); needs `calc_inertias`."""
+    energy[0] = 0.0
+    for body in range(1, model.body.shape[0]):
+        energy[0] -= dot3(first_moment(model, work, body), load3(model.gravity, body))
