@@ -6,7 +6,7 @@ from proximity_scenes import HULL_POINTS, SHAPES, Scene, random_pose, row_of
 from test_half_space_contacts import PointHull
 
 from sheldrake import geometry as g
-from sheldrake.geometry._kernels.gjk import separation
+from sheldrake.geometry._kernels.separation import separation
 from sheldrake.geometry._kernels.support import margin_of, support
 from sheldrake.geometry._kernels.table import place_geometry
 from sheldrake.math import RigidTransform, RollPitchYaw

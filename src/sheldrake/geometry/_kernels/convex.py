@@ -6,8 +6,8 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, scale3, store3, sub3
 from sheldrake.common.kernel import kernel
 
-from .gjk import separation
 from .model import CANDIDATE, MULTI_POINT, POLYGON_A, POLYGON_B, POLYGON_C
+from .separation import separation
 from .support import best_face, has_faces, shown_feature
 from .table import MIN_DEPTH, emit, least_depth
 

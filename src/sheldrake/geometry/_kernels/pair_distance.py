@@ -5,8 +5,8 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import add3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import Matrix, kernel
 
-from .gjk import separation
 from .model import ELLIPSOID, HALF_SPACE, KIND, RADIUS, SPHERE, Z_AXIS, ContactTable, GeometryModel
+from .separation import separation
 from .sphere import point_shape
 from .support import margin_of, support
 from .table import column, emit, place_geometry, position_of, rotation_of

@@ -128,7 +128,7 @@ class SpatialVelocityConstraint(KinematicFunction, Constraint):
 class QuaternionEulerIntegrationConstraint(Constraint):
     """A constant angular velocity turns one unit quaternion into another; variables (quat1, quat2, w, h).
 
-    The value, which is one, is the product of quat2 with quat1 turned by w h; its square, if quaternions may be negated.
+    Its value, which is one, is the product of quat2 with quat1 turned by w h; its square, if they may change sign.
 
     Args:
         allow_quaternion_negation: Whether the second quaternion may be the negative one of the same rotation.

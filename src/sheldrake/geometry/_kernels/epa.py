@@ -1,0 +1,214 @@
+"""Depth of convex shapes that overlap.
+
+EPA (van den Bergen 2001) grows a polytope inside the difference of two cores towards the surface of the difference
+where that is nearest to the origin. It is bounded, and every answer is a direction and the exact distance by which a
+move along it separates the shapes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.vec import cross3, dot3, load3, scale3, store3, sub3
+from sheldrake.common.kernel import kernel
+
+from .gjk import add_vertex
+from .model import CORNER, FACE, HORIZON, MAX_FACES, MAX_VERTICES, SIMPLEX, STACK
+from .table import absolute
+
+_EPA_STEPS = 120
+_NO_SHIFT = (0.0, 0.0, 0.0)
+_NONE = np.int64(-1)
+_0 = np.int64(0)
+_1 = np.int64(1)
+_2 = np.int64(2)
+_3 = np.int64(3)
+_4 = np.int64(4)
+
+
+@kernel
+def face_plane(table, f):
+    """Writes the unit normal and distance of a face; one without area is infinitely far, so that it is not chosen."""
+    a = load3(table.work, SIMPLEX + table.iwork[CORNER + 3 * f])
+    b = load3(table.work, SIMPLEX + table.iwork[CORNER + 3 * f + 1])
+    c = load3(table.work, SIMPLEX + table.iwork[CORNER + 3 * f + 2])
+    ab = sub3(b, a)
+    ac = sub3(c, a)
+    n = cross3(ab, ac)
+    area = sqrt(dot3(n, n))
+    if area <= 1e-14 * (dot3(ab, ab) + dot3(ac, ac)):
+        store3(table.work, FACE + f, _NO_SHIFT)
+        table.work[FACE + f, 3] = 1e300
+    else:
+        n = scale3(n, 1.0 / area)
+        store3(table.work, FACE + f, n)
+        table.work[FACE + f, 3] = dot3(n, a)
+    table.work[FACE + f, 4] = 1.0
+
+
+@kernel(outline=True)
+def set_face(table, f, a, b, c):
+    table.iwork[CORNER + 3 * f] = a
+    table.iwork[CORNER + 3 * f + 1] = b
+    table.iwork[CORNER + 3 * f + 2] = c
+    face_plane(table, f)
+
+
+@kernel
+def some_normal(u):
+    """A unit vector square to u."""
+    e = (1.0, 0.0, 0.0)
+    if absolute(u[0]) > absolute(u[1]):
+        e = (0.0, 1.0, 0.0)
+    n = cross3(u, e)
+    length = sqrt(dot3(n, n))
+    if length <= 0.0:
+        return (1.0, 0.0, 0.0)
+    return scale3(n, 1.0 / length)
+
+
+@kernel(outline=True)
+def make_tetrahedron(model, table, i, j, n, size):
+    """Adds vertices until the simplex has volume; how many vertices it has then (4 unless the difference is flat)."""
+    least = 1e-8 * size
+    if n == 1:
+        for k in range(6):
+            s = 1.0 if k < 3 else -1.0
+            d = (s if k % 3 == 0 else 0.0, s if k % 3 == 1 else 0.0, s if k % 3 == 2 else 0.0)
+            w = sub3(add_vertex(model, table, i, j, d, SIMPLEX + 1, _NO_SHIFT), load3(table.work, SIMPLEX))
+            if dot3(w, w) > least * least:
+                n = 2
+                break
+    if n == 2:
+        u = sub3(load3(table.work, SIMPLEX + 1), load3(table.work, SIMPLEX))
+        d = some_normal(u)
+        e = cross3(u, d)
+        e = scale3(e, 1.0 / sqrt(dot3(e, e) + 1e-300))
+        for k in range(4):
+            across = scale3(d if k < 2 else e, 1.0 if k % 2 == 0 else -1.0)
+            w = sub3(add_vertex(model, table, i, j, across, SIMPLEX + 2, _NO_SHIFT), load3(table.work, SIMPLEX))
+            out = cross3(u, w)
+            if dot3(out, out) > least * least * dot3(u, u):
+                n = 3
+                break
+    if n == 3:
+        p = load3(table.work, SIMPLEX)
+        d = cross3(sub3(load3(table.work, SIMPLEX + 1), p), sub3(load3(table.work, SIMPLEX + 2), p))
+        d = scale3(d, 1.0 / sqrt(dot3(d, d) + 1e-300))
+        for k in range(2):
+            s = 1.0 if k == 0 else -1.0
+            w = sub3(add_vertex(model, table, i, j, scale3(d, s), SIMPLEX + 3, _NO_SHIFT), p)
+            if absolute(dot3(w, d)) > least:
+                n = 4
+                break
+    return n
+
+
+@kernel
+def face_across(table, faces, a, b):
+    """The existing face with the directed edge ab, or -1."""
+    for f in range(faces):
+        if table.work[FACE + f, 4] > 0.0:
+            c0 = table.iwork[CORNER + 3 * f]
+            c1 = table.iwork[CORNER + 3 * f + 1]
+            c2 = table.iwork[CORNER + 3 * f + 2]
+            if (c0 == a and c1 == b) or (c1 == a and c2 == b) or (c2 == a and c0 == b):
+                return f
+    return -1
+
+
+@kernel(outline=True)
+def remove_seen_faces(table, faces, start, w):
+    """Removes the connected faces that w is in front of; the number of edges of the hole, which go to HORIZON.
+
+    0 if the hole is not a disc: rounding has broken the polytope.
+    """
+    table.iwork[STACK] = start
+    waiting = 1
+    removed = 1
+    edges = 0
+    table.work[FACE + start, 4] = 0.0
+    while waiting > 0:
+        waiting -= 1
+        f = table.iwork[STACK + waiting]
+        for k in range(3):
+            a = table.iwork[CORNER + 3 * f + k]
+            b = table.iwork[CORNER + 3 * f + (k + 1) % 3]
+            g = face_across(table, faces, b, a)
+            if g < 0:
+                continue
+            if dot3(load3(table.work, FACE + g), w) > table.work[FACE + g, 3]:
+                table.work[FACE + g, 4] = 0.0
+                table.iwork[STACK + waiting] = g
+                waiting += 1
+                removed += 1
+            elif edges < 127:
+                table.iwork[HORIZON + 2 * edges] = a
+                table.iwork[HORIZON + 2 * edges + 1] = b
+                edges += 1
+    if edges != removed + 2:
+        return 0
+    return edges
+
+
+@kernel(outline=True)
+def epa(model, table, i, j, size, gap):
+    """From a tetrahedron that holds the origin: corners, normal and support of the nearest face of the difference.
+
+    Of all directions tried it gives the one with the least support, which is the depth along it, until depth and
+    distance of the nearest face differ by less than `gap`.
+    """
+    p = load3(table.work, SIMPLEX)
+    q = load3(table.work, SIMPLEX + 1)
+    r = load3(table.work, SIMPLEX + 2)
+    s = load3(table.work, SIMPLEX + 3)
+    if dot3(cross3(sub3(q, p), sub3(r, p)), sub3(s, p)) > 0.0:
+        set_face(table, _0, _0, _2, _1)
+        set_face(table, _1, _0, _1, _3)
+        set_face(table, _2, _1, _2, _3)
+        set_face(table, _3, _2, _0, _3)
+    else:
+        set_face(table, _0, _0, _1, _2)
+        set_face(table, _1, _0, _3, _1)
+        set_face(table, _2, _1, _3, _2)
+        set_face(table, _3, _2, _3, _0)
+    faces = _4
+    vertices = _4
+    c0 = _0
+    c1 = _1
+    c2 = _2
+    n = (1.0, 0.0, 0.0)
+    depth = 1e300
+    for _ in range(_EPA_STEPS):
+        best = _NONE
+        for f in range(faces):
+            if table.work[FACE + f, 4] > 0.0:
+                if best < 0 or table.work[FACE + f, 3] < table.work[FACE + best, 3]:
+                    best = f
+        if best < 0 or table.work[FACE + best, 3] > 1e299:
+            break
+        d = load3(table.work, FACE + best)
+        offset = table.work[FACE + best, 3]
+        w = add_vertex(model, table, i, j, d, SIMPLEX + vertices, _NO_SHIFT)
+        if dot3(d, w) < depth:
+            depth = dot3(d, w)
+            n = d
+            c0 = table.iwork[CORNER + 3 * best]
+            c1 = table.iwork[CORNER + 3 * best + 1]
+            c2 = table.iwork[CORNER + 3 * best + 2]
+        if dot3(d, w) - offset <= gap or depth - offset <= gap or vertices + 1 >= MAX_VERTICES:
+            break
+        edges = remove_seen_faces(table, faces, best, w)
+        if edges == 0:
+            break
+        free = 0
+        for e in range(edges):
+            while free < faces and table.work[FACE + free, 4] > 0.0:
+                free += 1
+            if free < MAX_FACES:
+                set_face(table, free, table.iwork[HORIZON + 2 * e], table.iwork[HORIZON + 2 * e + 1], vertices)
+                if free == faces:
+                    faces += 1
+        vertices += 1
+    return c0, c1, c2, n, depth

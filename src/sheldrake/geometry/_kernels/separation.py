@@ -1,0 +1,116 @@
+"""Signed distance of any two convex shapes: GJK while their cores are apart, EPA when they overlap."""
+
+from __future__ import annotations
+
+from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, load3_at, scale3, sub3
+from sheldrake.common.kernel import kernel
+
+from .epa import epa, make_tetrahedron, some_normal
+from .gjk import add_vertex, combine3, gjk, triangle_weights
+from .model import BOUND, CYLINDER, ELLIPSOID, KIND, ON_I, ON_J, SIMPLEX
+from .support import margin_of
+
+_EPA_GAP = 1e-13  # the same for EPA on polytopes
+_EPA_GAP_SMOOTH = 1e-6  # and on curved shapes, whose answer is then refined
+_CLEARANCE = 1e-2  # relative to the size: how far a refinement moves the shapes apart
+_REFINEMENTS = 12
+_NO_SHIFT = (0.0, 0.0, 0.0)
+
+
+@kernel
+def blend(table, column, r0, r1, r2, w0, w1, w2):
+    """A witness: the weighted sum of three vertices' points on one of the shapes (columns from `column` on)."""
+    return combine3(
+        load3_at(table.work, SIMPLEX + r0, column),
+        load3_at(table.work, SIMPLEX + r1, column),
+        load3_at(table.work, SIMPLEX + r2, column),
+        w0,
+        w1,
+        w2,
+    )
+
+
+@kernel(outline=True)
+def separation(model, table, i, j, reach):
+    """Signed distance phi of shapes i and j, unit normal from j to i, nearest (or deepest) points on i and j, in W.
+
+    Exact for polytopes, spheres and capsules up to rounding. If phi is larger than `reach` the rest is an estimate.
+    """
+    size = model.size[i, BOUND] + model.size[j, BOUND]
+    margin_i = margin_of(model, i)
+    margin_j = margin_of(model, j)
+    n, v, overlap, p_i, p_j = gjk(model, table, i, j, size, reach + margin_i + margin_j, _NO_SHIFT)
+    nhat = (1.0, 0.0, 0.0)
+    phi = 0.0
+    if overlap:
+        n = make_tetrahedron(model, table, i, j, n, size)
+    if overlap and n == 4:
+        curved = is_curved(model, i) or is_curved(model, j)
+        c0, c1, c2, out, depth = epa(model, table, i, j, size, size * (_EPA_GAP_SMOOTH if curved else _EPA_GAP))
+        a = load3(table.work, SIMPLEX + c0)
+        b = load3(table.work, SIMPLEX + c1)
+        c = load3(table.work, SIMPLEX + c2)
+        w0, w1, w2 = triangle_weights(a, b, c)
+        p_i = blend(table, ON_I, c0, c1, c2, w0, w1, w2)
+        p_j = blend(table, ON_J, c0, c1, c2, w0, w1, w2)
+        if curved:
+            out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
+        nhat = scale3(out, -1.0)
+        phi = -depth
+    elif overlap:
+        nhat = flat_normal(table, n)
+    else:
+        phi = sqrt(dot3(v, v))
+        nhat = scale3(v, 1.0 / phi)
+    p_i = sub3(p_i, scale3(nhat, margin_i))
+    p_j = add3(p_j, scale3(nhat, margin_j))
+    return phi - margin_i - margin_j, nhat, p_i, p_j
+
+
+@kernel
+def is_curved(model, g):
+    kind = model.geometry[g, KIND]
+    return kind == CYLINDER or kind == ELLIPSOID
+
+
+@kernel(outline=True)
+def refine(model, table, i, j, size, out, depth, p_i, p_j):
+    """A better direction out of curved shapes: the shapes are moved apart along `out` and GJK tells the nearest way.
+
+    The error of the direction shrinks by depth / radius of curvature each time; a direction that is no better ends it.
+    """
+    for _ in range(_REFINEMENTS):
+        shift = scale3(out, depth + _CLEARANCE * size)
+        _n, v, overlap, a, b = gjk(model, table, i, j, size, 1e300, shift)
+        if overlap:
+            break
+        d = scale3(v, -1.0 / sqrt(dot3(v, v)))
+        w = add_vertex(model, table, i, j, d, SIMPLEX + 12, _NO_SHIFT)
+        better = dot3(d, w)
+        if better > depth:
+            break
+        gain = depth - better
+        out = d
+        depth = better
+        p_i = a
+        p_j = b
+        if gain <= 1e-14 * size:
+            break
+    return out, depth, p_i, p_j
+
+
+@kernel
+def flat_normal(table, n):
+    """A direction out of a difference that has no volume."""
+    p = load3(table.work, SIMPLEX)
+    u = sub3(load3(table.work, SIMPLEX + 1), p)
+    if n == 1:
+        return (1.0, 0.0, 0.0)
+    if n == 2:
+        return some_normal(u)
+    out = cross3(u, sub3(load3(table.work, SIMPLEX + 2), p))
+    length = sqrt(dot3(out, out))
+    if length > 0.0:
+        return scale3(out, 1.0 / length)
+    return some_normal(u)
