@@ -221,20 +221,37 @@ class Page:
 
     def click(self, x, y):
         """Clicks with the left button."""
+        self.call("Input.dispatchMouseEvent", type="mouseMoved", x=x, y=y)
         for kind in ("mousePressed", "mouseReleased"):
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
-    def click_on(self, selector_expression):
-        """Clicks on the middle of the element which a JavaScript expression returns."""
-        middle = (
-            f"(() => {{ const e = {selector_expression}; if (!e) return null; const r = e.getBoundingClientRect();"
-            " return r.width ? [r.x + r.width / 2, r.y + r.height / 2] : null; })()"
-        )
-        before = None
-        while before != (now := self.wait_for(middle)):  # it may still be sliding into its place
-            before = now
-            time.sleep(0.5)
-        self.click(*now)
+    def click_on(self, selector_expression, seconds=PATIENCE):
+        """Clicks once on the element which a JavaScript expression returns.
+
+        As a person does: scrolls until it is in sight, waits until it stands still with nothing in front of it, and
+        tries again when the click went beside it.
+        """
+        look = f"""(async () => {{
+          const element = {selector_expression};
+          if (!element) return null;
+          const quick = {{block: "nearest", inline: "nearest", behavior: "instant"}};
+          element.scrollIntoView(quick);
+          const box = () => {{ const r = element.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; }};
+          const before = box();
+          await new Promise((drawn) => setTimeout(drawn, 100));
+          const [x, y, width, height] = box();
+          const middle = [x + width / 2, y + height / 2], hit = document.elementFromPoint(...middle);
+          if (!width || !hit || !element.contains(hit) || before.join() !== box().join()) return null;
+          window.__clicked = false;
+          element.addEventListener("click", () => {{ window.__clicked = true; }}, {{once: true, capture: true}});
+          return middle;
+        }})()"""
+        deadline = time.monotonic() + seconds
+        while time.monotonic() < deadline:
+            self.click(*self.wait_for(look, seconds))
+            if self.evaluate("window.__clicked"):
+                return
+        raise TimeoutError(f"no click reached {selector_expression}")
 
     def press(self, key, code):
         """Presses and releases a key."""

@@ -89,11 +89,12 @@ class Controls:
                 button.keycode, button.clicks = keycode, 0
             else:
                 button = self._buttons[name] = _Button(keycode)
-                button.handle = self._server.gui.add_button(name, hint=f"Key: {keycode}" if keycode else None)
+                with self._server.atomic():  # no page gets a button that nobody listens to yet
+                    button.handle = self._server.gui.add_button(name, hint=f"Key: {keycode}" if keycode else None)
 
-                @button.handle.on_click
-                async def _(_event: Any) -> None:
-                    self._click(name)
+                    @button.handle.on_click
+                    async def _(_event: Any) -> None:
+                        self._click(name)
 
             self._send_keys()
 
@@ -144,15 +145,16 @@ class Controls:
                 raise ValueError(f"Meshcat.AddSlider(): min of '{name}' is above its max: {min} > {max}.")
             slider = _Slider(float(min), float(max), float(step), 0.0, decrement, increment)
             slider.value = slider.quantized(value)
-            slider.handle = self._server.gui.add_slider(
-                name, min=slider.min, max=slider.max, step=slider.step, initial_value=slider.value
-            )
             self._sliders[name] = slider
+            with self._server.atomic():
+                slider.handle = self._server.gui.add_slider(
+                    name, min=slider.min, max=slider.max, step=slider.step, initial_value=slider.value
+                )
 
-            @slider.handle.on_update
-            async def _(event: Any) -> None:
-                if event.client is not None:
-                    self._slide(name, event.target.value)
+                @slider.handle.on_update
+                async def _(event: Any) -> None:
+                    if event.client is not None:
+                        self._slide(name, event.target.value)
 
             self._send_keys()
             return slider.value

@@ -199,14 +199,13 @@ class ModelVisualizer:
 
     def _follow(self, done: Callable[[], bool]) -> None:
         """Publishes whenever a slider has moved, and reloads when asked to."""
-        meshcat, shown, reloads = self.meshcat(), None, 0
-        if self._added is not None:
-            meshcat.AddButton(_RELOAD_BUTTON)
+        meshcat, shown, answered = self.meshcat(), None, 0
+        self._offer_reload()
         while True:
-            if self._added is not None and meshcat.GetButtonClicks(_RELOAD_BUTTON) > reloads:
+            clicks = meshcat.GetButtonClicks(_RELOAD_BUTTON) if self._added is not None else 0
+            if clicks > answered:  # a click during the reload means files changed since: reload once more
+                answered, shown = clicks, None
                 self._reload()
-                meshcat.AddButton(_RELOAD_BUTTON)
-                shown = None
             values = self._get_slider_values()
             if values != shown:
                 shown = values
@@ -263,14 +262,19 @@ class ModelVisualizer:
             ConnectPlanarSceneGraphVisualizer(self._builder, self._scene_graph)
         self._sliders = JointSliders(meshcat, self._plant, initial_value=position)
         self._builder.AddNamedSystem("joint_sliders", self._sliders)
-        if self._added is not None:
-            meshcat.AddButton(_RELOAD_BUTTON)
+        self._offer_reload()
         self._diagram = self._builder.Build()
         self._context = self._diagram.CreateDefaultContext()
         self._sliders_context = self._sliders.GetMyContextFromRoot(self._context)
         self._plant_context = self._plant.GetMyMutableContextFromRoot(self._context)
         self._apply_positions()
         Simulator(self._diagram, self._context).Initialize()
+
+    def _offer_reload(self) -> None:
+        """Shows the button to reload. Adding it twice would forget its clicks."""
+        meshcat = self.meshcat()
+        if self._added is not None and _RELOAD_BUTTON not in meshcat.GetButtonNames():
+            meshcat.AddButton(_RELOAD_BUTTON)
 
     def _apply_positions(self) -> None:
         self._plant.SetPositions(self._plant_context, self._sliders.get_output_port().Eval(self._sliders_context))

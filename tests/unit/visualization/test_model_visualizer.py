@@ -122,6 +122,36 @@ def test_reload_reads_the_file_again_and_keeps_sliders(file):
     assert visualizer._plant.GetPositions(visualizer._plant_context) == pytest.approx([0.5])
 
 
+def test_a_click_before_run_and_a_click_during_a_reload_are_answered(file, monkeypatch):
+    """Whoever clicks then has changed the file since it was read."""
+    visualizer = ModelVisualizer()
+    visualizer.AddModels(file)
+    visualizer.Finalize()
+    controls, reload, seen = visualizer.meshcat()._hub.controls, visualizer._reload, []
+
+    def read_slowly():
+        reload()
+        seen.append(box_of(visualizer).size()[2])
+        if len(seen) == 1:
+            file.write_text(ARM.format(size=3))
+            controls.receive({"type": "button", "name": "Reload Model Files"})
+
+    monkeypatch.setattr(visualizer, "_reload", read_slowly)
+    file.write_text(ARM.format(size=2))
+    controls.receive({"type": "button", "name": "Reload Model Files"})
+    visualizer.Run(loop_once=True)
+    assert seen == [2]
+
+    def act():
+        while len(seen) < 2:
+            time.sleep(0.01)
+        key(visualizer.meshcat(), "Escape")
+
+    seen.clear()
+    run_and(visualizer, lambda: (controls.receive({"type": "button", "name": "Reload Model Files"}), act()))
+    assert seen == [3, 3]
+
+
 def test_a_file_gone_bad_leaves_the_scene_and_adds_a_traffic_cone(file, caplog):
     visualizer = ModelVisualizer()
     visualizer.AddModels(file)
