@@ -107,6 +107,9 @@ def _complete(fullname: str, module: ModuleType) -> None:
         submodule = f"{fullname}.{name}"
         if submodule in _retired.MODULES:
             return importlib.import_module(submodule)
+        found = _from_its_home(fullname, name)
+        if found is not None:
+            return found
         caller = sys._getframe(1)
         # `from m import name` hides the text of an AttributeError; an ImportError reaches the reader.
         is_import = caller.f_code.co_code[caller.f_lasti] == _IMPORT_FROM
@@ -117,6 +120,19 @@ def _complete(fullname: str, module: ModuleType) -> None:
 
     __getattr__._is_alias = True  # type: ignore[attr-defined]
     vars(module)["__getattr__"] = __getattr__
+
+
+def _from_its_home(module: str, name: str) -> Any:
+    """What pydrake's module imports from another one, and shows, from where it is in sheldrake; or None."""
+    if name not in _pydrake_names.names_of(module):
+        return None
+    for home in _pydrake_names.modules_with(name):
+        native = _native_name(home)
+        if native is not None and home != module:
+            found = vars(importlib.import_module(native)).get(name)
+            if found is not None:
+                return found
+    return None
 
 
 def missing_name(module: str, name: str) -> str | None:

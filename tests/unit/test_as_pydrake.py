@@ -68,6 +68,17 @@ assert _defaults.point_contact_algorithm == "single_point"
 """)
 
 
+def test_names_are_also_where_drake_shows_them():
+    check("""
+import sheldrake.as_pydrake
+from pydrake.systems.pyplot_visualizer import Trajectory
+from pydrake.systems.scalar_conversion import Expression
+import pydrake.symbolic, pydrake.trajectories
+assert Trajectory is pydrake.trajectories.Trajectory and Expression is pydrake.symbolic.Expression
+assert not hasattr(pydrake.systems.scalar_conversion, "Gain")
+""")
+
+
 def test_missing_names_are_named():
     check("""
 import sheldrake.as_pydrake

@@ -26,6 +26,7 @@ from sheldrake.systems.analysis._integrator import (
     RungeKutta5Integrator,
 )
 from sheldrake.systems.analysis._monte_carlo import MonteCarloSimulation, RandomSimulation, RandomSimulationResult
+from sheldrake.systems.analysis._region_of_attraction import RegionOfAttraction, RegionOfAttractionOptions
 from sheldrake.systems.analysis._simulator import InitializeParams, Simulator
 from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.framework._templates import SystemTemplate
@@ -54,6 +55,8 @@ __all__ = [
     "Radau3Integrator",
     "RandomSimulation",
     "RandomSimulationResult",
+    "RegionOfAttraction",
+    "RegionOfAttractionOptions",
     "ResetIntegratorFromFlags",
     "RungeKutta2Integrator",
     "RungeKutta2Integrator_",

@@ -16,6 +16,7 @@ from sheldrake.systems.controllers._inverse_dynamics import (
     InverseDynamicsController,
     JointStiffnessController,
 )
+from sheldrake.systems.controllers._linear_programming import LinearProgrammingApproximateDynamicProgramming
 from sheldrake.systems.controllers._lqr import DiscreteTimeLinearQuadraticRegulator, LinearQuadraticRegulator
 from sheldrake.systems.controllers._pid import PidControlledSystem, PidController
 
@@ -29,6 +30,7 @@ __all__ = [
     "InverseDynamics",
     "InverseDynamicsController",
     "JointStiffnessController",
+    "LinearProgrammingApproximateDynamicProgramming",
     "LinearQuadraticRegulator",
     "MakeFiniteHorizonLinearQuadraticRegulator",
     "PeriodicBoundaryCondition",

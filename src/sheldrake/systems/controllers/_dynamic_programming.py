@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -30,7 +30,7 @@ class PeriodicBoundaryCondition:
 
 
 class DynamicProgrammingOptions:
-    """Options of `FittedValueIteration`.
+    """Options of `FittedValueIteration` and `LinearProgrammingApproximateDynamicProgramming`.
 
     Attributes:
         discount_factor: What a cost is worth one time step later.
@@ -97,25 +97,8 @@ def FittedValueIteration(
 
 def _checked(simulator: Simulator, states: Any, inputs: Any, time_step: float, options: Any) -> Any:
     """The input port to control, after checking everything against the system."""
-    call, system, context = "FittedValueIteration", simulator.get_system(), simulator.get_context()
-    if not time_step > 0.0:
-        raise RuntimeError(f"{call}(): the time step must be positive, got {time_step} s.")
-    if not 0.0 < options.discount_factor <= 1.0:
-        raise RuntimeError(f"{call}(): the discount factor must be in (0, 1], got {options.discount_factor}.")
-    if not context.has_only_continuous_state() and not options.assume_non_continuous_states_are_fixed:
-        raise RuntimeError(f"{call}(): the system has other than continuous state.")
-    if states.get_input_size() != context.num_continuous_states():
-        raise RuntimeError(
-            f"{call}(): the state grid has {states.get_input_size()} axes, the system "
-            f"{context.num_continuous_states()} continuous states."
-        )
-    index = options.input_port_index
-    port = system.get_input_port(0 if isinstance(index, InputPortSelection) else int(index))
-    if inputs.get_input_size() != port.size():
-        raise RuntimeError(
-            f"{call}(): the input grid has {inputs.get_input_size()} axes, input {port.get_name()!r} has size "
-            f"{port.size()}."
-        )
+    call = "FittedValueIteration"
+    check_settings(call, simulator, states.get_input_size(), time_step, options)
     for b in options.periodic_boundary_conditions:
         values = states.get_input_grid()[b.state_index]
         if not b.low < b.high or abs(min(values) - b.low) > 1e-9 or abs(max(values) - b.high) > 1e-9:
@@ -123,6 +106,31 @@ def _checked(simulator: Simulator, states: Any, inputs: Any, time_step: float, o
                 f"{call}(): state {b.state_index} wraps from {b.low} to {b.high}, but its grid goes from {min(values)} "
                 f"to {max(values)}."
             )
+    return chosen_input(call, simulator, inputs.get_input_size(), options)
+
+
+def check_settings(call: str, simulator: Simulator, num_states: int, time_step: float, options: Any) -> None:
+    """Raises RuntimeError where the settings of `call` are out of range, or do not fit the system's state."""
+    context = simulator.get_context()
+    if not time_step > 0.0:
+        raise RuntimeError(f"{call}(): the time step must be positive, got {time_step} s.")
+    if not 0.0 < options.discount_factor <= 1.0:
+        raise RuntimeError(f"{call}(): the discount factor must be in (0, 1], got {options.discount_factor}.")
+    if not context.has_only_continuous_state() and not options.assume_non_continuous_states_are_fixed:
+        raise RuntimeError(f"{call}(): the system has other than continuous state.")
+    if num_states != context.num_continuous_states():
+        raise RuntimeError(
+            f"{call}(): {num_states} states are given, the system has {context.num_continuous_states()} continuous "
+            "states."
+        )
+
+
+def chosen_input(call: str, simulator: Simulator, size: int, options: Any) -> Any:
+    """The input port to control, of this size."""
+    index = options.input_port_index
+    port = simulator.get_system().get_input_port(0 if isinstance(index, InputPortSelection) else int(index))
+    if size != port.size():
+        raise RuntimeError(f"{call}(): {size} inputs are given, input {port.get_name()!r} has size {port.size()}.")
     return port
 
 
@@ -137,21 +145,33 @@ def _transitions(
     options: Any,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """For each input and state: cost of the step, and the grid points about where it leads, with their weights."""
-    context = simulator.get_mutable_context()
     k = states.get_num_interpolants()
     costs = np.zeros((u.shape[1], x.shape[1]))
     indices = np.zeros((u.shape[1], k, x.shape[1]), dtype=int)
     weights = np.zeros((u.shape[1], k, x.shape[1]))
+    for i, s, cost, reached in steps_of(simulator, cost_function, port, x, u, h, options):
+        costs[i, s] = cost
+        indices[i, :, s], weights[i, :, s] = states.EvalBarycentricWeights(reached)
+    return costs, indices, weights
+
+
+def steps_of(
+    simulator: Simulator, cost_function: Any, port: Any, x: np.ndarray, u: np.ndarray, h: float, options: Any
+) -> Iterator[tuple[int, int, float, np.ndarray]]:
+    """Simulates h [s] with each input (column of u) from each state (column of x).
+
+    Yields the columns of input and state, the cost of the step, and the state reached.
+    """
+    context = simulator.get_mutable_context()
     for i in range(u.shape[1]):
         port.FixValue(context, u[:, i])
         for s in range(x.shape[1]):
             context.SetTime(0.0)
             context.SetContinuousState(x[:, s])
-            costs[i, s] = h * cost_function(context)
+            cost = h * cost_function(context)
             simulator.Initialize()
             simulator.AdvanceTo(h)
             reached = np.array(context.get_continuous_state_vector().CopyToVector())
             for b in options.periodic_boundary_conditions:
                 reached[b.state_index] = b._wrapped(reached[b.state_index])
-            indices[i, :, s], weights[i, :, s] = states.EvalBarycentricWeights(reached)
-    return costs, indices, weights
+            yield i, s, cost, reached

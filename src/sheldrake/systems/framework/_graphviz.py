@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.systems.framework._index import PortDataType
+
 
 class GraphvizFragment:
     """A piece of a picture: its text, and the nodes that edges to its ports go to."""
@@ -20,7 +22,7 @@ class GraphvizFragmentParams:
 
 
 class Graphviz:
-    """The part of System that draws it."""
+    """The part of SystemBase that draws it."""
 
     GraphvizFragment = GraphvizFragment
     GraphvizFragmentParams = GraphvizFragmentParams
@@ -35,7 +37,7 @@ class Graphviz:
 
         Args:
             max_depth: Diagrams deeper than this are drawn as boxes; None: none are.
-            options: `{"split": "I/O"}` draws input and output apart.
+            options: `{"split": "I/O"}` draws input and output apart; `{"a/b/split": "I/O"}` those of subsystem a/b.
         """
         header = [f"<B>{escape(self._class_label())}</B>"]
         if self.get_name():
@@ -62,22 +64,30 @@ def escape(text: str) -> str:
 
 
 def _box(system: Any, params: GraphvizFragmentParams) -> GraphvizFragment:
-    inputs = [port.name for port in system._inputs]
-    outputs = [port.name for port in system._outputs]
-    node = params.node_id
+    inputs, outputs = ([_label(port) for port in ports] for ports in (system._inputs, system._outputs))
+    node, most = params.node_id, max(len(inputs), len(outputs))
     if params.options.get("split") == "I/O":
-        text = _table(f"{node}in", params, inputs, None) + _table(f"{node}out", params, None, outputs)
+        text = _table(f"{node}in", params, inputs, None, most) + _table(f"{node}out", params, None, outputs, most)
         return GraphvizFragment(
             [f"{node}in:u{i}" for i in range(len(inputs))], [f"{node}out:y{j}" for j in range(len(outputs))], text
         )
-    text = _table(node, params, inputs, outputs)
+    text = _table(node, params, inputs, outputs, most)
     return GraphvizFragment(
         [f"{node}:u{i}" for i in range(len(inputs))], [f"{node}:y{j}" for j in range(len(outputs))], text
     )
 
 
-def _table(node: str, params: GraphvizFragmentParams, inputs: list | None, outputs: list | None) -> list[str]:
-    rows = max(len(inputs or ()), len(outputs or ()), 1)
+def _label(port: Any) -> str:
+    """A port's name, grey if it carries nothing."""
+    empty = port.data_type == PortDataType.kVectorValued and port.size == 0
+    return f'<FONT COLOR="grey">{escape(port.name)}</FONT>' if empty else escape(port.name)
+
+
+def _table(
+    node: str, params: GraphvizFragmentParams, inputs: list | None, outputs: list | None, most: int
+) -> list[str]:
+    """A box with these ports; the only port on a side is as high as `most` ports."""
+    rows = max(len(inputs or ()), len(outputs or ()))
     header = "<BR/>\n".join(params.header_lines)
     text = [
         f"{node} [shape=none, border=0, label=<\n"
@@ -85,13 +95,13 @@ def _table(node: str, params: GraphvizFragmentParams, inputs: list | None, outpu
     ]
     for row in range(rows):
         text.append("<TR>\n")
-        text += _cell("u", "BL", inputs, row, rows)
-        text += _cell("y", "BR", outputs, row, rows)
+        text += _cell("u", "BL", inputs, row, rows, most)
+        text += _cell("y", "BR", outputs, row, rows, most)
         text.append("</TR>\n")
     return [*text, "</TABLE>\n>];\n"]
 
 
-def _cell(letter: str, sides: str, names: list[str] | None, row: int, rows: int) -> list[str]:
+def _cell(letter: str, sides: str, names: list[str] | None, row: int, rows: int, most: int) -> list[str]:
     if names is None:  # drawn elsewhere
         if row:
             return []
@@ -100,8 +110,8 @@ def _cell(letter: str, sides: str, names: list[str] | None, row: int, rows: int)
             '<FONT COLOR="cadetblue">(split)</FONT>\n</TD>\n'
         ]
     if row < len(names):
-        span = f'ROWSPAN="{rows}"' if len(names) == 1 and rows > 1 else ""
-        return [f'<TD PORT="{letter}{row}" BORDER="1" {span}>{escape(names[row])}</TD>\n']
+        span = f'ROWSPAN="{most}"' if len(names) == 1 and most > 1 else ""
+        return [f'<TD PORT="{letter}{row}" BORDER="1" {span}>{names[row]}</TD>\n']
     if row == len(names) and len(names) != 1:
         return [f'<TD PORT="{letter}{row}" BORDER="1" COLOR="grey" ROWSPAN="{rows - row}" SIDES="{sides}"></TD>\n']
     return []
@@ -114,32 +124,38 @@ def _diagram(system: Any, params: GraphvizFragmentParams) -> GraphvizFragment:
         f"subgraph cluster{number}diagram {{\ncolor=black\nconcentrate=true\n"
         f'label=<<TABLE BORDER="0"><TR><TD>\n{header}\n</TD></TR></TABLE>>;\n'
     ]
-    text += _ports(node, "in", "input ports", "blue", [port.name for port in system._inputs])
-    text += _ports(node, "out", "output ports", "green", [port.name for port in system._outputs])
+    text += _ports(node, "in", "input ports", "blue", [_label(port) for port in system._inputs])
+    text += _ports(node, "out", "output ports", "green", [_label(port) for port in system._outputs])
     text.append(f'subgraph cluster{number}subsystems {{\ncolor=white\nlabel=""\n')
-    options = {key: value for key, value in params.options.items() if key != "split"}
-    inside = [s.GetGraphvizFragment(params.max_depth - 1, options) for s in system._subsystems()]
+    inside = [
+        s.GetGraphvizFragment(params.max_depth - 1, _below(s.get_name(), params.options)) for s in system._subsystems()
+    ]
     for fragment in inside:
         text += fragment.fragments
     for (a, i), (b, j) in sorted(system._wires.items()):
         text.append(f"{inside[b].output_ports[j]}:e -> {inside[a].input_ports[i]}:w\n")
-    for (a, i), k in system._exported_inputs.items():
+    for (a, i), k in sorted(system._exported_inputs.items()):
         text.append(f"{node}in:{k}:e -> {inside[a].input_ports[i]}:w [color=blue];\n")
     for k, (b, j) in enumerate(system._exported_outputs):
         text.append(f"{inside[b].output_ports[j]}:e -> {node}out:{k}:w [color=green];\n")
     return GraphvizFragment(
         [f"{node}in:{i}" for i in range(len(system._inputs))],
         [f"{node}out:{j}" for j in range(len(system._outputs))],
-        [*text, "}\n", "}\n"],
+        [*text, "}\n}\n"],
     )
+
+
+def _below(name: str, options: dict[str, str]) -> dict[str, str]:
+    """The options for the subsystem of this name, whose path they begin with."""
+    return {key[len(name) + 1 :]: value for key, value in options.items() if key.startswith(f"{name}/")}
 
 
 def _ports(node: str, side: str, label: str, color: str, names: list[str]) -> list[str]:
     if not names:
         return []
-    rows = "".join(f'<TR><TD BORDER="1" PORT="{k}">{escape(name)}</TD></TR>\n' for k, name in enumerate(names))
     return [
         f'subgraph cluster{node}{side} {{\nrank=same\ncolor=lightgrey\nstyle=filled\nlabel="{label}"\n'
-        f'{node}{side} [shape=none, label=<\n<TABLE BORDER="0" COLOR="{color}" CELLSPACING="3" STYLE="rounded">\n'
-        f"{rows}</TABLE>\n>];\n}}\n"
+        f'{node}{side} [shape=none, label=<\n<TABLE BORDER="0" COLOR="{color}" CELLSPACING="3" STYLE="rounded">\n',
+        *(f'<TR><TD BORDER="1" PORT="{k}">{name}</TD></TR>\n' for k, name in enumerate(names)),
+        "</TABLE>\n>];\n}\n",
     ]

@@ -13,7 +13,6 @@ from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._declarations import DISCRETE, InputDeclaration
 from sheldrake.systems.framework._event import PeriodicEventData
-from sheldrake.systems.framework._graphviz import Graphviz
 from sheldrake.systems.framework._index import PortDataType, UseDefaultName
 from sheldrake.systems.framework._layout import Layout
 from sheldrake.systems.framework._port import InputPort, OutputPort
@@ -36,7 +35,7 @@ def _no_collection() -> Iterator[None]:
             gc.enable()
 
 
-class System(ScalarConversion, Graphviz, SystemBase):
+class System(ScalarConversion, SystemBase):
     """Base of all systems."""
 
     # Contexts.

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework._cache import CacheEntry, ValueProducer
 from sheldrake.systems.framework._declarations import CacheDeclaration, Callback, InputDeclaration, OutputDeclaration
+from sheldrake.systems.framework._graphviz import Graphviz
 from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
 from sheldrake.systems.framework._port import InputPort, LeafOutputPort, OutputPort
 
@@ -56,8 +57,8 @@ def is_blank(system: Any) -> bool:
     return isinstance(system, SystemBase) and "_system_id" not in system.__dict__
 
 
-class SystemBase(metaclass=SystemType):
-    """Name, ports, dependency tickets and cache entries of a system."""
+class SystemBase(Graphviz, metaclass=SystemType):
+    """Name, ports, dependency tickets, cache entries and picture of a system."""
 
     _inputs: list[InputDeclaration]
     _outputs: list[OutputDeclaration]

@@ -2,7 +2,13 @@ import numpy as np
 import pytest
 
 from sheldrake.systems.analysis import Simulator
-from sheldrake.systems.controllers import DynamicProgrammingOptions, FittedValueIteration, PeriodicBoundaryCondition
+from sheldrake.systems.controllers import (
+    DynamicProgrammingOptions,
+    FittedValueIteration,
+    LinearProgrammingApproximateDynamicProgramming,
+    LinearQuadraticRegulator,
+    PeriodicBoundaryCondition,
+)
 from sheldrake.systems.primitives import Integrator, LinearSystem
 
 GRID, CHOICES, STEP = [set(np.linspace(-2.0, 2.0, 17))], [{-1.0, 0.0, 1.0}], 0.25
@@ -46,11 +52,65 @@ def test_errors():
     options = DynamicProgrammingOptions()
     options.periodic_boundary_conditions = [PeriodicBoundaryCondition(0, -1.0, 2.0)]
     for arguments, words in (
-        ((simulator, away_from_zero, GRID * 2, CHOICES, STEP), "2 axes"),
-        ((simulator, away_from_zero, GRID, CHOICES * 2, STEP), "input grid has 2 axes"),
+        ((simulator, away_from_zero, GRID * 2, CHOICES, STEP), "2 states"),
+        ((simulator, away_from_zero, GRID, CHOICES * 2, STEP), "2 inputs are given"),
         ((simulator, away_from_zero, GRID, CHOICES, 0.0), "positive"),
         ((simulator, away_from_zero, GRID, CHOICES, STEP, options), "wraps from"),
         ((Simulator(discrete), away_from_zero, GRID, CHOICES, STEP), "continuous state"),
     ):
         with pytest.raises(RuntimeError, match=words):
             FittedValueIteration(*arguments)
+
+
+A, B = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.0], [1.0]])
+
+
+def quadratic_cost_to_go(library, discount=1.0, x=None, u=None):
+    """P of x'Px for the double integrator with cost x'x + u'u, by the linear program of a library."""
+    import importlib
+
+    controllers, primitives, analysis, framework = (
+        importlib.import_module(f"{library}.systems.{m}")
+        for m in ("controllers", "primitives", "analysis", "framework")
+    )
+    simulator = analysis.Simulator(primitives.LinearSystem(A, B, np.eye(2), np.zeros((2, 1))))
+    system = simulator.get_system()
+
+    def cost(context):
+        x = context.get_continuous_state_vector().CopyToVector()
+        u = system.get_input_port(0).Eval(context)
+        return float(x @ x + u @ u)
+
+    def to_go(x, p):
+        return p[0] * x[0] ** 2 + 2.0 * p[1] * x[0] * x[1] + p[2] * x[1] ** 2
+
+    options = controllers.DynamicProgrammingOptions()
+    options.discount_factor = discount
+    grid = np.linspace(-1.0, 1.0, 7)
+    samples = np.array(np.meshgrid(grid, grid)).reshape(2, -1) if x is None else x
+    inputs = np.linspace(-3.0, 3.0, 61)[None] if u is None else u
+    solve = controllers.LinearProgrammingApproximateDynamicProgramming
+    return solve(simulator, cost, to_go, 3, samples, inputs, 0.01, options)
+
+
+def test_linear_program_gives_the_riccati_solution():
+    """Up to the steps in time and between inputs."""
+    _, P = LinearQuadraticRegulator(A, B, np.eye(2), np.eye(1))
+    np.testing.assert_allclose(quadratic_cost_to_go("sheldrake"), [P[0, 0], P[0, 1], P[1, 1]], rtol=0.02)
+
+
+@pytest.mark.peer
+def test_linear_program_equals_pydrakes():
+    pytest.importorskip("pydrake")
+    x, u = np.random.default_rng(0).uniform(-1, 1, (2, 12)), np.linspace(-2, 2, 9)[None]
+    found = [quadratic_cost_to_go(name, 0.95, x, u) for name in ("sheldrake", "pydrake")]
+    np.testing.assert_allclose(*found, rtol=1e-5, atol=1e-7)
+
+
+def test_errors_of_the_linear_program():
+    with pytest.raises(RuntimeError, match="1 states are given"):
+        quadratic_cost_to_go("sheldrake", x=np.zeros((1, 3)))
+    with pytest.raises(RuntimeError, match="2 inputs are given"):
+        quadratic_cost_to_go("sheldrake", u=np.zeros((2, 3)))
+    with pytest.raises(RuntimeError, match="no solution"):
+        quadratic_cost_to_go("sheldrake", x=np.ones((2, 1)), u=np.zeros((1, 0)))
