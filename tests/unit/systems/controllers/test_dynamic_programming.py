@@ -5,7 +5,6 @@ from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.controllers import (
     DynamicProgrammingOptions,
     FittedValueIteration,
-    LinearProgrammingApproximateDynamicProgramming,
     LinearQuadraticRegulator,
     PeriodicBoundaryCondition,
 )
@@ -69,9 +68,8 @@ def quadratic_cost_to_go(library, discount=1.0, x=None, u=None):
     """P of x'Px for the double integrator with cost x'x + u'u, by the linear program of a library."""
     import importlib
 
-    controllers, primitives, analysis, framework = (
-        importlib.import_module(f"{library}.systems.{m}")
-        for m in ("controllers", "primitives", "analysis", "framework")
+    controllers, primitives, analysis = (
+        importlib.import_module(f"{library}.systems.{m}") for m in ("controllers", "primitives", "analysis")
     )
     simulator = analysis.Simulator(primitives.LinearSystem(A, B, np.eye(2), np.zeros((2, 1))))
     system = simulator.get_system()
