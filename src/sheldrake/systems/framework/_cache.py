@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sheldrake.common.value import AbstractValue
+from sheldrake.systems.framework._freshness import freshness
 from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
 
 
@@ -112,7 +113,7 @@ class CacheEntry:
             from sheldrake.systems.framework._topology import expand_tickets
 
             needs = expand_tickets(self._system, self._declaration.tickets)
-            level, keys = store.layout.freshness(context._node, needs)
+            level, keys = freshness(store.layout, context._node, needs)
             record = store.cache[key] = [None, None, self._declaration.enabled, level, keys]
         return record
 

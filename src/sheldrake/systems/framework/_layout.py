@@ -1,4 +1,4 @@
-"""Where every number of a root context lives, and the Program of its event loop."""
+"""What is computed under a root system, its rows, and the Program of its event loop."""
 
 from __future__ import annotations
 
@@ -16,30 +16,18 @@ from sheldrake.systems.framework._declarations import (
     OUTPUT,
     PUBLISH,
     UNRESTRICTED,
-    Callback,
     EventDeclaration,
     Stages,
 )
-from sheldrake.systems.framework._index import PortDataType, Ticket
+from sheldrake.systems.framework._freshness import level_of_needs
 from sheldrake.systems.framework._kernels import loop as _loop
-from sheldrake.systems.framework._topology import Source, Topology
+from sheldrake.systems.framework._memory import Memory, Place, RootView, Span
 
-Span = tuple[int, int]
-"""Begin and end in the slab."""
+NO_ROW = -(10**9)
+"""Number of the row of an event without a handler."""
 
 LOG = "log"
 """Handler of an event that appends the leaf's only input to its log."""
-
-
-@dataclasses.dataclass(slots=True)
-class Slot:
-    """Where an input or output port's value is: numbers at `span`; its row, or -1; its free number, or -1."""
-
-    span: Span
-    row: int = -1
-    free: int = -1
-    abstract_state: int = -1
-    vector: bool = True
 
 
 @dataclasses.dataclass(slots=True)
@@ -63,54 +51,15 @@ class Row:
         return isinstance(self.calc, Kernel)
 
 
-@dataclasses.dataclass(slots=True)
-class Place:
-    """Where one system's values are."""
-
-    xc: Span = (0, 0)
-    parts: tuple[list[Span], list[Span], list[Span]] = ([], [], [])
-    """q, v and z, relative to xc."""
-    xd: Span = (0, 0)
-    p: Span = (0, 0)
-    groups: Span = (0, 0)
-    """Numbers of discrete groups."""
-    parameters: Span = (0, 0)
-    """Numbers of numeric parameter groups."""
-    abstract: Span = (0, 0)
-    abstract_parameters: Span = (0, 0)
-    work: Span = (0, 0)
-    inputs: list[Slot] = dataclasses.field(default_factory=list)
-    outputs: list[Slot] = dataclasses.field(default_factory=list)
-    derivatives: int = -1
-    """Row of the time derivatives."""
-    events: list[int] = dataclasses.field(default_factory=list)
-    """Row of each event, in the order of declaration; -1 - n for log n, `NO_ROW` without a handler."""
-
-
-NO_ROW = -(10**9)
-
-
-class Layout(Topology):
-    """A topology with memory: `places`, `rows`, `program`, and what a new context begins with (`S0`, `I0`)."""
+class Layout(Memory):
+    """The `rows` and the `program` of a root system, whose first rows are the output ports in order."""
 
     def __init__(self, root: Any, overrides: frozenset[tuple[int, int]] = frozenset(), given: dict | None = None):
-        super().__init__(root, overrides)
-        self.given = given or {}
-        """What contexts of this layout know otherwise than new ones do, by node; see `LeafSystem._structure_in`."""
+        super().__init__(root, overrides, given)
         self.structured = [n for n in self.leaves if self.systems[n]._structured]
-        self.size = 1
-        self.places = [Place() for _ in self.nodes]
-        self.groups: list[Span] = []
-        self.parameter_groups: list[Span] = []
-        self.num_abstract = self.num_abstract_parameters = 0
-        self._inputs: dict[tuple[int, int], Slot] = {}  # of diagrams
-        self._outputs: dict[tuple[int, int], tuple[int, int]] = {}
         self.rows: list[Row] = []
         self.logs: list[tuple[int, Span]] = []
         self.log_of: dict[int, int] = {}
-        self._take_state()
-        self._take_ports()
-        self._take_work()
         self._models: dict[int, dict] = {}
         self._stages: dict[int, list[int]] = {}
         self._add_rows()
@@ -128,114 +77,6 @@ class Layout(Topology):
         self._pulls: dict[int, list[int]] = {}
         del self.systems  # a layout is owned by the root system: it must not own it in turn
 
-    def _take(self, n: int) -> Span:
-        self.size += n
-        return self.size - n, self.size
-
-    def _take_state(self) -> None:
-        leaves = [(self.systems[n], self.places[n]) for n in self.leaves]
-        for s, place in leaves:
-            nq, nv, nz = s._xc_counts
-            place.xc = self._take(nq + nv + nz)
-            place.parts = ([(0, nq)], [(nq, nq + nv)], [(nq + nv, nq + nv + nz)])
-        self.xc = (1, self.size)
-        for s, place in leaves:
-            place.groups = self._take_groups(s._xd_models, self.groups)
-            place.xd = self._span(self.groups, place.groups)
-        self.xd = (self.xc[1], self.size)
-        for s, place in leaves:
-            place.parameters = self._take_groups(s._pn_models, self.parameter_groups)
-            place.p = self._span(self.parameter_groups, place.parameters)
-            place.abstract = self.num_abstract, self.num_abstract + len(s._xa_models)
-            self.num_abstract = place.abstract[1]
-            first = self.num_abstract_parameters
-            self.num_abstract_parameters = first + len(s._pa_models)
-            place.abstract_parameters = first, self.num_abstract_parameters
-        self.p = (self.xd[1], self.size)
-        for node, place in zip(self.nodes, self.places):
-            if not node.leaf:
-                self._gather(node, place)
-
-    def _take_groups(self, models: list, groups: list[Span]) -> Span:
-        first = len(groups)
-        groups.extend(self._take(model.size()) for model in models)
-        return first, len(groups)
-
-    def _span(self, groups: list[Span], numbers: Span) -> Span:
-        first, last = numbers
-        return (groups[first][0], groups[last - 1][1]) if last > first else (self.size, self.size)
-
-    def _gather(self, node: Any, place: Place) -> None:
-        """A diagram's values are those of its leaves, which lie side by side."""
-        inside = [self.places[n] for n in self.leaves[node.first_leaf : node.last_leaf]]
-        if not inside:
-            return
-        for name in ("xc", "xd", "p", "groups", "parameters", "abstract", "abstract_parameters"):
-            full = [s for s in (getattr(q, name) for q in inside) if s[1] > s[0]]
-            setattr(place, name, (full[0][0], full[-1][1]) if full else (0, 0))
-        if place.groups == (0, 0):
-            place.xd = (0, 0)
-        base = place.xc[0]
-        place.parts = tuple(  # type: ignore[assignment]
-            [(a + q.xc[0] - base, b + q.xc[0] - base) for q in inside for a, b in q.parts[k] if b > a] or [(0, 0)]
-            for k in range(3)
-        )
-
-    def _take_ports(self) -> None:
-        self.row_of: dict[tuple[int, int], int] = {port: r for r, port in enumerate(self.ports)}
-        for n in self.leaves:
-            self.places[n].outputs = [Slot((0, 0))] * len(self.systems[n]._outputs)
-        for r, (n, j) in enumerate(self.ports):
-            o = self.systems[n]._outputs[j]
-            vector = o.data_type is PortDataType.kVectorValued
-            span = self._take(o.size) if vector else (0, 0)
-            self.places[n].outputs[j] = Slot(span, row=r, vector=vector)
-            self.rows.append(Row(n, OUTPUT, o.calc, span, output=j))
-        for n in self.leaves:
-            place = self.places[n]
-            for j, o in enumerate(self.systems[n]._outputs):
-                if o.state is not None:
-                    place.outputs[j] = self._state_slot(place, *o.state)
-        self.free: dict[tuple[int, int], int] = {}
-        self.free_slots: list[Slot] = []
-        for n in self.leaves:
-            slots = [self._input_slot(self.sources[n, i]) for i in range(len(self.systems[n]._inputs))]
-            self.places[n].inputs = slots
-        for node in self.nodes:
-            if not node.leaf:  # also what is exported to nobody may be fixed
-                for i in range(len(self.systems[node.number]._inputs)):
-                    self._inputs[node.number, i] = self._input_slot(self.resolve(node.number, i))
-                for j in range(len(self.systems[node.number]._outputs)):
-                    self._outputs[node.number, j] = self.output_source(node.number, j)
-
-    def _state_slot(self, place: Place, kind: str, index: int) -> Slot:
-        if kind == "xc":
-            return Slot(place.xc)
-        if kind == "xd":
-            return Slot(self.groups[place.groups[0] + index])
-        return Slot((0, 0), abstract_state=place.abstract[0] + index, vector=False)
-
-    def _input_slot(self, source: Source) -> Slot:
-        kind, n, k = source
-        if kind == "out":
-            return self.places[n].outputs[k]
-        if (n, k) not in self.free:
-            declaration = self.systems[n]._inputs[k]
-            vector = declaration.data_type is PortDataType.kVectorValued
-            span = self._take(declaration.size) if vector else (0, 0)
-            self.free[n, k] = len(self.free_slots)
-            self.free_slots.append(Slot(span, free=len(self.free_slots), vector=vector))
-        return self.free_slots[self.free[n, k]]
-
-    def _take_work(self) -> None:
-        self.prototypes: dict[int, Any] = {}
-        for n in self.leaves:
-            self.prototypes[n] = self.systems[n]._scratch_in(RootView(self, n))
-            self.places[n].work = self._take(_scratch.size_of(self.prototypes[n]))
-        self.plus = self._take(self.xd[1] - self.xc[0])[0] - self.xc[0]
-        self.xdot = self._take(self.xc[1] - self.xc[0])
-        self.rk = self._take(8 * (self.xc[1] - self.xc[0]))  # x0 and up to seven stages
-
     def _shift(self, span: Span, by: int) -> Span:
         return span[0] + by, span[1] + by
 
@@ -244,6 +85,8 @@ class Layout(Topology):
         return len(self.rows) - 1
 
     def _add_rows(self) -> None:
+        for n, j in self.ports:
+            self._add(Row(n, OUTPUT, self.systems[n]._outputs[j].calc, self.places[n].outputs[j].span, output=j))
         for n in self.leaves:
             system, place = self.systems[n], self.places[n]
             if place.xc[1] > place.xc[0]:
@@ -465,123 +308,8 @@ class Layout(Topology):
         """How often each output row can change at most."""
         level: list[int] = []
         for n, j in self.ports:
-            level.append(self.level_of_needs(n, self.needs[n, j], level))
+            level.append(level_of_needs(self, n, self.needs[n, j], level))
         return level
-
-    def level_of_needs(self, n: int, needs: set, level: list[int]) -> int:
-        """Level of a value of node `n` that needs these sources, given the levels of output rows."""
-        place = self.places[n]
-        found = 0
-        if Ticket.TIME in needs or (Ticket.XC in needs and place.xc[1] > place.xc[0]):
-            found = 2
-        elif needs & {Ticket.XD, Ticket.XA, "work"}:
-            found = 1
-        for need in needs:
-            if isinstance(need, tuple):
-                found = max(found, self.input_level(place.inputs[need[1]], level))
-        return found
-
-    def input_level(self, slot: Slot, level: list[int]) -> int:
-        """Level of an input."""
-        if slot.row >= 0:
-            return level[slot.row]
-        if slot.free >= 0:
-            return 0
-        return 2 if slot.abstract_state < 0 and slot.span[0] < self.xc[1] and slot.span[1] > slot.span[0] else 1
-
-    def freshness(self, n: int, needs: Iterable) -> tuple[int, tuple]:
-        """What tells whether a value of node `n` that needs these sources is up to date.
-
-        Returns:
-            The level at which the event loop may change it, and the names of the sources Python may write.
-        """
-        chain, m = [], n
-        while m >= 0:
-            chain.append(m)
-            m = self.nodes[m].parent
-        place, level = self.places[n], 0
-        keys: set[Any] = {"all"}
-        for need in needs:
-            if isinstance(need, tuple):
-                slot = place.inputs[need[1]]
-                if slot.row >= 0:
-                    row = self.rows[slot.row]
-                    found = self.freshness(row.node, self.needs[row.node, row.output])
-                elif slot.free >= 0:
-                    found = 0, (("fixed", slot.free),)
-                else:
-                    found = self._state_freshness(slot)
-                level = max(level, found[0])
-                keys.update(found[1])
-            elif need == Ticket.TIME:
-                level = 2
-                keys.add("t")
-            elif need == Ticket.ACCURACY:
-                keys.add("accuracy")
-            elif need == Ticket.XC:
-                level = 2 if place.xc[1] > place.xc[0] else level
-                keys.update(("xc", m) for m in chain)
-            elif need in (Ticket.XA, "work"):
-                level = max(level, 1)
-                keys.update(("xa", m) for m in chain)
-            elif need == Ticket.XD:
-                level = max(level, 1)
-                keys.update(("xd", g) for g in range(*place.groups))
-            elif need == Ticket.PN:
-                keys.update(("pn", g) for g in range(*place.parameters))
-            elif need == Ticket.PA:
-                keys.update(("pa", m) for m in chain)
-            if need in (Ticket.XC, Ticket.XD, Ticket.XA, "work"):
-                keys.update(("x", m) for m in chain)
-            elif need in (Ticket.PN, Ticket.PA):
-                keys.update(("p", m) for m in chain)
-        return level, tuple(keys)
-
-    def _state_freshness(self, slot: Slot) -> tuple[int, tuple]:
-        for n in self.leaves:
-            if any(s is slot or s == slot for s in self.places[n].outputs):
-                return self.freshness(n, {Ticket.XC, Ticket.XD, Ticket.XA})
-        return 2, ()
-
-    # What contexts ask.
-
-    def resolve_fixed(self, n: int, i: int) -> int | None:
-        """The free number of an input port that nothing is connected to; None if it takes its value elsewhere."""
-        return self.free.get((n, i))
-
-    def input_slot(self, n: int, i: int) -> Slot:
-        """Where input port `i` of node `n`, leaf or diagram, takes its value."""
-        if self.nodes[n].leaf:
-            return self.places[n].inputs[i]
-        return self._inputs[n, i]
-
-    def output_slot(self, n: int, j: int) -> tuple[int, int, Slot]:
-        """Leaf, its port and place of output port `j` of node `n`."""
-        if not self.nodes[n].leaf:
-            n, j = self._outputs[n, j]
-        return n, j, self.places[n].outputs[j]
-
-
-class RootView:
-    """What a leaf may ask about the root it is compiled into (see `System._kernel_models`)."""
-
-    def __init__(self, layout: Layout, node: int):
-        self._layout, self._node = layout, node
-
-    def source(self, i: int) -> tuple[Any, int] | None:
-        """The leaf system and the number of its output port that feed input port `i`; None if nothing does."""
-        kind, n, j = self._layout.sources[self._node, i]
-        return (self._layout.systems[n], j) if kind == "out" else None
-
-    def given(self, i: int) -> Any:
-        """What the leaf that feeds input port `i` has in these contexts otherwise than in new ones, or None."""
-        kind, n, _ = self._layout.sources[self._node, i]
-        return self._layout.given.get(n) if kind == "out" else None
-
-    @property
-    def root(self) -> Any:
-        """The root system."""
-        return self._layout.systems[0]
 
 
 def _ints(values: Any) -> np.ndarray:
@@ -594,6 +322,3 @@ def _flat(lists: Iterable) -> list:
 
 def _pointers(lists: Iterable) -> np.ndarray:
     return np.cumsum([0] + [len(v) for v in lists], dtype=np.int64)
-
-
-__all__ = ["LOG", "NO_ROW", "Callback", "Layout", "Place", "RootView", "Row", "Slot", "Span"]
