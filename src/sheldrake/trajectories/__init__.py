@@ -10,14 +10,18 @@ from sheldrake.trajectories._bezier import BezierCurve
 from sheldrake.trajectories._bspline import BsplineTrajectory
 from sheldrake.trajectories._composed import (
     CompositeTrajectory,
-    DerivativeTrajectory,
-    DiscreteTimeTrajectory,
-    FunctionHandleTrajectory,
     PathParameterizedTrajectory,
     StackedTrajectory,
-    _WrappedTrajectory,
 )
 from sheldrake.trajectories._exponential import ExponentialPlusPiecewisePolynomial
+from sheldrake.trajectories._functions import (
+    DiscreteTimeTrajectory,
+    FunctionHandleTrajectory,
+)
+from sheldrake.trajectories._one_other import (
+    DerivativeTrajectory,
+    _WrappedTrajectory,
+)
 from sheldrake.trajectories._orientation import PiecewisePose, PiecewiseQuaternionSlerp
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
