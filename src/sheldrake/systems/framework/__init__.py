@@ -35,6 +35,7 @@ from sheldrake.systems.framework._index import (
 )
 from sheldrake.systems.framework._leaf_system import LeafSystem
 from sheldrake.systems.framework._port import FixedInputPortValue, InputPort, LeafOutputPort, OutputPort
+from sheldrake.systems.framework._port_values import BusValue, SystemOutput
 from sheldrake.systems.framework._saving import LoadContext, SaveContext
 from sheldrake.systems.framework._scalar_conversion import SystemScalarConverter
 from sheldrake.systems.framework._system import System, SystemVisitor
@@ -42,12 +43,10 @@ from sheldrake.systems.framework._system_base import SystemBase
 from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.systems.framework._values import (
     AbstractValues,
-    BusValue,
     ContinuousState,
     DiscreteValues,
     Parameters,
     State,
-    SystemOutput,
 )
 from sheldrake.systems.framework._vector import BasicVector, Subvector, Supervector, VectorBase
 from sheldrake.systems.framework._vector_system import VectorSystem

@@ -16,10 +16,11 @@ from sheldrake.systems.framework._event import PeriodicEventData
 from sheldrake.systems.framework._index import PortDataType, UseDefaultName
 from sheldrake.systems.framework._layout import Layout
 from sheldrake.systems.framework._port import InputPort, OutputPort
+from sheldrake.systems.framework._port_values import SystemOutput
 from sheldrake.systems.framework._scalar_conversion import ScalarConversion
 from sheldrake.systems.framework._store import Store, tree_of
 from sheldrake.systems.framework._system_base import SystemBase
-from sheldrake.systems.framework._values import ContinuousState, DiscreteValues, State, SystemOutput
+from sheldrake.systems.framework._values import ContinuousState, DiscreteValues, State
 from sheldrake.systems.framework._vector import BasicVector
 
 

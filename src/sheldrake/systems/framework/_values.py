@@ -1,4 +1,4 @@
-"""Groups of values: discrete and continuous state, abstract values, parameters, and a bus of named values."""
+"""Groups of values: discrete and continuous state, abstract values, parameters."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common.value import AbstractValue, _register_value_type
+from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._vector import BasicVector, Subvector, Supervector, VectorBase, as_vector
 
 Touch = Callable[[], None]
@@ -441,88 +441,11 @@ class Parameters:
         return self.Clone()
 
 
-class BusValue:
-    """Abstract values by name, as one port carries them together."""
-
-    def __init__(self) -> None:
-        self._values: dict[str, AbstractValue] = {}
-
-    def Set(self, name: str, value: AbstractValue) -> None:
-        """Stores a copy of `value` under `name`."""
-        if not isinstance(value, AbstractValue):
-            raise TypeError(f"BusValue.Set(): incompatible function arguments: {value!r} is no AbstractValue.")
-        self._values[name] = value.Clone()
-
-    def Find(self, name: str) -> Any:
-        """The held object under `name`, or None."""
-        value = self._values.get(name)
-        return None if value is None else value.get_value()
-
-    def Clear(self) -> None:
-        """Forgets all values."""
-        self._values.clear()
-
-    def Clone(self) -> BusValue:
-        """An independent copy."""
-        bus = BusValue()
-        bus._values = {name: value.Clone() for name, value in self._values.items()}
-        return bus
-
-    def _assign_from(self, other: BusValue) -> None:
-        self._values = other.Clone()._values
-
-    def __copy__(self) -> BusValue:
-        return self.Clone()
-
-    def __deepcopy__(self, memo: dict) -> BusValue:
-        return self.Clone()
-
-    def __getitem__(self, key: str) -> Any:
-        if key not in self._values:
-            raise KeyError(key)
-        return self._values[key].get_value()
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(sorted(self._values))
-
-
-_register_value_type(BusValue)
-
-
-class SystemOutput:
-    """The values of all output ports of a system, filled by `System.CalcOutput`."""
-
-    _values: list[AbstractValue]
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError("SystemOutput: No constructor defined! Use System.AllocateOutput().")
-
-    @classmethod
-    def _of(cls, values: list[AbstractValue]) -> SystemOutput:
-        output = object.__new__(cls)
-        output._values = values
-        return output
-
-    def num_ports(self) -> int:
-        """How many output ports there are."""
-        return len(self._values)
-
-    def get_data(self, index: int, /) -> AbstractValue:
-        """Value of output port `index`."""
-        return self._values[_index("SystemOutput.get_data()", index, len(self._values))]
-
-    def get_vector_data(self, index: int, /) -> BasicVector:
-        """Value of vector output port `index`."""
-        return self.get_data(index).get_value()
-
-
 __all__ = [
     "AbstractValues",
-    "BusValue",
     "ContinuousState",
     "DiscreteValues",
     "Parameters",
     "State",
-    "SystemOutput",
     "as_vector",
 ]
