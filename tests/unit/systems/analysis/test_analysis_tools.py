@@ -13,7 +13,6 @@ from sheldrake.systems.analysis import (
     BatchEvalUniquePeriodicDiscreteUpdate,
     DiscreteTimeApproximation,
     ExtractSimulatorConfig,
-    GetIntegrationSchemes,
     MonteCarloSimulation,
     PrintSimulatorStatistics,
     RandomSimulation,
@@ -119,68 +118,6 @@ def test_dense_output_is_continuous_and_accurate():
     for t in np.linspace(0.0, 2.0, 41):
         np.testing.assert_allclose(trajectory.value(t).ravel(), (expm(t * A) @ [1.0, 0.0]), atol=1e-5)
     assert integrator.get_dense_output() is None
-
-
-@pytest.mark.parametrize(
-    ("scheme", "order"),
-    [
-        ("explicit_euler", 1),
-        ("runge_kutta2", 2),
-        ("runge_kutta3", 3),
-        ("bogacki_shampine3", 3),
-        ("runge_kutta5", 5),
-        ("implicit_euler", 1),
-        ("radau1", 1),
-        ("radau3", 3),
-        ("velocity_implicit_euler", 1),
-    ],
-)
-def test_order_of_convergence(scheme, order):
-    assert scheme in GetIntegrationSchemes()
-    errors, steps = [], [0.1, 0.05, 0.025]
-    for h in steps:
-        system = LinearSystem(A=A, B=np.zeros((2, 0)), C=np.eye(2), D=np.zeros((2, 0)))
-        simulator = Simulator(system)
-        integrator = ResetIntegratorFromFlags(simulator, scheme, h)
-        integrator.set_fixed_step_mode(True)
-        simulator.get_mutable_context().SetContinuousState([1.0, 0.0])
-        simulator.AdvanceTo(1.0)
-        x = simulator.get_context().get_continuous_state_vector().value()
-        errors.append(np.linalg.norm(x - expm(A) @ [1.0, 0.0]))
-    found = np.polyfit(np.log(steps), np.log(errors), 1)[0]
-    assert found == pytest.approx(order, abs=0.25)
-
-
-@pytest.mark.parametrize("scheme", ["implicit_euler", "radau3"])
-def test_stiff_systems(scheme):
-    class Stiff(LeafSystem):
-        """x' = -1e5 (x - cos t)."""
-
-        def __init__(self):
-            super().__init__()
-            self.DeclareContinuousState(1)
-
-        def DoCalcTimeDerivatives(self, context, derivatives):
-            derivatives[0] = -1e5 * (context.get_continuous_state_vector()[0] - np.cos(context.get_time()))
-
-    simulator = Simulator(Stiff())
-    integrator = ResetIntegratorFromFlags(simulator, scheme, 0.1)
-    integrator.set_target_accuracy(1e-3)
-    simulator.AdvanceTo(1.0)
-    assert simulator.get_context().get_continuous_state_vector()[0] == pytest.approx(np.cos(1.0), abs=1e-3)
-    assert integrator.get_num_steps_taken() < 1000  # an explicit integrator needs about 1e5
-
-
-def test_semi_explicit_euler_keeps_energy_bounded():
-    pendulum = Pendulum()
-    simulator = Simulator(pendulum)
-    ResetIntegratorFromFlags(simulator, "semi_explicit_euler", 0.01)
-    context = simulator.get_mutable_context()
-    context.SetContinuousState([0.5, 0.0])
-    pendulum.get_input_port().FixValue(context, [0.0])
-    simulator.AdvanceTo(50.0)
-    q, v = context.get_continuous_state_vector().value()
-    assert 0.5 * v * v - np.cos(q) == pytest.approx(-np.cos(0.5), abs=2e-3)
 
 
 def test_error_control_keeps_its_promise():
