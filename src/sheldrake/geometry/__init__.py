@@ -45,8 +45,22 @@ from ._proximity_properties import (
 )
 from ._query_object import QueryObject
 from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
+from ._raster_engine import MakeRenderEngineGl, MakeRenderEngineGltfClient, MakeRenderEngineVtk
 from ._refine_mesh import RefineVolumeMesh, RefineVolumeMeshIntoVtkFileContents
+from ._render_camera import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
+from ._render_engine import RenderEngine
 from ._render_label import RenderLabel
+from ._render_params import (
+    EnvironmentMap,
+    EquirectangularMap,
+    GltfExtension,
+    LightParameter,
+    NullTexture,
+    RenderEngineGlParams,
+    RenderEngineGltfClientParams,
+    RenderEngineVtkParams,
+    SsaoParameter,
+)
 from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign
 from ._scene_graph import SceneGraph
@@ -87,9 +101,11 @@ __all__ = [
     "CalcObb",
     "CalcVolume",
     "Capsule",
+    "ClippingRange",
     "CollisionFilterDeclaration",
     "CollisionFilterManager",
     "CollisionFilterScope",
+    "ColorRenderCamera",
     "ComputeAabbForTriangleMesh",
     "ComputeAabbForVolumeMesh",
     "ComputeObbForTriangleMesh",
@@ -100,7 +116,11 @@ __all__ = [
     "Convex",
     "Cylinder",
     "DefaultProximityProperties",
+    "DepthRange",
+    "DepthRenderCamera",
     "Ellipsoid",
+    "EnvironmentMap",
+    "EquirectangularMap",
     "FilterId",
     "FrameId",
     "FramePoseVector",
@@ -113,11 +133,16 @@ __all__ = [
     "GeometryProperties",
     "GeometrySet",
     "GeometryVersion",
+    "GltfExtension",
     "HalfSpace",
     "HydroelasticContactRepresentation",
     "IllustrationProperties",
     "InMemoryMesh",
+    "LightParameter",
     "MakePhongIllustrationProperties",
+    "MakeRenderEngineGl",
+    "MakeRenderEngineGltfClient",
+    "MakeRenderEngineVtk",
     "Mesh",
     "MeshSource",
     "Meshcat",
@@ -129,6 +154,7 @@ __all__ = [
     "MeshcatVisualizer",
     "MeshcatVisualizerParams",
     "MeshcatVisualizer_",
+    "NullTexture",
     "Obb",
     "PenetrationAsPointPair",
     "PenetrationAsPointPair_",
@@ -145,6 +171,11 @@ __all__ = [
     "ReadObjToTriangleSurfaceMesh",
     "RefineVolumeMesh",
     "RefineVolumeMeshIntoVtkFileContents",
+    "RenderCameraCore",
+    "RenderEngine",
+    "RenderEngineGlParams",
+    "RenderEngineGltfClientParams",
+    "RenderEngineVtkParams",
     "RenderLabel",
     "Rgba",
     "Role",
@@ -161,6 +192,7 @@ __all__ = [
     "SignedDistanceToPoint_",
     "SourceId",
     "Sphere",
+    "SsaoParameter",
     "StartMeshcat",
     "SurfacePolygon",
     "SurfaceTriangle",

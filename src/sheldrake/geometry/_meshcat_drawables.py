@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ._meshcat_mesh_files import LoadedMesh, load_mesh
+from ._mesh_looks import LoadedMesh, load_mesh
 from ._rgba import Rgba
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import typing
 from types import SimpleNamespace
 
 from ._rgba import Rgba
@@ -11,7 +12,8 @@ from ._roles import Role
 
 def _typed_fields(cls: type) -> type:
     """Adds `__fields__`, the (name, type) pairs which typed YAML loading reads; every field is found on the class."""
-    cls.__fields__ = tuple(SimpleNamespace(name=f.name, type=f.type) for f in dataclasses.fields(cls))
+    types = typing.get_type_hints(cls)
+    cls.__fields__ = tuple(SimpleNamespace(name=f.name, type=types[f.name]) for f in dataclasses.fields(cls))
     for field in dataclasses.fields(cls):
         if not hasattr(cls, field.name):
             setattr(cls, field.name, field.default_factory())  # type: ignore[operator]

@@ -13,6 +13,7 @@ from ._contact_search import find_contacts
 from ._contact_surface import ContactSurface, surfaces_of
 from ._hydro_compile import explain_unsupported, find_surfaces
 from ._ids import FrameId, GeometryId
+from ._image import ImageDepth32F, ImageLabel16I, ImageRgba8U
 from ._inspector import SceneGraphInspector
 from ._kernels import model as columns
 from ._kernels.model import ContactTable, GeometryModel, contact_table
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
     from ._bounding import Obb
+    from ._render_camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
+    from ._render_engine import RenderEngine
     from ._scene_graph import SceneGraph
 
 
@@ -394,11 +397,72 @@ class QueryObject:
         """Not available: deformable geometry."""
         raise NotImplementedError("QueryObject.GetConfigurationsInWorld(): deformable geometry is not supported.")
 
-    def RenderColorImage(self, *args: Any, **kwargs: Any) -> Any:
-        """Not available: rendering."""
-        raise NotImplementedError("QueryObject.RenderColorImage(): rendering is not supported.")
+    # ---- pictures
 
-    RenderDepthImage = RenderLabelImage = RenderColorImage
+    def _renderer(self, core: RenderCameraCore, parent_frame: FrameId, X_PC: RigidTransform) -> RenderEngine:
+        """The render engine of a camera on a frame, everything at its place."""
+        engine = self._state.renderers.use(core.renderer_name())
+        if parent_frame != WORLD_FRAME_ID:
+            self._state.frame(parent_frame)
+        records = {i: self._state.geometries[i] for i in engine._moving()}
+        X_WF = self._world_poses({record.frame for record in records.values()} | {parent_frame})
+        engine._update_poses({i: X_WF[record.frame] @ record.X_FG for i, record in records.items()})
+        engine.UpdateViewpoint(X_WF[parent_frame] @ X_PC @ core.sensor_pose_in_camera_body())
+        return engine
+
+    def RenderColorImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
+        """What a camera sees, in colours.
+
+        Args:
+            camera: Lens, and which renderer draws.
+            parent_frame: Frame P that the camera moves with.
+            X_PC: Pose of the camera (x right, y down, z forward) in P.
+
+        Returns:
+            An ImageRgba8U.
+
+        Raises:
+            RuntimeError: there is no such frame or renderer.
+        """
+        image = ImageRgba8U(camera.core().intrinsics().width(), camera.core().intrinsics().height())
+        self._renderer(camera.core(), parent_frame, X_PC).RenderColorImage(camera, image)
+        return image
+
+    def RenderDepthImage(self, camera: DepthRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
+        """Depth [m] of what a camera sees: z in the camera's frame, 0 for too close, infinity for too far or nothing.
+
+        Args:
+            camera: Lens, range of depths, and which renderer draws.
+            parent_frame: Frame P that the camera moves with.
+            X_PC: Pose of the camera (x right, y down, z forward) in P.
+
+        Returns:
+            An ImageDepth32F.
+
+        Raises:
+            RuntimeError: there is no such frame or renderer.
+        """
+        image = ImageDepth32F(camera.core().intrinsics().width(), camera.core().intrinsics().height())
+        self._renderer(camera.core(), parent_frame, X_PC).RenderDepthImage(camera, image)
+        return image
+
+    def RenderLabelImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
+        """Labels of what a camera sees, RenderLabel.kEmpty for nothing.
+
+        Args:
+            camera: Lens, and which renderer draws.
+            parent_frame: Frame P that the camera moves with.
+            X_PC: Pose of the camera (x right, y down, z forward) in P.
+
+        Returns:
+            An ImageLabel16I.
+
+        Raises:
+            RuntimeError: there is no such frame or renderer.
+        """
+        image = ImageLabel16I(camera.core().intrinsics().width(), camera.core().intrinsics().height())
+        self._renderer(camera.core(), parent_frame, X_PC).RenderLabelImage(camera, image)
+        return image
 
     def __copy__(self) -> QueryObject:
         """A copy keeps the geometry and the poses of this moment, whatever becomes of the context."""

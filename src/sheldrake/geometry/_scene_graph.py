@@ -19,6 +19,8 @@ from ._instance import GeometryFrame, GeometryInstance
 from ._kernels.model import GeometryModel
 from ._properties import GeometryProperties
 from ._query_object import QueryObject
+from ._render_engine import RenderEngine
+from ._renderers import Renderers
 from ._roles import HydroelasticContactRepresentation, Role, RoleAssign
 from ._shapes import Shape
 from ._state import WORLD_FRAME_ID, GeometryState
@@ -292,31 +294,60 @@ class SceneGraph(LeafSystem):
             read=lambda: (self._model if context is None else self._geometry_state(context)).filter,
         )
 
-    # ---- renderers: none
+    # ---- renderers
 
     def AddRenderer(self, *args: Any, **kwargs: Any) -> None:
-        """Not available."""
-        raise NotImplementedError("SceneGraph.AddRenderer(): rendering is not supported.")
+        """Adds a clone of a render engine: `([context,] name, renderer)`.
 
-    def RendererCount(self, context: Any | None = None) -> int:
-        """Zero: rendering is not supported."""
-        return 0
+        It is told of all geometry with the perception role, or of that which names it in the set of names that is the
+        property ("renderer", "accepting").
 
-    def HasRenderer(self, *args: Any, **kwargs: Any) -> bool:
-        """False: rendering is not supported."""
-        return False
+        Raises:
+            RuntimeError: the name is taken, or the engine refuses a geometry.
+        """
+        context, (name, renderer) = _with_context("AddRenderer", args, kwargs, ("name", "renderer"))
+        if not isinstance(renderer, RenderEngine):
+            raise TypeError(
+                f"AddRenderer(): incompatible arguments; renderer must be a RenderEngine, not {renderer!r}."
+            )
+        self._mutable_state(context).add_renderer(name, renderer)
 
     def RemoveRenderer(self, *args: Any, **kwargs: Any) -> None:
-        """Raises: there is no renderer to remove."""
-        raise RuntimeError("SceneGraph.RemoveRenderer(): there is no renderer; rendering is not supported.")
+        """Removes a render engine: `([context,] name)`.
+
+        Raises:
+            RuntimeError: there is none of the name.
+        """
+        context, (name,) = _with_context("RemoveRenderer", args, kwargs, ("name",))
+        self._mutable_state(context).remove_renderer(name)
+
+    def _renderers(self, context: Any | None) -> Renderers:
+        return (self._model if context is None else self._geometry_state(context)).renderers
+
+    def RendererCount(self, context: Any | None = None) -> int:
+        """Number of render engines."""
+        return len(self._renderers(context).names())
+
+    def RegisteredRendererNames(self, context: Any | None = None) -> list[str]:
+        """Names of the render engines, sorted."""
+        return self._renderers(context).names()
+
+    def HasRenderer(self, *args: Any, **kwargs: Any) -> bool:
+        """True if there is a render engine of the name: `([context,] name)`."""
+        context, (name,) = _with_context("HasRenderer", args, kwargs, ("name",))
+        return self._renderers(context).find(name) is not None
 
     def GetRendererParameterYaml(self, *args: Any, **kwargs: Any) -> str:
-        """Empty: there is no renderer."""
-        return ""
+        """The options of a render engine, `([context,] name)`, as YAML; empty if there is none of the name."""
+        context, (name,) = _with_context("GetRendererParameterYaml", args, kwargs, ("name",))
+        engine = self._renderers(context).find(name)
+        return "" if engine is None else engine.GetParameterYaml()
 
     def GetRendererTypeName(self, *args: Any, **kwargs: Any) -> str:
-        """Empty: there is no renderer."""
-        return ""
+        """What kind of render engine, `([context,] name)`, it is; empty if there is none of the name."""
+        context, (name,) = _with_context("GetRendererTypeName", args, kwargs, ("name",))
+        engine = self._renderers(context).find(name)
+        return "" if engine is None else engine._type_name()
 
 
 def _arguments(call: str, args: tuple, kwargs: dict, names: tuple[str, ...], **defaults: Any) -> tuple[Any, tuple]:
@@ -331,3 +362,15 @@ def _arguments(call: str, args: tuple, kwargs: dict, names: tuple[str, ...], **d
     if len(rest) > len(names) or set(given) != set(names) or not isinstance(given[names[0]], SourceId):
         raise TypeError(f"{call}(): incompatible arguments; expected ([context,] {', '.join(names)}).")
     return context, tuple(given[name] for name in names)
+
+
+def _with_context(call: str, args: tuple, kwargs: dict, names: tuple[str, ...]) -> tuple[Any, tuple]:
+    """Splits `([context,] name, ...)` in the same way, where a text comes first."""
+    rest, given = list(args), dict(kwargs)
+    context = given.pop("context", None)
+    if context is None and rest and not isinstance(rest[0], str):
+        context = rest.pop(0)
+    values = {**dict(zip(names, rest)), **given}
+    if len(rest) + len(given) != len(names) or set(values) != set(names) or not isinstance(values["name"], str):
+        raise TypeError(f"{call}(): incompatible arguments; expected ([context,] {', '.join(names)}).")
+    return context, tuple(values[name] for name in names)

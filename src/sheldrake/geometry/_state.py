@@ -17,12 +17,15 @@ from ._hydro import check_representation
 from ._ids import FrameId, GeometryId, SourceId
 from ._instance import GeometryFrame, GeometryInstance, canonical_name
 from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
+from ._renderers import Renderers
 from ._roles import CollisionFilterScope, HydroelasticType, Role, RoleAssign
 from ._shapes import Shape
 from ._text import choices
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
+
+    from ._render_engine import RenderEngine
 
 WORLD_FRAME_ID = FrameId.get_new_id()
 SELF_SOURCE_ID = SourceId.get_new_id()
@@ -112,6 +115,7 @@ class GeometryState:
         }
         self.geometries: dict[GeometryId, GeometryRecord] = {}
         self.filter = CollisionFilter()
+        self.renderers = Renderers()
         self.version = GeometryVersion()
         self.serial = _next_version()  # changes with every change
 
@@ -119,7 +123,7 @@ class GeometryState:
         """An independent copy; records are shared."""
         new = object.__new__(GeometryState)
         new.sources, new.frames, new.geometries = dict(self.sources), dict(self.frames), dict(self.geometries)
-        new.filter = self.filter.copy()
+        new.filter, new.renderers = self.filter.copy(), self.renderers.copy()
         new.version, new.serial = self.version, self.serial
         return new
 
@@ -228,9 +232,9 @@ class GeometryState:
         roles: dict[Role, GeometryProperties] = {_ROLE_OF[type(p)]: copy.copy(p) for p in given if p is not None}
         for role in roles:
             self._check_unique_name(frame_id, role, instance.name())
-        self.geometries[geometry_id] = GeometryRecord(
-            instance.name(), source_id, frame_id, instance.pose(), instance.shape().Clone(), roles
-        )
+        record = GeometryRecord(instance.name(), source_id, frame_id, instance.pose(), instance.shape().Clone(), roles)
+        self.renderers.register(geometry_id, record)
+        self.geometries[geometry_id] = record
         self._touch(roles)
         return geometry_id
 
@@ -251,6 +255,7 @@ class GeometryState:
             )
         del self.geometries[geometry_id]
         self.filter.remove_geometry(geometry_id)
+        self.renderers.forget(geometry_id)
         self._touch(record.roles)
 
     def rename_geometry(self, geometry_id: GeometryId, name: str) -> None:
@@ -266,8 +271,20 @@ class GeometryState:
     ) -> None:
         record = self._owned_geometry(source_id, geometry_id)
         pose = record.X_FG if X_FG is None else copy.copy(X_FG)
-        self.geometries[geometry_id] = record._replace(shape=shape.Clone(), X_FG=pose)
+        changed = record._replace(shape=shape.Clone(), X_FG=pose)
+        self.renderers.register(geometry_id, changed)
+        self.geometries[geometry_id] = changed
         self._touch(record.roles)
+
+    # ---- renderers
+
+    def add_renderer(self, name: str, engine: RenderEngine) -> None:
+        self.renderers.add(name, engine, self.geometries)
+        self._touch()
+
+    def remove_renderer(self, name: str) -> None:
+        self.renderers.remove(name)
+        self._touch()
 
     # ---- roles
 
@@ -288,7 +305,10 @@ class GeometryState:
             )
         if assign is RoleAssign.kNew:
             self._check_unique_name(record.frame, role, record.name, but=geometry_id)
-        self.geometries[geometry_id] = record._replace(roles={**record.roles, role: copy.copy(properties)})
+        changed = record._replace(roles={**record.roles, role: copy.copy(properties)})
+        if role is Role.kPerception:
+            self.renderers.register(geometry_id, changed)
+        self.geometries[geometry_id] = changed
         self._touch([role])
 
     def remove_role(self, source_id: SourceId, target: FrameId | GeometryId, role: Role) -> int:
@@ -308,6 +328,8 @@ class GeometryState:
             self.geometries[geometry_id] = record._replace(roles=kept)
             if role is Role.kProximity:
                 self.filter.remove_geometry(geometry_id)
+            if role is Role.kPerception:
+                self.renderers.forget(geometry_id)
         if ids:
             self._touch([role])
         return len(ids)

@@ -1,7 +1,7 @@
 """Sensors: encoders, inertial sensors, and the images and cameras of others."""
 
-from ._camera_info import CameraInfo
-from ._image import (
+from sheldrake.geometry._camera_info import CameraInfo
+from sheldrake.geometry._image import (
     ConvertDepth16UTo32F,
     ConvertDepth32FTo16U,
     Image,
@@ -18,6 +18,7 @@ from ._image import (
     PixelScalar,
     PixelType,
 )
+
 from ._inertial import Accelerometer, Accelerometer_, Gyroscope, Gyroscope_
 from ._rotary_encoders import RotaryEncoders, RotaryEncoders_
 

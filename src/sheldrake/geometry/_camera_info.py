@@ -98,3 +98,6 @@ class CameraInfo:
 
     def __reduce__(self) -> Any:
         return CameraInfo, (self._width, self._height, *self._focal, *self._center)
+
+
+CameraInfo.__module__ = "sheldrake.systems.sensors"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import enum
-import sys
+import types
 from typing import Any, ClassVar
 
 import numpy as np
@@ -40,8 +40,10 @@ _KINDS: dict[PixelType, tuple[PixelFormat, PixelScalar, int, type]] = {
     PixelType.kGrey8U: (PixelFormat.kGrey, PixelScalar.k8U, 1, np.uint8),
 }
 
-ImageTraits = TemplateClass("ImageTraits", allow_default=False, scope=sys.modules["sheldrake.systems.sensors"])
-Image = TemplateClass("Image", allow_default=False, scope=sys.modules["sheldrake.systems.sensors"])
+_PUBLIC = types.ModuleType("sheldrake.systems.sensors")  # the home of these names, a floor above: only its name counts
+
+ImageTraits = TemplateClass("ImageTraits", allow_default=False, scope=_PUBLIC)
+Image = TemplateClass("Image", allow_default=False, scope=_PUBLIC)
 ImageTraits.__doc__ = "What the pixels of an image are, by PixelType."
 Image.__doc__ = "The class of images, by PixelType."
 
@@ -119,7 +121,9 @@ def _make(pixel: PixelType) -> type:
     traits = {"ChannelType": number, "kNumChannels": channels, "kPixelFormat": format_, "kPixelScalar": scalar}
     ImageTraits.add_instantiation(pixel, type("ImageTraits", (), {**traits, "__doc__": f"What {pixel.name} is."}))
     name = f"Image{pixel.name[1:]}"
-    cls = type(name, (_Image,), {"Traits": ImageTraits[pixel], "__doc__": _Image.__doc__, "__module__": __name__})
+    cls = type(
+        name, (_Image,), {"Traits": ImageTraits[pixel], "__doc__": _Image.__doc__, "__module__": _PUBLIC.__name__}
+    )
     Image.add_instantiation(pixel, cls, skip_rename=True)
     return cls
 
@@ -146,3 +150,7 @@ def ConvertDepth16UTo32F(input: Any, output: Any) -> None:
     output.resize(input.width(), input.height())
     metres = input._data.astype(np.float32) / np.float32(SCALE)
     output._data[...] = np.where(input._data == TOO_FAR, np.float32(np.inf), metres)
+
+
+for _public in (PixelFormat, PixelScalar, PixelType, ConvertDepth32FTo16U, ConvertDepth16UTo32F):
+    _public.__module__ = _PUBLIC.__name__

@@ -1,0 +1,302 @@
+"""Which surface every pixel sees.
+
+The ray of pixel (u, v) is t (x, y, 1) with x = (u + 1/2 - c_x) / f_x, y likewise: t is the depth z. A triangle ABC is
+met where the three numbers in (x, y, 1) = t^-1 (A, B, C) b are not negative. They and the nearness 1/z are linear in u
+and v (M. Olano and T. Greer, Triangle scan conversion using 2D homogeneous coordinates, 1997): a row of a triangle is
+one span, nothing is clipped, and depth is exact. Curved patches are met by solving their quadratic equation.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import sqrt, whole
+from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, load3_at, load9, rotate, rotate_back, store3
+from sheldrake.common.kernel import kernel
+
+from .raster_scene import (
+    BOTTOM,
+    CENTRE,
+    FAR,
+    FIRST_FACE,
+    FIRST_PATCH,
+    FIRST_VERTEX,
+    FOCAL,
+    HALF_X,
+    HALF_Y,
+    HIGH,
+    KIND,
+    LOW,
+    NEAR,
+    QUADRIC,
+    TOP,
+    X2,
+    Z0,
+)
+
+BOTH, BACK, FRONT = np.int64(0), np.int64(1), np.int64(2)  # sides of a surface
+SLACK = 1e-9  # pixels by which a span is too long, so that rounding leaves no gap between neighbours
+POSITION = np.int64(9)  # column of p in a row of poses
+
+
+@kernel
+def clear(scene, screen):
+    beyond = 1.0 / scene.camera[FAR]
+    for v in range(screen.seen.shape[0]):
+        for u in range(screen.seen.shape[1]):
+            screen.nearness[v, u] = beyond
+            screen.seen[v, u] = -1
+
+
+@kernel
+def ray_x(camera, u):
+    """x of the ray (x, y, 1) of column u."""
+    return (u + 0.5 - camera[CENTRE]) / camera[FOCAL]
+
+
+@kernel
+def ray_y(camera, v):
+    return (v + 0.5 - camera[CENTRE + 1]) / camera[FOCAL + 1]
+
+
+@kernel
+def place_vertices(surfaces, scene, item):
+    """p_CV of an item's vertices."""
+    R_CG = load9(scene.X_CG, item)
+    p_CG = load3_at(scene.X_CG, item, POSITION)
+    for i in range(surfaces.item[item, FIRST_VERTEX], surfaces.item[item + 1, FIRST_VERTEX]):
+        store3(scene.corner, i, add3(rotate(R_CG, load3(surfaces.vertex, i)), p_CG))
+
+
+# ---- boxes in the picture: (first column, last column, first row, last row)
+
+
+@kernel
+def clipped_pixel(x, count):
+    """A column or row, kept within one of those of the picture."""
+    if x < 0.0:
+        return 0
+    if x > count:
+        return count
+    return whole(x)
+
+
+@kernel
+def cover_point(camera, box, p):
+    """The box (in pixels, not rounded) with a point in front of the camera added."""
+    u = p[0] / p[2] * camera[FOCAL] + camera[CENTRE] - 0.5
+    v = p[1] / p[2] * camera[FOCAL + 1] + camera[CENTRE + 1] - 0.5
+    return min(box[0], u), max(box[1], u), min(box[2], v), max(box[3], v)
+
+
+@kernel
+def cover_edge(camera, box, a, b):
+    """The box with the part of the edge from a to b beyond the near plane added; b itself is left to the next edge."""
+    near = camera[NEAR]
+    if a[2] >= near:
+        box = cover_point(camera, box, a)
+    if (a[2] >= near) != (b[2] >= near):
+        s = (near - a[2]) / (b[2] - a[2])
+        box = cover_point(camera, box, (a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), near))
+    return box
+
+
+@kernel
+def empty_box():
+    return 1e300, -1e300, 1e300, -1e300
+
+
+@kernel
+def pixels_of(screen, box):
+    """Whole columns and rows of a box, first and last, within the picture; last < first for an empty one."""
+    height, width = screen.seen.shape
+    if box[1] < -0.5 or box[0] > width - 0.5 or box[3] < -0.5 or box[2] > height - 0.5:
+        return 0, -1, 0, -1
+    return (
+        clipped_pixel(box[0], width - 1),
+        clipped_pixel(box[1] + 1.0, width - 1),
+        clipped_pixel(box[2], height - 1),
+        clipped_pixel(box[3] + 1.0, height - 1),
+    )
+
+
+# ---- triangles
+
+
+@kernel
+def narrowed(low, high, slope, at_zero):
+    """The part of the columns from low to high where slope u + at_zero is not negative."""
+    if slope > 0.0:
+        return max(low, -at_zero / slope - SLACK), high
+    if slope < 0.0:
+        return low, min(high, -at_zero / slope + SLACK)
+    if at_zero < 0.0:
+        return high + 1.0, high
+    return low, high
+
+
+@kernel
+def in_pixels(camera, e):
+    """The linear function e . (x, y, 1) as (slope in u, slope in v, value at u = v = 0)."""
+    slope_u = e[0] / camera[FOCAL]
+    slope_v = e[1] / camera[FOCAL + 1]
+    at_zero = e[2] + (0.5 - camera[CENTRE]) * slope_u + (0.5 - camera[CENTRE + 1]) * slope_v
+    return slope_u, slope_v, at_zero
+
+
+@kernel(outline=True)
+def draw_face(surfaces, scene, face, side, screen):
+    a = load3(scene.corner, surfaces.face[face, 0])
+    b = load3(scene.corner, surfaces.face[face, 1])
+    c = load3(scene.corner, surfaces.face[face, 2])
+    camera = scene.camera
+    e_a = cross3(b, c)
+    det = dot3(a, e_a)  # the camera is in front of a face when it is negative
+    if det == 0.0 or (side == BACK and det < 0.0) or (side == FRONT and det > 0.0):
+        return
+    box = cover_edge(camera, empty_box(), a, b)
+    box = cover_edge(camera, box, b, c)
+    box = cover_edge(camera, box, c, a)
+    first_u, last_u, first_v, last_v = pixels_of(screen, box)
+    if last_u < first_u:
+        return
+    sign = 1.0 if det > 0.0 else -1.0
+    f_a = in_pixels(camera, e_a)
+    f_b = in_pixels(camera, cross3(c, a))
+    f_c = in_pixels(camera, cross3(a, b))
+    slope = (f_a[0] + f_b[0] + f_c[0]) / det
+    nearest = 1.0 / camera[NEAR]
+    for v in range(first_v, last_v + 1):
+        r_a = f_a[1] * v + f_a[2]
+        r_b = f_b[1] * v + f_b[2]
+        r_c = f_c[1] * v + f_c[2]
+        at_zero = (r_a + r_b + r_c) / det
+        low, high = narrowed(first_u * 1.0, last_u * 1.0, sign * f_a[0], sign * r_a)
+        low, high = narrowed(low, high, sign * f_b[0], sign * r_b)
+        low, high = narrowed(low, high, sign * f_c[0], sign * r_c)
+        low, high = narrowed(low, high, -slope, nearest - at_zero)
+        if low > high:
+            continue
+        for u in range(-whole(-low), whole(high) + 1):
+            nearness = slope * u + at_zero
+            if nearness > screen.nearness[v, u]:
+                screen.nearness[v, u] = nearness
+                screen.seen[v, u] = face
+
+
+# ---- patches
+
+
+@kernel
+def cover_patch(camera, patches, patch, R_CG, p_CG):
+    """The box of a patch in the picture; the whole plane when a part of it is not beyond the near plane."""
+    box = empty_box()
+    for k in range(8):
+        x = patches[patch, HALF_X] if k % 2 == 0 else -patches[patch, HALF_X]
+        y = patches[patch, HALF_Y] if k % 4 < 2 else -patches[patch, HALF_Y]
+        z = patches[patch, TOP] if k < 4 else patches[patch, BOTTOM]
+        p = add3(rotate(R_CG, (x, y, z)), p_CG)
+        if p[2] < camera[NEAR]:
+            return -1e300, 1e300, -1e300, 1e300
+        box = cover_point(camera, box, p)
+    return box
+
+
+@kernel
+def origin_in_patch(patches, patch, R_CG, p_CG):
+    """Position of the camera from the patch's centre, in G."""
+    p_GC = rotate_back(R_CG, p_CG)
+    return -p_GC[0], -p_GC[1], -p_GC[2] - patches[patch, Z0]
+
+
+@kernel
+def draw_quadric(surfaces, scene, patch, side, screen):
+    camera, patches = scene.camera, surfaces.patch
+    item = surfaces.patch_kind[patch, 1]
+    R_CG = load9(scene.X_CG, item)
+    p_CG = load3_at(scene.X_CG, item, POSITION)
+    first_u, last_u, first_v, last_v = pixels_of(screen, cover_patch(camera, patches, patch, R_CG, p_CG))
+    o = origin_in_patch(patches, patch, R_CG, p_CG)
+    D = load3_at(patches, patch, X2)
+    Do = (D[0] * o[0], D[1] * o[1], D[2] * o[2])
+    c = dot3(o, Do) - 1.0
+    low = patches[patch, LOW] - patches[patch, Z0]
+    high = patches[patch, HIGH] - patches[patch, Z0]
+    nearest = 1.0 / camera[NEAR]
+    mark = surfaces.face.shape[0] + patch
+    for v in range(first_v, last_v + 1):
+        for u in range(first_u, last_u + 1):
+            d = rotate_back(R_CG, (ray_x(camera, u), ray_y(camera, v), 1.0))
+            a = D[0] * d[0] * d[0] + D[1] * d[1] * d[1] + D[2] * d[2] * d[2]
+            b = dot3(d, Do)
+            under = b * b - a * c
+            if under < 0.0:
+                continue
+            # c w^2 + 2 b w + a = 0 for the nearness w, without differences of nearly equal numbers
+            q = -b + sqrt(under) if b < 0.0 else -b - sqrt(under)
+            for root in range(2):
+                w = -1.0
+                if root == 0 and c != 0.0:
+                    w = q / c
+                if root == 1 and q != 0.0:
+                    w = a / q
+                if w <= screen.nearness[v, u] or w > nearest:
+                    continue
+                front = b * w + a < 0.0  # the way in
+                if (side == BACK and front) or (side == FRONT and not front):
+                    continue
+                z = o[2] + d[2] / w
+                if low <= z and z <= high:
+                    screen.nearness[v, u] = w
+                    screen.seen[v, u] = mark
+
+
+@kernel
+def draw_disc(surfaces, scene, patch, side, screen):
+    camera, patches = scene.camera, surfaces.patch
+    item = surfaces.patch_kind[patch, 1]
+    R_CG = load9(scene.X_CG, item)
+    p_CG = load3_at(scene.X_CG, item, POSITION)
+    first_u, last_u, first_v, last_v = pixels_of(screen, cover_patch(camera, patches, patch, R_CG, p_CG))
+    o = origin_in_patch(patches, patch, R_CG, p_CG)
+    outside = o[2] * patches[patch, Z0] > 0.0  # a disc's outer side is away from the middle of its cylinder
+    if o[2] == 0.0 or (side == BACK and outside) or (side == FRONT and not outside):
+        return
+    nearest = 1.0 / camera[NEAR]
+    radius = patches[patch, HIGH]
+    mark = surfaces.face.shape[0] + patch
+    for v in range(first_v, last_v + 1):
+        for u in range(first_u, last_u + 1):
+            d = rotate_back(R_CG, (ray_x(camera, u), ray_y(camera, v), 1.0))
+            w = -d[2] / o[2]
+            if w > screen.nearness[v, u] and w <= nearest:
+                x = o[0] + d[0] / w
+                y = o[1] + d[1] / w
+                if x * x + y * y <= radius * radius:
+                    screen.nearness[v, u] = w
+                    screen.seen[v, u] = mark
+
+
+@kernel(outline=True)
+def draw_patch(surfaces, scene, patch, side, screen):
+    if surfaces.patch_kind[patch, KIND] == QUADRIC:
+        draw_quadric(surfaces, scene, patch, side, screen)
+    else:
+        draw_disc(surfaces, scene, patch, side, screen)
+
+
+@kernel
+def draw_item(surfaces, scene, item, side, screen):
+    """Marks the pixels that see an item; `side` is BOTH, or only what shows its BACK or FRONT."""
+    place_vertices(surfaces, scene, item)
+    for face in range(surfaces.item[item, FIRST_FACE], surfaces.item[item + 1, FIRST_FACE]):
+        draw_face(surfaces, scene, face, side, screen)
+    for patch in range(surfaces.item[item, FIRST_PATCH], surfaces.item[item + 1, FIRST_PATCH]):
+        draw_patch(surfaces, scene, patch, side, screen)
+
+
+@kernel
+def draw_opaque(surfaces, scene, screen):
+    clear(scene, screen)
+    for k in range(scene.opaque.shape[0]):
+        draw_item(surfaces, scene, scene.opaque[k], BOTH, screen)
