@@ -5,12 +5,18 @@ from __future__ import annotations
 import contextlib
 import io
 import logging
+from html import escape
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ._units import size_text
+
+_CAPTION = (
+    '<header style="position: absolute; z-index: 2; padding: 12px 16px; font: 14px system-ui, sans-serif">'
+    '<h1 style="margin: 0 0 4px; font-size: 18px">{}</h1>{}'
+)
 
 
 def write_preview(model: Any, path: Path) -> None:
@@ -40,9 +46,14 @@ def write_preview(model: Any, path: Path) -> None:
         meshcat.SetObject("/centre of mass", Sphere(0.03 * length), Rgba(0.1, 0.1, 0.1, 1.0))
         meshcat.SetTransform("/centre of mass", RigidTransform(model.p_BoBcm_B))
         meshcat.SetProperty("/drake/illustration", "modulated_opacity", 0.6)  # what is inside is to be seen
+        centre = np.asarray(model.p_BoBcm_B)
+        meshcat.SetCameraPose(centre + np.max(size) * np.array([1.2, -1.5, 0.9]), centre)
         html = meshcat.StaticHtml()
         meshcat._finalizer()
     finally:
         logger.setLevel(level)
     title = f"{model.path.stem}: {size_text(size)}, {model.mass:.4g} kg"
-    path.write_text(html.replace("<title>sheldrake</title>", f"<title>{title}</title>", 1), encoding="utf-8")
+    legend = "red, green, blue: x, y, z of the body; dark ball: centre of mass"
+    html = html.replace("<title>sheldrake</title>", f"<title>{escape(title)}</title>", 1)
+    html = html.replace('<header class="unseen"><h1>sheldrake</h1>', _CAPTION.format(escape(title), legend), 1)
+    path.write_text(html, encoding="utf-8")

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from ._meshcat_animation import MeshcatAnimation
+from ._meshcat_dress import NO_NOTICE, dress_page
 from ._meshcat_page import Page
 from ._meshcat_player import Frames
 from ._meshcat_scripts import EVERY_PAGE
-from ._meshcat_server import dress_page
 from ._meshcat_tree import quaternions
 from ._meshcat_viser import property_message
 
@@ -92,7 +92,7 @@ def static_html(page: Page, animation: MeshcatAnimation | None) -> str:
     """Returns one self-contained HTML page."""
     data = base64.b64encode(serialize_scene(page, animation)).decode("ascii")
     embed = f'window.__VISER_EMBED_DATA__="{data}";window.__VISER_EMBED_CONFIG__={{darkMode:false}};'
-    return dress_page(_client(), embed + _player_script(animation) + EVERY_PAGE, TITLE)
+    return dress_page(_client(), embed + _player_script(animation) + EVERY_PAGE + NO_NOTICE, TITLE)
 
 
 def static_zip(page: Page, animation: MeshcatAnimation | None) -> bytes:
@@ -101,7 +101,7 @@ def static_zip(page: Page, animation: MeshcatAnimation | None) -> bytes:
     load += f" location.search = {json.dumps('?playbackPath=scene.viser')};"
     out = io.BytesIO()
     with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
-        script = load + _player_script(animation) + EVERY_PAGE
+        script = load + _player_script(animation) + EVERY_PAGE + NO_NOTICE
         archive.writestr("meshcat.html", dress_page(_client(), script, TITLE))
         archive.writestr("scene.viser", serialize_scene(page, animation))
     return out.getvalue()

@@ -14,7 +14,6 @@ import errno
 import gzip
 import http
 import logging
-import re
 import socket
 import threading
 import types
@@ -22,6 +21,8 @@ from collections.abc import Callable
 from importlib import resources
 from typing import Any
 from urllib.parse import urlsplit
+
+from ._meshcat_dress import dress_page
 
 log = logging.getLogger("drake")
 
@@ -102,14 +103,6 @@ def client_page(script: str, title: str) -> str:
     """Returns viser's page with our title and one script of ours at the end of its head."""
     page = (resources.files("viser") / "client" / "build" / "index.html").read_text(encoding="utf-8")
     return dress_page(page, script, title)
-
-
-def dress_page(page: str, script: str, title: str) -> str:
-    """Returns a viser page with a title, a description and a script of ours."""
-    head, mark, rest = page.partition("</head>")
-    head = re.sub(r"<title>.*?</title>", f"<title>{title}</title>", head, count=1)
-    head = head.replace('content="Viser client"', 'content="sheldrake scene"')
-    return f"{head}<script>{script}</script>{mark}{rest}"
 
 
 class Site:

@@ -159,7 +159,8 @@ def _main(report: Report, has_plots: bool) -> str:
             "</section>"
         )
     if has_plots:
-        parts.append('<section class="plots" aria-label="Plots"><h2>Plots</h2><div id="plots"></div></section>')
+        parts.append('<section class="plots" aria-label="Plots" tabindex="0">')
+        parts.append('<h2>Plots</h2><div id="plots"></div></section>')
     parts.append("</div>")
     if report.replay is not None or has_plots:
         parts.append(_PLAYER)
