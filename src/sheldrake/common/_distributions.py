@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import importlib
 import math
+from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -19,11 +20,18 @@ from sheldrake.common.cpp_template import TemplateClass
 
 def sample_gaussian(generator: RandomGenerator, mean: float, stddev: float) -> float:
     """A normal number by Marsaglia's polar method; one of each pair is dropped, as a fresh C++ distribution does."""
+    return next(gaussian_pairs(generator)) * stddev + mean
+
+
+def gaussian_pairs(generator: RandomGenerator) -> Iterator[float]:
+    """Normal numbers, both of each pair: what one C++ distribution gives when it is asked again and again."""
     while True:
         x, y = 2.0 * generator._uniform() - 1.0, 2.0 * generator._uniform() - 1.0
         r2 = x * x + y * y
         if 0.0 < r2 <= 1.0:
-            return y * math.sqrt(-2.0 * math.log(r2) / r2) * stddev + mean
+            factor = math.sqrt(-2.0 * math.log(r2) / r2)
+            yield y * factor
+            yield x * factor
 
 
 def sample_uniform(generator: RandomGenerator, low: float, high: float) -> float:

@@ -1,0 +1,347 @@
+"""What all convex sets can do."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.common._distributions import sample_uniform
+from sheldrake.common._overloads import incompatible
+from sheldrake.geometry.optimization._affine import Affine, Rows
+from sheldrake.solvers import MathematicalProgram, Solve, _arrays
+from sheldrake.solvers import _dispatch as d
+from sheldrake.symbolic import Variable
+
+
+class SampledVolume(NamedTuple):
+    """A volume found by sampling, a bound of its relative error, and how many samples it took."""
+
+    volume: float
+    rel_accuracy: float
+    num_samples: int
+
+
+class ConvexSet:
+    """A convex set in a space of some dimension. Not made directly: its kinds are."""
+
+    _dimension: int
+    _has_volume = False
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError(f"pydrake.geometry.optimization.{type(self).__name__}: No constructor defined!")
+
+    # What a kind of set says
+
+    def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
+        """Constrains x to be in scale times this set; the scale is not negative."""
+        raise NotImplementedError
+
+    def _contains(self, x: np.ndarray, tol: float) -> bool | None:
+        """Whether a point is in the set; None if a program has to tell."""
+        return None
+
+    def _empty(self) -> bool:
+        return self._some_point() is None
+
+    def _bounded(self) -> bool | None:
+        """Whether it is bounded; None if programs have to tell."""
+        return None
+
+    def _point(self) -> np.ndarray | None:
+        """The only point, where that is plain."""
+        return None
+
+    def _some_point(self) -> np.ndarray | None:
+        """A point of the set; None if it is empty."""
+        prog, x = self._program()
+        result = Solve(prog)
+        return result.GetSolution(x) if result.is_success() else None
+
+    def _volume(self) -> float:
+        raise NotImplementedError
+
+    def _shape(self) -> Any:
+        raise RuntimeError(f"ToShapeWithPose is not implemented yet for {type(self).__name__}.")
+
+    # What all have
+
+    def _program(self) -> tuple[MathematicalProgram, np.ndarray]:
+        """A program with a point of this set."""
+        prog = MathematicalProgram()
+        x = prog.NewContinuousVariables(self._dimension, "x")
+        self._contain(Rows(prog), Affine.of(x), Affine.constant(1.0))
+        return prog, x
+
+    def _extent(self, direction: np.ndarray) -> float:
+        """The greatest direction'x of its points; infinite if unbounded.
+
+        Raises:
+            RuntimeError: the set is empty, or the solver fails.
+        """
+        prog, x = self._program()
+        cost = prog.AddLinearCost(-direction, 0.0, x)
+        result = Solve(prog)
+        if result.is_success():
+            return -float(result.get_optimal_cost())
+        if result.get_solution_result().name in ("kUnbounded", "kDualInfeasible", "kInfeasibleOrUnbounded"):
+            prog.RemoveCost(cost)
+            if Solve(prog).is_success():
+                return np.inf
+        raise RuntimeError(f"{type(self).__name__}: no extent was found: {result.get_solution_result().name}.")
+
+    def ambient_dimension(self) -> int:
+        """Returns the dimension of the space that the set is in."""
+        return self._dimension
+
+    def Clone(self) -> Any:
+        """Returns a copy."""
+        return copy.deepcopy(self)
+
+    def __copy__(self) -> Any:
+        return copy.deepcopy(self)
+
+    def _same_space(self, call: str, other: ConvexSet) -> None:
+        if other.ambient_dimension() != self._dimension:
+            raise RuntimeError(
+                f"{call}(): sets of dimensions {self._dimension} and {other.ambient_dimension()} are not in one space."
+            )
+
+    def IntersectsWith(self, other: ConvexSet) -> bool:
+        """Tells whether two sets have a point in common.
+
+        Raises:
+            RuntimeError: they are in spaces of different dimensions.
+        """
+        self._same_space("IntersectsWith", other)
+        if self._dimension == 0:
+            return not self.IsEmpty() and not other.IsEmpty()
+        prog, x = self._program()
+        other._contain(Rows(prog), Affine.of(x), Affine.constant(1.0))
+        return Solve(prog).is_success()
+
+    def IsBounded(self, parallelism: Any = None) -> bool:
+        """Tells whether the set is bounded."""
+        known = True if self._dimension == 0 else self._bounded()
+        if known is not None:
+            return known
+        if self.IsEmpty():
+            return True
+        directions = np.vstack((np.eye(self._dimension), -np.eye(self._dimension)))
+        return all(np.isfinite(self._extent(e)) for e in directions)
+
+    def IsEmpty(self) -> bool:
+        """Tells whether the set has no points; in a space without dimensions most sets have one."""
+        return self._empty() if self._dimension else self._empty_without_dimensions()
+
+    def _empty_without_dimensions(self) -> bool:
+        return False
+
+    def MaybeGetPoint(self) -> np.ndarray | None:
+        """Returns the only point of the set, if that is plain without solving a program; else None."""
+        if self._dimension == 0:
+            return None if self.IsEmpty() else np.zeros(0)
+        return self._point()
+
+    def MaybeGetFeasiblePoint(self) -> np.ndarray | None:
+        """Returns a point of the set, or None if it is empty."""
+        point = self.MaybeGetPoint()
+        if point is not None or self._dimension == 0:
+            return point
+        return self._some_point()
+
+    def PointInSet(self, x: Any, tol: float = 1e-8) -> bool:
+        """Tells whether a point is in the set, up to a tolerance in each coordinate or constraint.
+
+        Raises:
+            RuntimeError: the point has another dimension.
+        """
+        x = np.array(x, dtype=float).ravel()
+        if x.size != self._dimension:
+            raise RuntimeError(f"PointInSet(): the point has {x.size} coordinates, the set {self._dimension}.")
+        if self._dimension == 0:
+            return not self.IsEmpty()
+        known = self._contains(x, tol)
+        if known is not None:
+            return bool(known)
+        prog, y = self._program()
+        error = prog.NewContinuousVariables(1, "error")
+        ones = np.ones((x.size, 1))
+        near = np.concatenate((y, error))
+        prog.AddLinearConstraint(np.hstack((np.eye(x.size), -ones)), np.full(x.size, -np.inf), x, near)
+        prog.AddLinearConstraint(np.hstack((np.eye(x.size), ones)), x, np.full(x.size, np.inf), near)
+        prog.AddLinearCost(np.ones(1), 0.0, error)
+        result = Solve(prog)
+        return result.is_success() and result.get_optimal_cost() <= tol
+
+    def _require_dimensions(self, call: str) -> None:
+        if self._dimension == 0:
+            raise RuntimeError(f"{call}(): {type(self).__name__} is in a space without dimensions.")
+
+    def AddPointInSetConstraints(self, prog: MathematicalProgram, vars: Any) -> tuple[np.ndarray, list]:
+        """Constrains variables to be a point of the set; returns the variables and constraints that this adds.
+
+        Raises:
+            RuntimeError: the space has no dimensions, or another number than there are variables.
+        """
+        self._require_dimensions("AddPointInSetConstraints")
+        vars = _arrays.variable_vector(vars)
+        if vars.size != self._dimension:
+            raise RuntimeError(f"AddPointInSetConstraints(): {vars.size} variables, expected {self._dimension}.")
+        into = Rows(prog)
+        self._contain(into, Affine.of(vars), Affine.constant(1.0))
+        return np.array(into.variables, dtype=object), into.constraints
+
+    def AddPointInNonnegativeScalingConstraints(self, *args: Any, **kwargs: Any) -> list:
+        """Constrains x to t S, t >= 0, for this set S (to its directions of recession where t = 0).
+
+        Called as `(prog, x, t)` with variables, or as `(prog, A, b, c, d, x, t)` for A x + b in (c't + d) S.
+
+        Raises:
+            RuntimeError: the space has no dimensions.
+        """
+        self._require_dimensions("AddPointInNonnegativeScalingConstraints")
+
+        def plain(self: ConvexSet, prog: Any, x: Any, t: Any) -> list:
+            return self._scaled(prog, Affine.of(x), Affine.of([t]))
+
+        def general(self: ConvexSet, prog: Any, A: Any, b: Any, c: Any, scale0: float, x: Any, t: Any) -> list:
+            return self._scaled(prog, Affine(x, A, b), Affine(t, c.reshape(1, -1), np.array([scale0])))
+
+        program, vector = d.instance(MathematicalProgram), _arrays.float_vector
+        vars, one = _arrays.variable_vector, d.instance(Variable)
+        ways = [
+            d.overload(plain, prog=program, x=vars, t=one),
+            d.overload(
+                general, prog=program, A=_arrays.float_matrix, b=vector, c=vector, d=_arrays.number, x=vars, t=vars
+            ),
+        ]
+        return d.dispatch("AddPointInNonnegativeScalingConstraints", ways, self, args, kwargs)
+
+    def _scaled(self, prog: MathematicalProgram, x: Affine, scale: Affine) -> list:
+        into = Rows(prog)
+        self._contain(into, x, scale)
+        return into.constraints
+
+    def ToShapeWithPose(self) -> tuple[Any, Any]:
+        """Returns a shape and its pose in the world.
+
+        Raises:
+            RuntimeError: the set is not in space, or its kind has no shape.
+        """
+        if self._dimension != 3:
+            raise RuntimeError(f"ToShapeWithPose(): the set is in {self._dimension} dimensions, expected 3.")
+        return self._shape()
+
+    def CalcVolume(self) -> float:
+        """Returns the volume.
+
+        Raises:
+            RuntimeError: it is not known in closed form, or the space has no dimensions.
+        """
+        if not self._has_volume:
+            raise RuntimeError(
+                f"The class {type(self).__name__} reports that it cannot report an exact volume. Use "
+                "CalcVolumeViaSampling() instead."
+            )
+        if self._dimension == 0:
+            raise RuntimeError(
+                f"The instance defined from {type(self).__name__} is a zero-dimensional set. The volume is not well "
+                "defined."
+            )
+        return float(self._volume())
+
+    def CalcVolumeViaSampling(
+        self, generator: Any, desired_rel_accuracy: float = 1e-2, max_num_samples: int = 10000
+    ) -> SampledVolume:
+        """Returns the volume as the part of its bounding box whose samples are in the set.
+
+        Args:
+            generator: Of the samples.
+            desired_rel_accuracy: Standard deviation of the relative error at which sampling ends.
+            max_num_samples: Most samples.
+
+        Raises:
+            RuntimeError: the space has no dimensions, or there is no bounding box.
+        """
+        from sheldrake.geometry.optimization._hyperrectangle import Hyperrectangle
+
+        if self._dimension == 0:
+            raise RuntimeError(f"CalcVolumeViaSampling(): {type(self).__name__} is in a space without dimensions.")
+        box = Hyperrectangle.MaybeCalcAxisAlignedBoundingBox(self)
+        if box is None:
+            raise RuntimeError("CalcVolumeViaSampling(): the set has no bounding box: it is empty or unbounded.")
+        hits, samples, error = 0, 0, 1.0
+        while (error > desired_rel_accuracy or samples < 10) and samples < max_num_samples:
+            hits += self.PointInSet([sample_uniform(generator, lo, hi) for lo, hi in zip(box.lb(), box.ub())])
+            samples += 1
+            if hits:
+                part = hits / samples
+                error = float(np.sqrt((1.0 - part) / (part * samples)))
+        return SampledVolume(box.CalcVolume() * hits / max(samples, 1), error, samples)
+
+    def Projection(self, points: Any) -> tuple[list[float], np.ndarray] | None:
+        """Returns distances of points to the set and their nearest points, columns; None if the set is empty.
+
+        Args:
+            points: Shape (n, number of points).
+
+        Raises:
+            RuntimeError: the points have another dimension, or the solver fails.
+        """
+        points = np.array(points, dtype=float)
+        points = points.reshape(-1, 1) if points.ndim == 1 else points
+        if points.shape[0] != self._dimension:
+            raise RuntimeError(f"Projection(): points have {points.shape[0]} rows, expected {self._dimension}.")
+        if self.IsEmpty():
+            return None
+        nearest = np.column_stack([self._nearest(p) for p in points.T])
+        return [float(v) for v in np.linalg.norm(nearest - points, axis=0)], nearest
+
+    def _nearest(self, p: np.ndarray) -> np.ndarray:
+        if self.PointInSet(p, 0.0):
+            return p
+        prog, x = self._program()
+        prog.AddQuadraticErrorCost(np.eye(p.size), p, x)
+        result = Solve(prog)
+        if not result.is_success():
+            raise RuntimeError(f"Projection(): the solver failed: {result.get_solution_result().name}.")
+        return result.GetSolution(x)
+
+
+def sets_of(call: str, args: tuple, kwargs: dict) -> list[ConvexSet] | None:
+    """Sets given as `(sets)` or `(setA, setB)`, all in one space; None if something else was given.
+
+    Raises:
+        RuntimeError: they are in spaces of different dimensions.
+    """
+    values = [*args, *(kwargs[n] for n in ("sets", "setA", "setB") if n in kwargs)]
+    if len(values) == 1 and isinstance(values[0], (list, tuple)):
+        values = list(values[0])
+    elif len(values) != 2:
+        return None
+    if not all(isinstance(s, ConvexSet) for s in values):
+        return None
+    return [s.Clone() for s in values]
+
+
+def require_one_space(call: str, sets: list[ConvexSet]) -> int:
+    """The dimension that sets share; zero if there are none.
+
+    Raises:
+        RuntimeError: they do not share one.
+    """
+    for s in sets[1:]:
+        sets[0]._same_space(call, s)
+    return sets[0].ambient_dimension() if sets else 0
+
+
+def vector(value: Any) -> np.ndarray:
+    """A vector of floats."""
+    return _arrays.float_vector(value)
+
+
+def no_fit(call: str, accepted: list[str], args: tuple, kwargs: dict) -> TypeError:
+    """The error for arguments that no constructor takes."""
+    return incompatible(call, accepted, args, kwargs, constructor=True)

@@ -1,0 +1,350 @@
+"""Ellipsoids, by a quadratic form or as the image of a ball."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry._shapes import Ellipsoid, Sphere
+from sheldrake.geometry.optimization._affine import Affine, Rows
+from sheldrake.geometry.optimization._affine_subspace import column_space
+from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
+from sheldrake.math import RigidTransform, RotationMatrix
+from sheldrake.solvers import MathematicalProgram, Solve, _arrays
+from sheldrake.solvers import _dispatch as d
+
+
+def _volume_of_unit_ball(n: int) -> float:
+    return math.pi ** (n / 2.0) / math.gamma(n / 2.0 + 1.0)
+
+
+def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
+    if M.shape[1] != center.size:
+        raise RuntimeError(f"{call}(): the matrix has {M.shape[1]} columns, the center {center.size} coordinates.")
+    if not (np.isfinite(M).all() and np.isfinite(center).all()):
+        raise RuntimeError(f"{call}(): matrix and center must be finite.")
+
+
+def _ellipsoid(value: Any) -> Any:
+    """Converter: a Hyperellipsoid, given before its class is known."""
+    return d.instance(Hyperellipsoid)(value)
+
+
+class AffineBall(ConvexSet):
+    """B u + center for |u| <= 1; may be flat, but is bounded and not empty.
+
+    Made as `()`, `(B, center)` with a square B, or `(ellipsoid)` of a bounded Hyperellipsoid.
+
+    Raises:
+        RuntimeError: B is not square, sizes differ, or the ellipsoid is unbounded.
+    """
+
+    _has_volume = True
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        ways = [
+            d.overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+            d.overload(AffineBall._set, B=_arrays.float_matrix, center=vector),
+            d.overload(AffineBall._set_of_form, ellipsoid=_ellipsoid),
+        ]
+        d.dispatch("AffineBall", ways, self, args, kwargs)
+
+    def _set(self, B: np.ndarray, center: np.ndarray) -> None:
+        _check_square("AffineBall", B, center)
+        if B.shape[0] != B.shape[1]:
+            raise RuntimeError(f"AffineBall(): B is {B.shape[0]} x {B.shape[1]}, expected a square matrix.")
+        self._B, self._center, self._dimension = np.array(B), np.array(center), center.size
+
+    def _set_of_form(self, ellipsoid: Any) -> None:
+        if not ellipsoid.IsBounded():
+            raise RuntimeError("AffineBall(): the ellipsoid must be bounded.")
+        A = ellipsoid.A()
+        L = np.linalg.cholesky(A.T @ A) if A.size else A
+        self._set(np.linalg.inv(L).T if A.size else A, ellipsoid.center())
+
+    @staticmethod
+    def MinimumVolumeCircumscribedEllipsoid(points: Any, rank_tol: float = 1e-6) -> AffineBall:
+        """Returns the least ellipsoid around points, columns; flat if the points are.
+
+        Args:
+            points: Shape (n, number of points).
+            rank_tol: Directions in which the points spread less, relative to the most, are flat.
+
+        Raises:
+            RuntimeError: the points are not finite, or the solver fails.
+        """
+        points = _arrays.float_matrix(points)
+        if not points.size or not np.isfinite(points).all():
+            raise RuntimeError("MinimumVolumeCircumscribedEllipsoid(): points must be finite, and at least one.")
+        mean = points.mean(axis=1)
+        U, s, _ = np.linalg.svd(points - mean[:, None], full_matrices=True)
+        rank = int(np.count_nonzero(s > rank_tol * max(s.max(initial=0.0), 1e-300))) if s.max(initial=0.0) > 0.0 else 0
+        n = points.shape[0]
+        if rank == 0:
+            return AffineBall(np.zeros((n, n)), mean)
+        basis = U[:, :rank]
+        B, center = _circumscribed(basis.T @ (points - mean[:, None]))
+        whole = np.zeros((n, n))
+        whole[:, :rank] = basis @ B
+        return AffineBall(whole @ U.T, mean + basis @ center)
+
+    @staticmethod
+    def MakeAxisAligned(radius: Any, center: Any) -> AffineBall:
+        """Returns an ellipsoid along the axes.
+
+        Raises:
+            RuntimeError: a radius is negative.
+        """
+        radius = vector(radius)
+        if np.any(radius < 0.0) or not np.isfinite(radius).all():
+            raise RuntimeError(f"MakeAxisAligned(): radii must be finite and not negative, got {radius}.")
+        return AffineBall(np.diag(radius), center)
+
+    @staticmethod
+    def MakeHypersphere(radius: float, center: Any) -> AffineBall:
+        """Returns a ball."""
+        return AffineBall.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
+
+    @staticmethod
+    def MakeUnitBall(dim: int) -> AffineBall:
+        """Returns the unit ball about the origin."""
+        return AffineBall(np.eye(dim), np.zeros(dim))
+
+    @staticmethod
+    def MakeAffineBallFromLineSegment(x_1: Any, x_2: Any, epsilon: float = 1e-3) -> AffineBall:
+        """Returns an ellipsoid whose longest axis is a line segment, and whose others have radius epsilon.
+
+        Raises:
+            RuntimeError: the segment is no longer than epsilon, or epsilon is negative.
+        """
+        x_1, x_2 = vector(x_1), vector(x_2)
+        axis = x_2 - x_1
+        length = float(np.linalg.norm(axis))
+        if not 0.0 <= epsilon < length:
+            raise RuntimeError(
+                f"MakeAffineBallFromLineSegment(): epsilon {epsilon} must be from zero to the length {length}."
+            )
+        U = np.linalg.svd(axis.reshape(-1, 1))[0]
+        radii = np.full(axis.size, float(epsilon))
+        radii[0] = 0.5 * length
+        return AffineBall(U * radii, 0.5 * (x_1 + x_2))
+
+    def B(self) -> np.ndarray:
+        """Returns B, shape (n, n)."""
+        return self._B.copy()
+
+    def center(self) -> np.ndarray:
+        """Returns the center, shape (n,)."""
+        return self._center.copy()
+
+    def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
+        u = into.new(self._dimension, "y")
+        into.equal(self._B @ u - x + scale.times(self._center))
+        into.nonnegative(scale)
+        into.lorentz(scale.stacked(u))
+
+    def _contains(self, x: np.ndarray, tol: float) -> bool:
+        u, *_ = np.linalg.lstsq(self._B, x - self._center, rcond=None)
+        near = np.all(np.abs(self._B @ u + self._center - x) <= tol)
+        return bool(near and np.linalg.norm(u) <= 1.0 + tol)
+
+    def _extent(self, direction: np.ndarray) -> float:
+        return float(direction @ self._center + np.linalg.norm(self._B.T @ direction))
+
+    def _empty(self) -> bool:
+        return False
+
+    def _bounded(self) -> bool:
+        return True
+
+    def _point(self) -> np.ndarray | None:
+        return None if self._B.any() else self._center.copy()
+
+    def _some_point(self) -> np.ndarray:
+        return self._center.copy()
+
+    def _affine_hull(self, tol: float) -> tuple[np.ndarray, np.ndarray]:
+        return column_space(self._B, tol), self._center.copy()
+
+    def _volume(self) -> float:
+        return abs(np.linalg.det(self._B)) * _volume_of_unit_ball(self._dimension)
+
+    def _shape(self) -> Any:
+        return Hyperellipsoid(self)._shape()
+
+
+class Hyperellipsoid(ConvexSet):
+    """(x - center)' A'A (x - center) <= 1; may be unbounded, but is not empty.
+
+    Made as `()`; `(A, center)`; `(query_object, geometry_id, reference_frame=None)` of a sphere or an ellipsoid; or
+    `(ellipsoid)` of an AffineBall that is not flat.
+
+    Raises:
+        RuntimeError: sizes differ, the shape is none of these, or the AffineBall is flat.
+    """
+
+    _has_volume = True
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        ways = [
+            d.overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+            d.overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=vector),
+            geometry_overload(Hyperellipsoid._set_of_geometry),
+            d.overload(Hyperellipsoid._set_of_ball, ellipsoid=d.instance(AffineBall)),
+        ]
+        d.dispatch("Hyperellipsoid", ways, self, args, kwargs)
+
+    def _set(self, A: np.ndarray, center: np.ndarray) -> None:
+        _check_square("Hyperellipsoid", A, center)
+        self._A, self._center, self._dimension = np.array(A), np.array(center), center.size
+
+    def _set_of_geometry(self, at: Placed) -> None:
+        if isinstance(at.shape, Sphere):
+            radii = np.full(3, at.shape.radius())
+        elif isinstance(at.shape, Ellipsoid):
+            radii = np.array([at.shape.a(), at.shape.b(), at.shape.c()])
+        else:
+            raise unsupported(Hyperellipsoid, at.shape)
+        self._set(np.diag(1.0 / radii) @ at.R_FG.T, at.p_FG)
+
+    def _set_of_ball(self, ball: AffineBall) -> None:
+        B = ball.B()
+        if B.size and np.linalg.matrix_rank(B) < len(B):
+            raise RuntimeError("Hyperellipsoid(): the AffineBall must not be flat: its B is not invertible.")
+        self._set(np.linalg.inv(B) if B.size else B, ball.center())
+
+    @staticmethod
+    def MinimumVolumeCircumscribedEllipsoid(points: Any, rank_tol: float = 1e-6) -> Hyperellipsoid:
+        """Returns the least ellipsoid around points, columns.
+
+        Raises:
+            RuntimeError: the points are in a plane, up to `rank_tol`, or not finite.
+        """
+        points = _arrays.float_matrix(points)
+        s = np.linalg.svd(points - points.mean(axis=1)[:, None], compute_uv=False)
+        if s.size < points.shape[0] or s[-1] <= rank_tol * s[0]:
+            raise RuntimeError(
+                "MinimumVolumeCircumscribedEllipsoid(): the points are in a plane; an AffineBall can be flat."
+            )
+        return Hyperellipsoid(AffineBall.MinimumVolumeCircumscribedEllipsoid(points, rank_tol))
+
+    @staticmethod
+    def MakeAxisAligned(radius: Any, center: Any) -> Hyperellipsoid:
+        """Returns an ellipsoid along the axes.
+
+        Raises:
+            RuntimeError: a radius is not positive.
+        """
+        radius = vector(radius)
+        if np.any(radius <= 0.0):
+            raise RuntimeError(f"MakeAxisAligned(): radii must be positive, got {radius}.")
+        return Hyperellipsoid(np.diag(1.0 / radius), center)
+
+    @staticmethod
+    def MakeHypersphere(radius: float, center: Any) -> Hyperellipsoid:
+        """Returns a ball."""
+        return Hyperellipsoid.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
+
+    @staticmethod
+    def MakeUnitBall(dim: int) -> Hyperellipsoid:
+        """Returns the unit ball about the origin."""
+        return Hyperellipsoid(np.eye(dim), np.zeros(dim))
+
+    def A(self) -> np.ndarray:
+        """Returns A, shape (m, n)."""
+        return self._A.copy()
+
+    def center(self) -> np.ndarray:
+        """Returns the center, shape (n,)."""
+        return self._center.copy()
+
+    def MinimumUniformScalingToTouch(self, other: ConvexSet) -> tuple[float, np.ndarray]:
+        """Returns by which factor it has to be scaled to just reach another set, and where.
+
+        Raises:
+            RuntimeError: the other set is empty, or in a space of another dimension or none.
+        """
+        self._require_dimensions("MinimumUniformScalingToTouch")
+        self._same_space("MinimumUniformScalingToTouch", other)
+        prog, x = other._program()
+        # The norm is as its square at its least; near zero the square is blunt, so that the norm is taken there.
+        prog.AddQuadraticErrorCost(self._A.T @ self._A, self._center, x)
+        result = Solve(prog)
+        if not result.is_success():
+            raise RuntimeError(
+                f"MinimumUniformScalingToTouch(): the solver failed: {result.get_solution_result().name}. Is "
+                "the other set empty?"
+            )
+        point = result.GetSolution(x)
+        return float(np.linalg.norm(self._A @ (point - self._center))), point
+
+    def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
+        into.nonnegative(scale)
+        into.lorentz(scale.stacked(self._A @ (x - scale.times(self._center))))
+
+    def _contains(self, x: np.ndarray, tol: float) -> bool:
+        e = self._A @ (x - self._center)
+        return bool(e @ e <= 1.0 + tol)
+
+    def _empty(self) -> bool:
+        return False
+
+    def _bounded(self) -> bool:
+        return self._A.shape[0] >= self._A.shape[1] and np.linalg.matrix_rank(self._A) == self._A.shape[1]
+
+    def _point(self) -> None:
+        return None
+
+    def _some_point(self) -> np.ndarray:
+        return self._center.copy()
+
+    def _affine_hull(self, tol: float) -> tuple[np.ndarray, np.ndarray]:
+        return np.eye(self._dimension), self._center.copy()
+
+    def _volume(self) -> float:
+        if not self._bounded():
+            return np.inf
+        return _volume_of_unit_ball(self._dimension) / math.sqrt(np.linalg.det(self._A.T @ self._A))
+
+    def _shape(self) -> Any:
+        squares, R = np.linalg.eigh(self._A.T @ self._A)
+        if np.linalg.det(R) < 0.0:
+            R[:, 0] = -R[:, 0]
+        return Ellipsoid(*(1.0 / np.sqrt(squares))), RigidTransform(RotationMatrix(R), self._center)
+
+
+def _circumscribed(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """B and center of the least B u + center, |u| <= 1, around points: max log det A, |A p + b| <= 1.
+
+    S. Boyd and L. Vandenberghe, "Convex Optimization", 2004, section 8.4.1.
+    """
+    n = points.shape[0]
+    size = max(np.abs(points).max(), 1e-300)
+    prog = MathematicalProgram()
+    A = prog.NewSymmetricContinuousVariables(n, "A")
+    b = prog.NewContinuousVariables(n, "b")
+    prog.AddMaximizeLogDeterminantCost(A)
+    vars: list[Any] = []
+    column: dict[int, int] = {}
+    for v in [*A.ravel(), *b]:
+        if v.get_id() not in column:
+            column[v.get_id()] = len(vars)
+            vars.append(v)
+    for p in points.T / size:
+        M, z = np.zeros((n + 1, len(vars))), np.zeros(n + 1)
+        z[0] = 1.0
+        for i in range(n):
+            M[i + 1, column[b[i].get_id()]] = 1.0
+            for j in range(n):
+                M[i + 1, column[A[i, j].get_id()]] += p[j]
+        prog.AddLorentzConeConstraint(M, z, np.array(vars, dtype=object))
+    result = Solve(prog)
+    if not result.is_success():
+        raise RuntimeError(
+            f"MinimumVolumeCircumscribedEllipsoid(): the solver failed: {result.get_solution_result().name}."
+        )
+    B = np.linalg.inv(np.array(result.GetSolution(A), dtype=float))
+    return size * B, -size * (B @ result.GetSolution(b))

@@ -1,0 +1,297 @@
+"""Polyhedra by half-spaces."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._distributions import gaussian_pairs, sample_uniform
+from sheldrake.geometry._shapes import Box, HalfSpace
+from sheldrake.geometry.optimization import _polyhedron_programs as programs
+from sheldrake.geometry.optimization._affine import Affine, Rows
+from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
+from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
+from sheldrake.geometry.optimization._hulls import half_spaces
+from sheldrake.geometry.optimization._hyperrectangle import checked_box
+from sheldrake.geometry.optimization._vpolytope import VPolytope
+from sheldrake.solvers import MathematicalProgram, _arrays
+from sheldrake.solvers import _dispatch as d
+
+
+class HPolyhedron(ConvexSet):
+    """A x <= b.
+
+    Made as `()`; `(A, b)`; `(query_object, geometry_id, reference_frame=None)` of a box or a half space;
+    `(vpoly, tol=1e-9)`; or `(prog)`, the points that satisfy a program of linear constraints.
+
+    Raises:
+        RuntimeError: A and b have different numbers of rows, the shape is none of these, or a constraint is not linear.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        ways = [
+            d.overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+            d.overload(HPolyhedron._set, A=_arrays.float_matrix, b=vector),
+            geometry_overload(HPolyhedron._set_of_geometry),
+            d.overload(HPolyhedron._set_of_vertices, vpoly=d.instance(VPolytope), tol=(_arrays.number, 1e-9)),
+            d.overload(lambda self, prog: self._set(*_rows_of(prog)), prog=d.instance(MathematicalProgram)),
+        ]
+        d.dispatch("HPolyhedron", ways, self, args, kwargs)
+
+    def _set(self, A: np.ndarray, b: np.ndarray) -> None:
+        if A.shape[0] != b.size:
+            raise RuntimeError(f"HPolyhedron(): A has {A.shape[0]} rows, b {b.size}.")
+        if not np.isfinite(A).all() or np.isnan(b).any():
+            raise RuntimeError("HPolyhedron(): A must be finite, and b no nan.")
+        self._A, self._b, self._dimension = np.array(A), np.array(b), A.shape[1]
+
+    def _set_of_geometry(self, at: Placed) -> None:
+        if isinstance(at.shape, HalfSpace):
+            A, b = np.array([[0.0, 0.0, 1.0]]), np.zeros(1)
+        elif isinstance(at.shape, Box):
+            A, b = _box_rows(-0.5 * at.shape.size(), 0.5 * at.shape.size())
+        else:
+            raise unsupported(HPolyhedron, at.shape)
+        A = A @ at.R_FG.T
+        self._set(A, b + A @ at.p_FG)
+
+    def _set_of_vertices(self, vpoly: VPolytope, tol: float) -> None:
+        if vpoly.IsEmpty():
+            if vpoly.ambient_dimension() == 0:
+                raise RuntimeError("HPolyhedron(): an empty VPolytope without dimensions is no HPolyhedron.")
+            n = vpoly.ambient_dimension()
+            self._set(np.vstack((np.eye(1, n), -np.eye(1, n))), np.array([-1.0, 0.0]))
+            return
+        self._set(*half_spaces(vpoly.vertices(), tol))
+
+    @staticmethod
+    def MakeBox(lb: Any, ub: Any) -> HPolyhedron:
+        """Returns lb <= x <= ub.
+
+        Raises:
+            RuntimeError: a lower bound is above its upper bound.
+        """
+        return HPolyhedron(*_box_rows(*checked_box("MakeBox", lb, ub)))
+
+    @staticmethod
+    def MakeUnitBox(dim: int) -> HPolyhedron:
+        """Returns -1 <= x <= 1."""
+        return HPolyhedron.MakeBox(-np.ones(dim), np.ones(dim))
+
+    @staticmethod
+    def MakeL1Ball(dim: int) -> HPolyhedron:
+        """Returns the points whose absolute coordinates sum to at most one."""
+        bits = (np.arange(2**dim)[:, None] >> np.arange(dim)[None, :]) & 1
+        return HPolyhedron(1.0 - 2.0 * bits, np.ones(2**dim))
+
+    def A(self) -> np.ndarray:
+        """Returns A, shape (m, n)."""
+        return self._A.copy()
+
+    def b(self) -> np.ndarray:
+        """Returns b, shape (m,)."""
+        return self._b.copy()
+
+    # Redundancy
+
+    def ContainedIn(self, other: HPolyhedron, tol: float = 1e-9) -> bool:
+        """Tells whether each of its points satisfies the inequalities of another one, up to a tolerance."""
+        self._same_space("ContainedIn", other)
+        if self.IsEmpty():
+            return True
+        return all(programs.largest(self._A, self._b, a) <= b + tol for a, b in zip(other._A, other._b))
+
+    def Intersection(self, other: HPolyhedron, check_for_redundancy: bool = False, tol: float = 1e-9) -> HPolyhedron:
+        """Returns what it has in common with another one.
+
+        Args:
+            other: The other one.
+            check_for_redundancy: Whether inequalities of the other one that are implied are left out.
+            tol: By how much they may be violated and still count as implied.
+        """
+        self._same_space("Intersection", other)
+        A, b = self._A, self._b
+        for a, c in zip(other._A, other._b):
+            if not check_for_redundancy or programs.largest(A, b, a) > c + tol:
+                A, b = np.vstack((A, a)), np.append(b, c)
+        return HPolyhedron(A, b)
+
+    def FindRedundant(self, tol: float = 1e-9) -> set[int]:
+        """Returns the rows that those before and after them imply, up to a tolerance."""
+        return set(programs.redundant(self._A, self._b, tol))
+
+    def ReduceInequalities(self, tol: float = 1e-9) -> HPolyhedron:
+        """Returns it without rows that the others imply, up to a tolerance."""
+        keep = np.setdiff1d(np.arange(self._b.size), programs.redundant(self._A, self._b, tol))
+        return HPolyhedron(self._A[keep], self._b[keep])
+
+    # Inner and other bodies
+
+    def ChebyshevCenter(self) -> np.ndarray:
+        """Returns the center of a largest ball inside, shape (n,).
+
+        Raises:
+            RuntimeError: it is empty or unbounded.
+        """
+        return programs.chebyshev_center(self._A, self._b)
+
+    def MaximumVolumeInscribedEllipsoid(self) -> Hyperellipsoid:
+        """Returns the largest ellipsoid inside.
+
+        Raises:
+            RuntimeError: it is empty, unbounded or flat.
+        """
+        B, center = programs.inscribed_ellipsoid(self._A, self._b)
+        return Hyperellipsoid(np.linalg.inv(B), center)
+
+    def MaximumVolumeInscribedAffineTransformation(
+        self, circumbody: HPolyhedron, check_bounded: bool = True
+    ) -> HPolyhedron:
+        """Returns the largest affine image of it (by a positive semidefinite matrix) inside another one.
+
+        Raises:
+            RuntimeError: it is empty, or one of them is unbounded.
+        """
+        self._same_space("MaximumVolumeInscribedAffineTransformation", circumbody)
+        if check_bounded and not (self.IsBounded() and circumbody.IsBounded()):
+            raise RuntimeError("MaximumVolumeInscribedAffineTransformation(): both sets must be bounded.")
+        T, t = programs.inscribed_image(self._A, self._b, circumbody._A, circumbody._b)
+        A = self._A @ np.linalg.inv(T)
+        return HPolyhedron(A, self._b + A @ t)
+
+    def Scale(self, scale: float, center: Any = None) -> HPolyhedron:
+        """Returns it scaled about a center (by default the Chebyshev center) to `scale` times its volume.
+
+        Raises:
+            RuntimeError: the scale is negative.
+        """
+        if scale < 0.0:
+            raise RuntimeError(f"Scale(): the scale must not be negative, got {scale}.")
+        center = self.ChebyshevCenter() if center is None else vector(center)
+        at_center = self._A @ center
+        return HPolyhedron(self._A, at_center + (self._b - at_center) * scale ** (1.0 / self._dimension))
+
+    def CartesianProduct(self, other: HPolyhedron) -> HPolyhedron:
+        """Returns the pairs of its points with those of another one."""
+        (m1, n1), (m2, n2) = self._A.shape, other._A.shape
+        A = np.zeros((m1 + m2, n1 + n2))
+        A[:m1, :n1], A[m1:, n1:] = self._A, other._A
+        return HPolyhedron(A, np.concatenate((self._b, other._b)))
+
+    def CartesianPower(self, n: int) -> HPolyhedron:
+        """Returns the lists of n of its points."""
+        return HPolyhedron(np.kron(np.eye(n), self._A), np.tile(self._b, n))
+
+    def PontryaginDifference(self, other: HPolyhedron) -> HPolyhedron:
+        """Returns the points to which every point of another one can be added without leaving it."""
+        self._same_space("PontryaginDifference", other)
+        return HPolyhedron(self._A, self._b - [programs.largest(other._A, other._b, a) for a in self._A])
+
+    # Samples
+
+    def UniformSample(self, *args: Any, **kwargs: Any) -> np.ndarray:
+        """Returns a random point, by hit and run: called as `(generator, [previous_sample,] mixing_steps=10,
+        subspace=None, tol=1e-8)`.
+
+        Each step goes to a random point of the chord in a random direction (of the span of the subspace's columns).
+        Without a previous sample the Chebyshev center is the first.
+
+        Raises:
+            ValueError: the previous sample is outside.
+        """  # fmt: skip
+        more = {"mixing_steps": (d.count, 10), "subspace": (_matrix_or_none, None), "tol": (_arrays.number, 1e-8)}
+        ways = [
+            d.overload(HPolyhedron._walk, generator=_generator, previous_sample=vector, **more),
+            d.overload(
+                lambda self, generator, *rest: self._walk(generator, self.ChebyshevCenter(), *rest),
+                generator=_generator,
+                **more,
+            ),
+        ]
+        return d.dispatch("UniformSample", ways, self, args, kwargs)
+
+    def _walk(self, generator: Any, start: np.ndarray, steps: int, subspace: Any, tol: float) -> np.ndarray:
+        x = np.array(start)
+        normals = gaussian_pairs(generator)
+        for _ in range(steps):
+            count = self._dimension if subspace is None else subspace.shape[1]
+            direction = np.array([next(normals) for _ in range(count)])
+            if subspace is not None:
+                direction = subspace @ direction
+            distance, slope = self._b - self._A @ x, self._A @ direction
+            if np.any(distance < -tol):
+                raise ValueError("The Hit and Run algorithm failed to find a feasible point in the set.")
+            distance = np.maximum(distance, 0.0)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                limits = distance / slope
+            low = np.max(limits[slope < 0.0], initial=-np.inf)
+            high = np.min(limits[slope > 0.0], initial=np.inf)
+            if not (np.isfinite(low) and np.isfinite(high)):
+                raise ValueError("UniformSample(): the HPolyhedron is unbounded in a direction of the walk.")
+            x = x + sample_uniform(generator, low, high) * direction
+        return x
+
+    # As a convex set
+
+    def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
+        least = np.full(self._b.size, -np.inf)
+        if scale.is_one():
+            into.linear(least, self._A @ x, self._b)
+        else:
+            into.linear(least, self._A @ x - scale.times(self._b), np.zeros(self._b.size))
+        into.nonnegative(scale)
+
+    def _contains(self, x: np.ndarray, tol: float) -> bool:
+        return bool(np.all(self._A @ x <= self._b + tol))
+
+    def _bounded(self) -> bool:
+        return programs.is_bounded(self._A, self._b)
+
+    def _extent(self, direction: np.ndarray) -> float:
+        return programs.largest(self._A, self._b, direction)
+
+    def _some_point(self) -> np.ndarray | None:
+        return programs.point(self._A, self._b)
+
+    def _shape(self) -> Any:
+        return VPolytope(self).ToShapeWithPose()
+
+
+def _generator(value: Any) -> Any:
+    """Converter: a generator of random numbers."""
+    if not callable(value):
+        raise _arrays.Mismatch
+    return value
+
+
+def _matrix_or_none(value: Any) -> Any:
+    return None if value is None else _arrays.float_matrix(value)
+
+
+def _box_rows(lb: np.ndarray, ub: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return np.vstack((np.eye(lb.size), -np.eye(lb.size))), np.concatenate((ub, -lb))
+
+
+def _rows_of(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
+    """The linear constraints of a program as A x <= b.
+
+    Raises:
+        RuntimeError: it has other constraints.
+    """
+    kinds = ("linear_constraints", "linear_equality_constraints", "bounding_box_constraints")
+    linear = [b for kind in kinds for b in prog._lists[kind]]
+    if len(linear) != len(prog.GetAllConstraints()):
+        raise RuntimeError("HPolyhedron(): the program has constraints that are not linear.")
+    rows, bounds = [np.zeros((0, prog.num_vars()))], [np.zeros(0)]
+    for binding in linear:
+        c = binding.evaluator()
+        full = np.zeros((c.num_constraints(), prog.num_vars()))
+        np.add.at(full.T, prog._indices(binding), c._jacobian(np.zeros(c.num_vars())).T)
+        for row, lower, upper in zip(full, c.lower_bound(), c.upper_bound()):
+            for sign, bound in ((1.0, upper), (-1.0, lower)):
+                if np.isfinite(bound):
+                    rows.append(sign * row.reshape(1, -1))
+                    bounds.append(np.array([sign * bound]))
+    return np.vstack(rows), np.concatenate(bounds)

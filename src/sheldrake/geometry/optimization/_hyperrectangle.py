@@ -1,0 +1,120 @@
+"""Boxes along the axes as sets."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._distributions import sample_uniform
+from sheldrake.geometry._shapes import Box
+from sheldrake.geometry.optimization._affine import Affine, Rows
+from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.math import RigidTransform
+from sheldrake.solvers import _dispatch as d
+
+
+def checked_box(call: str, lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
+    """The bounds of a box.
+
+    Raises:
+        RuntimeError: a lower bound is above its upper bound, or the sizes differ.
+    """
+    lb, ub = vector(lb), vector(ub)
+    if lb.size != ub.size or np.any(lb > ub):
+        raise RuntimeError(f"{call}(): lower bounds {lb} must not be above upper bounds {ub}.")
+    return lb, ub
+
+
+class Hyperrectangle(ConvexSet):
+    """lb <= x <= ub with finite bounds; made as `()` or `(lb, ub)`.
+
+    Raises:
+        RuntimeError: a lower bound is above its upper bound, or one is not finite.
+    """
+
+    _has_volume = True
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        def of_bounds(self: Any, lb: np.ndarray, ub: np.ndarray) -> None:
+            self._lb, self._ub = checked_box("Hyperrectangle", lb, ub)
+            if not np.isfinite((self._lb, self._ub)).all():
+                raise RuntimeError("Hyperrectangle(): bounds must be finite.")
+            self._dimension = lb.size
+
+        ways = [
+            d.overload(lambda self: of_bounds(self, np.zeros(0), np.zeros(0))),
+            d.overload(of_bounds, lb=vector, ub=vector),
+        ]
+        d.dispatch("Hyperrectangle", ways, self, args, kwargs)
+
+    def lb(self) -> np.ndarray:
+        """Returns the lower bounds, shape (n,)."""
+        return self._lb.copy()
+
+    def ub(self) -> np.ndarray:
+        """Returns the upper bounds, shape (n,)."""
+        return self._ub.copy()
+
+    def Center(self) -> np.ndarray:
+        """Returns the center, shape (n,)."""
+        return 0.5 * (self._lb + self._ub)
+
+    def UniformSample(self, generator: Any) -> np.ndarray:
+        """Returns a random point, shape (n,)."""
+        return np.array([sample_uniform(generator, lo, hi) for lo, hi in zip(self._lb, self._ub)])
+
+    def MakeHPolyhedron(self) -> Any:
+        """Returns it as an HPolyhedron."""
+        from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
+
+        return HPolyhedron.MakeBox(self._lb, self._ub)
+
+    def MaybeGetIntersection(self, other: Hyperrectangle) -> Hyperrectangle | None:
+        """Returns what it has in common with another one, or None if nothing.
+
+        Raises:
+            RuntimeError: they are in spaces of different dimensions.
+        """
+        self._same_space("MaybeGetIntersection", other)
+        lb, ub = np.maximum(self._lb, other._lb), np.minimum(self._ub, other._ub)
+        return None if np.any(lb > ub) else Hyperrectangle(lb, ub)
+
+    @staticmethod
+    def MaybeCalcAxisAlignedBoundingBox(set: ConvexSet) -> Hyperrectangle | None:
+        """Returns the smallest box around a set; None if the set is empty or unbounded."""
+        if isinstance(set, Hyperrectangle):
+            return set.Clone()
+        axes = np.eye(set.ambient_dimension())
+        try:
+            ends = np.array([(-set._extent(-e), set._extent(e)) for e in axes])
+        except RuntimeError:
+            return None
+        if not np.isfinite(ends).all():
+            return None
+        return Hyperrectangle(np.minimum(ends[:, 0], ends[:, 1]), ends[:, 1])
+
+    def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
+        into.within(self._lb, x, self._ub, scale)
+        into.nonnegative(scale)
+
+    def _contains(self, x: np.ndarray, tol: float) -> bool:
+        return bool(np.all(x >= self._lb - tol) and np.all(x <= self._ub + tol))
+
+    def _empty(self) -> bool:
+        return False
+
+    def _bounded(self) -> bool:
+        return True
+
+    def _point(self) -> np.ndarray | None:
+        return self._lb.copy() if np.array_equal(self._lb, self._ub) else None
+
+    def _some_point(self) -> np.ndarray:
+        return self.Center()
+
+    def _volume(self) -> float:
+        return float(np.prod(self._ub - self._lb))
+
+    def _shape(self) -> Any:
+        return Box(*(self._ub - self._lb)), RigidTransform(self.Center())

@@ -1,0 +1,86 @@
+"""One point as a set."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry._shapes import Sphere
+from sheldrake.geometry.optimization._affine import Affine, Rows
+from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
+from sheldrake.math import RigidTransform
+from sheldrake.solvers import _arrays
+from sheldrake.solvers import _dispatch as d
+
+
+class Point(ConvexSet):
+    """A single point.
+
+    Made as `()`, a point without coordinates; `(x)`; or `(query_object, geometry_id, reference_frame=None,
+    maximum_allowable_radius=0)` from a sphere no larger than that.
+    """
+
+    _has_volume = True
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        def of_sphere(self: Any, at: Placed, maximum: float) -> None:
+            if not isinstance(at.shape, Sphere):
+                raise unsupported(Point, at.shape)
+            if at.shape.radius() > maximum:
+                raise RuntimeError(
+                    f"Point: the sphere's radius {at.shape.radius()} is larger than the maximum_allowable_radius "
+                    f"{maximum}."
+                )
+            self.set_point(at.p_FG)
+
+        ways = [
+            d.overload(lambda self: self.set_point(np.zeros(0))),
+            d.overload(Point.set_point, x=vector),
+            geometry_overload(of_sphere, maximum_allowable_radius=(_arrays.number, 0.0)),
+        ]
+        d.dispatch("Point", ways, self, args, kwargs)
+
+    def set_point(self, x: np.ndarray) -> None:
+        self._x, self._dimension = x, x.size
+
+    def x(self) -> np.ndarray:
+        """Returns the point, shape (n,)."""
+        return self._x.copy()
+
+    def set_x(self, x: Any) -> None:
+        """Moves the point.
+
+        Raises:
+            RuntimeError: the new one has another dimension.
+        """
+        x = vector(x)
+        if x.size != self._dimension:
+            raise RuntimeError(f"set_x(): the point has {x.size} coordinates, expected {self._dimension}.")
+        self._x = x
+
+    def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
+        if scale.is_one():
+            into.between(self._x, x, self._x)
+        else:
+            into.equal(x - scale.times(self._x))
+            into.nonnegative(scale)
+
+    def _contains(self, x: np.ndarray, tol: float) -> bool:
+        return bool(np.all(np.abs(x - self._x) <= tol))
+
+    def _empty(self) -> bool:
+        return False
+
+    def _bounded(self) -> bool:
+        return True
+
+    def _point(self) -> np.ndarray:
+        return self._x.copy()
+
+    def _volume(self) -> float:
+        return 0.0
+
+    def _shape(self) -> Any:
+        return Sphere(0.0), RigidTransform(self._x)

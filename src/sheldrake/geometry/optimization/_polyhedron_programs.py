@@ -1,0 +1,140 @@
+"""Linear and semidefinite programs about A x <= b."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.solvers import MathematicalProgram, Solve
+
+
+def _linear_program(A: np.ndarray, b: np.ndarray, cost: np.ndarray) -> Any:
+    """SciPy's result of min cost'x."""
+    from scipy.optimize import linprog
+
+    return linprog(cost, A_ub=A, b_ub=b, bounds=(None, None), method="highs")
+
+
+def largest(A: np.ndarray, b: np.ndarray, direction: np.ndarray) -> float:
+    """The greatest direction'x; infinite if unbounded, minus infinity if there is no x."""
+    if not len(b):
+        return np.inf if np.any(direction) else 0.0
+    found = _linear_program(A, b, -direction)
+    if found.status == 0:
+        return -float(found.fun)
+    return np.inf if point(A, b) is not None else -np.inf
+
+
+def point(A: np.ndarray, b: np.ndarray) -> np.ndarray | None:
+    """Some x; None if there is none."""
+    if not len(b):
+        return np.zeros(A.shape[1])
+    found = _linear_program(A, b, np.zeros(A.shape[1]))
+    return np.array(found.x) if found.status == 0 else None
+
+
+def is_bounded(A: np.ndarray, b: np.ndarray) -> bool:
+    """Whether the rows span the space, and a positive combination of them is zero (Stiemke): it is bounded."""
+    from scipy.optimize import linprog
+
+    m, n = A.shape
+    spans = m > n and np.linalg.matrix_rank(A) == n
+    if spans and linprog(np.zeros(m), A_eq=A.T, b_eq=np.zeros(n), bounds=(1.0, None), method="highs").status == 0:
+        return True
+    return point(A, b) is None
+
+
+def redundant(A: np.ndarray, b: np.ndarray, tol: float) -> list[int]:
+    """Rows that the others, without those found before, imply up to a tolerance."""
+    keep = np.ones(b.size, dtype=bool)
+    for i in range(b.size):
+        keep[i] = False
+        loose = np.append(b[keep], b[i] + 1.0)  # One more than wanted bounds the program.
+        keep[i] = largest(np.vstack((A[keep], A[i])), loose, A[i]) > b[i] + tol
+    return [int(i) for i in np.flatnonzero(~keep)]
+
+
+def chebyshev_center(A: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """The center of a largest ball inside.
+
+    Raises:
+        RuntimeError: there is none.
+    """
+    lengths = np.linalg.norm(A, axis=1)
+    n = A.shape[1]
+    rows = np.vstack((np.column_stack((A, lengths)), -np.eye(1, n + 1, n)))
+    found = _linear_program(rows, np.append(b, 0.0), -np.eye(n + 1)[n])
+    if found.status != 0:
+        raise RuntimeError(
+            f"ChebyshevCenter(): the linear program has no solution ({found.message}). Is it "
+            "unbounded, or without interior?"
+        )
+    return np.array(found.x[:n])
+
+
+def inscribed_ellipsoid(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """B and d of the largest B u + d, |u| <= 1, inside: max log det B, |B a_i| + a_i'd <= b_i.
+
+    S. Boyd and L. Vandenberghe, "Convex Optimization", 2004, section 8.4.2.
+
+    Raises:
+        RuntimeError: there is none.
+    """
+    n = A.shape[1]
+    lengths = np.linalg.norm(A, axis=1)
+    lengths[lengths == 0.0] = 1.0
+    rows, bounds = A / lengths[:, None], b / lengths
+    prog = MathematicalProgram()
+    B = prog.NewSymmetricContinuousVariables(n, "B")
+    center = prog.NewContinuousVariables(n, "d")
+    prog.AddMaximizeLogDeterminantCost(B)
+    places = {v.get_id(): k for k, v in enumerate(prog.decision_variables())}
+    vars = prog.decision_variables()
+    inside = np.array([[places[v.get_id()] for v in row] for row in B])
+    used = sorted({*inside.ravel().tolist(), *(places[v.get_id()] for v in center)})
+    column = {place: k for k, place in enumerate(used)}
+    for a, c in zip(rows, bounds):
+        M, z = np.zeros((n + 1, len(used))), np.zeros(n + 1)
+        M[0, [column[places[v.get_id()]] for v in center]] = -a
+        z[0] = c
+        for i in range(n):
+            for j in range(n):
+                M[i + 1, column[inside[i, j]]] += a[j]
+        prog.AddLorentzConeConstraint(M, z, vars[used])
+    result = Solve(prog)
+    if not result.is_success():
+        raise RuntimeError(
+            f"MaximumVolumeInscribedEllipsoid(): the solver failed: {result.get_solution_result().name}. Is "
+            "it unbounded, or without interior?"
+        )
+    return np.array(result.GetSolution(B), dtype=float), result.GetSolution(center)
+
+
+def inscribed_image(
+    A: np.ndarray, b: np.ndarray, outer_A: np.ndarray, outer_b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """T and t of the largest T x + t, A x <= b, inside another polyhedron: L >= 0, L A = C T, L b <= d - C t.
+
+    Raises:
+        RuntimeError: there is none.
+    """
+    n, m, k = A.shape[1], b.size, outer_b.size
+    prog = MathematicalProgram()
+    T = prog.NewSymmetricContinuousVariables(n, "T")
+    t = prog.NewContinuousVariables(n, "t")
+    L = prog.NewContinuousVariables(k, m, "L")
+    prog.AddBoundingBoxConstraint(0.0, np.inf, L.ravel())
+    prog.AddMaximizeLogDeterminantCost(T)
+    for i in range(k):
+        for j in range(n):
+            e = np.concatenate((A[:, j], -outer_A[i]))
+            prog.AddLinearEqualityConstraint(e.reshape(1, -1), np.zeros(1), np.concatenate((L[i], T[:, j])))
+        e = np.concatenate((b, outer_A[i]))
+        prog.AddLinearConstraint(e.reshape(1, -1), [-np.inf], [outer_b[i]], np.concatenate((L[i], t)))
+    result = Solve(prog)
+    if not result.is_success():
+        raise RuntimeError(
+            f"MaximumVolumeInscribedAffineTransformation(): the solver failed: {result.get_solution_result().name}."
+        )
+    return np.array(result.GetSolution(T), dtype=float), result.GetSolution(t)
