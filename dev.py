@@ -18,8 +18,9 @@ import venv
 ROOT = pathlib.Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-EXTRAS = {"demo": "[kernels]"} | dict.fromkeys(("test", "lint", "bench"), "[kernels,meshcat,test,lint,peers]")
-EXTRAS["foreign"] = "[kernels,test,foreign]"
+EVERYTHING = "[kernels,meshcat,test,lint,docs,peers]"
+EXTRAS = dict.fromkeys(("test", "lint", "bench"), EVERYTHING)
+EXTRAS |= {"demo": "[kernels]", "docs": "[docs]", "foreign": "[kernels,test,foreign]"}
 CHECKS = (
     ("ruff", ["-m", "ruff", "check", "."]),
     ("ruff format", ["-m", "ruff", "format", "--check", "."]),
@@ -86,6 +87,7 @@ def main() -> int:
     tasks.add_parser("demo", help="drop a block: page, log, plot, replay; arguments go to `sheldrake demo`")
     tasks.add_parser("test", help="lint and all tests; with arguments, pytest on those")
     tasks.add_parser("lint", help="ruff, import-linter, mypy")
+    tasks.add_parser("docs", help="make the site of the documentation in build/docs/html")
     tasks.add_parser("foreign", help="builds all wheels, runs those for ARM and Windows under qemu-user and wine64")
     tasks.add_parser("bench", help="benchmarks against Drake and MuJoCo: drop_the_block (default), queries, arm, ...")
     tasks.add_parser("clean", help="remove .venv")
@@ -96,6 +98,8 @@ def main() -> int:
     install(options.task)
     if options.task == "demo":
         return run("-m", "sheldrake", "demo", *rest)
+    if options.task == "docs":
+        return run("tools/make_docs.py", *rest)
     if options.task == "foreign":
         return run("-m", "pytest", "-q", "tests/foreign", *rest)
     if options.task == "bench":

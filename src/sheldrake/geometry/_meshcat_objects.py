@@ -43,11 +43,10 @@ class Objects:
     def SetObject(self, *args: Any, **kwargs: Any) -> None:
         """Draws something at a path, in place of what was drawn there.
 
-        Overloads:
-            SetObject(path, shape, rgba=Rgba(0.9, 0.9, 0.9))
-            SetObject(path, mesh, rgba=Rgba(0.1, 0.1, 0.1), wireframe=False, wireframe_line_width=1.0,
-                side=kDoubleSide), for a TriangleSurfaceMesh
-            SetObject(path, cloud, point_size=0.001, rgba=Rgba(0.9, 0.9, 0.9)), for a PointCloud
+        - `SetObject(path, shape, rgba=Rgba(0.9, 0.9, 0.9))`
+        - `SetObject(path, mesh, rgba=Rgba(0.1, 0.1, 0.1), wireframe=False, wireframe_line_width=1.0,
+          side=kDoubleSide)`, for a TriangleSurfaceMesh
+        - `SetObject(path, cloud, point_size=0.001, rgba=Rgba(0.9, 0.9, 0.9))`, for a PointCloud
 
         Raises:
             RuntimeError: when a mesh file is missing or cannot be read.

@@ -1,0 +1,88 @@
+"""Makes the site of the documentation: `python tools/make_docs.py [OUT]`, by default build/docs.
+
+Gathers the pages of docs/, a page for each example and for each public module, the tutorial as a notebook, and lets
+Sphinx make HTML of them. A link that leads nowhere is an error. Needs the extra `docs`; no network.
+"""
+
+from __future__ import annotations
+
+import ast
+import os
+import pathlib
+import re
+import shutil
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+DOCS = ROOT / "docs"
+PROJECT = {"CHANGELOG.md": "changes", "ARCHITECTURE.md": "architecture", "CONTRIBUTING.md": "contributing"}
+"""Pages from the root of the repository, and their names in the site."""
+
+
+def toctrees(index: str) -> str:
+    """Returns the site's menu: a hidden table of contents for each section of the index, in its order."""
+    sections = re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", index, re.DOTALL | re.MULTILINE)
+    menus = [(title, re.findall(r"\]\((\w+)\.md\)", text)) for title, text in sections]
+    menus.append(("Reference", ["api/index", *PROJECT.values()]))
+    return "".join(
+        "\n".join(["", "```{toctree}", ":hidden:", f":caption: {title}", *pages, "```", ""]) for title, pages in menus
+    )
+
+
+def example_page(path: pathlib.Path) -> str:
+    """Returns the page of an example: what it is about, its picture, its source."""
+    text = path.read_text(encoding="utf-8")
+    about = ast.get_docstring(ast.parse(text)) or ""
+    title = f"# {path.name}\n\n{about}\n\n![{path.stem}](../gallery/{path.stem}.webp)\n\n"
+    return f"{title}{{download}}`{path.name}`\n\n```python\n{text}```\n"
+
+
+def stage(source: pathlib.Path) -> None:
+    """Gathers all that Sphinx reads in a folder."""
+    import api_pages
+    import make_notebook
+
+    shutil.rmtree(source, ignore_errors=True)
+    shutil.copytree(DOCS, source)
+    (source / "examples").mkdir()
+    for path in sorted((ROOT / "examples").glob("*.py")):
+        shutil.copy(path, source / "examples")
+        (source / "examples" / f"{path.stem}.md").write_text(example_page(path), encoding="utf-8")
+    for name, page in PROJECT.items():
+        shutil.copy(ROOT / name, source / f"{page}.md")
+    for path in source.glob("*.md"):
+        text = path.read_text(encoding="utf-8")
+        path.write_text(re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples/\1.md)", text), encoding="utf-8")
+    with open(source / "gallery.md", "a", encoding="utf-8") as file:
+        file.write("\n```{toctree}\n:hidden:\n:glob:\nexamples/*\n```\n")
+    with open(source / "index.md", "a", encoding="utf-8") as file:
+        file.write(toctrees((DOCS / "index.md").read_text(encoding="utf-8")))
+    tutorial = source / "tutorial.md"
+    text = tutorial.read_text(encoding="utf-8")
+    make_notebook.main(str(tutorial), str(source / "tutorial.ipynb"))
+    title, _, rest = text.partition("\n")
+    tutorial.write_text(f"{title}\n\n{{download}}`This page as a notebook <tutorial.ipynb>`\n{rest}", encoding="utf-8")
+    api_pages.write(source / "api")
+
+
+def make(out: pathlib.Path) -> int:
+    """Writes the site into OUT/html; returns 0, or Sphinx's status when there is anything to warn of."""
+    from sphinx.cmd.build import build_main
+
+    stage(out / "source")
+    options = ["--fail-on-warning", "--keep-going", "--quiet", "--builder", "html", "--doctree-dir", str(out / "trees")]
+    return build_main([*options, str(out / "source"), str(out / "html")])
+
+
+def main() -> int:
+    """Makes the site and says where it is."""
+    out = pathlib.Path(sys.argv[1] if len(sys.argv) > 1 else ROOT / "build" / "docs").resolve()
+    status = make(out)
+    print(f"{out / 'html' / 'index.html'}" if status == 0 else "the site has faults", flush=True)
+    return status
+
+
+if __name__ == "__main__":
+    sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tools")]
+    os.environ.setdefault("MPLBACKEND", "Agg")
+    sys.exit(main())
