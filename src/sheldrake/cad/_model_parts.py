@@ -198,7 +198,7 @@ class _Taker:
         taken = {*self._parts.names.values()}
         for index in _indices(plant.num_frames(), lambda i: True):
             frame = plant.get_frame(index)
-            if frame.is_body_frame() or frame.is_world_frame() or (frame.name() in made):
+            if frame.is_body_frame() or frame.is_ephemeral() or (frame.name() in made):
                 continue
             if frame.name() == "__model__":
                 continue  # every SDFormat model has one

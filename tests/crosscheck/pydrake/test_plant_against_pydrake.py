@@ -59,6 +59,7 @@ def test_counts_names_and_order(seed):
             "inputs": [(plant.get_input_port(i).get_name(), plant.get_input_port(i).size()) for i in range(10)],
             "outputs": [(plant.get_output_port(i).get_name(), plant.get_output_port(i).size()) for i in range(18)],
             "welded": [[b.name() for b in plant.GetBodiesWeldedTo(plant.get_body(lib.BodyIndex(1)))]],
+            "frames": [plant.get_frame(lib.FrameIndex(i)).name() for i in range(plant.num_frames())],
             "limits": (plant.GetPositionLowerLimits().tolist(), plant.GetEffortUpperLimits().tolist()),
         }
 
@@ -254,6 +255,22 @@ def test_continuous_dynamics(seed):
         max(1e-11, 1e-14 * condition),
     )
     p.check(lambda L, m, c: m.CalcCenterOfMassTranslationalAccelerationInWorld(c), max(1e-11, 1e-14 * condition))
+
+
+@seeds
+def test_locked_joints_in_continuous_time(seed):
+    p = Pair(seed)
+    locked = [int(j.index()) for j in map(p.d.get_joint, p.d.GetJointIndices())][:: 2 + seed % 2]
+
+    def derivatives(L, m, c):
+        for i in locked:
+            m.get_joint(L.JointIndex(i)).Lock(c)
+        return [m.GetVelocities(c).tolist(), m.EvalTimeDerivatives(c).CopyToVector().tolist()]
+
+    ours, theirs = p.both(derivatives)
+    condition = np.linalg.cond(p.d.CalcMassMatrix(p.cd))
+    assert ours[0] == theirs[0]
+    close(ours[1], theirs[1], tolerance=max(1e-11, 40 * 2.2e-16 * condition))
 
 
 @seeds

@@ -69,11 +69,6 @@ class ContextAccess:
         return bool(self._numbers(context, self._lock_group)[int(joint.index())])
 
     def _set_locked(self, context: Any, joint: Any, locked: bool) -> None:
-        if not self.is_discrete():
-            raise RuntimeError(
-                f"Joint {joint.name()!r} cannot be locked: joint locking is only supported for discrete plants "
-                "(time_step > 0)."
-            )
         flags = np.array(self._numbers(context, self._lock_group))
         flags[int(joint.index())] = float(locked)
         self._write_numbers(context, self._lock_group, flags)

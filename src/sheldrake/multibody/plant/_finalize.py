@@ -6,13 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.multibody.tree import DoorHinge, FixedOffsetFrame, LinearBushingRollPitchYaw, QuaternionFloatingJoint
+from sheldrake.math import RigidTransform, RotationMatrix
+from sheldrake.multibody.tree import (
+    DoorHinge,
+    FixedOffsetFrame,
+    LinearBushingRollPitchYaw,
+    PrismaticJoint,
+    QuaternionFloatingJoint,
+    RevoluteJoint,
+    WeldJoint,
+)
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._force_element import LinearSpringDamper, _JointSpring
 from sheldrake.multibody.tree._forest import Step, span_forest
 from sheldrake.multibody.tree._frame import pose_numbers
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._rigid_body import inertia_numbers
+
+_EPSILON = np.finfo(float).eps
 
 
 class Finalization:
@@ -36,11 +47,38 @@ class Finalization:
             self._add_joint(joint)
             if int(joint.child_body().index()) in self._default_free_poses:
                 joint.SetDefaultPose(self._default_free_poses[int(joint.child_body().index())])
+        self._add_mobilizer_frames(steps)
         self._number(steps)
         self._lay_out_parameters()
         self._tree_model = compile_tree(self._tree_description(steps))
         self._force_model = self._compile_forces()
         self._place_open_points()
+
+    def _add_mobilizer_frames(self, steps: list[Step]) -> None:
+        """The frames that Drake's mobilizers have beside those of their joints, so that frames count and list alike.
+
+        Drake turns about and slides along +x, +y and +z only, and welds frames onto each other. The kernels here need
+        none of these frames.
+        """
+        for joint, backwards in ((step.joint, step.reversed) for step in steps):
+            F, M = joint.frame_on_parent(), joint.frame_on_child()
+            if backwards:
+                F, M = M, F
+            if isinstance(joint, WeldJoint):
+                X_FM = joint.X_FM().inverse() if backwards else joint.X_FM()
+                if not X_FM.IsExactlyIdentity():
+                    self._add_mobilizer_frame(f"{joint.name()}_{F.name()}_F", F, X_FM, joint)
+            elif isinstance(joint, (RevoluteJoint, PrismaticJoint)):
+                axis = -joint._axis if backwards else joint._axis
+                if max(axis) < 1.0 - _EPSILON:
+                    X = RigidTransform(RotationMatrix.MakeFromOneVector(axis, 2))
+                    self._add_mobilizer_frame(f"{joint.name()}_{F.name()}_F", F, X, joint)
+                    self._add_mobilizer_frame(f"{joint.name()}_{M.name()}_M", M, X, joint)
+
+    def _add_mobilizer_frame(self, name: str, parent: Any, X_PF: RigidTransform, joint: Any) -> None:
+        while self._frames.find(name, joint.model_instance()):
+            name = f"_{name}"
+        self.AddFrame(FixedOffsetFrame(name, parent, X_PF, joint.model_instance()))._ephemeral = True
 
     def _number(self, steps: list[Step]) -> None:
         """Rows of bodies; starts of positions, velocities and inputs."""

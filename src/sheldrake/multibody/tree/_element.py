@@ -31,6 +31,7 @@ class Element:
         self._index: Any = None
         self._instance = model_instance
         self._group: Any = None
+        self._ephemeral = False
 
     def _adopt(self, owner: Any, index: int, model_instance: Any = None) -> None:
         if self._owner is not None:
@@ -60,7 +61,7 @@ class Element:
 
     def is_ephemeral(self) -> bool:
         """Whether Finalize() made it, rather than the user."""
-        return False
+        return self._ephemeral
 
     def GetParentPlant(self) -> Any:
         """The MultibodyPlant it belongs to.

@@ -54,13 +54,8 @@ class Joint(NamedElement):
         self._default_q = self._zero_positions()
         self._random_q: Any = None
         self._q_start = self._v_start = -1
-        self._ephemeral = False
 
     # --- what it is
-
-    def is_ephemeral(self) -> bool:
-        """Whether Finalize() made it for a body without a joint."""
-        return self._ephemeral
 
     def type_name(self) -> str:
         """Its kind, such as "revolute"."""
@@ -373,7 +368,7 @@ class Joint(NamedElement):
     # --- locking
 
     def Lock(self, context: Any) -> None:
-        """Locks it in a context: it keeps its positions and its velocities become zero. Discrete plants only."""
+        """Locks it in a context: it keeps its positions and its velocities become zero."""
         owner = self._finalized("Lock")
         owner._set_locked(context, self, True)
         if self.num_velocities():

@@ -25,6 +25,7 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_element_forces,
     put_passive_forces,
 )
+from sheldrake.multibody.plant._kernels.locks import is_locked, lock_mass_matrix
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix, project_forces
 from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
@@ -222,18 +223,25 @@ def contact_forces(
 
 @kernel(top=True)
 def plant_derivatives(
-    xc: Vector, p: Vector, tree: TreeWork, flow: DerivativeVectors, tree_model: TreeModel, out: Vector
+    xc: Vector,
+    p: Vector,
+    tree: TreeWork,
+    flow: DerivativeVectors,
+    tree_model: TreeModel,
+    plant_model: PlantModel,
+    out: Vector,
 ) -> int:
     """Time derivatives of positions and velocities; a status of `contact_solvers`, 0 when all is well."""
     nv = flow.v.shape[0]
     nq = xc.shape[0] - nv
     mass_matrix(tree_model, p, tree)
+    lock_mass_matrix(tree_model, plant_model, p, tree.M)
     for i in range(tree.M.shape[0]):
         tree.L[i] = tree.M[i]
     if ltdl(tree_model, tree.L) >= 0:
         return MASS_NOT_POSITIVE
     for k in range(nv):
-        flow.vdot[k] = flow.force[k] + flow.contact_force[k]
+        flow.vdot[k] = 0.0 if is_locked(plant_model, p, k) else flow.force[k] + flow.contact_force[k]
     ltdl_solve(tree_model, tree.L, flow.vdot)
     qdot_of_velocity(tree_model, xc, flow.v, flow.qdot)
     for k in range(nq):
