@@ -92,6 +92,19 @@ def incompatible(
     )
 
 
+def expect(call: str, value: Any, cls: type | tuple[type, ...]) -> Any:
+    """Returns the value of an argument that must be of a class, or of one of some classes.
+
+    Raises:
+        TypeError: it is not.
+    """
+    if not isinstance(value, cls):
+        raise incompatible(
+            call, [f"({pretty_class_name(c)})" for c in (cls if isinstance(cls, tuple) else (cls,))], (value,), {}
+        )
+    return value
+
+
 def instance_of(cls: type) -> tuple[Callable[[Any], Any], str]:
     """Parameter kind: an object of one class."""
 

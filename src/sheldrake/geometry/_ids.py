@@ -5,6 +5,8 @@ from __future__ import annotations
 import itertools
 from typing import Any, TypeVar
 
+from sheldrake.common._overloads import expect
+
 _Id = TypeVar("_Id", bound="_Identifier")
 _next_value = itertools.count(1).__next__
 
@@ -79,3 +81,12 @@ class FilterId(_Identifier):
     """Names one transient collision filter declaration."""
 
     __slots__ = ()
+
+
+def number_of(identifier: Any, kind: type[_Identifier]) -> int:
+    """The number behind an identifier that a user gave, for an error about it.
+
+    Raises:
+        TypeError: it is not of that kind.
+    """
+    return expect(f"look-up by {kind.__name__}", identifier, kind).get_value()

@@ -5,10 +5,12 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._overloads import expect
+
 from ._collision_filter import Pair
 from ._geometry_set import GeometrySet
 from ._hydro import representation_of
-from ._ids import FrameId, GeometryId, SourceId
+from ._ids import FrameId, GeometryId, SourceId, number_of
 from ._instance import GeometryInstance
 from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
 from ._roles import Role
@@ -131,7 +133,7 @@ class SceneGraphInspector:
         if isinstance(target, FrameId):
             return state.sources[state.frame(target).source].name
         if target not in state.geometries:
-            raise RuntimeError(f"Geometry id {target.get_value()} does not map to a registered geometry")
+            raise RuntimeError(f"Geometry id {number_of(target, GeometryId)} does not map to a registered geometry")
         return state.sources[state.geometries[target].source].name
 
     def GetName(self, *args: Any, **kwargs: Any) -> str:
@@ -142,7 +144,7 @@ class SceneGraphInspector:
         """
         (target,) = (*args, *kwargs.values())
         state = self._state
-        value = target.get_value()
+        value = expect("GetName", target, (SourceId, FrameId, GeometryId)).get_value()
         if isinstance(target, SourceId):
             if target not in state.sources:
                 raise RuntimeError(f"Querying source name for an invalid source id: {value}.")
@@ -158,7 +160,7 @@ class SceneGraphInspector:
     def GetFrameGroup(self, frame_id: FrameId) -> int:
         """The group number given when the frame was registered."""
         if frame_id not in self._state.frames:
-            raise RuntimeError(f"No frame group available for invalid frame id: {frame_id.get_value()}")
+            raise RuntimeError(f"No frame group available for invalid frame id: {number_of(frame_id, FrameId)}")
         return self._state.frames[frame_id].group
 
     def NumGeometriesForFrame(self, frame_id: FrameId) -> int:
@@ -175,7 +177,9 @@ class SceneGraphInspector:
         """The geometries of a frame, or those with a role, sorted."""
         state = self._state
         if frame_id not in state.frames:
-            raise RuntimeError(f"Cannot report geometries associated with invalid frame id: {frame_id.get_value()}")
+            raise RuntimeError(
+                f"Cannot report geometries associated with invalid frame id: {number_of(frame_id, FrameId)}"
+            )
         return sorted(i for i, g in state.geometries.items() if g.frame == frame_id and (role is None or g.has(role)))
 
     def GetGeometryIdByName(self, frame_id: FrameId, role: Role, name: str) -> GeometryId:
@@ -203,7 +207,7 @@ class SceneGraphInspector:
 
     def _geometry(self, geometry_id: GeometryId) -> Any:
         if geometry_id not in self._state.geometries:
-            raise RuntimeError(f"No geometry available for invalid geometry id: {geometry_id.get_value()}")
+            raise RuntimeError(f"No geometry available for invalid geometry id: {number_of(geometry_id, GeometryId)}")
         return self._state.geometries[geometry_id]
 
     def GetShape(self, geometry_id: GeometryId) -> Shape:
@@ -221,7 +225,7 @@ class SceneGraphInspector:
     def GetProperties(self, geometry_id: GeometryId, role: Role) -> GeometryProperties | None:
         """The properties of a role, or None."""
         if geometry_id not in self._state.geometries:
-            raise RuntimeError(f"Referenced geometry {geometry_id.get_value()} has not been registered")
+            raise RuntimeError(f"Referenced geometry {number_of(geometry_id, GeometryId)} has not been registered")
         return self._state.geometries[geometry_id].roles.get(role)
 
     def GetProximityProperties(self, geometry_id: GeometryId) -> ProximityProperties | None:

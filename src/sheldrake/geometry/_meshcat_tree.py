@@ -12,13 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
+
 WORKING_DIRECTORY = "/drake"
 OBJECT = "<object>"
 
 
 def full_path(path: str) -> str:
     """Returns the absolute path: "foo" is "/drake/foo", "" is "/drake", a trailing "/" does not count."""
-    if not path.startswith("/"):
+    if not expect("Meshcat", path, str).startswith("/"):
         path = f"{WORKING_DIRECTORY}/{path}"
     return "/" + "/".join(part for part in path.split("/") if part)
 

@@ -7,6 +7,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
 from sheldrake.common.value import _register_value_type
 
 _PUBLIC = "sheldrake.perception"
@@ -151,7 +152,7 @@ class PointCloud:
         Raises:
             RuntimeError: when there are no fields.
         """
-        if not new_fields.has_base_fields():
+        if not expect("SetFields", new_fields, Fields).has_base_fields():
             raise RuntimeError("PointCloud.SetFields(): Cannot construct a PointCloud without fields")
         self._bits = new_fields.base_fields()
         wanted = [field for field in _COLUMNS if int(field) & self._bits]
@@ -159,7 +160,7 @@ class PointCloud:
 
     def SetFrom(self, other: PointCloud) -> None:
         """Makes it a copy of another cloud."""
-        self._size, self._bits = other._size, other._bits
+        self._size, self._bits = expect("SetFrom", other, PointCloud)._size, other._bits
         self._data = {field: data.copy() for field, data in other._data.items()}
 
     def _of(self, call: str, field: BaseField, writable: bool = False) -> np.ndarray:

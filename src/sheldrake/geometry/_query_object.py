@@ -12,7 +12,7 @@ from sheldrake.common.value import _register_value_type
 from ._contact_search import find_contacts
 from ._contact_surface import ContactSurface, surfaces_of
 from ._hydro_compile import explain_unsupported, find_surfaces
-from ._ids import FrameId, GeometryId
+from ._ids import FrameId, GeometryId, number_of
 from ._image import ImageDepth32F, ImageLabel16I, ImageRgba8U
 from ._inspector import SceneGraphInspector
 from ._kernels import model as columns
@@ -293,8 +293,9 @@ class QueryObject:
         rows = []
         for geometry_id in (geometry_id_A, geometry_id_B):
             if geometry_id not in ids:
+                number = number_of(geometry_id, GeometryId)
                 raise RuntimeError(
-                    f"The geometry given by id {geometry_id.get_value()} does not reference a geometry that can be "
+                    f"The geometry given by id {number} does not reference a geometry that can be "
                     "used in a signed distance query"
                 )
             rows.append(ids.index(geometry_id))

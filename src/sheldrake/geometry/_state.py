@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from sheldrake.common._overloads import expect
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 
 from . import _proximity_properties as proximity
@@ -14,7 +15,7 @@ from ._collision_filter import CollisionFilter, Pair, ordered_pair
 from ._config import DefaultProximityProperties
 from ._geometry_set import GeometrySet
 from ._hydro import check_representation
-from ._ids import FrameId, GeometryId, SourceId
+from ._ids import FrameId, GeometryId, SourceId, number_of
 from ._instance import GeometryFrame, GeometryInstance, canonical_name
 from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
 from ._renderers import Renderers
@@ -145,17 +146,17 @@ class GeometryState:
 
     def source(self, source_id: SourceId) -> SourceRecord:
         if source_id not in self.sources:
-            raise RuntimeError(f"Referenced geometry source {source_id.get_value()} is not registered.")
+            raise RuntimeError(f"Referenced geometry source {number_of(source_id, SourceId)} is not registered.")
         return self.sources[source_id]
 
     def frame(self, frame_id: FrameId) -> FrameRecord:
         if frame_id not in self.frames:
-            raise RuntimeError(f"Referenced frame {frame_id.get_value()} has not been registered.")
+            raise RuntimeError(f"Referenced frame {number_of(frame_id, FrameId)} has not been registered.")
         return self.frames[frame_id]
 
     def geometry(self, geometry_id: GeometryId) -> GeometryRecord:
         if geometry_id not in self.geometries:
-            raise RuntimeError(f"Referenced geometry {geometry_id.get_value()} has not been registered.")
+            raise RuntimeError(f"Referenced geometry {number_of(geometry_id, GeometryId)} has not been registered.")
         return self.geometries[geometry_id]
 
     def _owned_frame(self, source_id: SourceId, frame_id: FrameId) -> FrameRecord | None:
@@ -338,7 +339,7 @@ class GeometryState:
 
     def resolve(self, geometry_set: GeometrySet, role: Role | None = None) -> set[GeometryId]:
         """The ids a GeometrySet stands for."""
-        for geometry_id in geometry_set.geometries():
+        for geometry_id in expect("GetGeometryIds", geometry_set, GeometrySet).geometries():
             if geometry_id not in self.geometries:
                 raise RuntimeError(
                     "Geometry set includes a geometry id that doesn't belong to the SceneGraph: "
@@ -380,7 +381,8 @@ class GeometryState:
 
     def collision_filtered(self, a: GeometryId, b: GeometryId) -> bool:
         """True if the pair can not touch."""
-        about = f"Can't report collision filter status between geometries {a.get_value()} and {b.get_value()}; "
+        numbers = number_of(a, GeometryId), number_of(b, GeometryId)
+        about = f"Can't report collision filter status between geometries {numbers[0]} and {numbers[1]}; "
         for geometry_id in (a, b):
             if geometry_id not in self.geometries:
                 raise RuntimeError(f"{about}{geometry_id.get_value()} is not a valid geometry")

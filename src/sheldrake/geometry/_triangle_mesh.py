@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
+
 from ._mesh_files import read_mesh
 from ._mesh_source import InMemoryMesh, MeshSource
 from ._numbers import as_numbers, lengths, plain
@@ -137,6 +139,7 @@ class TriangleSurfaceMesh:
 
     def Equal(self, mesh: TriangleSurfaceMesh) -> bool:
         """True if triangles and vertices are the same, bit for bit."""
+        expect("Equal", mesh, TriangleSurfaceMesh)
         same = np.array_equal(self._triangles, mesh._triangles)
         return same and np.array_equal(self._vertices, mesh._vertices)
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._overloads import expect, incompatible
 from sheldrake.solvers._bindings import BindingBase, as_kind
 from sheldrake.solvers._constraints import LinearConstraint
 from sheldrake.solvers._costs import Cost
@@ -122,7 +122,9 @@ class MathematicalProgram(ProgramVariables, ProgramCosts, ProgramConstraints, Pr
 
     def EvalBinding(self, binding: BindingBase, prog_var_vals: Any) -> np.ndarray:
         """Returns the value of a cost or constraint for values of all decision variables."""
-        return binding._evaluator.Eval(self.GetBindingVariableValues(binding, prog_var_vals))
+        return expect("EvalBinding", binding, BindingBase)._evaluator.Eval(
+            self.GetBindingVariableValues(binding, prog_var_vals)
+        )
 
     def EvalBindings(self, bindings: Any, prog_var_vals: Any) -> np.ndarray:
         """Returns the values of several, one after the other."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
 from sheldrake.symbolic import _build, _decompose, _formula, _functions
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._decompose import add_to, is_zero
@@ -290,7 +291,8 @@ class Polynomial:
 
     def EqualTo(self, other: Polynomial) -> bool:
         """Tells whether both have the same monomials with coefficients of the same structure."""
-        return self._map.keys() == other._map.keys() and all(c is other._map[m] for m, c in self._map.items())
+        its = expect("Polynomial.EqualTo", other, Polynomial)._map
+        return self._map.keys() == its.keys() and all(c is its[m] for m, c in self._map.items())
 
     def CoefficientsAlmostEqual(self, p: Polynomial, tolerance: float) -> bool:
         """Tells whether coefficients differ by numbers of no more than this magnitude."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
 from sheldrake.symbolic import _build, _numbers
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._build import nodes
@@ -52,7 +53,7 @@ def numbers_by_variable(call: str, env: Any) -> dict[Variable, float]:
         RuntimeError: a value is nan.
     """
     out = {}
-    for v, value in (env or {}).items():
+    for v, value in expect(call, env or {}, dict).items():
         if not isinstance(v, Variable) or not isinstance(value, _build._REAL):
             raise TypeError(
                 f"{call}(): incompatible function arguments; expected a dict of Variable to float, "

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common._scalars import any_array, as_scalar, is_symbolic
 from sheldrake.polynomial import Polynomial, Polynomial_
 from sheldrake.polynomial._polynomial import differentiate, evaluate, integrate
@@ -478,6 +478,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     def isApprox(self, other: Any, tol: float, tol_type: Any = None) -> bool:
         """Tells whether all breaks and coefficients agree; see `Polynomial.CoefficientsAlmostEqual`."""
+        expect("isApprox", other, self._template[self._T])
         if len(self._c) != len(other._c) or (self._c and self._shape("rows") != other._shape("rows")):
             return False
         if any(holds(abs(a - b) > tol) for a, b in zip(self._breaks, other._breaks)):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any, Generic, TypeVar
 
 from sheldrake.multibody.tree._index import ModelInstanceIndex
@@ -65,7 +66,7 @@ class Registry(Generic[E]):
         if not hasattr(index, "__index__"):
             raise TypeError(f"{call}(): incompatible function arguments. Expected a {self.index_type.__name__}, "
                             f"not {index!r}.")  # fmt: skip
-        i = index.__index__()
+        i = operator.index(index)
         if not 0 <= i < len(self.slots) or self.slots[i] is None:
             raise RuntimeError(
                 f"{call}(): The given {self.index_type.__name__}({i}) is out of bounds "

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.tree._element import NamedElement
 from sheldrake.multibody.tree._index import FrameIndex
@@ -78,7 +79,9 @@ class Frame(NamedElement):
 
     def CalcPose(self, context: Any, frame_M: Frame) -> RigidTransform:
         """X_MF: this frame F in another frame M."""
-        return frame_M.CalcPoseInWorld(context).InvertAndCompose(self.CalcPoseInWorld(context))
+        return (
+            expect("CalcPose", frame_M, Frame).CalcPoseInWorld(context).InvertAndCompose(self.CalcPoseInWorld(context))
+        )
 
     def CalcRotationMatrixInWorld(self, context: Any) -> RotationMatrix:
         """R_WF."""

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
 from sheldrake.systems.analysis._integrator import IntegratorBase, RungeKutta3Integrator
 from sheldrake.systems.analysis._progress import Progress
 from sheldrake.systems.analysis._span import Span, note_status
@@ -120,7 +121,7 @@ class Simulator:
 
     def reset_integrator(self, integrator: IntegratorBase) -> IntegratorBase:
         """Takes another integrator; `Initialize` follows."""
-        self._adopt(integrator)
+        self._adopt(expect("reset_integrator", integrator, IntegratorBase))
         return integrator
 
     def _adopt(self, integrator: IntegratorBase) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._store import CONSTANT, CONTINUOUS, SAMPLED, Store
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues, Parameters, State
@@ -397,8 +398,8 @@ class Context(ContextBase):
 
     def SetStateAndParametersFrom(self, source: Context) -> None:
         """Copies state and parameters of a context of the same system, or of one built alike."""
-        mine, its = self._place, source._place
-        if not isinstance(source, Context) or any(
+        mine, its = self._place, expect("SetStateAndParametersFrom", source, Context)._place
+        if any(
             getattr(mine, x)[1] - getattr(mine, x)[0] != getattr(its, x)[1] - getattr(its, x)[0]
             for x in ("xc", "xd", "p", "groups", "parameters", "abstract", "abstract_parameters")
         ):

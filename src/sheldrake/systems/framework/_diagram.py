@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import weakref
 from collections.abc import Callable
 from typing import Any, ClassVar
@@ -109,12 +110,12 @@ class Diagram(System):
 
     def GetInputPortLocators(self, port_index: Any) -> list:
         """Input ports (system, index) of subsystems that take the value of an own input port."""
-        k = port_index.__index__()
+        k = operator.index(port_index)
         return [(self._systems[a], InputPortIndex(i)) for (a, i), own in self._exported_inputs.items() if own == k]
 
     def get_output_port_locator(self, port_index: Any) -> tuple:
         """Output port (system, index) of a subsystem that an own output port shows."""
-        child, j = self._exported_outputs[port_index.__index__()]
+        child, j = self._exported_outputs[operator.index(port_index)]
         return self._systems[child], OutputPortIndex(j)
 
     def Accept(self, v: Any) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
+from sheldrake.common._overloads import expect
 from sheldrake.systems.framework._diagram import Diagram
 from sheldrake.systems.framework._index import (
     InputPortIndex,
@@ -143,7 +145,7 @@ class DiagramBuilder:
             )
 
     def _has(self, system: System, call: str) -> None:
-        if system._system_id not in self._place:
+        if expect(f"DiagramBuilder.{call}", system, System)._system_id not in self._place:
             valid = ", ".join(s.get_name() for s in self._systems)
             raise RuntimeError(
                 f"DiagramBuilder: Cannot operate on ports of System {system.GetSystemName()} until it has been "
@@ -202,6 +204,7 @@ class DiagramBuilder:
 
     def Cascade(self, src: System, dest: System) -> None:
         """Connects the only output port of `src` to the only input port of `dest`."""
+        expect("Cascade", src, System), expect("Cascade", dest, System)
         self.Connect(src.get_output_port(), dest.get_input_port())
 
     def Disconnect(self, source: OutputPort, dest: InputPort) -> None:
@@ -211,7 +214,8 @@ class DiagramBuilder:
             RuntimeError: they are not connected.
         """
         self._not_built("Disconnect")
-        key = dest.get_system(), dest._index
+        expect("Disconnect", source, OutputPort)
+        key = expect("Disconnect", dest, InputPort).get_system(), dest._index
         if self._wires.get(key) != (source.get_system(), source._index):
             raise RuntimeError(
                 f"DiagramBuilder.Disconnect(): {source.GetFullDescription()} is not connected to "
@@ -233,7 +237,7 @@ class DiagramBuilder:
                 )
             k = names.index(diagram_port)
         else:
-            k = diagram_port.__index__()
+            k = operator.index(diagram_port)
             if not 0 <= k < len(self._inputs):
                 raise RuntimeError(
                     f"DiagramBuilder.ConnectInput(): there is no input port {k}; there are {len(self._inputs)}."
@@ -251,7 +255,7 @@ class DiagramBuilder:
     def ConnectToSame(self, exemplar: InputPort, dest: InputPort) -> bool:
         """Lets `dest` take its value from where `exemplar` does; False if that is nowhere."""
         self._not_built("ConnectToSame")
-        self._has(exemplar.get_system(), "ConnectToSame")
+        self._has(expect("ConnectToSame", exemplar, InputPort).get_system(), "ConnectToSame")
         self._free(dest, "ConnectToSame")
         source = self._wires.get((exemplar.get_system(), exemplar._index))
         if source is not None:
@@ -294,7 +298,7 @@ class DiagramBuilder:
 
     def IsConnectedOrExported(self, port: InputPort) -> bool:
         """Whether an input port takes its value from somewhere."""
-        system, i = port.get_system(), port._index
+        system, i = expect("IsConnectedOrExported", port, InputPort).get_system(), port._index
         if (system, i) in self._wires:
             return True
         return any(p.get_system() is system and p._index == i for _, ports in self._inputs for p in ports)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from sheldrake.common._overloads import expect
 from sheldrake.systems.framework._index import _PrintedEnum
 
 
@@ -211,7 +212,9 @@ class WitnessFunction:
         witness = object.__new__(cls)
         witness._system, witness._description, witness._direction = system, description, direction
         witness._calc = calc
-        witness._event = None if event is None else event._with_trigger(TriggerType.kWitness)
+        witness._event = (
+            None if event is None else expect("MakeWitnessFunction", event, Event)._with_trigger(TriggerType.kWitness)
+        )
         return witness
 
     def description(self) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from typing import Any
 
@@ -159,7 +160,7 @@ class LeafSystem(System):
         if isinstance(state_index, ContinuousStateIndex):
             model: Any = self._xc_model.Clone()
             return self._declare_output(name, _VECTOR, model.size(), model, None, {Ticket.XC}, ("xc", 0))
-        k = state_index.__index__()
+        k = operator.index(state_index)
         if isinstance(state_index, DiscreteStateIndex):
             model = self._xd_models[k].Clone()
             return self._declare_output(name, _VECTOR, model.size(), model, None, {Ticket.XD}, ("xd", k))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import operator
 from collections.abc import Iterator
 from typing import Any
 
@@ -165,7 +166,7 @@ class System(ScalarConversion, SystemBase):
             return 0
         if not hasattr(index, "__index__"):
             raise TypeError(f"get_{kind}_port(): incompatible function arguments: expected an index, got {index!r}")
-        i = index.__index__()
+        i = operator.index(index)
         if not 0 <= i < count:
             raise IndexError(
                 f"System::get_{kind}_port(): there is no {kind} port with index {i} because there are only {count} "
@@ -386,10 +387,10 @@ class System(ScalarConversion, SystemBase):
             input_port = args[0]
         elif len(args) == 2:
             input_port, output_port = args
-        j = output_port.__index__()
+        j = operator.index(output_port)
         if input_port is None:
             return any(b == j for _, b in self._feedthrough())
-        return (input_port.__index__(), j) in self._feedthrough()
+        return (operator.index(input_port), j) in self._feedthrough()
 
     def GetDirectFeedthroughs(self) -> list[tuple[int, int]]:
         """All pairs (input, output) with direct feedthrough."""

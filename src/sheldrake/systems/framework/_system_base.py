@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import operator
 import weakref
 from typing import TYPE_CHECKING, Any
 
@@ -182,7 +183,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
         return ticket
 
     def _indexed_ticket(self, kind: int, index: Any, count: int, call: str) -> DependencyTicket:
-        i = index.__index__()
+        i = operator.index(index)
         if not 0 <= i < count:
             raise IndexError(f"{call}(): there is no number {i}; there are {count}.")
         key = kind, i
@@ -246,7 +247,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
 
     def get_cache_entry(self, index: CacheIndex | int) -> CacheEntry:
         """Cache entry `index`."""
-        i = index.__index__()
+        i = operator.index(index)
         if not 0 <= i < len(self._cache_entries):
             raise IndexError(f"get_cache_entry(): there is no entry {i}; there are {len(self._cache_entries)}.")
         return CacheEntry._make(self, i)

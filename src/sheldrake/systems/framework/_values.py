@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -14,7 +15,7 @@ Touch = Callable[[], None]
 
 
 def _index(what: str, index: Any, count: int) -> int:
-    i = index.__index__()
+    i = operator.index(index)
     if not 0 <= i < count:
         raise IndexError(f"{what}: there is no group {i}; there are {count}.")
     return i

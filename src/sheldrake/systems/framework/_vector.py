@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
 from sheldrake.common.value import _register_value_type
 
 _FLOAT = np.dtype(float)
@@ -115,7 +117,7 @@ class VectorBase:
         return type(self._v[0]) if self._v.size else float
 
     def _index(self, index: Any) -> int:
-        i = index.__index__()
+        i = operator.index(index)
         if not 0 <= i < self._v.size:
             raise IndexError(f"Index {i} is not within [0, {self._v.size}) while accessing {self._describe()}.")
         return i
@@ -144,7 +146,7 @@ class VectorBase:
 
     def SetFrom(self, value: VectorBase) -> None:
         """Copies the elements of another vector of the same size."""
-        self.SetFromVector(value._v)
+        self.SetFromVector(expect("SetFrom", value, VectorBase)._v)
 
     def SetZero(self) -> None:
         """Sets all elements to zero."""
@@ -161,7 +163,7 @@ class VectorBase:
 
     def PlusEqScaled(self, scale: Any, rhs: VectorBase) -> VectorBase:
         """Adds `scale * rhs` in place."""
-        self._v += scale * self._checked(rhs._v)
+        self._v += scale * self._checked(expect("PlusEqScaled", rhs, VectorBase)._v)
         self._wrote()
         return self
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
@@ -50,7 +51,7 @@ def _chosen(selection: Any, ports: list, none: Any, first: Any) -> int | None:
     if selection is first:
         vector = [i for i, port in enumerate(ports) if port.data_type is PortDataType.kVectorValued]
         return 0 if ports and 0 in vector else None
-    return selection.__index__()
+    return operator.index(selection)
 
 
 def _taylor(system: System, context: Any, input_index: Any, output_index: Any, tolerance: float | None) -> tuple:
