@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ._dae_looks import dae_scene
 from ._mesh_source import InMemoryMesh, MeshSource
 
 # glTF has +y up, Drake's world has +z up: +y of the file becomes +z.
@@ -153,7 +154,10 @@ def _load_path(path: Path, _time: int, _size: int, scale: tuple[float, float, fl
     import trimesh
 
     try:
-        scene = trimesh.load_scene(path)
+        if path.suffix.lower() == ".dae":  # trimesh needs another library for it
+            scene = dae_scene(path.read_bytes(), path.name, lambda file: (path.parent / file).read_bytes())
+        else:
+            scene = trimesh.load_scene(path)
     except Exception as error:
         raise RuntimeError(f"{call}: cannot read mesh file '{path}': {error}") from None
     return LoadedMesh(_scaled(scene, MeshSource(path), scale, call))
@@ -166,6 +170,8 @@ def _load_memory(mesh: InMemoryMesh, source: MeshSource, call: str) -> Any:
     resolver = _MemoryResolver(supporting)
     kind = source.extension().lstrip(".")
     try:
+        if kind == "dae":
+            return dae_scene(_bytes_of(mesh.mesh_file), source.description(), resolver.get)
         return trimesh.load_scene(io.BytesIO(_bytes_of(mesh.mesh_file)), file_type=kind, resolver=resolver)
     except Exception as error:
         raise RuntimeError(f"{call}: cannot read mesh '{source.description()}': {error}") from None

@@ -1,0 +1,140 @@
+"""Many pages, slow pages, long sessions: what a Meshcat's server does under traffic, seen by bare websocket clients."""
+
+import gc
+import mmap
+import threading
+import time
+
+import numpy as np
+import pytest
+from test_meshcat import join, receive_until, wait_until
+
+from sheldrake.geometry import Box, Meshcat
+
+HOUR = 3600 * 64  # publishes of an hour at the page's rate
+
+
+@pytest.fixture
+def meshcat():
+    return Meshcat(port=0)
+
+
+def done(message):
+    return message["type"] == "ReplayDoneMessage"
+
+
+def height_is(z):
+    return lambda m: m["type"] == "SetPositionMessage" and m["name"] == "/drake/box" and m["position"][2] == z
+
+
+def put(meshcat, z):
+    X = np.eye(4)
+    X[2, 3] = z
+    meshcat.SetTransform("box", X)
+
+
+def test_twenty_pages_see_the_same(meshcat):
+    meshcat.SetObject("box", Box(1, 1, 1))
+    pages = [join(meshcat) for _ in range(20)]
+    try:
+        for page in pages:
+            seen = receive_until(page, done)
+            assert sum(m["type"] == "BoxMessage" for m in seen) == 1
+        assert meshcat.GetNumActiveConnections() == 20
+        for z in range(100):
+            put(meshcat, float(z))
+        for page in pages:
+            receive_until(page, height_is(99.0))
+        for page in pages[:10]:
+            page.close()
+        wait_until(lambda: meshcat.GetNumActiveConnections() == 10)
+        put(meshcat, 100.0)
+        for page in pages[10:]:
+            receive_until(page, height_is(100.0))
+    finally:
+        for page in pages:
+            page.close()
+    wait_until(lambda: meshcat.GetNumActiveConnections() == 0)
+
+
+class Stalled:
+    """A page that joined and then never reads again, as a laptop with a closed lid."""
+
+    def __init__(self, meshcat):
+        self.socket = join(meshcat, max_queue=1)
+        receive_until(self.socket, done)
+
+    def close(self):
+        self.socket.socket.close()
+
+
+def test_a_page_that_never_reads_holds_up_nobody(meshcat):
+    meshcat.SetObject("box", Box(1, 1, 1))
+    stalled = Stalled(meshcat)
+    points = np.random.default_rng(1).random((3, 20_000))
+    buffer = meshcat._hub.server._websock_server._broadcast_buffer
+    with join(meshcat, max_size=None) as page:
+        receive_until(page, done)
+        for k in range(60):  # 14 MB, far more than the sockets hold
+            meshcat.SetLine("big", points + k, 1.0)
+            put(meshcat, float(k))
+            meshcat._hub.page.sync()
+            receive_until(page, height_is(float(k)))
+        assert len(buffer.message_from_id) < 200, "what is outdated is not kept for who does not read"
+    stalled.close()
+
+
+def resident():
+    """Returns the memory of this process [bytes]."""
+    gc.collect()
+    try:
+        with open("/proc/self/statm", encoding="ascii") as file:
+            return int(file.read().split()[1]) * mmap.PAGESIZE
+    except FileNotFoundError:
+        pytest.skip("this system does not tell a process's memory by file")
+
+
+def test_an_hour_of_traffic_leaves_memory_as_it_was(meshcat):
+    """An hour of a body at 64 Hz with a page that reads along, as fast as it goes."""
+    meshcat.SetObject("box", Box(1, 1, 1))
+    over, memory = threading.Event(), []
+    with join(meshcat, max_size=None) as page:
+        receive_until(page, done)
+
+        def read():
+            while not over.is_set():
+                try:
+                    page.recv(timeout=0.2)
+                except TimeoutError:
+                    continue
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        poses = np.tile(np.eye(4)[:3], (1, 1, 1))
+        for k in range(HOUR):
+            poses = poses.copy()
+            poses[0, 2, 3] = k
+            meshcat._set_poses(["/drake/box"], poses)
+            meshcat._hub.page.sync()
+            if k % (HOUR // 10) == 0:
+                time.sleep(0.05)  # the page reads up
+                memory.append(resident())
+        over.set()
+        reader.join()
+    assert max(memory[5:]) - memory[2] < 4 * 2**20, memory
+    assert len(meshcat._hub.server._websock_server._broadcast_buffer.message_from_id) < 200
+
+
+def test_joining_and_leaving_leaves_no_thread_and_no_memory(meshcat):
+    meshcat.SetObject("box", Box(1, 1, 1))
+    server, threads, memory = meshcat._hub.server._websock_server, [], []
+    for k in range(60):
+        with join(meshcat) as page:
+            receive_until(page, done)
+        wait_until(lambda: meshcat.GetNumActiveConnections() == 0)
+        if k % 10 == 9:
+            threads.append(threading.active_count())
+            memory.append(resident())
+    assert threads[-1] <= threads[0]
+    assert memory[-1] - memory[1] < 4 * 2**20, memory
+    assert not server._client_state_from_id
