@@ -2,31 +2,31 @@
 
 from __future__ import annotations
 
-import enum
 import types
 from typing import Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._enums import BoundEnum
 from sheldrake.common.cpp_template import TemplateClass
 
 
-class PixelFormat(enum.Enum):
+class PixelFormat(BoundEnum):
     """What the channels of a pixel are."""
 
     kRgb, kBgr, kRgba, kBgra, kGrey, kDepth, kLabel = range(7)
 
 
-class PixelScalar(enum.Enum):
+class PixelScalar(BoundEnum):
     """The number a channel is."""
 
     k8U, k16I, k16U, k32F = range(4)
 
 
-class PixelType(enum.Enum):
+class PixelType(BoundEnum):
     """Format and number of a pixel."""
 
-    kRgba8U, kRgb8U, kBgra8U, kBgr8U, kDepth16U, kDepth32F, kLabel16I, kGrey8U = range(8)
+    kRgba8U, kRgb8U, kBgra8U, kBgr8U, kDepth16U, kDepth32F, kLabel16I, kGrey8U = 2, 0, 3, 1, 5, 6, 7, 4
 
 
 _KINDS: dict[PixelType, tuple[PixelFormat, PixelScalar, int, type]] = {

@@ -9,12 +9,22 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry import (
+    ClippingRange,
+    DepthRange,
+    DepthRenderCamera,
+    MakeRenderEngineVtk,
+    RenderCameraCore,
+    RenderEngineVtkParams,
+)
+from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import LeafSystem
-from sheldrake.systems.sensors import ImageRgba8U
+from sheldrake.systems.sensors import CameraInfo, ImageRgba8U, RgbdSensor
 
 from ._image_systems import ColorizeDepthImage, ColorizeLabelImage, ConcatenateImages
 
 _BACKENDS = ("PIL", "cv2")
+_RENDERER = "video_writer"
 _KINDS = {"color": "color_image", "label": "label_image", "depth": "depth_image_32f"}
 
 
@@ -59,7 +69,7 @@ class VideoWriter(LeafSystem):
         *,
         filename: str | os.PathLike,
         builder: Any,
-        sensor_pose: Any,
+        sensor_pose: RigidTransform,
         fps: float = 16.0,
         width: int = 320,
         height: int = 240,
@@ -70,15 +80,37 @@ class VideoWriter(LeafSystem):
         backend: str = "PIL",
         fourcc: str | None = None,
     ) -> VideoWriter:
-        """Would add a camera fixed in the world, and a VideoWriter for it.
+        """Adds a camera fixed in the world, and a VideoWriter for it, to a diagram with a SceneGraph "scene_graph".
 
-        Raises:
-            NotImplementedError: always: cameras are still to come. See ConnectRgbdSensor() for other image sources.
+        Args:
+            filename: The film; see VideoWriter.
+            builder: The diagram in the making.
+            sensor_pose: Pose of the camera (x right, y down, z forward) in the world.
+            fps: Pictures a second, of simulated time and of the film [1/s].
+            width: Width of the pictures [pixels].
+            height: Height of the pictures [pixels].
+            fov_y: Vertical field of view [rad].
+            near: Depth of the near clipping plane [m].
+            far: Depth of the far clipping plane [m].
+            kinds: Of "color", "label" and "depth"; the first only when left out.
+            backend: "PIL" or "cv2".
+            fourcc: OpenCV's encoder; "mp4v" when left out.
+
+        Returns:
+            The VideoWriter; call its Save() in the end.
         """
-        raise NotImplementedError(
-            "VideoWriter.AddToBuilder() needs RgbdSensor, which is still to come. Connect images of another system to "
-            "the input port of a VideoWriter instead."
-        )
+        writer = VideoWriter(filename=filename, fps=fps, backend=backend, fourcc=fourcc)
+        scene_graph = builder.GetSubsystemByName("scene_graph")
+        if not scene_graph.HasRenderer(_RENDERER):
+            scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams()))
+        lens, clipping = CameraInfo(width, height, fov_y), ClippingRange(near, far)
+        core = RenderCameraCore(_RENDERER, lens, clipping, RigidTransform())
+        camera = DepthRenderCamera(core, DepthRange(near, far))
+        sensor = builder.AddSystem(RgbdSensor(scene_graph.world_frame_id(), sensor_pose, camera))
+        builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+        builder.AddSystem(writer)
+        writer.ConnectRgbdSensor(builder=builder, sensor=sensor, kinds=kinds)
+        return writer
 
     def ConnectRgbdSensor(self, *, builder: Any, sensor: Any, kinds: Sequence[str] | None = None) -> None:
         """Connects the images of a sensor, side by side when there are several kinds.

@@ -117,8 +117,6 @@ def test_errors_of_video_writers(tmp_path):
         VideoWriter(filename="x.gif", backend="foo")
     with pytest.raises(ValueError, match="fps must be positive"):
         VideoWriter(filename="x.gif", fps=0)
-    with pytest.raises(NotImplementedError, match="RgbdSensor"):
-        VideoWriter.AddToBuilder(filename="x.gif", builder=DiagramBuilder(), sensor_pose=None)
     with pytest.raises(ValueError, match=r"kinds must be of \['color', 'label', 'depth'\], got \['heat'\]"):
         VideoWriter(filename="x.gif").ConnectRgbdSensor(builder=DiagramBuilder(), sensor=Camera(), kinds=["heat"])
 

@@ -1,4 +1,4 @@
-"""Sensors: encoders, inertial sensors, and the images and cameras of others."""
+"""Sensors: encoders, inertial sensors, cameras, and their images."""
 
 from sheldrake.geometry._camera_info import CameraInfo
 from sheldrake.geometry._image import (
@@ -19,12 +19,20 @@ from sheldrake.geometry._image import (
     PixelType,
 )
 
+from ._apply_camera_config import ApplyCameraConfig
+from ._camera_config import CameraConfig
+from ._image_io import ImageFileFormat, ImageIo
+from ._image_writer import ImageWriter
 from ._inertial import Accelerometer, Accelerometer_, Gyroscope, Gyroscope_
+from ._rgbd_sensor import RgbdSensor, RgbdSensorDiscrete
+from ._rgbd_sensor_async import RgbdSensorAsync
 from ._rotary_encoders import RotaryEncoders, RotaryEncoders_
 
 __all__ = [
     "Accelerometer",
     "Accelerometer_",
+    "ApplyCameraConfig",
+    "CameraConfig",
     "CameraInfo",
     "ConvertDepth16UTo32F",
     "ConvertDepth32FTo16U",
@@ -35,14 +43,20 @@ __all__ = [
     "ImageBgra8U",
     "ImageDepth16U",
     "ImageDepth32F",
+    "ImageFileFormat",
     "ImageGrey8U",
+    "ImageIo",
     "ImageLabel16I",
     "ImageRgb8U",
     "ImageRgba8U",
     "ImageTraits",
+    "ImageWriter",
     "PixelFormat",
     "PixelScalar",
     "PixelType",
+    "RgbdSensor",
+    "RgbdSensorAsync",
+    "RgbdSensorDiscrete",
     "RotaryEncoders",
     "RotaryEncoders_",
 ]

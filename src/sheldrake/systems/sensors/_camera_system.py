@@ -1,0 +1,178 @@
+"""What cameras of colours, depths and labels have in common: where they are and what they see with."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any, NamedTuple
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId, QueryObject
+from sheldrake.geometry._image import ConvertDepth32FTo16U, ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
+from sheldrake.math import RigidTransform
+from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
+
+_CAMERA = 0  # abstract parameter
+
+
+class Mounting(NamedTuple):
+    """Where a camera is, and what it sees with."""
+
+    parent_frame_id: FrameId
+    X_PB: RigidTransform
+    color_camera: Any  # ColorRenderCamera or None
+    depth_camera: Any  # DepthRenderCamera or None
+
+
+class CameraSystem(LeafSystem):
+    """A camera whose mounting is a parameter; derived classes declare the outputs.
+
+    Args:
+        mounting: The default.
+    """
+
+    def __init__(self, mounting: Mounting):
+        super().__init__()
+        self._default = mounting
+        self.DeclareAbstractInputPort("geometry_query", AbstractValue.Make(QueryObject()))
+        self.DeclareAbstractParameter(AbstractValue.Make(mounting))
+
+    def _set_default_context(self, context: Any) -> None:
+        context.get_mutable_parameters().get_mutable_abstract_parameter(_CAMERA).set_value(self._default)
+
+    def _mounting(self, context: Any) -> Mounting:
+        return context.get_abstract_parameter(_CAMERA).get_value()
+
+    def _mount(self, context: Any, **changes: Any) -> None:
+        self.ValidateContext(context)
+        mounting = self._mounting(context)._replace(**changes)
+        context.get_mutable_abstract_parameter(_CAMERA).set_value(mounting)
+
+    # ---- ports
+
+    def query_object_input_port(self) -> InputPort:
+        """Takes a SceneGraph's query object."""
+        return self.get_input_port(0)
+
+    def color_image_output_port(self) -> OutputPort:
+        """Colours, an ImageRgba8U."""
+        return self.GetOutputPort("color_image")
+
+    def depth_image_32F_output_port(self) -> OutputPort:
+        """Depths in metres, an ImageDepth32F."""
+        return self.GetOutputPort("depth_image_32f")
+
+    def depth_image_16U_output_port(self) -> OutputPort:
+        """Depths in millimetres, an ImageDepth16U."""
+        return self.GetOutputPort("depth_image_16u")
+
+    def label_image_output_port(self) -> OutputPort:
+        """Labels, an ImageLabel16I."""
+        return self.GetOutputPort("label_image")
+
+    def body_pose_in_world_output_port(self) -> OutputPort:
+        """Pose X_WB of the camera's body, a RigidTransform."""
+        return self.GetOutputPort("body_pose_in_world")
+
+    def image_time_output_port(self) -> OutputPort:
+        """When the images were taken [s], shape (1,)."""
+        return self.GetOutputPort("image_time")
+
+    # ---- what the camera sees now
+
+    def _query(self, context: Any) -> QueryObject:
+        return self.query_object_input_port().Eval(context)
+
+    def _pose(self, context: Any) -> RigidTransform:
+        """X_WB."""
+        mounting = self._mounting(context)
+        return self._query(context).GetPoseInWorld(mounting.parent_frame_id) @ mounting.X_PB
+
+    def _color(self, context: Any) -> ImageRgba8U:  # type: ignore[valid-type]
+        mounting = self._mounting(context)
+        return self._query(context).RenderColorImage(mounting.color_camera, mounting.parent_frame_id, mounting.X_PB)
+
+    def _depth(self, context: Any) -> ImageDepth32F:  # type: ignore[valid-type]
+        mounting = self._mounting(context)
+        return self._query(context).RenderDepthImage(mounting.depth_camera, mounting.parent_frame_id, mounting.X_PB)
+
+    def _label(self, context: Any) -> ImageLabel16I:  # type: ignore[valid-type]
+        mounting = self._mounting(context)
+        return self._query(context).RenderLabelImage(mounting.color_camera, mounting.parent_frame_id, mounting.X_PB)
+
+    @staticmethod
+    def _in_millimetres(depth: ImageDepth32F) -> ImageDepth16U:  # type: ignore[valid-type]
+        image = ImageDepth16U()
+        ConvertDepth32FTo16U(depth, image)
+        return image
+
+    # ---- mounting
+
+    def default_parent_frame_id(self) -> FrameId:
+        """The frame P that the camera is fixed to in new contexts."""
+        return self._default.parent_frame_id
+
+    def set_default_parent_frame_id(self, id: FrameId) -> None:
+        """Sets the frame P that the camera is fixed to in new contexts."""
+        self._default = self._default._replace(parent_frame_id=id)
+
+    def GetParentFrameId(self, context: Any) -> FrameId:
+        """The frame P that the camera is fixed to."""
+        return self._mounting(context).parent_frame_id
+
+    def SetParentFrameId(self, context: Any, id: FrameId) -> None:
+        """Fixes the camera to another frame."""
+        self._mount(context, parent_frame_id=id)
+
+    def default_X_PB(self) -> RigidTransform:
+        """Pose of the camera's body in its parent frame, in new contexts."""
+        return copy.copy(self._default.X_PB)
+
+    def set_default_X_PB(self, sensor_pose: RigidTransform) -> None:
+        """Sets the pose of the camera's body in its parent frame for new contexts."""
+        self._default = self._default._replace(X_PB=RigidTransform(sensor_pose))
+
+    def GetX_PB(self, context: Any) -> RigidTransform:
+        """Pose of the camera's body in its parent frame."""
+        return copy.copy(self._mounting(context).X_PB)
+
+    def SetX_PB(self, context: Any, sensor_pose: RigidTransform) -> None:
+        """Moves the camera in its parent frame."""
+        self._mount(context, X_PB=RigidTransform(sensor_pose))
+
+    def default_color_render_camera(self) -> ColorRenderCamera | None:
+        """The camera for colours and labels in new contexts."""
+        return self._default.color_camera
+
+    def set_default_color_render_camera(self, color_camera: ColorRenderCamera) -> None:
+        """Sets the camera for colours and labels of new contexts."""
+        self._default = self._default._replace(color_camera=color_camera)
+
+    def GetColorRenderCamera(self, context: Any) -> ColorRenderCamera | None:
+        """The camera for colours and labels."""
+        return self._mounting(context).color_camera
+
+    def SetColorRenderCamera(self, context: Any, color_camera: ColorRenderCamera) -> None:
+        """Sets the camera for colours and labels."""
+        self._mount(context, color_camera=color_camera)
+
+    def default_depth_render_camera(self) -> DepthRenderCamera | None:
+        """The camera for depths in new contexts."""
+        return self._default.depth_camera
+
+    def set_default_depth_render_camera(self, depth_camera: DepthRenderCamera) -> None:
+        """Sets the camera for depths of new contexts."""
+        self._default = self._default._replace(depth_camera=depth_camera)
+
+    def GetDepthRenderCamera(self, context: Any) -> DepthRenderCamera | None:
+        """The camera for depths."""
+        return self._mounting(context).depth_camera
+
+    def SetDepthRenderCamera(self, context: Any, depth_camera: DepthRenderCamera) -> None:
+        """Sets the camera for depths."""
+        self._mount(context, depth_camera=depth_camera)
+
+
+def empty_like(image: type, camera: Any) -> AbstractValue:
+    """An image of a camera's size, for an output port."""
+    lens = camera.core().intrinsics()
+    return AbstractValue.Make(image(lens.width(), lens.height()))

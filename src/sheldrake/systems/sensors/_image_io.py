@@ -1,0 +1,212 @@
+"""ImageIo: images to files and bytes, and back."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import io
+import os
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from sheldrake.common._enums import BoundEnum
+from sheldrake.geometry._image import (
+    ImageDepth16U,
+    ImageDepth32F,
+    ImageGrey8U,
+    ImageRgb8U,
+    ImageRgba8U,
+    PixelFormat,
+    PixelScalar,
+)
+from sheldrake.geometry._meshcat_params import _typed_fields
+
+
+class ImageFileFormat(BoundEnum):
+    """Formats of image files."""
+
+    kJpeg, kPng, kTiff = range(3)
+
+
+_NAMES = {ImageFileFormat.kJpeg: "JPEG", ImageFileFormat.kPng: "PNG", ImageFileFormat.kTiff: "TIFF"}
+_FORMATS = {name: format_ for format_, name in _NAMES.items()}
+_EXTENSIONS = {
+    ".jpg": ImageFileFormat.kJpeg,
+    ".jpeg": ImageFileFormat.kJpeg,
+    ".png": ImageFileFormat.kPng,
+    ".tif": ImageFileFormat.kTiff,
+    ".tiff": ImageFileFormat.kTiff,
+}
+_WRITABLE = {
+    ImageFileFormat.kJpeg: (PixelScalar.k8U,),
+    ImageFileFormat.kPng: (PixelScalar.k8U, PixelScalar.k16U, PixelScalar.k16I),
+    ImageFileFormat.kTiff: tuple(PixelScalar),
+}
+# Pillow's modes: image, scalar, channels, type of NumPy.
+_MODES: dict[str, tuple[Any, PixelScalar, int, type]] = {
+    "RGBA": (ImageRgba8U, PixelScalar.k8U, 4, np.uint8),
+    "RGB": (ImageRgb8U, PixelScalar.k8U, 3, np.uint8),
+    "L": (ImageGrey8U, PixelScalar.k8U, 1, np.uint8),
+    "I;16": (ImageDepth16U, PixelScalar.k16U, 1, np.uint16),
+    "I;16B": (ImageDepth16U, PixelScalar.k16U, 1, np.uint16),
+    "I": (ImageDepth16U, PixelScalar.k16U, 1, np.uint16),
+    "F": (ImageDepth32F, PixelScalar.k32F, 1, np.float32),
+}
+
+
+@_typed_fields
+@dataclasses.dataclass(kw_only=True)
+class Metadata:
+    """What a file says about its image.
+
+    Attributes:
+        format: Of the file.
+        width: Width [pixels].
+        height: Height [pixels].
+        depth: 1: images are flat.
+        channels: Channels a pixel.
+        scalar: The number a channel is.
+    """
+
+    format: ImageFileFormat = ImageFileFormat.kJpeg
+    width: int = 0
+    height: int = 0
+    depth: int = 0
+    channels: int = 0
+    scalar: PixelScalar = PixelScalar.k8U
+
+    def __copy__(self) -> Metadata:
+        return dataclasses.replace(self)
+
+    def __deepcopy__(self, memo: dict) -> Metadata:
+        return copy.copy(self)
+
+
+class ImageIo:
+    """Writes and reads image files: PNG for colours, labels and depths in millimetres, TIFF for those and depths in
+    metres, JPEG for colours and greys.
+
+    A file knows less than an image: BGR becomes RGB, labels become ImageDepth16U, and JPEG loses opacity and detail.
+    """
+
+    Metadata: ClassVar[type] = Metadata
+
+    def Save(self, image: Any, *args: Any, **kwargs: Any) -> bytes | None:
+        """Writes an image: `(image, path, format=None)` into a file, `(image, format)` as bytes, which are returned.
+
+        Args:
+            image: Any Image.
+            *args: The path, a format, or both; by default the path's extension says the format.
+            **kwargs: The same by name.
+
+        Raises:
+            RuntimeError: no format, or one that cannot hold the image, or the file cannot be written.
+        """
+        given = dict(kwargs)
+        rest = list(args)
+        path = given.pop("path", None)
+        if path is None and rest and not isinstance(rest[0], ImageFileFormat):
+            path = rest.pop(0)
+        format_ = given.pop("format", rest.pop(0) if rest else None)
+        if rest or given or (path is None and format_ is None) or not hasattr(image, "Traits"):
+            raise TypeError("ImageIo.Save(): incompatible function arguments; expected (image, path, format=None).")
+        format_ = _format_of(path, "Save") if format_ is None else format_
+        data = _encoded(image, format_)
+        if path is None:
+            return data
+        try:
+            Path(path).write_bytes(data)
+        except OSError as error:
+            raise RuntimeError(f"ImageIo.Save(path='{os.fspath(path)}'): cannot write: {error.strerror}.") from None
+        return None
+
+    def Load(self, *args: Any, **kwargs: Any) -> Any:
+        """Reads an image: `(path, format=None)` or `(buffer, format=None)`.
+
+        Returns:
+            An ImageRgba8U, ImageRgb8U, ImageGrey8U, ImageDepth16U or ImageDepth32F.
+
+        Raises:
+            RuntimeError: it cannot be read, or has another format than the one given.
+        """
+        name, source, format_ = _source("Load", args, kwargs)
+        picture, found = _opened(name, source, format_)
+        if picture is None:
+            raise RuntimeError(f"ImageIo.Load(): {name}: {found}")
+        cls, _, channels, dtype = _MODES[picture.mode]
+        image = cls(picture.width, picture.height)
+        image.mutable_data[...] = np.asarray(picture).astype(dtype).reshape(picture.height, picture.width, channels)
+        return image
+
+    def LoadMetadata(self, *args: Any, **kwargs: Any) -> Any:
+        """What `(path)` or `(buffer)` says about its image, an ImageIo.Metadata; None when it cannot be read."""
+        name, source, format_ = _source("LoadMetadata", args, kwargs)
+        picture, _ = _opened(name, source, format_)
+        if picture is None:
+            return None
+        _, scalar, channels, _ = _MODES[picture.mode]
+        width, height = picture.size
+        kind = _FORMATS[picture.format]
+        return Metadata(format=kind, width=width, height=height, depth=1, channels=channels, scalar=scalar)
+
+
+def _format_of(path: Any, call: str) -> ImageFileFormat:
+    extension = Path(path).suffix.lower()
+    if extension not in _EXTENSIONS:
+        raise RuntimeError(
+            f"ImageIo.{call}(path='{os.fspath(path)}'): the path does not imply any supported format; give one, or use "
+            f"one of the extensions {', '.join(_EXTENSIONS)}."
+        )
+    return _EXTENSIONS[extension]
+
+
+def _encoded(image: Any, format_: ImageFileFormat) -> bytes:
+    import PIL.Image
+
+    traits, pixels = image.Traits, image.data
+    if traits.kPixelScalar not in _WRITABLE[format_] or pixels.size == 0:
+        raise RuntimeError(
+            f"ImageIo.Save(): a {_NAMES[format_]} file cannot hold an {type(image).__name__} of {image.width()} x "
+            f"{image.height()} pixels."
+        )
+    if traits.kPixelFormat in (PixelFormat.kBgr, PixelFormat.kBgra):
+        pixels = pixels[..., [2, 1, 0, 3][: pixels.shape[-1]]]
+    if traits.kPixelScalar is PixelScalar.k16I:
+        pixels = pixels.astype(np.uint16)
+    if format_ is ImageFileFormat.kJpeg:
+        pixels = pixels[..., :3]
+    array = pixels[..., 0] if pixels.shape[-1] == 1 else pixels
+    stream = io.BytesIO()
+    PIL.Image.fromarray(np.ascontiguousarray(array)).save(stream, format=_NAMES[format_])
+    return stream.getvalue()
+
+
+def _source(call: str, args: tuple, kwargs: dict) -> tuple[str, Any, ImageFileFormat | None]:
+    """Name, file or stream, and format of what is to be read."""
+    values = {**kwargs}
+    if args:
+        values["buffer" if isinstance(args[0], (bytes, bytearray)) else "path"] = args[0]
+    if len(args) > 1:
+        values["format"] = args[1]
+    format_ = values.pop("format", None)
+    if len(args) > 2 or len(values) != 1 or not set(values) <= {"path", "buffer"}:
+        raise TypeError(f"ImageIo.{call}(): incompatible function arguments; expected a path or a buffer.")
+    ((kind, value),) = values.items()
+    return ("buffer", io.BytesIO(value), format_) if kind == "buffer" else (os.fspath(value), Path(value), format_)
+
+
+def _opened(name: str, source: Any, format_: ImageFileFormat | None) -> tuple[Any, str]:
+    """Pillow's image, or None and why there is none."""
+    import PIL.Image
+
+    formats = list(_FORMATS) if format_ is None else [_NAMES[format_]]
+    try:
+        picture = PIL.Image.open(source, formats=formats)
+        picture.load()
+    except (OSError, SyntaxError, ValueError) as error:
+        return None, str(error)
+    if picture.mode not in _MODES:
+        return None, f"pixels of Pillow's mode {picture.mode} are not supported."
+    return picture, ""
