@@ -99,9 +99,7 @@ def test_a_camera_is_added(made):
     assert sensor.default_X_PB().translation().tolist() == [0, 0, -2.0]  # the wrist is fixed to the arm
     diagram = builder.Build()
     context = sensor.GetMyContextFromRoot(diagram.CreateDefaultContext())
-    assert sensor.color_image_output_port().Eval(context).data[24, 32, :3].tolist() == pytest.approx(
-        [226, 0, 0], abs=1
-    )  # half a pixel off
+    assert sensor.color_image_output_port().Eval(context).data[24, 32, :3].tolist() == [255, 0, 0]
     assert sensor.depth_image_32F_output_port().Eval(context).data[24, 32, 0] == pytest.approx(1.9, abs=1e-6)
 
 
