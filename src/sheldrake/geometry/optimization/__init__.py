@@ -1,12 +1,25 @@
 """Convex sets, and programs about them."""
 
 from sheldrake.geometry.optimization._affine_subspace import AffineSubspace
+from sheldrake.geometry.optimization._angles import (
+    CheckIfSatisfiesConvexityRadius,
+    ComputePairwiseIntersections,
+    PartitionConvexSet,
+)
 from sheldrake.geometry.optimization._composed_sets import CartesianProduct, ConvexHull, Intersection, MinkowskiSum
 from sheldrake.geometry.optimization._convex_set import ConvexSet, SampledVolume
 from sheldrake.geometry.optimization._ellipsoids import AffineBall, Hyperellipsoid
+from sheldrake.geometry.optimization._gcs_options import GcsGraphvizOptions, GraphOfConvexSetsOptions
+from sheldrake.geometry.optimization._graph_of_convex_sets import GraphOfConvexSets
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.geometry.optimization._hyperrectangle import Hyperrectangle
+from sheldrake.geometry.optimization._implicit_graph import (
+    ImplicitGraphOfConvexSets,
+    ImplicitGraphOfConvexSetsFromExplicit,
+)
+from sheldrake.geometry.optimization._iris import Iris, IrisOptions, MakeIrisObstacles
 from sheldrake.geometry.optimization._point import Point
+from sheldrake.geometry.optimization._regions_yaml import LoadIrisRegionsYamlFile, SaveIrisRegionsYamlFile
 from sheldrake.geometry.optimization._spectrahedron import Spectrahedron
 from sheldrake.geometry.optimization._vpolytope import VPolytope
 
@@ -14,15 +27,28 @@ __all__ = [
     "AffineBall",
     "AffineSubspace",
     "CartesianProduct",
+    "CheckIfSatisfiesConvexityRadius",
+    "ComputePairwiseIntersections",
     "ConvexHull",
     "ConvexSet",
+    "GcsGraphvizOptions",
+    "GraphOfConvexSets",
+    "GraphOfConvexSetsOptions",
     "HPolyhedron",
     "Hyperellipsoid",
     "Hyperrectangle",
+    "ImplicitGraphOfConvexSets",
+    "ImplicitGraphOfConvexSetsFromExplicit",
     "Intersection",
+    "Iris",
+    "IrisOptions",
+    "LoadIrisRegionsYamlFile",
+    "MakeIrisObstacles",
     "MinkowskiSum",
+    "PartitionConvexSet",
     "Point",
     "SampledVolume",
+    "SaveIrisRegionsYamlFile",
     "Spectrahedron",
     "VPolytope",
 ]

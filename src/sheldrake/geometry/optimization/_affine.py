@@ -138,6 +138,14 @@ class Rows:
         """e_0 >= |e_1 ...|."""
         self.constraints.append(self.prog.AddLorentzConeConstraint(e.A, e.b, e.vars))
 
+    def rotated_lorentz(self, e: Affine) -> None:
+        """e_0 e_1 >= |e_2 ...|^2, e_0 and e_1 not negative."""
+        self.constraints.append(self.prog.AddRotatedLorentzConeConstraint(e.A, e.b, e.vars))
+
+    def exponential(self, e: Affine) -> None:
+        """e_0 >= e_1 exp(e_2 / e_1), e_1 > 0."""
+        self.constraints.append(self.prog.AddExponentialConeConstraint(e.A, e.b, e.vars))
+
     def semidefinite(self, e: Affine, size: int) -> None:
         """The symmetric matrix whose columns, one after the other, are e has no negative eigenvalue."""
         F = [e.b.reshape(size, size), *(column.reshape(size, size) for column in e.A.T)]

@@ -1,0 +1,352 @@
+"""Graphs whose vertices are convex sets, and shortest paths through points of these."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry.optimization import _gcs_elements as elements
+from sheldrake.geometry.optimization._convex_set import ConvexSet
+from sheldrake.geometry.optimization._gcs_elements import Edge, Vertex
+from sheldrake.geometry.optimization._gcs_graphviz import graphviz
+from sheldrake.geometry.optimization._gcs_options import GcsGraphvizOptions, GraphOfConvexSetsOptions
+from sheldrake.geometry.optimization._gcs_paths import follow, sample_paths, usable_edges
+from sheldrake.geometry.optimization._shortest_path import ShortestPathProgram, restriction
+from sheldrake.solvers import (
+    ChooseBestSolver,
+    ClarabelSolver,
+    GetProgramType,
+    MakeSolver,
+    MathematicalProgramResult,
+    MixedIntegerBranchAndBound,
+    ProgramType,
+    SolutionResult,
+)
+
+_log = logging.getLogger("drake")
+
+
+class GraphOfConvexSets:
+    """A directed graph: each vertex has a point in its convex set, costs and constraints are on vertices and edges."""
+
+    VertexId = elements.VertexId
+    EdgeId = elements.EdgeId
+    Transcription = elements.Transcription
+    Vertex = elements.Vertex
+    Edge = elements.Edge
+
+    def __init__(self) -> None:
+        self._vertices: list[Vertex] = []
+        self._edges: list[Edge] = []
+
+    # The graph
+
+    def num_vertices(self) -> int:
+        """Returns the number of vertices."""
+        return len(self._vertices)
+
+    def num_edges(self) -> int:
+        """Returns the number of edges."""
+        return len(self._edges)
+
+    def Vertices(self) -> list[Vertex]:
+        """Returns the vertices in the order in which they were added."""
+        return list(self._vertices)
+
+    def Edges(self) -> list[Edge]:
+        """Returns the edges in the order in which they were added."""
+        return list(self._edges)
+
+    def AddVertex(self, set: ConvexSet, name: str = "") -> Vertex:
+        """Adds a vertex with a copy of a set and returns it."""
+        vertex = Vertex._make(set, name or f"v{len(self._vertices)}")
+        self._vertices.append(vertex)
+        return vertex
+
+    def AddVertexFromTemplate(self, template_vertex: Vertex) -> Vertex:
+        """Adds a vertex like another one, with its name, costs and constraints, and returns it."""
+        vertex = self.AddVertex(template_vertex._set, template_vertex.name())
+        vertex._take(template_vertex)
+        return vertex
+
+    def AddEdge(self, u: Vertex, v: Vertex, name: str = "") -> Edge:
+        """Adds an edge from u to v and returns it.
+
+        Raises:
+            RuntimeError: a vertex is not of this graph.
+        """
+        for vertex in (u, v):
+            if not self.IsValid(vertex):
+                raise RuntimeError(f"AddEdge(): vertex {vertex.name()} is not in this graph.")
+        edge = Edge._make(u, v, name or f"e{len(self._edges)}")
+        u._out.append(edge)
+        v._in.append(edge)
+        self._edges.append(edge)
+        return edge
+
+    def AddEdgeFromTemplate(self, u: Vertex, v: Vertex, template_edge: Edge) -> Edge:
+        """Adds an edge from u to v like another one, with its name, costs and constraints, and returns it.
+
+        Raises:
+            RuntimeError: a vertex is not of this graph, or has another dimension than that of the template.
+        """
+        pairs = ((u, template_edge._u), (v, template_edge._v))
+        if any(a.ambient_dimension() != b.ambient_dimension() for a, b in pairs):
+            raise RuntimeError("AddEdgeFromTemplate(): the vertices have other dimensions than those of the template.")
+        edge = self.AddEdge(u, v, template_edge.name())
+        edge._take(template_edge)
+        edge._fixed = template_edge._fixed
+        return edge
+
+    def GetVertexByName(self, name: str) -> Vertex | None:
+        """Returns the first vertex of a name, or None."""
+        return next((v for v in self._vertices if v.name() == name), None)
+
+    GetMutableVertexByName = GetVertexByName
+
+    def GetEdgeByName(self, name: str) -> Edge | None:
+        """Returns the first edge of a name, or None."""
+        return next((e for e in self._edges if e.name() == name), None)
+
+    GetMutableEdgeByName = GetEdgeByName
+
+    def IsValid(self, item: Vertex | Edge) -> bool:
+        """Tells whether a vertex or an edge is of this graph."""
+        return any(item is own for own in (self._edges if isinstance(item, Edge) else self._vertices))
+
+    def RemoveVertex(self, vertex: Vertex) -> None:
+        """Takes out a vertex and its edges.
+
+        Raises:
+            RuntimeError: it is not of this graph.
+        """
+        if not self.IsValid(vertex):
+            raise RuntimeError(f"RemoveVertex(): vertex {vertex.name()} is not in this graph.")
+        for edge in {id(e): e for e in (*vertex._in, *vertex._out)}.values():
+            self.RemoveEdge(edge)
+        self._vertices = [v for v in self._vertices if v is not vertex]
+
+    def RemoveEdge(self, edge: Edge) -> None:
+        """Takes out an edge.
+
+        Raises:
+            RuntimeError: it is not of this graph.
+        """
+        if not self.IsValid(edge):
+            raise RuntimeError(f"RemoveEdge(): edge {edge.name()} is not in this graph.")
+        edge._u._out = [e for e in edge._u._out if e is not edge]
+        edge._v._in = [e for e in edge._v._in if e is not edge]
+        self._edges = [e for e in self._edges if e is not edge]
+
+    def ClearAllPhiConstraints(self) -> None:
+        """Leaves open of all edges whether they are taken."""
+        for edge in self._edges:
+            edge.ClearPhiConstraints()
+
+    def Clone(self) -> GraphOfConvexSets:
+        """Returns a graph with copies of all vertices and edges."""
+        out = GraphOfConvexSets()
+        new = {id(v): out.AddVertexFromTemplate(v) for v in self._vertices}
+        for e in self._edges:
+            out.AddEdgeFromTemplate(new[id(e._u)], new[id(e._v)], e)
+        return out
+
+    def GetGraphvizString(
+        self,
+        result: Any = None,
+        options: GcsGraphvizOptions | None = None,
+        active_path: list[Edge] = [],  # noqa: B006  (pydrake's default; never changed)
+        **kwargs: Any,
+    ) -> str:
+        """Returns the graph in the language of Graphviz, with values of a solution if there is one.
+
+        Args:
+            result: A solution, or None.
+            options: What to show; or its fields by name.
+            active_path: Edges to show dashed.
+        """
+        if options is None or isinstance(options, bool):
+            shown: dict[str, bool] = {"show_slacks": options} if isinstance(options, bool) else {}
+            options = GcsGraphvizOptions(**shown, **kwargs)
+        return graphviz(self._vertices, self._edges, result, options, list(active_path))
+
+    # Shortest paths
+
+    def SolveShortestPath(
+        self, source: Vertex, target: Vertex, options: GraphOfConvexSetsOptions | None = None
+    ) -> MathematicalProgramResult:
+        """Returns a solution with a path from source to target, and points, of least cost.
+
+        With `convex_relaxation` flows may be divided among paths; with `max_rounded_paths` then paths are sampled from
+        these flows, and the best of them is the solution. Without, small graphs are solved by branch and bound where
+        no solver takes programs with whole numbers.
+
+        Raises:
+            RuntimeError: a vertex is not of this graph; a cost or constraint has no perspective or may be negative.
+        """
+        options = GraphOfConvexSetsOptions() if options is None else options
+        for vertex in (source, target):
+            if not self.IsValid(vertex):
+                raise RuntimeError(f"SolveShortestPath(): vertex {vertex.name()} is not in this graph.")
+        edges = self._edges
+        if options.preprocessing:
+            edges = usable_edges(source, target, edges)
+        program = ShortestPathProgram(source, target, edges, bool(options.convex_relaxation))
+        if source is not target and not (program._out[id(source)] and program._in[id(target)]):
+            return self._none(source, target, program)
+        result = _solve(program.prog, options.solver, options.solver_options)
+        if result.get_x_val().size == program.prog.num_vars():
+            found = program.values(result.get_x_val())
+            idle = {e._phi: 0.0 for e in self._edges if e._phi not in found}
+            result = _with_values(result, {**found, **idle})
+        if result.is_success() and options.convex_relaxation and (options.max_rounded_paths or 0) > 0:
+            return self._rounded(source, target, result, options)
+        return result
+
+    def _none(self, source: Vertex, target: Vertex, program: ShortestPathProgram) -> MathematicalProgramResult:
+        if not program._in[id(target)]:
+            _log.info("Target vertex %s has no incoming edges.", target.name())
+        else:
+            _log.info("Source vertex %s has no outgoing edges.", source.name())
+        result = MathematicalProgramResult()
+        result.set_solution_result(SolutionResult.kInfeasibleConstraints)
+        return result
+
+    def _rounded(self, source: Vertex, target: Vertex, relaxed: Any, options: Any) -> MathematicalProgramResult:
+        paths, again = sample_paths(source, target, self._flows(relaxed), options)
+        _log.info("Found %d unique paths, discarded %d duplicate paths.", len(paths), again)
+        found = [self.SolveConvexRestriction(path, options, relaxed) for path in paths]
+        good = [r for r in found if r.is_success()]
+        if good:
+            return min(good, key=lambda r: r.get_optimal_cost())
+        relaxed.set_solution_result(SolutionResult.kIterationLimit)
+        return relaxed
+
+    def _flows(self, result: Any) -> dict[int, float]:
+        return {id(e): result.GetSolution(e._phi) for e in self._edges if e._phi.get_id() in result._places}
+
+    def SolveConvexRestriction(
+        self,
+        active_edges: list[Edge],
+        options: GraphOfConvexSetsOptions | None = None,
+        initial_guess: MathematicalProgramResult | None = None,
+    ) -> MathematicalProgramResult:
+        """Returns a solution with the points of least cost for edges that are taken; all others are not.
+
+        Args:
+            active_edges: The edges.
+            options: Solvers and their options.
+            initial_guess: A solution with values of the points.
+
+        Raises:
+            RuntimeError: an edge is not of this graph.
+        """
+        options = GraphOfConvexSetsOptions() if options is None else options
+        for edge in active_edges:
+            if not self.IsValid(edge):
+                raise RuntimeError(f"SolveConvexRestriction(): edge {edge.name()} is not in this graph.")
+        prog = restriction(active_edges)
+        if initial_guess is not None:
+            for v in prog.decision_variables():
+                if v.get_id() in initial_guess._places:
+                    prog.SetInitialGuess(v, np.nan_to_num(initial_guess.GetSolution(v)))
+        solver_options = options.restriction_solver_options or options.solver_options
+        result = _solve(prog, options.restriction_solver or options.solver, solver_options)
+        values = dict(zip(prog.decision_variables(), result.get_x_val()))
+        active = {id(e) for e in active_edges}
+        taking_part = [*active_edges, *{id(v): v for e in active_edges for v in (e._u, e._v)}.values()]
+        for element in taking_part:
+            for cost, ell, _ in element._costs:
+                point = np.array([values[v] for v in cost._variables])
+                values[ell] = float(cost.evaluator().Eval(point)[0])
+        for e in self._edges:
+            values[e._phi] = 1.0 if id(e) in active else 0.0
+        return _with_values(result, values)
+
+    def GetSolutionPath(
+        self, source: Vertex, target: Vertex, result: MathematicalProgramResult, tolerance: float = 1e-3
+    ) -> list[Edge]:
+        """Returns the edges of the path in a solution, following the largest flows.
+
+        Args:
+            source: Where it starts.
+            target: Where it ends.
+            result: The solution.
+            tolerance: How far flows may be from one.
+
+        Raises:
+            RuntimeError: the solution is none, there is no such path, or a vertex is not of this graph.
+        """
+        if not result.is_success():
+            raise RuntimeError("Cannot extract a solution path when result.is_success() is false.")
+        for vertex in (source, target):
+            if not self.IsValid(vertex):
+                raise RuntimeError(f"GetSolutionPath(): vertex {vertex.name()} is not in this graph.")
+        path = follow(source, target, self._flows(result), tolerance)
+        if path is None:
+            raise RuntimeError(
+                f"No path found from {source.name()} to {target.name()}: no edges have flows within {tolerance} of one."
+            )
+        return path
+
+    def SamplePaths(
+        self, source: Vertex, target: Vertex, flows: Any, options: GraphOfConvexSetsOptions
+    ) -> list[list[Edge]]:
+        """Returns different paths, sampled with flows as probabilities.
+
+        Args:
+            source: Where they start.
+            target: Where they end.
+            flows: Flow of each edge, a dict; or a solution.
+            options: How many, from which seed.
+
+        Raises:
+            RuntimeError: less than one path is asked for.
+        """
+        if isinstance(flows, MathematicalProgramResult):
+            given = self._flows(flows)
+        else:
+            given = {id(e): float(flow) for e, flow in flows.items()}
+        return sample_paths(source, target, given, options)[0]
+
+
+def _solve(prog: Any, solver: Any, solver_options: Any) -> MathematicalProgramResult:
+    if solver is not None:
+        return solver.Solve(prog, None, solver_options)
+    try:
+        best = ChooseBestSolver(prog)
+    except ValueError:
+        if GetProgramType(prog) not in (ProgramType.kMISOCP, ProgramType.kMIQP, ProgramType.kMISDP):
+            raise
+        return _branch_and_bound(prog)
+    return MakeSolver(best).Solve(prog, None, solver_options)
+
+
+def _branch_and_bound(prog: Any) -> MathematicalProgramResult:
+    """Solves a small program with binary variables by solving relaxations."""
+    tree = MixedIntegerBranchAndBound(prog, ClarabelSolver.id())
+    outcome = tree.Solve()
+    result = MathematicalProgramResult()
+    result._start(prog, ClarabelSolver.id())
+    if outcome is SolutionResult.kSolutionFound:
+        result._finish(outcome, tree.GetSolution(prog.decision_variables()), tree.GetOptimalCost())
+    else:
+        result._finish(outcome, None, np.inf)
+    return result
+
+
+def _with_values(result: Any, values: dict[Any, float]) -> MathematicalProgramResult:
+    """The outcome of a solve with other variables' values."""
+    out = MathematicalProgramResult()
+    out._result, out._cost, out._solver_id, out._details = (
+        result._result,
+        result._cost,
+        result._solver_id,
+        result._details,
+    )
+    out._variables = {v.get_id(): v for v in values}
+    out._places = {v.get_id(): i for i, v in enumerate(values)}
+    out._x = np.array(list(values.values()), dtype=float)
+    return out
