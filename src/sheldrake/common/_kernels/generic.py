@@ -49,6 +49,17 @@ def is_positive(x: Any) -> bool:
     return bool(len(x.GetVariables())) or x.Evaluate() > 0.0
 
 
+def is_finite(x: Any) -> bool:
+    """Whether a number is neither infinite nor NaN; what cannot be said before variables have values passes."""
+    if isinstance(x, (float, int)):
+        return math.isfinite(x)
+    if isinstance(x, complex):
+        return cmath.isfinite(x)
+    if hasattr(x, "GetVariables"):
+        return bool(len(x.GetVariables())) or math.isfinite(x.Evaluate())
+    return math.isfinite(x.value())
+
+
 def whole(x: Any) -> int:
     """The largest whole number that is not above x, or above its real part or `value()`."""
     if isinstance(x, (float, int, complex)):

@@ -22,6 +22,7 @@ def register() -> None:
         _unary(getattr(generic, name), getattr(math, name), _TO_FIRST_ORDER[name])
     overload(generic.atan2)(_atan2)
     overload(generic.is_positive)(_is_positive)
+    overload(generic.is_finite)(lambda x: lambda x: abs(x.real) < math.inf)
     overload(generic.whole)(lambda x: lambda x: math.floor(x.real))
     overload(rows.call_row)(_call_row)
 

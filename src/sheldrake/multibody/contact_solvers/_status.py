@@ -34,6 +34,7 @@ _TEXT = {
         "the mass matrix is not positive definite. A free body, or the last body of a chain, is without mass or "
         "without inertia about its joint; give it some or weld it. The same is said when the state holds NaN."
     ),
+    codes.MOTION_NOT_FINITE: "a force, an inertia or a parameter is infinite or NaN.",
     codes.UNSUPPORTED_PAIR: (
         "two geometries overlap whose kinds cannot yet touch each other. Filter their collisions, or use other shapes."
     ),

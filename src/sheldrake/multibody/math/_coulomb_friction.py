@@ -16,6 +16,9 @@ class CoulombFriction:
     __slots__ = ("_dynamic", "_static")
 
     def __init__(self, static_friction: float = 0.0, dynamic_friction: float = 0.0) -> None:
+        for name, value in (("dynamic", dynamic_friction), ("static", static_friction)):
+            if value != value:
+                raise RuntimeError(f"The given {name} friction is not a number: {_text(value)}")
         if dynamic_friction < 0.0:
             raise RuntimeError(f"The given dynamic friction is negative: {_text(dynamic_friction)}")
         if static_friction < 0.0:

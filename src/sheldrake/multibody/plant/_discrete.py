@@ -6,22 +6,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.geometry._hydro_compile import face_capacity
 from sheldrake.geometry._kernels.cells import make_cells
 from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
-from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
 from sheldrake.multibody.plant import _step, _step_results
 from sheldrake.multibody.plant._contact_results import ContactResults, PointContactArrays, PointPairContactInfo
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
-from sheldrake.multibody.plant._hydroelastic import explain_refused, split_pairs, step_surfaces, touch_along_surfaces
-from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
+from sheldrake.multibody.plant._explain_failure import explain_failure
+from sheldrake.multibody.plant._hydroelastic import split_pairs, step_surfaces, touch_along_surfaces
 from sheldrake.multibody.plant._kernels.model import StepWork
-from sheldrake.multibody.plant._kernels.ports import (
-    CONSTRAINTS_IN_CONTINUOUS_TIME,
-    GEOMETRY_NOT_CONNECTED,
-    refuse_without_geometry,
-)
+from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
 from sheldrake.multibody.tree._kernels import dynamics
 from sheldrake.systems.framework._declarations import Stages
 
@@ -238,34 +232,7 @@ class DiscreteUpdate:
                 target[...] = values
 
     def _explain_status(self, status: int, context: Any) -> Exception:
-        if status == GEOMETRY_NOT_CONNECTED:
-            return RuntimeError(
-                f"{self._describe()}: it has {self.num_collision_geometries()} collision geometries, but its "
-                "geometry_query input port is not connected to a SceneGraph here. Use the context of the diagram that "
-                "holds both (plant.GetMyContextFromRoot(diagram_context)), or AddMultibodyPlantSceneGraph()."
-            )
-        if status == CONSTRAINTS_IN_CONTINUOUS_TIME:
-            return RuntimeError(
-                f"{self._describe()}: it has {len(self._constraints)} constraints, and continuous time does not "
-                "support constraints. Give the plant a time step."
-            )
-        if status == HYDRO_UNSUPPORTED_PAIR:
-            geometry, table = self._geometry_of(context), context._store.scratch(context._node).table
-            return explain_refused(self, geometry.state, table, geometry.ids)
-        if status == HYDRO_CAPACITY:
-            room = face_capacity(self._geometry_of(context).hydro)
-            return RuntimeError(
-                f"{self._describe()} at time {context.get_time()}: contact surfaces have more faces than there is room "
-                f"for ({room}), and none is dropped silently. Try larger resolution hints, coarser meshes, or "
-                "collision filters."
-            )
-        text = f"{self._describe()} at time {context.get_time()}: {explain_solver_status(status)}"
-        if status in SOLVE_FAILURES and self._sampled:
-            rows = _step_results.bodies_at_hand(context._store.scratch(context._node), self._tree_model)
-            names = [repr(self._row_bodies[row].name()) for row in rows]
-            shown = ", ".join(names[:10]) + (f" and {len(names) - 10} more" if len(names) > 10 else "")
-            text += f" It happened among: {shown}."
-        return RuntimeError(text)
+        return explain_failure(self, status, context)
 
     # --- what it left
 

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.multibody.tree._element import Element, vector
+from sheldrake.multibody.tree._element import Element, finite, vector
 from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex, world_model_instance
 from sheldrake.multibody.tree._joints_axis import PrismaticJoint, RevoluteJoint
 from sheldrake.multibody.tree._rigid_body import RigidBody
@@ -51,7 +51,8 @@ class UniformGravityFieldElement(ForceElement):
 
     def set_gravity_vector(self, g_W: Any) -> None:
         """Sets the acceleration of gravity, in W [m/s²]."""
-        self._g_W = vector("UniformGravityFieldElement.set_gravity_vector", "g_W", g_W, 3)
+        call = "UniformGravityFieldElement.set_gravity_vector"
+        self._g_W = finite(call, "g_W", vector(call, "g_W", g_W, 3))
         if self._owner is not None:
             self._owner._gravity_changed()
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._overloads import expect
 from sheldrake.math import RigidTransform, RotationMatrix
-from sheldrake.multibody.tree._element import NamedElement
+from sheldrake.multibody.tree._element import NamedElement, finite
 from sheldrake.multibody.tree._index import FrameIndex
 
 
@@ -195,6 +195,7 @@ class FixedOffsetFrame(Frame):
             )
         parent = P if isinstance(P, Frame) else P.body_frame()
         super().__init__(name, parent.body(), parent.model_instance() if model_instance is None else model_instance)
+        finite("FixedOffsetFrame", "X_PF", X_PF.GetAsMatrix34())
         self._parent, self._X_PF = parent, X_PF
 
     def GetFixedPoseInBodyFrame(self) -> RigidTransform:

@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common.eigen_geometry import AngleAxis
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._element import finite, vector
 from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joint import Joint
 
@@ -252,7 +252,7 @@ class ScrewJoint(Joint):
         length = float(np.linalg.norm(axis))
         if not length >= np.sqrt(np.finfo(float).eps):
             raise RuntimeError("Screw joint axis vector must have nonzero length.")
-        self._axis, self._pitch = axis / length, float(screw_pitch)
+        self._axis, self._pitch = axis / length, float(finite("ScrewJoint", "screw_pitch", screw_pitch))
 
     def _lead(self) -> float:
         return self._pitch / (2 * np.pi)
@@ -350,6 +350,7 @@ class WeldJoint(Joint):
 
     def __init__(self, name: str, frame_on_parent_F: Frame, frame_on_child_M: Frame, X_FM: RigidTransform):
         super().__init__(name, frame_on_parent_F, frame_on_child_M)
+        finite("WeldJoint", "X_FM", X_FM.GetAsMatrix34())
         self._X_FM = X_FM
 
     def X_FM(self) -> RigidTransform:

@@ -8,6 +8,7 @@ dt D (explicit under kTamsi, whose joint limits are penalties). Without a contac
 solver has nothing to do.
 """
 
+from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import Vector, Vectors, kernel
 from sheldrake.geometry._kernels.contacts import begin_contacts
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
@@ -31,6 +32,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
 from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
+    MOTION_NOT_FINITE,
     SOLVED,
 )
 from sheldrake.multibody.plant._kernels.constraint_rows import put_constraints
@@ -75,6 +77,8 @@ def free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, forc
     ltdl_solve(tree_model, tree.L, tree.bias)
     for k in range(v.shape[0]):
         x[V_STAR, k] = v[k] + tree.bias[k]
+        if not is_finite(x[V_STAR, k]):
+            return MOTION_NOT_FINITE
     return SOLVED
 
 
