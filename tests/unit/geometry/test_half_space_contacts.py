@@ -52,7 +52,7 @@ def test_deepest_contact_is_the_support_point(name, order):
         touched += 1
         nhat = X_WH.rotation().matrix()[:, 2] * (1 if order == "shape first" else -1)
         assert len(single) == 1 and single[0, 11] == pytest.approx(depth, abs=1e-14)
-        assert 1 <= len(multi) <= 4 and multi[:, 11].max() == pytest.approx(depth, abs=1e-14)
+        assert 1 <= len(multi) <= 5 and multi[:, 11].max() == pytest.approx(depth, abs=1e-14)
         for row in (*single, *multi):
             p_WCa, p_WCb = row[2:5], row[5:8]
             assert row[8:11] == pytest.approx(nhat, abs=1e-15)
@@ -67,15 +67,15 @@ def test_deepest_contact_is_the_support_point(name, order):
     "shape, count, arms",
     [
         (g.Box(0.6, 0.8, 1.0), 4, [0.5]),
-        (g.Cylinder(0.3, 0.9), 4, [0.3]),
+        (g.Cylinder(0.3, 0.9), 5, [0.3]),
         (PointHull([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]), 4, [np.sqrt(2)]),
         (PointHull([[np.cos(a), np.sin(a), z] for a in np.arange(12) * np.pi / 6 for z in (-1, 1)]), 4, [1.0]),
     ],
     ids=["box", "cylinder", "cube hull", "prism hull"],
 )
 @pytest.mark.parametrize("tilt", [0.0, 1e-9, 1e-7, 1e-5])
-def test_standing_shape_has_four_points_that_balance_it(shape, count, arms, tilt):
-    """The mean of the four is under the centre and they push back against a tilt about any horizontal axis."""
+def test_standing_shape_has_points_that_balance_it(shape, count, arms, tilt):
+    """Four corners, and the middle of a cap: their mean is the centre, and they push back against any tilt."""
     scene = Scene([shape, g.HalfSpace()])
     for direction in np.linspace(0, 2 * np.pi, 9):
         R = RollPitchYaw(tilt * np.cos(direction), tilt * np.sin(direction), 0.0).ToRotationMatrix()
@@ -84,7 +84,7 @@ def test_standing_shape_has_four_points_that_balance_it(shape, count, arms, tilt
         rows = scene.contacts(X_WG, RigidTransform())
         assert len(rows) == count
         arm = rows[:, 2:4]
-        assert np.linalg.norm(arm, axis=1) == pytest.approx(arms * count, rel=1e-3)
+        assert np.sort(np.linalg.norm(arm, axis=1))[-4:] == pytest.approx(arms * 4, rel=1e-3)
         assert arm.mean(axis=0) == pytest.approx([0, 0], abs=1e-4)
         stiffness = arm.T @ arm
         assert np.linalg.eigvalsh(stiffness).min() > 0.5 * arms[0] ** 2

@@ -1,7 +1,7 @@
 """Contacts of every convex shape with a half space.
 
 Names: shape i in frame G, half space j with its plane through Ho and outward unit normal nhat. `height` is that of Go
-above the plane [m]. "single" functions give Drake's one point, "multi" functions up to four points of the touching
+above the plane [m]. "single" functions give Drake's one point, "multi" functions up to five points of the touching
 face or edge, each with a depth of its own: every contact point enters and leaves with depth zero, so that the contact
 force is continuous.
 """
@@ -158,9 +158,11 @@ def cylinder_on_plane_single(model, table, i, j, nhat, height):
 
 @kernel
 def cylinder_on_plane_multi(model, table, i, j, nhat, height):
-    """Of the lower rim the lowest point and those 90 and 180 degrees from it, and the lowest point of the upper rim.
+    """Of the lower rim the lowest point and those 90 and 180 degrees from it, the lowest of the upper rim, a cap's middle.
 
     Four rim points 90 degrees apart feel the same moment wherever the first one is, so that it may follow the tilt.
+    The middle takes its share of the load: a disk that spins is braked at 4/5 of its radius, which even pressure does
+    at 2/3, the rim alone at 1.
     """
     R_WG = rotation_of(table, i)
     axis = column(R_WG, Z_AXIS)
@@ -188,6 +190,7 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
     emit_below(model, table, i, j, add3(sub3(p_WGo, to_low), U), nhat, depth_upper)
     emit_below(model, table, i, j, add3(p_WL, V), nhat, depth_L - swing)
     emit_below(model, table, i, j, sub3(p_WL, V), nhat, depth_L + swing)
+    emit_below(model, table, i, j, p_WL, nhat, depth_L)
     if depth_upper <= least:
         emit_below(model, table, i, j, sub3(p_WL, U), nhat, depth_L - drop)
 

@@ -83,7 +83,7 @@ class DiscreteUpdate:
             stiffness, dissipation = self._fallback_stiffness()
             _step.supply_missing_material(model, stiffness, dissipation, 0.1)
             if self.is_discrete():
-                _step.set_margin(model, _NAMES[self._approximation])
+                _step.set_margin(model, _NAMES[self._approximation], self.time_step())
             pairs = split_pairs(self, state, model, ids)
             while len(self._geometry_cache) > 3:
                 self._geometry_cache.pop(next(iter(self._geometry_cache)))

@@ -47,7 +47,7 @@ class FreeBodies:
         self.dt, self.p = dt, np.array(p)
         self.tree = compile_tree(description)
         self.geometry, _ = compile_proximity(state, frames)
-        _step.set_margin(self.geometry, approximation)
+        _step.set_margin(self.geometry, approximation, dt)
         self.solver = _step.solver_model_of(self.tree, self.geometry, dt, approximation, **options)
         self.forces = empty_force_model()
         self.plant = _step.make_plant_model()
