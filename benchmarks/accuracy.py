@@ -52,9 +52,11 @@ def run(engine, scenes: dict, name: str) -> dict[str, float]:
 
 
 def number(x: float | None) -> str:
-    """As in a table: two digits, - for what was not measured."""
+    """As in a table: two digits, – for what was not measured."""
     if x is None:
         return "–"
+    if x > 10.0:
+        return "lost"
     if x < 1e-12:
         return "0"
     return f"{x:.1e}".replace("e-0", "e-") if x < 0.01 else f"{x:.2g}"

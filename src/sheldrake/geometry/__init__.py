@@ -44,7 +44,7 @@ from ._proximity_properties import (
     AddRigidHydroelasticProperties,
 )
 from ._query_object import QueryObject
-from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
+from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
 from ._raster_engine import MakeRenderEngineGl, MakeRenderEngineGltfClient, MakeRenderEngineVtk
 from ._refine_mesh import RefineVolumeMesh, RefineVolumeMeshIntoVtkFileContents
 from ._render_camera import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
@@ -168,6 +168,7 @@ __all__ = [
     "ProximityProperties",
     "QueryObject",
     "QueryObject_",
+    "RayIntersections",
     "ReadObjToTriangleSurfaceMesh",
     "RefineVolumeMesh",
     "RefineVolumeMeshIntoVtkFileContents",

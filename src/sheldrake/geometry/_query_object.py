@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,10 +17,12 @@ from ._ids import FrameId, GeometryId, number_of
 from ._image import ImageDepth32F, ImageLabel16I, ImageRgba8U
 from ._inspector import SceneGraphInspector
 from ._kernels import model as columns
+from ._kernels.contacts import place_geometries
 from ._kernels.model import ContactTable, GeometryModel, contact_table
 from ._kernels.pair_distance import find_distances
 from ._numbers import as_numbers, like, plain, values_of
-from ._query_results import PenetrationAsPointPair, SignedDistancePair, SignedDistanceToPoint
+from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
+from ._ray_casts import Surface, meet_any, rays_of
 from ._roles import HydroelasticContactRepresentation
 from ._shapes import Mesh
 from ._state import WORLD_FRAME_ID, GeometryState
@@ -314,7 +317,6 @@ class QueryObject:
         Meshes count as they are, not as their hulls. Sorted by id.
         """
         from ._mesh_distance import point_to_triangles
-        from ._mesh_files import read_mesh
 
         p_WQ = as_numbers(p_WQ).reshape(3)
         model, ids, X_WB = self._placed()
@@ -327,14 +329,53 @@ class QueryObject:
             X_WG, point = table.X_WG[g], table.point[row]
             distance, p_GN, grad_W = plain(-point[9]), _in_frame(X_WG, point[0:3]), -point[6:9]
             if isinstance(shape, Mesh):
-                data = read_mesh(shape.source(), "ComputeSignedDistanceToPoint()")
-                scale = shape.scale3()
-                triangles = data.triangles[:, ::-1] if np.prod(scale) < 0.0 else data.triangles
-                distance, p_GN, gradient = point_to_triangles(_in_frame(X_WG, p_WQ), data.vertices * scale, triangles)
+                surface = _surface_of(shape, "ComputeSignedDistanceToPoint()")
+                distance, p_GN, gradient = point_to_triangles(_in_frame(X_WG, p_WQ), *surface)
                 grad_W = X_WG[:9].reshape(3, 3) @ gradient
             if distance <= threshold:
                 found.append(SignedDistanceToPoint(id_G=ids[g], p_GN=p_GN, distance=distance, grad_W=grad_W.copy()))
         return found
+
+    def ComputeRayIntersections(
+        self, p_WO: Any, direction_W: Any, max_distance: float = math.inf, excluded: Iterable[GeometryId] = ()
+    ) -> RayIntersections:
+        """Where rays first meet the surface of a proximity geometry, from outside or from inside.
+
+        Drake has no such query. Exact for every shape; meshes count as they are, not as their hulls. Many rays in one
+        call cost little more than one.
+
+        Args:
+            p_WO: Origins in W [m], shape (3,) for all rays or (3, n).
+            direction_W: Directions in W, of any length but zero, shape (3,) for all rays or (3, n).
+            max_distance: What is farther away is not met [m].
+            excluded: Geometries that rays go through.
+
+        Returns:
+            Distances, geometries, points and normals, one for each ray.
+
+        Raises:
+            ValueError: shapes do not fit, or a direction is zero or not finite.
+            RuntimeError: an excluded geometry is unknown.
+        """
+        p_WO, d_W = rays_of(p_WO, direction_W)
+        excluded = set(excluded)
+        for geometry_id in excluded:
+            self._state.geometry(geometry_id)
+        model, ids, X_WB = self._placed()
+        table = _table(model, float)
+        place_geometries.native(model, np.ascontiguousarray(values_of(X_WB)), table)
+        wanted = [g for g, geometry_id in enumerate(ids) if geometry_id not in excluded]
+        shapes = {g: self._state.geometries[ids[g]].shape for g in wanted}
+        meshes = {g: _surface_of(s, "ComputeRayIntersections()") for g, s in shapes.items() if isinstance(s, Mesh)}
+        distance, who, normal = meet_any(model, table.X_WG, meshes, wanted, p_WO, d_W)
+        missed = (who < 0) | (distance > max_distance)
+        distance[missed], who[missed], normal[missed] = np.inf, -1, np.nan
+        return RayIntersections(
+            distance=distance,
+            id_G=[None if g < 0 else ids[g] for g in who],
+            p_WC=np.where(missed, np.nan, (p_WO + np.where(missed, 0.0, distance)[:, None] * d_W).T),
+            nhat_W=normal.T.copy(),
+        )
 
     def ComputeObbInWorld(self, geometry_id: GeometryId) -> Obb | None:
         """The oriented bounding box of a geometry in W; None for a half space."""
@@ -515,6 +556,15 @@ def explain_contact_status(model: GeometryModel, table: ContactTable) -> Excepti
 def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
     """p_GQ of a point given in W; X_WG is a row of ContactTable.X_WG."""
     return (p_WQ - X_WG[9:12]) @ X_WG[:9].reshape(3, 3)
+
+
+def _surface_of(mesh: Mesh, call: str) -> Surface:
+    """The triangles of a mesh, to scale and seen from outside."""
+    from ._mesh_files import read_mesh
+
+    data, scale = read_mesh(mesh.source(), call), mesh.scale3()
+    triangles = data.triangles[:, ::-1] if np.prod(scale) < 0.0 else data.triangles
+    return Surface(data.vertices * scale, triangles)
 
 
 def _with_point(model: GeometryModel, X_WB: np.ndarray, p_WQ: np.ndarray) -> tuple[GeometryModel, np.ndarray]:

@@ -85,3 +85,20 @@ class SignedDistanceToPoint(_Result):
     p_GN: np.ndarray
     distance: float
     grad_W: np.ndarray
+
+
+class RayIntersections(_Result):
+    """Where n rays first meet the surface of a geometry.
+
+    Attributes:
+        distance: along each ray [m], shape (n,); infinite where it meets nothing.
+        id_G: the geometry it meets, None for nothing; n of them.
+        p_WC: the points in W [m], shape (3, n); NaN for nothing.
+        nhat_W: unit normals there, out of the geometry, in W, shape (3, n); NaN for nothing.
+    """
+
+    _fields = ("distance", "id_G", "p_WC", "nhat_W")
+    distance: np.ndarray
+    id_G: list[GeometryId | None]
+    p_WC: np.ndarray
+    nhat_W: np.ndarray

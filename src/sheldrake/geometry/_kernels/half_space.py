@@ -158,7 +158,7 @@ def cylinder_on_plane_single(model, table, i, j, nhat, height):
 
 @kernel
 def cylinder_on_plane_multi(model, table, i, j, nhat, height):
-    """Of the lower rim the lowest point and those 90 and 180 degrees from it, the lowest of the upper rim, a cap's middle.
+    """The lower rim: its lowest point, and those 90 and 180 degrees from it; its middle; the lowest of the upper rim.
 
     Four rim points 90 degrees apart feel the same moment wherever the first one is, so that it may follow the tilt.
     The middle takes its share of the load: a disk that spins is braked at 4/5 of its radius, which even pressure does
