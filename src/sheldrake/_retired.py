@@ -6,6 +6,7 @@ add them to the modules and classes they were found in; nothing here is imported
 
 from __future__ import annotations
 
+import functools
 import importlib
 import warnings
 from collections.abc import Callable
@@ -108,6 +109,16 @@ def _declare_periodic_discrete_update(self: Any, period_sec: float, offset_sec: 
     self.DeclarePeriodicDiscreteUpdateEvent(period_sec, offset_sec, update)
 
 
+def _set_discrete_contact_solver(self: Any, contact_solver: Any) -> None:
+    """Retired: use `set_discrete_contact_approximation`. TAMSI or SAP, by the solver's name."""
+    from sheldrake.multibody.plant import DiscreteContactApproximation
+
+    _hint("MultibodyPlant.set_discrete_contact_solver() is retired: use set_discrete_contact_approximation().")
+    self.set_discrete_contact_approximation(DiscreteContactApproximation[contact_solver.name])
+
+
+_DAMPED = ("RevoluteJoint", "PrismaticJoint", "ScrewJoint", "BallRpyJoint", "UniversalJoint")
+
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "sheldrake.systems.framework": {
         "System": {"Publish": renamed("ForcedPublish", "System.Publish")},
@@ -127,6 +138,10 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
     },
     "sheldrake.multibody.plant": {
         "MultibodyPlant": {
+            "CalcCenterOfMassPosition": renamed(
+                "CalcCenterOfMassPositionInWorld", "MultibodyPlant.CalcCenterOfMassPosition"
+            ),
+            "set_discrete_contact_solver": _set_discrete_contact_solver,
             "get_continuous_state_output_port": renamed(
                 "get_state_output_port", "MultibodyPlant.get_continuous_state_output_port"
             ),
@@ -135,6 +150,10 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             ),
         },
     },
+    "sheldrake.multibody.tree": {
+        "RigidBody": {"get_default_mass": renamed("default_mass", "RigidBody.get_default_mass")},
+        **{name: {"damping": renamed("default_damping", f"{name}.damping")} for name in _DAMPED},
+    },
     "sheldrake.geometry": {
         "SceneGraph": {
             "get_pose_bundle_output_port": renamed("get_query_output_port", "SceneGraph.get_pose_bundle_output_port"),
@@ -142,6 +161,31 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
     },
 }
 """Retired methods: module, class, name, function. A class gets those whose name it does not define itself."""
+
+_WELD = {
+    **dict.fromkeys(("A", "frame_on_parent_P", "parent_frame_P"), "frame_on_parent_F"),
+    **dict.fromkeys(("B", "frame_on_child_C", "child_frame_C"), "frame_on_child_M"),
+    **dict.fromkeys(("X_AB", "X_PC"), "X_FM"),
+}
+KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
+    "sheldrake.multibody.plant": {"MultibodyPlant": {"WeldFrames": _WELD}},
+    "sheldrake.multibody.tree": {"WeldJoint": {"__init__": _WELD}},
+}
+"""Retired names of arguments: module, class, method, today's name of each."""
+
+
+def takes_retired_keywords(function: Callable, call: str, today: dict[str, str]) -> Callable:
+    """The same function; it warns of arguments with retired names and takes them for today's."""
+
+    @functools.wraps(function)
+    def wrapper(*args: Any, **kwargs: Any) -> Any:
+        retired = [name for name in kwargs if name in today]
+        if retired:
+            _hint(f"{call}(): " + ", ".join(f"{name} is now {today[name]}" for name in retired) + ".")
+            kwargs = {today.get(name, name): value for name, value in kwargs.items()}
+        return function(*args, **kwargs)
+
+    return wrapper
 
 
 def _autodiffutils() -> dict[str, Any]:
@@ -306,6 +350,12 @@ def install(module: ModuleType) -> dict[str, Any]:
         for name, function in methods.items():
             if cls is not None and not hasattr(cls, name):
                 setattr(cls, name, function)
+    for class_name, tables in KEYWORDS.get(module.__name__, {}).items():
+        cls = getattr(module, class_name)
+        for name, today in tables.items():
+            function = getattr(cls, name)
+            if not hasattr(function, "__wrapped__"):
+                setattr(cls, name, takes_retired_keywords(function, f"{class_name}.{name}", today))
     made = FUNCTIONS.get(module.__name__, dict)()
     added = {name: vars(module).setdefault(name, value) for name, value in made.items()}
     return added

@@ -133,3 +133,32 @@ def test_the_classes_and_todays_methods_exist(module):
 def test_retired_functions_are_not_todays(module):
     loaded = importlib.import_module(module)
     assert not set(_retired.FUNCTIONS[module]()) & set(loaded.__all__)
+
+
+MULTIBODY = """
+import numpy as np
+from pydrake.all import *
+from pydrake.multibody.tree import WeldJoint
+
+plant = MultibodyPlant(1e-3)
+plant.set_discrete_contact_solver(DiscreteContactSolver.kTamsi)
+assert plant.get_discrete_contact_approximation() == DiscreteContactApproximation.kTamsi
+inertia = SpatialInertia.SolidBoxWithMass(2.0, 0.1, 0.2, 0.3)
+base, arm, hand = (plant.AddRigidBody(name, inertia) for name in ("base", "arm", "hand"))
+plant.WeldFrames(A=plant.world_frame(), B=base.body_frame(), X_AB=RigidTransform([0.0, 0.0, 1.0]))
+joint = plant.AddJoint(RevoluteJoint("joint", base.body_frame(), arm.body_frame(), [0, 0, 1], damping=0.3))
+plant.AddJoint(WeldJoint(name="grip", parent_frame_P=arm.body_frame(), child_frame_C=hand.body_frame(),
+                         X_PC=RigidTransform([1.0, 0.0, 0.0])))
+assert joint.damping() == 0.3 and base.get_default_mass() == 2.0
+plant.Finalize()
+context = plant.CreateDefaultContext()
+np.testing.assert_allclose(plant.CalcCenterOfMassPosition(context), [1 / 3, 0.0, 1.0])
+print("done")
+"""
+
+
+def test_multibody_names_of_2021_work_with_hints():
+    result = run(MULTIBODY)
+    assert result.returncode == 0 and result.stdout == "done\n", result.stderr
+    for hint in ("A is now frame_on_parent_F", "X_PC is now X_FM", "default_damping", "default_mass"):
+        assert hint in result.stderr

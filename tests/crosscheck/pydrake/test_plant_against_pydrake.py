@@ -322,3 +322,49 @@ def test_potential_energy_of_a_door_hinge():
         return np.array(values)
 
     close(np.diff(energies(sheldrake())), np.diff(energies(pydrake())))
+
+
+def test_the_unique_floating_base_of_a_model_instance():
+    def answers(lib):
+        plant = lib.MultibodyPlant(0.0)
+        inertia = lib.SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3)
+        instances = [plant.AddModelInstance(name) for name in "ABCDE"]
+        bodies = [plant.AddRigidBody(f"{i}{n}", i, inertia) for i in instances for n in range(2)]
+
+        def join(parent, child):
+            frame = plant.world_frame() if parent is None else bodies[parent].body_frame()
+            plant.AddJoint(lib.RevoluteJoint(f"j{child}", frame, bodies[child].body_frame(), [0, 0, 1]))
+
+        join(0, 1)  # A: one tree
+        join(None, 3)  # B: one body floats, the other hangs on the world
+        join(1, 4)  # C: one body floats, the other hangs on A
+        join(None, 6), join(6, 7)  # D: none floats; E: both float
+        plant.Finalize()
+        unique = [plant.HasUniqueFloatingBaseBody(i) for i in instances]
+        return unique, [plant.GetUniqueFloatingBaseBodyOrThrow(i).name() for i, u in zip(instances, unique) if u]
+
+    ours = answers(sheldrake())
+    assert ours == answers(pydrake())
+    assert ours[0] == [True, False, True, False, False]
+
+
+def test_benchmark_mechanisms_equal_drakes():
+    def numbers(name):
+        import importlib
+
+        benchmarks = importlib.import_module(f"{name}.multibody.benchmarks")
+        acrobot = importlib.import_module(f"{name}.multibody.benchmarks.acrobot")
+        plant = acrobot.MakeAcrobotPlant(acrobot.AcrobotParameters(), finalize=True)
+        context = plant.CreateDefaultContext()
+        plant.SetPositionsAndVelocities(context, [0.1, 0.2, 0.3, 0.4])
+        plant.get_actuation_input_port().FixValue(context, [0.5])
+        values = [*plant.EvalTimeDerivatives(context).CopyToVector(), plant.CalcPotentialEnergy(context)]
+        for damping in (0.0, 0.3, 4.0, 9.0):
+            solution = benchmarks.MassDamperSpringAnalyticalSolution(2.0, damping, 2.0)
+            solution.SetInitialValue(x0=0.7, xDt0=-0.4)
+            values += [f(1.3) for f in (solution.get_x, solution.get_xDt, solution.get_xDtDt)]
+        return values, plant.GetStateNames(), plant.num_frames()
+
+    ours, theirs = numbers("sheldrake"), numbers("pydrake")
+    close(ours[0], theirs[0])
+    assert ours[1:] == theirs[1:]

@@ -36,25 +36,28 @@ class FreeBodies:
         return {b.index() for b in self._bodies if self._is_floating_base(b)}
 
     def _bases_of(self, call: str, model_instance: Any) -> list[RigidBody]:
+        """Bodies of a model instance that hang on the world, floating or not."""
         self._require_finalized(call)
         self._instances.get(model_instance, call)
-        return [b for b in self._bodies.of_instance(model_instance) if self._is_floating_base(b)]
+        steps = ((b, self._inboard.get(int(b.index()))) for b in self._bodies.of_instance(model_instance))
+        return [body for body, step in steps if step is not None and step.parent is self.world_body()]
 
     def HasUniqueFloatingBaseBody(self, model_instance: ModelInstanceIndex) -> bool:
-        """Whether a model instance has exactly one body that floats from the world."""
-        return len(self._bases_of("HasUniqueFloatingBaseBody", model_instance)) == 1
+        """Whether a model instance has exactly one body that hangs on the world, and that one floats."""
+        found = self._bases_of("HasUniqueFloatingBaseBody", model_instance)
+        return len(found) == 1 and self._is_floating_base(found[0])
 
     def GetUniqueFloatingBaseBodyOrThrow(self, model_instance: ModelInstanceIndex) -> RigidBody:
-        """The one body of a model instance that floats from the world.
+        """The one body of a model instance that hangs on the world; it floats.
 
         Raises:
-            RuntimeError: there is none, or more than one.
+            RuntimeError: there is none, or more than one, or it does not float.
         """
         found = self._bases_of("GetUniqueFloatingBaseBodyOrThrow", model_instance)
-        if len(found) != 1:
+        if len(found) != 1 or not self._is_floating_base(found[0]):
             raise RuntimeError(
                 f"GetUniqueFloatingBaseBodyOrThrow(): model instance '{self.GetModelInstanceName(model_instance)}' has "
-                f"{len(found)} floating base bodies ({', '.join(b.name() for b in found) or 'none'}), not one."
+                f"the base bodies {', '.join(b.name() for b in found) or '(none)'}, not one that floats."
             )
         return found[0]
 
