@@ -32,7 +32,7 @@ def add_ground(plant):
     X_WG = HalfSpace.MakePose([0, 0, 1], [0, 0, 0])
     friction = CoulombFriction(static_friction=0.7, dynamic_friction=0.5)
     plant.RegisterCollisionGeometry(plant.world_body(), X_WG, HalfSpace(), "ground_collision", friction)
-    plant.RegisterVisualGeometry(plant.world_body(), X_WG, HalfSpace(), "ground_visual", [0.5, 0.5, 0.5, 1.0])
+    plant.RegisterVisualGeometry(plant.world_body(), X_WG, HalfSpace(), "ground_visual", [0.6, 0.65, 0.7, 1.0])
 
 
 def main(meshcat=None, seconds=15.0, urdf=None):

@@ -13,8 +13,17 @@ import pathlib
 import sys
 import tempfile
 import time
+from typing import NamedTuple
+
+import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests" / "browser")]
+
+from chromium import Chromium  # noqa: E402
+
+from sheldrake.all import Meshcat, Rgba, RigidTransform, RotationMatrix  # noqa: E402
+
 OUT = ROOT / "docs" / "gallery"
 WIDTH, HEIGHT = 640, 420
 """Of a picture [pixels]."""
@@ -27,21 +36,72 @@ ONLY_THE_SCENE = """(() => {
 })()"""
 LIMIT = 60_000
 """No picture has more bytes."""
+
+
+class View(NamedTuple):
+    """How an example is looked at."""
+
+    eye: list[float]
+    """Where the camera is [m]."""
+    target: list[float]
+    """What it looks at [m]."""
+    seconds: float
+    """How long the scene runs [s]."""
+    ghosts: tuple[float, ...] = ()
+    """Moments of the past that are drawn too, as shades [s]."""
+
+
 VIEWS = {
-    "arm_pid": ([0.75, -0.85, 0.6], [0.2, 0.12, 0.27], 2.0),
-    "bouncing_ball": ([0.9, -1.3, 0.8], [0.0, 0.0, 0.4], 0.72),
-    "cart_pole_lqr": ([0.75, -0.95, 0.4], [0.3, 0.0, 0.2], 0.3),
-    "clutter": ([0.5, -0.62, 0.72], [0.0, 0.0, 0.08], 2.5),
-    "double_pendulum": ([0.3, -1.9, 0.1], [0.15, 0.0, -0.1], 1.2),
-    "drop_the_block": ([0.15, -0.13, 0.12], [0.03, 0.0, 0.012], 2.0),
-    "gripper": ([0.32, -0.42, 0.3], [0.0, 0.0, 0.13], 2.0),
-    "gyroscope": ([0.35, -0.45, 0.25], [0.0, 0.0, 0.0], 1.85),
-    "pendulum": ([0.25, -1.3, 0.0], [0.0, 0.0, -0.15], 0.8),
-    "quadruped": ([0.62, -0.75, 0.42], [0.0, 0.0, 0.19], 1.5),
-    "soft_ball": ([0.35, -0.75, 0.35], [0.0, 0.0, 0.06], 1.5),
-    "stack": ([1.0, -1.15, 0.9], [0.0, 0.0, 0.5], 1.5),
+    "arm_pid": View([1.15, -1.3, 0.8], [0.17, 0.1, 0.47], 2.0, (0.0, 0.2, 0.32, 0.45, 0.65)),
+    "bouncing_ball": View([0.5, -2.6, 0.75], [0.0, 0.0, 0.5], 0.72, (0.0, 0.15, 0.25, 0.32, 0.38, 0.42, 0.455)),
+    "cart_pole_lqr": View([0.45, -1.35, 0.4], [0.2, 0.0, 0.22], 1.6, (0.0, 0.2, 0.4, 0.6)),
+    "clutter": View([0.5, -0.62, 0.72], [0.0, 0.0, 0.03], 2.5),
+    "double_pendulum": View([0.2, -1.5, 0.15], [0.2, 0.0, 0.06], 1.3, (1.0, 1.08, 1.16, 1.23)),
+    "drop_the_block": View([0.25, -0.24, 0.16], [0.035, 0.0, 0.055], 2.0, (0.0, 0.1)),
+    "gripper": View([0.42, -0.54, 0.36], [0.0, 0.0, 0.1], 2.0, (0.0,)),
+    "gyroscope": View([0.38, -0.46, 0.26], [0.0, 0.0, 0.0], 1.85, (1.69, 1.77)),
+    "pendulum": View([0.2, -1.75, 0.1], [0.0, 0.0, -0.05], 0.8, (0.0, 0.35, 0.5, 0.6, 0.67, 0.74)),
+    "quadruped": View([0.62, -0.75, 0.42], [0.0, 0.0, 0.19], 1.5),
+    "soft_ball": View([0.3, -1.2, 0.36], [0.0, 0.0, 0.03], 1.5),
+    "stack": View([1.15, -1.32, 0.75], [0.0, 0.0, 0.5], 1.5),
 }
-"""Of every example: where the camera is and what it looks at [m], and how long the scene runs [s]."""
+
+
+class Remembering(Meshcat):
+    """A page that remembers what was drawn, and where the frames were at each time."""
+
+    def __init__(self):
+        super().__init__()
+        self._objects, self._places, self._history = {}, {}, []
+
+    def SetObject(self, path, *args, **kwargs):
+        """Draws something."""
+        self._objects[path] = args
+        super().SetObject(path, *args, **kwargs)
+
+    def SetTransform(self, path, X_ParentPath, *args, **kwargs):
+        """Places something."""
+        self._places[path] = X_ParentPath
+        super().SetTransform(path, X_ParentPath, *args, **kwargs)
+
+    def _set_poses(self, paths, poses, time=None):
+        self._history.append((time, list(paths), np.array(poses)))
+        super()._set_poses(paths, poses, time)
+
+    def draw_ghosts(self, times) -> None:
+        """Draws the moving things as they were at some times, the older the paler."""
+        for k, moment in enumerate(times):
+            _, paths, poses = min(self._history, key=lambda entry, moment=moment: abs(entry[0] - moment))
+            for path, pose in zip(paths, poses):
+                inside = path.removeprefix("/drake/") + "/"
+                for name, (shape, rgba, *_) in list(self._objects.items()):
+                    if name.startswith(inside):
+                        self._draw_ghost(f"ghost/{k}/{name}", name, shape, rgba, pose, 0.12 + 0.3 * k / len(times))
+
+    def _draw_ghost(self, path, name, shape, rgba, pose, opacity) -> None:
+        super().SetObject(path, shape, Rgba(rgba.r(), rgba.g(), rgba.b(), opacity))
+        X_WF = RigidTransform(RotationMatrix(pose[:3, :3]), pose[:3, 3])
+        super().SetTransform(path, X_WF @ self._places.get(name, RigidTransform()))
 
 
 def example(name: str):
@@ -66,22 +126,18 @@ def save_small(png: pathlib.Path, path: pathlib.Path) -> None:
 
 def main(names: list[str]) -> None:
     """Writes docs/gallery/NAME.webp."""
-    sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests" / "browser")]
-    from chromium import Chromium
-
-    from sheldrake.all import Meshcat
-
     OUT.mkdir(parents=True, exist_ok=True)
     os.environ["MPLBACKEND"] = "Agg"
     with tempfile.TemporaryDirectory() as folder, Chromium(width=WIDTH, height=HEIGHT) as browser:
         os.chdir(folder)
         for name in names or sorted(VIEWS):
-            eye, target, seconds = VIEWS[name]
-            meshcat = Meshcat()
+            view = VIEWS[name]
+            meshcat = Remembering()
             meshcat.SetProperty("/Grid", "visible", False)
             meshcat.SetProperty("/Axes", "visible", False)
-            example(name).main(meshcat, seconds=seconds)
-            meshcat.SetCameraPose(eye, target)
+            example(name).main(meshcat, seconds=view.seconds)
+            meshcat.draw_ghosts(view.ghosts)
+            meshcat.SetCameraPose(view.eye, view.target)
             page = browser.open(meshcat.web_url())
             page.wait_for("!!(window.__viserMutable && window.__viserMutable.nodeRefFromName)", 120)
             time.sleep(8.0)
