@@ -33,45 +33,54 @@ def fingerprint(fields: list[tuple]) -> int:
     v = 0x12345678
     for name, kind, *dimensions in fields:
         v = _mix_text(v, name)
-        v = _mix_text(v, kind)
+        if isinstance(kind, str):
+            v = _mix_text(v, kind)
         v = _mix(v, len(dimensions))
         for dimension in dimensions:
             v = _mix(v, 0 if isinstance(dimension, int) else 1)
             v = _mix_text(v, str(dimension))
+    v += sum(fingerprint(kind._fields) for _, kind, *_ in fields if not isinstance(kind, str))
     v &= _WORD
     return ((v << 1) & _WORD) | v >> 63
 
 
 class Message:
-    """A message; derived classes list `_fields`: (name, kind) or (name, kind, length), a number or a field's name."""
+    """A message; derived classes list `_fields`: (name, kind) or (name, kind, length).
+
+    A kind is the name of one of LCM's types or a message class, a length a number or a field's name. Arrays of "byte"
+    are bytes.
+    """
 
     _fields: ClassVar[list[tuple]] = []
 
     def __init__(self, **values: Any):
         for name, kind, *dimensions in self._fields:
-            zero: Any = "" if kind == "string" else 0.0 if kind in ("float", "double") else 0
-            if dimensions:
-                zero = [zero] * (dimensions[0] if isinstance(dimensions[0], int) else 0)
-            setattr(self, name, values.pop(name, zero))
+            setattr(self, name, values.pop(name) if name in values else _zero(kind, *dimensions))
         if values:
             names = ", ".join(f[0] for f in self._fields)
             raise TypeError(f"{type(self).__name__}() has no field {', '.join(values)}; it has {names}.")
 
     def encode(self) -> bytes:
         """The message's bytes."""
-        parts = [struct.pack(">Q", fingerprint(self._fields))]
+        return struct.pack(">Q", fingerprint(self._fields)) + self._encoded()
+
+    def _encoded(self) -> bytes:
+        """The bytes after those that name the type."""
+        parts = []
         for name, kind, *dimensions in self._fields:
             value = getattr(self, name)
-            if kind == "string":
-                text = value.encode() + b"\0"
-                parts.append(struct.pack(">i", len(text)) + text)
-            elif dimensions:
-                n = dimensions[0] if isinstance(dimensions[0], int) else getattr(self, dimensions[0])
-                if len(value) != n:
-                    raise ValueError(f"{type(self).__name__}.encode(): {name} has {len(value)} elements, not {n}.")
+            if not dimensions:
+                parts.append(_encode_one(kind, value))
+                continue
+            n = _length(self, dimensions[0])
+            if len(value) != n:
+                raise ValueError(f"{type(self).__name__}.encode(): {name} has {len(value)} elements, not {n}.")
+            if kind == "byte":
+                parts.append(bytes(value))
+            elif kind in _CODES:
                 parts.append(struct.pack(f">{n}{_CODES[kind]}", *value))
             else:
-                parts.append(struct.pack(f">{_CODES[kind]}", value))
+                parts += [_encode_one(kind, one) for one in value]
         return b"".join(parts)
 
     @classmethod
@@ -83,27 +92,64 @@ class Message:
         """
         if len(data) < 8 or struct.unpack_from(">Q", data)[0] != fingerprint(cls._fields):
             raise ValueError(f"{cls.__name__}.decode(): these {len(data)} bytes are no {cls.__name__}.")
-        message, at = cls(), 8
         try:
-            for name, kind, *dimensions in cls._fields:
-                if kind == "string":
-                    (n,) = struct.unpack_from(">i", data, at)
-                    setattr(message, name, data[at + 4 : at + 3 + n].decode())
-                    at += 4 + n
-                    continue
-                n = 1
-                if dimensions:
-                    n = dimensions[0] if isinstance(dimensions[0], int) else getattr(message, dimensions[0])
-                form = struct.Struct(f">{n}{_CODES[kind]}")
-                found = form.unpack_from(data, at)
-                at += form.size
-                setattr(message, name, list(found) if dimensions else found[0])
+            return cls._decoded(data, 8)[0]
         except struct.error as e:
             raise ValueError(f"{cls.__name__}.decode(): the message ends early: {e}.") from None
-        return message
+
+    @classmethod
+    def _decoded(cls, data: bytes, at: int) -> tuple[Any, int]:
+        """The message whose first field begins at `at`, and where it ends."""
+        message = cls()
+        for name, kind, *dimensions in cls._fields:
+            if not dimensions:
+                value, at = _decode_one(kind, data, at)
+            elif kind == "byte" or kind in _CODES:
+                n = _length(message, dimensions[0])
+                form = struct.Struct(f">{n}s" if kind == "byte" else f">{n}{_CODES[kind]}")
+                found = form.unpack_from(data, at)
+                value, at = found[0] if kind == "byte" else list(found), at + form.size
+            else:
+                value = []
+                for _ in range(_length(message, dimensions[0])):
+                    one, at = _decode_one(kind, data, at)
+                    value.append(one)
+            setattr(message, name, value)
+        return message, at
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{f[0]}={getattr(self, f[0])!r}' for f in self._fields)})"
+
+
+def _length(message: Message, dimension: Any) -> int:
+    return dimension if isinstance(dimension, int) else getattr(message, dimension)
+
+
+def _zero(kind: Any, dimension: Any = None) -> Any:
+    """What a field is until it is set."""
+    if kind == "byte" and dimension is not None:
+        return b""
+    zero: Any = "" if kind == "string" else 0.0 if kind in ("float", "double") else 0
+    if dimension is not None:
+        return [zero] * (dimension if isinstance(dimension, int) else 0)
+    return zero if isinstance(kind, str) else kind()
+
+
+def _encode_one(kind: Any, value: Any) -> bytes:
+    if kind == "string":
+        text = value.encode() + b"\0"
+        return struct.pack(">i", len(text)) + text
+    return struct.pack(f">{_CODES[kind]}", value) if isinstance(kind, str) else value._encoded()
+
+
+def _decode_one(kind: Any, data: bytes, at: int) -> tuple[Any, int]:
+    if kind == "string":
+        (n,) = struct.unpack_from(">i", data, at)
+        return data[at + 4 : at + 3 + n].decode(), at + 4 + n
+    if not isinstance(kind, str):
+        return kind._decoded(data, at)
+    form = struct.Struct(f">{_CODES[kind]}")
+    return form.unpack_from(data, at)[0], at + form.size
 
 
 class lcmt_scope(Message):
@@ -154,4 +200,42 @@ class lcmt_iiwa_status(Message):
         ("joint_torque_measured", "double", "num_joints"),
         ("joint_torque_commanded", "double", "num_joints"),
         ("joint_torque_external", "double", "num_joints"),
+    ]
+
+
+class lcmt_header(Message):
+    """Number, time [us] and name of a message."""
+
+    _fields: ClassVar[list[tuple]] = [("seq", "int32_t"), ("utime", "int64_t"), ("frame_name", "string")]
+
+
+class lcmt_image(Message):
+    """An image: rows of pixels, compressed or not."""
+
+    PIXEL_FORMAT_GRAY, PIXEL_FORMAT_RGB, PIXEL_FORMAT_BGR = 0, 1, 2
+    PIXEL_FORMAT_RGBA, PIXEL_FORMAT_BGRA, PIXEL_FORMAT_DEPTH, PIXEL_FORMAT_LABEL = 3, 4, 5, 6
+    CHANNEL_TYPE_UINT8, CHANNEL_TYPE_INT16, CHANNEL_TYPE_UINT16, CHANNEL_TYPE_FLOAT32 = 1, 2, 3, 6
+    COMPRESSION_METHOD_NOT_COMPRESSED, COMPRESSION_METHOD_ZLIB = 0, 1
+
+    _fields: ClassVar[list[tuple]] = [
+        ("header", lcmt_header),
+        ("width", "int32_t"),
+        ("height", "int32_t"),
+        ("row_stride", "int32_t"),
+        ("size", "int32_t"),
+        ("data", "byte", "size"),
+        ("bigendian", "boolean"),
+        ("pixel_format", "int8_t"),
+        ("channel_type", "int8_t"),
+        ("compression_method", "int8_t"),
+    ]
+
+
+class lcmt_image_array(Message):
+    """Images taken together."""
+
+    _fields: ClassVar[list[tuple]] = [
+        ("header", lcmt_header),
+        ("num_images", "int32_t"),
+        ("images", lcmt_image, "num_images"),
     ]

@@ -24,6 +24,7 @@ from ._camera_config import CameraConfig
 from ._image_io import ImageFileFormat, ImageIo
 from ._image_writer import ImageWriter
 from ._inertial import Accelerometer, Accelerometer_, Gyroscope, Gyroscope_
+from ._lcm_images import ImageToLcmImageArrayT, LcmImageArrayToImages
 from ._rgbd_sensor import RgbdSensor, RgbdSensorDiscrete
 from ._rgbd_sensor_async import RgbdSensorAsync
 from ._rotary_encoders import RotaryEncoders, RotaryEncoders_
@@ -49,8 +50,10 @@ __all__ = [
     "ImageLabel16I",
     "ImageRgb8U",
     "ImageRgba8U",
+    "ImageToLcmImageArrayT",
     "ImageTraits",
     "ImageWriter",
+    "LcmImageArrayToImages",
     "PixelFormat",
     "PixelScalar",
     "PixelType",

@@ -4,7 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.geometry._image import PixelType
+from sheldrake.lcm._messages import lcmt_image_array
+from sheldrake.systems.lcm import LcmBuses, LcmPublisherSystem
+
 from ._camera_config import CameraConfig, ensure_renderer, place
+from ._lcm_images import ImageToLcmImageArrayT
 from ._rgbd_sensor import RgbdSensor
 from ._rgbd_sensor_async import RgbdSensorAsync
 
@@ -19,7 +24,8 @@ def ApplyCameraConfig(
 ) -> None:
     """Adds a sensor named "rgbd_sensor_" and the camera's name to a diagram, and its render engine where that is new.
 
-    Nothing is added for a camera without images.
+    Nothing is added for a camera without images. Its images are sent over LCM, on the channel
+    "DRAKE_RGBD_CAMERA_IMAGES_" and its name, where `lcm` or `lcm_buses` is given.
 
     Args:
         config: The camera.
@@ -35,6 +41,7 @@ def ApplyCameraConfig(
     config.ValidateOrThrow()
     if not (config.rgb or config.depth or config.label):
         return
+    bus = _find_bus(config, lcm_buses, lcm)
     plant = builder.GetSubsystemByName("plant") if plant is None else plant
     scene_graph = builder.GetSubsystemByName("scene_graph") if scene_graph is None else scene_graph
     frame, X_PB = place(config, plant, scene_graph)
@@ -56,3 +63,34 @@ def ApplyCameraConfig(
         sensor = RgbdSensor(frame, X_PB, color, depth)
     builder.AddNamedSystem(f"rgbd_sensor_{config.name}", sensor)
     builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+    if bus is not None:
+        _publish(config, builder, sensor, bus)
+
+
+def _find_bus(config: CameraConfig, lcm_buses: Any, lcm: Any) -> Any:
+    """The bus that images go to, or None."""
+    if lcm is None and lcm_buses is not None:
+        lcm = lcm_buses.Find(f"Camera '{config.name}'", config.lcm_bus)
+    elif lcm is None and config.lcm_bus != "default":
+        raise RuntimeError(
+            f"ApplyCameraConfig requested a non-default LCM bus '{config.lcm_bus}' but did not provide an LcmBuses "
+            "object to locate it"
+        )
+    return None if lcm is None or lcm.get_lcm_url() == LcmBuses.kLcmUrlMemqNull else lcm
+
+
+def _publish(config: CameraConfig, builder: Any, sensor: Any, bus: Any) -> None:
+    """Sends a sensor's images, as messages of lcmt_image_array."""
+    packer = builder.AddNamedSystem(f"image_to_lcm_{config.name}", ImageToLcmImageArrayT(config.do_compress))
+    for wanted, name, kind, port in (
+        (config.depth, "depth", PixelType.kDepth16U, "depth_image_16u"),
+        (config.rgb, "rgb", PixelType.kRgba8U, "color_image"),
+        (config.label, "label", PixelType.kLabel16I, "label_image"),
+    ):
+        if wanted:
+            builder.Connect(sensor.GetOutputPort(port), packer.DeclareImageInputPort[kind](name))
+    channel = f"DRAKE_RGBD_CAMERA_IMAGES_{config.name}"
+    offset = config.capture_offset + 1.001 * config.output_delay  # images that come out then are seen after that
+    sender = LcmPublisherSystem.Make(channel, lcmt_image_array, bus, 1.0 / config.fps, publish_offset=offset)
+    builder.AddSystem(sender)
+    builder.Connect(packer.image_array_t_msg_output_port(), sender.get_input_port())
