@@ -6,6 +6,7 @@ from sheldrake.planning._direct_collocation import (
     DirectCollocationConstraint,
 )
 from sheldrake.planning._direct_transcription import DirectTranscription
+from sheldrake.planning._gcs_trajectory_optimization import GcsTrajectoryOptimization
 from sheldrake.planning._kinematic_trajectory import KinematicTrajectoryOptimization
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.planning._robot_diagram import GetContinuousRevoluteJointIndices, RobotDiagram, RobotDiagramBuilder
@@ -16,6 +17,7 @@ __all__ = [
     "DirectCollocation",
     "DirectCollocationConstraint",
     "DirectTranscription",
+    "GcsTrajectoryOptimization",
     "GetContinuousRevoluteJointIndices",
     "KinematicTrajectoryOptimization",
     "MultipleShooting",

@@ -1,0 +1,373 @@
+"""Trajectories through graphs of regions.
+
+T. Marcucci, M. Petersen, D. von Wrangel and R. Tedrake, "Motion planning around obstacles with convex optimization",
+Science Robotics, 2023; here each region has one duration instead of a curve of time.
+"""
+
+from __future__ import annotations
+
+import copy
+import itertools
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry.optimization import (
+    ComputePairwiseIntersections,
+    ConvexSet,
+    GcsGraphvizOptions,
+    GraphOfConvexSets,
+    GraphOfConvexSetsOptions,
+    Intersection,
+    Point,
+)
+from sheldrake.geometry.optimization._angles import check_joints
+from sheldrake.planning import _gcs_subgraph as parts
+from sheldrake.planning._gcs_subgraph import EdgesBetweenSubgraphs, Subgraph
+from sheldrake.trajectories import BezierCurve, CompositeTrajectory
+
+_TURN = 2.0 * math.pi
+
+
+class GcsTrajectoryOptimization:
+    """Finds a trajectory of Bézier curves, one in each region that it passes.
+
+    Args:
+        num_positions: Dimension of the regions.
+        continuous_revolute_joints: Places of angles that go around.
+
+    Raises:
+        RuntimeError: a place is repeated or out of range.
+    """
+
+    Subgraph = parts.Subgraph
+    EdgesBetweenSubgraphs = parts.EdgesBetweenSubgraphs
+
+    def __init__(self, num_positions: int, continuous_revolute_joints: Any = ()):
+        self._num_positions = int(num_positions)
+        self._joints = check_joints(continuous_revolute_joints, self._num_positions)
+        self._gcs = GraphOfConvexSets()
+        self._subgraphs: list[Subgraph] = []
+        self._between: list[EdgesBetweenSubgraphs] = []
+        # What holds for the whole graph, and so for parts that are added later.
+        self._for_subgraphs: list[tuple[int, Callable[[Subgraph], None]]] = []
+        self._for_edges: list[tuple[int, Callable[[EdgesBetweenSubgraphs], None]]] = []
+
+    def num_positions(self) -> int:
+        """Returns the dimension of the regions."""
+        return self._num_positions
+
+    def continuous_revolute_joints(self) -> list[int]:
+        """Returns the places of angles that go around."""
+        return list(self._joints)
+
+    def graph_of_convex_sets(self) -> GraphOfConvexSets:
+        """Returns the graph."""
+        return self._gcs
+
+    def GetSubgraphs(self) -> list[Subgraph]:
+        """Returns the subgraphs."""
+        return list(self._subgraphs)
+
+    def GetEdgesBetweenSubgraphs(self) -> list[EdgesBetweenSubgraphs]:
+        """Returns the edges between subgraphs."""
+        return list(self._between)
+
+    def GetGraphvizString(self, result: Any = None, options: GcsGraphvizOptions | None = None, **kwargs: Any) -> str:
+        """Returns the graph in the language of Graphviz, with values of a solution if there is one."""
+        return self._gcs.GetGraphvizString(result, options, **kwargs)
+
+    # The graph
+
+    def AddRegions(self, *args: Any, **kwargs: Any) -> Subgraph:
+        """Adds regions and edges between those that meet, and returns them.
+
+        Called as `(regions, order, h_min=1e-6, h_max=20, name="")`, or as `(regions, edges_between_regions, order,
+        h_min=1e-6, h_max=20, name="", edge_offsets=None)` with pairs of places of regions and, for angles that go
+        around, by how much the first of each pair has to be moved.
+
+        Raises:
+            RuntimeError: a region has another dimension, or the shortest duration is longer than the longest.
+        """
+        names = ["regions", "order", "h_min", "h_max", "name"]
+        if "edges_between_regions" in kwargs or (len(args) > 1 and not hasattr(args[1], "__index__")):
+            names = ["regions", "edges_between_regions", "order", "h_min", "h_max", "name", "edge_offsets"]
+        values: dict[str, Any] = {"h_min": 1e-6, "h_max": 20.0, "name": "", "edge_offsets": None}
+        values.update(zip(names, args))
+        values.update(kwargs)
+        unknown = set(values) - set(names) - {"edge_offsets"}
+        if unknown or not set(names[:-3]) <= set(values) or len(args) > len(names):
+            raise TypeError(f"AddRegions(): incompatible function arguments. Accepted: ({', '.join(names)}).")
+        regions, offsets = list(values["regions"]), values["edge_offsets"]
+        if "edges_between_regions" in names:
+            pairs = [tuple(p) for p in values["edges_between_regions"]]
+        elif len(regions) > 1:
+            pairs, offsets = ComputePairwiseIntersections(regions, self._joints)
+        else:
+            pairs = []
+        name = values["name"] or f"Subgraph{len(self._subgraphs)}"
+        h_min, h_max = float(values["h_min"]), float(values["h_max"])
+        subgraph = Subgraph._make(self, regions, pairs, values["order"], h_min, h_max, name, offsets)
+        self._subgraphs.append(subgraph)
+        for least, apply in self._for_subgraphs:
+            if subgraph.order() >= least:
+                apply(subgraph)
+        return subgraph
+
+    def RemoveSubgraph(self, subgraph: Subgraph) -> None:
+        """Takes out regions with all their edges.
+
+        Raises:
+            RuntimeError: the subgraph is none of this graph.
+        """
+        self._require_own("RemoveSubgraph", subgraph)
+        self._between = [b for b in self._between if b._from is not subgraph and b._to is not subgraph]
+        for vertex in subgraph._vertices:
+            self._gcs.RemoveVertex(vertex)
+        self._subgraphs = [s for s in self._subgraphs if s is not subgraph]
+
+    def _require_own(self, call: str, subgraph: Subgraph) -> None:
+        if not any(subgraph is own for own in self._subgraphs):
+            raise RuntimeError(f"{call}(): subgraph {subgraph.name()} is not of this graph.")
+
+    def AddEdges(
+        self,
+        from_subgraph: Subgraph,
+        to_subgraph: Subgraph,
+        subspace: ConvexSet | None = None,
+        edges_between_regions: Any = None,
+        edge_offsets: Any = None,
+    ) -> EdgesBetweenSubgraphs:
+        """Adds edges from regions of one subgraph to those of another that they meet, and returns them.
+
+        Args:
+            from_subgraph: The first one.
+            to_subgraph: The second one.
+            subspace: Where the curves have to meet, a Point or an HPolyhedron; None for anywhere.
+            edges_between_regions: Pairs of places of regions, instead of those that meet.
+            edge_offsets: By how much the first of each pair has to be moved.
+
+        Raises:
+            RuntimeError: a subgraph is none of this graph, or the subspace is of another kind.
+        """
+        for subgraph in (from_subgraph, to_subgraph):
+            self._require_own("AddEdges", subgraph)
+        offsets = edge_offsets
+        if edges_between_regions is not None:
+            pairs = [tuple(p) for p in edges_between_regions]
+        else:
+            pairs, offsets = self._meeting(from_subgraph._regions, to_subgraph._regions, subspace)
+        edges = EdgesBetweenSubgraphs._make(self, from_subgraph, to_subgraph, pairs, offsets, subspace)
+        self._between.append(edges)
+        for least, apply in self._for_edges:
+            if min(edges._orders()) >= least:
+                apply(edges)
+        return edges
+
+    def _meeting(self, A: list, B: list, subspace: ConvexSet | None) -> tuple[list, list | None]:
+        if subspace is None:
+            return ComputePairwiseIntersections(A, B, self._joints)
+        if subspace.ambient_dimension() != self._num_positions:
+            raise RuntimeError(f"AddEdges(): the subspace has dimension {subspace.ambient_dimension()}.")
+        inside = [(i, Intersection(s, subspace)) for i, s in enumerate(A)]
+        near = [(i, s) for i, s in inside if not s.IsEmpty()]
+        return [(i, j) for i, s in near for j in range(len(B)) if s.IntersectsWith(B[j])], None
+
+    # What holds for the whole graph
+
+    def _for_all(self, least_order: int, apply: Callable[[Subgraph], None]) -> None:
+        self._for_subgraphs.append((least_order, apply))
+        for subgraph in self._subgraphs:
+            if subgraph.order() >= least_order:
+                apply(subgraph)
+
+    def AddTimeCost(self, weight: float = 1.0) -> None:
+        """Adds the duration of all curves, times a weight, to the cost; also of those added later."""
+        self._for_all(0, lambda s: s.AddTimeCost(weight))
+
+    def AddPathLengthCost(self, weight_matrix: Any = 1.0, *, weight: Any = None) -> None:
+        """Adds the lengths of steps between control points to the cost; also of curves added later."""
+        W = parts.weights("AddPathLengthCost", self._num_positions, weight_matrix if weight is None else weight)
+        self._for_all(1, lambda s: s.AddPathLengthCost(W))
+
+    def AddPathEnergyCost(self, weight_matrix: Any = 1.0, *, weight: Any = None) -> None:
+        """Adds the squares of steps between control points to the cost; also of curves added later."""
+        W = parts.energy_weights("AddPathEnergyCost", self._num_positions, weight_matrix if weight is None else weight)
+        self._for_all(1, lambda s: s.AddPathEnergyCost(W))
+
+    def AddVelocityBounds(self, lb: Any, ub: Any) -> None:
+        """Keeps velocities of all curves between bounds; also of those added later."""
+        bounds = parts.checked_bounds("AddVelocityBounds", self._num_positions, lb, ub)
+        self._for_all(1, lambda s: s.AddVelocityBounds(*bounds))
+
+    def AddNonlinearDerivativeBounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+        """Keeps a higher time derivative of all curves between bounds; also of those added later."""
+        bounds = parts.checked_bounds("AddNonlinearDerivativeBounds", self._num_positions, lb, ub)
+        parts.require_higher(derivative_order)
+        self._for_all(derivative_order, lambda s: s.AddNonlinearDerivativeBounds(*bounds, derivative_order))
+
+    def AddPathContinuityConstraints(self, continuity_order: int) -> None:
+        """Makes a derivative of the path r(s) agree wherever curves of high enough order meet."""
+        parts.require_more_than_position(continuity_order)
+        self._for_all(continuity_order, lambda s: s.AddPathContinuityConstraints(continuity_order))
+        self._for_all_edges(continuity_order, lambda e: e.AddPathContinuityConstraints(continuity_order))
+
+    def AddContinuityConstraints(self, continuity_order: int) -> None:
+        """Makes a time derivative of q(t) agree wherever curves of high enough order meet."""
+        parts.require_more_than_position(continuity_order)
+        self._for_all(continuity_order, lambda s: s.AddContinuityConstraints(continuity_order))
+        self._for_all_edges(continuity_order, lambda e: e.AddContinuityConstraints(continuity_order))
+
+    def _for_all_edges(self, least_order: int, apply: Callable[[EdgesBetweenSubgraphs], None]) -> None:
+        self._for_edges.append((least_order, apply))
+        for edges in self._between:
+            if min(edges._orders()) >= least_order:
+                apply(edges)
+
+    # Solutions
+
+    def SolvePath(
+        self, source: Subgraph, target: Subgraph, options: GraphOfConvexSetsOptions | None = None
+    ) -> tuple[CompositeTrajectory, Any]:
+        """Returns the trajectory of least cost from a region of one subgraph to one of another, and the solution.
+
+        Without other options the relaxation is solved, and the best of up to five paths sampled from it is taken. The
+        trajectory is empty if none was found.
+
+        Raises:
+            RuntimeError: a subgraph is none of this graph.
+        """
+        for subgraph in (source, target):
+            self._require_own("SolvePath", subgraph)
+        chosen = copy.copy(GraphOfConvexSetsOptions() if options is None else options)
+        for name, default in (("convex_relaxation", True), ("preprocessing", True), ("max_rounded_paths", 5)):
+            if getattr(chosen, name) is None:
+                setattr(chosen, name, default)
+        dummies: list[Any] = []
+        start = self._gathered(source, "Dummy source", dummies, True)
+        goal = self._gathered(target, "Dummy target", dummies, False)
+        try:
+            result = self._gcs.SolveShortestPath(start, goal, chosen)
+            if not result.is_success():
+                return CompositeTrajectory([]), result
+            tolerance = 1.0 if chosen.convex_relaxation and not chosen.max_rounded_paths else 1e-3
+            path = self._gcs.GetSolutionPath(start, goal, result, tolerance)
+            vertices = [path[0].u(), *(e.v() for e in path)] if path else [start]
+            return self._trajectory([v for v in vertices if v not in dummies], result), result
+        finally:
+            for vertex in dummies:
+                self._gcs.RemoveVertex(vertex)
+
+    def _gathered(self, subgraph: Subgraph, name: str, dummies: list, outward: bool) -> Any:
+        """The only vertex of a subgraph, or one without dimensions with edges to (or from) all of them."""
+        if subgraph.size() == 1:
+            return subgraph._vertices[0]
+        dummy = self._gcs.AddVertex(Point(np.zeros(0)), name)
+        dummies.append(dummy)
+        for vertex in subgraph._vertices:
+            self._gcs.AddEdge(*((dummy, vertex) if outward else (vertex, dummy)))
+        return dummy
+
+    def _trajectory(self, vertices: list, result: Any) -> CompositeTrajectory:
+        segments, t = [], 0.0
+        for vertex in vertices:
+            x = vertex.GetSolution(result)
+            points = x[:-1].reshape(-1, self._num_positions).T
+            segments.append(BezierCurve(t, t + x[-1], points))
+            t += float(x[-1])
+        return CompositeTrajectory(segments)
+
+    def SolveConvexRestriction(
+        self,
+        active_vertices: list,
+        options: GraphOfConvexSetsOptions | None = None,
+        initial_guess: Any = None,
+    ) -> tuple[CompositeTrajectory, Any]:
+        """Returns the trajectory of least cost through given vertices in order, and the solution.
+
+        Args:
+            active_vertices: The vertices.
+            options: Solvers and their options.
+            initial_guess: A solution to start from.
+
+        Raises:
+            RuntimeError: two neighbours are not connected by an edge, or by several.
+        """
+        edges = []
+        for u, v in itertools.pairwise(active_vertices):
+            found = [e for e in u.outgoing_edges() if e.v() is v]
+            if not found:
+                raise RuntimeError(f"Vertex: {u.name()} is not connected to vertex: {v.name()}.")
+            if len(found) > 1:
+                raise RuntimeError(f"Vertex: {u.name()} is connected to vertex: {v.name()} through multiple edges.")
+            edges += found
+        result = self._gcs.SolveConvexRestriction(edges, options, initial_guess)
+        if not result.is_success():
+            return CompositeTrajectory([]), result
+        return self._trajectory(list(active_vertices), result), result
+
+    @staticmethod
+    def NormalizeSegmentTimes(trajectory: CompositeTrajectory) -> CompositeTrajectory:
+        """Returns the path r(s) of a solution: the same curves, each in one second.
+
+        Raises:
+            RuntimeError: a segment is no Bézier curve.
+        """
+        start = trajectory.start_time()
+        curves = [_bezier(trajectory, i) for i in range(trajectory.get_number_of_segments())]
+        return CompositeTrajectory(
+            [BezierCurve(start + i, start + i + 1.0, c.control_points()) for i, c in enumerate(curves)]
+        )
+
+    @staticmethod
+    def UnwrapToContinuousTrajectory(
+        gcs_trajectory: CompositeTrajectory,
+        continuous_revolute_joints: list[int],
+        starting_rounds: list[int] | None = None,
+        tol: float = 1e-8,
+    ) -> CompositeTrajectory:
+        """Returns a solution without the whole turns by which angles jump from one curve to the next.
+
+        Args:
+            gcs_trajectory: The solution.
+            continuous_revolute_joints: Places of the angles.
+            starting_rounds: For each angle, in which turn [2 pi k, 2 pi (k + 1)) it starts; None to leave the start.
+            tol: How far jumps may be from whole turns [rad].
+
+        Raises:
+            RuntimeError: a jump is no whole turn, a segment is no Bézier curve, or places or rounds are wrong.
+        """
+        joints = check_joints(continuous_revolute_joints, gcs_trajectory.rows())
+        if starting_rounds is not None and len(starting_rounds) != len(joints):
+            raise RuntimeError(
+                f"UnwrapToContinuousTrajectory(): {len(starting_rounds)} starting rounds for {len(joints)} joints."
+            )
+        segments: list[BezierCurve] = []
+        end: np.ndarray | None = None
+        for i in range(gcs_trajectory.get_number_of_segments()):
+            curve = _bezier(gcs_trajectory, i)
+            points = np.array(curve.control_points())
+            shift = np.zeros(len(points))
+            if end is not None:
+                shift[joints] = np.round((end - points[:, 0])[joints] / _TURN) * _TURN
+                gap = np.abs(points[:, 0] + shift - end).max()
+                if gap > tol:
+                    raise RuntimeError(
+                        f"UnwrapToContinuousTrajectory(): segments {i - 1} and {i} are {gap:g} apart (mod 2 pi)."
+                    )
+            elif starting_rounds is not None:
+                rounds = np.floor(points[joints, 0] / _TURN)
+                shift[joints] = (np.array(starting_rounds) - rounds) * _TURN
+            points = points + shift[:, None]
+            end = points[:, -1]
+            segments.append(BezierCurve(curve.start_time(), curve.end_time(), points))
+        return CompositeTrajectory(segments)
+
+
+def _bezier(trajectory: CompositeTrajectory, i: int) -> BezierCurve:
+    curve = trajectory.segment(i)
+    if not isinstance(curve, BezierCurve):
+        raise RuntimeError(f"All segments must be of type BezierCurve; segment {i} is a {type(curve).__name__}.")
+    return curve
