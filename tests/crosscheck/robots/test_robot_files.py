@@ -16,10 +16,8 @@ WRONG = {
     "alex_psyonic_hands.urdf": "mimics joint 'index_q1', which does not exist",
     "romeo_laas_small.urdf": "file:///usr/Romeo/",  # meshes of somebody's machine
     "talos_left_arm.urdf": "names joint 'arm_left_1_joint', which does not exist",
-    "cassie.sdf": "type 'gearbox'",
-    **{f"cassie_{kind}.sdf": "kinematic loop" for kind in ("reduced", "simple", "v2", "wo_gearbox_spring")},
 }
-"""What is wrong with files that cannot be read, or what joints cannot do yet."""
+"""What is wrong with files that cannot be read."""
 EMPTY = ("ur3.urdf", "simple_humanoid_classical.urdf")  # no links; links without geometry
 
 

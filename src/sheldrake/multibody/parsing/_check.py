@@ -9,12 +9,20 @@ from ._description import (
     ModelDescription,
 )
 from ._diagnostics import DiagnosticPolicy
+from ._loops import cut_loop
 
 _WORLD = ((), "world")
+_REVERSIBLE = ("revolute", "prismatic", "weld")
+"""Kinds of joints that may lead inwards in a tree; loops are cut at the others, whose cut ends always lead outwards."""
 
 
-def check_model(model: ModelDescription, policy: DiagnosticPolicy) -> None:
+def check_model(model: ModelDescription, policy: DiagnosticPolicy, may_loop: bool = False) -> None:
     """Checks that names are unique, references exist and joints form trees.
+
+    Args:
+        model: The description.
+        policy: Hears of problems.
+        may_loop: Whether loops of joints are cut (see `_loops`), rather than refused.
 
     Raises:
         ParseError: At the first problem.
@@ -22,7 +30,7 @@ def check_model(model: ModelDescription, policy: DiagnosticPolicy) -> None:
     bodies: dict[tuple[tuple[str, ...], str], BodyDescription] = {}
     frame_body: dict[tuple[tuple[str, ...], str], tuple] = {}
     _check_names(model, (), bodies, frame_body, policy)
-    _check_topology(model, (), frame_body, policy, {})
+    _check_topology(model, (), bodies if may_loop else None, frame_body, policy, {})
     _check_frame_names(model, (), frame_body, {}, policy)
     groups: set[tuple[tuple[str, ...], str]] = set()
     _collect_groups(model, (), groups, policy)
@@ -79,8 +87,11 @@ def _known_names(scope, frame_body) -> str:
     return f"known are {shown}"
 
 
-def _check_topology(model, scope, frame_body, policy, parents: dict) -> None:
-    """Every joint connects two known bodies, and no joint closes a loop (`parents`: a union-find forest)."""
+def _check_topology(model, scope, bodies, frame_body, policy, parents: dict) -> None:
+    """Every joint connects two known bodies; one that closes a loop is cut, or refused if `bodies` is None.
+
+    `parents` is a union-find forest.
+    """
 
     def root(body):
         while body in parents:
@@ -90,8 +101,8 @@ def _check_topology(model, scope, frame_body, policy, parents: dict) -> None:
         return body
 
     for nested in model.nested:
-        _check_topology(nested, (*scope, nested.name), frame_body, policy, parents)
-    for joint in model.joints():
+        _check_topology(nested, (*scope, nested.name), bodies, frame_body, policy, parents)
+    for joint in sorted(model.joints(), key=lambda joint: joint.kind not in _REVERSIBLE):
         ends = []
         for role, reference in (("parent", joint.parent), ("child", joint.child)):
             body = _find(reference, scope, frame_body)
@@ -103,16 +114,37 @@ def _check_topology(model, scope, frame_body, policy, parents: dict) -> None:
             policy.Error(joint, f"Joint '{joint.name}' would connect link '{joint.parent}' to itself.")
         one, other = root(ends[0]), root(ends[1])
         if one == other:
-            policy.Error(
-                joint,
-                f"Joint '{joint.name}' closes a kinematic loop: '{joint.parent}' and '{joint.child}' are already "
-                "connected by other joints. Cut the loop here and close it with a constraint (drake:ball_constraint, "
-                "AddWeldConstraint) or a drake:linear_bushing_rpy.",
-            )
+            if bodies is None:
+                _refuse_loop(joint, policy)
+            _close_loop(model, joint, scope, ends[1], bodies, frame_body, policy)
+            continue
         # The world stays the root of what it is part of, and union by order is enough at these sizes.
         if other == _WORLD:
             one, other = other, one
         parents[other] = one
+
+
+def _close_loop(model, joint, scope, child, bodies, frame_body, policy) -> None:
+    """Cuts a loop at a joint, if its child is a link with mass."""
+    body = bodies.get(child)
+    is_link = child == ((*scope, *joint.child.scope), joint.child.name)
+    if body is None or not is_link or body.M_BBo_B is None or not body.M_BBo_B.get_mass() > 0.0:
+        _refuse_loop(joint, policy, ", and the loop cannot be cut at its child, which is not a link with mass")
+    name = f"{joint.name}_{joint.child.name}"
+    while (scope, name) in frame_body:
+        name = f"_{name}"
+    cut_loop(model, joint, body, name, policy)
+    frame_body[scope, name] = (scope, name)
+    bodies[scope, name] = model.bodies[-1]
+
+
+def _refuse_loop(joint, policy, reason: str = "") -> None:
+    policy.Error(
+        joint,
+        f"Joint '{joint.name}' closes a kinematic loop: '{joint.parent}' and '{joint.child}' are already connected by "
+        f"other joints{reason}. Close the loop with a constraint (drake:ball_constraint, AddWeldConstraint) or a "
+        "drake:linear_bushing_rpy.",
+    )
 
 
 def _check_frame_names(model, scope, frame_body, taken: dict, policy) -> None:

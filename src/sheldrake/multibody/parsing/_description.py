@@ -125,6 +125,22 @@ class CouplerDescription:
 
 
 @dataclass
+class GearboxDescription:
+    """Angle of the child against the reference link = -ratio times that of the parent, about the given axes.
+
+    Both angles are those of the joints that connect the links to the reference.
+    """
+
+    where: Location
+    name: str
+    reference: FrameReference
+    parent: FrameReference
+    child: FrameReference
+    ratio: float
+    axes: np.ndarray  # of the parent and the child in the model frame, shape (2, 3)
+
+
+@dataclass
 class BushingDescription:
     """A roll-pitch-yaw bushing between two frames; four vectors, shape (3,)."""
 
@@ -221,6 +237,7 @@ class ModelDescription:
         elements: Joints, frames, actuators, forces and constraints in the order in which they are to be added.
         nested: Models inside this one; they become instances of their own, named `outer::inner`, before the elements.
         couplers: Couplers found while joints are read, until they can be checked and joined to the elements.
+        gearboxes: Gearboxes, until they become couplers.
         exclusions: Pairs of bodies that never collide.
         comes_first: A URDF model included by SDFormat: added before all others, as Drake does.
         is_world: The description of a world: its nested models are top-level ones, its elements belong to the world.
@@ -234,6 +251,7 @@ class ModelDescription:
     filter_groups: list[FilterGroupDescription] = field(default_factory=list)
     exclusions: list[tuple[FrameReference, FrameReference]] = field(default_factory=list)
     couplers: list[CouplerDescription] = field(default_factory=list)
+    gearboxes: list[GearboxDescription] = field(default_factory=list)
     comes_first: bool = False
     gravity: np.ndarray | None = None  # [m/s^2] of the whole plant, when the file sets it
     is_world: bool = False

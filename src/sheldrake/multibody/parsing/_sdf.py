@@ -8,6 +8,7 @@ from ._inertia import make_spatial_inertia
 from ._reading import Reading
 from ._sdf_extensions import EXTENSION_READERS
 from ._sdf_frames import MODEL_FRAME, SdfScope, read_pose, reference_of_pose
+from ._sdf_gearbox import make_couplers, read_gearbox
 from ._sdf_geometry import (
     child_number,
     child_vector,
@@ -57,7 +58,7 @@ def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[Mod
         if placement:
             X_WM = X_WM @ prepared.scope.pose(placement, element.where).inverse()
         description = _describe(prepared, X_WM if X_WM is not None else RigidTransform())
-        check_model(description, reading.policy)
+        check_model(description, reading.policy, may_loop=True)
         result.append(description)
     return result
 
@@ -90,7 +91,7 @@ def _read_world(element: Element, reading: Reading, version) -> ModelDescription
     _describe_nested(world, X_WW, description)
     _describe_frames(world, description)
     _describe_joints(world, X_WW, description)
-    check_model(description, reading.policy)
+    check_model(description, reading.policy, may_loop=True)
     return description
 
 
@@ -112,6 +113,7 @@ def _describe(model: PreparedModel, X_WM) -> ModelDescription:
     for element in model.elements:
         if element.tag == "drake:joint":
             read_drake_joint(element, description, scope, X_WM, reading)
+    make_couplers(description, scope, reading)
     drop_impossible_couplers(description, reading)
     for element in model.elements:
         reader = EXTENSION_READERS.get(element.tag)
@@ -186,9 +188,12 @@ def _read_inertial(link: Element, name: str, scope: SdfScope, reading: Reading):
 
 def _describe_joints(model: PreparedModel, X_WM, description: ModelDescription) -> None:
     for element in model.elements:
-        if element.tag == "joint":
+        if element.tag == "joint" and element.get("type") == "gearbox":
+            read_gearbox(element, description, model.scope, model.version, model.reading)
+        elif element.tag == "joint":
             read_joint(element, description, model.scope, X_WM, model.is_static, model.version, model.reading)
     if description.is_world:
+        make_couplers(description, model.scope, model.reading)
         drop_impossible_couplers(description, model.reading)
 
 

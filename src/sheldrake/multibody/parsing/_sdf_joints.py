@@ -27,7 +27,7 @@ _KINDS = {
     "universal": "universal",
     "screw": "screw",
 }
-_UNSUPPORTED = ("gearbox", "revolute2")
+_UNSUPPORTED = ("revolute2",)
 _ACTUATED = ("revolute", "prismatic", "screw")
 _JOINT_TAGS = (
     "parent",
@@ -67,13 +67,13 @@ def read_joint(
     written = reading.name(element, f"Joint '{name}'", "type")
     if written not in _KINDS:
         problem = "is not supported" if written in _UNSUPPORTED else "is unknown"
-        known = ", ".join(_KINDS)
+        known = ", ".join([*_KINDS, "gearbox"])
         reading.fail(element, f"The type '{written}' of joint '{name}' {problem}; supported are {known}.")
     kind = _KINDS[written]
     if is_static and kind != "weld":
         reading.fail(element, f"Joint '{name}' of type {written}: a static model has fixed joints only.")
     reading.warn_unknown(element, _JOINT_TAGS, ("name", "type"), silent=("physics", "thread_pitch"))
-    joint = JointDescription(element.where, name, kind, *_read_ends(element, name, scope, reading))
+    joint = JointDescription(element.where, name, kind, *read_ends(element, name, scope, reading))
     _place(joint, element, scope, X_WM)
     axes = _read_axes(element, name, kind, scope, version, reading)
     _apply_axes(joint, axes, written, element, reading)
@@ -84,7 +84,8 @@ def read_joint(
     _add_mimic(element, joint, model, scope, reading)
 
 
-def _read_ends(element: Element, name: str, scope: SdfScope, reading: Reading):
+def read_ends(element: Element, name: str, scope: SdfScope, reading: Reading) -> "list[FrameReference]":
+    """The parent and the child link of a joint."""
     ends = []
     for role in ("parent", "child"):
         end = element.find(role) or element.find(f"drake:{role}")
@@ -116,10 +117,11 @@ def _read_axes(element: Element, name: str, kind: str, scope: SdfScope, version,
         reading.fail(element, f"Joint '{name}' needs an <axis>.")
     if kind == "universal" and (found[0] is None or found[1] is None):
         reading.fail(element, f"Universal joint '{name}' needs <axis> and <axis2>.")
-    return [_read_axis(axis, name, scope, version, reading) for axis in found if axis is not None]
+    return [read_axis(axis, name, scope, version, reading) for axis in found if axis is not None]
 
 
-def _read_axis(axis: Element, name: str, scope: SdfScope, version, reading: Reading) -> _Axis:
+def read_axis(axis: Element, name: str, scope: SdfScope, version, reading: Reading) -> _Axis:
+    """What an `<axis>` of a joint says."""
     reading.warn_unknown(axis, ("xyz", "limit", "dynamics", "use_parent_model_frame", "initial_position"))
     xyz = axis.find("xyz")
     direction = child_vector(axis, "xyz", 3, reading, np.array([0.0, 0.0, 1.0]))

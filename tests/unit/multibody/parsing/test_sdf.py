@@ -199,7 +199,7 @@ BAD = {
     "child world": (document(A + joint("fixed", child="world")), "world cannot be a child"),
     "itself": (document(A + joint("fixed", child="a")), "to itself"),
     "unknown type": (document(A + B + joint("hinge")), "'hinge' of joint 'j' is unknown; supported are fixed"),
-    "unsupported type": (document(A + B + joint("gearbox")), "not supported"),
+    "unsupported type": (document(A + B + joint("revolute2")), "not supported"),
     "no axis": (document(A + B + joint("revolute")), "needs an <axis>"),
     "zero axis": (document(A + B + joint("revolute", "<axis><xyz>0 0 0</xyz></axis>")), "axis of joint 'j' is zero"),
     "limits swapped": (
