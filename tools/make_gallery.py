@@ -124,13 +124,31 @@ def save_small(png: pathlib.Path, path: pathlib.Path) -> None:
     raise RuntimeError(f"{path} is larger than {LIMIT} bytes at any quality")
 
 
-def main(names: list[str]) -> None:
-    """Writes docs/gallery/NAME.webp."""
-    OUT.mkdir(parents=True, exist_ok=True)
-    os.environ["MPLBACKEND"] = "Agg"
+def take_images(folder: pathlib.Path) -> None:
+    """Writes docs/gallery/camera.webp: what the camera of that example sees, side by side."""
+    from PIL import Image
+
+    from sheldrake.visualization import ColorizeDepthImage, ColorizeLabelImage
+
+    def look(camera, context):
+        color, depth, label = (
+            camera.GetOutputPort(port).Eval(context) for port in ("color_image", "depth_image_32f", "label_image")
+        )
+        images = [color, type(color)(), type(color)()]
+        ColorizeDepthImage().Calc(depth, images[1])
+        ColorizeLabelImage().Calc(label, images[2])
+        small = [np.array(Image.fromarray(image.data[..., :3].copy()).resize((320, 240))) for image in images]
+        Image.fromarray(np.hstack(small)).save(folder / "camera.png")
+
+    example("camera").main(look=look)
+    save_small(folder / "camera.png", OUT / "camera.webp")
+
+
+def take_pages(names: list[str]) -> None:
+    """Writes pictures of the pages of examples."""
     with tempfile.TemporaryDirectory() as folder, Chromium(width=WIDTH, height=HEIGHT) as browser:
         os.chdir(folder)
-        for name in names or sorted(VIEWS):
+        for name in names:
             view = VIEWS[name]
             meshcat = Remembering()
             meshcat.SetProperty("/Grid", "visible", False)
@@ -148,6 +166,19 @@ def main(names: list[str]) -> None:
             print(f"{name}: {(OUT / name).with_suffix('.webp').stat().st_size / 1000:.1f} kB", flush=True)
             browser.close_pages()
             del meshcat
+
+
+def main(names: list[str]) -> None:
+    """Writes docs/gallery/NAME.webp."""
+    OUT.mkdir(parents=True, exist_ok=True)
+    os.environ["MPLBACKEND"] = "Agg"
+    names = names or [*sorted(VIEWS), "camera"]
+    if "camera" in names:
+        with tempfile.TemporaryDirectory() as folder:
+            take_images(pathlib.Path(folder))
+    pages = [name for name in names if name != "camera"]
+    if pages:
+        take_pages(pages)
 
 
 if __name__ == "__main__":

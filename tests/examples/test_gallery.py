@@ -67,6 +67,12 @@ def test_gripper_carries_the_weight(capsys):
     assert lifted == pytest.approx(0.12, abs=1e-3), "the springs yield by 0.3 mm; the box does not slip"
 
 
+def test_camera_finds_the_ball(capsys):
+    off, radius = run("camera", capsys, seconds=0.5)
+    assert off < 1e-7  # [m]: depth has single precision, and there are thousands of pixels
+    assert radius == pytest.approx(1.0, abs=1e-6)
+
+
 def test_quadruped_stands(capsys):
     share, sag = run("quadruped", capsys, seconds=1.5)
     assert share == pytest.approx(1.0, rel=1e-6)
