@@ -133,10 +133,8 @@ class Simulator:
     # Settings.
 
     def set_target_realtime_rate(self, realtime_rate: float) -> None:
-        """Runs at most this many seconds of simulation in a second; 0: as fast as it goes."""
-        if not realtime_rate >= 0:
-            raise RuntimeError(f"set_target_realtime_rate(): must not be negative, got {realtime_rate}.")
-        self._rate = float(realtime_rate)
+        """Runs at most this many seconds of simulation in a second; 0 or less: as fast as it goes."""
+        self._rate = max(float(realtime_rate), 0.0)
 
     def get_target_realtime_rate(self) -> float:
         """The rate asked for."""

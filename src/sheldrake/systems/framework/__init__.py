@@ -160,3 +160,7 @@ __all__ = [
     "WitnessFunction_",
     "kUseDefaultName",
 ]
+
+for _name in __all__:
+    if isinstance(globals()[_name], type) and not hasattr(globals()[_name], "__dataclass_fields__"):
+        globals()[_name].__module__ = __name__

@@ -396,6 +396,9 @@ class Context(ContextBase):
     def __deepcopy__(self, memo: dict) -> Any:
         return self.Clone()
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError(f"cannot pickle {type(self).__name__!r} object: SaveContext() writes its content")
+
     def SetStateAndParametersFrom(self, source: Context) -> None:
         """Copies state and parameters of a context of the same system, or of one built alike."""
         mine, its = self._place, expect("SetStateAndParametersFrom", source, Context)._place

@@ -54,7 +54,7 @@ class Stages:
 
 @dataclasses.dataclass(slots=True)
 class InputDeclaration:
-    """An input port."""
+    """An input port; an optional one that nobody feeds has the value of its model."""
 
     name: str
     data_type: PortDataType

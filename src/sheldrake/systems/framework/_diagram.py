@@ -84,7 +84,8 @@ class Diagram(System):
                 return system
         valid = ", ".join(s.get_name() for s in self._systems)
         raise RuntimeError(
-            f"System {self.GetSystemName()} does not have a subsystem named {name} (valid subsystem names: {valid})"
+            f"System {self.GetSystemName()} does not have a subsystem named {name}. The existing subsystems are named "
+            f"{{{valid}}}."
         )
 
     def GetMutableSubsystemState(self, subsystem: System, context: Any) -> Any:

@@ -75,6 +75,14 @@ class _Port:
         """Number, name and system, as errors name it."""
         return f"{self._kind}[{self._index}] ({self.get_name()}) of {self._system._describe()}"
 
+    def _as_vector(self, value: Any) -> BasicVector:
+        if self.get_data_type() is PortDataType.kAbstractValued:
+            raise RuntimeError(
+                f"{self._kind}::Eval(): wrong value type BasicVector specified; actual type was {type(value).__name__} "
+                f"for {self.GetFullDescription()}."
+            )
+        return BasicVector(value)
+
     def _node_in(self, context: Any) -> int:
         try:
             if context._system is self._system:
@@ -182,8 +190,12 @@ class InputPort(_Port):
         return _as_abstract(context._store, self._required(context))
 
     def EvalBasicVector(self, context: Any) -> BasicVector:
-        """A vector port's value as a BasicVector."""
-        return BasicVector(value_at(context._store, self._required(context)))
+        """A vector port's value as a BasicVector.
+
+        Raises:
+            RuntimeError: it has none, or the port is abstract.
+        """
+        return self._as_vector(value_at(context._store, self._required(context)))
 
     def Allocate(self) -> AbstractValue:
         """A value of the type it takes."""
@@ -279,8 +291,12 @@ class OutputPort(_Port):
         return _as_abstract(context._store, self._slot(context))
 
     def EvalBasicVector(self, context: Any) -> BasicVector:
-        """A vector port's value as a BasicVector."""
-        return BasicVector(value_at(context._store, self._slot(context)))
+        """A vector port's value as a BasicVector.
+
+        Raises:
+            RuntimeError: the port is abstract.
+        """
+        return self._as_vector(value_at(context._store, self._slot(context)))
 
     def Allocate(self) -> AbstractValue:
         """A value of the type it shows."""

@@ -81,5 +81,15 @@ class SystemOutput:
         return self._values[_index("SystemOutput.get_data()", index, len(self._values))]
 
     def get_vector_data(self, index: int, /) -> BasicVector:
-        """Value of vector output port `index`."""
-        return self.get_data(index).get_value()
+        """Value of vector output port `index`.
+
+        Raises:
+            RuntimeError: the port is abstract.
+        """
+        value = self.get_data(index).get_value()
+        if not isinstance(value, BasicVector):
+            raise RuntimeError(
+                f"SystemOutput.get_vector_data(): a request to cast to BasicVector failed: output port {index} carries "
+                f"a {type(value).__name__}."
+            )
+        return value

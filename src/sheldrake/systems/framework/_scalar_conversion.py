@@ -96,7 +96,8 @@ class ScalarConversion:
             new = self._copy()
         if new is None:
             raise RuntimeError(
-                f"System::Clone(): {self._describe()} cannot be cloned; it does not support scalar conversion."
+                f"System::Clone(): {self.GetSystemType()} system '{self.GetSystemPathname()}' does not support Cloning "
+                "(it has no scalar conversion)."
             )
         new._name = self._name
         return new

@@ -77,12 +77,15 @@ class Store:
             self._fill()
 
     def _fill(self) -> None:
-        """Outputs as they were declared, and scratch; a layout keeps them for its next stores."""
+        """Outputs and optional inputs as they were declared, and scratch; a layout keeps them for its next stores."""
         for n, j in self.layout.ports:
             output, (a, b) = self.systems[n]._outputs[j], self.layout.places[n].outputs[j].span
             if b > a and isinstance(output.model, BasicVector):
                 self.S[a:b] = lifted(output.model._v, self.scalar)
         for n in self.layout.leaves:
+            for declared, slot in zip(self.systems[n]._inputs, self.layout.places[n].inputs):
+                if declared.optional and slot.free >= 0 and slot.vector:
+                    self.S[slice(*slot.span)] = lifted(declared.model._v, self.scalar)
             self._reset_work(n)
         if self.scalar is float:
             self.layout.blank = self.S.copy()

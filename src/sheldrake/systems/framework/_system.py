@@ -167,7 +167,11 @@ class System(ScalarConversion, SystemBase):
         if not hasattr(index, "__index__"):
             raise TypeError(f"get_{kind}_port(): incompatible function arguments: expected an index, got {index!r}")
         i = operator.index(index)
-        if not 0 <= i < count:
+        if i < 0:
+            raise IndexError(
+                f"System::get_{kind}_port(): negative port index {i} is illegal. (System {self.GetSystemPathname()})"
+            )
+        if i >= count:
             raise IndexError(
                 f"System::get_{kind}_port(): there is no {kind} port with index {i} because there are only {count} "
                 f"{kind} ports in system {self.GetSystemPathname()}."
@@ -200,8 +204,17 @@ class System(ScalarConversion, SystemBase):
         return any(port.name == port_name for port in self._outputs)
 
     def EvalVectorInput(self, context: Any, port_index: int) -> BasicVector | None:
-        """Value of a vector input port; None without one."""
+        """Value of a vector input port; None without one.
+
+        Raises:
+            RuntimeError: the port is abstract.
+        """
         port = self.get_input_port(port_index)
+        if port.get_data_type() is PortDataType.kAbstractValued:
+            raise RuntimeError(
+                f"System::EvalVectorInput(): vector port required, but input port {port.get_name()!r} (index "
+                f"{int(port.get_index())}) was declared abstract: use EvalAbstractInput()."
+            )
         return port.EvalBasicVector(context) if port.HasValue(context) else None
 
     def EvalAbstractInput(self, context: Any, port_index: int) -> AbstractValue | None:
@@ -479,6 +492,9 @@ class System(ScalarConversion, SystemBase):
 
     def __deepcopy__(self, memo: dict) -> Any:
         return self.Clone()
+
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError(f"cannot pickle {type(self).__name__!r} object")
 
 
 class SystemVisitor:

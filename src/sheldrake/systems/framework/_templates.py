@@ -33,6 +33,15 @@ class SystemTemplate(TemplateClass):
         self.add_instantiation(float, cls, skip_rename=True)
         self.__doc__ = f"The class {cls.__name__} for each scalar type."
 
+    @property
+    def param_list(self) -> list[tuple]:  # type: ignore[override]
+        """The scalar types, as parameters."""
+        return [(T,) for T in scalar_types()]
+
+    @param_list.setter
+    def param_list(self, params: list[tuple]) -> None:
+        """Ignored: a family has all scalar types, also those that nobody has asked for yet."""
+
     def get_instantiation(self, param: Any = None, throw_error: bool = True) -> tuple[Any, tuple]:
         """See `TemplateBase.get_instantiation`."""
         T = param[0] if isinstance(param, (tuple, list)) and len(param) == 1 else param

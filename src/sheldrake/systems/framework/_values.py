@@ -193,7 +193,7 @@ class ContinuousState:
         n = vector.size()
         num_z = n - num_q - num_v if num_z is None else num_z
         if num_q + num_v + num_z != n or min(num_q, num_v, num_z) < 0 or num_v > num_q:
-            raise RuntimeError(
+            raise IndexError(
                 f"ContinuousState(): num_q={num_q}, num_v={num_v}, num_z={num_z} do not fit a vector of size {n} "
                 "(num_v may not exceed num_q)."
             )

@@ -181,10 +181,10 @@ class ConstantValueSource(LeafSystem):
 
 
 class PassThrough(LeafSystem):
-    """The input, unchanged.
+    """The input, unchanged; without one, what it was made with.
 
     Args:
-        vector_size: Size; or
+        vector_size: Size (without input: zeros); or
         value: a vector of that size; or
         abstract_model_value: an AbstractValue of the type.
     """
@@ -195,15 +195,18 @@ class PassThrough(LeafSystem):
         super().__init__()
         model = next(iter((*args, *kwargs.values())))
         if isinstance(model, AbstractValue):
+            self._value = model.Clone()
             self.DeclareAbstractInputPort("u", model)
-            self.DeclareAbstractOutputPort("y", model.Clone().Clone, self._copy_value)
+            self.DeclareAbstractOutputPort("y", self._value.Clone, self._copy_value)
         else:
-            n = int(model) if is_size(model) else len(as_vector(model))
-            self.DeclareVectorInputPort("u", n)
-            self.DeclareVectorOutputPort("y", n, blocks.copy_input)
+            default = np.zeros(int(model)) if is_size(model) else as_vector(model)
+            self.DeclareVectorInputPort("u", BasicVector(default))
+            self._inputs[0].optional = True
+            self.DeclareVectorOutputPort("y", len(default), blocks.copy_input)
 
     def _copy_value(self, context: Any, output: AbstractValue) -> None:
-        output.SetFrom(self.get_input_port(0).EvalAbstract(context))
+        port = self.get_input_port(0)
+        output.SetFrom(port.EvalAbstract(context) if port.HasValue(context) else self._value)
 
 
 class PortSwitch(LeafSystem):

@@ -70,10 +70,10 @@ class FirstOrderLowPassFilter(LeafSystem):
         """The time constant [s].
 
         Raises:
-            RuntimeError: elements have different ones.
+            ValueError: elements have different ones.
         """
         if not np.all(self._tau == self._tau[0]):
-            raise RuntimeError("Time constants vector is not constant; use get_time_constants_vector() instead.")
+            raise ValueError("Time constants vector is not constant; use get_time_constants_vector() instead.")
         return float(self._tau[0])
 
     def get_time_constants_vector(self) -> np.ndarray:

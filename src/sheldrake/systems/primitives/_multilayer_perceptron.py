@@ -146,10 +146,10 @@ class MultilayerPerceptron(LeafSystem):
         return self._layers[layer + 1], self._layers[layer]
 
     def _set_random_context(self, context: Any, generator: Any) -> None:
-        random = np.random.default_rng(int(generator()))
         params = self.GetMutableParameters(context)
         for layer, (a, _, c) in enumerate(self._at):
-            params[a:c] = random.uniform(-1.0, 1.0, c - a) * np.sqrt(3.0 / self._layers[layer])
+            bound = np.sqrt(3.0 / self._layers[layer])
+            params[a:c] = [bound * (2.0 * generator._uniform() - 1.0) for _ in range(a, c)]
 
     # Values and gradients.
 

@@ -44,7 +44,9 @@ class VectorLog:
 
     def data(self) -> np.ndarray:
         """The samples as columns, shape (input_size, num_samples)."""
-        return self._record()[:, 1:].copy().T
+        samples = self._record()[:, 1:].copy().T
+        samples.flags.writeable = False
+        return samples
 
     def AddData(self, time: float, sample: Any) -> None:
         """Appends a sample.

@@ -81,7 +81,7 @@ def test_connections_are_reported():
     assert (system, int(i), source, int(j)) == (b, 0, a, 0)
     assert diagram.GetSystems() == [a, b] and diagram.GetSubsystemByName("b") is b
     assert b.GetSystemPathname() == "::_::b"
-    with pytest.raises(RuntimeError, match="valid subsystem names: a, b"):
+    with pytest.raises(RuntimeError, match=r"subsystems are named {a, b}"):
         diagram.GetSubsystemByName("c")
 
 

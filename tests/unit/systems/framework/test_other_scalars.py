@@ -135,7 +135,7 @@ def test_conversion_keeps_names_and_says_when_it_cannot():
     assert Plain().ToAutoDiffXdMaybe() is None
     with pytest.raises(RuntimeError, match="does not support scalar conversion to type"):
         Plain().ToSymbolic()
-    with pytest.raises(RuntimeError, match="cannot be cloned"):
+    with pytest.raises(RuntimeError, match="does not support Cloning"):
         Plain().Clone()
 
 

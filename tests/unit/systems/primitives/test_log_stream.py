@@ -15,11 +15,11 @@ from sheldrake.systems.framework import DiagramBuilder
 from sheldrake.systems.primitives import (
     Adder,
     ConstantVectorSource,
+    Gain,
     Integrator,
     LogAll,
     LogSet,
     LogVectorOutput,
-    PassThrough,
     ReadLogs,
     Sine,
     StreamLogs,
@@ -34,7 +34,7 @@ def diagram_with_logs(**options):
     builder = DiagramBuilder()
     sine = builder.AddNamedSystem("sine", Sine(1.0, 2.0, 0.0, 2))
     integrator = builder.AddNamedSystem("integrator", Integrator(2))
-    builder.AddNamedSystem("lonely", PassThrough(1))
+    builder.AddNamedSystem("lonely", Gain(1.0, 1))
     builder.Connect(sine.get_output_port(0), integrator.get_input_port())
     logs = LogAll(builder, **options)
     return builder.Build(), logs
