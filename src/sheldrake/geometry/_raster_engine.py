@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common.yaml import yaml_dump_typed
-
 from ._ids import GeometryId
 from ._kernels import raster_scene as columns
 from ._kernels.raster_picture import draw
@@ -84,6 +82,8 @@ class RasterEngine(RenderEngine):
 
     def DoGetParameterYaml(self) -> str:
         """The options."""
+        from sheldrake.common.yaml import yaml_dump_typed  # PyYAML is not there where wheels are built
+
         params = self._options.params
         return yaml_dump_typed(params, child_name=type(params).__name__) or ""
 

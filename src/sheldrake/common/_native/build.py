@@ -88,12 +88,16 @@ def entries() -> dict[str, Kernel]:
     """Every entry kernel of the library by its symbol.
 
     Raises:
+        ImportError: if a package cannot be imported: a library without its kernels would be of no use.
         RuntimeError: if two entries have the same name.
     """
     import sheldrake
 
+    def fail(name: str) -> None:
+        raise  # the ImportError that walk_packages handles, and would swallow
+
     found: dict[str, Kernel] = {}
-    for module in pkgutil.walk_packages(sheldrake.__path__, "sheldrake."):
+    for module in pkgutil.walk_packages(sheldrake.__path__, "sheldrake.", onerror=fail):
         if "._kernels." not in module.name:
             continue
         loaded = importlib.import_module(module.name)
