@@ -73,7 +73,8 @@ def read_joint(
     if is_static and kind != "weld":
         reading.fail(element, f"Joint '{name}' of type {written}: a static model has fixed joints only.")
     reading.warn_unknown(element, _JOINT_TAGS, ("name", "type"), silent=("physics", "thread_pitch"))
-    joint = JointDescription(element.where, name, kind, *read_ends(element, name, scope, reading))
+    parent, child = read_ends(element, name, scope, reading)
+    joint = JointDescription(element.where, name, kind, parent, child)
     _place(joint, element, scope, X_WM)
     axes = _read_axes(element, name, kind, scope, version, reading)
     _apply_axes(joint, axes, written, element, reading)
