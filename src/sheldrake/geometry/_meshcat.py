@@ -138,7 +138,8 @@ class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
 
     def _repr_html_(self) -> str:
         """Shows the page inside a notebook."""
-        return f'<iframe src="{self._web_url}" style="width:100%; height:480px; border:0"></iframe>'
+        style = "width:100%; height:480px; border:0"
+        return f'<iframe src="{self._web_url}" title="sheldrake scene" style="{style}"></iframe>'
 
 
 def StartMeshcat() -> Meshcat:

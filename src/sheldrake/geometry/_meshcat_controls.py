@@ -88,13 +88,15 @@ class Controls:
                     )
                 button.keycode, button.clicks = keycode, 0
             else:
-                button = self._buttons[name] = _Button(keycode)
+                button = _Button(keycode)
                 with self._server.atomic():  # no page gets a button that nobody listens to yet
                     button.handle = self._server.gui.add_button(name, hint=f"Key: {keycode}" if keycode else None)
 
                     @button.handle.on_click
                     async def _(_event: Any) -> None:
                         self._click(name)
+
+                    self._buttons[name] = button  # last: Ctrl-C may come at any line
 
             self._send_keys()
 
@@ -145,7 +147,6 @@ class Controls:
                 raise ValueError(f"Meshcat.AddSlider(): min of '{name}' is above its max: {min} > {max}.")
             slider = _Slider(float(min), float(max), float(step), 0.0, decrement, increment)
             slider.value = slider.quantized(value)
-            self._sliders[name] = slider
             with self._server.atomic():
                 slider.handle = self._server.gui.add_slider(
                     name, min=slider.min, max=slider.max, step=slider.step, initial_value=slider.value
@@ -155,6 +156,8 @@ class Controls:
                 async def _(event: Any) -> None:
                     if event.client is not None:
                         self._slide(name, event.target.value)
+
+                self._sliders[name] = slider
 
             self._send_keys()
             return slider.value

@@ -22,6 +22,7 @@ header.unseen { position: absolute; width: 1px; height: 1px; overflow: hidden; c
 """
 
 # viser gives no names to its icons, nor to the two inputs of a slider: a label names one element, and theirs none.
+# What scrolls is to be reached by keys.
 NAMES = """
 (() => {
   const icons = { "player-play": "Play", "player-pause": "Pause", adjustments: "Settings", "arrow-back": "Back",
@@ -48,6 +49,7 @@ NAMES = """
       const playback = !document.querySelector("label");
       name(input, playback ? (input.role === "combobox" ? "Speed" : "Time [s]") : row_text(input));
     }
+    for (const area of document.querySelectorAll(".mantine-ScrollArea-viewport")) area.tabIndex = 0;
   }, 300);
 })();
 """

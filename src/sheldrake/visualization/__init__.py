@@ -5,6 +5,7 @@ from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.visualization._block_diagram import DrawDiagram
 from sheldrake.visualization._config import AddDefaultVisualization, ApplyVisualizationConfig, VisualizationConfig
 from sheldrake.visualization._image_systems import ColorizeDepthImage, ColorizeLabelImage, ConcatenateImages
+from sheldrake.visualization._live_plot import AddLivePlot, LivePlot
 from sheldrake.visualization._model_visualizer import ModelVisualizer
 from sheldrake.visualization._plot_log import PlotLog
 from sheldrake.visualization._plotting import plot_sublevelset_expression, plot_sublevelset_quadratic
@@ -21,12 +22,14 @@ Diagram._picture = DrawDiagram
 __all__ = [
     "AddDefaultVisualization",
     "AddFrameTriadIllustration",
+    "AddLivePlot",
     "ApplyVisualizationConfig",
     "ColorizeDepthImage",
     "ColorizeLabelImage",
     "ConcatenateImages",
     "DrawDiagram",
     "DrawTopology",
+    "LivePlot",
     "MeshcatPoseSliders",
     "MeshcatPoseSliders_",
     "ModelVisualizer",

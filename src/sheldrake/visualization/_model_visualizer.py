@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._ctrl_c import deferred_ctrl_c
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.geometry import Box, Meshcat, MeshcatCone, Rgba, SceneGraphConfig
 from sheldrake.math import RigidTransform, RotationMatrix
@@ -179,18 +180,19 @@ class ModelVisualizer:
         if self._browser_new:
             self._browser_new = False
             webbrowser.open(meshcat.web_url())
-        meshcat.AddButton(_STOP_BUTTON, "Escape")
-        if not loop_once:
-            print(
-                f"Look at {meshcat.web_url()}; '{_STOP_BUTTON}' or Escape in the page, or Ctrl-C here, ends it.",
-                flush=True,
-            )
-        try:
-            self._follow(lambda: loop_once or meshcat.GetButtonClicks(_STOP_BUTTON) > 0)
-        finally:
-            meshcat.DeleteButton(_STOP_BUTTON, strict=False)
-            if self._added is not None:
-                meshcat.DeleteButton(_RELOAD_BUTTON, strict=False)
+        with deferred_ctrl_c() as check:
+            meshcat.AddButton(_STOP_BUTTON, "Escape")
+            if not loop_once:
+                print(
+                    f"Look at {meshcat.web_url()}; '{_STOP_BUTTON}' or Escape in the page, or Ctrl-C here, ends it.",
+                    flush=True,
+                )
+            try:
+                self._follow(lambda: check() or loop_once or meshcat.GetButtonClicks(_STOP_BUTTON) > 0)
+            finally:
+                meshcat.DeleteButton(_STOP_BUTTON, strict=False)
+                if self._added is not None:
+                    meshcat.DeleteButton(_RELOAD_BUTTON, strict=False)
 
     def RunWithReload(self, position: Any = None, loop_once: bool = False) -> None:
         """The retired name of Run()."""

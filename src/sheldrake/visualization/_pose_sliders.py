@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._ctrl_c import deferred_ctrl_c
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Meshcat
 from sheldrake.math import RigidTransform, RollPitchYaw
@@ -111,20 +112,22 @@ class MeshcatPoseSliders(LeafSystem):
         self._meshcat.AddButton(_STOP_BUTTON, stop_button_keycode)
         print(f"Press the '{_STOP_BUTTON}' button in the page to continue.", flush=True)
         shown = None
-        try:
-            while True:
-                values = self._values()
-                if shown is None or not np.array_equal(values, shown):
-                    shown = values
-                    pose = self.get_output_port().Eval(own)
-                    system.ForcedPublish(context)
-                if self._meshcat.GetButtonClicks(_STOP_BUTTON) > 0:
-                    break
-                if deadline is not None and time.monotonic() >= deadline:
-                    break
-                time.sleep(_POLL if deadline is None else max(0.0, min(_POLL, deadline - time.monotonic())))
-        finally:
-            self._meshcat.DeleteButton(_STOP_BUTTON, strict=False)
+        with deferred_ctrl_c() as check:
+            try:
+                while True:
+                    check()
+                    values = self._values()
+                    if shown is None or not np.array_equal(values, shown):
+                        shown = values
+                        pose = self.get_output_port().Eval(own)
+                        system.ForcedPublish(context)
+                    if self._meshcat.GetButtonClicks(_STOP_BUTTON) > 0:
+                        break
+                    if deadline is not None and time.monotonic() >= deadline:
+                        break
+                    time.sleep(_POLL if deadline is None else max(0.0, min(_POLL, deadline - time.monotonic())))
+            finally:
+                self._meshcat.DeleteButton(_STOP_BUTTON, strict=False)
         return pose
 
     def _values(self) -> np.ndarray:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._ctrl_c import deferred_ctrl_c
 from sheldrake.geometry import Meshcat
 from sheldrake.systems.framework import LeafSystem
 
@@ -108,20 +109,22 @@ class JointSliders(LeafSystem):
         keys = f"Keys: {stop_button_keycode} stops" if stop_button_keycode else "no key"
         print(f"Press the '{_STOP_BUTTON}' button in the page to continue ({keys}).", flush=True)
         shown = None
-        try:
-            while True:
-                q = np.array(self.get_output_port().Eval(own_context))
-                if shown is None or not np.array_equal(q, shown):
-                    self._plant.SetPositions(plant_context, q)
-                    diagram.ForcedPublish(root)
-                    shown = q
-                if self._meshcat.GetButtonClicks(_STOP_BUTTON) > 0:
-                    break
-                if deadline is not None and time.monotonic() >= deadline:
-                    break
-                time.sleep(_POLL if deadline is None else max(0.0, min(_POLL, deadline - time.monotonic())))
-        finally:
-            self._meshcat.DeleteButton(_STOP_BUTTON, strict=False)
+        with deferred_ctrl_c() as check:
+            try:
+                while True:
+                    check()
+                    q = np.array(self.get_output_port().Eval(own_context))
+                    if shown is None or not np.array_equal(q, shown):
+                        self._plant.SetPositions(plant_context, q)
+                        diagram.ForcedPublish(root)
+                        shown = q
+                    if self._meshcat.GetButtonClicks(_STOP_BUTTON) > 0:
+                        break
+                    if deadline is not None and time.monotonic() >= deadline:
+                        break
+                    time.sleep(_POLL if deadline is None else max(0.0, min(_POLL, deadline - time.monotonic())))
+            finally:
+                self._meshcat.DeleteButton(_STOP_BUTTON, strict=False)
         return np.array(self._plant.GetPositions(plant_context))
 
     def _calc(self, context: Any, output: Any) -> None:

@@ -1,0 +1,40 @@
+"""Ctrl-C in loops that wait for people."""
+
+from __future__ import annotations
+
+import contextlib
+import signal
+import threading
+from collections.abc import Callable, Iterator
+from typing import Any
+
+
+@contextlib.contextmanager
+def deferred_ctrl_c() -> Iterator[Callable[[], None]]:
+    """Gives a function that raises KeyboardInterrupt once Ctrl-C was pressed; a second Ctrl-C raises at once.
+
+    Python raises at whatever line it happens to be: in the middle of a change that should be whole, or in a callback of
+    the garbage collector, where the exception is lost and the program goes on. A loop that calls the function every
+    round ends at a sound place, and ends for certain. In threads, and where somebody else handles Ctrl-C, nothing
+    changes.
+    """
+    pressed: list[bool] = []
+
+    def check() -> None:
+        if pressed:
+            raise KeyboardInterrupt
+
+    def note(_number: int, _frame: Any) -> None:
+        check()
+        pressed.append(True)
+
+    in_main_thread = threading.current_thread() is threading.main_thread()
+    if not in_main_thread or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield check
+        return
+    signal.signal(signal.SIGINT, note)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+    check()
