@@ -177,7 +177,8 @@ class QueryObject:
             self._state.frame(target)
             return self._world_poses([target])[target]
         record = self._state.geometry(target)
-        return self._world_poses([record.frame])[record.frame] @ record.X_FG
+        X_WF = self._world_poses([record.frame])[record.frame]
+        return X_WF @ type(X_WF)(record.X_FG.GetAsMatrix34())
 
     # ---- proximity
 
@@ -447,7 +448,8 @@ class QueryObject:
         if parent_frame != WORLD_FRAME_ID:
             self._state.frame(parent_frame)
         records = {i: self._state.geometries[i] for i in engine._moving()}
-        X_WF = self._world_poses({record.frame for record in records.values()} | {parent_frame})
+        poses = self._world_poses({record.frame for record in records.values()} | {parent_frame})
+        X_WF = {frame: _at_values(X) for frame, X in poses.items()}
         engine._update_poses({i: X_WF[record.frame] @ record.X_FG for i, record in records.items()})
         engine.UpdateViewpoint(X_WF[parent_frame] @ X_PC @ core.sensor_pose_in_camera_body())
         return engine
@@ -529,6 +531,14 @@ def _as_floats(matrix: np.ndarray) -> np.ndarray:
 
 
 _register_value_type(QueryObject)
+
+
+def _at_values(X: RigidTransform) -> RigidTransform:
+    """A pose without derivatives."""
+    from sheldrake.math import RigidTransform
+
+    matrix = X.GetAsMatrix34()
+    return X if matrix.dtype != object else RigidTransform(_as_floats(matrix))
 
 
 def _find_points(model: GeometryModel, X_WB: np.ndarray) -> ContactTable:

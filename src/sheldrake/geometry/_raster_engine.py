@@ -14,6 +14,7 @@ from ._ids import GeometryId
 from ._kernels import raster_scene as columns
 from ._kernels.raster_picture import draw
 from ._kernels.raster_scene import Look, Scene, Screen, Surfaces
+from ._numbers import values_of
 from ._properties import PerceptionProperties
 from ._raster_shapes import Material, Surface, Texture, surface_of
 from ._render_camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
@@ -204,7 +205,7 @@ class RasterEngine(RenderEngine):
 
 
 def _matrix(X: RigidTransform) -> np.ndarray:
-    return np.array(X.GetAsMatrix34(), float)
+    return values_of(X.GetAsMatrix34())
 
 
 def _camera(core: RenderCameraCore, depths: tuple[float, float]) -> np.ndarray:

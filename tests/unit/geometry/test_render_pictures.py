@@ -19,8 +19,9 @@ from render_scenes import (
 )
 
 from sheldrake import geometry as g
+from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.geometry._kernels import raster_picture
-from sheldrake.math import RigidTransform, RollPitchYaw
+from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw
 from sheldrake.systems.sensors import CameraInfo
 
 SHAPES = {
@@ -95,6 +96,16 @@ def test_a_box_has_no_gaps_along_its_edges():
     lens = CameraInfo(65, 65, 64.0, 64.0, 32.5, 32.5)
     depth = Studio(seen(g.Box(2, 2, 2))).depths(RigidTransform(DOWN, [0, 0, 2.0]), lens=lens)
     assert np.array_equal(depth, np.ones((65, 65)))
+
+
+def test_faces_seen_from_their_edge_are_not_seen():
+    """The camera is in the plane of a box's side, and so is a column of pixels: only the top has a depth."""
+    for angle in np.linspace(0.0, 3.0, 20):
+        X_WS = RigidTransform(RollPitchYaw(0.1, 0.2, angle), [0.3, -0.2, 0.1])
+        studio = Studio(seen(g.Box(1, 1, 1), X_WS @ RigidTransform([0.5, 0, -0.5])))
+        depth = studio.depths(X_WS @ RigidTransform(DOWN, [0, 0, 2]))
+        hit = np.isfinite(depth)
+        assert np.abs(depth[hit] - 2.0).max() < 1e-6 and hit[22, 31] and not hit[22, 29]
 
 
 def test_light_shines_where_the_camera_looks():
@@ -282,6 +293,22 @@ def test_a_copied_query_keeps_its_moment():
     camera = g.DepthRenderCamera(core(), g.DepthRange(0.06, 90.0))
     image = query.RenderDepthImage(camera, query.inspector().world_frame_id(), RigidTransform(DOWN, [0, 0, 3]))
     assert image.data[22, 30, 0] == pytest.approx(2.5, abs=1e-6)
+
+
+def test_poses_with_derivatives_are_seen_at_their_values():
+    mover = Mover()
+    sg = mover.studio.scene_graph.ToAutoDiffXd()
+    context = sg.CreateDefaultContext()
+    p_WM = np.array([AutoDiffXd(0.0), AutoDiffXd(0.0), AutoDiffXd(0.5, [1.0])])
+    poses = g.FramePoseVector_[AutoDiffXd]()
+    poses.set_value(mover.frame, RigidTransform_[AutoDiffXd](p_WM))
+    sg.get_source_pose_port(mover.studio.source).FixValue(context, poses)
+    query = sg.get_query_output_port().Eval(context)
+    camera = g.DepthRenderCamera(core(), g.DepthRange(0.06, 90.0))
+    image = query.RenderDepthImage(camera, sg.world_frame_id(), RigidTransform(DOWN, [0, 0, 3]))
+    assert image.data[22, 30, 0] == pytest.approx(2.0, abs=1e-6)
+    z = query.GetPoseInWorld(mover.ball).translation()[2]
+    assert z.value() == 0.75 and z.derivatives().tolist() == [1.0]
 
 
 def test_errors_of_pictures():

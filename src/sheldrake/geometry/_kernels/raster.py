@@ -11,7 +11,18 @@ from __future__ import annotations
 import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt, whole
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, load3_at, load9, rotate, rotate_back, store3
+from sheldrake.common._kernels.vec import (
+    add3,
+    cross3,
+    dot3,
+    load3,
+    load3_at,
+    load9,
+    rotate,
+    rotate_back,
+    scale3,
+    store3,
+)
 from sheldrake.common.kernel import kernel
 
 from .raster_scene import (
@@ -35,6 +46,7 @@ from .raster_scene import (
 )
 
 BOTH, BACK, FRONT = np.int64(0), np.int64(1), np.int64(2)  # sides of a surface
+EDGE_ON = 1e-28  # square of the sine of the angle between camera and face below which its side is rounding
 SLACK = 1e-9  # pixels by which a span is too long, so that rounding leaves no gap between neighbours
 POSITION = np.int64(9)  # column of p in a row of poses
 
@@ -152,7 +164,9 @@ def draw_face(surfaces, scene, face, side, screen):
     camera = scene.camera
     e_a = cross3(b, c)
     det = dot3(a, e_a)  # the camera is in front of a face when it is negative
-    if det == 0.0 or (side == BACK and det < 0.0) or (side == FRONT and det > 0.0):
+    if det * det <= EDGE_ON * dot3(a, a) * dot3(b, b) * dot3(c, c):
+        return
+    if (side == BACK and det < 0.0) or (side == FRONT and det > 0.0):
         return
     box = cover_edge(camera, empty_box(), a, b)
     box = cover_edge(camera, box, b, c)
@@ -224,9 +238,11 @@ def draw_quadric(surfaces, scene, patch, side, screen):
     high = patches[patch, HIGH] - patches[patch, Z0]
     nearest = 1.0 / camera[NEAR]
     mark = surfaces.face.shape[0] + patch
+    right = rotate_back(R_CG, (1.0, 0.0, 0.0))
     for v in range(first_v, last_v + 1):
+        start = rotate_back(R_CG, (0.0, ray_y(camera, v), 1.0))
         for u in range(first_u, last_u + 1):
-            d = rotate_back(R_CG, (ray_x(camera, u), ray_y(camera, v), 1.0))
+            d = add3(start, scale3(right, ray_x(camera, u)))
             a = D[0] * d[0] * d[0] + D[1] * d[1] * d[1] + D[2] * d[2] * d[2]
             b = dot3(d, Do)
             under = b * b - a * c
