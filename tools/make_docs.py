@@ -40,6 +40,7 @@ def example_page(path: pathlib.Path) -> str:
 def stage(source: pathlib.Path) -> None:
     """Gathers all that Sphinx reads in a folder."""
     import api_pages
+    import join_changelog
     import make_notebook
 
     shutil.rmtree(source, ignore_errors=True)
@@ -50,6 +51,9 @@ def stage(source: pathlib.Path) -> None:
         (source / "examples" / f"{path.stem}.md").write_text(example_page(path), encoding="utf-8")
     for name, page in PROJECT.items():
         shutil.copy(ROOT / name, source / f"{page}.md")
+    coming = join_changelog.join(ROOT / "changelog", "To come")
+    with open(source / "changes.md", "a", encoding="utf-8") as file:
+        file.write("\n" + coming)
     for path in source.glob("*.md"):
         text = path.read_text(encoding="utf-8")
         path.write_text(re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples/\1.md)", text), encoding="utf-8")
