@@ -48,6 +48,8 @@ def public_names(module):
             continue
         if not str(getattr(value, "__module__", None) or "pydrake").startswith("pydrake"):
             continue
+        if module.__name__.endswith("jupyter_widgets") and value.__module__ != module.__name__:
+            continue  # Python modules without a list of their own names
         if isinstance(value, (int, float, str)) and not name[0].isupper() and not name.startswith("k"):
             continue
         names.append(name)

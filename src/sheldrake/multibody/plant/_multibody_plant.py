@@ -167,15 +167,16 @@ class MultibodyPlant(
 
     def _set_random_context(self, context: Any, generator: Any) -> None:
         """Positions drawn from the distributions that joints were given."""
+        from sheldrake.math import UniformlyRandomQuaternion
+        from sheldrake.symbolic import Expression
+
         for joint in self._joints:
             if joint._random_q is None:
                 continue
             drawn = list(joint._random_q)
             if isinstance(drawn[0], str):
-                from sheldrake.math import UniformlyRandomQuaternion
-
                 drawn[:4] = UniformlyRandomQuaternion(generator).wxyz()
-            values = [x.Evaluate(generator=generator) if hasattr(x, "Evaluate") else float(x) for x in drawn]
+            values = [Expression(x).Evaluate(generator=generator) for x in drawn]
             self._write_positions(context, joint._q_start, np.array(values))
 
     def SetDefaultState(self, context: Any, state: Any) -> None:

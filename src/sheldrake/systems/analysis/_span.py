@@ -42,7 +42,7 @@ class Span:
         self.store, self.N, self.Z = store, N, Z
         self.layout, self.program = store.layout, store.layout.program
         self.outcome = Outcome()
-        self._check_inputs()
+        self._inputs_there = False
         store.grow_logs()
         self._held: list[Any] = []  # what Python rows ask for again and again
         guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
@@ -65,10 +65,24 @@ class Span:
         if row.node < 0:
             return None  # a witness row: filled in by the simulator
         if row.native:
-            return lambda: store._call_kernel(r, row)
+            return self._checked_kernel(r, row) if row.free else lambda: store._call_kernel(r, row)
         system = store.systems[row.node]
         self._held += [store.context(row.node), *(system._input_port(i) for i in range(system.num_input_ports()))]
         return _guard(store.python_call(r), self.outcome, store, system, KIND_NAMES[row.kind])
+
+    def _checked_kernel(self, r: int, row: Any) -> Any:
+        """A kernel called from Python, by `Initialize` or without a compiler: it must have its inputs."""
+        store, outcome = self.store, self.outcome
+
+        def run() -> int:
+            try:
+                store.check_inputs(row)
+            except RuntimeError as e:
+                outcome.error, outcome.system = e, None
+                return FAILED
+            return store._call_kernel(r, row)
+
+        return run
 
     def set_row(self, r: int, function: Any) -> None:
         """Gives a row that belongs to no leaf its Python function; before the first advance."""
@@ -100,6 +114,9 @@ class Span:
 
     def _advance(self, T: float) -> int:
         store = self.store
+        if not self._inputs_there:
+            self._check_inputs()
+            self._inputs_there = True
         if not self.native:
             return int(_loop.advance(self.program, self.N, self.Z, store.S, store.I, store.L, self.python, T))
         if self._logs is not store.L:
