@@ -14,7 +14,6 @@ from sheldrake.systems.analysis import Simulator, SimulatorStatus
 from sheldrake.systems.framework import (
     InputPort,
     InputPortIndex,
-    OutputPort,
     OutputPortIndex,
     PortDataType,
 )
@@ -48,6 +47,12 @@ class DrakeGymEnv(gymnasium.Env):
         gymnasium.error.Error: the system lacks a port.
     """
 
+    simulator: Any
+    action_port: Any
+    observation_port: Any
+    render_rgb_port: Any
+    reward: Any
+    info_handler: Any
     metadata = {"render_modes": ["human", "ascii", "ansi", "rgb_array"]}
 
     def __init__(
@@ -199,7 +204,7 @@ def _function_or_none(name: str, given: Any) -> Any:
     return given
 
 
-def _input_port(system: Any, wanted: Any) -> InputPort | None:
+def _input_port(system: Any, wanted: Any) -> Any:
     if isinstance(wanted, InputPort):
         return wanted
     if wanted is None:
@@ -207,7 +212,7 @@ def _input_port(system: Any, wanted: Any) -> InputPort | None:
     return system.GetInputPort(wanted) if isinstance(wanted, str) else system.get_input_port(int(wanted))
 
 
-def _output_port(system: Any, wanted: Any) -> OutputPort | None:
+def _output_port(system: Any, wanted: Any) -> Any:
     if wanted is None:
         return system.get_output_port(0) if system.num_output_ports() else None
     return system.GetOutputPort(wanted) if isinstance(wanted, str) else system.get_output_port(int(wanted))
