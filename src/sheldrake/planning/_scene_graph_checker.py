@@ -1,0 +1,153 @@
+"""Collisions as the SceneGraph of a model finds them."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry import (
+    CollisionFilterDeclaration,
+    GeometryInstance,
+    GeometrySet,
+    ProximityProperties,
+)
+from sheldrake.multibody.tree import BodyIndex, JacobianWrtVariable
+from sheldrake.planning._clearance import RobotClearance, RobotCollisionType
+from sheldrake.planning._collision_checker import CollisionChecker, CollisionCheckerContext, CollisionCheckerParams
+
+_Kind = RobotCollisionType
+
+
+class SceneGraphCollisionChecker(CollisionChecker):
+    """Checks collisions by the distances of a SceneGraph.
+
+    Args:
+        params: Model, robot, paddings and step size.
+
+    Raises:
+        RuntimeError: the model or the robot is missing, or the step size is not positive.
+    """
+
+    def __init__(self, params: CollisionCheckerParams):
+        self._set_up(params, True)
+        self._bodies: dict[Any, int] = {}
+
+    def _body_of(self, inspector: Any, geometry: Any) -> int:
+        found = self._bodies.get(geometry)
+        if found is None:
+            found = int(self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)).index())
+            self._bodies[geometry] = found
+        return found
+
+    def _pairs_within(self, context: CollisionCheckerContext, distance: float) -> list[tuple[int, int, Any, float]]:
+        """Bodies, pair and distance less padding of pairs with the robot that are looked at."""
+        query = context.GetQueryObject()
+        inspector, out = query.inspector(), []
+        reach = max(0.0, distance + self.GetLargestPadding())
+        for pair in query.ComputeSignedDistancePairwiseClosestPoints(reach):
+            a, b = self._body_of(inspector, pair.id_A), self._body_of(inspector, pair.id_B)
+            left = pair.distance - self._padding[a, b]
+            if self._filter[a, b] == 0 and left <= distance:
+                out.append((a, b, pair, left))
+        return out
+
+    def _is_free(self, context: CollisionCheckerContext) -> bool:
+        if not self._padding.any():
+            query = context.GetQueryObject()
+            if not query.HasCollisions():
+                return True
+            inspector = query.inspector()
+            pairs = query.ComputePointPairPenetration()
+            bodies = ((self._body_of(inspector, p.id_A), self._body_of(inspector, p.id_B)) for p in pairs)
+            return all(self._filter[a, b] != 0 for a, b in bodies)
+        return not self._pairs_within(context, 0.0)
+
+    def _classify(self, context: CollisionCheckerContext) -> list[RobotCollisionType]:
+        out = [_Kind.kNoCollision] * len(self._robot)
+        for a, b, _, _ in self._pairs_within(context, 0.0):
+            own = bool(self._robot[a] and self._robot[b])
+            for body in (a, b):
+                if self._robot[body]:
+                    found = {"in_self_collision": True} if own else {"in_environment_collision": True}
+                    out[body] = out[body].MakeUpdated(**found)
+        return out
+
+    def _max_num_distances(self, context: CollisionCheckerContext) -> int:
+        inspector = context.GetQueryObject().inspector()
+        bodies = [[self._body_of(inspector, g) for g in pair] for pair in inspector.GetCollisionCandidates()]
+        return sum(self._filter[a, b] == 0 for a, b in bodies)
+
+    def _clearance(self, context: CollisionCheckerContext, influence_distance: float) -> RobotClearance:
+        out = RobotClearance(self._plant.num_positions())
+        inspector = context.GetQueryObject().inspector()
+        for a, b, pair, left in self._pairs_within(context, influence_distance):
+            J = self._slope(context, inspector, pair)
+            robot, other = (a, b) if self._robot[a] else (b, a)
+            kind = _Kind.kSelfCollision if self._robot[other] else _Kind.kEnvironmentCollision
+            out.Append(BodyIndex(robot), BodyIndex(other), kind, left, J)
+        return out
+
+    def _slope(self, context: CollisionCheckerContext, inspector: Any, pair: Any) -> np.ndarray:
+        """Derivative of a signed distance by the configuration: its normal times the velocities of nearest points."""
+        plant, plant_context = self._plant, context.plant_context()
+        W, wrt = plant.world_frame(), JacobianWrtVariable.kQDot
+        total = np.zeros(plant.num_positions())
+        for sign, geometry, p_GC in ((1.0, pair.id_A, pair.p_ACa), (-1.0, pair.id_B, pair.p_BCb)):
+            frame = plant.get_body(BodyIndex(self._body_of(inspector, geometry))).body_frame()
+            p_BC = inspector.GetPoseInFrame(geometry) @ np.asarray(p_GC)
+            J = plant.CalcJacobianTranslationalVelocity(plant_context, wrt, frame, p_BC.reshape(3, 1), W, W)
+            total += sign * pair.nhat_BA_W @ J
+        return total
+
+    # More shapes and other filters
+
+    def _frame_id(self, body: int) -> Any:
+        return self._plant.GetBodyFrameIdOrThrow(BodyIndex(body))
+
+    def _filter_pair(self, i: int, j: int, filtered: bool) -> None:
+        sets = GeometrySet(self._frame_id(i)), GeometrySet(self._frame_id(j))
+        declaration = CollisionFilterDeclaration()
+        declaration = declaration.ExcludeBetween(*sets) if filtered else declaration.AllowBetween(*sets)
+        for context in self._all_contexts():
+            manager = self._model.scene_graph().collision_filter_manager(context.scene_graph_context())
+            manager.Apply(declaration)
+
+    def _add_shape(self, body: Any, shape: Any, X_BG: Any) -> Any:
+        scene_graph, source = self._model.scene_graph(), self._plant.get_source_id()
+        index = int(body.index())
+        instance = GeometryInstance(X_BG, shape, f"added to {body.name()}")
+        instance.set_proximity_properties(ProximityProperties())
+        instance.set_name(f"added to {body.name()} as {instance.id().get_value()}")
+        for context in self._all_contexts():
+            mine = context.scene_graph_context()
+            scene_graph.RegisterGeometry(mine, source, self._frame_id(index), copy.copy(instance))
+        self._bodies[instance.id()] = index
+        for other in np.flatnonzero(self._filter[index] == 1):
+            self._filter_pair(index, int(other), True)
+        return instance.id()
+
+    def _remove_shapes(self, ids: list) -> None:
+        scene_graph, source = self._model.scene_graph(), self._plant.get_source_id()
+        for context in self._all_contexts():
+            for geometry in ids:
+                scene_graph.RemoveGeometry(context.scene_graph_context(), source, geometry)
+
+
+class UnimplementedCollisionChecker(CollisionChecker):
+    """A checker that refuses each check; for classes that are given one and do not use it.
+
+    Args:
+        params: Model, robot, paddings and step size.
+        supports_parallel_checking: Whether it says that it supports several threads.
+    """
+
+    def __init__(self, params: CollisionCheckerParams, supports_parallel_checking: bool):
+        self._set_up(params, bool(supports_parallel_checking))
+
+    def _refuse(self, *args: Any) -> Any:
+        raise RuntimeError(f"{type(self).__name__} does not implement this check.")
+
+    _is_free = _clearance = _classify = _max_num_distances = _refuse  # type: ignore[assignment]
+    _add_shape = _remove_shapes = _filter_pair = _refuse  # type: ignore[assignment]
