@@ -242,7 +242,7 @@ class CollisionChecker(CheckedPairs):
         return self.AddCollisionShapeToBody(group_name, body, description.shape(), description.pose_in_body())
 
     def AddCollisionShapes(self, *args: Any, **kwargs: Any) -> Any:
-        """Adds shapes and returns how many: `(group_name, descriptions)`, or `(geometry_groups)` with a dict by group."""
+        """Adds shapes, returns how many: `(group_name, descriptions)`, or `(geometry_groups)`, a dict by group."""
         values = [*args, *kwargs.values()]
         if len(values) == 1:
             return {name: self.AddCollisionShapes(name, shapes) for name, shapes in values[0].items()}
