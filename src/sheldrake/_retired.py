@@ -117,6 +117,17 @@ def _set_discrete_contact_solver(self: Any, contact_solver: Any) -> None:
     self.set_discrete_contact_approximation(DiscreteContactApproximation[contact_solver.name])
 
 
+def _camera_info(kind: str) -> Callable:
+    """A method of RgbdSensor that gives the lens of its camera of a kind."""
+
+    def info(self: Any) -> Any:
+        _hint(f"RgbdSensor.{kind}_camera_info() is retired: use default_{kind}_render_camera().core().intrinsics().")
+        return getattr(self, f"default_{kind}_render_camera")().core().intrinsics()
+
+    info.__doc__ = f"Retired: use `default_{kind}_render_camera().core().intrinsics()`."
+    return info
+
+
 _DAMPED = ("RevoluteJoint", "PrismaticJoint", "ScrewJoint", "BallRpyJoint", "UniversalJoint")
 
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
@@ -157,6 +168,16 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "sheldrake.geometry": {
         "SceneGraph": {
             "get_pose_bundle_output_port": renamed("get_query_output_port", "SceneGraph.get_pose_bundle_output_port"),
+        },
+    },
+    "sheldrake.systems.sensors": {
+        "RgbdSensor": {
+            "color_camera_info": _camera_info("color"),
+            "depth_camera_info": _camera_info("depth"),
+            "color_render_camera": renamed("default_color_render_camera", "RgbdSensor.color_render_camera"),
+            "depth_render_camera": renamed("default_depth_render_camera", "RgbdSensor.depth_render_camera"),
+            "parent_frame_id": renamed("default_parent_frame_id", "RgbdSensor.parent_frame_id"),
+            "X_PB": renamed("default_X_PB", "RgbdSensor.X_PB"),
         },
     },
 }

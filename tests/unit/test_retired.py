@@ -162,3 +162,35 @@ def test_multibody_names_of_2021_work_with_hints():
     assert result.returncode == 0 and result.stdout == "done\n", result.stderr
     for hint in ("A is now frame_on_parent_F", "X_PC is now X_FM", "default_damping", "default_mass"):
         assert hint in result.stderr
+
+
+CAMERA = """
+import numpy as np
+from pydrake.all import AddMultibodyPlantSceneGraph, DiagramBuilder, RigidTransform
+from pydrake.geometry.render import (
+    ClippingRange, DepthRange, DepthRenderCamera, MakeRenderEngineVtk, RenderCameraCore, RenderEngineVtkParams,
+)
+from pydrake.systems.sensors import CameraInfo, RgbdSensor
+
+builder = DiagramBuilder()
+plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+plant.Finalize()
+scene_graph.AddRenderer("renderer", MakeRenderEngineVtk(RenderEngineVtkParams()))
+core = RenderCameraCore(
+    "renderer", CameraInfo(width=64, height=48, fov_y=np.pi / 4), ClippingRange(near=0.1, far=10.0), RigidTransform()
+)
+depth_camera = DepthRenderCamera(core, DepthRange(0.1, 10))
+X_PB = RigidTransform([1, 2, 3])
+camera = RgbdSensor(scene_graph.world_frame_id(), X_PB=X_PB, depth_camera=depth_camera, show_window=False)
+assert camera.depth_camera_info().width() == camera.color_camera_info().width() == 64
+assert camera.X_PB().translation()[2] == 3 and camera.parent_frame_id() == scene_graph.world_frame_id()
+assert camera.color_render_camera().core() is camera.depth_render_camera().core() is core
+print("done")
+"""
+
+
+def test_cameras_of_2021_work_with_hints():
+    result = run(CAMERA)
+    assert result.returncode == 0 and result.stdout == "done\n", result.stderr
+    for hint in ("pydrake.geometry.render", "default_depth_render_camera().core().intrinsics()", "default_X_PB"):
+        assert hint in result.stderr

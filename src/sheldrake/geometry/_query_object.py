@@ -447,11 +447,13 @@ class QueryObject:
         engine = self._state.renderers.use(core.renderer_name())
         if parent_frame != WORLD_FRAME_ID:
             self._state.frame(parent_frame)
-        records = {i: self._state.geometries[i] for i in engine._moving()}
-        poses = self._world_poses({record.frame for record in records.values()} | {parent_frame})
-        X_WF = {frame: _at_values(X) for frame, X in poses.items()}
-        engine._update_poses({i: X_WF[record.frame] @ record.X_FG for i, record in records.items()})
-        engine.UpdateViewpoint(X_WF[parent_frame] @ X_PC @ core.sensor_pose_in_camera_body())
+        moving = self._state.renderers.moving(core.renderer_name(), self._state)
+        if moving.ids:
+            X_WF = self._world_matrices(moving.frames, moving.memo)[moving.frame_of]
+            R_WF, R_FG, p_FG = X_WF[:, :, :3], moving.X_FG[:, :, :3], moving.X_FG[:, :, 3:]
+            engine._update_poses(moving.ids, np.concatenate([R_WF @ R_FG, R_WF @ p_FG + X_WF[:, :, 3:]], axis=2))
+        X_WP = _at_values(self._world_poses([parent_frame])[parent_frame])
+        engine.UpdateViewpoint(X_WP @ X_PC @ core.sensor_pose_in_camera_body())
         return engine
 
     def RenderColorImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:

@@ -108,6 +108,9 @@ class RasterEngine(RenderEngine):
         """Moves a geometry."""
         self._X_WG[id] = _matrix(X_WG)
 
+    def _update_poses(self, ids: list[GeometryId], X_WG: np.ndarray) -> None:
+        self._X_WG.update(zip(ids, X_WG))
+
     def DoRemoveGeometry(self, id: GeometryId) -> bool:
         """Forgets a geometry."""
         self._arrays = None

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from ._camera_info import CameraInfo
 from ._ids import GeometryId
@@ -133,10 +134,12 @@ class RenderEngine:
         """The geometries whose poses change."""
         return [geometry_id for geometry_id, moves in self._registered.items() if moves]
 
-    def _update_poses(self, X_WGs: Mapping[GeometryId, RigidTransform]) -> None:
-        """Moves geometries."""
-        for geometry_id, X_WG in X_WGs.items():
-            self.DoUpdateVisualPose(geometry_id, X_WG)
+    def _update_poses(self, ids: list[GeometryId], X_WG: np.ndarray) -> None:
+        """Moves geometries to poses, shape (n, 3, 4)."""
+        from sheldrake.math import RigidTransform
+
+        for geometry_id, pose in zip(ids, X_WG):
+            self.DoUpdateVisualPose(geometry_id, RigidTransform(pose))
 
     def RenderColorImage(self, camera: ColorRenderCamera, color_image_out: Any) -> None:
         """Draws colours into an image of the camera's size.

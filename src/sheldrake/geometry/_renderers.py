@@ -3,15 +3,37 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ._ids import GeometryId
+import numpy as np
+
+from ._ids import FrameId, GeometryId
 from ._render_engine import RenderEngine
 from ._roles import Role
 from ._text import choices
 
 if TYPE_CHECKING:
-    from ._state import GeometryRecord
+    from ._state import GeometryRecord, GeometryState
+
+
+class Moving(NamedTuple):
+    """Geometries whose poses change.
+
+    Attributes:
+        serial: Of the state.
+        ids: The geometries.
+        frames: Their frames, each once.
+        frame_of: Which of the frames each geometry has.
+        X_FG: Poses of the geometries in their frames, shape (n, 3, 4).
+        memo: For `QueryObject._world_matrices()` of the frames.
+    """
+
+    serial: int
+    ids: list[GeometryId]
+    frames: list[FrameId]
+    frame_of: np.ndarray
+    X_FG: np.ndarray
+    memo: dict
 
 
 class Renderers:
@@ -24,6 +46,7 @@ class Renderers:
     def __init__(self) -> None:
         self._engines: dict[str, RenderEngine] = {}
         self._borrowed: set[str] = set()
+        self._moving: dict[str, Moving] = {}
 
     def copy(self) -> Renderers:
         """An independent copy."""
@@ -53,6 +76,22 @@ class Renderers:
             self._engines[name] = self._engines[name].Clone()
             self._borrowed.discard(name)
         return self._engines[name]
+
+    def moving(self, name: str, state: GeometryState) -> Moving:
+        """What moves of the geometry that an engine draws, in a state; kept until the state changes."""
+        if name not in self._moving or self._moving[name].serial != state.serial:
+            ids = self._engines[name]._moving()
+            records = [state.geometries[i] for i in ids]
+            frames = sorted({record.frame for record in records})
+            self._moving[name] = Moving(
+                serial=state.serial,
+                ids=ids,
+                frames=frames,
+                frame_of=np.array([frames.index(record.frame) for record in records], np.int64),
+                X_FG=np.array([record.X_FG.GetAsMatrix34() for record in records]),
+                memo={},
+            )
+        return self._moving[name]
 
     def add(self, name: str, engine: RenderEngine, geometries: Mapping[GeometryId, GeometryRecord]) -> None:
         """Adds a clone of an engine, which is told of the geometries with the perception role.
