@@ -95,6 +95,13 @@ def kernels_of(path):
                     yield node, decorator
 
 
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(SOURCE).as_posix())
+def test_a_module_says_what_it_is(path):
+    """A docstring in words, not only a name."""
+    said = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
+    assert " " in said, "says nothing, or only its name"
+
+
 FORBIDDEN = (ast.Try, ast.Raise, ast.With, ast.Lambda, ast.ListComp, ast.GeneratorExp, ast.DictComp, ast.List, ast.Dict,
              ast.JoinedStr, ast.Global, ast.Yield, ast.FunctionDef, ast.ClassDef, ast.Starred)  # fmt: skip
 

@@ -1,4 +1,7 @@
-"""`sheldrake run`: a script written for pydrake, as it is."""
+"""`sheldrake run`: a script written for pydrake, as it is.
+
+Installs the alias (`as_pydrake`), then runs the script as Python itself would.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Saving YAML."""
+"""Saving YAML.
+
+The way back of `_yaml_load`, in the form and order in which Drake writes it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Loading YAML."""
+"""Loading YAML.
+
+Text to plain data, then plain data into the fields of a schema; `_yaml_schema` knows what a field may be.
+"""
 
 from __future__ import annotations
 

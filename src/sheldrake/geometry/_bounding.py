@@ -1,4 +1,7 @@
-"""Bounding boxes and planes, and whether they overlap."""
+"""Bounding boxes and planes, and whether they overlap.
+
+What `CalcObb`, `CalcAabb` and their users see; the search for contacts has its own bounds, in its kernels.
+"""
 
 from __future__ import annotations
 

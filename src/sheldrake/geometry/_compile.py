@@ -1,4 +1,8 @@
-"""From geometry state to the arrays of the contact kernels."""
+"""From geometry state to the arrays of the contact kernels.
+
+The plant asks for them once per layout; kernels then see only numbers: shapes, poses in bodies, candidate pairs by
+family, materials after defaults.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Images: arrays of pixels of one type."""
+"""Images: arrays of pixels of one type.
+
+What renderers fill and sensors give; `systems.sensors` shows them under Drake's names.
+"""
 
 from __future__ import annotations
 

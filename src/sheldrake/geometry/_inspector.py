@@ -1,4 +1,7 @@
-"""Read-only look at what a SceneGraph knows."""
+"""Read-only look at what a SceneGraph knows.
+
+Needs no poses: for questions at the poses of a context there is `QueryObject`, which has an inspector too.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Mesh files to vertices and triangles, whatever the format."""
+"""Mesh files to vertices and triangles, whatever the format.
+
+Own readers for OBJ, DAE and VTK, trimesh for the rest. Surfaces, hulls, volumes and pictures all begin here.
+"""
 
 from __future__ import annotations
 

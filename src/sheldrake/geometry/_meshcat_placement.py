@@ -1,4 +1,7 @@
-"""Where things are in a Meshcat, and their properties."""
+"""Where things are in a Meshcat, and their properties.
+
+What is recorded goes to the animation, too; see `_meshcat_recorder`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""From drawables to viser's scene nodes."""
+"""From drawables to viser's scene nodes.
+
+The only file of Meshcat that knows what viser calls things in a scene.
+"""
 
 from __future__ import annotations
 

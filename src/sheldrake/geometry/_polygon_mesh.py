@@ -1,4 +1,7 @@
-"""Surfaces made of polygons."""
+"""Surfaces made of polygons.
+
+The form in which Drake gives contact surfaces by default, and the one of convex hulls.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Named values in named groups that come with a role."""
+"""Named values in named groups that come with a role.
+
+A geometry has one set for each of its roles: proximity (contact materials), illustration and perception (looks).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Questions about geometry at the poses of a context."""
+"""Questions about geometry at the poses of a context.
+
+The value of the SceneGraph's query port. It compiles the geometry's arrays when first asked, gathers poses from the
+sources, and calls the same kernels that the plant's step calls.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""RenderEngine: what draws pictures of geometry."""
+"""RenderEngine: what draws pictures of geometry.
+
+The base for engines of users as well as our own (`_raster_engine`). A SceneGraph tells it shapes, poses and cameras.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Surfaces made of triangles."""
+"""Surfaces made of triangles.
+
+Contact surfaces, faces of rigid hydroelastic bodies, and what users build by hand.
+"""
 
 from __future__ import annotations
 

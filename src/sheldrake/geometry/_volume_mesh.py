@@ -1,4 +1,7 @@
-"""Volumes made of tetrahedra."""
+"""Volumes made of tetrahedra.
+
+What compliant hydroelastic bodies are made of; their pressure is a field on it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""RigidTransform: the pose of one frame in another."""
+"""RigidTransform: the pose of one frame in another.
+
+On floats, AutoDiffXd and Expression alike; built on `_rotation_matrix`, and what X_WB is everywhere in the library.
+"""
 
 from __future__ import annotations
 

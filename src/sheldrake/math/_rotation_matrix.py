@@ -1,4 +1,7 @@
-"""RotationMatrix: the orientation of one frame in another."""
+"""RotationMatrix: the orientation of one frame in another.
+
+On floats, AutoDiffXd and Expression alike; with Drake's numbers, bit by bit where the order of operations fixes them.
+"""
 
 from __future__ import annotations
 

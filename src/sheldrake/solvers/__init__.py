@@ -1,4 +1,9 @@
-"""Mathematical programs and solvers."""
+"""Mathematical programs and solvers.
+
+A `MathematicalProgram` holds variables, costs and constraints; `Solve` looks at their kinds and hands it to the best
+solver there is. Convex programs go to libraries (extra `solvers`, HiGHS of SciPy), nonlinear ones to an own SQP
+method.
+"""
 
 import sys
 

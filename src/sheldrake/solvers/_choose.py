@@ -1,4 +1,7 @@
-"""Choosing a solver, and solving."""
+"""Choosing a solver, and solving.
+
+By the kind of program: for each kind a list of solvers, the best first, of which the first that is installed is taken.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Costs of known shape: linear, quadratic, norms, expressions."""
+"""Costs of known shape: linear, quadratic, norms, expressions.
+
+What a program's costs are made of; `_program_costs` makes them of expressions and matrices.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Adding cone and matrix constraints to a program."""
+"""Adding cone and matrix constraints to a program.
+
+One of the parts that `MathematicalProgram` is put together from.
+"""
 
 from __future__ import annotations
 

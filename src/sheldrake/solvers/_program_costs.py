@@ -1,4 +1,8 @@
-"""Adding costs to a program."""
+"""Adding costs to a program.
+
+One of the parts that `MathematicalProgram` is put together from: expressions are sorted by kind, and bound to
+variables.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The variables of a program, and guesses of their values."""
+"""The variables of a program, and guesses of their values.
+
+One of the parts that `MathematicalProgram` is put together from.
+"""
 
 from __future__ import annotations
 

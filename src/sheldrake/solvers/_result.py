@@ -1,4 +1,7 @@
-"""What a solver found."""
+"""What a solver found.
+
+Values by variable, cost, duals by constraint, and the solver's own details.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What all solvers have."""
+"""What all solvers have.
+
+A solver says which attributes of programs it takes, whether it is installed, and solves.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Operator splitting methods: OSQP and SCS."""
+"""Operator splitting methods: OSQP and SCS.
+
+First-order solvers of convex programs (extra `solvers`), for those who ask for them: Clarabel is more accurate.
+"""
 
 from __future__ import annotations
 

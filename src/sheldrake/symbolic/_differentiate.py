@@ -1,4 +1,7 @@
-"""Partial derivatives of expressions."""
+"""Partial derivatives of expressions.
+
+Of many expressions in one pass: equal parts are shared, so each part is differentiated once.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Formulas: what is true or false of expressions."""
+"""Formulas: what is true or false of expressions.
+
+What comparisons of expressions give; programs take them as constraints, conditionals as their condition.
+"""
 
 from __future__ import annotations
 

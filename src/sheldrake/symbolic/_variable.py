@@ -1,4 +1,7 @@
-"""Variables and sets of them."""
+"""Variables and sets of them.
+
+A variable is an identity number with a name; two of the same name are two variables.
+"""
 
 from __future__ import annotations
 

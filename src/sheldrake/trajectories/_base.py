@@ -1,4 +1,7 @@
-"""What every trajectory can do."""
+"""What every trajectory can do.
+
+The base of all classes here, and of trajectories that users write.
+"""
 
 from __future__ import annotations
 

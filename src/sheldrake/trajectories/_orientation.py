@@ -1,4 +1,7 @@
-"""Orientations and poses that depend on time."""
+"""Orientations and poses that depend on time.
+
+Quaternions between breaks on the shortest great circle, and poses made of one of these and a polynomial.
+"""
 
 from __future__ import annotations
 

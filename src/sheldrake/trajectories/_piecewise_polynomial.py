@@ -1,4 +1,8 @@
-"""Piecewise polynomials in time."""
+"""Piecewise polynomials in time.
+
+The most used kind: made of samples (holds, lines, cubics of several sorts; `_interpolation` solves for them), or of
+matrices.
+"""
 
 from __future__ import annotations
 

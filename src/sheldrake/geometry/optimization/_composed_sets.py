@@ -1,4 +1,7 @@
-"""Sets made of sets."""
+"""Sets made of sets.
+
+Their members keep what they are; a program gets variables and constraints of each.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""What all convex sets can do."""
+"""What all convex sets can do.
+
+The base of the sets beside it: what a set must say of itself, and what follows from that for programs.
+"""
 
 from __future__ import annotations
 

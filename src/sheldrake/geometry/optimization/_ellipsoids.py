@@ -1,4 +1,7 @@
-"""Ellipsoids, by a quadratic form or as the image of a ball."""
+"""Ellipsoids, by a quadratic form or as the image of a ball.
+
+With the smallest one around points; a polyhedron makes the largest one inside itself (`_hpolyhedron`).
+"""
 
 from __future__ import annotations
 

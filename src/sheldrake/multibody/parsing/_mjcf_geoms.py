@@ -1,4 +1,7 @@
-"""MJCF geoms: shapes, mass, appearance."""
+"""MJCF geoms: shapes, mass, appearance.
+
+Into the geometries of a `BodyDescription`; geoms with density add to the mass of their body.
+"""
 
 import os
 from dataclasses import dataclass

@@ -1,4 +1,8 @@
-"""Parser: model files into a plant."""
+"""Parser: model files into a plant.
+
+Reads a file into a description (`_urdf`, `_sdf`, `_mjcf`) and, when there was no mistake in it, builds the plant
+(`_build`).
+"""
 
 import os
 import warnings

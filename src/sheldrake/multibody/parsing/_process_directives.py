@@ -1,4 +1,7 @@
-"""Carries model directives out on a plant."""
+"""Carries model directives out on a plant.
+
+One after another: files are read by the `Parser` that was given, frames and welds added, defaults set.
+"""
 
 import copy
 import os

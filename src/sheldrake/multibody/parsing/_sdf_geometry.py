@@ -1,4 +1,7 @@
-"""SDFormat shapes, visuals and collisions."""
+"""SDFormat shapes, visuals and collisions.
+
+Into the geometries of a `BodyDescription`, and the small readers of numbers and texts that other SDFormat files use.
+"""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""SDFormat joints."""
+"""SDFormat joints.
+
+Into the joints, actuators and couplers of a `ModelDescription`; axes may be given in any frame of the model.
+"""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,7 @@
-"""URDF: a `<robot>` element to a model description."""
+"""URDF: a `<robot>` element to a model description.
+
+Links, frames and filters here; `_urdf_joints` and `_urdf_geometry` read the rest.
+"""
 
 import os
 

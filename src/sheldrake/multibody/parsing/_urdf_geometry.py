@@ -1,4 +1,7 @@
-"""URDF shapes, materials, visuals and collisions."""
+"""URDF shapes, materials, visuals and collisions.
+
+Into the geometries of a `BodyDescription`; materials and looks are shared with SDFormat.
+"""
 
 from dataclasses import dataclass, field
 

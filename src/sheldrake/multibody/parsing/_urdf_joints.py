@@ -1,4 +1,7 @@
-"""URDF joints, mimic tags and transmissions."""
+"""URDF joints, mimic tags and transmissions.
+
+Into the joints, couplers and actuators of a `ModelDescription`.
+"""
 
 import numpy as np
 

@@ -1,4 +1,7 @@
-"""Bodies that float: their poses, velocities and defaults."""
+"""Bodies that float: their poses, velocities and defaults.
+
+Thin calls on the floating joints of such bodies, by body instead of by joint.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""MultibodyPlant: bodies and joints as a system with ports."""
+"""MultibodyPlant: bodies and joints as a system with ports.
+
+Put together from one file a subject: registration before `Finalize()`, which makes the model; then state, queries and
+ports, all through one `View` for each context; and the step, discrete or continuous.
+"""
 
 from __future__ import annotations
 

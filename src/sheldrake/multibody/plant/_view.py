@@ -1,4 +1,8 @@
-"""One context of a plant as arrays, and the queries on them."""
+"""One context of a plant as arrays, and the queries on them.
+
+Between the calls of users and the tree's kernels: it binds a kernel to a context's memory once, and knows which stages
+are up to date.
+"""
 
 from __future__ import annotations
 

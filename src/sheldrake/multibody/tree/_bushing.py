@@ -1,4 +1,7 @@
-"""Door hinges and bushings."""
+"""Door hinges and bushings.
+
+Force elements with several terms: parameters here, forces in `_kernels/forces.py`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Force elements: gravity, springs, dampers."""
+"""Force elements: gravity, springs, dampers.
+
+What users add to a plant; `Finalize()` turns them into rows of a `ForceModel`, and `_kernels/forces.py` computes them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""What all joints have in common."""
+"""What all joints have in common.
+
+A joint says which coordinates it has, their limits and defaults, and how users read and write them. What it does to
+bodies is a row of the `TreeModel`, computed by the kernels.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Actuators and their gains."""
+"""Actuators and their gains.
+
+Gains make an actuator a spring and damper on its joint, solved for implicitly in the discrete step.
+"""
 
 from __future__ import annotations
 

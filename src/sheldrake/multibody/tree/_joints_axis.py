@@ -1,4 +1,7 @@
-"""Joints along or about one axis, and the weld."""
+"""Joints along or about one axis, and the weld.
+
+Revolute, prismatic and screw joints; see `_joint` for what a joint is.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Joints of six degrees of freedom."""
+"""Joints of six degrees of freedom.
+
+A plant gives the one with a quaternion to each body that no joint holds; the one with angles is for those who add it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Joints of two and three degrees of freedom."""
+"""Joints of two and three degrees of freedom.
+
+Planar, universal and ball joints; see `_joint` for what a joint is.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Bodies."""
+"""Bodies.
+
+A name, a frame and a default spatial inertia. Poses and velocities belong to contexts, and are asked of the plant's
+view.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Controllers that know the dynamics of a multibody plant."""
+"""Controllers that know the dynamics of a multibody plant.
+
+Each keeps a plant of its own for the model, and a context of that plant for the state it reads from its input.
+"""
 
 from __future__ import annotations
 

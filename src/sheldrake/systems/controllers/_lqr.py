@@ -1,4 +1,7 @@
-"""Linear quadratic regulators."""
+"""Linear quadratic regulators.
+
+Of matrices, of a linear system, or of any system about a point: `Linearize`, then a Riccati equation (SciPy).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""PID controllers."""
+"""PID controllers.
+
+A block with the integral as its state, native in a span, and the diagram that closes the loop around a plant.
+"""
 
 from __future__ import annotations
 

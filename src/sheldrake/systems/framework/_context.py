@@ -1,4 +1,9 @@
-"""Contexts: one system's view of a root context's store."""
+"""Contexts: one system's view of a root context's store.
+
+A context owns nothing but its place in the tree: values live in the root's `Store`. Every write goes through a method
+here that counts the change, so that rows (outputs, derivatives) that depend on it are computed anew when they are
+asked for.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Diagram: systems wired together, seen as one system."""
+"""Diagram: systems wired together, seen as one system.
+
+`DiagramBuilder` fills it. It computes nothing itself: a layout flattens the whole tree of systems to rows, and wires
+become places in memory, once, when the first context of a root is made.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""DiagramBuilder: puts systems together into a Diagram."""
+"""DiagramBuilder: puts systems together into a Diagram.
+
+It checks each wire as it is drawn (types, sizes, one source for an input), and the whole for algebraic loops in
+`Build()`.
+"""
 
 from __future__ import annotations
 

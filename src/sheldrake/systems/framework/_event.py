@@ -1,4 +1,7 @@
-"""Events: what happens, when, and how it went."""
+"""Events: what happens, when, and how it went.
+
+Systems declare them; the simulator's loop triggers them by kind: unrestricted, then discrete updates, then publishes.
+"""
 
 from __future__ import annotations
 

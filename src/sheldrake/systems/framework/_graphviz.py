@@ -1,4 +1,7 @@
-"""Pictures of systems as Graphviz text."""
+"""Pictures of systems as Graphviz text.
+
+Text only, for whoever has Graphviz; `visualization.DrawDiagram` draws without it.
+"""
 
 from __future__ import annotations
 

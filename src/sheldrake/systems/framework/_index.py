@@ -1,4 +1,7 @@
-"""Typed integers and enumerations of the framework."""
+"""Typed integers and enumerations of the framework.
+
+Ports, states, parameters and cache entries are numbered; each kind of number is a class of its own, as in Drake.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Input and output ports."""
+"""Input and output ports.
+
+An output port is a row of the store, computed when it is pulled and out of date; an input port has no memory: it
+reads what it is connected to, or a value fixed in the context.
+"""
 
 from __future__ import annotations
 

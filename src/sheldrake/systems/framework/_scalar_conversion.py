@@ -1,4 +1,8 @@
-"""Systems on other scalars: AutoDiffXd and Expression."""
+"""Systems on other scalars: AutoDiffXd and Expression.
+
+A converter makes a system anew for another scalar; the new one's contexts then have slabs of objects, and the same
+callbacks and kernels run on them as Python.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""Systems that publish, receive, and keep a connection going."""
+"""Systems that publish, receive, and keep a connection going.
+
+The border between diagrams and channels: an input becomes messages, messages become an output.
+"""
 
 from __future__ import annotations
 

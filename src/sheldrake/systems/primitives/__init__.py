@@ -1,4 +1,7 @@
-"""Small systems to build with."""
+"""Small systems to build with.
+
+Sums, gains, filters, delays, linear systems, sources and logs. Most are kernels: a diagram of them advances natively.
+"""
 
 from sheldrake.systems.framework import Diagram_, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate

@@ -1,4 +1,7 @@
-"""Systems without state: sums, gains, routing, sources."""
+"""Systems without state: sums, gains, routing, sources.
+
+Declarations only; what they compute is in `_kernels/blocks.py`.
+"""
 
 from __future__ import annotations
 

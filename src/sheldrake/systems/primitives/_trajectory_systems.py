@@ -1,4 +1,7 @@
-"""Systems that follow trajectories."""
+"""Systems that follow trajectories.
+
+A trajectory as an output, and linear systems whose matrices are trajectories.
+"""
 
 from __future__ import annotations
 

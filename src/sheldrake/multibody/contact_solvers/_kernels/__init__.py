@@ -1,1 +1,1 @@
-"""sheldrake.multibody.contact_solvers._kernels"""
+"""From a contact problem to the velocities after the step."""

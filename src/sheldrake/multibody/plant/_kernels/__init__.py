@@ -1,1 +1,1 @@
-"""sheldrake.multibody.plant._kernels"""
+"""The plant's own stages: from contacts to a contact problem, and from its solution to the next state."""

@@ -1,1 +1,1 @@
-"""sheldrake.multibody.tree._kernels"""
+"""From q and v to poses, velocities, forces and accelerations of a tree of bodies."""

@@ -1,1 +1,1 @@
-"""sheldrake.systems.framework._kernels"""
+"""The event loop, interpreted or compiled: the one function that advances a context from event to event."""

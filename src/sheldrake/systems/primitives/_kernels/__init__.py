@@ -1,1 +1,1 @@
-"""sheldrake.systems.primitives._kernels"""
+"""What the blocks of `systems.primitives` compute: rows that the event loop calls."""

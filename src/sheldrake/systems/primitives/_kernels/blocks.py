@@ -1,4 +1,7 @@
-"""What the small systems compute."""
+"""What the small systems compute.
+
+One entry kernel each; parameter names say what a row reads, the last parameter is filled.
+"""
 
 from __future__ import annotations
 
