@@ -18,13 +18,13 @@ from ._contact_search import find_contacts
 from ._contact_surface import ContactSurface, surfaces_of
 from ._hydro_compile import explain_unsupported, find_surfaces
 from ._ids import FrameId, GeometryId, number_of
-from ._image import ImageDepth32F, ImageLabel16I, ImageRgba8U
 from ._inspector import SceneGraphInspector
 from ._kernels import model as columns
 from ._kernels.contacts import place_geometries
 from ._kernels.model import ContactTable, GeometryModel, contact_table
 from ._kernels.pair_distance import find_distances
 from ._numbers import as_numbers, like, plain, values_of
+from ._query_pictures import Pictures
 from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
 from ._ray_casts import Surface, meet_any, rays_of
 from ._roles import HydroelasticContactRepresentation
@@ -35,12 +35,10 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
     from ._bounding import Obb
-    from ._render_camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
-    from ._render_engine import RenderEngine
     from ._scene_graph import SceneGraph
 
 
-class QueryObject:
+class QueryObject(Pictures):
     """Answers where geometry is and what touches what, at the present poses of the context it came from."""
 
     def __init__(self) -> None:
@@ -149,7 +147,7 @@ class QueryObject:
         if others:
             world = self._world_poses([frames[k] for k in others])
             for k in others:
-                X_WF[k] = _as_floats(world[frames[k]].GetAsMatrix34())
+                X_WF[k] = values_of(world[frames[k]].GetAsMatrix34())
         return X_WF
 
     def _numbers_of_sources(self, frames: list[FrameId]) -> dict[Any, list[int]]:
@@ -444,76 +442,6 @@ class QueryObject:
         """Not available: deformable geometry."""
         raise NotImplementedError("QueryObject.GetConfigurationsInWorld(): deformable geometry is not supported.")
 
-    # ---- pictures
-
-    def _renderer(self, core: RenderCameraCore, parent_frame: FrameId, X_PC: RigidTransform) -> RenderEngine:
-        """The render engine of a camera on a frame, everything at its place."""
-        engine = self._state.renderers.use(core.renderer_name())
-        if parent_frame != WORLD_FRAME_ID:
-            self._state.frame(parent_frame)
-        moving = self._state.renderers.moving(core.renderer_name(), self._state)
-        if moving.ids:
-            X_WF = self._world_matrices(moving.frames, moving.memo)[moving.frame_of]
-            R_WF, R_FG, p_FG = X_WF[:, :, :3], moving.X_FG[:, :, :3], moving.X_FG[:, :, 3:]
-            engine._update_poses(moving.ids, np.concatenate([R_WF @ R_FG, R_WF @ p_FG + X_WF[:, :, 3:]], axis=2))
-        X_WP = _at_values(self._world_poses([parent_frame])[parent_frame])
-        engine.UpdateViewpoint(X_WP @ X_PC @ core.sensor_pose_in_camera_body())
-        return engine
-
-    def RenderColorImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
-        """What a camera sees, in colours.
-
-        Args:
-            camera: Lens, and which renderer draws.
-            parent_frame: Frame P that the camera moves with.
-            X_PC: Pose of the camera (x right, y down, z forward) in P.
-
-        Returns:
-            An ImageRgba8U.
-
-        Raises:
-            RuntimeError: there is no such frame or renderer.
-        """
-        image = ImageRgba8U(camera.core().intrinsics().width(), camera.core().intrinsics().height())
-        self._renderer(camera.core(), parent_frame, X_PC).RenderColorImage(camera, image)
-        return image
-
-    def RenderDepthImage(self, camera: DepthRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
-        """Depth [m] of what a camera sees: z in the camera's frame, 0 for too close, infinity for too far or nothing.
-
-        Args:
-            camera: Lens, range of depths, and which renderer draws.
-            parent_frame: Frame P that the camera moves with.
-            X_PC: Pose of the camera (x right, y down, z forward) in P.
-
-        Returns:
-            An ImageDepth32F.
-
-        Raises:
-            RuntimeError: there is no such frame or renderer.
-        """
-        image = ImageDepth32F(camera.core().intrinsics().width(), camera.core().intrinsics().height())
-        self._renderer(camera.core(), parent_frame, X_PC).RenderDepthImage(camera, image)
-        return image
-
-    def RenderLabelImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
-        """Labels of what a camera sees, RenderLabel.kEmpty for nothing.
-
-        Args:
-            camera: Lens, and which renderer draws.
-            parent_frame: Frame P that the camera moves with.
-            X_PC: Pose of the camera (x right, y down, z forward) in P.
-
-        Returns:
-            An ImageLabel16I.
-
-        Raises:
-            RuntimeError: there is no such frame or renderer.
-        """
-        image = ImageLabel16I(camera.core().intrinsics().width(), camera.core().intrinsics().height())
-        self._renderer(camera.core(), parent_frame, X_PC).RenderLabelImage(camera, image)
-        return image
-
     def __copy__(self) -> QueryObject:
         """A copy keeps the geometry and the poses of this moment, whatever becomes of the context."""
         new = QueryObject()
@@ -529,22 +457,7 @@ class QueryObject:
         return self.__copy__()
 
 
-def _as_floats(matrix: np.ndarray) -> np.ndarray:
-    """Numbers without their derivatives."""
-    if matrix.dtype != object:
-        return matrix
-    return np.array([float(x.value() if hasattr(x, "value") else x) for x in matrix.ravel()]).reshape(matrix.shape)
-
-
 _register_value_type(QueryObject)
-
-
-def _at_values(X: RigidTransform) -> RigidTransform:
-    """A pose without derivatives."""
-    from sheldrake.math import RigidTransform
-
-    matrix = X.GetAsMatrix34()
-    return X if matrix.dtype != object else RigidTransform(_as_floats(matrix))
 
 
 def _find_points(model: GeometryModel, X_WB: np.ndarray) -> ContactTable:

@@ -16,7 +16,8 @@ from ._kernels.raster_picture import draw
 from ._kernels.raster_scene import Look, Scene, Screen, Surfaces
 from ._numbers import values_of
 from ._properties import PerceptionProperties
-from ._raster_shapes import Material, Surface, Texture, surface_of
+from ._raster_arrays import Item, check_light, joined, light_row
+from ._raster_shapes import surface_of
 from ._render_camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
 from ._render_engine import RenderEngine
 from ._render_label import RenderLabel
@@ -30,17 +31,7 @@ if TYPE_CHECKING:
 log = logging.getLogger("drake")
 _VTK = "drake::geometry::render_vtk::internal::RenderEngineVtk"
 _GL = "drake::geometry::render_gl::internal::RenderEngineGl"
-_LIGHT_KINDS = {"directional": columns.DIRECTIONAL, "point": columns.POINT, "spot": columns.SPOT}
-_FRAMES = ("camera", "world")
 _ALL_DEPTHS = (0.0, math.inf)
-
-
-@dataclasses.dataclass(frozen=True)
-class _Item:
-    """A registered geometry."""
-
-    surface: Surface
-    label: RenderLabel
 
 
 @dataclasses.dataclass(frozen=True)
@@ -65,9 +56,9 @@ class RasterEngine(RenderEngine):
     def __init__(self, options: _Options) -> None:
         super().__init__()
         for light in options.lights:
-            _check_light(light, options.name)
+            check_light(light, options.name)
         self._options = options
-        self._items: dict[GeometryId, _Item] = {}
+        self._items: dict[GeometryId, Item] = {}
         self._X_WG: dict[GeometryId, np.ndarray] = {}
         self._X_WC = np.eye(3, 4)
         self._headlight = np.array([0.0, 0.0, 0.0])
@@ -99,7 +90,7 @@ class RasterEngine(RenderEngine):
         """Takes every geometry that it can draw."""
         label = self.GetRenderLabelOrThrow(properties)
         surface = surface_of(shape, properties, self._options.default_diffuse, self._options.name)
-        self._items[id] = _Item(surface, label)
+        self._items[id] = Item(surface, label)
         self._X_WG[id] = _matrix(X_WG)
         self._arrays = None
         return True
@@ -178,7 +169,7 @@ class RasterEngine(RenderEngine):
     def _compiled(self) -> tuple[Surfaces, Look]:
         """All geometry as arrays, made anew when geometry came or went."""
         if self._arrays is None:
-            self._arrays = _joined(list(self._items.values()))
+            self._arrays = joined(list(self._items.values()))
         return self._arrays
 
     def _screens_for(self, height: int, width: int, layered: bool) -> tuple[Screen, Screen]:
@@ -202,9 +193,10 @@ class RasterEngine(RenderEngine):
         """The lights in the camera's frame."""
         if not self._options.lights:
             away = -self._headlight if self._headlight.any() else np.array([0.0, 0.0, 1.0])
-            return np.array([_light(LightParameter(direction=away), np.eye(3, 4))])
-        X_CW = np.column_stack([self._X_WC[:, :3].T, -self._X_WC[:, :3].T @ self._X_WC[:, 3]])
-        return np.array([_light(one, X_CW if one.frame == "world" else np.eye(3, 4)) for one in self._options.lights])
+            return np.array([light_row(LightParameter(direction=away), np.eye(3, 4))])
+        R_CW = self._X_WC[:, :3].T
+        X_C = {"camera": np.eye(3, 4), "world": np.column_stack([R_CW, -R_CW @ self._X_WC[:, 3]])}
+        return np.array([light_row(light, X_C[light.frame]) for light in self._options.lights])
 
 
 def _matrix(X: RigidTransform) -> np.ndarray:
@@ -219,93 +211,6 @@ def _camera(core: RenderCameraCore, depths: tuple[float, float]) -> np.ndarray:
 
 def _screen(height: int, width: int) -> Screen:
     return Screen(np.empty((height, width)), np.empty((height, width), np.int64))
-
-
-# ---- lights
-
-
-def _check_light(light: LightParameter, engine: str) -> None:
-    short = engine.rsplit("::", 1)[-1]
-    if light.type not in _LIGHT_KINDS:
-        raise RuntimeError(
-            f"{short} given an invalid light type. Expected one of 'point', 'spot', or 'directional'. "
-            f"Given '{light.type}'."
-        )
-    if light.frame not in _FRAMES:
-        raise RuntimeError(
-            f"{short} given an invalid frame for a light. Expected one of 'world' or 'camera'. Given '{light.frame}'."
-        )
-
-
-def _light(light: LightParameter, X_CF: np.ndarray) -> np.ndarray:
-    """A row of lights, in the camera's frame."""
-    row = np.zeros(columns.LIGHT_COLUMNS)
-    direction = X_CF[:, :3] @ np.asarray(light.direction, float)
-    length = np.linalg.norm(direction)
-    row[columns.LIGHT_KIND] = _LIGHT_KINDS[light.type]
-    row[columns.LIGHT_COLOUR : columns.LIGHT_POSITION] = light.color.rgba[:3] * light.intensity
-    row[columns.LIGHT_POSITION : columns.LIGHT_DIRECTION] = X_CF[:, :3] @ np.asarray(light.position) + X_CF[:, 3]
-    row[columns.LIGHT_DIRECTION : columns.ATTENUATION] = direction / length if length > 0.0 else direction
-    row[columns.ATTENUATION : columns.CONE] = light.attenuation_values
-    row[columns.CONE] = math.cos(math.radians(light.cone_angle))
-    return row
-
-
-# ---- geometry as arrays
-
-
-def _joined(items: list[_Item]) -> tuple[Surfaces, Look]:
-    """All items in one set of arrays."""
-    bounds = np.zeros((len(items) + 1, columns.ITEM_COLUMNS), np.int64)
-    faces: list[np.ndarray] = []
-    kinds: list[np.ndarray] = []
-    materials: list[Material] = []
-    for k, item in enumerate(items):
-        surface = item.surface
-        face = np.zeros((len(surface.face), columns.FACE_COLUMNS), np.int64)
-        face[:, :3] = surface.face[:, :3] + bounds[k, columns.FIRST_VERTEX]
-        face[:, columns.FACE_ITEM] = k
-        face[:, columns.FACE_MATERIAL] = surface.face[:, 3] + len(materials)
-        kind = np.zeros((len(surface.patch), columns.PATCH_KIND_COLUMNS), np.int64)
-        kind[:, columns.KIND] = surface.patch_kind
-        kind[:, columns.PATCH_ITEM], kind[:, columns.PATCH_MATERIAL] = k, len(materials)
-        bounds[k, columns.LABEL] = int(item.label)
-        bounds[k + 1] = bounds[k] + [len(surface.vertex), len(face), len(kind), 0]
-        bounds[k + 1, columns.LABEL] = 0
-        faces.append(face)
-        kinds.append(kind)
-        materials += surface.materials
-    surfaces = Surfaces(
-        item=bounds,
-        face=_stacked(faces, columns.FACE_COLUMNS, np.int64),
-        vertex=_stacked([item.surface.vertex for item in items], columns.VERTEX_COLUMNS, float),
-        patch=_stacked([item.surface.patch for item in items], columns.PATCH_COLUMNS, float),
-        patch_kind=_stacked(kinds, columns.PATCH_KIND_COLUMNS, np.int64),
-    )
-    return surfaces, _joined_look(materials)
-
-
-def _joined_look(materials: list[Material]) -> Look:
-    texels: list[np.ndarray] = []
-    places: dict[int, int] = {}
-    rows = np.zeros((len(materials), columns.MATERIAL_COLUMNS))
-    for row, material in zip(rows, materials):
-        row[columns.DIFFUSE : columns.FIRST_TEXEL] = material.diffuse
-        row[columns.FIRST_TEXEL] = -1.0
-        row[columns.SMOOTH], row[columns.REPEAT] = material.smooth, material.repeat
-        row[columns.EVEN] = material.is_even()
-        texture: Texture | None = material.texture
-        if texture is not None:
-            if id(texture) not in places:
-                places[id(texture)] = sum(a.size for a in texels)
-                texels.append(texture.texels.ravel())
-            row[columns.FIRST_TEXEL] = places[id(texture)]
-            row[columns.TEXTURE_HEIGHT], row[columns.TEXTURE_WIDTH] = texture.texels.shape
-    return Look(rows, np.concatenate([*texels, np.zeros(1, np.int64)]))
-
-
-def _stacked(arrays: list[np.ndarray], width: int, dtype: Any) -> np.ndarray:
-    return np.ascontiguousarray(np.concatenate([np.zeros((0, width), dtype), *arrays]).astype(dtype))
 
 
 # ---- what users call
