@@ -20,7 +20,7 @@ STIFFNESS = 5e5  # of a pair of points by default [N/m]
 
 LAGGED = {
     "rest_depth": 5e-6,
-    "creep": 1.4e-4,  # regularized: 4/3 of the stiction tolerance
+    "creep": 4.1e-6,  # 3 % of what a stiction tolerance of 0.1 mm/s gives
     "slide_1ms": 1e-5,
     "sink_1ms": 5e-6,
     "slide_5ms": 1e-5,
@@ -31,7 +31,7 @@ LAGGED = {
     "spin": 0.2001,  # five points: four on the rim, one in the middle
     "spin_patch": 2e-3,
     "peg": 1e-8,
-    "grip": 3e-4,
+    "grip": 1e-5,
     "stack_10": 1e-12,
     "stack_10_speed": 1e-12,
     "stack_30": 1e-12,
@@ -46,7 +46,7 @@ LIMITS = {
     "similar": LAGGED | {"roll": 4e-4, "spin": 0.3, "spin_patch": 0.1},
     "sap": LAGGED
     | {"rest_depth": 4e-5, "creep": 3e-6, "slide_1ms": 0.09, "slide_5ms": 0.02, "roll": 6e-4, "spin": 0.5}
-    | {"spin_patch": 0.1, "grip": 1e-4},
+    | {"spin_patch": 0.1, "grip": 4e-5},
     "tamsi": LAGGED | {"creep": 6e-5, "grip": 1.5e-4},
 }
 """The largest deviations allowed, of several points a pair."""

@@ -25,12 +25,14 @@ from sheldrake.multibody.contact_solvers._kernels.line_search import (
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     A_DV,
     ABSOLUTE_TOLERANCE,
+    APPROXIMATION,
     CONTACTS_BEGIN,
     CONTACTS_END,
     DEPTH_OF,
     DOFS,
     DV,
     DVC,
+    EPS,
     FIRST_DOF,
     G_XX,
     G_XY,
@@ -63,7 +65,9 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_VHAT,
     ROWS_BEGIN,
     ROWS_END,
+    SAP,
     SETTLE,
+    STICTION,
     TREE_ORDER,
     TREES_BEGIN,
     TREES_END,
@@ -85,6 +89,9 @@ from sheldrake.multibody.contact_solvers._kernels.status import (
 from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities, row_velocities
 
 DECREMENT = np.float64(1e-28)  # (relative error in the norm of H)^2 that is round-off
+AT_REST = np.float64(10.0)  # times the stiction tolerance: slower contacts may be at rest
+STUCK = np.float64(0.5)  # times the slip speed: the regularisation speed of what sticks
+TIGHT = np.float64(0.03)  # times Drake's regularisation speed: the least one, for the sake of the condition of H
 NEARLY_STILL = np.float64(1e-8)  # (momentum over impulse of a step)^2 below which rest is tried
 
 
@@ -360,10 +367,39 @@ def polish(model, problem, contacts, rows, factor):
 
 
 @kernel
+def tighten(model, problem, contacts):
+    """Regularises friction less in an island whose contacts are nearly still; whether they are, 1 or 0.
+
+    With Drake's regularisation, what friction holds creeps for ever, at a speed that grows with the load. Here what
+    slips slowly gets less of it, step by step: while friction bears less than 89 % of what it can, each step's slip
+    is smaller than that of the step before. What moves has Drake's: a sharper law takes more iterations.
+    """
+    law = contacts.law
+    fast = AT_REST * model.option[STICTION]
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
+        vc0 = load3_at(contacts.state, c, VC)
+        if dot3(vc0, vc0) > fast * fast:
+            return 0
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
+        x, y, _ = load3_at(contacts.state, c, VC)
+        eps = law[c, EPS]
+        stuck2 = STUCK * STUCK * (x * x + y * y)
+        if stuck2 < TIGHT * TIGHT * eps * eps:
+            law[c, EPS] = TIGHT * eps
+        elif stuck2 < eps * eps:
+            law[c, EPS] = sqrt(stuck2)
+    return 1
+
+
+@kernel
 def solve_island(model, problem, contacts, rows, factor):
     """The island at hand, from its first iterate v0 on; a status."""
     start(model, problem, rows)
     status = np.int64(SOLVED)
+    if model.setting[SETTLE] == 1 and model.setting[APPROXIMATION] != SAP:
+        tighten(model, problem, contacts)
     small, momentum, impulse = judge(model, problem, contacts, rows)
     if small == 0:
         status = iterate(model, problem, contacts, rows, factor)
