@@ -15,6 +15,7 @@ _EPA_GAP = 1e-13  # the same for EPA on polytopes
 _EPA_GAP_SMOOTH = 1e-6  # and on curved shapes, whose answer is then refined
 _CLEARANCE = 1e-2  # relative to the size: how far a refinement moves the shapes apart
 _REFINEMENTS = 12
+_WITNESS_GAP = 1e-10  # relative to the size: how well deepest points must agree with depth and direction
 _NO_SHIFT = (0.0, 0.0, 0.0)
 
 
@@ -56,6 +57,7 @@ def separation(model, table, i, j, reach):
         p_j = blend(table, ON_J, c0, c1, c2, w0, w1, w2)
         if curved:
             out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
+        p_i, p_j = settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j)
         nhat = scale3(out, -1.0)
         phi = -depth
     elif overlap:
@@ -98,6 +100,22 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
         if gain <= 1e-14 * size:
             break
     return out, depth, p_i, p_j
+
+
+@kernel(outline=True)
+def settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j):
+    """Deepest points that are `depth` apart along `out`.
+
+    The triangle that gave the direction may be only a part of a face, and the origin in front of another part: then the
+    shapes are moved apart along `out`, where GJK finds them.
+    """
+    r = sub3(sub3(p_i, p_j), scale3(out, depth))
+    if dot3(r, r) > _WITNESS_GAP * _WITNESS_GAP * size * size:
+        shift = scale3(out, depth + _CLEARANCE * size)
+        _n, _v, overlap, a, b = gjk(model, table, i, j, size, 1e300, shift)
+        if not overlap:
+            return a, b
+    return p_i, p_j
 
 
 @kernel
