@@ -16,6 +16,7 @@ from ._bounding import (
 from ._collision_filter import CollisionFilterDeclaration, CollisionFilterManager
 from ._config import DefaultProximityProperties, SceneGraphConfig
 from ._contact_surface import ContactSurface
+from ._drake_visualizer import DrakeVisualizer, DrakeVisualizerParams
 from ._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
 from ._geometry_set import GeometrySet
 from ._ids import FilterId, FrameId, GeometryId, SourceId
@@ -74,6 +75,7 @@ FramePoseVector_ = SystemTemplate("FramePoseVector_", FramePoseVector, scope=__n
 GeometryConfigurationVector_ = SystemTemplate(
     "GeometryConfigurationVector_", GeometryConfigurationVector, scope=__name__
 )
+DrakeVisualizer_ = SystemTemplate("DrakeVisualizer_", DrakeVisualizer, scope=__name__, own=True, base=LeafSystem_)
 MeshcatPointCloudVisualizer_ = SystemTemplate(
     "MeshcatPointCloudVisualizer_", MeshcatPointCloudVisualizer, scope=__name__, own=True, base=LeafSystem_
 )
@@ -118,6 +120,9 @@ __all__ = [
     "DefaultProximityProperties",
     "DepthRange",
     "DepthRenderCamera",
+    "DrakeVisualizer",
+    "DrakeVisualizerParams",
+    "DrakeVisualizer_",
     "Ellipsoid",
     "EnvironmentMap",
     "EquirectangularMap",

@@ -48,7 +48,7 @@ class Message:
     """A message; derived classes list `_fields`: (name, kind) or (name, kind, length).
 
     A kind is the name of one of LCM's types or a message class, a length a number or a field's name. Arrays of "byte"
-    are bytes.
+    are bytes. Numbers may have a second length, a number: they are a list of lists.
     """
 
     _fields: ClassVar[list[tuple]] = []
@@ -73,6 +73,9 @@ class Message:
                 parts.append(_encode_one(kind, value))
                 continue
             n = _length(self, dimensions[0])
+            if len(dimensions) > 1:
+                value = [number for row in value for number in row]
+                n *= dimensions[1]
             if len(value) != n:
                 raise ValueError(f"{type(self).__name__}.encode(): {name} has {len(value)} elements, not {n}.")
             if kind == "byte":
@@ -106,9 +109,12 @@ class Message:
                 value, at = _decode_one(kind, data, at)
             elif kind == "byte" or kind in _CODES:
                 n = _length(message, dimensions[0])
+                n *= dimensions[1] if len(dimensions) > 1 else 1
                 form = struct.Struct(f">{n}s" if kind == "byte" else f">{n}{_CODES[kind]}")
                 found = form.unpack_from(data, at)
                 value, at = found[0] if kind == "byte" else list(found), at + form.size
+                if len(dimensions) > 1:
+                    value = [value[k : k + dimensions[1]] for k in range(0, n, dimensions[1])]
             else:
                 value = []
                 for _ in range(_length(message, dimensions[0])):
@@ -125,7 +131,7 @@ def _length(message: Message, dimension: Any) -> int:
     return dimension if isinstance(dimension, int) else getattr(message, dimension)
 
 
-def _zero(kind: Any, dimension: Any = None) -> Any:
+def _zero(kind: Any, dimension: Any = None, *_: Any) -> Any:
     """What a field is until it is set."""
     if kind == "byte" and dimension is not None:
         return b""

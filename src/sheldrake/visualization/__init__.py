@@ -1,5 +1,6 @@
 """Looking at things: models and plants in the page, plots of logs."""
 
+from sheldrake.multibody.plant._topology import Topology
 from sheldrake.systems.framework import Diagram, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.visualization._block_diagram import DrawDiagram
@@ -18,6 +19,7 @@ MeshcatPoseSliders_ = SystemTemplate(
     "MeshcatPoseSliders_", MeshcatPoseSliders, scope=__name__, own=True, base=LeafSystem_
 )
 Diagram._picture = DrawDiagram
+Topology._picture = DrawTopology
 
 __all__ = [
     "AddDefaultVisualization",

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-import logging
 from typing import Any
 
-from sheldrake.geometry import Meshcat, MeshcatVisualizer, MeshcatVisualizerParams, Rgba, Role
+from sheldrake.geometry import (
+    DrakeVisualizer,
+    DrakeVisualizerParams,
+    Meshcat,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Rgba,
+    Role,
+)
 from sheldrake.geometry._meshcat_params import _typed_fields
 from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
+from sheldrake.systems.lcm import LcmBuses
 
 from ._inertia_visualizer import PREFIX as INERTIA_PREFIX
 from ._inertia_visualizer import InertiaVisualizer
-
-log = logging.getLogger("drake")
 
 
 @_typed_fields
@@ -23,7 +29,7 @@ class VisualizationConfig:
     """What to show of a plant and its scene graph.
 
     Attributes:
-        lcm_bus: Name of a message bus; only "default" exists here, and nothing is sent.
+        lcm_bus: Name of a message bus; what is shown is published there when buses are given.
         publish_period: Simulated time between two publishes [s].
         publish_illustration: Whether to show what the models look like.
         default_illustration_color: Color of illustration geometry that names none.
@@ -78,24 +84,28 @@ def ApplyVisualizationConfig(
     Args:
         config: What to show.
         builder: The diagram in the making.
-        lcm_buses: Nothing is sent over LCM, which is said when one is given.
+        lcm_buses: Where looks and collision shapes are published for viewers in other processes, by the
+            configuration's `lcm_bus`; nowhere when both this and `lcm` are left out.
         plant: The finalized plant; the system named "plant" when left out.
         scene_graph: Its scene graph; the system named "scene_graph" when left out.
         meshcat: Where to draw; a new one when left out, if the configuration allows.
-        lcm: Nothing is sent over LCM, which is said when one is given.
+        lcm: Where they are published, in place of a bus.
 
     Raises:
         RuntimeError: when a system is missing, the plant is not finalized, or another bus than "default" is named.
     """
     if lcm_buses is None and lcm is None and config.lcm_bus != "default":
         raise RuntimeError(f"ApplyVisualizationConfig(): there is no LCM bus '{config.lcm_bus}' (only 'default').")
-    if lcm_buses is not None or lcm is not None:
-        log.warning("ApplyVisualizationConfig(): nothing is sent over LCM; the scene is shown in Meshcat only.")
+    if lcm is None and lcm_buses is not None:
+        lcm = lcm_buses.Find("Visualization", config.lcm_bus)
     config = copy.copy(config)
     plant = _subsystem(builder, plant, "plant")
     scene_graph = _subsystem(builder, scene_graph, "scene_graph")
     if not plant.is_finalized():
         raise RuntimeError("ApplyVisualizationConfig(): call plant.Finalize() first.")
+    if lcm is not None and lcm.get_lcm_url() != LcmBuses.kLcmUrlMemqNull:
+        for told in _messenger_params(config):
+            DrakeVisualizer.AddToBuilder(builder, scene_graph, lcm, told)
     if meshcat is None:
         if not config.enable_meshcat_creation:
             return
@@ -115,6 +125,21 @@ def ApplyVisualizationConfig(
         )
     if config.publish_inertia:
         InertiaVisualizer.AddToBuilder(builder, plant, scene_graph)
+
+
+def _messenger_params(config: VisualizationConfig) -> list[DrakeVisualizerParams]:
+    """Returns the options of what a configuration asks to publish."""
+    shared = {"publish_period": config.publish_period, "use_role_channel_suffix": True}
+    wanted = []
+    if config.publish_illustration:
+        color = config.default_illustration_color
+        wanted.append(DrakeVisualizerParams(role=Role.kIllustration, default_color=color, **shared))
+    if config.publish_proximity:
+        color = config.default_proximity_color
+        wanted.append(
+            DrakeVisualizerParams(role=Role.kProximity, default_color=color, show_hydroelastic=True, **shared)
+        )
+    return wanted
 
 
 def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerParams]:

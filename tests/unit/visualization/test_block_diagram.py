@@ -168,7 +168,9 @@ def test_bodies_and_joints_of_a_plant(tmp_path):
     Parser(plant).AddModelsFromString(ARM, "urdf")
     with pytest.raises(RuntimeError, match="Finalize"):
         DrawTopology(plant)
+    assert plant._repr_svg_() is None
     plant.Finalize()
+    assert plant._repr_svg_() == DrawTopology(plant), "notebooks show it"
     svg = DrawTopology(plant, tmp_path / "arm.svg")
     assert (tmp_path / "arm.svg").read_text(encoding="utf-8") == svg
     found = texts(svg)

@@ -5,9 +5,11 @@ import copy
 import pytest
 
 from sheldrake.geometry import Meshcat, MeshcatVisualizer, Rgba, Role, SceneGraph
+from sheldrake.lcm import DrakeLcm
 from sheldrake.multibody.math import SpatialInertia
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
 from sheldrake.systems.framework import DiagramBuilder
+from sheldrake.systems.lcm import LcmBuses
 from sheldrake.visualization import AddDefaultVisualization, ApplyVisualizationConfig, VisualizationConfig
 
 
@@ -81,9 +83,22 @@ def test_config_is_a_value():
         VisualizationConfig(nothing=1)
 
 
-def test_a_message_bus_is_not_ignored_silently(caplog):
-    ApplyVisualizationConfig(VisualizationConfig(), diagram(), lcm_buses=object(), meshcat=Meshcat(port=0))
-    assert "nothing is sent over LCM" in caplog.text
+def test_looks_and_collisions_are_published_where_a_bus_is_given():
+    lcm, buses, channels = DrakeLcm("memq://"), LcmBuses(), set()
+    lcm.SubscribeAllChannels(lambda channel, _: channels.add(channel))
+    buses.Add("mine", lcm)
+    for given in ({"lcm_buses": buses}, {"lcm": lcm}):
+        builder = diagram()
+        config = VisualizationConfig(lcm_bus="mine", enable_meshcat_creation=False)
+        ApplyVisualizationConfig(config, builder, **given)
+        built = builder.Build()
+        built.ForcedPublish(built.CreateDefaultContext())
+        while lcm.HandleSubscriptions(0):
+            pass
+        assert channels == {
+            f"DRAKE_VIEWER_{what}_{role}" for what in ("LOAD_ROBOT", "DRAW") for role in ("ILLUSTRATION", "PROXIMITY")
+        }
+        channels.clear()
 
 
 def test_inertias_are_ellipsoids_of_water_that_only_their_own_visualizer_draws():

@@ -2,13 +2,22 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import Any, ClassVar
 
 from sheldrake.multibody.tree import BodyIndex, JointIndex, RigidBody
 
 
 class Topology:
     """Questions about the graph of bodies and joints."""
+
+    _picture: ClassVar[Callable[[Any], str] | None] = None
+    """Draws a finalized plant's bodies and joints as SVG; sheldrake.visualization, above this floor, sets it."""
+
+    def _repr_svg_(self) -> str | None:
+        """A picture for notebooks, once the plant is finalized and sheldrake.visualization imported."""
+        draw = Topology._picture
+        return draw(self) if draw is not None and self.is_finalized() else None
 
     def _welded_groups(self) -> list[list[RigidBody]]:
         """Bodies that are welded together, group by group, the world's first."""
