@@ -88,7 +88,7 @@ def read_joint(
     _add_mimic(element, joint, model, scope, reading)
 
 
-def read_ends(element: Element, name: str, scope: SdfScope, reading: Reading) -> "list[FrameReference]":
+def read_ends(element: Element, name: str, scope: SdfScope, reading: Reading) -> "tuple[FrameReference, FrameReference]":
     """The parent and the child link of a joint."""
     ends = []
     for role in ("parent", "child"):
@@ -98,7 +98,7 @@ def read_ends(element: Element, name: str, scope: SdfScope, reading: Reading) ->
         ends.append(reference(scope, end.text.strip(), end))
     if ends[1].is_world:
         reading.fail(element, f"Joint '{name}': the world cannot be a child.")
-    return ends
+    return ends[0], ends[1]
 
 
 def _place(joint: JointDescription, element: Element, scope: SdfScope, X_WM) -> None:
