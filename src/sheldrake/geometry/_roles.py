@@ -19,7 +19,7 @@ class Role(_Choice):
     kUnassigned = 0
     kProximity = 1
     kIllustration = 2
-    kPerception = 3
+    kPerception = 4
 
     def __lt__(self, other: "Role") -> bool:
         return self.value < other.value if isinstance(other, Role) else NotImplemented

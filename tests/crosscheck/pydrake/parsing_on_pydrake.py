@@ -256,6 +256,8 @@ def parse(case, parser_class, messages):
     try:
         parser = parser_class(plant=plant, scene_graph=scene_graph, **options)
         parser.SetAutoRenaming(case.get("rename", False))
+        if case.get("strict"):
+            parser.SetStrictParsing()
         for name, folder in case.get("packages", {}).items():
             parser.package_map().Add(name, folder)
         indices = []

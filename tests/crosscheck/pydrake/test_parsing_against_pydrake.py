@@ -194,3 +194,33 @@ def test_the_comparison_sees_a_fault_of_one_part_in_a_hundred_million():
     [(theirs, ours)] = compare([wrong])
     assert any("/bodies/" in difference for difference in differences(theirs, ours))
     assert any("/dynamics/" in difference for difference in differences(theirs, ours))
+
+
+TAGS = {
+    "robot": ("gazebo", "sensor", "bogus", "xacro:macro", "drake:unheard_of"),
+    "link": ("self_collide", "contact", "drake:unheard_of"),
+    "joint": ("safety_controller", "calibration", "hardwareInterface", "physics"),
+}
+
+
+def test_strict_parsing_refuses_the_same_tags():
+    joint = '<joint name="j" type="revolute"><parent link="a"/><child link="b"/>{}</joint>'
+    texts = [robot(LINKS + joint.format("") + f"<{tag}/>") for tag in TAGS["robot"]]
+    texts += [robot(LINKS + f'<link name="d"><{tag}/></link>') for tag in TAGS["link"]]
+    texts += [robot(LINKS + joint.format(f"<{tag}/>")) for tag in TAGS["joint"]]
+    for text, (theirs, ours) in zip(texts, compare([{"text": t, "type": "urdf", "strict": True} for t in texts])):
+        assert ("error" in theirs) == ("error" in ours), text[-120:]
+
+
+def test_the_same_instances_are_returned(tmp_path):
+    (tmp_path / "part.urdf").write_text(robot(LINKS))
+    include = f"<include><uri>{tmp_path}/part.urdf</uri><name>part</name></include>"
+    model = '<model name="{}"><link name="e"/>{}</model>'
+    bodies = [
+        f'<world name="w">{include}{model.format("m", "")}</world>',
+        f'<world name="w">{model.format("m", model.format("n", ""))}</world>',
+        model.format("m", include),
+    ]
+    cases = [{"text": f'<sdf version="1.9">{body}</sdf>', "type": "sdf"} for body in bodies]
+    for theirs, ours in compare(cases):
+        assert "error" not in theirs and differences(theirs, ours) == []

@@ -25,7 +25,7 @@ def test_ids_are_unique_ordered_hashable_and_typed(kind):
 
 def test_roles_print_convert_and_sort():
     assert repr(g.Role.kProximity) == "<Role.kProximity: 1>"
-    assert int(g.Role.kPerception) == 3 and g.Role(2) is g.Role.kIllustration
+    assert int(g.Role.kPerception) == 4 and g.Role(2) is g.Role.kIllustration
     assert g.Role.kUnassigned < g.Role.kProximity
     assert g.Role.kProximity != 1
     assert g.RoleAssign.kReplace.name == "kReplace"

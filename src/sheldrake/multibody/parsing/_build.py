@@ -41,6 +41,8 @@ class ModelBuilder:
     def add(self, model: ModelDescription, prefix: str = "") -> list:
         """Adds a model and the models nested in it; returns their instances, the model's own first.
 
+        As in Drake, URDF files that SDFormat includes become models whose instances are not returned.
+
         Raises:
             ParseError: When the plant refuses something; the message says where it stands in the file.
             NotImplementedError: For an element this version cannot simulate.
@@ -52,9 +54,10 @@ class ModelBuilder:
             names = {id(nested): self._model_name(nested, prefix) for nested in model.nested}
         else:
             names = {id(model): self._model_name(model, prefix)}
-        instances = self._add_included(model, (), "", names)
+        self._add_included(model, (), "", names)  # not returned, as Drake has it
         if not model.is_world:
-            return self._add(model, names[id(model)]) + instances
+            return self._add(model, names[id(model)])
+        instances = []
         for nested in model.nested:
             if not nested.comes_first:
                 self._scope = (nested.name,)
@@ -62,17 +65,16 @@ class ModelBuilder:
         self._add_world_elements(model, prefix)
         return instances
 
-    def _add_included(self, model: ModelDescription, scope: tuple, full_name: str, names: dict) -> list:
+    def _add_included(self, model: ModelDescription, scope: tuple, full_name: str, names: dict) -> None:
         """Adds the models that come before all others, wherever they are nested."""
         full_name = names.get(id(model), full_name)
         if model.comes_first:
             self._scope = scope
-            return self._add(model, full_name)
-        instances = []
+            self._add(model, full_name)
+            return
         for nested in model.nested:
-            instances += self._add_included(nested, (*scope, nested.name), f"{full_name}::{nested.name}", names)
+            self._add_included(nested, (*scope, nested.name), f"{full_name}::{nested.name}", names)
         self._scope = ()
-        return instances
 
     def _add_world_elements(self, world: ModelDescription, prefix: str) -> None:
         """Adds the frames and joints that connect the models of a world."""

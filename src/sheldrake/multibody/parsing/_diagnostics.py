@@ -78,10 +78,13 @@ class DiagnosticPolicy:
         Raises:
             ParseError: When parsing is strict.
         """
-        location = location_of(where)
         if self.warnings_are_errors:
-            self.Error(location, message)
-        detail = DiagnosticDetail(location, message)
+            self.Error(where, message)
+        self.Note(where, message)
+
+    def Note(self, where, message: str) -> None:
+        """Reports a warning at `where` that strict parsing does not mind: what Drake passes over in silence."""
+        detail = DiagnosticDetail(location_of(where), message)
         if self._on_warning is not None:
             self._on_warning(detail)
         else:

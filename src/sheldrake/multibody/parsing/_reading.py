@@ -31,6 +31,7 @@ class Reading:
         num_bodies: Bodies the plant has already, the world included; MJCF numbers nameless bodies from there.
         num_actuators: Actuators the plant has already, likewise.
         joint_friction: Whether friction of joints in URDF is to be had.
+        strictly_refused: What no one reads and strict parsing refuses, as Drake does; None means all of it.
     """
 
     policy: DiagnosticPolicy
@@ -42,6 +43,7 @@ class Reading:
     num_bodies: int = 1
     num_actuators: int = 0
     joint_friction: bool = False
+    strictly_refused: "tuple[str, ...] | None" = None
 
     def warn(self, where, message: str) -> None:
         """Reports a warning at an element, description or location."""
@@ -137,11 +139,17 @@ class Reading:
         """Warns about children and attributes that no one reads, so that nothing is dropped silently."""
         for child in element:
             if child.tag not in tags and child.tag not in silent:
-                self.warn(child, f"The element <{child.tag}> inside <{element.tag}> is not supported and is ignored.")
+                message = f"The element <{child.tag}> inside <{element.tag}> is not supported and is ignored."
+                self._warn_unread(child, child.tag, message)
         for attribute in element.attributes:
             if attribute not in attributes and attribute not in silent and not attribute.startswith("xmlns"):
                 where = element.where_attribute(attribute)
-                self.warn(where, f"The attribute '{attribute}' of <{element.tag}> is not supported and is ignored.")
+                message = f"The attribute '{attribute}' of <{element.tag}> is not supported and is ignored."
+                self._warn_unread(where, attribute, message)
+
+    def _warn_unread(self, where, name: str, message: str) -> None:
+        refused = self.strictly_refused is None or name in self.strictly_refused
+        (self.policy.Warning if refused else self.policy.Note)(where, message)
 
 
 def _shorten(text: str, limit: int = 60) -> str:

@@ -88,7 +88,9 @@ def read_joint(
     _add_mimic(element, joint, model, scope, reading)
 
 
-def read_ends(element: Element, name: str, scope: SdfScope, reading: Reading) -> "tuple[FrameReference, FrameReference]":
+def read_ends(
+    element: Element, name: str, scope: SdfScope, reading: Reading
+) -> "tuple[FrameReference, FrameReference]":
     """The parent and the child link of a joint."""
     ends = []
     for role in ("parent", "child"):

@@ -12,7 +12,7 @@ from ._urdf import read_urdf
 from ._xml import Element, read_xml
 
 OLDEST, NEWEST = (1, 4), (1, 12)
-SILENT_TAGS = ("plugin", "allow_auto_disable", "enable_wind", "must_be_base_link", "meta")
+SILENT_TAGS = ("allow_auto_disable", "enable_wind", "must_be_base_link", "meta")
 EXTENSION_TAGS = (
     "drake:collision_filter_group",
     "drake:linear_bushing_rpy",

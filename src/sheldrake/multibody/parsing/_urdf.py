@@ -4,6 +4,7 @@ Links, frames and filters here; `_urdf_joints` and `_urdf_geometry` read the res
 """
 
 import os
+from dataclasses import replace
 
 import numpy as np
 
@@ -38,6 +39,7 @@ _ROBOT_TAGS = (
     "drake:ball_constraint",
     "drake:tendon_constraint",
 )
+_STRICTLY_REFUSED = ("safety_controller", "calibration", "verbose", "type", "coulomb_window")
 _MOMENTS = ("ixx", "iyy", "izz")
 _PRODUCTS = ("ixy", "ixz", "iyz")
 
@@ -55,6 +57,7 @@ def read_urdf(root: Element, reading: Reading, model_name: str = "") -> ModelDes
     """
     if root.tag != "robot":
         reading.fail(root, f"A URDF document has a <robot> element, found <{root.tag}>.")
+    reading = replace(reading, strictly_refused=_STRICTLY_REFUSED)
     reading.warn_unknown(root, _ROBOT_TAGS, ("name",), silent=("gazebo", "loop_joint"))
     loop = root.find("loop_joint")
     if loop is not None:

@@ -13,8 +13,14 @@ from sheldrake.systems.framework import InputPortSelection, OutputPortSelection,
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
 
 
-def _square(call: str, name: str, value: Any, n: int) -> np.ndarray:
+def _matrix(value: Any) -> np.ndarray:
+    """A matrix; one list of numbers is a column, as for Eigen."""
     array = np.array(value, dtype=float)
+    return array[:, np.newaxis] if array.ndim == 1 else array
+
+
+def _square(call: str, name: str, value: Any, n: int) -> np.ndarray:
+    array = _matrix(value)
     if array.shape != (n, n):
         raise RuntimeError(f"{call}(): {name} must be {n} x {n}, it is {array.shape}.")
     if np.abs(array - array.T).max(initial=0.0) > 1e-10 * max(1.0, np.abs(array).max(initial=0.0)):
@@ -23,14 +29,14 @@ def _square(call: str, name: str, value: Any, n: int) -> np.ndarray:
 
 
 def _checked(call: str, A: Any, B: Any, Q: Any, R: Any, N: Any) -> tuple[np.ndarray, ...]:
-    A, B = np.array(A, dtype=float), np.array(B, dtype=float)
+    A, B = _matrix(A), _matrix(B)
     if A.ndim != 2 or A.shape[0] != A.shape[1] or B.ndim != 2 or B.shape[0] != A.shape[0]:
         raise RuntimeError(f"{call}(): A must be n x n and B n x m; they are {A.shape} and {B.shape}.")
     n, m = B.shape
     Q, R = _square(call, "Q", Q, n), _square(call, "R", R, m)
     if np.linalg.eigvalsh(R).min(initial=np.inf) <= 0.0:
         raise RuntimeError(f"{call}(): R must be positive definite")
-    N = np.zeros((n, m)) if N is None or np.size(N) == 0 else np.array(N, dtype=float)
+    N = np.zeros((n, m)) if N is None or np.size(N) == 0 else _matrix(N)
     if N.shape != (n, m):
         raise RuntimeError(f"{call}(): N must be {n} x {m}, it is {N.shape}.")
     return A, B, Q, R, N

@@ -414,7 +414,7 @@ class MatrixGain(LinearSystem):
     """
 
     def __init__(self, D: Any):
-        if np.ndim(D) != 2:
+        if np.ndim(D) not in (1, 2):
             raise TypeError(f"MatrixGain(): incompatible constructor arguments: D must be a matrix, got {D!r}")
         super().__init__(D=D)
 

@@ -290,9 +290,17 @@ def test_ignored_content_is_reported_with_its_line(plant, text, line, message, c
 def test_strict_parsing_makes_warnings_errors(plant):
     parser = Parser(plant)
     parser.SetStrictParsing()
-    with pytest.raises(ParseError, match="<bogus>"):
-        parser.AddModelsFromString(robot(link("a") + "<bogus/>"), "urdf")
+    with pytest.raises(ParseError, match="<calibration>"):
+        parser.AddModelsFromString(robot(link("a") + link("b") + joint("<calibration/>")), "urdf")
     assert plant.num_model_instances() == 2
+
+
+def test_strict_parsing_does_not_mind_what_drake_passes_over(plant, caplog):
+    parser = Parser(plant)
+    parser.SetStrictParsing()
+    with caplog.at_level(logging.WARNING, logger="drake"):
+        parser.AddModelsFromString(robot(link("a") + "<bogus/>"), "urdf")
+    assert "<bogus> inside <robot> is not supported and is ignored" in caplog.text
 
 
 def test_mimic_is_ignored_with_a_warning_when_the_solver_takes_no_constraints(plant, caplog):
