@@ -62,7 +62,7 @@ def _is_mesh(shape: Any) -> bool:
 def _points(geometry: Any) -> np.ndarray | None:
     shape = geometry.shape
     if _is_mesh(shape):
-        from sheldrake.geometry._mesh_files import read_mesh
+        from sheldrake.geometry._meshes.mesh_files import read_mesh
 
         try:
             points = read_mesh(shape.source()).vertices * shape.scale3()
@@ -94,7 +94,7 @@ def _half_size(shape: Any) -> np.ndarray | None:
 
 
 def _mass_properties(shape: Any) -> Any:
-    from sheldrake.geometry._mass_properties import mass_properties
+    from sheldrake.geometry._meshes.mass_properties import mass_properties
 
     try:
         found = mass_properties(shape)
@@ -108,7 +108,7 @@ def _mass_properties(shape: Any) -> Any:
 
 
 def _hull_volume(shape: Any) -> float | None:
-    from sheldrake.geometry._mass_properties import of_polygons
+    from sheldrake.geometry._meshes.mass_properties import of_polygons
 
     if not _is_mesh(shape):
         return None

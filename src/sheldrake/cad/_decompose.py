@@ -46,7 +46,7 @@ class _Cell:
 
 def decompose(solid: Solid) -> tuple[list[Any], float]:
     """Convex pieces (PolygonSurfaceMesh) that cover a closed solid, and by what share they are larger than it."""
-    from sheldrake.geometry._convex_hull import make_convex_hull
+    from sheldrake.geometry._meshes.convex_hull import make_convex_hull
 
     whole = _make_cell(solid.vertices[solid.triangles], *_range(solid.vertices[:, 0]))
     assert whole is not None

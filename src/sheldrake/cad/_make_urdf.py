@@ -192,7 +192,7 @@ def _warn_of_overlap(model: MeshModel, solids: list[Repaired]) -> None:
 
 def _numbers(piece: Repaired) -> Any:
     """Volume, centroid and inertia of a piece in its file's unit; of its convex hull when it is not closed."""
-    from sheldrake.geometry._mass_properties import of_polygons, of_triangles
+    from sheldrake.geometry._meshes.mass_properties import of_polygons, of_triangles
 
     if piece.is_closed:
         return of_triangles(piece.solid.vertices, piece.solid.triangles)
@@ -200,7 +200,7 @@ def _numbers(piece: Repaired) -> Any:
 
 
 def _hull(solid: Solid) -> Any:
-    from sheldrake.geometry._convex_hull import make_convex_hull
+    from sheldrake.geometry._meshes.convex_hull import make_convex_hull
 
     try:
         return make_convex_hull(solid.vertices, f"'{solid.name}'")

@@ -59,7 +59,7 @@ class MeshFiles:
 
 def _as_obj(source: Any) -> bytes:
     """The triangles of a mesh as an OBJ file, in the shape's frame and metres."""
-    from sheldrake.geometry._mesh_files import read_mesh
+    from sheldrake.geometry._meshes.mesh_files import read_mesh
 
     mesh = read_mesh(source, "WriteModel()")
     lines = [f"# made from {Path(source.description()).name}"]

@@ -106,8 +106,8 @@ def _check_numbers(mesh: MeshFile) -> None:
 
 
 def _read_obj(path: Path, data: bytes) -> MeshFile:
-    from sheldrake.geometry._mesh_files import _fans
-    from sheldrake.geometry._read_obj import read_obj
+    from sheldrake.geometry._meshes.mesh_files import _fans
+    from sheldrake.geometry._meshes.read_obj import read_obj
 
     text = data.decode("utf-8", "replace")
     vertices, polygons = read_obj(text, str(path))
@@ -117,8 +117,8 @@ def _read_obj(path: Path, data: bytes) -> MeshFile:
 
 
 def _read_dae(path: Path, data: bytes) -> MeshFile:
-    from sheldrake.geometry._mesh_files import _fans
-    from sheldrake.geometry._read_dae import read_dae
+    from sheldrake.geometry._meshes.mesh_files import _fans
+    from sheldrake.geometry._meshes.read_dae import read_dae
 
     vertices, polygons = read_dae(data, str(path))
     stated = re.search(rb"<unit\b[^>]*?\bmeter\s*=\s*[\"']\s*([-+0-9.eE]+)", data)
@@ -146,7 +146,7 @@ def _read_3mf(path: Path, data: bytes) -> MeshFile:
 def _read_with_trimesh(path: Path, data: bytes) -> MeshFile:
     import trimesh
 
-    from sheldrake.geometry._mesh_files import _DiskFiles
+    from sheldrake.geometry._meshes.mesh_files import _DiskFiles
 
     extension = path.suffix.lower()
     try:

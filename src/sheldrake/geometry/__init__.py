@@ -22,15 +22,18 @@ from ._geometry_set import GeometrySet
 from ._ids import FilterId, FrameId, GeometryId, SourceId
 from ._inspector import SceneGraphInspector
 from ._instance import GeometryFrame, GeometryInstance
-from ._mass_properties import CalcVolume
-from ._mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear, field_template
-from ._mesh_source import InMemoryMesh, MeshSource
-from ._meshcat import Meshcat, StartMeshcat
-from ._meshcat_animation import MeshcatAnimation
-from ._meshcat_params import MeshcatParams, MeshcatVisualizerParams
-from ._meshcat_point_cloud_visualizer import MeshcatPointCloudVisualizer
-from ._meshcat_visualizer import MeshcatVisualizer
-from ._polygon_mesh import PolygonSurfaceMesh, SurfacePolygon
+from ._meshcat.animation import MeshcatAnimation
+from ._meshcat.meshcat import Meshcat, StartMeshcat
+from ._meshcat.params import MeshcatParams, MeshcatVisualizerParams
+from ._meshcat.point_cloud_visualizer import MeshcatPointCloudVisualizer
+from ._meshcat.visualizer import MeshcatVisualizer
+from ._meshes.mass_properties import CalcVolume
+from ._meshes.mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear, field_template
+from ._meshes.mesh_source import InMemoryMesh, MeshSource
+from ._meshes.polygon_mesh import PolygonSurfaceMesh, SurfacePolygon
+from ._meshes.refine_mesh import RefineVolumeMesh, RefineVolumeMeshIntoVtkFileContents
+from ._meshes.triangle_mesh import ReadObjToTriangleSurfaceMesh, SurfaceTriangle, TriangleSurfaceMesh
+from ._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeElement, VolumeMesh
 from ._properties import (
     GeometryProperties,
     IllustrationProperties,
@@ -46,12 +49,10 @@ from ._proximity_properties import (
 )
 from ._query_object import QueryObject
 from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
-from ._raster_engine import MakeRenderEngineGl, MakeRenderEngineGltfClient, MakeRenderEngineVtk
-from ._refine_mesh import RefineVolumeMesh, RefineVolumeMeshIntoVtkFileContents
-from ._render_camera import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
-from ._render_engine import RenderEngine
-from ._render_label import RenderLabel
-from ._render_params import (
+from ._render.camera import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
+from ._render.engine import RenderEngine
+from ._render.label import RenderLabel
+from ._render.params import (
     EnvironmentMap,
     EquirectangularMap,
     GltfExtension,
@@ -62,13 +63,12 @@ from ._render_params import (
     RenderEngineVtkParams,
     SsaoParameter,
 )
+from ._render.raster_engine import MakeRenderEngineGl, MakeRenderEngineGltfClient, MakeRenderEngineVtk
 from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign
 from ._scene_graph import SceneGraph
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
 from ._state import GeometryVersion
-from ._triangle_mesh import ReadObjToTriangleSurfaceMesh, SurfaceTriangle, TriangleSurfaceMesh
-from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeElement, VolumeMesh
 
 ContactSurface_ = SystemTemplate("ContactSurface_", ContactSurface, scope=__name__)
 FramePoseVector_ = SystemTemplate("FramePoseVector_", FramePoseVector, scope=__name__)

@@ -12,9 +12,9 @@ import numpy as np
 
 from sheldrake.math import RigidTransform, RotationMatrix
 
+from ._meshes.triangle_mesh import TriangleSurfaceMesh
+from ._meshes.volume_mesh import VolumeMesh
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
-from ._triangle_mesh import TriangleSurfaceMesh
-from ._volume_mesh import VolumeMesh
 
 _PARALLEL = 1e-10  # added to cross products' projections: parallel edges separate nothing
 

@@ -17,7 +17,7 @@ from ._ids import FrameId, GeometryId
 from ._kernels import model as columns
 from ._kernels.cells import cell_width
 from ._kernels.model import GeometryModel
-from ._polygon_mesh import PolygonSurfaceMesh
+from ._meshes.polygon_mesh import PolygonSurfaceMesh
 from ._roles import Role
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
 from ._state import GeometryRecord, GeometryState

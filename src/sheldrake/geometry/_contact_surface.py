@@ -9,11 +9,11 @@ import numpy as np
 from ._ids import GeometryId
 from ._kernels import hydro_model as columns
 from ._kernels.hydro_model import HydroModel, HydroTable
-from ._mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear
+from ._meshes.mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear
+from ._meshes.polygon_mesh import PolygonSurfaceMesh, _index
+from ._meshes.triangle_mesh import TriangleSurfaceMesh
 from ._numbers import plain, values_of
-from ._polygon_mesh import PolygonSurfaceMesh, _index
 from ._roles import HydroelasticContactRepresentation
-from ._triangle_mesh import TriangleSurfaceMesh
 
 _SAME_PLACE = 1e-10  # relative to the surface's size: vertices of neighbouring faces that are nearer are one
 

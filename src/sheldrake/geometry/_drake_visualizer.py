@@ -19,15 +19,15 @@ from sheldrake.lcm._viewer_messages import (
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
 
-from ._meshcat_drawables import _triangulated
-from ._meshcat_params import _typed_fields
-from ._meshcat_tree import as_float
+from ._meshcat.drawables import _triangulated
+from ._meshcat.params import _typed_fields
+from ._meshcat.tree import as_float
+from ._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from ._query_object import QueryObject
 from ._rgba import Rgba
 from ._roles import Role
 from ._scene_graph import SceneGraph
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
-from ._volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 
 LOAD_CHANNEL, DRAW_CHANNEL = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
 _SUFFIXES = {Role.kIllustration: "_ILLUSTRATION", Role.kProximity: "_PROXIMITY", Role.kPerception: "_PERCEPTION"}
@@ -225,7 +225,7 @@ class DrakeVisualizer(LeafSystem):
         if isinstance(shape, Mesh):
             if shape.source().is_path():
                 return lcmt_viewer_geometry_data.MESH, list(shape.scale3()), str(shape.source().path())
-            from ._mesh_looks import load_mesh
+            from ._meshes.mesh_looks import load_mesh
 
             loaded = load_mesh(shape, "DrakeVisualizer")
             return _facets(loaded.vertices, loaded.faces)

@@ -9,16 +9,16 @@ import numpy as np
 
 from . import _hydro_meshes as meshes
 from . import _proximity_properties as proximity
-from ._convex_hull import make_convex_hull
 from ._hydro_meshes import PressureMesh
-from ._mesh_files import boundary_triangles, read_mesh
-from ._polygon_mesh import PolygonSurfaceMesh
+from ._meshes.convex_hull import make_convex_hull
+from ._meshes.mesh_files import boundary_triangles, read_mesh
+from ._meshes.polygon_mesh import PolygonSurfaceMesh
+from ._meshes.triangle_mesh import TriangleSurfaceMesh
+from ._meshes.volume_mesh import VolumeMesh
 from ._properties import ProximityProperties
 from ._roles import HydroelasticType, Role
 from ._shapes import Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
 from ._text import number
-from ._triangle_mesh import TriangleSurfaceMesh
-from ._volume_mesh import VolumeMesh
 
 
 class Representation(NamedTuple):

@@ -26,9 +26,9 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
     from ._bounding import Obb
-    from ._polygon_mesh import PolygonSurfaceMesh
-    from ._triangle_mesh import TriangleSurfaceMesh
-    from ._volume_mesh import VolumeMesh
+    from ._meshes.polygon_mesh import PolygonSurfaceMesh
+    from ._meshes.triangle_mesh import TriangleSurfaceMesh
+    from ._meshes.volume_mesh import VolumeMesh
 
 
 class SceneGraphInspector:

@@ -319,7 +319,7 @@ class QueryObject(Pictures):
 
         Meshes count as they are, not as their hulls. Sorted by id.
         """
-        from ._mesh_distance import point_to_triangles
+        from ._meshes.mesh_distance import point_to_triangles
 
         p_WQ = as_numbers(p_WQ).reshape(3)
         model, ids, X_WB = self._placed()
@@ -489,7 +489,7 @@ def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
 
 def _surface_of(mesh: Mesh, call: str) -> Surface:
     """The triangles of a mesh, to scale and seen from outside."""
-    from ._mesh_files import read_mesh
+    from ._meshes.mesh_files import read_mesh
 
     data, scale = read_mesh(mesh.source(), call), mesh.scale3()
     triangles = data.triangles[:, ::-1] if np.prod(scale) < 0.0 else data.triangles

@@ -14,8 +14,8 @@ from ._state import WORLD_FRAME_ID
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
-    from ._render_camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
-    from ._render_engine import RenderEngine
+    from ._render.camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
+    from ._render.engine import RenderEngine
     from ._state import GeometryState
 
 

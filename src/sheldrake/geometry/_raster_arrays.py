@@ -10,9 +10,9 @@ import numpy as np
 
 from ._kernels import raster_scene as columns
 from ._kernels.raster_scene import Look, Surfaces
-from ._raster_shapes import Material, Surface, Texture
-from ._render_label import RenderLabel
-from ._render_params import LightParameter
+from ._render.label import RenderLabel
+from ._render.params import LightParameter
+from ._render.raster_shapes import Material, Surface, Texture
 
 _LIGHT_KINDS = {"directional": columns.DIRECTIONAL, "point": columns.POINT, "spot": columns.SPOT}
 _FRAMES = ("camera", "world")

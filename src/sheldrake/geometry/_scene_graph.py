@@ -19,8 +19,8 @@ from ._instance import GeometryFrame, GeometryInstance
 from ._kernels.model import GeometryModel
 from ._properties import GeometryProperties
 from ._query_object import QueryObject
-from ._render_engine import RenderEngine
-from ._renderers import Renderers
+from ._render.engine import RenderEngine
+from ._render.renderers import Renderers
 from ._roles import HydroelasticContactRepresentation, Role, RoleAssign
 from ._shapes import Shape
 from ._state import WORLD_FRAME_ID, GeometryState

@@ -18,7 +18,7 @@ from ._hydro import check_representation
 from ._ids import FrameId, GeometryId, SourceId, number_of
 from ._instance import GeometryFrame, GeometryInstance, canonical_name
 from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
-from ._renderers import Renderers
+from ._render.renderers import Renderers
 from ._roles import CollisionFilterScope, HydroelasticType, Role, RoleAssign
 from ._shapes import Shape
 from ._text import choices
@@ -26,7 +26,7 @@ from ._text import choices
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
-    from ._render_engine import RenderEngine
+    from ._render.engine import RenderEngine
 
 WORLD_FRAME_ID = FrameId.get_new_id()
 SELF_SOURCE_ID = SourceId.get_new_id()

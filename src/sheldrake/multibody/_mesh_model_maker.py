@@ -103,7 +103,7 @@ class MeshModelMaker:
             RuntimeError: The mesh can not be read or has no volume, or the mass is impossible.
         """
         from sheldrake.geometry import ReadObjToTriangleSurfaceMesh
-        from sheldrake.geometry._mass_properties import of_triangles
+        from sheldrake.geometry._meshes.mass_properties import of_triangles
 
         _LOG.info("Making a model of %s", self._mesh_path)
         uri = _uri(self._mesh_path, self._package)

@@ -128,7 +128,7 @@ def _numbers(X: Any) -> np.ndarray:
 def _drawn(diagram: Any, meshcat: Any, query: Any) -> Any:
     """A page with the scene of a QueryObject, its frames and their paths: the user's Meshcat's, or one of our own."""
     from sheldrake.geometry import Meshcat, MeshcatVisualizer
-    from sheldrake.geometry._meshcat_export import static_html
+    from sheldrake.geometry._meshcat.export import static_html
 
     own = meshcat is None
     if own:
@@ -162,9 +162,9 @@ def _quiet(make: Any) -> Any:
 
 def replay_of_recording(meshcat: Any) -> Replay | None:
     """The replay of what a Meshcat recorded; None when it recorded nothing."""
-    from sheldrake.geometry._meshcat_export import static_html
-    from sheldrake.geometry._meshcat_player import Frames
-    from sheldrake.geometry._meshcat_tree import quaternions
+    from sheldrake.geometry._meshcat.export import static_html
+    from sheldrake.geometry._meshcat.player import Frames
+    from sheldrake.geometry._meshcat.tree import quaternions
 
     frames = Frames(meshcat.get_mutable_recording())
     if frames.num_frames < 2:

@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Convex, HalfSpace, Mesh, QueryObject, Rgba, Role
-from sheldrake.geometry._meshcat_drawables import drawable_of_shape, triangles_of
+from sheldrake.geometry._meshcat.drawables import drawable_of_shape, triangles_of
 from sheldrake.systems.framework import InputPort
 from sheldrake.systems.pyplot_visualizer import PyPlotVisualizer
 

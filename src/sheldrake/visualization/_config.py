@@ -15,7 +15,7 @@ from sheldrake.geometry import (
     Rgba,
     Role,
 )
-from sheldrake.geometry._meshcat_params import _typed_fields
+from sheldrake.geometry._meshcat.params import _typed_fields
 from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from sheldrake.systems.lcm import LcmBuses
 

@@ -19,7 +19,7 @@ from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Meshcat, MeshcatVisualizerParams, QueryObject, Rgba, Role
 from sheldrake.geometry import MeshcatVisualizer as _NewMeshcatVisualizer
-from sheldrake.geometry._meshcat_drawables import drawable_of_shape, triangles_of
+from sheldrake.geometry._meshcat.drawables import drawable_of_shape, triangles_of
 from sheldrake.systems.framework import EventStatus, LeafSystem
 
 __all__ = ["ConnectMeshcatVisualizer", "MeshcatVisualizer"]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.geometry import Meshcat
-from sheldrake.geometry._meshcat_charts import Charts, Panel
+from sheldrake.geometry._meshcat.charts import Charts, Panel
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.primitives._log_units import quantity
 

@@ -38,7 +38,7 @@ def substitute() -> None:
         parent, _, child = name.rpartition(".")
         sys.modules[name] = module
         setattr(importlib.import_module(parent), child, module)
-    sys.modules["sheldrake.geometry._mass_properties"] = types.SimpleNamespace(mass_properties=mass_properties)
+    sys.modules["sheldrake.geometry._meshes.mass_properties"] = types.SimpleNamespace(mass_properties=mass_properties)
 
 
 def mass_properties(shape):

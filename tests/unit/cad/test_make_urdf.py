@@ -92,7 +92,7 @@ def test_the_two_hole_block_in_two_units(tmp_path):
     """The project's own block: the exact volume is that of its mesh, whatever unit and format it comes in."""
     import sheldrake
     from sheldrake.geometry import ReadObjToTriangleSurfaceMesh
-    from sheldrake.geometry._mass_properties import of_triangles
+    from sheldrake.geometry._meshes.mass_properties import of_triangles
 
     mesh = ReadObjToTriangleSurfaceMesh(sheldrake.model_path("two_hole_block/two_hole_block.obj"))
     exact = of_triangles(mesh._vertices, mesh._triangles)
@@ -305,7 +305,7 @@ def test_the_description_loads(tmp_path, library, collision, pieces):
 def test_decomposition_covers_the_solid_tightly():
     from sheldrake.cad._decompose import decompose
     from sheldrake.cad._solids import Solid
-    from sheldrake.geometry._mass_properties import of_polygons
+    from sheldrake.geometry._meshes.mass_properties import of_polygons
 
     ring = solids.extruded(solids.polygon(32, 1.0), 0.5, [solids.polygon(32, 0.5)])
     volume = 0.5 * 16 * math.sin(2 * math.pi / 32) * (1.0 - 0.25)

@@ -8,7 +8,7 @@ from PIL import Image
 
 from sheldrake.common import MemoryFile
 from sheldrake.geometry import InMemoryMesh, Mesh
-from sheldrake.geometry._mesh_looks import load_mesh
+from sheldrake.geometry._meshes.mesh_looks import load_mesh
 
 TILE = """<?xml version="1.0"?><COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
 <asset><unit meter="0.01"/><up_axis>Y_UP</up_axis></asset>

@@ -9,7 +9,7 @@ from sheldrake import geometry as g
 from sheldrake.geometry import _hydro_meshes as meshes
 from sheldrake.geometry._hydro import representation_of_shape
 from sheldrake.geometry._kernels.hydro_depth import depths_below
-from sheldrake.geometry._mesh_files import boundary_triangles
+from sheldrake.geometry._meshes.mesh_files import boundary_triangles
 
 
 def volumes(mesh):

@@ -356,7 +356,7 @@ def test_downloads(meshcat):
 
 
 def test_realtime_rate():
-    from sheldrake.geometry._meshcat_realtime import RealtimeRateCalculator
+    from sheldrake.geometry._meshcat.realtime import RealtimeRateCalculator
 
     now = [100.0]
     calculator = RealtimeRateCalculator(0.25, clock=lambda: now[0])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from sheldrake import geometry as g
-from sheldrake.geometry._convex_hull import make_convex_hull
-from sheldrake.geometry._mass_properties import mass_properties
-from sheldrake.geometry._mesh_files import read_mesh
+from sheldrake.geometry._meshes.convex_hull import make_convex_hull
+from sheldrake.geometry._meshes.mass_properties import mass_properties
+from sheldrake.geometry._meshes.mesh_files import read_mesh
 
 # A box 1 x 2 x 3 with its corner at the origin.
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 2) for z in (0, 3)], dtype=float)

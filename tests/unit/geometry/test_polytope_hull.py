@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from sheldrake.geometry._polytope_hull import MOST_FACES, wrap
+from sheldrake.geometry._meshes.polytope_hull import MOST_FACES, wrap
 
 CUBE = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
 ANGLES = np.arange(40) * 2 * np.pi / 40

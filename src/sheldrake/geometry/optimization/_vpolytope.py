@@ -109,7 +109,7 @@ class VPolytope(ConvexSet):
         Raises:
             RuntimeError: it is not in space.
         """
-        from sheldrake.geometry._convex_hull import make_convex_hull
+        from sheldrake.geometry._meshes.convex_hull import make_convex_hull
 
         if self._dimension != 3:
             raise RuntimeError(f"WriteObj(): the polytope is in {self._dimension} dimensions, expected 3.")

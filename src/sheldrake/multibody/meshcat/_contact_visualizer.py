@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Meshcat, QueryObject
-from sheldrake.geometry._meshcat_tree import as_float
+from sheldrake.geometry._meshcat.tree import as_float
 from sheldrake.multibody.plant import ContactResults, MultibodyPlant
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
 

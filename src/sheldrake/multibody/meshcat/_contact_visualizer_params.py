@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 
 from sheldrake.geometry import Rgba
-from sheldrake.geometry._meshcat_params import _typed_fields
+from sheldrake.geometry._meshcat.params import _typed_fields
 
 
 @_typed_fields

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from sheldrake.geometry import Cylinder, Meshcat
-from sheldrake.geometry._meshcat_tree import full_path
+from sheldrake.geometry._meshcat.tree import full_path
 
 from ._arrow import HEAD, X_TURNED, Shown, as_floats, draw_head, frames_along
 from ._contact_visualizer_params import ContactVisualizerParams

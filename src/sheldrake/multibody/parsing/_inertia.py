@@ -83,7 +83,7 @@ def solid_properties(shape, where, what: str, reading):
         what: What messages call it.
         reading: Receives warnings and errors.
     """
-    from sheldrake.geometry._mass_properties import mass_properties
+    from sheldrake.geometry._meshes.mass_properties import mass_properties
 
     try:
         volume, centroid, inertia = mass_properties(shape)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.geometry import Shape, TriangleSurfaceMesh
-from sheldrake.geometry._mass_properties import mass_properties
+from sheldrake.geometry._meshes.mass_properties import mass_properties
 from sheldrake.multibody.math import RotationalInertia, SpatialInertia
 
 

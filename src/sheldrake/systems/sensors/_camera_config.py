@@ -25,7 +25,7 @@ from sheldrake.geometry import (
     Rgba,
 )
 from sheldrake.geometry._camera_info import CameraInfo
-from sheldrake.geometry._meshcat_params import _typed_fields
+from sheldrake.geometry._meshcat.params import _typed_fields
 from sheldrake.math import RigidTransform
 
 _PARAMS = {

@@ -21,7 +21,7 @@ from sheldrake.geometry._image import (
     PixelFormat,
     PixelScalar,
 )
-from sheldrake.geometry._meshcat_params import _typed_fields
+from sheldrake.geometry._meshcat.params import _typed_fields
 
 
 class ImageFileFormat(BoundEnum):

@@ -1,0 +1,1 @@
+"""The viewer: `Meshcat`, what it draws, its page and its server."""

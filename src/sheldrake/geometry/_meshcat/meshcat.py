@@ -1,0 +1,151 @@
+"""Meshcat: a scene in a web page, with pydrake's calls.
+
+Put together from one file a subject. A call changes the tree of paths (`_meshcat_tree`) and returns; the hub sends what
+changed to the pages from a thread of its own, so that no page can slow a simulation.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+import time
+import weakref
+from typing import Any, overload
+
+import numpy as np
+
+from .camera import Cameras, OrthographicCamera, PerspectiveCamera
+from .controls import Gamepad
+from .hub import Hub, stop
+from .objects import Objects, SideOfFaceToRender
+from .panel import Panel
+from .params import MeshcatParams
+from .placement import Placement
+from .realtime import RealtimeRateCalculator
+from .recorder import Recorder
+from .server import ALL_INTERFACES, open_socket
+
+log = logging.getLogger("drake")
+
+
+def _check_network_allowed() -> None:
+    allowed = os.environ.get("DRAKE_ALLOW_NETWORK")
+    if allowed and "meshcat" not in allowed.split(":"):
+        raise RuntimeError(f"Meshcat(): not allowed by the environment variable DRAKE_ALLOW_NETWORK={allowed}.")
+
+
+class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
+    """A 3-D scene shown in any browser, at web_url().
+
+    Paths name places in the scene: "/a/b" lies below "/a" and moves with it; a path that does not
+    start with "/" lies below "/drake". The page listens on this machine only, unless
+    MeshcatParams.host says otherwise. Calls only note what changed; pages are told from another
+    thread, and only while somebody looks.
+
+    Args:
+        port: Port to listen on; None takes the first free one from 7000 on, 0 any free one.
+        params: More choices, in place of `port`.
+
+    Raises:
+        RuntimeError: when the wanted port is in use.
+        ValueError: when a parameter is out of range.
+    """
+
+    Gamepad = Gamepad
+    OrthographicCamera = OrthographicCamera
+    PerspectiveCamera = PerspectiveCamera
+    SideOfFaceToRender = SideOfFaceToRender
+
+    @overload
+    def __init__(self, port: int | None = None) -> None: ...
+    @overload
+    def __init__(self, params: MeshcatParams) -> None: ...
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        params = self._params(*args, **kwargs)
+        _check_network_allowed()
+        self._rate_calculator = RealtimeRateCalculator(params.realtime_rate_period)
+        self._rate = 0.0
+        listener = open_socket(params.host, params.port)
+        self._port = listener.getsockname()[1]
+        host = "localhost" if params.host in ALL_INTERFACES else params.host
+        try:
+            self._web_url = params.web_url_pattern.format(host=host, port=self._port).rstrip("/")
+        except (KeyError, IndexError, ValueError) as error:
+            listener.close()
+            raise RuntimeError(
+                f"Meshcat(): web_url_pattern '{params.web_url_pattern}' names {error}; it has {{host}} and {{port}}."
+            ) from None
+        self._hub = Hub(params, listener)
+        self._finalizer = weakref.finalize(self, stop, self._hub)
+        for item in params.initial_properties:
+            self.SetProperty(item.path, item.property, item.value)
+        self._announce()
+
+    @staticmethod
+    def _params(*args: Any, **kwargs: Any) -> MeshcatParams:
+        if len(args) + len(kwargs) > 1 or set(kwargs) - {"port", "params"}:
+            raise TypeError(f"Meshcat(): expected (port) or (params), got {args} {kwargs}.")
+        value = args[0] if args else next(iter(kwargs.values()), None)
+        if isinstance(value, MeshcatParams):
+            return value
+        if value is not None and (isinstance(value, bool) or not isinstance(value, (int, np.integer))):
+            raise TypeError(f"Meshcat(): expected a port number or MeshcatParams, got {type(value).__name__}.")
+        return MeshcatParams(port=None if value is None else int(value))
+
+    def _announce(self) -> None:
+        text = f"Meshcat listening for connections at {self._web_url}"
+        if log.isEnabledFor(logging.INFO) and log.hasHandlers():
+            log.info(text)
+        elif sys.stderr is not None:
+            print(text, file=sys.stderr)
+
+    def web_url(self) -> str:
+        """Returns the address to open in a browser."""
+        return self._web_url
+
+    def port(self) -> int:
+        """Returns the port."""
+        return self._port
+
+    def ws_url(self) -> str:
+        """Returns the address of the websocket."""
+        return "ws" + self._web_url.removeprefix("http")
+
+    def GetNumActiveConnections(self) -> int:
+        """Returns how many pages are connected."""
+        return self._hub.page.num_clients()
+
+    def Flush(self) -> None:
+        """Waits until every page has been sent what was set so far, at most 15 s for a page that does not take it."""
+        self._hub.page.sync()
+        server = self._hub.server._websock_server
+        buffer = server._broadcast_buffer
+        last = buffer.message_counter - 1
+        deadline = time.monotonic() + 15.0
+        server.flush()
+        while time.monotonic() < deadline:
+            cursors = list(buffer.generator_cursors.values())
+            pending = any(c.transport.get_write_buffer_size() for c in list(server._live_connections.values()))
+            if not pending and all(cursor >= last for cursor in cursors):
+                return
+            time.sleep(0.002)
+
+    def _InjectWebsocketMessage(self, message: bytes) -> None:
+        """Acts as if a page had sent a message in Meshcat's own format; for tests."""
+        import msgspec
+
+        try:
+            self._hub.controls.receive(msgspec.msgpack.decode(message))
+        except (msgspec.MsgspecError, ValueError, TypeError, KeyError) as error:
+            log.warning("Meshcat: a page sent something unreadable: %s", error)
+
+    def _repr_html_(self) -> str:
+        """Shows the page inside a notebook."""
+        style = "width:100%; height:480px; border:0"
+        return f'<iframe src="{self._web_url}" title="sheldrake scene" style="{style}"></iframe>'
+
+
+def StartMeshcat() -> Meshcat:
+    """Returns a Meshcat on the first free port."""
+    return Meshcat()

@@ -1,0 +1,153 @@
+"""Where things are in a Meshcat, and their properties.
+
+What is recorded goes to the animation, too; see `_meshcat_recorder`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .tree import as_matrix4, full_path
+
+
+class Placement:
+    """The part of Meshcat that places, changes and removes paths."""
+
+    _hub: Any
+
+    def SetTransform(self, *args: Any, **kwargs: Any) -> None:
+        """Places a path, and everything below it, in its parent.
+
+        Overloads:
+            SetTransform(path, X_ParentPath, time_in_recording=None)
+            SetTransform(path, matrix), a homogeneous matrix, shape (4, 4), that may also stretch
+
+        While recording, a pose with a time_in_recording [s] goes into the recording.
+
+        Raises:
+            TypeError: when the arguments fit no overload.
+        """
+        path, X, time = _transform_arguments(*args, **kwargs)
+        path = full_path(path)
+        if isinstance(X, np.ndarray):
+            self._hub.tree.set_pose(path, X)
+            return
+        pose = np.array(X.GetAsMatrix34(), dtype=float)
+        hub = self._hub
+        if hub.recording and time is not None:
+            hub.animation._set_pose(hub.animation.frame(time), path, pose)
+            if not hub.show_while_recording:
+                return
+        hub.tree.set_pose(path, pose)
+
+    def _set_poses(self, paths: list[str], poses: np.ndarray, time: float | None = None) -> None:
+        """Places many full paths at once; poses of shape (n, 3, 4) or (n, 4, 4) that the caller will not change."""
+        hub = self._hub
+        if hub.recording and time is not None:
+            frame = hub.animation.frame(time)
+            for path, pose in zip(paths, poses):
+                hub.animation._set_pose(frame, path, pose)
+            if not hub.show_while_recording:
+                return
+        hub.tree.set_poses(paths, poses)
+
+    def _set_scales(self, paths: list[str], scales: np.ndarray, time: float | None = None) -> None:
+        """Sets the property "scale" of many full paths that have no other pose; shape (n, 3)."""
+        hub, values = self._hub, scales.tolist()
+        if hub.recording and time is not None:
+            frame = hub.animation.frame(time)
+            for path, value in zip(paths, values):
+                hub.animation.SetProperty(frame, path, "scale", value)
+            if not hub.show_while_recording:
+                return
+        matrices = np.zeros((len(paths), 4, 4))
+        matrices[:, [0, 1, 2], [0, 1, 2]] = scales
+        matrices[:, 3, 3] = 1.0
+        hub.tree.set_properties(paths, "scale", values)
+        hub.tree.set_poses(paths, matrices)
+
+    def SetProperty(self, path: str, property: str, value: Any, time_in_recording: float | None = None) -> None:
+        """Sets a property of a path.
+
+        The page shows "visible", "color", "opacity", "modulated_opacity", "position", "quaternion"
+        and "scale" of anything; "visible" of "/Grid", "/Axes", "/Background" and "/Lights";
+        "top_color" and "bottom_color" of "/Background"; "fov", "zoom" and "position" of the camera.
+        Other properties are kept, and it is said once that the page cannot show them.
+
+        Args:
+            path: Path in the scene.
+            property: Name of the property.
+            value: A bool, a number or a list of numbers.
+            time_in_recording: While recording, the time [s] at which the value goes into it.
+
+        Raises:
+            TypeError: when the value is of another type.
+        """
+        if isinstance(value, (bool, np.bool_)):
+            value = bool(value)
+        elif isinstance(value, (int, float, np.integer, np.floating)):
+            value = float(value)
+        elif isinstance(value, (list, tuple, np.ndarray)):
+            value = [float(v) for v in value]
+        elif not (isinstance(value, str) and property == "environment_map"):
+            raise TypeError(
+                f"Meshcat.SetProperty(): value of '{property}' must be a bool, a number or a list of numbers, got "
+                f"{type(value).__name__}."
+            )
+        hub, full = self._hub, full_path(path)
+        if hub.recording and time_in_recording is not None:
+            hub.animation.SetProperty(hub.animation.frame(time_in_recording), full, property, value)
+            if not hub.show_while_recording:
+                return
+        hub.tree.set_property(full, property, value)
+        if property in ("position", "quaternion", "scale") and not full.startswith("/Cameras"):
+            self._place(full, property, value)
+
+    def _place(self, path: str, property: str, value: Any) -> None:
+        """Gives a path the position, the quaternion (x, y, z, w) or the scale of a property."""
+        element = self._hub.tree.get(path)
+        M = np.eye(4) if element is None or element.pose is None else as_matrix4(element.pose).copy()
+        values = np.broadcast_to(np.asarray(value, dtype=float), (4 if property == "quaternion" else 3,))
+        lengths = np.linalg.norm(M[:3, :3], axis=0)
+        if property == "position":
+            M[:3, 3] = values
+        elif property == "quaternion":
+            x, y, z, w = values / np.linalg.norm(values)
+            R = np.array(
+                [
+                    [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+                    [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+                    [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+                ]
+            )
+            M[:3, :3] = R * lengths
+        else:
+            M[:3, :3] = M[:3, :3] / np.where(lengths > 0, lengths, 1.0) * values
+        self._hub.tree.set_pose(path, M)
+
+    def HasPath(self, path: str) -> bool:
+        """Returns whether something was set at or below a path."""
+        return self._hub.tree.has_path(full_path(path))
+
+    def Delete(self, path: str = "") -> None:
+        """Removes a path and everything below it; without a path, everything below "/drake"."""
+        self._hub.tree.delete(full_path(path))
+
+
+def _transform_arguments(
+    path: str, X_ParentPath: Any = None, time_in_recording: float | None = None, *, matrix: Any = None
+) -> tuple[str, Any, float | None]:
+    """Sorts out the two overloads of SetTransform; a matrix comes back as an array of its own."""
+    given = X_ParentPath if matrix is None else matrix
+    if hasattr(given, "GetAsMatrix34"):
+        return path, given, time_in_recording
+    array = np.array(given, dtype=float) if isinstance(given, (np.ndarray, list, tuple)) else None
+    if array is None or array.shape != (4, 4) or time_in_recording is not None:
+        found = type(given).__name__ if array is None else f"an array of shape {array.shape}"
+        raise TypeError(
+            f"Meshcat.SetTransform(): expected a RigidTransform (with an optional time_in_recording) or a matrix of "
+            f"shape (4, 4), got {found}."
+        )
+    return path, array, None

@@ -1,0 +1,73 @@
+"""MeshcatPointCloudVisualizer: draws a point cloud into a Meshcat."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.math import RigidTransform
+from sheldrake.systems.framework import EventStatus, InputPort, LeafSystem
+
+from .._point_cloud import PointCloud
+from .._rgba import Rgba
+from .meshcat import Meshcat
+from .tree import as_float
+
+
+class MeshcatPointCloudVisualizer(LeafSystem):
+    """Draws a point cloud into a Meshcat, every `publish_period` of simulated time.
+
+    Ports: inputs "cloud" and "X_ParentCloud", the pose of the cloud's frame, the identity when not connected.
+
+    Args:
+        meshcat: Where to draw.
+        path: Path in the scene.
+        publish_period: Simulated time between two publishes [s]; zero publishes at every step.
+
+    Raises:
+        RuntimeError: when the period is negative.
+    """
+
+    def __init__(self, meshcat: Meshcat, path: str, publish_period: float = 1 / 32.0):
+        super().__init__()
+        if not publish_period >= 0:
+            raise RuntimeError(
+                f"MeshcatPointCloudVisualizer(): publish_period must not be negative, got {publish_period} s."
+            )
+        self._meshcat, self._path = meshcat, path
+        self._point_size, self._default_rgba = 0.001, Rgba(0.9, 0.9, 0.9, 1.0)
+        self.DeclareAbstractInputPort("cloud", AbstractValue.Make(PointCloud()))
+        self.DeclareAbstractInputPort("X_ParentCloud", AbstractValue.Make(RigidTransform()))
+        if publish_period > 0:
+            self.DeclarePeriodicPublishEvent(period_sec=publish_period, offset_sec=0.0, publish=self._update)
+        else:
+            self.DeclarePerStepPublishEvent(publish=self._update)
+        self.DeclareForcedPublishEvent(publish=self._update)
+
+    def set_point_size(self, size: float) -> None:
+        """Sets the size of the points [m]."""
+        self._point_size = float(size)
+
+    def set_default_rgba(self, rgba: Rgba) -> None:
+        """Sets the color of points in clouds without colors."""
+        self._default_rgba = rgba.__copy__()
+
+    def Delete(self) -> None:
+        """Removes what was drawn."""
+        self._meshcat.Delete(self._path)
+
+    def cloud_input_port(self) -> InputPort:
+        """Returns the input port for the point cloud."""
+        return self.get_input_port(0)
+
+    def pose_input_port(self) -> InputPort:
+        """Returns the input port for the pose of the cloud's frame."""
+        return self.get_input_port(1)
+
+    def _update(self, context: Any) -> EventStatus:
+        cloud = self.cloud_input_port().Eval(context)
+        self._meshcat.SetObject(self._path, cloud, self._point_size, self._default_rgba)
+        pose = self.pose_input_port()
+        X = pose.Eval(context) if pose.HasValue(context) else RigidTransform()
+        self._meshcat.SetTransform(self._path, X, as_float(context.get_time()))
+        return EventStatus.Succeeded()

@@ -1,0 +1,243 @@
+"""MeshcatVisualizer: draws what a SceneGraph holds into a Meshcat."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any, overload
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
+
+from .._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
+from .._query_object import QueryObject
+from .._roles import Role
+from .._scene_graph import SceneGraph
+from .animation import MeshcatAnimation
+from .drawables import _triangulated
+from .meshcat import Meshcat
+from .params import MeshcatVisualizerParams
+from .tree import as_float, full_path
+
+log = logging.getLogger("drake")
+_ALPHA_STEP = 0.02
+
+
+class MeshcatVisualizer(LeafSystem):
+    """Draws the geometries of one role into a Meshcat, every `publish_period` of simulated time.
+
+    A body's frame "model::body" is drawn at "prefix/model/body", its geometries below, by name.
+
+    Args:
+        meshcat: Where to draw.
+        params: What, where and how often.
+
+    Raises:
+        RuntimeError: when the publish period is not positive or the role is kUnassigned.
+    """
+
+    def __init__(self, meshcat: Meshcat, params: MeshcatVisualizerParams | None = None):
+        super().__init__()
+        params = MeshcatVisualizerParams() if params is None else params
+        if not params.publish_period > 0:
+            raise RuntimeError(f"MeshcatVisualizer(): publish_period must be positive, got {params.publish_period} s.")
+        if params.role == Role.kUnassigned:
+            raise RuntimeError("MeshcatVisualizer(): role must not be kUnassigned.")
+        self._meshcat = meshcat
+        self._params = params
+        self._drawn_version: Any = None
+        self._frames: list[Any] = []
+        self._memo: dict[Any, Any] = {}
+        self._frame_paths: list[str] = []
+        self._geometry_paths: dict[Any, str] = {}
+        self._alpha = 1.0
+        self._alpha_slider = f"{params.prefix} α"
+        port = self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
+        self._query_object_index = port.get_index()
+        self.DeclareInitializationPublishEvent(publish=self._initialize)
+        self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
+        self.DeclareForcedPublishEvent(publish=self._update)
+        if params.enable_alpha_slider:
+            meshcat.AddSlider(self._alpha_slider, _ALPHA_STEP, 1.0, _ALPHA_STEP, params.initial_alpha_slider_value)
+
+    @overload
+    @classmethod
+    def AddToBuilder(
+        cls,
+        builder: DiagramBuilder,
+        scene_graph: SceneGraph,
+        meshcat: Meshcat,
+        params: MeshcatVisualizerParams = ...,
+    ) -> MeshcatVisualizer: ...
+    @overload
+    @classmethod
+    def AddToBuilder(
+        cls,
+        builder: DiagramBuilder,
+        query_object_port: OutputPort,
+        meshcat: Meshcat,
+        params: MeshcatVisualizerParams = ...,
+    ) -> MeshcatVisualizer: ...
+    @classmethod
+    def AddToBuilder(cls, builder: DiagramBuilder, *args: Any, **kwargs: Any) -> MeshcatVisualizer:
+        """Adds a visualizer to a diagram, connects it and returns it.
+
+        Args:
+            builder: The diagram in the making.
+            *args: A SceneGraph (or its query port), a Meshcat and, optionally, MeshcatVisualizerParams.
+            **kwargs: The same by name: scene_graph or query_object_port, meshcat, params.
+
+        Raises:
+            TypeError: when an argument is missing or of another type.
+        """
+        names = ["query_object_port" if "query_object_port" in kwargs else "scene_graph", "meshcat", "params"]
+        free = [name for name in names if name not in kwargs]
+        if len(args) > len(free) or set(kwargs) - set(names):
+            raise TypeError(f"MeshcatVisualizer.AddToBuilder(): expected (builder, {', '.join(names)}).")
+        given = {**dict(zip(free, args)), **kwargs}
+        source, meshcat = given.get(names[0]), given.get("meshcat")
+        port = source.get_query_output_port() if isinstance(source, SceneGraph) else source
+        if not isinstance(port, OutputPort) or not isinstance(meshcat, Meshcat):
+            raise TypeError(
+                f"MeshcatVisualizer.AddToBuilder(): expected a SceneGraph (or its query port) and a Meshcat, got "
+                f"{type(source).__name__} and {type(meshcat).__name__}."
+            )
+        visualizer = builder.AddSystem(cls(meshcat, given.get("params")))
+        name = f"meshcat_visualizer({visualizer._params.prefix})"
+        if not builder.HasSubsystemNamed(name):
+            visualizer.set_name(name)
+        builder.Connect(port, visualizer.query_object_input_port())
+        return visualizer
+
+    def query_object_input_port(self) -> InputPort:
+        """Returns the input port for a SceneGraph's query port."""
+        return self.get_input_port(self._query_object_index)
+
+    def Delete(self) -> None:
+        """Removes everything below the prefix; the next publish draws it anew."""
+        self._meshcat.Delete(self._params.prefix)
+        self._drawn_version = None
+
+    def StartRecording(self, set_transforms_while_recording: bool = True) -> MeshcatAnimation:
+        """Starts a recording at the rate of the publishes and returns it.
+
+        Args:
+            set_transforms_while_recording: Whether the page moves meanwhile, too.
+        """
+        self._meshcat.StartRecording(1.0 / self._params.publish_period, set_transforms_while_recording)
+        return self._meshcat.get_mutable_recording()
+
+    def StopRecording(self) -> None:
+        """Stops the recording; what was recorded stays."""
+        self._meshcat.StopRecording()
+
+    def PublishRecording(self) -> None:
+        """Plays the recording in the page."""
+        self._meshcat.PublishRecording()
+
+    def DeleteRecording(self) -> None:
+        """Forgets the recording."""
+        self._meshcat.DeleteRecording()
+
+    def get_mutable_recording(self) -> MeshcatAnimation:
+        """Returns the recording."""
+        return self._meshcat.get_mutable_recording()
+
+    def ResetRealtimeRateCalculator(self) -> None:
+        """Starts the measurement of the realtime rate anew."""
+        self._meshcat._rate_calculator.reset()
+
+    def _initialize(self, context: Any) -> EventStatus:
+        if self._params.delete_on_initialization_event:
+            self.Delete()
+        return self._update(context)
+
+    def _update(self, context: Any) -> EventStatus:
+        """Draws what changed: the geometries, where they are, and how opaque."""
+        port = self.query_object_input_port()
+        if not port.HasValue(context):
+            raise RuntimeError(
+                f"MeshcatVisualizer '{self.GetSystemPathname()}': input port 'query_object' is not connected; "
+                "connect it to SceneGraph.get_query_output_port(), or use MeshcatVisualizer.AddToBuilder()."
+            )
+        return self._publish(port.Eval(context), as_float(context.get_time()))
+
+    def _publish(self, query: Any, time: float) -> EventStatus:
+        """Draws what a QueryObject tells, at a simulation time [s]."""
+        version = query.inspector().geometry_version()
+        if self._drawn_version is None:
+            self._meshcat.SetProperty(self._params.prefix, "visible", self._params.visible_by_default)
+        if self._drawn_version is None or not self._drawn_version.IsSameAs(version, self._params.role):
+            self._set_objects(query.inspector())
+            self._drawn_version = type(version)(version)
+        self._set_transforms(query, time)
+        if self._params.enable_alpha_slider:
+            self._set_alpha()
+        self._meshcat.SetSimulationTime(time)
+        return EventStatus.Succeeded()
+
+    def _set_objects(self, inspector: Any) -> None:
+        """Draws the geometries of our role and removes those that have gone."""
+        gone, self._geometry_paths = self._geometry_paths, {}
+        self._frames, self._frame_paths, self._memo = [], [], {}
+        world = inspector.world_frame_id()
+        for frame in inspector.GetAllFrameIds():
+            path = self._params.prefix
+            if frame != world:
+                path = f"{path}/{inspector.GetName(frame)}".replace("::", "/")
+            geometries = inspector.GetGeometries(frame, self._params.role)
+            drawn = [self._draw(inspector, geometry, path) for geometry in geometries]
+            if any(drawn) and frame != world:
+                self._frames.append(frame)
+                self._frame_paths.append(full_path(path))
+        for geometry, path in gone.items():
+            if geometry not in self._geometry_paths:
+                self._meshcat.Delete(path)
+        self._alpha = 1.0
+
+    def _draw(self, inspector: Any, geometry: Any, frame_path: str) -> bool:
+        properties = inspector.GetProperties(geometry, self._params.role)
+        if properties.HasProperty("meshcat", "accepting"):
+            if properties.GetProperty("meshcat", "accepting") != self._params.prefix:
+                return False
+        elif not self._params.include_unspecified_accepting:
+            return False
+        path = f"{frame_path}/{inspector.GetName(geometry)}".replace("::", "/")
+        rgba = properties.GetPropertyOrDefault("phong", "diffuse", self._params.default_color)
+        surface = self._collision_surface(inspector, geometry)
+        if surface is not None:
+            vertices, faces = surface
+            self._meshcat.SetTriangleMesh(path, vertices.T, faces.T, rgba)
+        else:
+            self._meshcat.SetObject(path, inspector.GetShape(geometry), rgba)
+        self._meshcat.SetTransform(path, inspector.GetPoseInFrame(geometry))
+        self._geometry_paths[geometry] = path
+        return True
+
+    def _collision_surface(self, inspector: Any, geometry: Any) -> tuple[np.ndarray, np.ndarray] | None:
+        """Vertices and triangles of what collides, where that is not the shape itself.
+
+        The surface of the hydroelastic mesh, if that is wanted and there is one; else the hull of a mesh.
+        """
+        if self._params.role != Role.kProximity:
+            return None
+        if self._params.show_hydroelastic:
+            mesh = inspector.maybe_get_hydroelastic_mesh(geometry)
+            if isinstance(mesh, VolumeMesh):
+                mesh = ConvertVolumeToSurfaceMesh(mesh)
+            if mesh is not None:
+                return mesh._vertices, mesh._triangles
+        hull = inspector.GetConvexHull(geometry)
+        return None if hull is None else _triangulated(hull)
+
+    def _set_transforms(self, query: Any, time: float) -> None:
+        if self._frames:
+            poses = query._world_matrices(self._frames, self._memo)
+            self._meshcat._set_poses(self._frame_paths, poses, time)
+
+    def _set_alpha(self) -> None:
+        alpha = self._meshcat.GetSliderValue(self._alpha_slider)
+        if alpha != self._alpha:
+            self._alpha = alpha
+            self._meshcat.SetProperty(self._params.prefix, "modulated_opacity", alpha)

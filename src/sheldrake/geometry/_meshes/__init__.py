@@ -1,0 +1,1 @@
+"""Meshes: files, surfaces, volumes, hulls and fields on them."""

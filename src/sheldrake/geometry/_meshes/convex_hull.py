@@ -1,0 +1,157 @@
+"""Convex hulls of points: vertices in the order of the input, flat faces merged into polygons."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from .mesh_files import read_mesh
+from .mesh_source import MeshSource
+from .polygon_mesh import PolygonSurfaceMesh
+from .polytope_hull import wrap
+
+_COINCIDENT = 1e-12  # [m] points within a sphere of this radius are one point
+_FLAT = 1e-9  # relative to the size: points closer to a plane (line) are in it
+_THICKNESS = 1e-6  # relative to the size: height of the apex that makes a flat hull solid
+_SAME_PLANE = 1e-9  # normals of two facets of one face differ by less
+
+
+def make_convex_hull_of_source(source: MeshSource, scale3: Any) -> PolygonSurfaceMesh:
+    """The hull of the vertices of a mesh, scaled along each axis; cached per file, time of change and scale."""
+    scale = tuple(float(s) for s in np.broadcast_to(np.asarray(scale3, dtype=float).reshape(-1), (3,)))
+    if not source.is_path():
+        return make_convex_hull(_vertices(source) * scale, source.description())
+    try:
+        stamp = source.path().stat().st_mtime_ns
+    except OSError:
+        stamp = 0
+    return _cached_hull(source.path(), stamp, scale)
+
+
+def _vertices(source: MeshSource) -> np.ndarray:
+    return read_mesh(source, "MakeConvexHull()").vertices
+
+
+@functools.lru_cache(maxsize=64)
+def _cached_hull(path: Any, stamp: int, scale: tuple[float, float, float]) -> PolygonSurfaceMesh:
+    return make_convex_hull(_vertices(MeshSource(path)) * scale, str(path))
+
+
+def make_convex_hull(points: Any, name: str = "the given points") -> PolygonSurfaceMesh:
+    """The convex hull of points [m], shape (n, 3).
+
+    Its vertices are the extreme points in the order given (the first of equal ones); its faces are polygons, their
+    corners counter-clockwise seen from outside. Points in one plane give a hull with a very flat apex.
+
+    Raises:
+        RuntimeError: fewer than three points, or all of them in one point or on one line.
+    """
+    points = np.asarray(points, dtype=float).reshape(-1, 3)
+    points = points[np.sort(np.unique(points, axis=0, return_index=True)[1])]
+    points = _make_solid(points, name)
+    loops = wrap(points, _SAME_PLANE * np.ptp(points, axis=0).max()) or _qhull(points, name)
+    vertices = sorted({v for loop in loops for v in loop})
+    renumber = {v: i for i, v in enumerate(vertices)}
+    face_data = [n for loop in loops for n in (len(loop), *(renumber[v] for v in loop))]
+    return PolygonSurfaceMesh(face_data, points[vertices])
+
+
+def _qhull(points: np.ndarray, name: str) -> list[list[int]]:
+    """Faces of the hull as loops of corners, from Qhull's triangles."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(points)
+    except QhullError as error:
+        raise RuntimeError(f"MakeConvexHull failed for: {name}: {error}") from error
+    return _merged_faces(_outward(points, hull), hull.equations, hull.neighbors)
+
+
+def _make_solid(points: np.ndarray, name: str) -> np.ndarray:
+    """Checks that the points span at least a plane; if only a plane, adds an apex just above their mean."""
+    if len(points) < 3:
+        extent = np.ptp(points, axis=0).max() if len(points) else 0.0
+        if len(points) and extent < _COINCIDENT:
+            raise RuntimeError(
+                f"MakeConvexHull failed because all vertices in the mesh were within a sphere with radius "
+                f"{_COINCIDENT:g} for geometry: {name}."
+            )
+        raise RuntimeError(
+            "MakeConvexHull() cannot be used on a mesh with fewer than three vertices; "
+            f"found {len(points)} vertices in geometry data: {name}."
+        )
+    centred = points - points.mean(axis=0)
+    _, _, axes = np.linalg.svd(centred, full_matrices=False)
+    extents = np.ptp(centred @ axes.T, axis=0)
+    if extents[0] < _COINCIDENT:
+        raise RuntimeError(
+            f"MakeConvexHull failed because all vertices in the mesh were within a sphere with radius "
+            f"{_COINCIDENT:g} for geometry: {name}."
+        )
+    if extents[1] < _FLAT * extents[0]:
+        raise RuntimeError(
+            f"MakeConvexHull failed because all vertices in the mesh appear to be co-linear for file: {name}."
+        )
+    if extents[2] < _FLAT * extents[0]:
+        points = np.vstack([points, points.mean(axis=0) + _THICKNESS * extents[0] * axes[2]])
+    return points
+
+
+def _outward(points: np.ndarray, hull: Any) -> np.ndarray:
+    """The facets of a qhull result with their corners counter-clockwise seen from outside."""
+    a, b, c = (points[hull.simplices[:, k]] for k in range(3))
+    inward = np.einsum("ij,ij->i", np.cross(b - a, c - a), hull.equations[:, :3]) < 0.0
+    triangles = hull.simplices.copy()
+    triangles[inward] = triangles[inward][:, [0, 2, 1]]
+    return triangles
+
+
+def _merged_faces(triangles: np.ndarray, equations: np.ndarray, neighbors: np.ndarray) -> list[list[int]]:
+    """Boundary loops of the groups of triangles in one plane; the triangles themselves if a group is no polygon."""
+    size = max(1e-300, np.abs(equations[:, 3]).max())
+    group = -np.ones(len(triangles), dtype=np.int64)
+    groups: list[list[int]] = []
+    for seed in range(len(triangles)):
+        if group[seed] >= 0:
+            continue
+        members, queue = [], [seed]
+        group[seed] = len(groups)
+        while queue:
+            t = queue.pop()
+            members.append(t)
+            for n in neighbors[t]:
+                gap = np.abs(equations[n] - equations[seed]) / (1.0, 1.0, 1.0, size)
+                if group[n] < 0 and gap.max() < _SAME_PLANE:
+                    group[n] = len(groups)
+                    queue.append(n)
+        groups.append(members)
+    loops = [_boundary(triangles[members]) for members in groups]
+    used = {v for loop in loops if loop for v in loop}
+    if all(loops) and _is_closed(loops) and len(used) == len(np.unique(triangles)):
+        return loops  # type: ignore[return-value]
+    return triangles.tolist()
+
+
+def _boundary(triangles: np.ndarray) -> list[int] | None:
+    """The single loop of edges that have a triangle on one side only, or None."""
+    edges = {(int(t[k]), int(t[(k + 1) % 3])) for t in triangles for k in range(3)}
+    following = {a: b for a, b in edges if (b, a) not in edges}
+    if len(following) != sum((b, a) not in edges for a, b in edges):
+        return None
+    start = min(following)
+    loop = [start]
+    while following[loop[-1]] != start:
+        loop.append(following[loop[-1]])
+        if len(loop) > len(following):
+            return None
+    return loop if len(loop) == len(following) else None
+
+
+def _is_closed(loops: list[Any]) -> bool:
+    """True if every edge has its opposite and Euler's formula holds."""
+    edges = {(loop[k - 1], loop[k]) for loop in loops for k in range(len(loop))}
+    vertices = {v for loop in loops for v in loop}
+    paired = all((b, a) in edges for a, b in edges)
+    return paired and len(vertices) - len(edges) // 2 + len(loops) == 2

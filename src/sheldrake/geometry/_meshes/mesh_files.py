@@ -1,0 +1,162 @@
+"""Mesh files to vertices and triangles, whatever the format.
+
+Own readers for OBJ, DAE and VTK, trimesh for the rest. Surfaces, hulls, volumes and pictures all begin here.
+"""
+
+from __future__ import annotations
+
+import functools
+import io
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .mesh_source import MeshSource
+from .read_dae import read_dae
+from .read_obj import read_obj
+from .read_vtk import read_vtk
+
+SUPPORTED = (".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".vtk")
+
+
+class MeshData(NamedTuple):
+    """What a mesh file holds, unscaled, in the frame of the shape (z up).
+
+    Attributes:
+        vertices: [m], shape (n, 3).
+        triangles: vertex numbers, counter-clockwise seen from outside, shape (m, 3).
+        tetrahedra: vertex numbers of a volume mesh, shape (k, 4), or None.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    tetrahedra: np.ndarray | None
+
+
+def read_mesh(source: MeshSource, call: str = "reading a mesh") -> MeshData:
+    """The vertices and triangles of a mesh file or an in-memory mesh.
+
+    Args:
+        source: where the mesh is.
+        call: what the caller is doing, for messages.
+
+    Raises:
+        RuntimeError: the file is missing, can not be read, or has an unsupported format.
+    """
+    extension = source.extension()
+    if extension not in SUPPORTED:
+        raise RuntimeError(
+            f"{call}: unsupported extension '{extension}' for geometry data: {source.description()}; "
+            f"supported are {', '.join(SUPPORTED)}."
+        )
+    if source.is_path():
+        path = source.path()
+        try:
+            stamp = path.stat().st_mtime_ns
+        except OSError as error:
+            raise RuntimeError(f"{call}: cannot read the file '{path}': {error.strerror}.") from None
+        return _read_file(path, stamp)
+    mesh = source.in_memory()
+    contents = mesh.mesh_file.contents()
+    return _parse(contents, extension, source.description(), _MemoryFiles(mesh.supporting_files))
+
+
+@functools.lru_cache(maxsize=64)
+def _read_file(path: Path, stamp: int) -> MeshData:
+    """Cached while the file's time of change stays the same."""
+    return _parse(path.read_bytes(), path.suffix.lower(), str(path), _DiskFiles(path.parent))
+
+
+def _parse(data: bytes, extension: str, name: str, files: Any) -> MeshData:
+    tetrahedra = None
+    if extension == ".obj":
+        vertices, polygons = read_obj(data.decode("utf-8", "replace"), name)
+        polygons = _quadrilaterals_divided(vertices, polygons)
+    elif extension == ".dae":
+        vertices, polygons = read_dae(data, name)
+    elif extension == ".vtk":
+        vertices, polygons, tetrahedra = read_vtk(data, name)
+        if tetrahedra is not None:
+            polygons = boundary_triangles(tetrahedra).tolist()
+    else:
+        vertices, triangles = _read_with_trimesh(data, extension, name, files)
+        return MeshData(vertices, triangles, None)
+    if not np.all(np.isfinite(vertices)):
+        raise RuntimeError(f"{name}: a vertex is not finite.")
+    return MeshData(vertices, _fans(polygons), tetrahedra)
+
+
+def _quadrilaterals_divided(vertices: np.ndarray, polygons: list[list[int]]) -> list[list[int]]:
+    """Polygons with those of four corners divided along their shorter diagonal, as Drake does; of equals the second."""
+    fours = np.array([p for p in polygons if len(p) == 4], np.int64).reshape(-1, 4)
+    if len(fours) == 0 or fours.max() >= len(vertices):
+        return polygons
+    corner = vertices[fours]
+    first, second = (((corner[:, k + 2] - corner[:, k]) ** 2).sum(axis=1) for k in (0, 1))
+    along_first = iter((first < second).tolist())
+    divided: list[list[int]] = []
+    for p in polygons:
+        if len(p) != 4:
+            divided.append(p)
+        elif next(along_first):
+            divided += [[p[0], p[1], p[2]], [p[0], p[2], p[3]]]
+        else:
+            divided += [[p[0], p[1], p[3]], [p[1], p[2], p[3]]]
+    return divided
+
+
+def _fans(polygons: list[list[int]]) -> np.ndarray:
+    """Triangles of polygons, each fanned about its first vertex, shape (m, 3)."""
+    triangles = [(p[0], p[i], p[i + 1]) for p in polygons for i in range(1, len(p) - 1)]
+    return np.array(triangles, dtype=np.int64).reshape(-1, 3)
+
+
+def boundary_triangles(tetrahedra: np.ndarray) -> np.ndarray:
+    """Faces that belong to one tetrahedron only, normals pointing out, shape (m, 3).
+
+    The first three vertices of a tetrahedron have their normal pointing in, towards the fourth.
+    """
+    faces = tetrahedra[:, [[2, 1, 0], [1, 3, 0], [3, 2, 0], [1, 2, 3]]].reshape(-1, 3)
+    _, first, counts = np.unique(np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True)
+    return faces[np.sort(first[counts == 1])]
+
+
+def _read_with_trimesh(data: bytes, extension: str, name: str, files: Any) -> tuple[np.ndarray, np.ndarray]:
+    import trimesh
+
+    try:
+        loaded = trimesh.load(
+            io.BytesIO(data), file_type=extension[1:], resolver=files, process=False, skip_materials=True
+        )
+    except Exception as error:
+        raise RuntimeError(f"{name}: cannot read the {extension} mesh: {error}") from error
+    mesh = loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
+    vertices = np.array(getattr(mesh, "vertices", ()), dtype=float).reshape(-1, 3)
+    triangles = np.array(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)
+    if extension in (".gltf", ".glb"):  # y up to z up
+        vertices = vertices[:, [0, 2, 1]] * [1.0, -1.0, 1.0]
+    return vertices, triangles
+
+
+class _DiskFiles:
+    """Gives trimesh the files a mesh names: from the folder of the mesh."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def get(self, name: str) -> bytes:
+        return (self._folder / name.strip()).read_bytes()
+
+
+class _MemoryFiles:
+    """The same from the supporting files of an InMemoryMesh."""
+
+    def __init__(self, files: dict[str, Any]) -> None:
+        self._files = files
+
+    def get(self, name: str) -> bytes:
+        found = self._files.get(name, self._files.get(name.strip()))
+        if found is None:
+            raise KeyError(f"the in-memory mesh has no supporting file {name!r}; it has {sorted(self._files)}")
+        return found.contents() if hasattr(found, "contents") else Path(found).read_bytes()

@@ -1,0 +1,205 @@
+"""Mesh files to look at, read by trimesh, with the colors and textures they come with."""
+
+from __future__ import annotations
+
+import functools
+import io
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .dae_looks import dae_scene
+from .mesh_source import InMemoryMesh, MeshSource
+
+# glTF has +y up, Drake's world has +z up: +y of the file becomes +z.
+_Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+
+
+class MeshPart(NamedTuple):
+    """Triangles of one material.
+
+    Attributes:
+        vertices: Shape (n, 3) [m].
+        faces: Shape (m, 3).
+        normals: Of the vertices, as the file says, shape (n, 3), or None.
+        uv: Texture coordinates, shape (n, 2), or None.
+        colors: Of the vertices, in [0, 1], shape (n, 3), or None.
+        diffuse: Color (r, g, b, a) of the material in [0, 1], or None where the file has none.
+        image: Texture, a Pillow image, or None.
+    """
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    normals: np.ndarray | None
+    uv: np.ndarray | None
+    colors: np.ndarray | None
+    diffuse: tuple[float, ...] | None
+    image: Any
+
+
+class LoadedMesh:
+    """A mesh file in memory.
+
+    Attributes:
+        vertices: Shape (n, 3) [m].
+        faces: Shape (m, 3).
+        has_materials: Whether the file brings colors or textures of its own.
+    """
+
+    def __init__(self, scene: Any):
+        self._scene = scene
+        merged = scene.to_geometry() if hasattr(scene, "to_geometry") else scene.dump(concatenate=True)
+        self.vertices = np.asarray(merged.vertices, dtype=float)
+        self.faces = np.asarray(merged.faces, dtype=np.int64)
+        self.has_materials = any(_has_material(mesh) for mesh in scene.geometry.values())
+
+    @functools.cached_property
+    def parts(self) -> list[MeshPart]:
+        """The mesh, material by material."""
+        placed = (self._scene.graph[node] for node in self._scene.graph.nodes_geometry)
+        return [_part(self._scene.geometry[name], np.asarray(transform, float)) for transform, name in placed]
+
+    @functools.lru_cache(maxsize=8)  # noqa: B019  a handful of opacities of a mesh that lives as long as the scene
+    def glb(self, opacity: float = 1.0) -> bytes:
+        """Returns the mesh as binary glTF, its opacity multiplied by a number in [0, 1]."""
+        scene = self._scene
+        if opacity < 1.0:
+            scene = scene.copy()
+            for mesh in scene.geometry.values():
+                _fade(mesh, opacity)
+        return scene.export(file_type="glb")
+
+
+def _part(mesh: Any, M: np.ndarray) -> MeshPart:
+    """One geometry of a scene, moved to where it belongs by an affine map, shape (4, 4)."""
+    faces = np.asarray(mesh.faces, np.int64)
+    normals = None
+    if "vertex_normals" in mesh._cache.cache:  # else trimesh would make them up
+        normals = np.asarray(mesh.vertex_normals, float) @ np.linalg.inv(M[:3, :3])
+    if np.linalg.det(M[:3, :3]) < 0.0:
+        faces = faces[:, ::-1]
+    visual, uv, colors = mesh.visual, None, None
+    if visual.kind == "texture" and visual.uv is not None:
+        uv = np.asarray(visual.uv, float)[:, :2]
+    if visual.kind == "vertex":
+        colors = np.asarray(visual.vertex_colors, float)[:, :3] / 255.0
+    diffuse, image = _material(mesh) if _has_material(mesh) else (None, None)
+    return MeshPart(np.asarray(mesh.vertices) @ M[:3, :3].T + M[:3, 3], faces, normals, uv, colors, diffuse, image)
+
+
+def _material(mesh: Any) -> tuple[tuple[float, ...], Any]:
+    """Color and texture of a mesh that brings them."""
+    material = getattr(mesh.visual, "material", None)
+    if material is None:
+        return (1.0, 1.0, 1.0, 1.0), None
+    if hasattr(material, "baseColorFactor"):  # glTF
+        image, color = material.baseColorTexture, material.baseColorFactor
+        color = np.full(4, 255.0) if color is None else np.asarray(color, float)
+        return tuple(color / (255.0 if color.max() > 1.0 else 1.0)), image
+    return tuple(np.asarray(material.diffuse, float) / 255.0), material.image
+
+
+def _has_material(mesh: Any) -> bool:
+    visual = mesh.visual
+    if visual.kind != "texture":
+        return visual.kind in ("vertex", "face") and visual.defined
+    material = visual.material
+    if hasattr(material, "baseColorFactor"):  # glTF
+        return any(value is not None for value in (material.baseColorFactor, material.baseColorTexture, material.name))
+    return bool(material.kwargs)  # OBJ: what the MTL file said; empty when that file is missing
+
+
+def _fade(mesh: Any, opacity: float) -> None:
+    from trimesh.visual.color import ColorVisuals
+
+    if mesh.visual.kind == "texture":
+        material = mesh.visual.material
+        material = material.to_pbr() if hasattr(material, "to_pbr") else material.copy()
+        color = np.asarray(material.baseColorFactor if material.baseColorFactor is not None else [255] * 4, dtype=float)
+        if color.max() <= 1.0:
+            color = color * 255
+        material.baseColorFactor = np.append(color[:3], color[3] * opacity if len(color) == 4 else 255 * opacity)
+        material.alphaMode = "BLEND"
+        mesh.visual.material = material
+    else:
+        colors = np.array(mesh.visual.vertex_colors, dtype=float)
+        colors[:, 3] *= opacity
+        mesh.visual = ColorVisuals(mesh, vertex_colors=colors.astype(np.uint8))
+
+
+def load_mesh(shape: Any, call: str = "Meshcat.SetObject()") -> LoadedMesh:
+    """Returns the mesh of a Mesh shape, scaled; the last ones read are remembered.
+
+    Args:
+        shape: The shape.
+        call: Who wants it, for messages.
+
+    Raises:
+        RuntimeError: when the file is missing or cannot be read.
+    """
+    source: MeshSource = shape.source()
+    scale = tuple(float(s) for s in shape.scale3())
+    if not source.is_path():
+        return LoadedMesh(_scaled(_load_memory(source.in_memory(), source, call), source, scale, call))
+    path = Path(source.path())
+    if not path.is_file():
+        raise RuntimeError(f"{call}: mesh file '{path}' does not exist.")
+    stat = path.stat()
+    return _load_path(path, stat.st_mtime_ns, stat.st_size, scale, call)
+
+
+@functools.lru_cache(maxsize=64)
+def _load_path(path: Path, _time: int, _size: int, scale: tuple[float, float, float], call: str) -> LoadedMesh:
+    import trimesh
+
+    try:
+        if path.suffix.lower() == ".dae":  # trimesh needs another library for it
+            scene = dae_scene(path.read_bytes(), path.name, lambda file: (path.parent / file).read_bytes())
+        else:
+            scene = trimesh.load_scene(path)
+    except Exception as error:
+        raise RuntimeError(f"{call}: cannot read mesh file '{path}': {error}") from None
+    return LoadedMesh(_scaled(scene, MeshSource(path), scale, call))
+
+
+def _load_memory(mesh: InMemoryMesh, source: MeshSource, call: str) -> Any:
+    import trimesh
+
+    supporting = {name: _bytes_of(file) for name, file in mesh.supporting_files.items()}
+    resolver = _MemoryResolver(supporting)
+    kind = source.extension().lstrip(".")
+    try:
+        if kind == "dae":
+            return dae_scene(_bytes_of(mesh.mesh_file), source.description(), resolver.get)
+        return trimesh.load_scene(io.BytesIO(_bytes_of(mesh.mesh_file)), file_type=kind, resolver=resolver)
+    except Exception as error:
+        raise RuntimeError(f"{call}: cannot read mesh '{source.description()}': {error}") from None
+
+
+def _bytes_of(file: Any) -> bytes:
+    if isinstance(file, (str, Path)):
+        return Path(file).read_bytes()
+    content = file.contents()
+    return content if isinstance(content, bytes) else bytes(content)
+
+
+class _MemoryResolver:
+    """Gives trimesh the files which a mesh names, from memory."""
+
+    def __init__(self, files: dict[str, bytes]):
+        self._files = files
+
+    def get(self, name: str) -> bytes:
+        """Returns the content of a file named in the mesh."""
+        return self._files[name]
+
+
+def _scaled(scene: Any, source: MeshSource, scale: tuple[float, float, float], call: str) -> Any:
+    if not scene.geometry:
+        raise RuntimeError(f"{call}: mesh '{source.description()}' has no triangles.")
+    if source.extension() in (".gltf", ".glb"):
+        scene.apply_transform(_Y_UP_TO_Z_UP)
+    if scale != (1.0, 1.0, 1.0):
+        scene.apply_transform(np.diag([*scale, 1.0]))
+    return scene

@@ -1,0 +1,139 @@
+"""Surfaces made of polygons.
+
+The form in which Drake gives contact surfaces by default, and the one of convex hulls.
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from .._numbers import as_numbers, lengths, plain
+
+
+class SurfacePolygon:
+    """The vertex numbers of one polygon."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        raise TypeError("SurfacePolygon: No constructor defined! Use PolygonSurfaceMesh.element().")
+
+    _vertices: tuple[int, ...]
+
+    @classmethod
+    def _make(cls, vertices: Any) -> SurfacePolygon:
+        new = object.__new__(cls)
+        new._vertices = tuple(int(v) for v in vertices)
+        return new
+
+    def num_vertices(self) -> int:
+        """Number of corners."""
+        return len(self._vertices)
+
+    def vertex(self, i: int) -> int:
+        """The number of corner `i` in the mesh."""
+        if not 0 <= i < len(self._vertices):
+            raise IndexError(f"SurfacePolygon.vertex({i}): the polygon has {len(self._vertices)} corners.")
+        return self._vertices[i]
+
+
+class PolygonSurfaceMesh:
+    """A surface of flat convex polygons in a frame M.
+
+    Args:
+        face_data: for each face its number of corners, then its vertex numbers, counter-clockwise seen from outside.
+        vertices: positions in M [m], shape (n, 3) or a list of n positions.
+    """
+
+    def __init__(self, face_data: Any = (), vertices: Any = ()) -> None:
+        self._face_data = [int(v) for v in face_data]
+        self._vertices = as_numbers(vertices).reshape(-1, 3)
+        self._faces: list[tuple[int, ...]] = []
+        i = 0
+        while i < len(self._face_data):
+            size = self._face_data[i]
+            self._faces.append(tuple(self._face_data[i + 1 : i + 1 + size]))
+            i += 1 + size
+        for face in self._faces:
+            if len(face) < 3 or not all(0 <= v < len(self._vertices) for v in face):
+                raise ValueError(f"PolygonSurfaceMesh(): face {face} with {len(self._vertices)} vertices.")
+        self._normals, self._areas, self._centroids = self._measure()
+
+    def _measure(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        normals, areas, centroids = [], [], []
+        for face in self._faces:
+            p = self._vertices[list(face)]
+            cross = 0.5 * np.cross(p[1:-1] - p[0], p[2:] - p[0])
+            area_vector = cross.sum(axis=0)
+            area = plain(lengths(area_vector))
+            normal = area_vector / area if area > 0.0 else np.zeros(3)
+            weights = cross @ normal
+            middle = (p[0] + p[1:-1] + p[2:]) / 3.0
+            centroids.append(weights @ middle / area if area > 0.0 else p.mean(axis=0))
+            normals.append(normal)
+            areas.append(area)
+        return np.array(normals).reshape(-1, 3), np.array(areas), np.array(centroids).reshape(-1, 3)
+
+    def num_faces(self) -> int:
+        """Number of polygons."""
+        return len(self._faces)
+
+    num_elements = num_faces
+
+    def num_vertices(self) -> int:
+        """Number of vertices."""
+        return len(self._vertices)
+
+    def element(self, e: int) -> SurfacePolygon:
+        """Polygon `e`."""
+        return SurfacePolygon._make(self._faces[_index("element", e, self._faces)])
+
+    def vertex(self, v: int) -> np.ndarray:
+        """Position of vertex `v` in M [m], shape (3,)."""
+        return self._vertices[_index("vertex", v, self._vertices)].copy()
+
+    def face_data(self) -> list[int]:
+        """What the constructor took."""
+        return list(self._face_data)
+
+    def area(self, f: int) -> float:
+        """Area of a face [m^2]."""
+        return plain(self._areas[_index("area", f, self._faces)])
+
+    def total_area(self) -> float:
+        """Area of all faces [m^2]."""
+        return plain(self._areas.sum())
+
+    def face_normal(self, f: int) -> np.ndarray:
+        """Outward unit normal of a face in M, shape (3,)."""
+        return self._normals[_index("face_normal", f, self._faces)].copy()
+
+    def element_centroid(self, e: int) -> np.ndarray:
+        """Centroid of a face in M [m], shape (3,)."""
+        return self._centroids[_index("element_centroid", e, self._faces)].copy()
+
+    def centroid(self) -> np.ndarray:
+        """Centroid of the surface in M [m], shape (3,)."""
+        return self._areas @ self._centroids / self._areas.sum()
+
+    def CalcBoundingBox(self) -> tuple[np.ndarray, np.ndarray]:
+        """Centre and size of the axis-aligned bounding box in M [m]."""
+        low, high = self._vertices.min(axis=0), self._vertices.max(axis=0)
+        return (low + high) / 2.0, high - low
+
+    def Equal(self, mesh: PolygonSurfaceMesh) -> bool:
+        """True if faces and vertices are the same, bit for bit."""
+        return self._face_data == mesh._face_data and np.array_equal(self._vertices, mesh._vertices)
+
+    def __copy__(self) -> PolygonSurfaceMesh:
+        return PolygonSurfaceMesh(self._face_data, self._vertices)
+
+    def __deepcopy__(self, memo: dict) -> PolygonSurfaceMesh:
+        return copy.copy(self)
+
+
+def _index(call: str, i: int, items: Any) -> int:
+    if not 0 <= i < len(items):
+        raise IndexError(f"{call}({i}): out of range, there are {len(items)}.")
+    return i

@@ -1,0 +1,1 @@
+"""Cameras and the engines that make pictures for them."""

@@ -1,0 +1,266 @@
+"""The render engine of this library: a rasterizer in one kernel."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import logging
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .._ids import GeometryId
+from .._kernels import raster_scene as columns
+from .._kernels.raster_picture import draw
+from .._kernels.raster_scene import Look, Scene, Screen, Surfaces
+from .._numbers import values_of
+from .._properties import PerceptionProperties
+from .._raster_arrays import Item, check_light, joined, light_row
+from .._rgba import Rgba
+from .._shapes import Shape
+from .camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
+from .engine import RenderEngine
+from .label import RenderLabel
+from .params import LightParameter, RenderEngineGlParams, RenderEngineGltfClientParams, RenderEngineVtkParams
+from .raster_shapes import surface_of
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
+
+log = logging.getLogger("drake")
+_VTK = "drake::geometry::render_vtk::internal::RenderEngineVtk"
+_GL = "drake::geometry::render_gl::internal::RenderEngineGl"
+_ALL_DEPTHS = (0.0, math.inf)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Options:
+    """What an engine was made with; `name` is that of Drake's class for it."""
+
+    name: str
+    params: Any
+    default_diffuse: tuple[float, ...]
+    background: Rgba
+    lights: tuple[LightParameter, ...]
+
+
+class RasterEngine(RenderEngine):
+    """Draws with a z-buffer on the processor; spheres, cylinders, capsules and ellipsoids are exact.
+
+    Pixel (u, v) looks along ((u + 1/2 - center_x) / focal_x, (v + 1/2 - center_y) / focal_y, 1), as in Drake's engines.
+    """
+
+    _default_label = RenderLabel.kDontCare
+
+    def __init__(self, options: _Options) -> None:
+        super().__init__()
+        for light in options.lights:
+            check_light(light, options.name)
+        self._options = options
+        self._items: dict[GeometryId, Item] = {}
+        self._X_WG: dict[GeometryId, np.ndarray] = {}
+        self._X_WC = np.eye(3, 4)
+        self._headlight = np.array([0.0, 0.0, 0.0])
+        self._arrays: tuple[Surfaces, Look] | None = None
+        self._screens: dict[tuple[int, int], tuple[Screen, Screen]] = {}
+
+    def DoClone(self) -> RenderEngine:
+        """An engine that shares what does not change."""
+        new = RasterEngine(self._options)
+        new._items, new._X_WG, new._arrays = dict(self._items), dict(self._X_WG), self._arrays
+        new._X_WC, new._headlight = self._X_WC, self._headlight
+        return new
+
+    def DoGetParameterYaml(self) -> str:
+        """The options."""
+        from sheldrake.common.yaml import yaml_dump_typed  # PyYAML is not there where wheels are built
+
+        params = self._options.params
+        return yaml_dump_typed(params, child_name=type(params).__name__) or ""
+
+    def _type_name(self) -> str:
+        return self._options.name
+
+    # ---- geometry
+
+    def DoRegisterVisual(
+        self, id: GeometryId, shape: Shape, properties: PerceptionProperties, X_WG: RigidTransform
+    ) -> bool:
+        """Takes every geometry that it can draw."""
+        label = self.GetRenderLabelOrThrow(properties)
+        surface = surface_of(shape, properties, self._options.default_diffuse, self._options.name)
+        self._items[id] = Item(surface, label)
+        self._X_WG[id] = _matrix(X_WG)
+        self._arrays = None
+        return True
+
+    def DoUpdateVisualPose(self, id: GeometryId, X_WG: RigidTransform) -> None:
+        """Moves a geometry."""
+        self._X_WG[id] = _matrix(X_WG)
+
+    def _update_poses(self, ids: list[GeometryId], X_WG: np.ndarray) -> None:
+        self._X_WG.update(zip(ids, X_WG))
+
+    def DoRemoveGeometry(self, id: GeometryId) -> bool:
+        """Forgets a geometry."""
+        self._arrays = None
+        del self._items[id], self._X_WG[id]
+        return True
+
+    def UpdateViewpoint(self, X_WR: RigidTransform) -> None:
+        """Sets the camera's pose in the world."""
+        self._X_WC = _matrix(X_WR)
+
+    def SetDefaultLightPosition(self, X_DL: Any) -> None:
+        """Moves the light of an engine without `lights`, in the camera's frame [m]; it shines at that origin."""
+        self._headlight = np.array(X_DL, float).reshape(3)
+
+    # ---- pictures
+
+    def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: Any) -> None:
+        """Draws colours."""
+        r, g, b, _ = np.floor(self._options.background.rgba * 255.0 + 0.5).astype(int)
+        opacity = [item.surface.opacity() for item in self._items.values()]
+        opaque = [k for k, a in enumerate(opacity) if a >= 1.0]
+        translucent = [k for k, a in enumerate(opacity) if 0.0 < a < 1.0]
+        empty = int(r + (g << 8) + (b << 16) + (255 << 24))
+        seen = self._draw(columns.COLOURS, camera.core(), opaque, translucent, empty).seen
+        color_image_out.mutable_data.view(np.uint32)[..., 0] = seen
+
+    def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: Any) -> None:
+        """Draws depths."""
+        depths = camera.depth_range().min_depth(), camera.depth_range().max_depth()
+        screen = self._draw(columns.DEPTHS, camera.core(), range(len(self._items)), depths=depths)
+        depth_image_out.mutable_data[..., 0] = screen.nearness
+
+    def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: Any) -> None:
+        """Draws labels."""
+        drawn = [k for k, item in enumerate(self._items.values()) if item.label != RenderLabel.kDoNotRender]
+        screen = self._draw(columns.LABELS, camera.core(), drawn, empty=int(RenderLabel.kEmpty))
+        label_image_out.mutable_data[..., 0] = screen.seen
+
+    def _draw(
+        self,
+        kind: Any,
+        core: RenderCameraCore,
+        opaque: Any,
+        translucent: Any = (),
+        empty: int = 0,
+        depths: tuple[float, float] = _ALL_DEPTHS,
+    ) -> Screen:
+        """A picture, in arrays that the next picture overwrites."""
+        surfaces, look = self._compiled()
+        X_CG = self._poses_in_camera()
+        distance = np.linalg.norm(X_CG[:, 9:], axis=1)
+        scene = Scene(
+            camera=_camera(core, depths),
+            X_CG=X_CG,
+            light=self._lights(),
+            opaque=np.array(opaque, np.int64),
+            translucent=np.array(sorted(translucent, key=lambda k: -distance[k]), np.int64),
+            empty=np.array([empty], np.int64),
+            corner=np.empty((len(surfaces.vertex), 3)),
+        )
+        screen, layer = self._screens_for(core.intrinsics().height(), core.intrinsics().width(), len(translucent) > 0)
+        draw.native(int(kind), surfaces, look, scene, screen, layer)
+        return screen
+
+    def _compiled(self) -> tuple[Surfaces, Look]:
+        """All geometry as arrays, made anew when geometry came or went."""
+        if self._arrays is None:
+            self._arrays = joined(list(self._items.values()))
+        return self._arrays
+
+    def _screens_for(self, height: int, width: int, layered: bool) -> tuple[Screen, Screen]:
+        key = (height, width)
+        if key not in self._screens:
+            self._screens = {key: (_screen(*key), _screen(0, 0))}
+        screen, layer = self._screens[key]
+        if layered and layer.seen.size == 0:
+            layer = _screen(*key)
+            self._screens[key] = screen, layer
+        return screen, layer
+
+    def _poses_in_camera(self) -> np.ndarray:
+        """X_CG of all items, shape (items, 12)."""
+        X_WG = np.array([self._X_WG[i] for i in self._items]).reshape(-1, 3, 4)
+        R_CW = self._X_WC[:, :3].T
+        p_CG = (X_WG[:, :, 3] - self._X_WC[:, 3]) @ R_CW.T
+        return np.concatenate([(R_CW @ X_WG[:, :, :3]).reshape(-1, 9), p_CG], axis=1)
+
+    def _lights(self) -> np.ndarray:
+        """The lights in the camera's frame."""
+        if not self._options.lights:
+            away = -self._headlight if self._headlight.any() else np.array([0.0, 0.0, 1.0])
+            return np.array([light_row(LightParameter(direction=away), np.eye(3, 4))])
+        R_CW = self._X_WC[:, :3].T
+        X_C = {"camera": np.eye(3, 4), "world": np.column_stack([R_CW, -R_CW @ self._X_WC[:, 3]])}
+        return np.array([light_row(light, X_C[light.frame]) for light in self._options.lights])
+
+
+def _matrix(X: RigidTransform) -> np.ndarray:
+    return values_of(X.GetAsMatrix34())
+
+
+def _camera(core: RenderCameraCore, depths: tuple[float, float]) -> np.ndarray:
+    lens, clipping = core.intrinsics(), core.clipping()
+    focal_and_centre = [lens.focal_x(), lens.focal_y(), lens.center_x(), lens.center_y()]
+    return np.array([*focal_and_centre, clipping.near(), clipping.far(), *depths])
+
+
+def _screen(height: int, width: int) -> Screen:
+    return Screen(np.empty((height, width)), np.empty((height, width), np.int64))
+
+
+# ---- what users call
+
+
+def MakeRenderEngineVtk(params: RenderEngineVtkParams) -> RenderEngine:
+    """A render engine with the colours and lights of Drake's VTK engine, drawn without a graphics library.
+
+    Surfaces are matt (Lambert); shadows, environment maps, exposure and ambient occlusion are not drawn, of which a
+    warning tells where `params` ask for them.
+
+    Args:
+        params: Options.
+
+    Raises:
+        RuntimeError: a light has an unknown type or frame.
+    """
+    asked = ("environment_map", "exposure", "ssao", "cast_shadows", "force_to_pbr")
+    ignored = [name for name in asked if getattr(params, name)]
+    if ignored:
+        log.warning("MakeRenderEngineVtk(): not drawn here: %s.", ", ".join(ignored))
+    diffuse = (0.9, 0.45, 0.1, 1.0) if params.default_diffuse is None else params.default_diffuse
+    return _engine(_VTK, params, diffuse, Rgba(*params.default_clear_color))
+
+
+def MakeRenderEngineGl(params: RenderEngineGlParams | None = None) -> RenderEngine:
+    """A render engine with the colours of Drake's OpenGL engine, drawn without a graphics library.
+
+    Args:
+        params: Options.
+
+    Raises:
+        RuntimeError: a light has an unknown type or frame.
+    """
+    params = RenderEngineGlParams() if params is None else params
+    return _engine(_GL, params, params.default_diffuse.rgba, params.default_clear_color)
+
+
+def _engine(name: str, params: Any, diffuse: Any, background: Rgba) -> RenderEngine:
+    kept = copy.deepcopy(params)
+    return RasterEngine(_Options(name, kept, tuple(float(x) for x in diffuse), background, tuple(kept.lights)))
+
+
+def MakeRenderEngineGltfClient(params: RenderEngineGltfClientParams | None = None) -> RenderEngine:
+    """Not available.
+
+    Raises:
+        NotImplementedError: always: it would send scenes to a server of pictures.
+    """
+    raise NotImplementedError(
+        "MakeRenderEngineGltfClient(): sending scenes to a render server is not supported; MakeRenderEngineVtk() draws "
+        "here."
+    )
