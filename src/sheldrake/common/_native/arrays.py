@@ -69,7 +69,7 @@ class _GetItem(AbstractTemplate):
         kind, index = args
         if isinstance(kind, ArrayType) and _is_index(kind, index):
             return signature(kind.dtype, kind, kind.index)
-        return signature(VECTOR, kind, types.intp) if isinstance(kind, VectorsType) else None
+        return signature(ArrayType(kind.dtype, 1), kind, types.intp) if isinstance(kind, VectorsType) else None
 
 
 @infer_global(operator.setitem)
@@ -134,11 +134,9 @@ def _lower_shape(context: Any, builder: Any, kind: ArrayType, value: Any) -> Any
 class VectorsType(types.Type):
     """numba's type of a `Vectors` parameter."""
 
-    def __init__(self) -> None:
-        super().__init__(name="sheldrake.Vectors")
-
-
-VECTORS = VectorsType()
+    def __init__(self, dtype: Any = types.float64) -> None:
+        self.dtype = dtype
+        super().__init__(name="sheldrake.Vectors" if dtype is types.float64 else f"sheldrake.Vectors({dtype})")
 
 
 @register_model(VectorsType)
@@ -148,23 +146,23 @@ class _VectorsModel(models.StructModel):
         super().__init__(manager, kind, members)
 
 
-def make_vectors(context: Any, builder: Any, slab: Any, words: Any, number: Any, at: Any) -> Any:
+def make_vectors(context: Any, builder: Any, kind: VectorsType, slab: Any, words: Any, number: Any, at: Any) -> Any:
     """The value of a `Vectors` parameter whose pairs begin at words[at]; `slab` is the slab's address as an integer."""
-    value = cgutils.create_struct_proxy(VECTORS)(context, builder)
+    value = cgutils.create_struct_proxy(kind)(context, builder)
     value.slab, value.number, value.pairs = slab, number, builder.gep(words, [at])
     return value._getvalue()
 
 
 @lower_builtin(len, VectorsType)
 def _lower_number(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    return cgutils.create_struct_proxy(VECTORS)(context, builder, value=args[0]).number
+    return cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0]).number
 
 
 @lower_builtin(operator.getitem, VectorsType, types.intp)
 def _lower_vector(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-    value = cgutils.create_struct_proxy(VECTORS)(context, builder, value=args[0])
+    value = cgutils.create_struct_proxy(sig.args[0])(context, builder, value=args[0])
     at = builder.mul(args[1], I64(2))
     offset = builder.load(builder.gep(value.pairs, [at]))
     size = builder.load(builder.gep(value.pairs, [builder.add(at, I64(1))]))
     address = builder.add(value.slab, builder.shl(offset, I64(3)))
-    return make_array(context, builder, VECTOR, address, [size])
+    return make_array(context, builder, sig.return_type, address, [size])

@@ -15,7 +15,7 @@ from llvmlite import ir
 from numba.core import base, cgutils, codegen, cpu, dispatcher, imputils, lowering, types
 from numba.core.compiler_lock import global_compiler_lock
 
-from sheldrake.common._native.arrays import VECTORS, ArrayType, make_array, make_vectors
+from sheldrake.common._native.arrays import ArrayType, VectorsType, make_array, make_vectors
 from sheldrake.common._native.pipeline import KernelCompiler, TypedOnce
 from sheldrake.common._native.target import Target
 from sheldrake.common.kernel import INDEX_ERROR, ArraySpec
@@ -111,7 +111,7 @@ def _signature(kernel: Kernel) -> tuple:
         elif p.kind == "array":
             signature.append(_array_type(p.fields[0]))
         elif p.kind == "arrays":
-            signature.append(VECTORS)
+            signature.append(VectorsType(getattr(types, p.fields[0].dtype)))
         else:
             signature.append(types.BaseTuple.from_types([_array_type(s) for s in p.fields], p.cls))
     return tuple(signature)
@@ -145,7 +145,7 @@ class _Reader:
         if p.kind == "array":
             return self.array(p.fields[0])
         if p.kind == "arrays":
-            return make_vectors(self.context, self.b, self.slab, self.words, self.word(), self.word())
+            return make_vectors(self.context, self.b, ty, self.slab, self.words, self.word(), self.word())
         return self.context.make_tuple(self.b, ty, [self.array(s) for s in p.fields])
 
 

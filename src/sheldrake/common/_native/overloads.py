@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+import operator
 from typing import Any
 
 from llvmlite import ir
@@ -24,6 +25,8 @@ def register() -> None:
     overload(generic.is_positive)(_is_positive)
     overload(generic.is_finite)(lambda x: lambda x: abs(x.real) < math.inf)
     overload(generic.whole)(lambda x: lambda x: math.floor(x.real))
+    for compare in (operator.gt, operator.ge, operator.lt, operator.le):
+        _of_real_parts(compare)
     overload(rows.call_row)(_call_row)
 
 
@@ -33,6 +36,14 @@ def _unary(function: Any, real: Any, first_order: Any) -> None:
         if isinstance(x, types.Complex):
             return first_order
         return lambda x: real(x)
+
+
+def _of_real_parts(compare: Any) -> None:
+    @overload(compare)
+    def choose(a, b):
+        if isinstance(a, types.Complex) or isinstance(b, types.Complex):
+            return lambda a, b: compare(a.real, b.real)
+        return None
 
 
 # Functions of a complex number, to first order in its imaginary part: see `common.kernel.ComplexKernel`.

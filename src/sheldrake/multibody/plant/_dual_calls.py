@@ -11,15 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.autodiffutils._complex_step import PATIENCE, Directions, duals_of
 from sheldrake.common._kernels.nothing import nothing
 from sheldrake.common._native import store as kernel_store
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
-
-STEP = 2.0**-200  # its square is nothing beside 1, and far from where numbers get lost
-PATIENCE = 200
-"""Calls of a query as Python before it is compiled."""
 
 
 class DualCalls:
@@ -37,7 +33,7 @@ class DualCalls:
         self, counter: np.ndarray, constants: np.ndarray, x: np.ndarray, p: np.ndarray, views: tuple[np.ndarray, ...]
     ):
         self._plain = Calls(counter, native=False)
-        self._inputs = [_Input(x, counter), _Input(p, constants)]
+        self._inputs = [Directions(x, counter), Directions(p, constants)]
         self._twins: dict[int, Any] = {id(i.duals): i.numbers for i in self._inputs}
         for view in views:
             start = _offset(view, x)
@@ -100,7 +96,7 @@ class DualCalls:
             self._complex = Calls(self._tick)
             for stage, arguments in self._stage_arguments:
                 self._complex.stage(stage.on_complex, *(self._twin(a) for a in arguments))
-        inputs = [_Input(np.zeros(args[kernel.names.index(name)].shape), None) for name in given]
+        inputs = [Directions(np.zeros(args[kernel.names.index(name)].shape)) for name in given]
         others = {name: i.numbers for name, i in zip(given, inputs)}
         twins = [others[n] if n in others else self._twin(a) for n, a in zip(kernel.names, args)]
         run, out = self._complex.query(kernel.on_complex, *twins, needs=needs), self._twin(answer)
@@ -127,7 +123,7 @@ class DualCalls:
                     return status
                 if n:
                     slopes[:, k] = out.imag.ravel()
-            return _duals(out.real, slopes * (1.0 / STEP))
+            return duals_of(out.real, slopes)
 
         return ask
 
@@ -154,45 +150,6 @@ class DualCalls:
         return self._twins[id(argument)]
 
 
-class _Input:
-    """Duals, and the complex numbers that stand for them in one direction."""
-
-    def __init__(self, duals: np.ndarray, counter: np.ndarray | None):
-        self.duals, self.counter = duals, counter
-        self.numbers = np.zeros(duals.shape, complex)
-        self.seen: Any = None
-        self.n = 0
-
-    def gather(self) -> int:
-        """Reads the duals if they may have changed; how many derivatives they have (-1: not all the same number)."""
-        if self.counter is not None and self.seen == self.counter[0]:
-            return self.n
-        self.seen = None if self.counter is None else self.counter[0].copy()
-        flat = self.duals.ravel()
-        self.numbers.real[...] = np.array([getattr(a, "_v", a) for a in flat], float).reshape(self.duals.shape)
-        self.numbers.imag[...] = 0.0
-        found = [(i, a._d) for i, a in enumerate(flat) if type(a) is AutoDiffXd and a._d is not None]
-        sizes = {len(d) for _, d in found}
-        self.n = max(sizes, default=0) if len(sizes) < 2 else -1
-        self.places = np.array([i for i, _ in found], np.int64)
-        self.slopes = np.array([d for _, d in found]).reshape(len(found), -1) * STEP if self.n > 0 else None
-        return self.n
-
-    def set(self, k: int) -> None:
-        """Makes the imaginary parts those of derivative k."""
-        if self.slopes is not None:
-            self.numbers.imag.flat[self.places] = self.slopes[:, k]
-
-
 def _offset(view: np.ndarray, of: np.ndarray) -> int:
     address = [a.__array_interface__["data"][0] for a in (view, of)]
     return (address[0] - address[1]) // of.itemsize
-
-
-def _duals(values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """Duals of these values and derivatives, of the shape of the values."""
-    new = np.empty(values.size, object)
-    for i, (value, slope) in enumerate(zip(values.ravel().tolist(), slopes)):
-        dual = new[i] = object.__new__(AutoDiffXd)
-        dual._v, dual._d = value, slope if slope.size else None
-    return new.reshape(values.shape)

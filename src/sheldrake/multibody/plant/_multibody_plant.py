@@ -44,6 +44,8 @@ class MultibodyPlant(
         time_step: Period of the discrete update [s], 0 for a plant with continuous state.
     """
 
+    _complex_rows = True
+
     _generic = True
 
     def __init__(self, time_step: float):

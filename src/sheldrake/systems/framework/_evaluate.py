@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from typing import Any
 
 from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED, EventDeclaration
 from sheldrake.systems.framework._event import EventStatus
@@ -28,6 +29,18 @@ def prepare(store: Store, r: int) -> None:
                 store.pull(slot.row)
 
 
+def run_stages(store: Store, first: int) -> Any:
+    """Computes the rows that `first` begins; what a handler in Python returned."""
+    rows = store.layout.stages(first)
+    for r in rows:
+        prepare(store, r)
+    if store.scalar is not float and store.on_complex_numbers(first, rows):
+        return None
+    for r in rows:
+        result = store.compute(r)
+    return result
+
+
 def derivatives(store: Store, n: int) -> None:
     """Fills the derivatives of all leaves under node `n`, as far as they are out of date."""
     if store.unsettled:
@@ -39,9 +52,7 @@ def derivatives(store: Store, n: int) -> None:
             continue
         at = layout.stamp0 + r
         if i[at] != i[2] or store.uncached:
-            for stage in layout.stages(r):
-                prepare(store, stage)
-                store.compute(stage)
+            run_stages(store, r)
             i[at] = i[2]
 
 
@@ -60,9 +71,7 @@ def _run(store: Store, found: list, status: EventStatus) -> None:
         if r < 0:
             store.append_log(-1 - r)
             continue
-        for stage in store.layout.stages(r):
-            prepare(store, stage)
-            result = store.compute(stage)
+        result = run_stages(store, r)
         if result is not None:
             status.KeepMoreSevere(checked_status(result))
             if status.severity() is EventStatus.Severity.kFailed:

@@ -67,6 +67,10 @@ class LeafSystem(System):
         converter: A SystemScalarConverter, if the system can be converted to other scalars.
     """
 
+    _complex_rows = False
+    """Whether its kernels may be compiled on complex numbers (see `_complex_rows`): none asks for an absolute value, a
+    minimum, a maximum or an integer of what has derivatives."""
+
     def __init__(self, converter: Any = None):
         super().__init__()
         self._scalar_converter = converter

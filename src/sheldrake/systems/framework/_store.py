@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._scalars import autodiff_class
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import _scratch
@@ -103,6 +104,8 @@ class Store:
         self.written: list[tuple[Any, Any]] = []
         self.contexts: weakref.WeakValueDictionary[int, Any] = weakref.WeakValueDictionary()
         self.twins: dict[int, tuple] = {}
+        self.chains: dict[int, Any] = {}  # of kernels on complex numbers, by their first row
+        self.left: dict[int, Any] = {}  # the chain that knows a leaf's scratch, by leaf
         self.pending: dict[int, list[AbstractValue]] = {}
         self.outcome: EventStatus | None = None
         self._cold: set[int] = set()
@@ -273,15 +276,17 @@ class Store:
     def _call_kernel(self, r: int, row: Row) -> int:
         if self.native:
             return row.calc._native[0](self.S[0], self._slab_address, self.layout.words_of[r])
+        if self.left:
+            self.leave_scratch(row.node)
         arguments = self.twins.get(r)
         if arguments is None:
-            arguments = self.twins[r] = self._twin_arguments(row)
+            arguments = self.twins[r] = self.arguments_of(row, self.S, self.scratch(row.node))
         return row.calc(*(self.S[0] if a is None else a for a in arguments)) or 0
 
-    def _twin_arguments(self, row: Row) -> tuple:
-        place = self.layout.places[row.node]
+    def arguments_of(self, row: Row, S: np.ndarray, scratch: Any) -> tuple:
+        """What a kernel row is called with, in memory like the slab; None stands for time."""
+        place, models = self.layout.places[row.node], row.models
         found: list[Any] = []
-        models, scratch = row.models, self.scratch(row.node)
         for parameter in row.calc.parameters:
             name = parameter.name
             if parameter.kind == "t":
@@ -289,26 +294,51 @@ class Store:
             elif name in models:
                 found.append(models[name])
             elif name == "u":
-                found.append(tuple(self.S[slice(*s.span)] for s in place.inputs))
+                found.append(tuple(S[slice(*s.span)] for s in place.inputs))
             elif name == "work" and parameter.kind == "tuple":
                 found.append(scratch)
             elif name in getattr(scratch, "_fields", ()):
                 found.append(getattr(scratch, name))
             elif name == row.calc.parameters[-1].name:
-                found.append(self.S[slice(*row.out)])
+                found.append(S[slice(*row.out)])
             else:
-                found.append(self.S[slice(*getattr(place, name))])
+                found.append(S[slice(*getattr(place, name))])
         return tuple(found)
 
     def scratch(self, n: int) -> Any:
         """Views of a leaf's scratch, of the class of its prototype."""
+        self.leave_scratch(n)
         return _scratch.views_of(self.S, self.layout.places[n].work[0], self.layout.prototypes[n])
+
+    def leave_scratch(self, n: int) -> None:
+        """Brings a leaf's scratch up to date after runs on complex numbers."""
+        chain = self.left.pop(n, None)
+        if chain is not None:
+            chain.leave_scratch()
 
     def _reset_work(self, n: int) -> None:
         prototype = self.layout.prototypes[n]
         if not isinstance(prototype, int):
             for view, initial in zip(_scratch.arrays_of(self.scratch(n)), _scratch.arrays_of(prototype)):
                 view[...] = initial
+
+    def on_complex_numbers(self, first: int, rows: list[int]) -> bool:
+        """Runs kernel rows of a leaf after each other, if the scalar is AutoDiffXd and machine code is at hand."""
+        if self.scalar is not autodiff_class():
+            return False
+        from sheldrake.systems.framework._complex_rows import chain_of
+
+        chain = self.chains.get(first)
+        if chain is None:
+            chain = self.chains[first] = chain_of(self, rows)
+        if chain is None:
+            return False
+        for r in rows:
+            self.check_inputs(self.layout.rows[r])
+        if not chain.run():
+            return False
+        self.left[chain.node] = chain
+        return True
 
     # Rows that are Python functions.
 
@@ -437,6 +467,8 @@ class Store:
 
     def clone(self) -> Store:
         """An independent copy; stepping both gives the same bits."""
+        for n in list(self.left):
+            self.leave_scratch(n)
         new = object.__new__(Store)
         new.layout, new.systems, new.scalar, new.accuracy = self.layout, self.systems, self.scalar, self.accuracy
         new.S, new.I, new.L = self.S.copy(), self.I.copy(), self.L.copy()
