@@ -7,6 +7,7 @@ from sheldrake.visualization._block_diagram import DrawDiagram
 from sheldrake.visualization._config import AddDefaultVisualization, ApplyVisualizationConfig, VisualizationConfig
 from sheldrake.visualization._image_systems import ColorizeDepthImage, ColorizeLabelImage, ConcatenateImages
 from sheldrake.visualization._live_plot import AddLivePlot, LivePlot
+from sheldrake.visualization._meldis import Meldis
 from sheldrake.visualization._model_visualizer import ModelVisualizer
 from sheldrake.visualization._plot_log import PlotLog
 from sheldrake.visualization._plotting import plot_sublevelset_expression, plot_sublevelset_quadratic
@@ -32,6 +33,7 @@ __all__ = [
     "DrawDiagram",
     "DrawTopology",
     "LivePlot",
+    "Meldis",
     "MeshcatPoseSliders",
     "MeshcatPoseSliders_",
     "ModelVisualizer",

@@ -1,0 +1,192 @@
+"""Meldis: a page that shows what DrakeVisualizers of other processes publish."""
+
+from __future__ import annotations
+
+import copy
+import logging
+import os
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._ctrl_c import deferred_ctrl_c
+from sheldrake.common.eigen_geometry import Quaternion
+from sheldrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Mesh, Meshcat, MeshcatParams, Rgba, Sphere
+from sheldrake.geometry._drake_visualizer import DRAW_CHANNEL, LOAD_CHANNEL
+from sheldrake.lcm import DrakeLcm
+from sheldrake.lcm._viewer_messages import lcmt_viewer_draw, lcmt_viewer_geometry_data, lcmt_viewer_load_robot
+from sheldrake.math import RigidTransform
+
+log = logging.getLogger("drake")
+
+_PERIOD = 1 / 40.0  # least time between two pictures [s]
+_SHAPES: dict[int, Callable[..., Any]] = {
+    lcmt_viewer_geometry_data.BOX: Box,
+    lcmt_viewer_geometry_data.SPHERE: Sphere,
+    lcmt_viewer_geometry_data.CYLINDER: Cylinder,
+    lcmt_viewer_geometry_data.CAPSULE: Capsule,
+    lcmt_viewer_geometry_data.ELLIPSOID: Ellipsoid,
+}
+
+
+class _Viewer:
+    """Draws the links of one channel below a path.
+
+    Args:
+        meshcat: Where to draw.
+        path: Below what.
+        visible: Whether it is seen at first.
+        alpha: How opaque at first.
+    """
+
+    def __init__(self, meshcat: Meshcat, path: str, visible: bool = True, alpha: float = 1.0):
+        self._meshcat, self._path, self._visible = meshcat, path, visible
+        self._slider = f"{path.strip('/')} α"
+        self._first_alpha, self._alpha = alpha, 1.0
+        self._loaded = b""
+
+    def load(self, raw: bytes) -> None:
+        """Draws all links anew; links that are drawn already stay."""
+        if raw == self._loaded:
+            return
+        message = lcmt_viewer_load_robot.decode(raw)
+        self._meshcat.Delete(self._path)
+        if not self._loaded:
+            self._meshcat.AddSlider(self._slider, 0.0, 1.0, 0.02, self._first_alpha)
+        self._loaded = raw
+        for link in message.link:
+            for k, geometry in enumerate(link.geom):
+                path = f"{self._link_path(link.robot_num, link.name)}/{k}"
+                try:
+                    self._draw(path, geometry)
+                except (RuntimeError, ValueError) as error:
+                    log.warning("Meldis: a shape of '%s' cannot be drawn: %s", link.name, error)
+        self._meshcat.SetProperty(self._path, "visible", self._visible)
+        self._alpha = 1.0
+        self.poll()
+
+    def move(self, raw: bytes) -> None:
+        """Moves the links."""
+        message = lcmt_viewer_draw.decode(raw)
+        self._meshcat.SetSimulationTime(message.timestamp / 1000.0)
+        for name, number, p, q in zip(message.link_name, message.robot_num, message.position, message.quaternion):
+            self._meshcat.SetTransform(self._link_path(number, name), _pose(p, q))
+
+    def poll(self) -> None:
+        """Follows the slider."""
+        alpha = self._meshcat.GetSliderValue(self._slider) if self._loaded else self._alpha
+        if alpha != self._alpha:
+            self._alpha = alpha
+            self._meshcat.SetProperty(self._path, "modulated_opacity", alpha)
+
+    def _link_path(self, number: int, name: str) -> str:
+        return f"{self._path}/{number}/{name.replace('::', '/')}"
+
+    def _draw(self, path: str, geometry: Any) -> None:
+        color, numbers = Rgba(*np.clip(geometry.color, 0.0, 1.0)), geometry.float_data
+        if geometry.type in _SHAPES:
+            self._meshcat.SetObject(path, _SHAPES[geometry.type](*numbers), color)
+        elif geometry.type != geometry.MESH:
+            raise ValueError(f"there is no kind {geometry.type}")
+        elif geometry.string_data:
+            scale = np.array(numbers) if len(numbers) == 3 else np.full(3, numbers[0] if numbers else 1.0)
+            self._meshcat.SetObject(path, Mesh(geometry.string_data, scale3=scale), color)
+        else:
+            count = int(numbers[0])
+            vertices = np.reshape(numbers[2 : 2 + 3 * count], (count, 3))
+            faces = np.reshape(numbers[2 + 3 * count :], (-1, 3)).astype(int)
+            self._meshcat.SetTriangleMesh(path, vertices.T, faces.T, color)
+        self._meshcat.SetTransform(path, _pose(geometry.position, geometry.quaternion))
+
+
+def _pose(position: Any, quaternion: Any) -> RigidTransform:
+    """The pose of a message, whose numbers are rounded: its quaternion is not quite of length one."""
+    q = np.array(quaternion, dtype=float)
+    return RigidTransform(Quaternion(q / np.linalg.norm(q)), np.array(position, dtype=float))
+
+
+class Meldis:
+    """A page that shows what the DrakeVisualizers of other processes publish: bodies and where they are.
+
+        Meldis(meshcat_port=7000).serve_forever()
+
+    Args:
+        meshcat_host: What the page's server listens on.
+        meshcat_port: Its port.
+        meshcat_params: Its other settings.
+        environment_map: An image for reflections.
+
+    Attributes:
+        meshcat: The page.
+    """
+
+    def __init__(
+        self,
+        *,
+        meshcat_host: str | None = None,
+        meshcat_port: int | None = None,
+        meshcat_params: MeshcatParams | None = None,
+        environment_map: str | os.PathLike | None = None,
+    ):
+        params = MeshcatParams() if meshcat_params is None else copy.deepcopy(meshcat_params)
+        params.host = params.host if meshcat_host is None else meshcat_host
+        params.port = params.port if meshcat_port is None else meshcat_port
+        self.meshcat = Meshcat(params)
+        if environment_map is not None:
+            self.meshcat.SetEnvironmentMap(os.fspath(environment_map))
+        self._lcm = DrakeLcm()
+        self._waiting: dict[str, tuple[Callable[[bytes], None], bytes]] = {}  # the last message of each channel
+        self._viewers: list[_Viewer] = []
+        self._show("/DRAKE_VIEWER", "")
+        self._show("/Visual Geometry", "_ILLUSTRATION")
+        self._show("/Collision Geometry", "_PROXIMITY", visible=False, alpha=0.5)
+
+    def _show(self, path: str, suffix: str, **look: Any) -> None:
+        viewer = _Viewer(self.meshcat, path, **look)
+        self._viewers.append(viewer)
+        for channel, handle in ((LOAD_CHANNEL + suffix, viewer.load), (DRAW_CHANNEL + suffix, viewer.move)):
+            self._lcm.Subscribe(channel, self._note(channel, handle))
+
+    def _note(self, channel: str, handle: Callable[[bytes], None]) -> Callable[[bytes], None]:
+        def note(raw: bytes) -> None:
+            self._waiting[channel] = (handle, bytes(raw))
+
+        return note
+
+    def _invoke_subscriptions(self) -> None:
+        """Shows what came last on each channel; loads come before draws."""
+        waiting, self._waiting = self._waiting, {}
+        for _, (handle, raw) in sorted(waiting.items(), key=lambda item: LOAD_CHANNEL not in item[0]):
+            try:
+                handle(raw)
+            except ValueError as error:
+                log.warning("Meldis: a message is not understood: %s", error)
+        for viewer in self._viewers:
+            viewer.poll()
+
+    def serve_forever(self, *, idle_timeout: float | None = None) -> None:
+        """Shows what is published, until Ctrl-C.
+
+        Args:
+            idle_timeout: The process exits after so long without a page [s]; None and zero stay for ever.
+
+        Raises:
+            KeyboardInterrupt: on Ctrl-C.
+            SystemExit: when nobody has looked for so long.
+        """
+        seen = time.monotonic()
+        with deferred_ctrl_c() as check:
+            while True:
+                check()
+                end = time.monotonic() + _PERIOD
+                while (left := end - time.monotonic()) > 0:
+                    self._lcm.HandleSubscriptions(max(1, int(1000 * left)))
+                self._invoke_subscriptions()
+                if self.meshcat.GetNumActiveConnections():
+                    seen = time.monotonic()
+                elif idle_timeout and time.monotonic() - seen > idle_timeout:
+                    log.info("Meldis: nobody has looked for %g s; it ends.", idle_timeout)
+                    sys.exit(0)
