@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import copy
+import dataclasses
+import typing
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
@@ -59,3 +61,13 @@ def _converted(owner: str, name: str, kind: Any, value: Any) -> Any:
         raise TypeError(
             f"{owner}.{name}: incompatible function arguments; expected {kind.__name__}, got {value!r}."
         ) from None
+
+
+def typed_fields(cls: Any) -> Any:
+    """Adds `__fields__`, the (name, type) pairs which typed YAML loading reads; every field is found on the class."""
+    types = typing.get_type_hints(cls)
+    cls.__fields__ = tuple(SimpleNamespace(name=f.name, type=types[f.name]) for f in dataclasses.fields(cls))
+    for field in dataclasses.fields(cls):
+        if not hasattr(cls, field.name):
+            setattr(cls, field.name, field.default_factory())  # type: ignore[operator]
+    return cls

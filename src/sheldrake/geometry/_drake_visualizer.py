@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._options import typed_fields
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface
 from sheldrake.lcm._viewer_messages import (
@@ -20,7 +21,6 @@ from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
 
 from ._meshcat.drawables import _triangulated
-from ._meshcat.params import _typed_fields
 from ._meshcat.tree import as_float
 from ._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from ._query_object import QueryObject
@@ -34,7 +34,7 @@ _SUFFIXES = {Role.kIllustration: "_ILLUSTRATION", Role.kProximity: "_PROXIMITY",
 _HALF_SPACE = (50.0, 50.0, 1.0)  # of the box that stands for one [m]
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True)
 class DrakeVisualizerParams:
     """What a DrakeVisualizer tells of, and how often.

@@ -6,6 +6,7 @@ import copy
 import dataclasses
 from typing import Any
 
+from sheldrake.common._options import typed_fields
 from sheldrake.geometry import (
     DrakeVisualizer,
     DrakeVisualizerParams,
@@ -15,7 +16,6 @@ from sheldrake.geometry import (
     Rgba,
     Role,
 )
-from sheldrake.geometry._meshcat.params import _typed_fields
 from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
 from sheldrake.systems.lcm import LcmBuses
 
@@ -23,7 +23,7 @@ from ._inertia_visualizer import PREFIX as INERTIA_PREFIX
 from ._inertia_visualizer import InertiaVisualizer
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True)
 class VisualizationConfig:
     """What to show of a plant and its scene graph.

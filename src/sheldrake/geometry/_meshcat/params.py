@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 import dataclasses
-import typing
-from types import SimpleNamespace
+
+from sheldrake.common._options import typed_fields
 
 from .._rgba import Rgba
 from .._roles import Role
 
 
-def _typed_fields(cls: type) -> type:
-    """Adds `__fields__`, the (name, type) pairs which typed YAML loading reads; every field is found on the class."""
-    types = typing.get_type_hints(cls)
-    cls.__fields__ = tuple(SimpleNamespace(name=f.name, type=types[f.name]) for f in dataclasses.fields(cls))
-    for field in dataclasses.fields(cls):
-        if not hasattr(cls, field.name):
-            setattr(cls, field.name, field.default_factory())  # type: ignore[operator]
-    return cls
-
-
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True)
 class MeshcatPropertyTuple:
     """One property that a new Meshcat sets before anybody looks.
@@ -36,7 +26,7 @@ class MeshcatPropertyTuple:
     value: list[float] | str | bool | float = dataclasses.field(default_factory=list)
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True)
 class MeshcatParams:
     """How a Meshcat listens and what its page shows first.
@@ -61,7 +51,7 @@ class MeshcatParams:
     PropertyTuple = MeshcatPropertyTuple
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True)
 class MeshcatVisualizerParams:
     """What a MeshcatVisualizer draws, where and how often.

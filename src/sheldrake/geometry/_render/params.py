@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from .._meshcat.params import _typed_fields
+from sheldrake.common._options import typed_fields
+
 from .._rgba import Rgba
 
 _VECTORS = ("attenuation_values", "position", "direction", "default_diffuse", "default_clear_color")
@@ -25,7 +26,7 @@ class _Options:
         return copy.deepcopy(self)
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class LightParameter(_Options):
     """A light.
@@ -51,13 +52,13 @@ class LightParameter(_Options):
     cone_angle: float = 0.0
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class NullTexture(_Options):
     """No texture."""
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class EquirectangularMap(_Options):
     """A picture of the surroundings, angles as rectangles.
@@ -69,7 +70,7 @@ class EquirectangularMap(_Options):
     path: str = ""
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class EnvironmentMap(_Options):
     """Surroundings that shine.
@@ -83,7 +84,7 @@ class EnvironmentMap(_Options):
     texture: NullTexture | EquirectangularMap = dataclasses.field(default_factory=NullTexture)
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class GltfExtension(_Options):
     """What to do about an extension of glTF.
@@ -95,7 +96,7 @@ class GltfExtension(_Options):
     warn_unimplemented: bool = True
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class SsaoParameter(_Options):
     """Darkness in corners (screen-space ambient occlusion); see Drake's documentation of RenderEngineVtk.
@@ -121,7 +122,7 @@ def _known_extensions() -> dict[str, GltfExtension]:
     return {"KHR_texture_basisu": GltfExtension(warn_unimplemented=False)}
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class RenderEngineVtkParams(_Options):
     """Options of `MakeRenderEngineVtk()`.
@@ -153,7 +154,7 @@ class RenderEngineVtkParams(_Options):
     backend: str = ""
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class RenderEngineGlParams(_Options):
     """Options of `MakeRenderEngineGl()`.
@@ -169,7 +170,7 @@ class RenderEngineGlParams(_Options):
     lights: list[LightParameter] = dataclasses.field(default_factory=list)
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class RenderEngineGltfClientParams(_Options):
     """Options of a render engine that asks a server for pictures.

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 
+from sheldrake.common._options import typed_fields
 from sheldrake.geometry import Rgba
-from sheldrake.geometry._meshcat.params import _typed_fields
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True)
 class ContactVisualizerParams:
     """What a ContactVisualizer draws, where, how large and how often.

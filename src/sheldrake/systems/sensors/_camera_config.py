@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._options import typed_fields
 from sheldrake.common.schema import Transform
 from sheldrake.geometry import (
     ClippingRange,
@@ -25,7 +26,6 @@ from sheldrake.geometry import (
     Rgba,
 )
 from sheldrake.geometry._camera_info import CameraInfo
-from sheldrake.geometry._meshcat.params import _typed_fields
 from sheldrake.math import RigidTransform
 
 _PARAMS = {
@@ -53,7 +53,7 @@ def _either(x: float | None, y: float | None, kind: str) -> tuple[float, float]:
     return (y if x is None else x), (x if y is None else y)  # type: ignore[return-value]
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class FocalLength(_Copied):
     """A lens by its focal lengths; one that is missing is as the other.
@@ -75,7 +75,7 @@ class FocalLength(_Copied):
         return _either(self.x, self.y, "FocalLength")[1]
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class FovDegrees(_Copied):
     """A lens by its fields of view; for one that is missing, pixels are square.
@@ -103,7 +103,7 @@ class FovDegrees(_Copied):
         return self._focal(width, height)[1]
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
 class CameraConfig(_Copied):
     """A camera: its lens, where it is, who draws, which images there are and when.

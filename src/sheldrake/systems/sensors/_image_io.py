@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._options import typed_fields
 from sheldrake.geometry._image import (
     ImageDepth16U,
     ImageDepth32F,
@@ -21,7 +22,6 @@ from sheldrake.geometry._image import (
     PixelFormat,
     PixelScalar,
 )
-from sheldrake.geometry._meshcat.params import _typed_fields
 
 
 class ImageFileFormat(BoundEnum):
@@ -56,7 +56,7 @@ _MODES: dict[str, tuple[Any, PixelScalar, int, type]] = {
 }
 
 
-@_typed_fields
+@typed_fields
 @dataclasses.dataclass(kw_only=True)
 class Metadata:
     """What a file says about its image.
