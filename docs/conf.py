@@ -23,13 +23,13 @@ napoleon_use_ivar = True
 
 def setup(app):
     """Docstrings are prose, and signatures say what a parameter is, or nothing."""
-    from api_pages import shorter, without_substitutions
+    from api_pages import as_prose, shorter
 
     def docstring(app, what, name, thing, options, lines):
-        lines[:] = [without_substitutions(line) for line in lines]
+        lines[:] = [as_prose(line) for line in lines]
 
     def signature(app, what, name, thing, options, text, returns):
-        return shorter(text), None if returns in ("Any", "None") else returns
+        return shorter(text), shorter(returns)
 
     app.connect("autodoc-process-docstring", docstring)
     app.connect("autodoc-process-signature", signature)

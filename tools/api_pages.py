@@ -41,13 +41,13 @@ def first_lines(thing: object) -> str:
     """Returns the first paragraph of a docstring; nothing for numbers and strings, which have their type's."""
     own = inspect.isclass(thing) or inspect.isroutine(thing) or inspect.ismodule(thing)
     text = (inspect.getdoc(thing) or "").partition("\n\n")[0] if own else ""
-    return without_substitutions(" ".join(text.split()).removesuffix("::"))
+    return as_prose(" ".join(text.split()).removesuffix("::"))
 
 
-def without_substitutions(line: str) -> str:
-    """Returns a line of a docstring in which |x| is an absolute value, not reStructuredText's substitution."""
+def as_prose(line: str) -> str:
+    """Returns a line of a docstring in which |x|, name_ and *args mean themselves, as reStructuredText has it."""
     parts = re.split(r"(`+[^`]*`+)", line)
-    return "".join(part if k % 2 else part.replace("|", r"\|") for k, part in enumerate(parts))
+    return "".join(part if k % 2 else re.sub(r"[|*]|(?<=\w)_(?!\w)", r"\\\g<0>", part) for k, part in enumerate(parts))
 
 
 def signature(cls: type) -> str:
@@ -132,8 +132,10 @@ def page(module: types.ModuleType, homes: dict[type, str]) -> str:
 
 
 def shorter(text: str | None) -> str | None:
-    """Returns a signature without annotations that say nothing."""
-    return text and re.sub(r"(: Any(?=[,)\s])| = <[^>]*>)", "", text).replace("*args, **kwargs", "...")
+    """Returns a signature, or what a call returns, without annotations that say nothing."""
+    if text is None or re.fullmatch(r"~?(typing\.)?(Any|None)", text):
+        return None
+    return re.sub(r"(: ~?[\w.]*\bAny(?=[,)\s])| = <[^>]*>)", "", text).replace("*args, **kwargs", "...")
 
 
 def write(folder: pathlib.Path) -> list[str]:

@@ -52,6 +52,39 @@ def faults(folder):
     return found
 
 
+sys.path.insert(0, str(ROOT / "tools"))
+
+
+@pytest.mark.parametrize(
+    ("warning", "is_serious"),
+    [
+        ("docs/source/contact.md:3: WARNING: 'myst' cross-reference target not found: 'x' [myst.xref_missing]", True),
+        ("src/a.py:docstring of sheldrake.a:3: ERROR: Unexpected indentation. [docutils]", False),
+        ("docs/source/contact.md:9: ERROR: Unknown directive type. [docutils]", True),
+        ("", False),
+    ],
+)
+def test_a_broken_link_is_serious_and_the_form_of_a_docstring_is_not(warning, is_serious):
+    from make_docs import serious
+
+    assert serious(warning) is is_serious
+
+
+def test_docstrings_are_prose():
+    from api_pages import as_prose
+
+    assert as_prose("|x| of RgbdSensor_, with `a|b_` and *args") == r"\|x\| of RgbdSensor\_, with `a|b_` and \*args"
+
+
+def test_signatures_say_what_a_parameter_is_or_nothing():
+    from api_pages import shorter
+
+    assert shorter("(i: int, selector: ~typing.Any = None)") == "(i: int, selector = None)"
+    assert shorter("(*args: Any, **kwargs: Any)") == "(...)"
+    assert shorter("~typing.Any") is None
+    assert shorter("ContactResults | None") == "ContactResults | None"
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     for needed in ("sphinx", "furo", "myst_parser"):
@@ -68,7 +101,6 @@ def test_links_lead_somewhere_and_nothing_is_loaded_from_elsewhere(site):
 
 
 def test_every_public_name_has_its_place_in_the_reference(site):
-    sys.path.insert(0, str(ROOT / "tools"))
     from api_pages import public_classes, public_modules
 
     modules = public_modules()
