@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from ._contact_events import ContactEvent
-from ._diagram_svg import Picture
 from ._replay import Replay
 from ._summary import Table
 
@@ -29,7 +28,8 @@ class Report:
     logs: Any = None
     events: list[ContactEvent] = field(default_factory=list)
     look: float = 0.0
-    pictures: list[Picture] = field(default_factory=list)
+    diagram: str = ""
+    topologies: dict[str, str] = field(default_factory=dict)
     tables: list[Table] = field(default_factory=list)
 
 
@@ -152,7 +152,7 @@ def _main(report: Report, has_plots: bool) -> str:
             '<section class="scene" aria-label="Replay"><h2>Replay</h2>'
             f'<iframe id="scene" title="Three-dimensional scene of {html.escape(report.title)}"></iframe></section>'
         )
-    elif report.logs is not None and report.pictures:
+    elif report.logs is not None and report.diagram:
         parts.append(
             '<section class="scene"><h2>Replay</h2><p>There is no replay: no state was logged. Before Build(), call '
             "<code>LogAll(builder)</code> or <code>LogVectorOutput(plant.get_state_output_port(), builder)</code>.</p>"
@@ -166,12 +166,12 @@ def _main(report: Report, has_plots: bool) -> str:
         parts.append(_PLAYER)
     if report.events or report.look:
         parts.append(_events(report))
-    if report.pictures:
-        parts += [
-            '<section><h2>Block diagram</h2><p class="hint">Logs are left out.</p>',
-            *map(_picture, report.pictures),
-        ]
-        parts.append("</section>")
+    if report.diagram:
+        parts.append('<section><h2>Block diagram</h2><p class="hint">Logs are left out.</p>')
+        parts += [_picture("Block diagram", report.diagram), "</section>"]
+    for name, picture in report.topologies.items():
+        title = html.escape(f"Bodies and joints of {name}")
+        parts += [f"<section><h2>{title}</h2>", _picture(title, picture), "</section>"]
     parts.append("<section><h2>Model and run</h2>")
     parts += [_table(table) for table in report.tables]
     parts += ["</section>", "</main>"]
@@ -206,12 +206,8 @@ def _events(report: Report) -> str:
     )
 
 
-def _picture(picture: Picture) -> str:
-    return (
-        f'<figure id="{picture.anchor}"><figcaption>{html.escape(picture.name)}</figcaption>'
-        f'<div class="wide" tabindex="0" role="region" aria-label="Block diagram of {html.escape(picture.name)}">'
-        f"{picture.svg}</div></figure>"
-    )
+def _picture(title: str, svg: str) -> str:
+    return f'<div class="wide" tabindex="0" role="region" aria-label="{title}">{svg}</div>'
 
 
 def _table(table: Table) -> str:

@@ -6,10 +6,11 @@ import os
 from typing import Any
 
 from ._contact_events import find_contact_events
-from ._diagram_svg import draw_diagram
 from ._page import Report, make_page
 from ._replay import all_systems, find_meshcat, find_state_logs, replay_of_recording, replay_of_states
 from ._summary import model_tables, run_table, versions_table
+
+_MOST_BODIES = 100  # in a picture of bodies and joints
 
 
 def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = None) -> None:
@@ -37,8 +38,9 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
     diagram, context = simulator.get_system(), simulator.get_context()
     if context is None:
         raise RuntimeError("SaveReport(): the simulator has no context.")
-    from sheldrake.systems.primitives import LogSet
+    from sheldrake.systems.primitives import LogSet, VectorLogSink
     from sheldrake.systems.primitives._log_stream import find_sinks
+    from sheldrake.visualization import DrawDiagram, DrawTopology
 
     sinks = find_sinks(diagram, context)
     meshcat = meshcat if meshcat is not None else find_meshcat(diagram)
@@ -51,8 +53,12 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
     report.logs = LogSet({name: sink.FindLog(context) for name, sink in sinks.items()})
     if logs:
         report.events, report.look = find_contact_events(context, logs)
-    report.pictures = draw_diagram(diagram)
+    # Logs would be half of the picture.
+    report.diagram = DrawDiagram(diagram, leave_out=lambda system: isinstance(system, VectorLogSink))
     plants = [s for s in systems if hasattr(s, "GetJointActuatorIndices") and hasattr(s, "is_finalized")]
+    report.topologies = {
+        plant.get_name(): DrawTopology(plant) for plant in plants if plant.num_bodies() <= _MOST_BODIES
+    }
     report.tables = [run_table(simulator), *model_tables(plants), versions_table(systems)]
     text = make_page(report)
     with open(os.fspath(path), "w", encoding="utf-8", newline="\n") as file:

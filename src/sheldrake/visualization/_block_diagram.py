@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Callable
 from html import escape
 from typing import Any
 
@@ -16,7 +17,9 @@ _MADE_UP = re.compile(r"@[0-9a-f]{16}$")  # names that DiagramBuilder gives
 _MOST_PORTS = 8  # unconnected ports beyond these are only counted
 
 
-def DrawDiagram(system: Any, path: str | os.PathLike | None = None) -> str:
+def DrawDiagram(
+    system: Any, path: str | os.PathLike | None = None, *, leave_out: Callable[[Any], bool] = lambda system: False
+) -> str:
     """Returns a picture of a diagram as SVG, made without other programs; notebooks show it by themselves.
 
     Boxes are systems, with the names of their ports; inputs are on the left, outputs on the right, feedback runs below
@@ -26,17 +29,18 @@ def DrawDiagram(system: Any, path: str | os.PathLike | None = None) -> str:
     Args:
         system: A Diagram, or any other System, which is drawn as one box.
         path: A file to write the picture to as well, "diagram.svg".
+        leave_out: Says which systems inside are not drawn.
     """
-    text = _document(system)
+    text = _document(system, leave_out)
     if path is not None:
         with open(path, "w", encoding="utf-8") as file:
             file.write(text)
     return text
 
 
-def _document(system: Any) -> str:
+def _document(system: Any, leave_out: Callable[[Any], bool]) -> str:
     levels: list[tuple[str, float, float]] = []
-    _add_level(system, None, levels)
+    _add_level(system, None, levels, leave_out)
     # What is inside may be larger: then it is made to fit, but the picture grows for it as far as it still looks well.
     width = max(levels[0][1], 0.6 * max(width for _, width, _ in levels))
     height = max(levels[0][2], 0.6 * max(height for _, _, height in levels))
@@ -44,9 +48,11 @@ def _document(system: Any) -> str:
     return document(body, width, height, f"Block diagram of {_called(system)}")
 
 
-def _add_level(system: Any, parent: Any, levels: list[tuple[str, float, float]]) -> None:
+def _add_level(
+    system: Any, parent: Any, levels: list[tuple[str, float, float]], leave_out: Callable[[Any], bool]
+) -> None:
     """Adds the picture of a system, then those of the diagrams inside, each with its size."""
-    picture, width, height = _Level(system, parent).draw()
+    picture, width, height = _Level(system, parent, leave_out).draw()
     shown = 'class="level root"' if parent is None else 'class="level" display="none"'
     # Every level fills the same picture; what is larger is made to fit.
     levels.append(
@@ -59,8 +65,8 @@ def _add_level(system: Any, parent: Any, levels: list[tuple[str, float, float]])
     )
     if isinstance(system, Diagram):
         for inner in system.GetSystems():
-            if isinstance(inner, Diagram):
-                _add_level(inner, system, levels)
+            if isinstance(inner, Diagram) and not leave_out(inner):
+                _add_level(inner, system, levels, leave_out)
 
 
 def _anchor(system: Any) -> str:
@@ -127,44 +133,49 @@ class _EndBox:
 class _Level:
     """The picture of one diagram's inside, or of one system."""
 
-    def __init__(self, system: Any, parent: Any):
+    def __init__(self, system: Any, parent: Any, leave_out: Callable[[Any], bool]):
         self._system, self._parent = system, parent
         self._drawn: list[_SystemBox | _EndBox] = []
         self._wires: list[Wire] = []
         self._titles: list[str] = []
         if isinstance(system, Diagram):
-            self._add_inside(system)
+            self._add_inside(system, leave_out)
         else:
             self._drawn.append(_SystemBox(system, set(), set()))
 
-    def _add_inside(self, diagram: Diagram) -> None:
-        systems = diagram.GetSystems()
-        used_in = {*diagram._wires, *diagram._exported_inputs}
-        used_out = {*diagram._wires.values(), *diagram._exported_outputs}
-        boxes = [
-            _SystemBox(system, {i for a, i in used_in if a == k}, {j for b, j in used_out if b == k})
-            for k, system in enumerate(systems)
-        ]
-        self._drawn += boxes
+    def _add_inside(self, diagram: Diagram, leave_out: Callable[[Any], bool]) -> None:
+        systems = dict(enumerate(diagram.GetSystems()))
+        shown = [k for k, system in systems.items() if not leave_out(system)]
+        place = {k: n for n, k in enumerate(shown)}
+        wires = [(to, by) for to, by in diagram._wires.items() if to[0] in place and by[0] in place]
+        used_in = {*(to for to, _ in wires), *diagram._exported_inputs}
+        used_out = {*(by for _, by in wires), *diagram._exported_outputs}
+        boxes = {
+            k: _SystemBox(systems[k], {i for a, i in used_in if a == k}, {j for b, j in used_out if b == k})
+            for k in shown
+        }
+        self._drawn += boxes.values()
 
         def input_of(a: int, i: int) -> tuple[tuple[int, int], str]:
-            return (a, boxes[a].row_of_input[i]), f"{_called(systems[a])}.{systems[a]._inputs[i].name}"
+            return (place[a], boxes[a].row_of_input[i]), f"{_called(systems[a])}.{systems[a]._inputs[i].name}"
 
         def output_of(b: int, j: int) -> tuple[tuple[int, int], str]:
-            return (b, boxes[b].row_of_output[j]), f"{_called(systems[b])}.{systems[b]._outputs[j].name}"
+            return (place[b], boxes[b].row_of_output[j]), f"{_called(systems[b])}.{systems[b]._outputs[j].name}"
 
         def end(name: str, side: int) -> tuple[tuple[int, int], str]:
             self._drawn.append(_EndBox(name, side))
             return (len(self._drawn) - 1, 0), name
 
-        for (a, i), (b, j) in diagram._wires.items():
-            self._connect(output_of(b, j), input_of(a, i))
+        for to, by in wires:
+            self._connect(output_of(*by), input_of(*to))
         for k, declaration in enumerate(diagram._inputs):
             source = end(declaration.name, -1)
             for (a, i), own in diagram._exported_inputs.items():
-                if own == k:
+                if own == k and a in place:
                     self._connect(source, input_of(a, i))
         for declaration, (b, j) in zip(diagram._outputs, diagram._exported_outputs):
+            if b not in place:
+                continue
             self._connect(output_of(b, j), end(declaration.name, +1))
 
     def _connect(self, source: tuple[tuple[int, int], str], target: tuple[tuple[int, int], str]) -> None:

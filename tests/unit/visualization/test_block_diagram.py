@@ -134,6 +134,19 @@ def test_parts_have_pictures_of_their_own_that_a_click_leads_to():
     assert links == {f"#{name}" for name in levels}, "into the part, and back"
 
 
+def test_systems_can_be_left_out():
+    builder = DiagramBuilder()
+    gains = [builder.AddNamedSystem(f"gain{i}", Gain(1.0, 1)) for i in range(3)]
+    builder.Connect(gains[0].get_output_port(), gains[1].get_input_port())
+    builder.Connect(gains[0].get_output_port(), gains[2].get_input_port())
+    builder.ExportOutput(gains[1].get_output_port(), "gone")
+    builder.ExportOutput(gains[2].get_output_port(), "stays")
+    svg = DrawDiagram(builder.Build(), leave_out=lambda system: system.get_name() == "gain1")
+    found = texts(svg)
+    assert "gain1" not in found and "gone" not in found and "stays" in found and "gain2" in found
+    assert svg.count('class="hit"') == 2
+
+
 def test_a_crowd_of_unconnected_ports_is_counted():
     builder = DiagramBuilder()
     adder = builder.AddNamedSystem("adder", Adder(20, 1))
