@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 from typing import Any
 
 import numpy as np
@@ -392,9 +393,13 @@ _SCHEMES = {
 }
 
 
+_FROM_ABOVE = {"cenic": ("sheldrake.multibody.cenic", "CenicIntegrator")}
+"""Schemes of modules on floors above this one, which are loaded when they are asked for."""
+
+
 def GetIntegrationSchemes() -> list[str]:
     """Names of the integration schemes, for `ResetIntegratorFromFlags` and `SimulatorConfig`."""
-    return sorted(_SCHEMES)
+    return sorted([*_SCHEMES, *_FROM_ABOVE])
 
 
 def ResetIntegratorFromFlags(simulator: Any, scheme: str, max_step_size: float) -> IntegratorBase:
@@ -403,10 +408,13 @@ def ResetIntegratorFromFlags(simulator: Any, scheme: str, max_step_size: float) 
     Raises:
         RuntimeError: there is no such scheme.
     """
-    if scheme not in _SCHEMES:
+    if scheme not in GetIntegrationSchemes():
         raise RuntimeError(f"Unknown integration scheme: {scheme} (valid: {', '.join(GetIntegrationSchemes())})")
     system = simulator.get_system()
-    cls: Any = _SCHEMES[scheme]
+    cls: Any = _SCHEMES.get(scheme)
+    if cls is None:
+        module, name = _FROM_ABOVE[scheme]
+        cls = getattr(importlib.import_module(module), name)
     if cls._supports_error_estimation:
         integrator = cls(system)
         integrator.set_maximum_step_size(max_step_size)

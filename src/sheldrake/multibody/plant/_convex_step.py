@@ -1,0 +1,111 @@
+"""Steps of any length of a continuous plant by the convex problem of kLagged, for integrators."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.chain import Chain
+from sheldrake.common.kernel import jit_enabled
+from sheldrake.geometry._kernels.cells import make_cells
+from sheldrake.geometry._kernels.model import contact_table
+from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
+from sheldrake.multibody.plant import _step
+from sheldrake.multibody.plant._enums import ContactModel
+from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED
+from sheldrake.multibody.plant._kernels.stribeck import static_friction
+
+
+class ConvexStep:
+    """Solves the convex problem of a step from the state of a plant's context, with arrays of its own.
+
+    Joint limits, constraints and PD gains are part of the problem, as in a discrete plant. What comes in by ports is
+    taken at the beginning of the step.
+
+    Args:
+        plant: a finalized plant with time_step = 0.
+        context: its context.
+
+    Raises:
+        RuntimeError: the plant has collision geometry, but is connected to no SceneGraph.
+    """
+
+    def __init__(self, plant: Any, context: Any):
+        self._plant, self._context = plant, context
+        self._compiled = plant._geometry_of(context)
+        connected = plant.get_geometry_query_input_port().HasValue(context)
+        if plant._misses_geometry(connected):
+            raise plant._explain_status(GEOMETRY_NOT_CONNECTED, context)
+        models = plant._models(connected, self._compiled)
+        geometry = models["geometry_model"]
+        models["geometry_model"] = geometry = geometry._replace(margin=np.array([_step.CONTACT_MARGIN]))
+        models["plant_model"] = plant_model = self._with_limits(models["plant_model"])
+        models["solver_model"] = self._solver = solver = _step.solver_model_of(
+            plant._tree_model, geometry, 1.0, "lagged", stiction_tolerance=plant._stiction_tolerance
+        )
+        hydro = models["hydro_model"]
+        self._work = _step.make_step_work(
+            plant._tree_model,
+            solver,
+            plant_model,
+            contact_table(geometry),
+            hydro_model=hydro,
+            cells=make_cells(geometry),
+        )
+        strict = plant._contact_model is ContactModel.kHydroelastic
+        stages = _step.stages(geometry, plant_model, False, hydro, strict)
+        stages.insert(stages.index(prepare_problem), static_friction)
+        self._quaternions = [j._q_start for j in plant._joints if j.type_name() == "quaternion_floating"]
+        self._x, self._out = np.zeros(plant.num_multibody_states()), np.zeros(plant.num_multibody_states())
+        self._p = np.zeros(len(context._system._view(context).p))
+        self._u = tuple(np.zeros(len(plant._input_vector(context, i))) for i in range(plant.num_input_ports()))
+        self._inputs = [(context._system.get_input_port(i), u) for i, u in enumerate(self._u) if len(u)]
+        values = {**self._work._asdict(), **models, "xd": self._x, "p": self._p, "u": self._u, "out": self._out}
+        chain = Chain(stages)
+        self._solve = chain.bind(**values) if jit_enabled() else lambda: chain(**values)
+
+    def _with_limits(self, model: Any) -> Any:
+        """Position limits, which derivatives do without."""
+        joints = [j for j in self._plant._joints if j.num_velocities() == 1 and self._plant._has_limits(j)]
+        rows = [(j, *j._limits["position"]) for j in joints]
+        limits = [dict(dof=j._v_start, q=j._q_start, lower=low[0], upper=high[0]) for j, low, high in rows]
+        made = _step.make_plant_model(limits=limits)
+        return model._replace(limit=made.limit, bound=made.bound)
+
+    def fits(self, context: Any) -> bool:
+        """Whether this was made for the context and the geometry it has now."""
+        return context is self._context and self._plant._geometry_of(context).model is self._compiled.model
+
+    def use(self, max_iterations: int, tolerance: float) -> None:
+        """Settings of the solver.
+
+        Args:
+            max_iterations: most Newton iterations.
+            tolerance: residual at which they stop, relative to momentum and impulse.
+        """
+        self._solver.setting[columns.MAX_ITERATIONS] = max_iterations
+        self._solver.option[columns.RELATIVE_TOLERANCE] = tolerance
+
+    def __call__(self, h: float) -> np.ndarray:
+        """Positions and velocities a step of h later [s]; quaternions have length one.
+
+        Raises:
+            RuntimeError: the solver says why.
+        """
+        plant, context = self._plant, self._context
+        view = context._system._view(context)
+        self._x[:], self._p[:] = view.x, view.p
+        self._solver.option[columns.DT] = h
+        if plant._uses_spatial_forces():
+            self._work.step.applied_force[:] = plant._applied_as_generalized(context)
+        for port, values in self._inputs:
+            values[:] = port.Eval(context) if port.HasValue(context) else 0.0
+        status = self._solve()
+        if status:
+            raise plant._explain_status(status, context)
+        for begin in self._quaternions:
+            q = self._out[begin : begin + 4]
+            q /= np.linalg.norm(q)
+        return self._out.copy()
