@@ -245,3 +245,40 @@ class lcmt_image_array(Message):
         ("num_images", "int32_t"),
         ("images", lcmt_image, "num_images"),
     ]
+
+
+class lcmt_panda_command(Message):
+    """Positions [rad], velocities [rad/s] and torques [N m] for a Panda, and which of them it should follow."""
+
+    _fields: ClassVar[list[tuple]] = [
+        ("utime", "int64_t"),
+        ("num_joint_position", "int32_t"),
+        ("joint_position", "double", "num_joint_position"),
+        ("num_joint_velocity", "int32_t"),
+        ("joint_velocity", "double", "num_joint_velocity"),
+        ("num_joint_torque", "int32_t"),
+        ("joint_torque", "double", "num_joint_torque"),
+        ("control_mode_expected", "int8_t"),
+    ]
+    CONTROL_MODE_POSITION, CONTROL_MODE_VELOCITY, CONTROL_MODE_TORQUE = 1, 2, 4
+
+
+class lcmt_panda_status(Message):
+    """What a Panda measures and was commanded: positions [rad], velocities [rad/s], torques [N m]."""
+
+    _fields: ClassVar[list[tuple]] = [
+        ("utime", "int64_t"),
+        ("num_joints", "int32_t"),
+        ("joint_position", "double", "num_joints"),
+        ("joint_position_desired", "double", "num_joints"),
+        ("joint_velocity", "double", "num_joints"),
+        ("joint_velocity_desired", "double", "num_joints"),
+        ("joint_acceleration_desired", "double", "num_joints"),
+        ("joint_torque", "double", "num_joints"),
+        ("joint_torque_desired", "double", "num_joints"),
+        ("joint_torque_external", "double", "num_joints"),
+        ("control_command_success_rate", "double"),
+        ("robot_mode", "int8_t"),
+        ("robot_utime", "int64_t"),
+        ("control_mode", "int8_t"),
+    ]

@@ -22,6 +22,14 @@ from sheldrake.manipulation._iiwa_messages import (
     position_enabled,
     torque_enabled,
 )
+from sheldrake.manipulation._panda_messages import (
+    PandaCommandReceiver,
+    PandaCommandSender,
+    PandaControlMode,
+    PandaStatusReceiver,
+    PandaStatusSender,
+    kPandaArmNumJoints,
+)
 from sheldrake.manipulation._wsg import (
     GetSchunkWsgOpenPosition,
     MakeMultibodyForceToWsgForceSystem,
@@ -32,6 +40,7 @@ from sheldrake.manipulation._wsg import (
     SchunkWsgStatusReceiver,
     SchunkWsgStatusSender,
 )
+from sheldrake.manipulation._wsg_trajectory import SchunkWsgController, SchunkWsgTrajectoryGenerator
 
 __all__ = [
     "ApplyDriverConfig",
@@ -48,22 +57,30 @@ __all__ = [
     "IiwaStatusSender",
     "MakeMultibodyForceToWsgForceSystem",
     "MakeMultibodyStateToWsgStateSystem",
+    "PandaCommandReceiver",
+    "PandaCommandSender",
+    "PandaControlMode",
+    "PandaStatusReceiver",
+    "PandaStatusSender",
     "ParseIiwaControlMode",
     "SchunkWsgCommandReceiver",
     "SchunkWsgCommandSender",
+    "SchunkWsgController",
     "SchunkWsgDriver",
     "SchunkWsgPositionController",
     "SchunkWsgStatusReceiver",
     "SchunkWsgStatusSender",
+    "SchunkWsgTrajectoryGenerator",
     "SimIiwaDriver",
     "ZeroForceDriver",
     "get_iiwa_max_joint_velocities",
     "kIiwaArmNumJoints",
     "kIiwaLcmStatusPeriod",
+    "kPandaArmNumJoints",
     "position_enabled",
     "torque_enabled",
 ]
 
 for _name in __all__:
-    if hasattr(globals()[_name], "__module__"):
+    if callable(globals()[_name]):
         globals()[_name].__module__ = __name__
