@@ -1,12 +1,14 @@
-"""Draws the figures of docs/poses.md: `python tools/make_figures.py`.
+"""Draws the figures of docs/poses.md and of the tutorial: `python tools/make_figures.py`.
 
 Frames are three arrows, x red, y green, z blue, seen from far away; matplotlib draws them in two dimensions.
 """
 
 from __future__ import annotations
 
+import os
 import pathlib
 import sys
+import tempfile
 
 import numpy as np
 
@@ -140,9 +142,25 @@ def center_of_mass(figure) -> None:
     picture.text(p_WBcm, "Bcm", 4, 12, weight="bold")
 
 
+def tutorial(path: pathlib.Path) -> None:
+    """The plot of the tutorial, made by the tutorial's own code."""
+    from pages import blocks
+
+    names: dict = {"__name__": "__main__"}
+    page = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        os.chdir(folder)
+        for _, code in blocks(page):
+            exec(code, names)
+        os.chdir(ROOT)
+    figure = names["PlotLog"](names["log"], rpy=True, degrees=True)
+    figure.set_size_inches(8.0, 8.5)
+    figure.savefig(path, dpi=80, bbox_inches="tight")
+
+
 def main() -> None:
     """Writes docs/figures/*.png."""
-    sys.path.insert(0, str(ROOT / "src"))
+    sys.path[:0] = [str(ROOT / "src"), str(ROOT / "tests" / "examples")]
     import matplotlib
 
     matplotlib.use("Agg")
@@ -154,6 +172,7 @@ def main() -> None:
         draw(figure)
         figure.subplots_adjust(0.0, 0.0, 1.0, 1.0, 0.02, 0.0)
         figure.savefig(OUT / f"{draw.__name__}.png", bbox_inches="tight", pad_inches=0.05)
+    tutorial(OUT / "tutorial.png")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,7 @@
 """Makes a Jupyter notebook of a page: `python tools/make_notebook.py docs/tutorial.md tutorial.ipynb`.
 
-Python blocks become code cells, in their order; what is between them becomes text.
+Python blocks become code cells, in their order; what is between them becomes text. A notebook travels alone: pictures
+stay behind, and links to other pages become their words.
 """
 
 from __future__ import annotations
@@ -11,13 +12,15 @@ import re
 import sys
 
 BLOCK = re.compile(r"^```python\n(.*?)^```\n?", re.DOTALL | re.MULTILINE)
+PICTURE = re.compile(r"^!\[.*\n+", re.MULTILINE)
+LINK = re.compile(r"\[([^\]]*)\]\((?!https?:)[^)]*\)")
 
 
 def cells(page: str) -> list[dict]:
     """Returns the cells of a page in Markdown."""
     found = []
     for k, part in enumerate(BLOCK.split(page)):
-        text = part.strip("\n")
+        text = (part if k % 2 else LINK.sub(r"\1", PICTURE.sub("", part))).strip("\n")
         if not text:
             continue
         cell = {"cell_type": "code" if k % 2 else "markdown", "id": f"cell-{k}", "metadata": {}}

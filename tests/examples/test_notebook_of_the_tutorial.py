@@ -21,6 +21,7 @@ def test_cells_are_the_blocks_of_the_page():
     text = "".join(line for cell in cells if cell["cell_type"] == "markdown" for line in cell["source"])
     assert "```python" not in text
     assert text.startswith("# ")
+    assert "](" not in text, "a notebook travels alone"
 
 
 def test_it_runs_in_jupyter(tmp_path, monkeypatch):
