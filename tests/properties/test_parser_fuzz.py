@@ -4,6 +4,7 @@ import logging
 import os
 import pathlib
 import re
+import sys
 import time
 
 import pytest
@@ -165,3 +166,27 @@ def test_any_text_gives_a_clear_error(kind):
         parse(text, kind)
 
     check()
+
+
+def test_large_flat_files_take_time_in_proportion():
+    """Calls of Python per link: wall time would depend on the machine."""
+
+    def calls(n):
+        links = "".join(f'<link name="l{i}"/>' for i in range(n))
+        joint = '<joint name="j{0}" type="fixed"><parent link="l{0}"/><child link="l{1}"/></joint>'
+        joints = "".join(joint.format(i, i + 1) for i in range(n - 1))
+        count = 0
+
+        def trace(frame, event, argument):
+            nonlocal count
+            count += event == "call"
+
+        sys.setprofile(trace)
+        try:
+            parse(f'<robot name="r">{links}{joints}</robot>', "urdf")
+        finally:
+            sys.setprofile(None)
+        return count
+
+    few, many = calls(50), calls(200)
+    assert many < 4.5 * few

@@ -115,6 +115,8 @@ class GeometryState:
             WORLD_FRAME_ID: FrameRecord("world", _WORLD_FRAME_GROUP, SELF_SOURCE_ID, WORLD_FRAME_ID)
         }
         self.geometries: dict[GeometryId, GeometryRecord] = {}
+        self._frame_names: set[tuple[SourceId, str]] = set()
+        self._of_frame: dict[FrameId, tuple[GeometryId, ...]] = {}
         self.filter = CollisionFilter()
         self.renderers = Renderers()
         self.version = GeometryVersion()
@@ -124,6 +126,7 @@ class GeometryState:
         """An independent copy; records are shared."""
         new = object.__new__(GeometryState)
         new.sources, new.frames, new.geometries = dict(self.sources), dict(self.frames), dict(self.geometries)
+        new._frame_names, new._of_frame = set(self._frame_names), dict(self._of_frame)
         new.filter, new.renderers = self.filter.copy(), self.renderers.copy()
         new.version, new.serial = self.version, self.serial
         return new
@@ -200,9 +203,10 @@ class GeometryState:
             )
         if frame_id in self.frames:
             raise RuntimeError(f"Registering frame with an id that has already been registered: {frame_id.get_value()}")
-        if any(self.frames[known].name == frame.name() for known in source.frames):
+        if (source_id, frame.name()) in self._frame_names:
             raise RuntimeError(f"Registering frame for source '{source.name}' with a duplicate name '{frame.name()}'")
         self.frames[frame_id] = FrameRecord(frame.name(), frame.frame_group(), source_id, parent_id)
+        self._frame_names.add((source_id, frame.name()))
         self.sources[source_id] = source._replace(frames=(*source.frames, frame_id))
         self._touch()
         return frame_id
@@ -213,8 +217,10 @@ class GeometryState:
         frame = self.frames[frame_id]
         if frame.name == name:
             return
-        if any(self.frames[known].name == name for known in self.sources[frame.source].frames):
+        if (frame.source, name) in self._frame_names:
             raise RuntimeError(f"Renaming frame from '{frame.name}' to an already existing name '{name}'")
+        self._frame_names.remove((frame.source, frame.name))
+        self._frame_names.add((frame.source, name))
         self.frames[frame_id] = frame._replace(name=name)
         self._touch()
 
@@ -236,12 +242,14 @@ class GeometryState:
         record = GeometryRecord(instance.name(), source_id, frame_id, instance.pose(), instance.shape().Clone(), roles)
         self.renderers.register(geometry_id, record)
         self.geometries[geometry_id] = record
+        self._of_frame[frame_id] = (*self._of_frame.get(frame_id, ()), geometry_id)
         self._touch(roles)
         return geometry_id
 
     def _check_unique_name(self, frame_id: FrameId, role: Role, name: str, but: GeometryId | None = None) -> None:
-        for known_id, known in self.geometries.items():
-            if known.frame == frame_id and known.name == name and role in known.roles and known_id != but:
+        for known_id in self._of_frame.get(frame_id, ()):
+            known = self.geometries[known_id]
+            if known.name == name and role in known.roles and known_id != but:
                 raise RuntimeError(
                     f"The name '{name}' has already been used by a geometry with the '{_ROLE_NAMES[role]}' role."
                 )
@@ -255,6 +263,7 @@ class GeometryState:
                 "but the geometry doesn't belong to that source."
             )
         del self.geometries[geometry_id]
+        self._of_frame[record.frame] = tuple(i for i in self._of_frame[record.frame] if i != geometry_id)
         self.filter.remove_geometry(geometry_id)
         self.renderers.forget(geometry_id)
         self._touch(record.roles)

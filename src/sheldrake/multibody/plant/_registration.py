@@ -41,6 +41,7 @@ class Registration:
         self._bodies: Registry[RigidBody] = Registry("RigidBody", "body", BodyIndex, self._instances)
         self._frames: Registry[Frame] = Registry("Frame", "frame", FrameIndex, self._instances)
         self._joints: Registry[Joint] = Registry("Joint", "joint", JointIndex, self._instances)
+        self._joint_between: dict[frozenset[RigidBody], Joint] = {}
         self._actuators: Registry[JointActuator] = Registry(
             "JointActuator", "joint actuator", JointActuatorIndex, self._instances
         )
@@ -265,21 +266,21 @@ class Registration:
             raise RuntimeError(
                 f"AddJoint(): joint {joint.name()} would connect body {joint.child_body().name()} to itself."
             )
-        between = {joint.parent_body(), joint.child_body()}
-        for other in self._joints:
-            if {other.parent_body(), other.child_body()} == between:
-                raise RuntimeError(
-                    f"AddJoint(): This MultibodyPlant already has a joint '{other.name()}' connecting "
-                    f"'{other.parent_body().name()}' to '{other.child_body().name()}'. Therefore adding joint "
-                    f"'{joint.name()}' connecting '{joint.parent_body().name()}' to '{joint.child_body().name()}' is "
-                    "not allowed."
-                )
+        other = self._joint_between.get(frozenset((joint.parent_body(), joint.child_body())))
+        if other is not None:
+            raise RuntimeError(
+                f"AddJoint(): This MultibodyPlant already has a joint '{other.name()}' connecting "
+                f"'{other.parent_body().name()}' to '{other.child_body().name()}'. Therefore adding joint "
+                f"'{joint.name()}' connecting '{joint.parent_body().name()}' to '{joint.child_body().name()}' is "
+                "not allowed."
+            )
         return self._add_joint(joint)
 
     def _add_joint(self, joint: Joint) -> Joint:
         self._joints.check_free(joint.name(), joint.model_instance())
         joint._adopt(self, len(self._joints.slots))
         self._joints.add(joint, joint.name())
+        self._joint_between[frozenset((joint.parent_body(), joint.child_body()))] = joint
         return joint
 
     def WeldFrames(
@@ -303,6 +304,7 @@ class Registration:
             if hasattr(user, "joint") and user.joint() is joint:
                 raise RuntimeError(f"RemoveJoint(): joint {joint.name()!r} is used by {user!r}; remove that first.")
         self._joints.remove(joint, joint.name())
+        del self._joint_between[frozenset((joint.parent_body(), joint.child_body()))]
         joint._owner = joint._index = None
 
     def num_joints(self) -> int:

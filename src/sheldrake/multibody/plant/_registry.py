@@ -24,6 +24,7 @@ class Registry(Generic[E]):
         self.kind, self.words, self.index_type = kind, words, index_type
         self.slots: list[E | None] = []
         self._by_name: dict[str, list[E]] = {}
+        self._taken: set[tuple[str, Any]] = set()  # names with their model instances
         self._instances = instances
 
     def __iter__(self) -> Any:
@@ -41,12 +42,13 @@ class Registry(Generic[E]):
         if name is not None:
             self.check_free(name, element.model_instance())  # type: ignore[attr-defined]
             self._by_name.setdefault(name, []).append(element)
+            self._taken.add((name, element.model_instance()))  # type: ignore[attr-defined]
         self.slots.append(element)
         return len(self.slots) - 1
 
     def check_free(self, name: str, instance: Any) -> None:
         """Raises RuntimeError when a model instance has an element of this name."""
-        if self.find(name, instance):
+        if (name, instance) in self._taken:
             raise RuntimeError(
                 f"Model instance '{self._instance_name(instance)}' already contains a {self.words} named '{name}'. "
                 f"{self.words.capitalize()} names must be unique within a given model."
@@ -56,6 +58,7 @@ class Registry(Generic[E]):
         """Takes an element out; its number stays unused."""
         self.slots[int(element.index())] = None  # type: ignore[attr-defined]
         self._by_name[name].remove(element)
+        self._taken.remove((name, element.model_instance()))  # type: ignore[attr-defined]
 
     def get(self, index: Any, call: str) -> E:
         """The element of this number.
