@@ -2,6 +2,15 @@
 
 from sheldrake.planning._body_shapes import BodyShapeDescription, MakeBodyShapeDescription
 from sheldrake.planning._clearance import EdgeMeasure, RobotClearance, RobotCollisionType
+from sheldrake.planning._clique_cover import IrisFromCliqueCoverOptions, IrisInConfigurationSpaceFromCliqueCover
+from sheldrake.planning._cliques import (
+    MaxCliqueSolverBase,
+    MaxCliqueSolverViaGreedy,
+    MaxCliqueSolverViaMip,
+    MinCliqueCoverSolverBase,
+    MinCliqueCoverSolverViaGreedy,
+    VisibilityGraph,
+)
 from sheldrake.planning._collision_checker import CollisionChecker, CollisionCheckerContext, CollisionCheckerParams
 from sheldrake.planning._configurations import DistanceAndInterpolationProvider, LinearDistanceAndInterpolationProvider
 from sheldrake.planning._direct_collocation import (
@@ -12,10 +21,17 @@ from sheldrake.planning._direct_collocation import (
 from sheldrake.planning._direct_transcription import DirectTranscription
 from sheldrake.planning._dof_mask import DofMask
 from sheldrake.planning._gcs_trajectory_optimization import GcsTrajectoryOptimization
+from sheldrake.planning._iris_np2 import IrisNp2, IrisNp2Options, RaySamplerOptions
 from sheldrake.planning._joint_limits import JointLimits
 from sheldrake.planning._kinematic_trajectory import KinematicTrajectoryOptimization
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.planning._robot_diagram import GetContinuousRevoluteJointIndices, RobotDiagram, RobotDiagramBuilder
+from sheldrake.planning._sampled_iris import (
+    CommonSampledIrisOptions,
+    IrisParameterizationFunction,
+    IrisZo,
+    IrisZoOptions,
+)
 from sheldrake.planning._scene_graph_checker import SceneGraphCollisionChecker, UnimplementedCollisionChecker
 from sheldrake.systems.framework._templates import SystemTemplate
 
@@ -25,6 +41,7 @@ __all__ = [
     "CollisionChecker",
     "CollisionCheckerContext",
     "CollisionCheckerParams",
+    "CommonSampledIrisOptions",
     "DirectCollocation",
     "DirectCollocationConstraint",
     "DirectTranscription",
@@ -33,11 +50,24 @@ __all__ = [
     "EdgeMeasure",
     "GcsTrajectoryOptimization",
     "GetContinuousRevoluteJointIndices",
+    "IrisFromCliqueCoverOptions",
+    "IrisInConfigurationSpaceFromCliqueCover",
+    "IrisNp2",
+    "IrisNp2Options",
+    "IrisParameterizationFunction",
+    "IrisZo",
+    "IrisZoOptions",
     "JointLimits",
     "KinematicTrajectoryOptimization",
     "LinearDistanceAndInterpolationProvider",
     "MakeBodyShapeDescription",
+    "MaxCliqueSolverBase",
+    "MaxCliqueSolverViaGreedy",
+    "MaxCliqueSolverViaMip",
+    "MinCliqueCoverSolverBase",
+    "MinCliqueCoverSolverViaGreedy",
     "MultipleShooting",
+    "RaySamplerOptions",
     "RobotClearance",
     "RobotCollisionType",
     "RobotDiagram",
@@ -45,6 +75,7 @@ __all__ = [
     "RobotDiagram_",
     "SceneGraphCollisionChecker",
     "UnimplementedCollisionChecker",
+    "VisibilityGraph",
 ]
 
 RobotDiagram_ = SystemTemplate("RobotDiagram_", RobotDiagram, scope=__name__, own=True)

@@ -18,6 +18,7 @@ from sheldrake.geometry.optimization._implicit_graph import (
     ImplicitGraphOfConvexSetsFromExplicit,
 )
 from sheldrake.geometry.optimization._iris import Iris, IrisOptions, MakeIrisObstacles
+from sheldrake.geometry.optimization._iris_np import IrisNp
 from sheldrake.geometry.optimization._point import Point
 from sheldrake.geometry.optimization._regions_yaml import LoadIrisRegionsYamlFile, SaveIrisRegionsYamlFile
 from sheldrake.geometry.optimization._spectrahedron import Spectrahedron
@@ -41,6 +42,7 @@ __all__ = [
     "ImplicitGraphOfConvexSetsFromExplicit",
     "Intersection",
     "Iris",
+    "IrisNp",
     "IrisOptions",
     "LoadIrisRegionsYamlFile",
     "MakeIrisObstacles",

@@ -1,0 +1,336 @@
+"""Regions of configurations that are, with high probability, almost free of collisions.
+
+P. Werner, T. Cohn, R. Jiang, T. Seyde, M. Simchowitz, R. Tedrake and D. Rus, "Faster algorithms for growing
+collision-free convex polytopes in robot configuration space", 2024. Symbols are theirs: with probability 1 - delta at
+most the part epsilon of a region collides; tau trades samples for power of the test.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common import Parallelism
+from sheldrake.common._options import Options
+from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
+from sheldrake.geometry.optimization._iris import tangent
+from sheldrake.solvers import _arrays
+
+_MOST_BISECTED = 100  # Of the samples in collision, the nearest: more would cost checks, and make faces hardly better.
+
+
+class CommonSampledIrisOptions(Options):
+    """What the searches by samples have in common.
+
+    Attributes:
+        num_particles: Least number of samples of each round.
+        tau: Threshold of the test.
+        delta: Probability that more than epsilon of the region collides.
+        epsilon: Part of the region that may collide.
+        containment_points: Configurations that the region is to contain, columns; or None.
+        max_iterations: Most ellipsoids.
+        max_iterations_separating_planes: Most rounds of new faces for each ellipsoid.
+        max_separating_planes_per_iteration: Most new faces of each round; -1 for any number.
+        parallelism: Accepted, without effect.
+        verbose: Accepted, without effect.
+        require_sample_point_is_contained: Whether to stop before the region leaves its first center.
+        configuration_space_margin: Distance kept from collisions.
+        relax_margin: Whether the distance may be halved where it would cut off the center.
+        termination_threshold: Growth of the ellipsoid's volume at which to stop.
+        relative_termination_threshold: Growth relative to the volume at which to stop.
+        remove_all_collisions_possible: Whether samples in collision are cut off even where there are few enough.
+        random_seed: Of samples.
+        mixing_steps: Steps between samples.
+        sample_particles_in_parallel: Accepted, without effect.
+        prog_with_additional_constraints: Constraints on configurations; None for none.
+    """
+
+    _fields = (
+        ("num_particles", int, 1000),
+        ("tau", float, 0.5),
+        ("delta", float, 0.05),
+        ("epsilon", float, 0.01),
+        ("containment_points", Any, None),
+        ("max_iterations", int, 3),
+        ("max_iterations_separating_planes", int, 20),
+        ("max_separating_planes_per_iteration", int, 10),
+        ("parallelism", Any, Parallelism.Max()),
+        ("verbose", bool, False),
+        ("require_sample_point_is_contained", bool, True),
+        ("configuration_space_margin", float, 0.01),
+        ("relax_margin", bool, False),
+        ("termination_threshold", float, 0.02),
+        ("relative_termination_threshold", float, 1e-3),
+        ("remove_all_collisions_possible", bool, True),
+        ("random_seed", int, 1234),
+        ("mixing_steps", int, 50),
+        ("sample_particles_in_parallel", bool, False),
+        ("prog_with_additional_constraints", Any, None),
+    )
+
+
+class IrisParameterizationFunction:
+    """A function from the space in which a region is grown to configurations.
+
+    Made as `()`, the identity; `(parameterization, dimension)` with a Python function; `(expression_parameterization,
+    variables)`; or `(kin, q_star_val)` with a RationalForwardKinematics.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        values = [*args, *kwargs.values()]
+        self._dimension: int | None = None
+        self._function: Callable[[np.ndarray], np.ndarray] = lambda x: x
+        if len(values) == 2 and callable(values[0]):
+            self._function, self._dimension = values[0], int(values[1])
+        elif len(values) == 2 and hasattr(values[0], "ComputeQValue"):
+            kin, q_star = values
+            self._function = lambda s: kin.ComputeQValue(s, q_star)
+            self._dimension = len(kin.s())
+        elif len(values) == 2:
+            self._set_expressions(np.ravel(values[0]), np.ravel(values[1]))
+        elif values:
+            raise TypeError("IrisParameterizationFunction(): incompatible constructor arguments.")
+
+    def _set_expressions(self, expressions: np.ndarray, variables: np.ndarray) -> None:
+        self._dimension = len(variables)
+
+        def evaluate(x: np.ndarray) -> np.ndarray:
+            x = np.asarray(x)
+            values, gradient = _arrays.values_and_gradient(x) if x.dtype == object else (x, None)
+            at = dict(zip(variables, map(float, values)))
+            q = np.array([e.Evaluate(at) for e in expressions])
+            if gradient is None:
+                return q
+            J = np.array([[e.Differentiate(v).Evaluate(at) for v in variables] for e in expressions])
+            return _arrays.duals(q, J @ gradient)
+
+        self._function = evaluate
+
+    def get_parameterization_double(self) -> Callable[[np.ndarray], np.ndarray]:
+        """Returns the function of floats."""
+        return lambda x: np.asarray(self._function(np.asarray(x, dtype=float)), dtype=float)
+
+    def get_parameterization_autodiff(self) -> Callable[[np.ndarray], np.ndarray]:
+        """Returns the function of AutoDiffXd."""
+        return self._function
+
+    def get_parameterization_dimension(self) -> int | None:
+        """Returns the dimension of its argument; None where it is that of configurations."""
+        return self._dimension
+
+    def get_parameterization_is_threadsafe(self) -> bool:
+        """Returns False: it is a Python function."""
+        return False
+
+
+def nearest_first(points: list[np.ndarray], ellipsoid: Hyperellipsoid) -> list[np.ndarray]:
+    """Points by their distance from the center of an ellipsoid, in its metric."""
+    return sorted(points, key=lambda p: float(np.linalg.norm(ellipsoid.A() @ (p - ellipsoid.center()))))
+
+
+def samples_of_test(delta: float, epsilon: float, tau: float) -> int:
+    """How many samples the test takes (theorem 1)."""
+    return math.ceil(2.0 * math.log(1.0 / delta) / (epsilon * tau * tau))
+
+
+def hit_and_run(
+    region: HPolyhedron, start: np.ndarray, count: int, steps: int, random: np.random.Generator
+) -> np.ndarray:
+    """Points of a bounded region, rows: as many walks of random chords from a point in it, all at once."""
+    A, b = region.A(), region.b()[:, None]
+    x = np.repeat(start.reshape(-1, 1), count, axis=1)
+    for _ in range(steps):
+        direction = random.normal(size=x.shape)
+        distance, slope = np.maximum(b - A @ x, 0.0), A @ direction
+        with np.errstate(divide="ignore", invalid="ignore"):
+            limits = distance / slope
+        low = np.where(slope < 0.0, limits, -np.inf).max(axis=0)
+        high = np.where(slope > 0.0, limits, np.inf).min(axis=0)
+        x = x + random.uniform(low, high) * direction
+    return x.T
+
+
+class SampledRegion:
+    """Grows a region around an ellipsoid by cutting off samples in collision.
+
+    Args:
+        call: Name of the search, for errors.
+        options: Its options.
+        is_free: Tells whether a point is free.
+        nearest: From samples in collision, the ellipsoid and the region: points in collision near the center.
+    """
+
+    def __init__(
+        self,
+        call: str,
+        options: CommonSampledIrisOptions,
+        is_free: Callable[[np.ndarray], bool],
+        nearest: Callable[[list[np.ndarray], Hyperellipsoid, HPolyhedron], list[np.ndarray]],
+    ):
+        self._call, self._options, self._is_free, self._nearest = call, options, is_free, nearest
+        self._random = np.random.default_rng(options.random_seed)
+
+    def grow(self, start: Hyperellipsoid, domain: HPolyhedron) -> HPolyhedron:
+        """The region.
+
+        Raises:
+            RuntimeError: dimensions differ, the domain is unbounded, or the center or a point to contain collides.
+        """
+        center = start.center()
+        if domain.ambient_dimension() != center.size or not domain.IsBounded():
+            raise RuntimeError(f"{self._call}(): the domain must be bounded, of dimension {center.size}.")
+        if not domain.PointInSet(center) or not self._is_free(center):
+            raise RuntimeError(f"{self._call}(): Starting ellipsoid center {center} is in collision.")
+        self._kept = self._points_to_keep(domain, center)
+        region, ellipsoid, best = domain, start, start.CalcVolume()
+        for _ in range(self._options.max_iterations):
+            grown = self._separated(domain, ellipsoid)
+            if self._options.require_sample_point_is_contained and not grown.PointInSet(center, 0.0):
+                return region
+            region = grown
+            ellipsoid = region.MaximumVolumeInscribedEllipsoid()
+            gain = ellipsoid.CalcVolume() - best
+            if gain <= self._options.termination_threshold:
+                break
+            if gain / best <= self._options.relative_termination_threshold:
+                break
+            best += gain
+        return region
+
+    def _points_to_keep(self, domain: HPolyhedron, center: np.ndarray) -> np.ndarray:
+        """What no face may cut off, columns."""
+        given = self._options.containment_points
+        if given is None:
+            return np.zeros((center.size, 0))
+        points = np.array(given, dtype=float).reshape(center.size, -1)
+        for p in points.T:
+            if not domain.PointInSet(p) or not self._is_free(p):
+                raise RuntimeError(f"{self._call}(): containment point {p} is in collision, or outside of the domain.")
+        return points
+
+    def _separated(self, domain: HPolyhedron, ellipsoid: Hyperellipsoid) -> HPolyhedron:
+        """The domain behind faces that cut off collisions, until the test is passed."""
+        o = self._options
+        region = domain
+        for k in range(o.max_iterations_separating_planes):
+            delta = o.delta * 6.0 / (math.pi * (k + 1)) ** 2
+            tested = samples_of_test(delta, o.epsilon, o.tau)
+            count = max(tested, o.num_particles)
+            particles = hit_and_run(region, ellipsoid.center(), count, o.mixing_steps, self._random)
+            colliding, passed = self._test(particles, tested)
+            if passed and not (o.remove_all_collisions_possible and colliding):
+                return region
+            region = self._cut(region, ellipsoid, colliding)
+            if passed or not region.PointInSet(ellipsoid.center(), 0.0):
+                return region
+        return region
+
+    def _test(self, particles: np.ndarray, tested: int) -> tuple[list[np.ndarray], bool]:
+        """Samples in collision, and whether few enough are; where it is plain that too many are, it stops early."""
+        o = self._options
+        allowed = (1.0 - o.tau) * o.epsilon * tested
+        colliding: list[np.ndarray] = []
+        for i, p in enumerate(particles):
+            if i >= o.num_particles and len(colliding) > allowed:
+                return colliding, False
+            if not self._is_free(p):
+                colliding.append(p)
+        return colliding, len(colliding) <= allowed
+
+    def _cut(self, region: HPolyhedron, ellipsoid: Hyperellipsoid, colliding: list[np.ndarray]) -> HPolyhedron:
+        """The region behind faces tangent to the ellipsoid at collisions, the nearest first."""
+        o = self._options
+        points = nearest_first(self._nearest(colliding, ellipsoid, region), ellipsoid)
+        A, b, added = region.A(), region.b(), 0
+        for p in points:
+            if 0 <= o.max_separating_planes_per_iteration <= added:
+                break
+            if np.any(A @ p > b):
+                continue  # Cut off already.
+            a, offset = self._face(ellipsoid, p)
+            A, b = np.vstack((A, a)), np.append(b, offset)
+            added += 1
+        return HPolyhedron(A, b)
+
+    def _face(self, ellipsoid: Hyperellipsoid, point: np.ndarray) -> tuple[np.ndarray, float]:
+        o = self._options
+        a, b = tangent(ellipsoid, point)
+        if self._kept.shape[1]:
+            return a, max(b - o.configuration_space_margin, float((a @ self._kept).max()))
+        margin, at_center = o.configuration_space_margin, float(a @ ellipsoid.center())
+        if b - margin < at_center:
+            if not o.relax_margin:
+                raise RuntimeError(
+                    f"{self._call}(): the seed point is within configuration_space_margin of being in collision. "
+                    "Reduce the margin, or set relax_margin."
+                )
+            while b - margin < at_center and margin > 1e-12:
+                margin *= 0.5
+        return a, b - margin
+
+
+def free_test(checker: Any, options: CommonSampledIrisOptions, function: Any) -> Callable[[np.ndarray], bool]:
+    """Tells whether the configuration of a point is free, and satisfies additional constraints."""
+    prog = options.prog_with_additional_constraints
+    constraints = [] if prog is None else prog.GetAllConstraints()
+    places = [prog.FindDecisionVariableIndices(c.variables()) for c in constraints]
+    to_q = function.get_parameterization_double()
+
+    def is_free(x: np.ndarray) -> bool:
+        if not checker.CheckConfigCollisionFree(to_q(x)):
+            return False
+        return all(c.evaluator().CheckSatisfied(x[place], 1e-6) for c, place in zip(constraints, places))
+
+    return is_free
+
+
+class IrisZoOptions(Options):
+    """How `IrisZo` searches.
+
+    Attributes:
+        bisection_steps: Steps from a collision towards the center.
+        sampled_iris_options: What the searches by samples have in common.
+        parameterization: The space in which the region is grown.
+    """
+
+    _fields = (
+        ("bisection_steps", int, 10),
+        ("sampled_iris_options", Any, CommonSampledIrisOptions()),
+        ("parameterization", Any, IrisParameterizationFunction()),
+    )
+
+
+def IrisZo(
+    checker: Any, starting_ellipsoid: Hyperellipsoid, domain: HPolyhedron, options: IrisZoOptions | None = None
+) -> HPolyhedron:
+    """Returns a region that is, with high probability, almost free of collisions; it asks only whether points are free.
+
+    Args:
+        checker: A collision checker.
+        starting_ellipsoid: Around which the region is grown; its center is free.
+        domain: Bounded.
+        options: Of the search.
+
+    Raises:
+        RuntimeError: dimensions differ, the domain is unbounded, or the center collides.
+    """
+    options = IrisZoOptions() if options is None else options
+    is_free = free_test(checker, options.sampled_iris_options, options.parameterization)
+
+    def nearest(colliding: list, ellipsoid: Hyperellipsoid, region: HPolyhedron) -> list[np.ndarray]:
+        out = []
+        for p in nearest_first(colliding, ellipsoid)[:_MOST_BISECTED]:
+            low, high = 0.0, 1.0  # Along the way from the center, which is free, to the collision.
+            for _ in range(options.bisection_steps):
+                middle = 0.5 * (low + high)
+                if is_free(ellipsoid.center() + middle * (p - ellipsoid.center())):
+                    low = middle
+                else:
+                    high = middle
+            out.append(ellipsoid.center() + high * (p - ellipsoid.center()))
+        return out
+
+    return SampledRegion("IrisZo", options.sampled_iris_options, is_free, nearest).grow(starting_ellipsoid, domain)
