@@ -189,7 +189,7 @@ def grip_forces(name, gains, error=0.0):
         for i in range(6):
             state = np.array([-0.025, 0.025, 0.0, 0.0]) + rng.normal(size=4) * [0.003, 0.003, 0.1, 0.1]
             controller.GetInputPort("state").FixValue(context, state)
-            simulator.AdvanceTo(k + 0.1 * (i + 1))
+            simulator.AdvanceTo(k + 0.1 * (i + 1) + 0.02)  # between updates
             out.append(controller.get_output_port().Eval(context))
     return np.array(out)
 
