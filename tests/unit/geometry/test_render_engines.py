@@ -219,5 +219,3 @@ def test_what_cannot_be_drawn_is_said(caplog):
     with caplog.at_level(logging.WARNING, logger="drake"):
         g.MakeRenderEngineVtk(g.RenderEngineVtkParams(cast_shadows=True, environment_map=g.EnvironmentMap()))
     assert "environment_map, cast_shadows" in caplog.text
-    with pytest.raises(NotImplementedError, match="render server"):
-        g.MakeRenderEngineGltfClient()

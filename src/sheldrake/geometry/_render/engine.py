@@ -1,6 +1,6 @@
 """RenderEngine: what draws pictures of geometry.
 
-The base for engines of users as well as our own (`_raster_engine`). A SceneGraph tells it shapes, poses and cameras.
+The base for engines of users as well as our own (`raster_engine`). A SceneGraph tells it shapes, poses and cameras.
 """
 
 from __future__ import annotations

@@ -16,13 +16,13 @@ from .._kernels.raster_picture import draw
 from .._kernels.raster_scene import Look, Scene, Screen, Surfaces
 from .._numbers import values_of
 from .._properties import PerceptionProperties
-from .._raster_arrays import Item, check_light, joined, light_row
 from .._rgba import Rgba
 from .._shapes import Shape
 from .camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
 from .engine import RenderEngine
 from .label import RenderLabel
-from .params import LightParameter, RenderEngineGlParams, RenderEngineGltfClientParams, RenderEngineVtkParams
+from .params import LightParameter, RenderEngineGlParams, RenderEngineVtkParams
+from .raster_arrays import Item, check_light, joined, light_row
 from .raster_shapes import surface_of
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _ALL_DEPTHS = (0.0, math.inf)
 
 
 @dataclasses.dataclass(frozen=True)
-class _Options:
+class EngineOptions:
     """What an engine was made with; `name` is that of Drake's class for it."""
 
     name: str
@@ -53,7 +53,7 @@ class RasterEngine(RenderEngine):
 
     _default_label = RenderLabel.kDontCare
 
-    def __init__(self, options: _Options) -> None:
+    def __init__(self, options: EngineOptions) -> None:
         super().__init__()
         for light in options.lights:
             check_light(light, options.name)
@@ -67,7 +67,9 @@ class RasterEngine(RenderEngine):
 
     def DoClone(self) -> RenderEngine:
         """An engine that shares what does not change."""
-        new = RasterEngine(self._options)
+        return self._copy_to(RasterEngine(self._options))
+
+    def _copy_to(self, new: RasterEngine) -> RasterEngine:
         new._items, new._X_WG, new._arrays = dict(self._items), dict(self._X_WG), self._arrays
         new._X_WC, new._headlight = self._X_WC, self._headlight
         return new
@@ -90,7 +92,7 @@ class RasterEngine(RenderEngine):
         """Takes every geometry that it can draw."""
         label = self.GetRenderLabelOrThrow(properties)
         surface = surface_of(shape, properties, self._options.default_diffuse, self._options.name)
-        self._items[id] = Item(surface, label)
+        self._items[id] = Item(shape, surface, label)
         self._X_WG[id] = _matrix(X_WG)
         self._arrays = None
         return True
@@ -251,16 +253,4 @@ def MakeRenderEngineGl(params: RenderEngineGlParams | None = None) -> RenderEngi
 
 def _engine(name: str, params: Any, diffuse: Any, background: Rgba) -> RenderEngine:
     kept = copy.deepcopy(params)
-    return RasterEngine(_Options(name, kept, tuple(float(x) for x in diffuse), background, tuple(kept.lights)))
-
-
-def MakeRenderEngineGltfClient(params: RenderEngineGltfClientParams | None = None) -> RenderEngine:
-    """Not available.
-
-    Raises:
-        NotImplementedError: always: it would send scenes to a server of pictures.
-    """
-    raise NotImplementedError(
-        "MakeRenderEngineGltfClient(): sending scenes to a render server is not supported; MakeRenderEngineVtk() draws "
-        "here."
-    )
+    return RasterEngine(EngineOptions(name, kept, tuple(float(x) for x in diffuse), background, tuple(kept.lights)))

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ._kernels import raster_scene as columns
-from ._kernels.raster_scene import Look, Surfaces
-from ._render.label import RenderLabel
-from ._render.params import LightParameter
-from ._render.raster_shapes import Material, Surface, Texture
+from .._kernels import raster_scene as columns
+from .._kernels.raster_scene import Look, Surfaces
+from .._shapes import Shape
+from .label import RenderLabel
+from .params import LightParameter
+from .raster_shapes import Material, Surface, Texture
 
 _LIGHT_KINDS = {"directional": columns.DIRECTIONAL, "point": columns.POINT, "spot": columns.SPOT}
 _FRAMES = ("camera", "world")
@@ -22,6 +23,7 @@ _FRAMES = ("camera", "world")
 class Item:
     """A registered geometry."""
 
+    shape: Shape
     surface: Surface
     label: RenderLabel
 
