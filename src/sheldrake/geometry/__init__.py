@@ -51,7 +51,7 @@ from ._query_object import QueryObject
 from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
 from ._render.camera import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
 from ._render.engine import RenderEngine
-from ._render.gltf_client import MakeRenderEngineGltfClient
+from ._render.gltf_client import MakeRenderEngineGltfClient, kHasRenderEngineGltfClient
 from ._render.label import RenderLabel
 from ._render.params import (
     EnvironmentMap,
@@ -64,7 +64,12 @@ from ._render.params import (
     RenderEngineVtkParams,
     SsaoParameter,
 )
-from ._render.raster_engine import MakeRenderEngineGl, MakeRenderEngineVtk
+from ._render.raster_engine import (
+    MakeRenderEngineGl,
+    MakeRenderEngineVtk,
+    kHasRenderEngineGl,
+    kHasRenderEngineVtk,
+)
 from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign
 from ._scene_graph import SceneGraph
@@ -210,4 +215,7 @@ __all__ = [
     "VolumeElement",
     "VolumeMesh",
     "VolumeMesh_",
+    "kHasRenderEngineGl",
+    "kHasRenderEngineGltfClient",
+    "kHasRenderEngineVtk",
 ]

@@ -48,6 +48,10 @@ class Recorder(g.RenderEngine):
         return new
 
 
+def test_all_kinds_of_engines_are_there():
+    assert g.kHasRenderEngineVtk and g.kHasRenderEngineGl and g.kHasRenderEngineGltfClient
+
+
 def test_ranges_must_make_sense():
     for cls in (g.ClippingRange, g.DepthRange):
         for low, high in ((1, 0.5), (-1, 2), (0, 1), (1, 1), (1, np.inf), (np.nan, 1)):

@@ -159,6 +159,10 @@ def _form(fields: dict[str, Any], scene: bytes, name: str, boundary: str) -> byt
     return b"".join([*parts, file, f"\r\n--{boundary}--\r\n".encode()])
 
 
+kHasRenderEngineGltfClient = True
+"""Whether there is such an engine."""
+
+
 def MakeRenderEngineGltfClient(params: RenderEngineGltfClientParams | None = None) -> RenderEngine:
     """A render engine that sends scenes as glTF files to a server of pictures, for example one with Blender.
 

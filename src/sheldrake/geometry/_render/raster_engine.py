@@ -218,6 +218,10 @@ def _screen(height: int, width: int) -> Screen:
 # ---- what users call
 
 
+kHasRenderEngineVtk = kHasRenderEngineGl = True
+"""Whether there are engines of these kinds."""
+
+
 def MakeRenderEngineVtk(params: RenderEngineVtkParams) -> RenderEngine:
     """A render engine with the colours and lights of Drake's VTK engine, drawn without a graphics library.
 
