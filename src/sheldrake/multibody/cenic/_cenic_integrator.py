@@ -22,9 +22,11 @@ class CenicIntegrator(PythonIntegrator):
 
     A step is made once whole and once in two halves; the positions' difference is the estimate of the error, and the
     halves are kept. Contact may be stiff and steps long; joint limits, constraints and PD gains work as in a discrete
-    plant; static friction counts. Other systems' continuous states take explicit Euler steps, and what the plant is
-    given by ports is constant within each half (Drake linearizes it). With `set_fixed_step_mode(True)` steps are those
-    of a discrete plant with the approximation kLagged, except that quaternions are normalized.
+    plant; static friction counts. Forces that other systems give are linearized, anew in each half, so that stiff
+    controllers need no short steps; other systems' continuous states take explicit Euler steps.
+
+    With `set_fixed_step_mode(True)` steps are those of a discrete plant with the approximation kLagged, except that
+    quaternions are normalized.
 
     Args:
         system: A Diagram with a MultibodyPlant of `time_step = 0` named "plant", and its SceneGraph.

@@ -178,6 +178,41 @@ def test_motors_with_gains_go_where_they_are_sent():
     assert joints[0].get_angle(context) == pytest.approx(0.3, abs=1e-4)
 
 
+def controlled(lib=ours, accuracy=1e-3):
+    """A wheel of 0.01 kg m² sent to 0.3 rad by a controller that is stiff: 1 / (0.2 ms)."""
+    builder = lib.DiagramBuilder()
+    plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 0.0)
+    body = plant.AddRigidBody("wheel", lib.SpatialInertia(1.0, [0, 0, 0], lib.UnitInertia(0.01, 0.01, 0.01)))
+    joint = plant.AddJoint(lib.RevoluteJoint("axle", plant.world_frame(), body.body_frame(), [0, 0, 1]))
+    plant.AddJointActuator("motor", joint)
+    plant.Finalize()
+    control = builder.AddSystem(lib.PidController([1000.0], [0.0], [50.0]))
+    builder.Connect(plant.get_state_output_port(), control.get_input_port_estimated_state())
+    goal = builder.AddSystem(lib.ConstantVectorSource([0.3, 0.0]))
+    builder.Connect(goal.get_output_port(), control.get_input_port_desired_state())
+    builder.Connect(control.get_output_port(), plant.get_actuation_input_port())
+    simulator = lib.Simulator(builder.Build())
+    integrator = cenic(simulator, lib, accuracy=accuracy)
+    simulator.AdvanceTo(1.0)
+    context = plant.GetMyContextFromRoot(simulator.get_context())
+    return joint.get_angle(context), integrator.get_num_steps_taken()
+
+
+def test_stiff_controllers_need_no_short_steps():
+    angle, steps = controlled()
+    assert angle == pytest.approx(0.3, abs=1e-3) and steps < 60
+    slow, many = controlled(accuracy=1e-6)
+    assert slow == pytest.approx(0.3, abs=1e-6) and many < 2000
+
+
+@pytest.mark.peer
+def test_a_controlled_wheel_goes_where_drakes_goes():
+    """Drake takes fewer steps: it keeps its linearization for the halves, whose difference does not see its error."""
+    drake = pytest.importorskip("pydrake.all")
+    (angle, steps), (angle2, steps2) = controlled(), controlled(drake)
+    assert angle == pytest.approx(angle2, abs=1e-5) and steps2 <= steps < 3 * steps2
+
+
 def test_other_systems_go_along():
     """A controller with a state of its own: the integral of the speed is the angle."""
     builder = ours.DiagramBuilder()
