@@ -33,6 +33,7 @@ from sheldrake.planning._sampled_iris import (
     IrisZoOptions,
 )
 from sheldrake.planning._scene_graph_checker import SceneGraphCollisionChecker, UnimplementedCollisionChecker
+from sheldrake.planning._zmp_planner import ZmpPlanner
 from sheldrake.systems.framework._templates import SystemTemplate
 
 __all__ = [
@@ -76,6 +77,7 @@ __all__ = [
     "SceneGraphCollisionChecker",
     "UnimplementedCollisionChecker",
     "VisibilityGraph",
+    "ZmpPlanner",
 ]
 
 RobotDiagram_ = SystemTemplate("RobotDiagram_", RobotDiagram, scope=__name__, own=True)

@@ -44,8 +44,7 @@ class ExponentialPlusPiecewisePolynomial(PiecewiseTrajectory):
         """The vector at time t."""
         from scipy.linalg import expm
 
-        t = self._clamped(t)
-        j = self._index(t)
+        j = self._index(self._clamped(t))  # Beyond its ends the exponential goes on; only the polynomial stops.
         return self._K @ expm(self._A * (t - self._breaks[j])) @ self._alpha[:, j : j + 1] + self._p.value(t)
 
     def do_rows(self) -> int:
