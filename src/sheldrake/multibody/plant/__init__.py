@@ -7,6 +7,7 @@ from sheldrake.systems.framework._templates import SystemTemplate
 from ._config import AddMultibodyPlant, AddMultibodyPlantSceneGraph, ApplyMultibodyPlantConfig, MultibodyPlantConfig
 from ._constraints import DistanceConstraintParams
 from ._contact_results import ContactResults, ExternallyAppliedSpatialForce, PointPairContactInfo
+from ._contact_results_to_lcm import ConnectContactResultsToDrakeVisualizer, ContactResultsToLcmSystem
 from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 from ._force_systems import ExternallyAppliedSpatialForceMultiplexer, Propeller, PropellerInfo, Wing
 from ._hydroelastic import HydroelasticContactInfo
@@ -56,8 +57,10 @@ __all__ = [
     "AddMultibodyPlantSceneGraph",
     "ApplyMultibodyPlantConfig",
     "CalcContactFrictionFromSurfaceProperties",
+    "ConnectContactResultsToDrakeVisualizer",
     "ContactModel",
     "ContactResults",
+    "ContactResultsToLcmSystem",
     "ContactResults_",
     "CoulombFriction",
     "CoulombFriction_",

@@ -1,0 +1,147 @@
+"""Contact results as messages for viewers in other processes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import AbstractValue
+from sheldrake.geometry import GeometryId, SceneGraph
+from sheldrake.lcm import DrakeLcm
+from sheldrake.lcm._contact_messages import (
+    lcmt_contact_results_for_viz,
+    lcmt_hydroelastic_contact_surface_for_viz,
+    lcmt_point,
+    lcmt_point_pair_contact_info_for_viz,
+)
+from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
+from sheldrake.multibody.plant._hydroelastic import HydroelasticContactInfo
+from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
+from sheldrake.systems.lcm import LcmPublisherSystem
+
+_CHANNEL = "CONTACT_RESULTS"
+
+
+class ContactResultsToLcmSystem(LeafSystem):
+    """Turns contact results into messages that viewers know.
+
+    Ports: the input "u0", a plant's contact results; the output "y0", the message.
+
+    Args:
+        plant: The finalized plant whose contacts they are. Geometries are named by their numbers;
+            `ConnectContactResultsToDrakeVisualizer` knows their names.
+    """
+
+    def __init__(self, plant: Any):
+        super().__init__()
+        plant._require_finalized("ContactResultsToLcmSystem")
+        self._names: dict[GeometryId, str] = {}
+        bodies = [plant.get_body(i) for i in range(plant.num_bodies())]
+        self._body_names = {b.index(): f"{b.name()}({int(b.model_instance())})" for b in bodies}
+        self._owners = {
+            geometry: (
+                body.name(),
+                plant.GetModelInstanceName(body.model_instance()),
+                plant.NumBodiesWithName(body.name()) == 1,
+                len(plant.GetCollisionGeometriesForBody(body)),
+            )
+            for body in bodies
+            for geometry in plant.GetCollisionGeometriesForBody(body)
+        }
+        self.DeclareAbstractInputPort("u0", AbstractValue.Make(ContactResults()))
+        self.DeclareAbstractOutputPort("y0", lambda: AbstractValue.Make(lcmt_contact_results_for_viz()), self._calc)
+
+    def get_contact_result_input_port(self) -> InputPort:
+        """The contact results."""
+        return self.get_input_port(0)
+
+    def get_lcm_message_output_port(self) -> OutputPort:
+        """The message."""
+        return self.get_output_port(0)
+
+    def _calc(self, context: Any, output: AbstractValue) -> None:
+        results, time = self.get_input_port(0).Eval(context), int(context.get_time() * 1e6)
+        points = [results.point_pair_contact_info(i) for i in range(results.num_point_pair_contacts())]
+        surfaces = [results.hydroelastic_contact_info(i) for i in range(results.num_hydroelastic_contacts())]
+        output.set_value(
+            lcmt_contact_results_for_viz(
+                timestamp=time,
+                num_point_pair_contacts=len(points),
+                point_pair_contact_info=[self._point(info, time) for info in points],
+                num_hydroelastic_contacts=len(surfaces),
+                hydroelastic_contacts=[self._surface(info) for info in surfaces],
+            )
+        )
+
+    def _point(self, info: PointPairContactInfo, time: int) -> lcmt_point_pair_contact_info_for_viz:
+        return lcmt_point_pair_contact_info_for_viz(
+            timestamp=time,
+            body1_name=self._body_names[info.bodyA_index()],
+            body2_name=self._body_names[info.bodyB_index()],
+            contact_point=list(info.contact_point()),
+            contact_force=list(info.contact_force()),
+            normal=list(info.point_pair().nhat_BA_W),
+        )
+
+    def _surface(self, info: HydroelasticContactInfo) -> lcmt_hydroelastic_contact_surface_for_viz:
+        surface, message = info.contact_surface(), lcmt_hydroelastic_contact_surface_for_viz()
+        for i, geometry in enumerate((surface.id_M(), surface.id_N()), start=1):
+            body, model, is_unique, count = self._owners[geometry]
+            setattr(message, f"geometry{i}_name", self._names.get(geometry, f"Id({geometry.get_value()})"))
+            setattr(message, f"body{i}_name", body)
+            setattr(message, f"model{i}_name", model)
+            setattr(message, f"body{i}_unique", is_unique)
+            setattr(message, f"collision_count{i}", count)
+        message.centroid_W = list(surface.centroid())
+        message.force_C_W = list(info.F_Ac_W().translational())
+        message.moment_C_W = list(info.F_Ac_W().rotational())
+        vertices, message.pressure, message.poly_data = _polygons(surface)
+        message.p_WV = [lcmt_point(x=x, y=y, z=z) for x, y, z in vertices]
+        message.num_vertices, message.poly_data_int_count = len(vertices), len(message.poly_data)
+        return message
+
+
+def _polygons(surface: Any) -> tuple[np.ndarray, list[float], list[int]]:
+    """Vertices, their pressures, and for each polygon how many vertices it has and which."""
+    if surface.is_triangle():
+        mesh, field = surface.tri_mesh_W(), surface.tri_e_MN()
+        triangles = [mesh.element(f) for f in range(mesh.num_elements())]
+        faces = [n for t in triangles for n in (3, *(t.vertex(k) for k in range(3)))]
+    else:
+        mesh, field = surface.poly_mesh_W(), surface.poly_e_MN()
+        faces = [int(n) for n in mesh.face_data()]
+    numbers = range(mesh.num_vertices())
+    return np.array([mesh.vertex(v) for v in numbers]), [field.EvaluateAtVertex(v) for v in numbers], faces
+
+
+def ConnectContactResultsToDrakeVisualizer(
+    builder: Any,
+    plant: Any,
+    scene_graph: SceneGraph,
+    lcm: Any = None,
+    publish_period: float | None = None,
+) -> LcmPublisherSystem:
+    """Publishes a plant's contacts on the channel CONTACT_RESULTS.
+
+    Args:
+        builder: Of the diagram that has the plant.
+        plant: The finalized plant.
+        scene_graph: Knows the names of geometries.
+        lcm: Where to; a new `DrakeLcm` when left out.
+        publish_period: Simulated time between two messages [s]; 1/60 when left out.
+
+    Returns:
+        The publisher.
+    """
+    to_lcm = builder.AddNamedSystem("contact_to_lcm", ContactResultsToLcmSystem(plant))
+    inspector = scene_graph.model_inspector()
+    to_lcm._names = {geometry: inspector.GetName(geometry) for geometry in to_lcm._owners}
+    publisher = LcmPublisherSystem.Make(
+        _CHANNEL, lcmt_contact_results_for_viz, DrakeLcm() if lcm is None else lcm, publish_period or 1.0 / 60.0
+    )
+    publisher.set_name("contact_results_publisher")
+    builder.AddSystem(publisher)
+    builder.Connect(plant.get_contact_results_output_port(), to_lcm.get_contact_result_input_port())
+    builder.Connect(to_lcm.get_lcm_message_output_port(), publisher.get_input_port())
+    return publisher
