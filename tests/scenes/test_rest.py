@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "unit" / "multibody" / "plant")]
 
 from benchmarks import contact  # noqa: E402
-from benchmarks.engines import DrakeLike  # noqa: E402
+from benchmarks.engines import DrakeLike, Scene, Solid  # noqa: E402
 from free_bodies import FreeBodies, box_inertia  # noqa: E402
 
 from sheldrake import geometry as g  # noqa: E402
@@ -34,6 +34,22 @@ def two_hole_block():
     c = [float(x) for x in inertial.find("origin").get("xyz").split()]
     mesh = g.Mesh(str(BLOCK / "two_hole_block.obj"), 0.001)
     return mesh, float(inertial.find("mass").get("value")), c, I_BBcm
+
+
+@pytest.mark.parametrize("approximation", ["lagged", "similar"])
+@pytest.mark.parametrize("seed", [3, 5])
+def test_a_heap_of_light_and_heavy_boxes_is_solved_with_long_steps(approximation, seed):
+    """Masses from 10 g to 10 kg in random order, 10 ms: some steps take more than Drake's 100 iterations."""
+    rng, solids = np.random.default_rng(seed), [Solid(("half_space",))]
+    for k in range(20):
+        mass = 10.0 ** rng.uniform(-2, 1)
+        p = (*rng.uniform(-0.05, 0.05, 2), 0.1 + 0.1 * k)
+        solids.append(Solid(("box", 0.08, 0.07, 0.06), mass, p=p, rpy=tuple(rng.uniform(-1, 1, 3))))
+    heap = DrakeLike("sheldrake", approximation)
+    heap.start(Scene(solids, time_step=1e-2))
+    heap.advance(3.0)
+    assert np.abs(heap.velocities()[:, 3:]).max() < 0.05
+    assert heap.depth_and_contacts()[0] < 1e-3
 
 
 @pytest.mark.parametrize("approximation", ["lagged", "similar"])

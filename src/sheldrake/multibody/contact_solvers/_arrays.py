@@ -18,6 +18,13 @@ DRAKE_TOLERANCE = 1e-6
 REST_TOLERANCE = 1e-9
 """Our residual: a body with several contact points comes to rest instead of creeping."""
 
+DRAKE_ITERATIONS = 100
+"""After which Drake gives up."""
+
+MAX_ITERATIONS = 500
+"""Ours: heaps with mass ratios of a thousand need more than 100 where they hit the ground; the problem is convex, so
+that iterations do arrive."""
+
 MAX_FACTOR = 4_000_000
 """Numbers in the largest factor a workspace makes room for (32 MB)."""
 
@@ -78,7 +85,7 @@ def make_solver_model(
     option[columns.ABSOLUTE_TOLERANCE] = 1e-14
     setting = np.zeros(columns.NUM_SETTINGS, np.int64)
     setting[columns.APPROXIMATION] = APPROXIMATIONS[approximation]
-    setting[columns.MAX_ITERATIONS] = 100
+    setting[columns.MAX_ITERATIONS] = MAX_ITERATIONS if settle else DRAKE_ITERATIONS
     setting[columns.POLISH] = polish
     setting[columns.SETTLE] = settle
     return SolverModel(

@@ -6,8 +6,8 @@ from sheldrake.multibody.contact_solvers._kernels import status as codes
 
 _TEXT = {
     codes.ITERATION_LIMIT: (
-        "the contact solver has not converged within 100 iterations. Try a smaller time step, less extreme ratios of "
-        "mass or stiffness, or another contact approximation (set_discrete_contact_approximation)."
+        "the contact solver has not converged within its limit of iterations. Try a smaller time step, less "
+        "extreme ratios of mass or stiffness, or another contact approximation (set_discrete_contact_approximation)."
     ),
     codes.LINE_SEARCH_FAILED: (
         "the line search of the contact solver found no minimum. This happens when the state holds NaN or when masses "
