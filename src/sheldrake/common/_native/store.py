@@ -62,6 +62,7 @@ def is_ready(kernel: Kernel) -> bool:
     return "_native" in kernel.__dict__ or prebuilt.load(kernel) is not None or _path(kernel).exists()
 
 
+@functools.cache
 def can_compile() -> bool:
     """Whether what is not ready can be compiled here."""
     return importlib.util.find_spec("numba") is not None

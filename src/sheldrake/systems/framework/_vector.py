@@ -68,6 +68,9 @@ def lifted(values: np.ndarray, scalar: Any) -> np.ndarray:
     if scalar is float:
         return values
     new = np.empty(len(values), object)
+    if values.dtype == float and not values.any() and not np.signbit(values).any():
+        new[:] = scalar(0.0)  # numbers are never changed in place: one serves all
+        return new
     for i, x in enumerate(values.tolist()):
         new[i] = x if isinstance(x, scalar) else scalar(x)
     return new
