@@ -80,7 +80,7 @@ class ModelVisualizer:
         compliance_type: str = "undefined",
     ):
         if show_rgbd_sensor:
-            raise NotImplementedError("ModelVisualizer(): show_rgbd_sensor needs RgbdSensor, which is still to come.")
+            raise NotImplementedError("ModelVisualizer(): show_rgbd_sensor would open a window; sheldrake opens none.")
         self._visualize_frames = visualize_frames
         self._triad = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
         self._publish_contacts, self._pyplot, self._browser_new = publish_contacts, pyplot, browser_new
