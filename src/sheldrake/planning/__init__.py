@@ -73,6 +73,7 @@ __all__ = [
     "RobotCollisionType",
     "RobotDiagram",
     "RobotDiagramBuilder",
+    "RobotDiagramBuilder_",
     "RobotDiagram_",
     "SceneGraphCollisionChecker",
     "UnimplementedCollisionChecker",
@@ -81,6 +82,7 @@ __all__ = [
 ]
 
 RobotDiagram_ = SystemTemplate("RobotDiagram_", RobotDiagram, scope=__name__, own=True)
+RobotDiagramBuilder_ = SystemTemplate("RobotDiagramBuilder_", RobotDiagramBuilder, scope=__name__, own=True)
 
 for _name in __all__:
     if not _name.endswith("_"):

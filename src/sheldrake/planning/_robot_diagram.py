@@ -6,7 +6,7 @@ from typing import Any
 
 from sheldrake.geometry import SceneGraph
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant_
-from sheldrake.systems.framework import Diagram, DiagramBuilder
+from sheldrake.systems.framework import Diagram, DiagramBuilder_
 
 
 class RobotDiagram(Diagram):
@@ -60,8 +60,10 @@ class RobotDiagramBuilder:
         time_step: Of the plant [s]; zero for a continuous one.
     """
 
+    _scalar: type = float
+
     def __init__(self, time_step: float = 0.001):
-        self._builder: Any = DiagramBuilder()
+        self._builder: Any = DiagramBuilder_[self._scalar]()
         self._plant, self._scene_graph = AddMultibodyPlantSceneGraph(self._builder, time_step)
         self._parser: Any = None
 
@@ -113,7 +115,7 @@ class RobotDiagramBuilder:
             self._plant.Finalize()
         if self._is_plain():
             self._export()
-        diagram = RobotDiagram._make()
+        diagram = RobotDiagram._template[self._scalar]._make()  # type: ignore[attr-defined]
         self._builder.BuildInto(diagram)
         self._builder = None
         return diagram

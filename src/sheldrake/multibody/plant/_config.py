@@ -113,7 +113,7 @@ def AddMultibodyPlantSceneGraph(
     Returns:
         (plant, scene_graph), also by name.
     """
-    from sheldrake.geometry import SceneGraph
+    from sheldrake.geometry import SceneGraph_
 
     if plant is None:
         plant = time_step
@@ -123,8 +123,9 @@ def AddMultibodyPlantSceneGraph(
                 "AddMultibodyPlantSceneGraph(): incompatible function arguments. Takes (builder, plant: "
                 "MultibodyPlant, scene_graph=None) or (builder, time_step: float, scene_graph=None)."
             )
-        plant = MultibodyPlant(plant)
-    scene_graph = SceneGraph() if scene_graph is None else scene_graph
+        plant = MultibodyPlant._template[builder._scalar](plant)
+    if scene_graph is None:
+        scene_graph = SceneGraph_[builder._scalar]()
     for system, name in ((plant, "plant"), (scene_graph, "scene_graph")):
         if not system.get_name():
             system.set_name(name)
