@@ -177,7 +177,7 @@ class RotationalInertia(ScalarBase):
 
         def plausible(moments: Any) -> bool:
             a, b, c = sorted(moments)
-            return a + slack >= 0.0 and a + b + slack >= c
+            return bool(a + slack >= 0.0 and a + b + slack >= c)
 
         return plausible(numbers.diagonal().tolist()) and plausible(np.linalg.eigvalsh(numbers).tolist())
 

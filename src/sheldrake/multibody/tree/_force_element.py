@@ -130,7 +130,7 @@ class RevoluteSpring(_JointSpring):
 
     def GetNominalAngle(self, context: Any) -> float:
         """Angle without torque as the context has it [rad]."""
-        return self._finalized("GetNominalAngle")._numbers(context, self._group)[1]
+        return self._finalized("GetNominalAngle")._numbers(context, self._group).item(1)
 
     def SetNominalAngle(self, context: Any, nominal_angle: float) -> None:
         """Changes the angle without torque in a context [rad]."""
@@ -139,7 +139,7 @@ class RevoluteSpring(_JointSpring):
 
     def GetStiffness(self, context: Any) -> float:
         """Stiffness as the context has it [N m/rad]."""
-        return self._finalized("GetStiffness")._numbers(context, self._group)[0]
+        return self._finalized("GetStiffness")._numbers(context, self._group).item(0)
 
     def SetStiffness(self, context: Any, stiffness: float) -> None:
         """Changes the stiffness in a context [N m/rad]."""

@@ -338,12 +338,12 @@ class Joint(NamedElement):
     def GetOnePosition(self, context: Any) -> float:
         """The position of a joint that has one."""
         self._require_one("GetOnePosition", self.num_positions())
-        return self._q(context, "GetOnePosition")[0]
+        return self._q(context, "GetOnePosition").item(0)
 
     def GetOneVelocity(self, context: Any) -> float:
         """The velocity of a joint that has one."""
         self._require_one("GetOneVelocity", self.num_velocities())
-        return self._velocities(context, "GetOneVelocity")[0]
+        return self._velocities(context, "GetOneVelocity").item(0)
 
     def _require_one(self, call: str, number: int) -> None:
         if number != 1:

@@ -95,11 +95,11 @@ class JointActuator(NamedElement):
 
     def rotor_inertia(self, context: Any) -> float:
         """Rotor inertia as the context has it [kg m²]."""
-        return self._finalized("rotor_inertia")._numbers(context, self._group)[0]
+        return self._finalized("rotor_inertia")._numbers(context, self._group).item(0)
 
     def gear_ratio(self, context: Any) -> float:
         """Gear ratio as the context has it."""
-        return self._finalized("gear_ratio")._numbers(context, self._group + 1)[0]
+        return self._finalized("gear_ratio")._numbers(context, self._group + 1).item(0)
 
     def SetRotorInertia(self, context: Any, rotor_inertia: float) -> None:
         """Changes the rotor inertia in a context [kg m²]."""

@@ -81,7 +81,7 @@ class _AxisJoint(Joint):
 
     def GetDamping(self, context: Any) -> float:
         """Viscous damping as the context has it."""
-        return self.GetDampingVector(context)[0]
+        return self.GetDampingVector(context).item(0)
 
     def SetDamping(self, context: Any, damping: float) -> None:
         """Changes the damping in a context."""
@@ -141,7 +141,7 @@ class RevoluteJoint(_AxisJoint):
 
     def get_angle(self, context: Any) -> float:
         """The angle [rad]."""
-        return self._q(context, "get_angle")[0]
+        return self._q(context, "get_angle").item(0)
 
     def set_angle(self, context: Any, angle: float) -> RevoluteJoint:
         """Sets the angle [rad]."""
@@ -149,7 +149,7 @@ class RevoluteJoint(_AxisJoint):
 
     def get_angular_rate(self, context: Any) -> float:
         """The rate of the angle [rad/s]."""
-        return self._velocities(context, "get_angular_rate")[0]
+        return self._velocities(context, "get_angular_rate").item(0)
 
     def set_angular_rate(self, context: Any, angle: float) -> RevoluteJoint:
         """Sets the rate of the angle [rad/s]."""
@@ -186,7 +186,7 @@ class PrismaticJoint(_AxisJoint):
 
     def get_translation(self, context: Any) -> float:
         """The translation [m]."""
-        return self._q(context, "get_translation")[0]
+        return self._q(context, "get_translation").item(0)
 
     def set_translation(self, context: Any, translation: float) -> PrismaticJoint:
         """Sets the translation [m]."""
@@ -194,7 +194,7 @@ class PrismaticJoint(_AxisJoint):
 
     def get_translation_rate(self, context: Any) -> float:
         """The rate of the translation [m/s]."""
-        return self._velocities(context, "get_translation_rate")[0]
+        return self._velocities(context, "get_translation_rate").item(0)
 
     def set_translation_rate(self, context: Any, translation_dot: float) -> PrismaticJoint:
         """Sets the rate of the translation [m/s]."""
@@ -285,7 +285,7 @@ class ScrewJoint(Joint):
 
     def GetDamping(self, context: Any) -> float:
         """Viscous damping as the context has it [N m s]."""
-        return self.GetDampingVector(context)[0]
+        return self.GetDampingVector(context).item(0)
 
     def SetDamping(self, context: Any, damping: float) -> None:
         """Changes the damping in a context [N m s]."""
@@ -293,7 +293,7 @@ class ScrewJoint(Joint):
 
     def get_rotation(self, context: Any) -> float:
         """The angle [rad]."""
-        return self._q(context, "get_rotation")[0]
+        return self._q(context, "get_rotation").item(0)
 
     def set_rotation(self, context: Any, theta: float) -> ScrewJoint:
         """Sets the angle [rad]."""
@@ -301,7 +301,7 @@ class ScrewJoint(Joint):
 
     def get_translation(self, context: Any) -> float:
         """The translation along the axis [m]."""
-        return self._q(context, "get_translation")[0] * self._lead()
+        return self._q(context, "get_translation").item(0) * self._lead()
 
     def set_translation(self, context: Any, translation: float) -> ScrewJoint:
         """Sets the translation along the axis [m]."""
@@ -309,7 +309,7 @@ class ScrewJoint(Joint):
 
     def get_angular_velocity(self, context: Any) -> float:
         """The rate of the angle [rad/s]."""
-        return self._velocities(context, "get_angular_velocity")[0]
+        return self._velocities(context, "get_angular_velocity").item(0)
 
     def set_angular_velocity(self, context: Any, theta_dot: float) -> ScrewJoint:
         """Sets the rate of the angle [rad/s]."""
@@ -317,7 +317,7 @@ class ScrewJoint(Joint):
 
     def get_translational_velocity(self, context: Any) -> float:
         """The speed along the axis [m/s]."""
-        return self._velocities(context, "get_translational_velocity")[0] * self._lead()
+        return self._velocities(context, "get_translational_velocity").item(0) * self._lead()
 
     def set_translational_velocity(self, context: Any, translation_dot: float) -> ScrewJoint:
         """Sets the speed along the axis [m/s]."""

@@ -48,7 +48,7 @@ class PlanarJoint(Joint):
 
     def get_rotation(self, context: Any) -> float:
         """The angle about z [rad]."""
-        return self._q(context, "get_rotation")[2]
+        return self._q(context, "get_rotation").item(2)
 
     def set_rotation(self, context: Any, theta: float) -> PlanarJoint:
         """Sets the angle about z [rad]."""
@@ -69,7 +69,7 @@ class PlanarJoint(Joint):
 
     def get_angular_velocity(self, context: Any) -> float:
         """The rate of the angle [rad/s]."""
-        return self._velocities(context, "get_angular_velocity")[2]
+        return self._velocities(context, "get_angular_velocity").item(2)
 
     def set_angular_velocity(self, context: Any, theta_dot: float) -> PlanarJoint:
         """Sets the rate of the angle [rad/s]."""

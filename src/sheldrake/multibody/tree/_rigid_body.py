@@ -64,7 +64,7 @@ class RigidBody(NamedElement):
 
     def get_mass(self, context: Any) -> float:
         """Mass [kg] as the context has it."""
-        return self._finalized("get_mass")._numbers(context, self._group)[0]
+        return self._finalized("get_mass")._numbers(context, self._group).item(0)
 
     def CalcCenterOfMassInBodyFrame(self, context: Any) -> np.ndarray:
         """p_BoBcm_B [m] as the context has it, shape (3,)."""

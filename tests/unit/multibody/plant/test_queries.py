@@ -253,3 +253,16 @@ def test_momenta_of_instances_add_up_to_that_of_all_and_energies_are_plain_numbe
     np.testing.assert_allclose(whole, sum(parts), rtol=1e-15)
     np.testing.assert_array_equal(plant.CalcSpatialMomentumInWorldAboutPoint(context, [], point).get_coeffs(), 0.0)
     assert type(plant.CalcKineticEnergy(context)) is type(plant.CalcPotentialEnergy(context)) is float
+
+
+def test_numbers_of_elements_are_plain_numbers():
+    plant = MultibodyPlant(0.0)
+    body = plant.AddRigidBody("body", SpatialInertia.SolidBoxWithMass(1.5, 0.1, 0.2, 0.3))
+    joint = plant.AddJoint(RevoluteJoint("joint", plant.world_frame(), body.body_frame(), [0, 0, 1], 0.2))
+    motor = plant.AddJointActuator("motor", joint)
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    values = [joint.get_angle(context), joint.get_angular_rate(context), joint.GetOnePosition(context)]
+    values += [joint.GetDamping(context), body.get_mass(context), motor.gear_ratio(context)]
+    values += [motor.calc_reflected_inertia(context)]
+    assert [type(value) for value in values] == [float] * 7
