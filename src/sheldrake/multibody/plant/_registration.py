@@ -217,6 +217,8 @@ class Registration:
 
     def _require_mine(self, call: str, *elements: Any) -> None:
         for element in elements:
+            if not hasattr(element, "_owner"):
+                raise TypeError(f"{call}(): incompatible function arguments. {element!r} is no element of a plant.")
             if getattr(element._owner, "_family", None) is not self._family:
                 raise RuntimeError(f"{call}(): {element!r} is not part of this MultibodyPlant.")
 

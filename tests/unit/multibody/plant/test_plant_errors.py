@@ -287,3 +287,9 @@ def test_tamsi_and_constraints_exclude_each_other_in_either_order():
     plant.set_discrete_contact_approximation(DiscreteContactApproximation.kTamsi)
     with pytest.raises(RuntimeError, match="TAMSI"):
         plant.AddCouplerConstraint(ja, jb, 2.0)
+
+
+def test_a_name_is_no_body():
+    plant, *_ = plant_with_arm()
+    with pytest.raises(TypeError, match=r"EvalBodyPoseInWorld\(\): incompatible.*'link'"):
+        plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), "link")
