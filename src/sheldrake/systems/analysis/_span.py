@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import sys
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,7 @@ class Span:
         self.outcome = Outcome()
         self._inputs_there = False
         store.grow_logs()
+        self._ctrl_c: KeyboardInterrupt | None = None
         self._held: list[Any] = []  # what Python rows ask for again and again
         guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
         guard += [_guard(f, self.outcome, store, None, "") for f in special]
@@ -124,7 +126,22 @@ class Span:
             self._bound = _loop.advance.bind(*arguments)
             self._logs = store.L
         self._bound.set("T", T)
-        return self._bound()
+        others, sys.unraisablehook = sys.unraisablehook, self._keep_ctrl_c
+        self._others = others
+        try:
+            code = self._bound()
+        finally:
+            sys.unraisablehook = others
+        if self._ctrl_c is not None:
+            self.outcome.error, self._ctrl_c, code = self._ctrl_c, None, int(_loop.ERROR)
+        return code
+
+    def _keep_ctrl_c(self, unraisable: Any) -> None:
+        """Keeps a KeyboardInterrupt that came before a Python row could catch it: ctypes would drop it."""
+        if issubclass(unraisable.exc_type, KeyboardInterrupt):
+            self._ctrl_c = KeyboardInterrupt()
+        else:
+            self._others(unraisable)
 
     def interpreted(self, function: Any, *args: Any) -> Any:
         """Runs another function of the loop, interpreted."""

@@ -1,5 +1,6 @@
 """Spans of machine code between which Python looks at the world: budget, Ctrl-C, clock, progress, errors."""
 
+import _thread
 import os
 import signal
 import threading
@@ -17,8 +18,10 @@ from sheldrake.systems.primitives import Integrator, LinearSystem, LogVectorOutp
 SWING = dict(A=[[0.0, 0.001], [-0.001, 1.0]], B=[[0.0], [0.001]], C=np.eye(2), D=np.zeros((2, 1)), time_period=1e-3)
 
 
-def swinging():
+def swinging(*more):
     builder = DiagramBuilder()
+    for system in more:
+        builder.AddSystem(system)
     wave = builder.AddSystem(Sine(1.0, 3.0, 0.0, 1))
     plant, sum_ = builder.AddSystem(LinearSystem(**SWING)), builder.AddSystem(Integrator(1))
     builder.Connect(wave.get_output_port(0), plant.get_input_port())
@@ -62,6 +65,27 @@ def test_control_c_stops_between_steps_and_the_rest_can_follow():
     times = sinks[0].FindLog(simulator.get_context()).sample_times()
     assert np.all(np.diff(times) > 0)
     assert np.all(np.isin(np.arange(ticks + 11) * 1e-3, times))
+
+
+def test_control_c_in_a_python_row_is_control_c():
+    """Mostly it comes while machine code runs, and is seen when the next Python row is entered."""
+
+    class Watching(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclarePeriodicPublishEvent(1e-3, 0.0, lambda context: None)
+
+    diagram, _ = swinging(Watching())
+    simulator = Simulator(diagram)
+    simulator.AdvanceTo(0.01)
+    rng = np.random.default_rng(1)
+    for _ in range(40):
+        timer = threading.Timer(rng.uniform(0.01, 0.03), _thread.interrupt_main)
+        with pytest.raises(KeyboardInterrupt):
+            timer.start()
+            simulator.AdvanceTo(1e6)
+        timer.join()
+        simulator.Initialize()
 
 
 @pytest.mark.parametrize("rate", [1.0, 2.0])
