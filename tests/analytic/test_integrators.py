@@ -85,7 +85,8 @@ def slope(scheme, order_fault=0.0):
 
 
 def test_every_scheme_has_an_order():
-    assert sorted(GetIntegrationSchemes()) == sorted(ORDERS)
+    of_plants_only = {"cenic"}
+    assert sorted({*GetIntegrationSchemes()} - of_plants_only) == sorted(ORDERS)
 
 
 @pytest.mark.parametrize("scheme", ORDERS)
