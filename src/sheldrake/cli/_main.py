@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import sys
 
 from sheldrake import __version__
 
@@ -96,4 +97,10 @@ def main(argv: list[str] | None = None) -> int:
     if args.command is None:
         parser.print_help()
         return 0
-    return importlib.import_module(f"sheldrake.cli._{args.command}").run(args)
+    try:
+        return importlib.import_module(f"sheldrake.cli._{args.command}").run(args)
+    except ModuleNotFoundError as error:
+        if args.command == "run" or error.name not in ("numba", "llvmlite"):
+            raise
+        print(f"sheldrake {args.command}: {error}", file=sys.stderr)
+        return 1

@@ -8,6 +8,7 @@ import sys
 import pytest
 
 from sheldrake.cli import main
+from sheldrake.common.kernel import jit_enabled
 
 ROOT = pathlib.Path(__file__).parents[3]
 ENVIRONMENT = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
@@ -167,3 +168,18 @@ def test_entry_kernels_are_found():
     kernels = list(entry_kernels())
     assert kernels and len(set(map(id, kernels))) == len(kernels)
     assert all(isinstance(kernel, Kernel) and kernel.top for kernel in kernels)
+
+
+@pytest.mark.skipif(not jit_enabled(), reason="without a compiler on purpose: SHELDRAKE_JIT=0 needs none")
+def test_without_a_compiler_a_command_says_in_one_line_what_to_install(tmp_path):
+    code = """
+import sys
+sys.modules["numba"] = sys.modules["llvmlite"] = None
+from sheldrake.cli import main
+from sheldrake.common.kernel import jit_enabled
+sys.exit(main(["demo", "--headless", "--seconds", "0.1"]))
+"""
+    environment = {**ENVIRONMENT, "SHELDRAKE_PREBUILT": "0", "SHELDRAKE_CACHE_DIR": str(tmp_path / "none")}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, cwd=tmp_path)
+    assert done.returncode == 1 and "Traceback" not in done.stderr
+    assert "pip install 'sheldrake[kernels]'" in done.stderr.splitlines()[-1]
