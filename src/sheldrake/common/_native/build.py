@@ -16,7 +16,6 @@ import importlib.util
 import json
 import os
 import pathlib
-import pkgutil
 import platform
 import shutil
 import subprocess
@@ -88,21 +87,15 @@ def entries() -> dict[str, Kernel]:
     """Every entry kernel of the library by its symbol.
 
     Raises:
-        ImportError: if a package cannot be imported: a library without its kernels would be of no use.
+        ImportError: if a module with kernels cannot be imported: a library without them would be of no use.
         RuntimeError: if two entries have the same name.
     """
-    import sheldrake
-
-    def fail(name: str) -> None:
-        raise  # the ImportError that walk_packages handles, and would swallow
-
     found: dict[str, Kernel] = {}
-    for module in pkgutil.walk_packages(sheldrake.__path__, "sheldrake.", onerror=fail):
-        if "._kernels." not in module.name:
-            continue
-        loaded = importlib.import_module(module.name)
+    for path in sorted(prebuilt.PACKAGE.rglob("_kernels/*.py")):
+        name = ".".join(["sheldrake", *path.relative_to(prebuilt.PACKAGE).with_suffix("").parts])
+        loaded = importlib.import_module(name.removesuffix(".__init__"))
         for value in vars(loaded).values():
-            if isinstance(value, Kernel) and value.top and value.__module__ == module.name:
+            if isinstance(value, Kernel) and value.top and value.__module__ == name:
                 symbol = f"k_{value.__name__}"
                 if symbol in found:
                     raise RuntimeError(f"two entry kernels are called {value.__name__}: {found[symbol]!r}, {value!r}.")
