@@ -8,7 +8,6 @@ others in the same process.
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 import errno
 import gzip
@@ -134,6 +133,8 @@ class Site:
             body = self._page_gzipped if gzipped else self._page
             return self._response(http.HTTPStatus.OK, "text/html; charset=utf-8", body, gzipped)
         if path in self._downloads:
+            import asyncio  # not above: what draws nothing does not wait for it
+
             media_type, make = self._downloads[path]
             body = await asyncio.get_running_loop().run_in_executor(None, make)
             return self._response(http.HTTPStatus.OK, media_type, body)

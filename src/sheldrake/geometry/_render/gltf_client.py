@@ -7,8 +7,6 @@ import io
 import logging
 import os
 import tempfile
-import urllib.error
-import urllib.request
 import uuid
 from typing import Any
 
@@ -104,6 +102,9 @@ class GltfClientEngine(RasterEngine):
         return self._decoded(answer, kind, (lens.height(), lens.width()))
 
     def _post(self, fields: dict[str, Any], scene: bytes, name: str) -> bytes:
+        import urllib.error  # not above: what draws elsewhere does not wait for them
+        import urllib.request
+
         boundary = uuid.uuid4().hex
         request = urllib.request.Request(
             self._url(),
