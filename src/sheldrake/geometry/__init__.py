@@ -51,8 +51,15 @@ from ._query_object import QueryObject
 from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
 from ._render.camera import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
 from ._render.engine import RenderEngine
-from ._render.gltf_client import MakeRenderEngineGltfClient, kHasRenderEngineGltfClient
 from ._render.label import RenderLabel
+from ._render.make import (
+    MakeRenderEngineGl,
+    MakeRenderEngineGltfClient,
+    MakeRenderEngineVtk,
+    kHasRenderEngineGl,
+    kHasRenderEngineGltfClient,
+    kHasRenderEngineVtk,
+)
 from ._render.params import (
     EnvironmentMap,
     EquirectangularMap,
@@ -63,12 +70,6 @@ from ._render.params import (
     RenderEngineGltfClientParams,
     RenderEngineVtkParams,
     SsaoParameter,
-)
-from ._render.raster_engine import (
-    MakeRenderEngineGl,
-    MakeRenderEngineVtk,
-    kHasRenderEngineGl,
-    kHasRenderEngineVtk,
 )
 from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import importlib
 import os
-import subprocess
 import sys
 import time
 from collections.abc import Iterable
+from typing import Any
 
 from sheldrake.common._native import prebuilt, store
 from sheldrake.common.kernel import Kernel, jit_enabled
@@ -47,7 +47,9 @@ def _balanced(kernels: list[Kernel], number: int) -> list[list[Kernel]]:
     return [groups[i] for i in sorted(range(len(groups)), key=work.__getitem__)]
 
 
-def _start(kernels: list[Kernel]) -> subprocess.Popen:
+def _start(kernels: list[Kernel]) -> Any:
+    import subprocess  # not above: most processes have nothing to compile
+
     command = [sys.executable, "-m", __name__, *(prebuilt.qualified(k) for k in kernels)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p), "SHELDRAKE_QUIET": "1"}
     quiet = subprocess.DEVNULL

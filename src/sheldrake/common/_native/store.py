@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import functools
 import hashlib
-import importlib.metadata
 import importlib.util
 import os
 import pathlib
@@ -126,6 +125,8 @@ def cache_folder() -> pathlib.Path:
 
 @functools.cache
 def _machine() -> str:
+    import importlib.metadata  # not above: with prebuilt kernels nobody asks
+
     target = host()
     python = ".".join(platform.python_version_tuple()[:2])
     processor = f"{target.triple.split('-')[0]}-{target.level}"

@@ -12,18 +12,16 @@ from typing import Any
 
 import numpy as np
 
-from .._rgba import Rgba
 from .camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
 from .engine import RenderEngine
 from .gltf_scene import gltf_of
 from .label import RenderLabel
-from .params import RenderEngineGltfClientParams
 from .raster_arrays import Item
-from .raster_engine import EngineOptions, RasterEngine
+from .raster_engine import RasterEngine
 from .raster_shapes import Material
 
 log = logging.getLogger("drake")
-_NAME = "drake::geometry::render_gltf_client::internal::RenderEngineGltfClient"
+NAME = "drake::geometry::render_gltf_client::internal::RenderEngineGltfClient"
 _NETWORK = "DRAKE_ALLOW_NETWORK"
 _LENS = ("width", "height", "focal_x", "focal_y", "fov_x", "fov_y", "center_x", "center_y")
 _TOO_FAR = 65535
@@ -158,23 +156,3 @@ def _form(fields: dict[str, Any], scene: bytes, name: str, boundary: str) -> byt
     head = f'--{boundary}\r\nContent-Disposition: form-data; name="scene"; filename="{name}"\r\n'
     file = head.encode() + b"Content-Type: model/gltf+json\r\n\r\n" + scene
     return b"".join([*parts, file, f"\r\n--{boundary}--\r\n".encode()])
-
-
-kHasRenderEngineGltfClient = True
-"""Whether there is such an engine."""
-
-
-def MakeRenderEngineGltfClient(params: RenderEngineGltfClientParams | None = None) -> RenderEngine:
-    """A render engine that sends scenes as glTF files to a server of pictures, for example one with Blender.
-
-    Args:
-        params: Where the server is.
-
-    Raises:
-        RuntimeError: the environment variable DRAKE_ALLOW_NETWORK is set and does not name "render_gltf_client".
-    """
-    allowed = os.environ.get(_NETWORK, "")
-    if allowed and "render_gltf_client" not in allowed.split(":"):
-        raise RuntimeError(f"RenderEngineGltfClient has been disabled via the {_NETWORK} environment variable")
-    params = RenderEngineGltfClientParams() if params is None else params
-    return GltfClientEngine(EngineOptions(_NAME, params.__copy__(), (0.9, 0.45, 0.1, 1.0), Rgba(), ()))

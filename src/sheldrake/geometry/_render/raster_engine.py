@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 import logging
 import math
@@ -21,7 +20,7 @@ from .._shapes import Shape
 from .camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
 from .engine import RenderEngine
 from .label import RenderLabel
-from .params import LightParameter, RenderEngineGlParams, RenderEngineVtkParams
+from .params import LightParameter
 from .raster_arrays import Item, check_light, joined, light_row
 from .raster_shapes import surface_of
 
@@ -29,8 +28,6 @@ if TYPE_CHECKING:
     from sheldrake.math import RigidTransform
 
 log = logging.getLogger("drake")
-_VTK = "drake::geometry::render_vtk::internal::RenderEngineVtk"
-_GL = "drake::geometry::render_gl::internal::RenderEngineGl"
 _ALL_DEPTHS = (0.0, math.inf)
 
 
@@ -216,45 +213,3 @@ def _screen(height: int, width: int) -> Screen:
 
 
 # ---- what users call
-
-
-kHasRenderEngineVtk = kHasRenderEngineGl = True
-"""Whether there are engines of these kinds."""
-
-
-def MakeRenderEngineVtk(params: RenderEngineVtkParams) -> RenderEngine:
-    """A render engine with the colours and lights of Drake's VTK engine, drawn without a graphics library.
-
-    Surfaces are matt (Lambert); shadows, environment maps, exposure and ambient occlusion are not drawn, of which a
-    warning tells where `params` ask for them.
-
-    Args:
-        params: Options.
-
-    Raises:
-        RuntimeError: a light has an unknown type or frame.
-    """
-    asked = ("environment_map", "exposure", "ssao", "cast_shadows", "force_to_pbr")
-    ignored = [name for name in asked if getattr(params, name)]
-    if ignored:
-        log.warning("MakeRenderEngineVtk(): not drawn here: %s.", ", ".join(ignored))
-    diffuse = (0.9, 0.45, 0.1, 1.0) if params.default_diffuse is None else params.default_diffuse
-    return _engine(_VTK, params, diffuse, Rgba(*params.default_clear_color))
-
-
-def MakeRenderEngineGl(params: RenderEngineGlParams | None = None) -> RenderEngine:
-    """A render engine with the colours of Drake's OpenGL engine, drawn without a graphics library.
-
-    Args:
-        params: Options.
-
-    Raises:
-        RuntimeError: a light has an unknown type or frame.
-    """
-    params = RenderEngineGlParams() if params is None else params
-    return _engine(_GL, params, params.default_diffuse.rgba, params.default_clear_color)
-
-
-def _engine(name: str, params: Any, diffuse: Any, background: Rgba) -> RenderEngine:
-    kept = copy.deepcopy(params)
-    return RasterEngine(EngineOptions(name, kept, tuple(float(x) for x in diffuse), background, tuple(kept.lights)))

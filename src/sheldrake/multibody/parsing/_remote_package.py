@@ -5,11 +5,8 @@ import json
 import os
 import re
 import shutil
-import tarfile
 import tempfile
-import urllib.error
-import urllib.request
-import zipfile
+from typing import Any
 
 from ._schema import Struct
 
@@ -104,6 +101,9 @@ def _network_allowed() -> bool:
 
 
 def _download(name: str, params: RemoteParams, target: str) -> None:
+    import urllib.error  # not above: most processes fetch nothing
+    import urllib.request
+
     failures = []
     for url in params.urls:
         if not url.startswith("file://") and not _network_allowed():
@@ -132,6 +132,9 @@ def _sha256(path: str) -> str:
 
 def _unpack(archive: str, params: RemoteParams, folder: str) -> None:
     """Unpacks without ever writing outside `folder`."""
+    import tarfile
+    import zipfile
+
     kind = params.archive_type
     if kind == "zip" or (kind is None and zipfile.is_zipfile(archive)):
         with zipfile.ZipFile(archive) as file:
@@ -147,7 +150,7 @@ def _unpack(archive: str, params: RemoteParams, folder: str) -> None:
         raise RuntimeError(f"PackageMap: the archive {params.urls} cannot be unpacked: {error}.") from error
 
 
-def _extract_checked(file: tarfile.TarFile, folder: str) -> None:
+def _extract_checked(file: Any, folder: str) -> None:
     """The `data` filter for Python versions without it: plain files and folders inside `folder` only."""
     for member in file.getmembers():
         target = os.path.normpath(os.path.join(folder, member.name))
