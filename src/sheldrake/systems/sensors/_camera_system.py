@@ -23,35 +23,15 @@ class Mounting(NamedTuple):
     depth_camera: Any  # DepthRenderCamera or None
 
 
-class CameraSystem(LeafSystem):
-    """A camera whose mounting is a parameter; derived classes declare the outputs.
+class CameraPorts:
+    """The ports of a camera by pydrake's names."""
 
-    Args:
-        mounting: The default.
-    """
-
-    def __init__(self, mounting: Mounting):
-        super().__init__()
-        self._default = mounting
-        self.DeclareAbstractInputPort("geometry_query", AbstractValue.Make(QueryObject()))
-        self.DeclareAbstractParameter(AbstractValue.Make(mounting))
-
-    def _set_default_context(self, context: Any) -> None:
-        context.get_mutable_parameters().get_mutable_abstract_parameter(_CAMERA).set_value(self._default)
-
-    def _mounting(self, context: Any) -> Mounting:
-        return context.get_abstract_parameter(_CAMERA).get_value()
-
-    def _mount(self, context: Any, **changes: Any) -> None:
-        self.ValidateContext(context)
-        mounting = self._mounting(context)._replace(**changes)
-        context.get_mutable_abstract_parameter(_CAMERA).set_value(mounting)
-
-    # ---- ports
+    GetInputPort: Any  # of the system that this is mixed into
+    GetOutputPort: Any
 
     def query_object_input_port(self) -> InputPort:
         """Takes a SceneGraph's query object."""
-        return self.get_input_port(0)
+        return self.GetInputPort("geometry_query")
 
     def color_image_output_port(self) -> OutputPort:
         """Colours, an ImageRgba8U."""
@@ -76,6 +56,31 @@ class CameraSystem(LeafSystem):
     def image_time_output_port(self) -> OutputPort:
         """When the images were taken [s], shape (1,)."""
         return self.GetOutputPort("image_time")
+
+
+class CameraSystem(CameraPorts, LeafSystem):
+    """A camera whose mounting is a parameter; derived classes declare the outputs.
+
+    Args:
+        mounting: The default.
+    """
+
+    def __init__(self, mounting: Mounting):
+        super().__init__()
+        self._default = mounting
+        self.DeclareAbstractInputPort("geometry_query", AbstractValue.Make(QueryObject()))
+        self.DeclareAbstractParameter(AbstractValue.Make(mounting))
+
+    def _set_default_context(self, context: Any) -> None:
+        context.get_mutable_parameters().get_mutable_abstract_parameter(_CAMERA).set_value(self._default)
+
+    def _mounting(self, context: Any) -> Mounting:
+        return context.get_abstract_parameter(_CAMERA).get_value()
+
+    def _mount(self, context: Any, **changes: Any) -> None:
+        self.ValidateContext(context)
+        mounting = self._mounting(context)._replace(**changes)
+        context.get_mutable_abstract_parameter(_CAMERA).set_value(mounting)
 
     # ---- what the camera sees now
 

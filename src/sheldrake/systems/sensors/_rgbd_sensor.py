@@ -10,10 +10,10 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId
 from sheldrake.geometry._image import ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
 from sheldrake.math import RigidTransform
-from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, OutputPort
+from sheldrake.systems.framework import Diagram, DiagramBuilder
 from sheldrake.systems.primitives import ZeroOrderHold
 
-from ._camera_system import CameraSystem, Mounting, empty_like
+from ._camera_system import CameraPorts, CameraSystem, Mounting, empty_like
 
 
 class RgbdSensor(CameraSystem):
@@ -86,7 +86,7 @@ def _both_cameras(args: tuple, kwargs: dict) -> tuple[ColorRenderCamera, DepthRe
     )
 
 
-class RgbdSensorDiscrete(Diagram):
+class RgbdSensorDiscrete(CameraPorts, Diagram):
     """An RgbdSensor that takes pictures periodically and shows the last ones in between.
 
     Args:
@@ -122,31 +122,3 @@ class RgbdSensorDiscrete(Diagram):
     def period(self) -> float:
         """Between two pictures [s]."""
         return self._period
-
-    def query_object_input_port(self) -> InputPort:
-        """Takes a SceneGraph's query object."""
-        return self.GetInputPort("geometry_query")
-
-    def color_image_output_port(self) -> OutputPort:
-        """Colours, an ImageRgba8U."""
-        return self.GetOutputPort("color_image")
-
-    def depth_image_32F_output_port(self) -> OutputPort:
-        """Depths in metres, an ImageDepth32F."""
-        return self.GetOutputPort("depth_image_32f")
-
-    def depth_image_16U_output_port(self) -> OutputPort:
-        """Depths in millimetres, an ImageDepth16U."""
-        return self.GetOutputPort("depth_image_16u")
-
-    def label_image_output_port(self) -> OutputPort:
-        """Labels, an ImageLabel16I."""
-        return self.GetOutputPort("label_image")
-
-    def body_pose_in_world_output_port(self) -> OutputPort:
-        """Pose X_WB of the camera's body, a RigidTransform."""
-        return self.GetOutputPort("body_pose_in_world")
-
-    def image_time_output_port(self) -> OutputPort:
-        """When the images were taken [s], shape (1,)."""
-        return self.GetOutputPort("image_time")
