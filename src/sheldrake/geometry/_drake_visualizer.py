@@ -28,6 +28,7 @@ from ._rgba import Rgba
 from ._roles import Role
 from ._scene_graph import SceneGraph
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
+from ._visualizer_arguments import visualizer_arguments
 
 LOAD_CHANNEL, DRAW_CHANNEL = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
 _SUFFIXES = {Role.kIllustration: "_ILLUSTRATION", Role.kProximity: "_PROXIMITY", Role.kPerception: "_PERCEPTION"}
@@ -99,13 +100,7 @@ class DrakeVisualizer(LeafSystem):
         Raises:
             TypeError: when an argument is missing or of another type.
         """
-        names = ["query_object_port" if "query_object_port" in kwargs else "scene_graph", "lcm", "params"]
-        free = [name for name in names if name not in kwargs]
-        if len(args) > len(free) or set(kwargs) - set(names):
-            raise TypeError(f"DrakeVisualizer.AddToBuilder(): expected (builder, {', '.join(names)}).")
-        given = {**dict(zip(free, args)), **kwargs}
-        source = given.get(names[0])
-        port = source.get_query_output_port() if isinstance(source, SceneGraph) else source
+        port, source, given = visualizer_arguments("DrakeVisualizer.AddToBuilder", "lcm", args, kwargs)
         if not isinstance(port, OutputPort):
             raise TypeError(
                 f"DrakeVisualizer.AddToBuilder(): expected a SceneGraph (or its query port), got "

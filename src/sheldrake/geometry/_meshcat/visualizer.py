@@ -14,6 +14,7 @@ from .._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from .._query_object import QueryObject
 from .._roles import Role
 from .._scene_graph import SceneGraph
+from .._visualizer_arguments import visualizer_arguments
 from .animation import MeshcatAnimation
 from .drawables import _triangulated
 from .meshcat import Meshcat
@@ -91,13 +92,8 @@ class MeshcatVisualizer(LeafSystem):
         Raises:
             TypeError: when an argument is missing or of another type.
         """
-        names = ["query_object_port" if "query_object_port" in kwargs else "scene_graph", "meshcat", "params"]
-        free = [name for name in names if name not in kwargs]
-        if len(args) > len(free) or set(kwargs) - set(names):
-            raise TypeError(f"MeshcatVisualizer.AddToBuilder(): expected (builder, {', '.join(names)}).")
-        given = {**dict(zip(free, args)), **kwargs}
-        source, meshcat = given.get(names[0]), given.get("meshcat")
-        port = source.get_query_output_port() if isinstance(source, SceneGraph) else source
+        port, source, given = visualizer_arguments("MeshcatVisualizer.AddToBuilder", "meshcat", args, kwargs)
+        meshcat = given.get("meshcat")
         if not isinstance(port, OutputPort) or not isinstance(meshcat, Meshcat):
             raise TypeError(
                 f"MeshcatVisualizer.AddToBuilder(): expected a SceneGraph (or its query port) and a Meshcat, got "
