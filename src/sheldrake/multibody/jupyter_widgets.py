@@ -7,13 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common.jupyter import process_ipywidget_events
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.jupyter_widgets import listen_to_widgets
 
 __all__ = ["JointSliders", "MakeJointSlidersThatPublishOnCallback"]
-
-_EVENTS_AT_ONCE = 10
 
 
 class JointSliders(LeafSystem):
@@ -43,9 +41,7 @@ class JointSliders(LeafSystem):
         self._robot = robot
         self._default_position = robot.GetPositions(robot.CreateDefaultContext())
         self.DeclareVectorOutputPort("positions", robot.num_positions(), self._give_positions)
-        self.DeclarePeriodicPublishEvent(
-            update_period_sec, 0.0, lambda context: process_ipywidget_events(_EVENTS_AT_ONCE)
-        )
+        self.DeclarePeriodicPublishEvent(update_period_sec, 0.0, listen_to_widgets)
         self._sliders = _joint_sliders(robot, self._default_position, lower_limit, upper_limit, resolution, length)
         for slider in self._sliders.values():
             display(slider)
@@ -124,10 +120,6 @@ def MakeJointSlidersThatPublishOnCallback(
         display(slider)
     show()
     return list(sliders.values())
-
-
-def _listen(context: Any) -> None:
-    process_ipywidget_events(_EVENTS_AT_ONCE)
 
 
 def _joint_sliders(

@@ -74,7 +74,7 @@ class PoseSliders(LeafSystem):
 
         super().__init__()
         self.DeclareAbstractOutputPort("pose", lambda: _POSE.Clone(), self.DoCalcOutput)
-        self.DeclarePeriodicPublishEvent(0.1, 0.0, _listen)
+        self.DeclarePeriodicPublishEvent(0.1, 0.0, listen_to_widgets)
         self._sliders = []
         for name in self.Value._fields:
             slider = FloatSlider(
@@ -127,7 +127,7 @@ class WidgetSystem(LeafSystem):
 
         super().__init__()
         self._groups = [list(group) for group in args]
-        self.DeclarePeriodicPublishEvent(update_period_sec, 0.0, _listen)
+        self.DeclarePeriodicPublishEvent(update_period_sec, 0.0, listen_to_widgets)
         for i, group in enumerate(self._groups):
             self.DeclareVectorOutputPort(
                 f"widget_group_{i}", len(group), lambda context, output, i=i: self.DoCalcOutput(context, output, i)
@@ -143,5 +143,6 @@ class WidgetSystem(LeafSystem):
 _POSE = Value(RigidTransform())
 
 
-def _listen(context: Any = None, event: Any = None) -> None:
+def listen_to_widgets(context: Any = None, event: Any = None) -> None:
+    """Lets waiting events of widgets run: what a periodic publish event calls."""
     process_ipywidget_events(_EVENTS_AT_ONCE)
