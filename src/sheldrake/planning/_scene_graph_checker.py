@@ -30,8 +30,12 @@ class SceneGraphCollisionChecker(CollisionChecker):
         RuntimeError: the model or the robot is missing, or the step size is not positive.
     """
 
-    def __init__(self, params: CollisionCheckerParams):
-        self._set_up(params, True)
+    def __init__(self, params: CollisionCheckerParams | None = None, **kwargs: Any):
+        if params is not None and kwargs:
+            raise TypeError(
+                f"SceneGraphCollisionChecker(): params come with {', '.join(kwargs)}; give one or the other."
+            )
+        self._set_up(CollisionCheckerParams(**kwargs) if params is None else params, True)
         self._bodies: dict[Any, int] = {}
 
     def _body_of(self, inspector: Any, geometry: Any) -> int:

@@ -7,7 +7,9 @@ from sheldrake.multibody.inverse_kinematics._differential import (
     DifferentialInverseKinematicsStatus,
     DoDifferentialInverseKinematics,
 )
+from sheldrake.multibody.inverse_kinematics._differential_controller import DifferentialInverseKinematicsController
 from sheldrake.multibody.inverse_kinematics._differential_integrator import DifferentialInverseKinematicsIntegrator
+from sheldrake.multibody.inverse_kinematics._differential_system import DifferentialInverseKinematicsSystem
 from sheldrake.multibody.inverse_kinematics._distance import (
     DistanceConstraint,
     MinimumDistanceLowerBoundConstraint,
@@ -41,10 +43,12 @@ __all__ = [
     "AngleBetweenVectorsCost",
     "ComInPolyhedronConstraint",
     "ComPositionConstraint",
+    "DifferentialInverseKinematicsController",
     "DifferentialInverseKinematicsIntegrator",
     "DifferentialInverseKinematicsParameters",
     "DifferentialInverseKinematicsResult",
     "DifferentialInverseKinematicsStatus",
+    "DifferentialInverseKinematicsSystem",
     "DistanceConstraint",
     "DoDifferentialInverseKinematics",
     "GazeTargetConstraint",

@@ -212,7 +212,7 @@ def _from_jacobian(
     prog.AddBoundingBoxConstraint(0.0, 1.0, alpha)
     both = np.concatenate((v_next, alpha))
     prog.AddLinearEqualityConstraint(np.hstack((J, -V.reshape(-1, 1))), np.zeros(V.size), both)
-    P = _nullspace(J)
+    P = nullspace_rows(J)
     if len(P):
         if Nplus is None and nq != nv:
             raise RuntimeError("DoDifferentialInverseKinematics(): Nplus is needed where positions are no velocities.")
@@ -230,7 +230,7 @@ def _from_jacobian(
     )
 
 
-def _nullspace(J: np.ndarray) -> np.ndarray:
+def nullspace_rows(J: np.ndarray) -> np.ndarray:
     """Rows that span the nullspace of J: in each, one of the velocities that elimination leaves free is one.
 
     Gauss elimination with complete pivoting, as in Drake; this fixes how much the pull to the nominal positions weighs.
