@@ -129,6 +129,7 @@ class _MjcfReader:
                 self._expand_includes(child, reading)
                 children.append(child)
                 continue
+            reading.warn_unknown(child, attributes=("file",))
             file = reading.name(child, "<include>", "file")
             path = reading.resolve(os.path.join(reading.folder or os.getcwd(), file), child.where_attribute("file"))
             inner = reading.inside(path, child.where)
@@ -142,6 +143,7 @@ class _MjcfReader:
         self._model.gravity = self._reading.vector(element, "gravity", 3, self._model.gravity)
 
     def _read_assets(self, element: Element) -> None:
+        self._reading.warn_unknown(element, [child.tag for child in element])
         for child in element:
             full = self._defaults.apply(child, MAIN_CLASS, self._reading)
             if child.tag == "mesh":
@@ -149,6 +151,7 @@ class _MjcfReader:
             elif child.tag == "material":
                 read_material_asset(full, self._assets, self._reading)
             else:
+                self._reading.pass_over(child)
                 self._reading.warn(child, f"The asset <{child.tag}> is not supported and is ignored.")
 
     def _read_world(self, element: Element) -> None:
@@ -177,7 +180,10 @@ class _MjcfReader:
             if part is not None:
                 parts.append(part)
         inertial = element.find("inertial")
-        if inertial is not None and self._compiler.inertia_from_geom is not True:
+        if inertial is not None and self._compiler.inertia_from_geom is True:
+            reading.pass_over(inertial)
+            inertial = None
+        if inertial is not None:
             body.M_BBo_B = self._read_inertial(inertial, name)
         else:
             body.M_BBo_B = sum_mass(parts)
@@ -221,6 +227,7 @@ class _MjcfReader:
         free = element.find_all("freejoint") + [joint for joint in joints if joint.get("type") == "free"]
         if free:
             self._check_free(free[0], joints, element, parent, body.name)
+            self._reading.warn_unknown(free[0], attributes=_JOINT_ATTRIBUTES, silent=_JOINT_SILENT)
             body.default_pose = X_PB
             return
         if not joints:
@@ -294,8 +301,10 @@ class _MjcfReader:
             joint.X_CM = joint.X_CM @ _displacement(joint)
 
     def _read_actuators(self, element: Element) -> None:
+        self._reading.warn_unknown(element, [child.tag for child in element])
         for child in element:
             if child.tag not in ("motor", "position"):
+                self._reading.pass_over(child)
                 self._reading.warn(child, f"The actuator <{child.tag}> is not supported and is ignored.")
                 continue
             self._read_actuator(self._defaults.apply(child, MAIN_CLASS, self._reading))

@@ -9,6 +9,7 @@ from ._xml import Element
 
 _ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 MAIN_CLASS = "main"
+_READ = ("mesh", "material", "geom", "joint", "motor", "position", "connect")  # elements that take defaults
 
 
 @dataclass
@@ -72,6 +73,7 @@ class Defaults:
 
     def read(self, element: Element, reading: Reading, outer: "str | None" = None) -> None:
         """Adds a `<default>` element and those inside it."""
+        reading.note_unknown(element, ("default", *_READ), ("class",))
         name = element.get("class") or MAIN_CLASS
         if outer is not None and name == MAIN_CLASS:
             reading.fail(element, "A <default> inside another needs the attribute 'class'.")
@@ -79,6 +81,7 @@ class Defaults:
         tags = {tag: dict(attributes) for tag, attributes in inherited.items()}
         for child in element:
             if child.tag != "default":
+                reading.note_unknown(child, attributes=child.attributes)  # those that no one reads show in their use
                 tags[child.tag] = {**tags.get(child.tag, {}), **child.attributes}
         self.classes[name] = tags
         if outer is None:

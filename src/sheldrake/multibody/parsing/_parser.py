@@ -15,7 +15,6 @@ from ._description import FilterGroupDescription, ModelDescription
 from ._diagnostics import DiagnosticPolicy, Location
 from ._package_map import PackageMap, resolve_uri
 from ._reading import Reading
-from ._xml import parse_xml, read_xml
 
 _FORMATS = (".urdf", ".sdf", ".xml", ".dmd.yaml", ".obj")
 
@@ -252,24 +251,21 @@ def read_models(kind: str, reading: Reading, text: "str | None", model_name: str
     if kind == ".urdf":
         from ._urdf import read_urdf
 
-        return [read_urdf(_root(reading, text), reading, model_name)]
-    if kind == ".sdf":
+        models = [read_urdf(reading.open_document(text), reading, model_name)]
+    elif kind == ".sdf":
         from ._sdf import read_sdf
 
-        return read_sdf(_root(reading, text), reading, model_name)
-    if kind == ".xml":
+        models = read_sdf(reading.open_document(text), reading, model_name)
+    elif kind == ".xml":
         from ._mjcf import read_mjcf
 
-        return [read_mjcf(_root(reading, text), reading, model_name)]
-    from ._mesh_model import read_mesh_model
+        models = [read_mjcf(reading.open_document(text), reading, model_name)]
+    else:
+        from ._mesh_model import read_mesh_model
 
-    return [read_mesh_model(reading, model_name)]
-
-
-def _root(reading: Reading, text: "str | None"):
-    if text is None:
-        return read_xml(reading.source, reading.policy)
-    return parse_xml(text, reading.source, reading.policy)
+        models = [read_mesh_model(reading, model_name)]
+    reading.warn_unchecked()
+    return models
 
 
 def _sort_arguments(args: tuple, kwargs: dict):

@@ -2,14 +2,14 @@
 
 import os
 import re
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import NoReturn
 
 import numpy as np
 
 from ._diagnostics import DiagnosticPolicy, Location
 from ._package_map import PackageMap, resolve_uri
-from ._xml import Element
+from ._xml import Element, parse_xml, read_xml
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _INFINITY = re.compile(r"[+-]?inf(?:inity)?", re.IGNORECASE)
@@ -32,6 +32,9 @@ class Reading:
         num_actuators: Actuators the plant has already, likewise.
         joint_friction: Whether friction of joints in URDF is to be had.
         strictly_refused: What no one reads and strict parsing refuses, as Drake does; None means all of it.
+        documents: The roots of all XML read, that of included files too.
+        checked: Places of the elements whose children and attributes were compared with what is read.
+        passed_over: Places of the elements that are left out knowingly, with all that is in them.
     """
 
     policy: DiagnosticPolicy
@@ -44,6 +47,9 @@ class Reading:
     num_actuators: int = 0
     joint_friction: bool = False
     strictly_refused: "tuple[str, ...] | None" = None
+    documents: "list[Element]" = field(default_factory=list)
+    checked: "set[Location]" = field(default_factory=set)
+    passed_over: "set[Location]" = field(default_factory=set)
 
     def warn(self, where, message: str) -> None:
         """Reports a warning at an element, description or location."""
@@ -69,6 +75,16 @@ class Reading:
         if len(self.includes) >= INCLUDE_DEPTH:
             self.fail(where, f"Files include each other deeper than {INCLUDE_DEPTH} levels.")
         return replace(self, source=path, folder=os.path.dirname(path), includes=(*self.includes, real))
+
+    def open_document(self, text: "str | None" = None) -> Element:
+        """The root element of the file that is read, or of a text in its place.
+
+        Raises:
+            ParseError: When it is not XML.
+        """
+        root = read_xml(self.source, self.policy) if text is None else parse_xml(text, self.source, self.policy)
+        self.documents.append(root)
+        return root
 
     def resolve(self, uri: str, where: Location) -> str:
         """The path a file name or address stands for.
@@ -136,9 +152,16 @@ class Reading:
         return value
 
     def warn_unknown(self, element: Element, tags=(), attributes=(), silent=()) -> None:
-        """Warns about children and attributes that no one reads, so that nothing is dropped silently."""
+        """Warns about children and attributes that no one reads, so that nothing is dropped silently.
+
+        Those in `silent` are left out without a word: they are for other programs, and Drake has no word for them.
+        """
+        self.checked.add(element.where)
         for child in element:
-            if child.tag not in tags and child.tag not in silent:
+            if child.tag in tags:
+                continue
+            self.passed_over.add(child.where)
+            if child.tag not in silent:
                 message = f"The element <{child.tag}> inside <{element.tag}> is not supported and is ignored."
                 self._warn_unread(child, child.tag, message)
         for attribute in element.attributes:
@@ -146,6 +169,25 @@ class Reading:
                 where = element.where_attribute(attribute)
                 message = f"The attribute '{attribute}' of <{element.tag}> is not supported and is ignored."
                 self._warn_unread(where, attribute, message)
+
+    def note_unknown(self, element: Element, tags=(), attributes=()) -> None:
+        """Does the same where Drake has no word for them, so that strict parsing does not mind."""
+        replace(self, strictly_refused=()).warn_unknown(element, tags, attributes)
+
+    def pass_over(self, *elements: Element) -> None:
+        """Leaves elements out, with all that is in them: a message was given, or no one could miss them."""
+        self.passed_over.update(element.where for element in elements)
+
+    def warn_unchecked(self) -> None:
+        """Warns about what is in elements that no reader has checked; those with nothing but text are fine."""
+        rest = list(self.documents)
+        while rest:
+            element = rest.pop()
+            if element.where in self.passed_over:
+                continue
+            if element.where not in self.checked:
+                self.note_unknown(element)
+            rest += element.children
 
     def _warn_unread(self, where, name: str, message: str) -> None:
         refused = self.strictly_refused is None or name in self.strictly_refused

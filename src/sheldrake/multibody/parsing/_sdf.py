@@ -21,7 +21,7 @@ from ._sdf_joints import drop_impossible_couplers, read_drake_joint, read_joint
 from ._sdf_model import SILENT_TAGS, PreparedModel, gather, prepare_model, read_version
 from ._xml import Element
 
-_LINK_TAGS = ("pose", "inertial", "visual", "collision", "drake:visual")
+_LINK_TAGS = ("pose", "inertial", "gravity", "visual", "collision", "drake:visual")
 
 
 def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[ModelDescription]":
@@ -144,13 +144,15 @@ def _describe_link(element: Element, model: PreparedModel, X_WM, description: Mo
     name = element.get("name")
     if element.find("drake:deformable_properties") is not None:
         raise NotImplementedError(f"{element.where}: deformable bodies are not implemented.")
-    reading.warn_unknown(element, _LINK_TAGS, ("name",), ("gravity", *SILENT_TAGS))
+    reading.warn_unknown(element, _LINK_TAGS, ("name",), SILENT_TAGS)
     gravity = element.find("gravity")
     if gravity is not None and not reading.parse_bool(gravity.text, gravity.where, "<gravity>"):
         reading.warn(gravity, f"Link '{name}': gravity cannot be switched off for one link; <gravity> is ignored.")
     body = BodyDescription(element.where, name, default_pose=X_WM @ scope.pose(name, element.where))
     body.M_BBo_B = _read_inertial(element, name, scope, reading)
-    if reading.wants_geometry:
+    if not reading.wants_geometry:
+        reading.pass_over(*element.find_all("visual", "drake:visual", "collision"))
+    else:
         for child in element:
             if child.tag == "visual":
                 read_visual(child, body, scope, reading)

@@ -24,10 +24,12 @@ from ._xml import Element
 def _read_filter_group(element: Element, description: ModelDescription, model: PreparedModel) -> None:
     reading = model.reading
     if not reading.wants_geometry:
+        reading.pass_over(element)
         return
     name = reading.name(element, f"<{element.tag}>")
     ignore = element.get("ignore")
     if ignore is not None and reading.parse_bool(ignore, element.where_attribute("ignore"), "attribute 'ignore'"):
+        reading.pass_over(element)
         return
     tags = ("drake:member", "drake:member_group", "drake:ignored_collision_filter_group")
     reading.warn_unknown(element, tags, ("name", "ignore"))
@@ -107,6 +109,7 @@ def _read_tendon(element: Element, description: ModelDescription, model: Prepare
     reading.warn_unknown(element, [prefix + name for name in ("joint", *numbers)])
     joints, coefficients = [], []
     for child in element.find_all(prefix + "joint"):
+        reading.warn_unknown(child, attributes=("name", "a"))
         name, a = reading.name(child, f"<{child.tag}>"), reading.number(child, "a")
         if name not in model.scope.places or model.scope.places[name].kind != "joint" or a is None:
             reading.fail(child, f"<{child.tag}> needs the name of a joint of the model and the attribute 'a'.")

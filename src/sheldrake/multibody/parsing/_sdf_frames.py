@@ -162,9 +162,11 @@ def read_pose(element: "Element | None", reading: Reading):
     """The raw pose in a `<pose>` element: identity when there is none."""
     from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
-    if element is None or not element.text.strip():
+    if element is None:
         return RigidTransform()
     reading.warn_unknown(element, attributes=("relative_to", "degrees", "rotation_format", "frame"))
+    if not element.text.strip():
+        return RigidTransform()
     form = element.get("rotation_format", "euler_rpy")
     if form == "quat_xyzw":
         values = reading.parse_vector(element.text, 7, element.where, "<pose>")

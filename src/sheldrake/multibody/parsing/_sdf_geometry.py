@@ -60,12 +60,18 @@ def read_link_pose(element: Element, link: str, scope: SdfScope, reading: Readin
 
 def read_shape(geometry: Element, reading: Reading):
     """(shape, its pose in the geometry frame or None), or (None, None) for an empty or unsupported geometry."""
+    reading.warn_unknown(geometry, [child.tag for child in geometry])
     for child in geometry:
+        extra = [other for other in geometry if other is not child]
+        if extra:
+            reading.pass_over(*extra)
+            reading.policy.Note(extra[0], f"A <geometry> has one shape; <{extra[0].tag}> is ignored.")
         reader = _SHAPES.get(child.tag)
         if reader is not None:
             return reader(child, reading)
         if child.tag == "empty":
             return None, None
+        reading.pass_over(child)
         reading.warn(child, f"The shape <{child.tag}> is not supported; this geometry is ignored.")
         return None, None
     reading.warn(geometry, "A <geometry> without a shape is ignored.")
@@ -253,11 +259,13 @@ def _read_colour(element: "Element | None", reading: Reading) -> "np.ndarray | N
 
 def _read_ode_friction(collision: Element, reading: Reading) -> "tuple[float, float] | None":
     """Static and dynamic friction from `<surface><friction><ode><mu> <mu2>`."""
-    ode: Element | None = collision
-    for tag in ("surface", "friction", "ode"):
-        ode = None if ode is None else ode.find(tag)
-    if ode is None:
-        return None
+    ode = collision
+    for tag, *known in (("surface", "friction"), ("friction", "ode"), ("ode", "mu", "mu2")):
+        child = ode.find(tag)
+        if child is None:
+            return None
+        reading.note_unknown(child, known)
+        ode = child
     mu, mu2 = (child_number(ode, tag, reading) for tag in ("mu", "mu2"))
     if mu is None and mu2 is None:
         return None

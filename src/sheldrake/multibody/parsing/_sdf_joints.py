@@ -39,6 +39,7 @@ _JOINT_TAGS = (
     "axis",
     "axis2",
     "screw_thread_pitch",
+    "thread_pitch",
     "drake:rotor_inertia",
     "drake:gear_ratio",
     "drake:controller_gains",
@@ -75,7 +76,7 @@ def read_joint(
     kind = _KINDS[written]
     if is_static and kind != "weld":
         reading.fail(element, f"Joint '{name}' of type {written}: a static model has fixed joints only.")
-    reading.warn_unknown(element, _JOINT_TAGS, ("name", "type"), silent=("physics", "thread_pitch"))
+    reading.warn_unknown(element, _JOINT_TAGS, ("name", "type"), silent=("physics",))
     parent, child = read_ends(element, name, scope, reading)
     joint = JointDescription(element.where, name, kind, parent, child)
     _place(joint, element, scope, X_WM)
@@ -118,6 +119,7 @@ def _place(joint: JointDescription, element: Element, scope: SdfScope, X_WM) -> 
 def _read_axes(element: Element, name: str, kind: str, scope: SdfScope, version, reading: Reading) -> "list[_Axis]":
     found = [element.find(tag) for tag in ("axis", "axis2")]
     if kind == "weld":
+        reading.pass_over(*element.find_all("axis", "axis2"))
         return []
     if kind in _ACTUATED and found[0] is None:
         reading.fail(element, f"Joint '{name}' needs an <axis>.")
@@ -130,6 +132,8 @@ def read_axis(axis: Element, name: str, scope: SdfScope, version, reading: Readi
     """What an `<axis>` of a joint says."""
     reading.warn_unknown(axis, ("xyz", "limit", "dynamics", "use_parent_model_frame", "initial_position"))
     xyz = axis.find("xyz")
+    if xyz is not None:
+        reading.warn_unknown(xyz, attributes=("expressed_in",))
     direction = child_vector(axis, "xyz", 3, reading, np.array([0.0, 0.0, 1.0]))
     length = float(np.linalg.norm(direction))
     if length < 1e-8:
@@ -243,6 +247,7 @@ def _add_actuator(element: Element, joint: JointDescription, axes, model: ModelD
     if joint.kind not in _ACTUATED or axes[0].limits.effort == 0.0:
         for child in element.find_all(*tags):
             reading.warn(child, f"<{child.tag}> has no effect: joint '{joint.name}' has no actuator.")
+            reading.pass_over(child)
         return
     actuator = ActuatorDescription(element.where, joint.name, joint.name, axes[0].limits.effort)
     actuator.rotor_inertia = child_number(element, tags[0], reading)
@@ -259,6 +264,7 @@ def _add_mimic(element: Element, joint: JointDescription, model, scope: SdfScope
     mimic = element.find("drake:mimic")
     if mimic is None:
         return
+    reading.warn_unknown(mimic, attributes=("joint", "multiplier", "offset"))
     source = reading.name(mimic, f"<drake:mimic> of joint '{joint.name}'", "joint")
     ratio, offset = reading.number(mimic, "multiplier"), reading.number(mimic, "offset")
     if ratio is None or offset is None:
@@ -294,6 +300,9 @@ def read_drake_joint(element: Element, model: ModelDescription, scope: SdfScope,
         reading.fail(element, f"The type '{kind}' of <drake:joint> '{name}' is unknown; known: planar, curvilinear.")
     if element.find("pose") is not None:
         reading.fail(element, "<drake:joint> does not support <pose>; attach frames instead.")
+    path = ("drake:curves", "drake:initial_tangent", "drake:plane_normal", "drake:is_periodic")
+    known = ("drake:parent", "drake:child", "drake:damping", *(path if kind == "curvilinear" else ()))
+    reading.warn_unknown(element, known, ("name", "type"))
     ends = []
     for role in ("drake:parent", "drake:child"):
         end = element.find(role)
@@ -331,7 +340,10 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
             f"Curvilinear joint '{joint.name}' needs <drake:curves>, <drake:initial_tangent> and <drake:plane_normal>.",
         )
     pieces = []
+    reading.warn_unknown(curves, [piece.tag for piece in curves])
     for piece in curves:
+        known = ("drake:length",) if piece.tag == "drake:line_segment" else ("drake:radius", "drake:angle")
+        reading.warn_unknown(piece, known)
         if piece.tag == "drake:line_segment":
             pieces.append((0.0, _piece_number(piece, "drake:length", reading)))
         elif piece.tag == "drake:circular_arc":

@@ -139,8 +139,9 @@ def _version_key(element: Element) -> "tuple[int, ...]":
 
 
 def _included_model(path: str, inner: Reading, include: Element) -> "tuple[Element, tuple[int, int]]":
-    root = read_xml(path, inner.policy)
+    root = inner.open_document()
     version = read_version(root, inner)
+    inner.warn_unknown(root, ("model",), ("version",))
     models = root.find_all("model")
     if len(models) != 1:
         inner.fail(include, f"An <include> needs a file with one <model>; '{path}' has {len(models)}.")
@@ -159,7 +160,7 @@ def _read_include(
     if placement and include.find("pose") is None:
         model.reading.fail(include, "An <include> with a <placement_frame> needs a <pose>.")
     if path.lower().endswith(".urdf"):
-        return read_urdf(read_xml(path, inner.policy), inner, name), None, placement
+        return read_urdf(inner.open_document(), inner, name), None, placement
     element, version = _included_model(path, inner, include)
     prepared = prepare_model(element, inner, version, name, is_static)
     return prepared, element.find("pose"), placement or element.get("placement_frame", "")

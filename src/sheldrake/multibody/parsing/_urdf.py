@@ -73,7 +73,7 @@ def read_urdf(root: Element, reading: Reading, model_name: str = "") -> ModelDes
         read_joint(element, model, reading)
     for element in joints:
         read_mimic(element, model, reading)
-    for element in root.find_all("drake:collision_filter_group") if reading.wants_geometry else ():
+    for element in root.find_all("drake:collision_filter_group"):
         _read_filter_group(element, model, reading)
     for tag, read in _EXTENSIONS:
         for element in root.find_all(tag):
@@ -96,7 +96,10 @@ def _robot_name(root: Element, reading: Reading) -> str:
 def _is_ignored(element: Element, reading: Reading) -> bool:
     """True for elements that a file marks as not meant for this library."""
     text = element.get("drake_ignore")
-    return text is not None and reading.parse_bool(text, element.where_attribute("drake_ignore"), "'drake_ignore'")
+    if text is None or not reading.parse_bool(text, element.where_attribute("drake_ignore"), "'drake_ignore'"):
+        return False
+    reading.pass_over(element)
+    return True
 
 
 def _read_link(element: Element, model: ModelDescription, reading: Reading, materials) -> None:
@@ -106,6 +109,7 @@ def _read_link(element: Element, model: ModelDescription, reading: Reading, mate
     reading.warn_unknown(element, ("inertial", "visual", "collision"), ("name", "drake_ignore"), silent=("gazebo",))
     body = BodyDescription(element.where, name, is_world=name == "world")
     inertials = element.find_all("inertial")
+    reading.pass_over(*(inertials if body.is_world else inertials[1:]))
     if body.is_world and inertials:
         reading.warn(inertials[0], "The link 'world' is the plant's world body; its <inertial> is ignored.")
     elif inertials:
@@ -147,12 +151,18 @@ def _read_frame(element: Element, model: ModelDescription, reading: Reading) -> 
 
 
 def _read_filter_group(element: Element, model: ModelDescription, reading: Reading) -> None:
+    if not reading.wants_geometry:
+        reading.pass_over(element)
+        return
     name = reading.name(element, f"<{element.tag}>")
     ignore = element.get("ignore")
     if ignore is not None and reading.parse_bool(ignore, element.where_attribute("ignore"), "attribute 'ignore'"):
+        reading.pass_over(element)
         return
     tags = ("drake:member", "drake:member_group", "drake:ignored_collision_filter_group")
     reading.warn_unknown(element, tags, ("name", "ignore"))
+    for child in element.find_all(*tags):
+        reading.warn_unknown(child, attributes=("link",) if child.tag == tags[0] else ("name",))
     model.filter_groups.append(
         FilterGroupDescription(
             element.where,
@@ -174,6 +184,7 @@ def _child(element: Element, tag: str, reading: Reading) -> Element:
 def _value(element: Element, tag: str, reading: Reading, size: "int | None" = None):
     """The number, or the vector of `size` numbers, in attribute `value` of a child."""
     child = _child(element, tag, reading)
+    reading.warn_unknown(child, attributes=("value",))
     value = reading.number(child, "value") if size is None else reading.vector(child, "value", size)
     if value is None:
         reading.fail(child, f"<{tag}> needs the attribute 'value'.")
@@ -183,6 +194,7 @@ def _value(element: Element, tag: str, reading: Reading, size: "int | None" = No
 def _reference(element: Element, tag: str, model: ModelDescription, reading: Reading) -> FrameReference:
     """The link or frame named by a child; it must be in the model."""
     child = _child(element, tag, reading)
+    reading.warn_unknown(child, attributes=("name",))
     name = reading.name(child, f"<{tag}>")
     known = {body.name for body in model.bodies}
     known.update(item.name for item in model.elements if isinstance(item, FrameDescription))
@@ -251,6 +263,7 @@ def _read_tendon(element: Element, model: ModelDescription, reading: Reading) ->
     known = {joint.name for joint in model.joints()}
     joints, coefficients = [], []
     for child in element.find_all(prefix + "joint"):
+        reading.warn_unknown(child, attributes=("name", "a"))
         name, a = reading.name(child, f"<{child.tag}>"), reading.number(child, "a")
         if name not in known:
             reading.fail(child, f"<{child.tag}> names joint '{name}', which does not exist; known: {', '.join(known)}.")

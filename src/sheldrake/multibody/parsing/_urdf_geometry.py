@@ -88,6 +88,7 @@ def read_material(element: Element, reading: Reading, materials: "dict[str, Mate
 def _read_color(color: "Element | None", reading: Reading):
     if color is None:
         return None
+    reading.warn_unknown(color, attributes=("rgba",))
     rgba = reading.vector(color, "rgba", 4)
     if rgba is None:
         reading.fail(color, "A <color> needs the attribute 'rgba' with four numbers.")
@@ -98,7 +99,10 @@ def _read_color(color: "Element | None", reading: Reading):
 
 def _read_texture(texture: "Element | None", reading: Reading) -> "str | None":
     """The path of the texture file; without a scene graph nobody looks for it."""
-    if texture is None or not reading.wants_geometry:
+    if texture is None:
+        return None
+    reading.warn_unknown(texture, attributes=("filename",))
+    if not reading.wants_geometry:
         return None
     if not (texture.get("filename") or "").strip():
         reading.warn(texture, "A <texture> without 'filename' is ignored.")
@@ -113,6 +117,7 @@ def read_shape(geometry: Element, reading: Reading):
         if reader is not None:
             extra = [other for other in geometry if other is not child]
             if extra:
+                reading.pass_over(*extra)
                 reading.warn(extra[0], f"A <geometry> has one shape; <{extra[0].tag}> is ignored.")
             return reader(child, reading)
     found = ", ".join(f"<{child.tag}>" for child in geometry) or "nothing"
@@ -210,6 +215,7 @@ def read_visual(element: Element, body: BodyDescription, reading: Reading, mater
     material_element = element.find("material")
     material = None if material_element is None else read_material(material_element, reading, materials)
     if not reading.wants_geometry:
+        reading.pass_over(element)
         return
     description = _read_placed_shape(element, body, reading, body.visuals, "visual")
     add_visual_roles(description, element, body.name, reading, material)
@@ -231,7 +237,10 @@ def add_visual_roles(description, element: Element, body_name: str, reading: Rea
     if material is not None and material.texture is not None:
         for properties in (illustration, perception):
             properties.AddProperty("phong", "diffuse_map", material.texture)
-    renderers = {reading.name(child, "A <drake:accepting_renderer>") for child in _renderers(element)}
+    renderers = set()
+    for child in element.find_all("drake:accepting_renderer"):
+        reading.warn_unknown(child, attributes=("name",))
+        renderers.add(reading.name(child, "A <drake:accepting_renderer>"))
     if renderers:
         perception.AddProperty("renderer", "accepting", renderers)
     if _is_enabled(element, "drake:illustration_properties", reading):
@@ -248,14 +257,11 @@ def add_visual_roles(description, element: Element, body_name: str, reading: Rea
         )
 
 
-def _renderers(element: Element) -> "list[Element]":
-    return element.find_all("drake:accepting_renderer")
-
-
 def _is_enabled(element: Element, tag: str, reading: Reading) -> bool:
     child = element.find(tag)
     if child is None:
         return True
+    reading.warn_unknown(child, attributes=("enabled",))
     text = child.get("enabled")
     if text is None:
         reading.fail(child, f"<{tag}> needs the attribute 'enabled'.")
@@ -266,20 +272,26 @@ def read_collision(element: Element, body: BodyDescription, reading: Reading) ->
     """Adds a `<collision>` to a body."""
     reading.warn_unknown(element, tags=_COLLISION_TAGS, attributes=("name",))
     if not reading.wants_geometry:
+        reading.pass_over(element)
         return
     description = _read_placed_shape(element, body, reading, body.collisions, "collision")
 
     def number_of(child: Element) -> float:
+        reading.warn_unknown(child, attributes=("value",))
         value = reading.number(child, "value")
         if value is None:
             reading.fail(child, f"<{child.tag}> needs the attribute 'value'.")
         return value
 
+    def text_of(child: Element) -> str:
+        reading.warn_unknown(child, attributes=("value",))
+        return reading.name(child, child.tag, "value")
+
     description.proximity = read_proximity_properties(
         element,
         reading,
         number_of,
-        lambda child: reading.name(child, child.tag, "value"),
+        text_of,
         _old_friction(element, reading),
     )
     body.collisions.append(description)
@@ -291,6 +303,7 @@ def _old_friction(element: Element, reading: Reading) -> "tuple[float, float] | 
     if old is None:
         return None
     if element.find("drake:proximity_properties") is not None:
+        reading.pass_over(old)
         reading.warn(old, "<drake_compliance> is ignored beside <drake:proximity_properties>; remove it.")
         return None
     reading.warn_unknown(old, tags=("static_friction", "dynamic_friction"))

@@ -46,6 +46,7 @@ _JOINT_TAGS = (
     "drake:curves",
     "drake:is_periodic",
 )
+_ACTUATOR_TAGS = ("drake:rotor_inertia", "drake:gear_ratio", "drake:controller_gains", "mechanicalReduction")
 _LIMIT_ATTRIBUTES = ("lower", "upper", "effort", "velocity", "drake:acceleration")
 
 
@@ -70,6 +71,8 @@ def read_joint(element: Element, model: ModelDescription, reading: Reading) -> N
     joint = JointDescription(element.where, name, kind, parent, child, X_PF=read_origin(element, reading))
     if kind in _WITH_AXIS:  # fixed joints in the wild often have a zero axis
         joint.axis = _read_axis(element, name, reading)
+    elif kind == "weld":
+        reading.pass_over(*element.find_all("axis"))
     joint.limits = _read_limits(element, name, reading)
     joint.damping = _read_dynamics(element, joint, reading)
     if kind == "planar":
@@ -176,10 +179,16 @@ def _align_plane(joint: JointDescription) -> None:
 
 def _read_pitch(element: Element, name: str, reading: Reading) -> float:
     pitch = element.find("drake:screw_thread_pitch")
-    value = None if pitch is None else reading.number(pitch, "value")
+    value = None if pitch is None else _number(pitch, reading)
     if value is None:
         reading.fail(pitch or element, f"Screw joint '{name}' needs <drake:screw_thread_pitch value='...'>.")
     return value
+
+
+def _number(element: Element, reading: Reading, attribute: str = "value") -> "float | None":
+    """The number in the only attribute an element has."""
+    reading.warn_unknown(element, attributes=(attribute,))
+    return reading.number(element, attribute)
 
 
 def _read_path(element: Element, joint: JointDescription, reading: Reading) -> None:
@@ -187,7 +196,10 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
 
     def vector(tag: str) -> np.ndarray:
         child = element.find(tag)
-        value = None if child is None else reading.vector(child, "xyz", 3)
+        value = None
+        if child is not None:
+            reading.warn_unknown(child, attributes=("xyz",))
+            value = reading.vector(child, "xyz", 3)
         if value is None:
             reading.fail(child or element, f"Curvilinear joint '{joint.name}' needs <{tag} xyz='...'>.")
         return value
@@ -196,7 +208,10 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
     if curves is None:
         reading.fail(element, f"Curvilinear joint '{joint.name}' needs <drake:curves>.")
     pieces = []
+    reading.warn_unknown(curves, tags=[piece.tag for piece in curves])
     for piece in curves:
+        known = ("length",) if piece.tag == "drake:line_segment" else ("radius", "angle")
+        reading.warn_unknown(piece, attributes=known)
         if piece.tag == "drake:line_segment":
             pieces.append((0.0, _piece_number(piece, "length", joint, reading)))
         elif piece.tag == "drake:circular_arc":
@@ -208,6 +223,8 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
         else:
             reading.fail(piece, f"<drake:curves> has line segments and circular arcs, not <{piece.tag}>.")
     periodic = element.find("drake:is_periodic")
+    if periodic is not None:
+        reading.warn_unknown(periodic, attributes=("value",))
     is_periodic = periodic is not None and reading.parse_bool(
         reading.name(periodic, periodic.tag, "value"), periodic.where_attribute("value"), "<drake:is_periodic>"
     )
@@ -280,6 +297,7 @@ def read_transmission(element: Element, model: ModelDescription, reading: Readin
         reading.fail(element, "A <transmission> has no type.")
     if "SimpleTransmission" not in kind:
         reading.warn(element, f"A <transmission> of type '{kind}' is ignored; only SimpleTransmission is supported.")
+        reading.pass_over(element)
         return
     reading.warn_unknown(element, ("type", "joint", "actuator", "mechanicalReduction"), ("name", "type"))
     joint_element, actuator = element.find("joint"), element.find("actuator")
@@ -289,6 +307,9 @@ def read_transmission(element: Element, model: ModelDescription, reading: Readin
     for extra in element.find_all("joint", "actuator"):
         if extra is not joint_element and extra is not actuator:
             reading.warn(extra, f"A simple transmission has one joint and one actuator; this <{extra.tag}> is ignored.")
+            reading.pass_over(extra)
+    reading.warn_unknown(joint_element, attributes=("name",), silent=("hardwareInterface",))
+    reading.warn_unknown(actuator, _ACTUATOR_TAGS, ("name",), silent=("hardwareInterface",))
     name = reading.name(actuator, "The <actuator> of a <transmission>")
     joint_name = reading.name(joint_element, "The <joint> of a <transmission>")
     joints = {joint.name: joint for joint in model.joints()}
@@ -331,15 +352,13 @@ def _can_be_actuated(joint: JointDescription, element: Element, reading: Reading
 
 
 def _read_actuator(element: Element, name: str, joint: JointDescription, reading: Reading) -> ActuatorDescription:
-    tags = ("drake:rotor_inertia", "drake:gear_ratio", "drake:controller_gains", "mechanicalReduction")
-    reading.warn_unknown(element, tags, ("name",), silent=("hardwareInterface",))
     result = ActuatorDescription(element.where, name, joint.name, joint.limits.effort)
 
     def value(tag: str) -> "float | None":
         child = element.find(tag)
         if child is None:
             return None
-        number = reading.number(child, "value")
+        number = _number(child, reading)
         if number is None:
             reading.fail(child, f"<{tag}> of actuator '{name}' needs the attribute 'value'.")
         if number < 0.0:
@@ -357,6 +376,7 @@ def read_gains(element: Element, owner: str, reading: Reading) -> "tuple[float, 
     gains = element.find("drake:controller_gains")
     if gains is None:
         return None
+    reading.warn_unknown(gains, attributes=("p", "d"))
     p, d = reading.number(gains, "p"), reading.number(gains, "d")
     if p is None or d is None:
         reading.fail(gains, f"<drake:controller_gains> of {owner} needs the attributes 'p' and 'd'.")
