@@ -61,6 +61,15 @@ def relative_pose(X_WA, X_WB):
 def frame_pose(model, p, frame):
     """X_BF of a row of `TreeModel.frame` on its body."""
     at = model.frame[frame, FRAME_POSE]
+    if model.frame[frame, FRAME_PARENT] >= 0:
+        return pose_through_frames(model, p, frame)
+    return (read9(p, at), read3(p, at + 9))
+
+
+@kernel(outline=True)
+def pose_through_frames(model, p, frame):
+    """`frame_pose` of a frame that is fixed to other frames."""
+    at = model.frame[frame, FRAME_POSE]
     R_XF = read9(p, at)
     p_XF = read3(p, at + 9)
     outer = model.frame[frame, FRAME_PARENT]

@@ -24,7 +24,9 @@ from sheldrake.common._kernels.vec import (
     rotation_of_quaternion,
     scale3,
     scale6,
+    store3_at,
     store6,
+    store9,
     sub3,
 )
 from sheldrake.common.kernel import Matrix, Vector, kernel
@@ -85,17 +87,18 @@ def position_of_axis_joint(model, p, work, q, body):
     R_WF, p_WF = X_WF
     axis_F = load3(model.joint, body)
     axis_W = rotate(R_WF, axis_F)
-    R_WM = R_WF
-    p_WM = p_WF
     if kind == WELD:
         R_WM, p_WM = compose_pose(X_WF, (load9(model.joint, body), load3_at(model.joint, body, 9)))
+        store_pose(work.X_WB, body, R_WM, p_WM)
     else:
         position = q[model.body[body, Q]]
+        store_pose(work.X_WB, body, R_WF, p_WF)
         if kind != PRISMATIC:
-            R_WM = turned_frame(R_WF, axis_F, model.body[body, AXIS], position)
+            turn_frame(work.X_WB, body, axis_F, model.body[body, AXIS], position)
         if kind != REVOLUTE:
-            p_WM = add3(p_WF, scale3(axis_W, model.joint[body, LEAD] * position))
-    store_outboard_pose(model, p, work, body, R_WM, p_WM)
+            store3_at(work.X_WB, body, 9, add3(p_WF, scale3(axis_W, model.joint[body, LEAD] * position)))
+    p_WM = load3_at(work.X_WB, body, 9)
+    to_body_frame(model, p, work, body)
     if kind == PRISMATIC:
         store6(work.S, dof, (scale3(axis_W, 0.0), axis_W))
     elif kind != WELD:
@@ -105,40 +108,28 @@ def position_of_axis_joint(model, p, work, q, body):
 
 
 @kernel
-def turned_frame(R_WF, axis_F, along, angle):
-    """R_WM of a frame turned about an axis of F; quick when it is one of F's own, as it mostly is."""
-    R_WM = R_WF
+def turn_frame(X, row, axis, along, angle):
+    """Turns the frame in a row about an axis of its own; quick when it is x, y or z (1, 2, 3), as it mostly is."""
     if along == 0:
-        R_WM = compose(R_WF, rotation_about(axis_F, angle))
+        store9(X, row, compose(load9(X, row), rotation_about(axis, angle)))
     else:
-        x = (R_WF[0], R_WF[3], R_WF[6])
-        y = (R_WF[1], R_WF[4], R_WF[7])
-        z = (R_WF[2], R_WF[5], R_WF[8])
         s = sin(angle)
         c = cos(angle)
-        if along == 1:
-            y, z = turned_pair(y, z, s, c)
-        elif along == 2:
-            z, x = turned_pair(z, x, s, c)
-        else:
-            x, y = turned_pair(x, y, s, c)
-        R_WM = (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
-    return R_WM
+        i = along % 3  # the two axes that move
+        j = (along + 1) % 3
+        for k in range(3):
+            a = X[row, 3 * k + i]
+            b = X[row, 3 * k + j]
+            X[row, 3 * k + i] = a * c + b * s
+            X[row, 3 * k + j] = b * c - a * s
 
 
 @kernel
-def turned_pair(a, b, s, c):
-    """The two axes that a turn about the third moves."""
-    return add3(scale3(a, c), scale3(b, s)), sub3(scale3(b, c), scale3(a, s))
-
-
-@kernel
-def store_outboard_pose(model, p, work, body, R_WM, p_WM):
+def to_body_frame(model, p, work, body):
+    """From the pose of the joint's outboard frame M in `X_WB` to that of the body."""
     frame = model.body[body, FRAME_M]
-    if frame < 0:
-        store_pose(work.X_WB, body, R_WM, p_WM)
-    else:
-        R_WB, p_WB = remove_pose((R_WM, p_WM), frame_pose(model, p, frame))
+    if frame >= 0:
+        R_WB, p_WB = remove_pose(load_pose(work.X_WB, body), frame_pose(model, p, frame))
         store_pose(work.X_WB, body, R_WB, p_WB)
 
 
@@ -153,23 +144,24 @@ def position_of_wide_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vecto
     x_W = (R_WF[0], R_WF[3], R_WF[6])
     y_W = (R_WF[1], R_WF[4], R_WF[7])
     z_W = (R_WF[2], R_WF[5], R_WF[8])
-    p_WM = p_WF
+    store3_at(work.X_WB, body, 9, p_WF)
     if kind == QUATERNION:
-        R_WM = compose(R_WF, rotation_of_quaternion(read4(q, at)))
-        p_WM = add3(p_WF, rotate(R_WF, read3(q, at + 4)))
+        store9(work.X_WB, body, compose(R_WF, rotation_of_quaternion(read4(q, at))))
+        store3_at(work.X_WB, body, 9, add3(p_WF, rotate(R_WF, read3(q, at + 4))))
     elif kind == RPY:
-        R_WM = compose(R_WF, rotation_of_rpy(read3(q, at)))
-        p_WM = add3(p_WF, rotate(R_WF, read3(q, at + 3)))
+        store9(work.X_WB, body, compose(R_WF, rotation_of_rpy(read3(q, at))))
+        store3_at(work.X_WB, body, 9, add3(p_WF, rotate(R_WF, read3(q, at + 3))))
     elif kind == BALL:
-        R_WM = compose(R_WF, rotation_of_rpy(read3(q, at)))
+        store9(work.X_WB, body, compose(R_WF, rotation_of_rpy(read3(q, at))))
     elif kind == PLANAR:
-        R_WM = compose(R_WF, rotation_about((0.0, 0.0, 1.0), q[at + 2]))
-        p_WM = add3(p_WF, add3(scale3(x_W, q[at]), scale3(y_W, q[at + 1])))
+        store9(work.X_WB, body, compose(R_WF, rotation_about((0.0, 0.0, 1.0), q[at + 2])))
+        store3_at(work.X_WB, body, 9, add3(p_WF, add3(scale3(x_W, q[at]), scale3(y_W, q[at + 1]))))
     else:
         y_W = add3(scale3(y_W, cos(q[at])), scale3(z_W, sin(q[at])))
         about_x = rotation_about((1.0, 0.0, 0.0), q[at])
-        R_WM = compose(R_WF, compose(about_x, rotation_about((0.0, 1.0, 0.0), q[at + 1])))
-    store_outboard_pose(model, p, work, body, R_WM, p_WM)
+        store9(work.X_WB, body, compose(R_WF, compose(about_x, rotation_about((0.0, 1.0, 0.0), q[at + 1]))))
+    p_WM = load3_at(work.X_WB, body, 9)
+    to_body_frame(model, p, work, body)
     p_RootM = sub3(p_WM, load3_at(work.X_WB, model.body[body, ROOT], 9))
     still = (0.0, 0.0, 0.0)
     if kind == PLANAR:
