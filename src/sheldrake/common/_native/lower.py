@@ -12,11 +12,12 @@ from typing import TYPE_CHECKING, Any
 import llvmlite.binding as llvm
 import numba
 from llvmlite import ir
-from numba.core import base, cgutils, codegen, cpu, dispatcher, imputils, lowering, types
+from numba.core import cgutils, types
 from numba.core.compiler_lock import global_compiler_lock
 
 from sheldrake.common._native.arrays import ArrayType, VectorsType, make_array, make_vectors
-from sheldrake.common._native.pipeline import KernelCompiler, TypedOnce
+from sheldrake.common._native.lean import OUTLINED, Lean
+from sheldrake.common._native.pipeline import KernelCompiler
 from sheldrake.common._native.target import Target
 from sheldrake.common.kernel import INDEX_ERROR, ArraySpec
 
@@ -47,54 +48,9 @@ def dispatcher_of(kernel: Kernel) -> Any:
     if not kernel.strict:
         options["fastmath"] = FASTMATH
     options["forceinline"] = not kernel.top and not kernel.outline
+    if kernel.outline:
+        OUTLINED.add(kernel.py_func)
     return numba.njit(**options)(kernel.py_func)
-
-
-class _LoweringOnly:
-    """While active numba produces LLVM IR and nothing else: no passes, no machine code, no engine."""
-
-    def __enter__(self) -> None:
-        library, jit = codegen.CPUCodeLibrary, codegen.JITCodeLibrary
-
-        def keep_layout(self: Any, module: Any) -> None:
-            module.data_layout = self._codegen._data_layout
-
-        def finalized(self: Any) -> None:
-            self._finalized = True
-
-        def add_overload(self: Any, compiled: Any) -> None:
-            self.overloads[tuple(compiled.signature.args)] = compiled
-
-        def call(function: Any, libs: Any = ()) -> Any:
-            """A call of another kernel: without bounds checks none can fail, so nothing is asked after it."""
-
-            def generate(context: Any, builder: Any, sig: Any, args: Any) -> Any:
-                if context.enable_boundscheck:
-                    return checked(context, builder, sig, args)
-                callee = context.declare_function(builder.module, function)
-                return context.call_conv.call_function(builder, callee, function.restype, function.argtypes, args)[1]
-
-            checked = imputils.user_function(function, libs)
-            generate.signature, generate.libs = function.argtypes, tuple(libs)  # type: ignore[attr-defined]
-            return generate
-
-        patches: list[tuple[Any, str, Any]] = [
-            (base, "user_function", call),
-            (lowering.Lower, "delvar", lambda self, name: None),  # kernels own nothing that must be given back
-            (library, "_optimize_functions", keep_layout),
-            (library, "_optimize_final_module", lambda self: None),
-            (library, "_finalize_final_module", finalized),
-            (jit, "_finalize_specific", lambda self: None),
-            (cpu.CPUContext, "get_executable", lambda self, library, fndesc, env: lambda: fndesc),
-            (dispatcher._DispatcherBase, "add_overload", add_overload),
-        ]
-        self.saved = [(owner, name, owner.__dict__[name]) for owner, name, _ in patches]
-        for owner, name, replacement in patches:
-            setattr(owner, name, replacement)
-
-    def __exit__(self, *_: object) -> None:
-        for owner, name, original in self.saved:
-            setattr(owner, name, original)
 
 
 def _array_type(spec: ArraySpec) -> ArrayType:
@@ -153,7 +109,7 @@ def _lower(kernel: Kernel, symbol: str) -> Any:
     """The unoptimised LLVM module of everything an entry needs, with `symbol` as its one function of the ABI."""
     signature = _signature(kernel)
     entry = kernel.dispatcher
-    with _LoweringOnly(), TypedOnce(), global_compiler_lock:
+    with Lean(), global_compiler_lock:
         entry.compile(signature)
         compiled = entry.overloads[signature]
         context, described = compiled.target_context, compiled.fndesc
@@ -177,8 +133,7 @@ def _lower(kernel: Kernel, symbol: str) -> Any:
         builder.ret(builder.select(status.is_error, I64(INDEX_ERROR), result))
         library.add_ir_module(module)
         library.add_linking_library(compiled.library)
-        library.finalize()
-        return library._final_module
+        return library.linked()
 
 
 def lower(kernel: Kernel, symbol: str) -> bytes:

@@ -27,7 +27,7 @@ from sheldrake.common._native.target import NO_COMPILER, host, initialise
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-ABI = "6"
+ABI = "7"
 DAY, UNUSED = 86_400.0, 90 * 86_400.0  # [s]
 TIERS: dict[str, str] = {}
 """Where each entry of this process came from: "prebuilt", "cache" or "compiled"."""
