@@ -1,21 +1,26 @@
 """Compiling several kernels at once, one process a processor: numba itself compiles one at a time.
 
-python -m sheldrake.common._native.parallel MODULE:KERNEL ...      fills the cache with these
+The kernels stand in a queue, the largest first, and each process takes the next one when it has time: a pipe of their
+numbers, which all of them read.
+
+python -m sheldrake.common._native.parallel MODULE:KERNEL ...      fills the cache with those whose numbers it is given
 """
 
 from __future__ import annotations
 
 import importlib
+import itertools
 import os
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from sheldrake.common._native import prebuilt, store
 from sheldrake.common.kernel import Kernel, jit_enabled
 
 MAX_PROCESSES = 4
+NUMBER = 2  # bytes of a number in the queue
 
 
 def prepare(kernels: Iterable[Kernel]) -> None:
@@ -24,39 +29,44 @@ def prepare(kernels: Iterable[Kernel]) -> None:
     if len(missing) < 2 or not store.is_writable():
         return
     start = time.perf_counter()
-    ours = [k for k in missing if k.__module__.startswith("sheldrake.")]
-    groups = _balanced(ours, min(os.cpu_count() or 1, MAX_PROCESSES))
+    ours = [k for k in missing if k.__module__.startswith("sheldrake.")]  # a user's may be of a script: not importable
+    ours.sort(key=store.amount_of_code, reverse=True)
     names = ", ".join(k.__name__ for k in missing)
     store.say(f"sheldrake: compiling {len(missing)} kernels, once on this machine ({names}) ...", end="")
-    workers = [_start(group) for group in groups[1:] if group]
-    for kernel in [*groups[0], *(k for k in missing if k not in ours)]:
+    queue = _queue(len(ours))
+    workers = [_start(ours, queue) for _ in range(min(os.cpu_count() or 1, MAX_PROCESSES, len(ours)) - 1)]
+    for kernel in itertools.chain(_next(ours, queue), (k for k in missing if k not in ours)):
         store.make(kernel, tell=False)
+    os.close(queue)
     for worker in workers:
         worker.wait()  # what a worker could not compile is compiled, and complained of, where it is used
     store.say(f" {time.perf_counter() - start:.1f} s")
 
 
-def _balanced(kernels: list[Kernel], number: int) -> list[list[Kernel]]:
-    """Groups of about the same work; the first, which the calling process takes, is the lightest."""
-    groups: list[list[Kernel]] = [[] for _ in range(max(1, number))]
-    work = [0.0] * len(groups)
-    for kernel in sorted(kernels, key=store.amount_of_code, reverse=True):
-        lightest = work.index(min(work))
-        groups[lightest].append(kernel)
-        work[lightest] += store.amount_of_code(kernel)
-    return [groups[i] for i in sorted(range(len(groups)), key=work.__getitem__)]
+def _queue(size: int) -> int:
+    """A pipe that holds the numbers below `size`, once each."""
+    read, write = os.pipe()
+    os.write(write, b"".join(i.to_bytes(NUMBER, "big") for i in range(size)))
+    os.close(write)
+    return read
 
 
-def _start(kernels: list[Kernel]) -> Any:
+def _next(items: list[Any], queue: int) -> Iterator[Any]:
+    """The items whose numbers this process takes from the queue."""
+    while number := os.read(queue, NUMBER):
+        yield items[int.from_bytes(number, "big")]
+
+
+def _start(kernels: list[Kernel], queue: int) -> Any:
     import subprocess  # not above: most processes have nothing to compile
 
     command = [sys.executable, "-m", __name__, *(prebuilt.qualified(k) for k in kernels)]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p), "SHELDRAKE_QUIET": "1"}
     quiet = subprocess.DEVNULL
-    return subprocess.Popen(command, env=environment, stdin=quiet, stdout=quiet, stderr=quiet)
+    return subprocess.Popen(command, env=environment, stdin=queue, stdout=quiet, stderr=quiet)
 
 
 if __name__ == "__main__":
-    for argument in sys.argv[1:]:
+    for argument in _next(sys.argv[1:], 0):
         module, name = argument.split(":")
         store.make(getattr(importlib.import_module(module), name))
