@@ -29,26 +29,34 @@ class Calls:
         self.native = native and jit_enabled()
         self._counter, self._kept = counter, np.array([-1, 0], np.int64)
         self._table: np.ndarray = np.zeros(0, np.int64)
-        self._stages: list[tuple[int, Callable[[], int]]] = []
-        self._keep: list[Any] = [counter]
+        self._stages: list[tuple[Kernel, tuple]] = []
+        self._runs: dict[int, Callable[[], int]] = {}
 
     def stage(self, kernel: Kernel, *args: Any) -> int:
         """Adds a stage; stages run in the order in which they were added.
 
+        It is compiled when a query first needs it: a program that asks for poses does not wait for velocities.
+
         Returns:
             The bit that stands for it in what a query needs. All stages come before the first query.
         """
-        bit = 1 << len(self._stages)
-        if self.native:
-            bound = kernel.bind(*args)
-            self._keep.append(bound)
-            words, _ = bound.keep
-            row = np.array([bit, kernel.address, _address(words)], np.int64)
-            self._table = np.concatenate([self._table, row])
-            self._stages.append((bit, bound))
-        else:
-            self._stages.append((bit, lambda: kernel(*args) or 0))
+        self._stages.append((kernel, args))
+        bit = 1 << (len(self._stages) - 1)
+        self._table = np.concatenate([self._table, np.array([bit, 0, 0], np.int64)])
         return bit
+
+    def _bind_stages(self, needs: int) -> None:
+        """Makes those stages among `needs` that no query has needed before."""
+        for i, (kernel, args) in enumerate(self._stages):
+            bit = 1 << i
+            if not needs & bit or bit in self._runs:
+                continue
+            if not self.native:
+                self._runs[bit] = _plain_run(kernel, args)
+                continue
+            self._runs[bit] = bound = kernel.bind(*args)
+            words, _ = bound.keep
+            self._table[3 * i + 1 : 3 * i + 3] = kernel.address, _address(words)
 
     def query(
         self,
@@ -73,6 +81,7 @@ class Calls:
             A function that gives the answer or else a status, an int: the kernel's, or MISFIT, and then nothing has
             run, when an argument is not a C-contiguous float64 array of its shape.
         """
+        self._bind_stages(needs)
         if self.native:
             from sheldrake.common._native import builtin
 
@@ -99,9 +108,11 @@ class Calls:
         kept, now = self._kept, self._counter[0]
         if kept[0] != now:
             kept[:] = now, 0
-        for bit, run in self._stages:
+        self._bind_stages(needs)
+        for i in range(len(self._stages)):
+            bit = 1 << i
             if needs & bit & ~int(kept[1]):
-                if status := run():
+                if status := self._runs[bit]():
                     return status
                 kept[1] |= bit
         return 0
@@ -167,6 +178,10 @@ class Calls:
 
         first, arrays = first_words(kernel), dict(zip(kernel.names, args))
         return [(first[name], arrays[name].shape) for name in given]
+
+
+def _plain_run(kernel: Kernel, args: tuple) -> Callable[[], int]:
+    return lambda: kernel(*args) or 0
 
 
 def _address(array: np.ndarray) -> int:

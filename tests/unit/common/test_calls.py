@@ -12,7 +12,7 @@ import pytest
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common._native import builtin
 from sheldrake.common.calls import Calls
-from sheldrake.common.kernel import MISFIT, IntVector, Matrix, Vector, jit_enabled, kernel
+from sheldrake.common.kernel import MISFIT, IntVector, Kernel, Matrix, Vector, jit_enabled, kernel
 
 pytestmark = pytest.mark.twin
 
@@ -67,6 +67,17 @@ def test_a_query_takes_given_arrays_and_runs_the_stages_it_needs_once(way):
     assert s.ask(A + 1, B + 1) == 0
     np.testing.assert_array_equal(s.out, 0.5 + 2.0 * (A + 1) @ ((B + 1) * s.y))
     assert s.runs[0] == 1
+
+
+def test_a_stage_that_no_query_needs_is_not_even_compiled(monkeypatch):
+    bound = []
+    monkeypatch.setattr(Kernel, "bind", lambda self, *args, bind=Kernel.bind: bound.append(self) or bind(self, *args))
+    x, y, z, runs, counter = np.ones(3), np.zeros(3), np.zeros(3), np.zeros(1, np.int64), np.zeros(1, np.int64)
+    calls = Calls(counter)
+    first, second = calls.stage(square, x, y, runs), calls.stage(square, y, z, runs)
+    ask = calls.stages(first)
+    assert ask() == 0 and runs[0] == 1 and bound.count(square) == 1
+    assert calls.update(second) == 0 and runs[0] == 2 and bound.count(square) == 2
 
 
 def test_a_changed_counter_makes_stages_old(way):
