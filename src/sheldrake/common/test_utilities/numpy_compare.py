@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._scalars import autodiff_class, expression_class, scalar_types
+from sheldrake.common._scalars import scalar_types
 
 __all__ = [
     "assert_allclose",
@@ -76,7 +76,7 @@ def assert_not_equal(a: Any, b: Any) -> None:
 def assert_allclose(a: Any, b: Any, atol: float = 1e-15, rtol: float = 0.0) -> None:
     """Asserts |a - b| <= atol + rtol |b| for values, and for derivatives where both sides are AutoDiffXd."""
     np.testing.assert_allclose(to_float(a), to_float(b), atol=atol, rtol=rtol)
-    T = autodiff_class()
+    _, T, _ = _types()
     for at, x, y in _pairs(np.asarray(a), np.asarray(b)):
         if isinstance(x, T) and isinstance(y, T):
             message = f"{_where(at)}derivatives differ"
@@ -100,18 +100,23 @@ def assert_float_allclose(a: Any, bf: Any, atol: float = 1e-15, rtol: float = 0.
 
 def check_all_types(check_func: Callable) -> Callable:
     """Decorator: calls a function with `T=float`, `T=AutoDiffXd` and `T=Expression` in turn."""
-    return _with_types(check_func, scalar_types)
+    return _with_types(check_func, 3)
 
 
 def check_nonsymbolic_types(check_func: Callable) -> Callable:
     """Decorator: calls a function with `T=float` and `T=AutoDiffXd` in turn."""
-    return _with_types(check_func, lambda: (float, autodiff_class()))
+    return _with_types(check_func, 2)
 
 
-def _with_types(check_func: Callable, types: Callable[[], tuple[type, ...]]) -> Callable:
+def _types() -> Any:
+    """float, AutoDiffXd, Expression: their modules load when this is first asked."""
+    return scalar_types()
+
+
+def _with_types(check_func: Callable, number: int) -> Callable:
     @functools.wraps(check_func)
     def check(*args: Any, **kwargs: Any) -> None:
-        for T in types():
+        for T in _types()[:number]:
             check_func(*args, T=T, **kwargs)
 
     del check.__wrapped__  # type: ignore[attr-defined]  # test runners would ask for a fixture `T`
@@ -123,9 +128,10 @@ def _type_of(x: Any) -> type:
 
 
 def _value(x: Any) -> float:
-    if isinstance(x, autodiff_class()):
+    _, AutoDiffXd, Expression = _types()
+    if isinstance(x, AutoDiffXd):
         return x.value()
-    if isinstance(x, expression_class()):
+    if isinstance(x, Expression):
         return x.Evaluate()
     return float(x)
 
@@ -144,12 +150,12 @@ def _pairs(a: np.ndarray, b: np.ndarray) -> Any:
 def _same(x: Any, y: Any) -> bool:
     if isinstance(y, str) or isinstance(x, str):
         return str(x) == str(y)
-    T = autodiff_class()
+    _, T, Expression = _types()
     if isinstance(x, T) or isinstance(y, T):
         if _value(x) != _value(y):
             return False
         return not (isinstance(x, T) and isinstance(y, T)) or np.array_equal(x.derivatives(), y.derivatives())
-    if isinstance(y, expression_class()) and isinstance(x, (int, float)):
+    if isinstance(y, Expression) and isinstance(x, (int, float)):
         x, y = y, x
     if hasattr(x, "EqualTo"):
         return bool(x.EqualTo(y))
