@@ -1,12 +1,13 @@
 """Mesh files to vertices and triangles, whatever the format.
 
-Own readers for OBJ, DAE and VTK, trimesh for the rest. Surfaces, hulls, volumes and pictures all begin here.
+Own readers for OBJ, STL, DAE and VTK, trimesh for the rest. Surfaces, hulls, volumes and pictures all begin here.
 """
 
 from __future__ import annotations
 
 import functools
 import io
+import re
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,6 +16,7 @@ import numpy as np
 from .mesh_source import MeshSource
 from .read_dae import read_dae
 from .read_obj import read_obj
+from .read_stl import read_stl
 from .read_vtk import read_vtk
 
 SUPPORTED = (".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".vtk")
@@ -69,10 +71,29 @@ def _read_file(path: Path, stamp: int) -> MeshData:
 
 
 def _parse(data: bytes, extension: str, name: str, files: Any) -> MeshData:
+    """Whatever a reader stumbles over is a RuntimeError that names the file."""
+    try:
+        mesh = _read(data, extension, name, files)
+    except Exception as error:
+        if type(error) is RuntimeError:  # of our own readers
+            raise
+        problem = f"{type(error).__name__} {str(error)[:200]}"
+        raise RuntimeError(f"{name}: cannot read the {extension} mesh: {problem}") from error
+    if not np.all(np.isfinite(mesh.vertices)):
+        raise RuntimeError(f"{name}: a vertex is not finite.")
+    for corners in (mesh.triangles, mesh.tetrahedra):
+        if corners is not None and corners.size and not 0 <= corners.min() <= corners.max() < len(mesh.vertices):
+            raise RuntimeError(f"{name}: a corner names a vertex that is not among the {len(mesh.vertices)}.")
+    return mesh
+
+
+def _read(data: bytes, extension: str, name: str, files: Any) -> MeshData:
     tetrahedra = None
     if extension == ".obj":
         vertices, polygons = read_obj(data.decode("utf-8", "replace"), name)
         polygons = _quadrilaterals_divided(vertices, polygons)
+    elif extension == ".stl":
+        return MeshData(*read_stl(data, name), None)
     elif extension == ".dae":
         vertices, polygons = read_dae(data, name)
     elif extension == ".vtk":
@@ -80,10 +101,9 @@ def _parse(data: bytes, extension: str, name: str, files: Any) -> MeshData:
         if tetrahedra is not None:
             polygons = boundary_triangles(tetrahedra).tolist()
     else:
-        vertices, triangles = _read_with_trimesh(data, extension, name, files)
-        return MeshData(vertices, triangles, None)
-    if not np.all(np.isfinite(vertices)):
-        raise RuntimeError(f"{name}: a vertex is not finite.")
+        if extension == ".ply":
+            _check_rows_of_ply(data, name)
+        return MeshData(*_read_with_trimesh(data, extension, files), None)
     return MeshData(vertices, _fans(polygons), tetrahedra)
 
 
@@ -122,15 +142,19 @@ def boundary_triangles(tetrahedra: np.ndarray) -> np.ndarray:
     return faces[np.sort(first[counts == 1])]
 
 
-def _read_with_trimesh(data: bytes, extension: str, name: str, files: Any) -> tuple[np.ndarray, np.ndarray]:
+def _check_rows_of_ply(data: bytes, name: str) -> None:
+    """Refuses a PLY file that has fewer rows than its header says; trimesh takes what there is."""
+    header, _, body = data.partition(b"end_header")
+    rows = sum(int(count) for count in re.findall(rb"^\s*element\s+\S+\s+(\d+)", header, re.MULTILINE))
+    held = len(body.split(b"\n")) if b"format ascii" in header else len(body)  # a row has a byte at least
+    if rows > held:
+        raise RuntimeError(f"{name}: the PLY file says it has {rows} rows, but holds {held} at most.")
+
+
+def _read_with_trimesh(data: bytes, extension: str, files: Any) -> tuple[np.ndarray, np.ndarray]:
     import trimesh
 
-    try:
-        loaded = trimesh.load(
-            io.BytesIO(data), file_type=extension[1:], resolver=files, process=False, skip_materials=True
-        )
-    except Exception as error:
-        raise RuntimeError(f"{name}: cannot read the {extension} mesh: {error}") from error
+    loaded = trimesh.load(io.BytesIO(data), file_type=extension[1:], resolver=files, process=False, skip_materials=True)
     mesh = loaded.to_geometry() if isinstance(loaded, trimesh.Scene) else loaded
     vertices = np.array(getattr(mesh, "vertices", ()), dtype=float).reshape(-1, 3)
     triangles = np.array(getattr(mesh, "faces", ()), dtype=np.int64).reshape(-1, 3)

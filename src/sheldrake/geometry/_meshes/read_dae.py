@@ -14,6 +14,7 @@ _TO_Z_UP = {
     "Y_UP": np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]]),
     "Z_UP": np.eye(3),
 }
+_MAX_NODES = 100_000  # nodes that name nodes that name nodes: a small file can ask for any number
 
 
 class PlacedMesh(NamedTuple):
@@ -73,8 +74,13 @@ def _placed_meshes(root: Any, known: dict) -> list[tuple[Any, np.ndarray, dict[s
     if scene is None:
         return [(mesh, np.eye(4), {}) for mesh in root.iter("mesh")]
     placed: list[tuple[Any, np.ndarray, dict[str, str]]] = []
+    visits = 0
 
     def visit(node: Any, X_parent: np.ndarray, depth: int = 0) -> None:
+        nonlocal visits
+        visits += 1
+        if visits > _MAX_NODES:
+            raise ValueError(f"the scene has more than {_MAX_NODES} nodes")
         X = X_parent
         for child in node:
             if child.tag in ("matrix", "translate", "rotate", "scale"):

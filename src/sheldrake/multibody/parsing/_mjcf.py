@@ -17,7 +17,7 @@ from ._inertia import find_problem, make_spatial_inertia
 from ._mjcf_defaults import MAIN_CLASS, Compiler, Defaults, is_limited, read_compiler, read_pose
 from ._mjcf_geoms import Assets, read_geom, read_material_asset, read_mesh_asset, sum_mass
 from ._reading import Reading
-from ._xml import Element, read_xml
+from ._xml import Element
 
 _SECTIONS = ("option", "compiler", "default", "asset", "worldbody", "actuator", "contact", "equality")
 _SILENT_SECTIONS = ("size", "custom", "include")
@@ -133,7 +133,8 @@ class _MjcfReader:
             file = reading.name(child, "<include>", "file")
             path = reading.resolve(os.path.join(reading.folder or os.getcwd(), file), child.where_attribute("file"))
             inner = reading.inside(path, child.where)
-            root = read_xml(path, inner.policy)
+            root = inner.open_document()
+            inner.warn_unknown(root, [section.tag for section in root])
             self._expand_includes(root, inner)
             children += root.children
         element.children = children

@@ -22,6 +22,8 @@ def __getattr__(name: str):
 
 
 MAX_YAML_BYTES = 16 * 1024 * 1024
+_MERGE, _SEQUENCE = "tag:yaml.org,2002:merge", "tag:yaml.org,2002:seq"
+MAX_YAML_NODES = 1_000_000  # an alias counts as often as it is used
 
 
 class AddModel(Struct):
@@ -189,6 +191,8 @@ class _YamlReader:
     def __init__(self, source: str, policy: DiagnosticPolicy):
         self._source = source
         self._policy = policy
+        self._count = 0  # values converted so far
+        self._pairs_of: dict[int, dict | None] = {}  # of mappings by id; None while under way
 
     def read(self, text: str) -> ModelDirectives:
         import yaml
@@ -196,7 +200,6 @@ class _YamlReader:
         try:
             loader = yaml.SafeLoader(text)
             loader.name = self._source
-            self._flatten = loader.flatten_mapping
             node = loader.get_single_node()
             if node is None:
                 self._policy.Error(Location(self._source), "The document is empty.")
@@ -240,7 +243,14 @@ class _YamlReader:
 
         if not isinstance(node, yaml.SequenceNode):
             self._fail(node, f"{what}: expected a list.")
+        self._count_nodes(node)
         return node.value
+
+    def _count_nodes(self, node) -> None:
+        """Refuses small documents that stand for large ones."""
+        self._count += len(node.value)
+        if self._count > MAX_YAML_NODES:
+            self._fail(node, f"The document has more than {MAX_YAML_NODES} values, aliases written out.")
 
     def _pairs(self, node, what: str) -> dict:
         import yaml
@@ -253,8 +263,26 @@ class _YamlReader:
             if name in own:
                 self._fail(key, f"{what}: the key '{name}' is given twice.")
             own.add(name)
-        self._flatten(node)  # puts what a merge key `<<` brings in before the node's own keys, which win
-        return {self._scalar(key, what): value for key, value in node.value}
+        self._count_nodes(node)
+        if id(node) not in self._pairs_of:
+            self._pairs_of[id(node)] = None
+            self._pairs_of[id(node)] = self._with_merged(node, what)
+        result = self._pairs_of[id(node)]
+        if result is None:
+            self._fail(node, f"{what}: a mapping is merged into itself.")
+        return result
+
+    def _with_merged(self, node, what: str) -> dict:
+        """The values of a mapping and of those its merge key `<<` names; its own win, then the first of them.
+
+        Each mapping is put together once: that of PyYAML doubles in size with every mapping that is merged twice.
+        """
+        result = {key.value: value for key, value in node.value if key.tag != _MERGE}
+        for key, value in node.value:
+            if key.tag == _MERGE:
+                for mapping in value.value if value.tag == _SEQUENCE else [value]:
+                    result = {**self._pairs(mapping, what), **result}
+        return result
 
     def _struct(self, node, plain, what: str):
         kinds = {field.name: field.type for field in plain.__fields__}

@@ -3,6 +3,7 @@
 One after another: files are read by the `Parser` that was given, frames and welds added, defaults set.
 """
 
+import contextlib
 import copy
 import os
 
@@ -10,7 +11,7 @@ from ._description import FilterGroupDescription
 from ._diagnostics import DiagnosticPolicy, Location, ParseError
 from ._model_directives import ModelDirective, ModelDirectives, check_directive, load_directives_file, place_of
 from ._package_map import PackageMap, resolve_uri
-from ._reading import INCLUDE_DEPTH
+from ._reading import INCLUDE_COUNT, INCLUDE_DEPTH
 from ._scoped_names import GetScopedFrameByName, join_names
 
 
@@ -102,18 +103,46 @@ def ProcessModelDirectives(directives: ModelDirectives, *args, **kwargs) -> "lis
 
 def FlattenModelDirectives(directives: ModelDirectives, package_map: PackageMap) -> ModelDirectives:
     """The same directives with every `add_directives` replaced by what its file says, names prefixed."""
-    policy = DiagnosticPolicy()
+    return _flatten(directives, package_map, _Inclusions(DiagnosticPolicy()))
+
+
+def _flatten(directives: ModelDirectives, package_map: PackageMap, inclusions: "_Inclusions") -> ModelDirectives:
     result = ModelDirectives()
     for directive in directives.directives:
         if directive.add_directives is None:
             result.directives.append(copy.deepcopy(directive))
             continue
         where = Location("FlattenModelDirectives()")
-        path = resolve_uri(directive.add_directives.file, package_map, None, where, policy)
-        inner = FlattenModelDirectives(load_directives_file(path, policy), package_map)
+        path = resolve_uri(directive.add_directives.file, package_map, None, where, inclusions.policy)
+        with inclusions.opened(path, where) as included:
+            inner = _flatten(included, package_map, inclusions)
         namespace = directive.add_directives.model_namespace or ""
         result.directives += [_with_namespace(item, namespace) for item in inner.directives]
     return result
+
+
+class _Inclusions:
+    """Opens directives files that others include, as deep and as many as is sensible."""
+
+    def __init__(self, policy: DiagnosticPolicy):
+        self.policy = policy
+        self._depth = self._count = 0
+
+    @contextlib.contextmanager
+    def opened(self, path: str, where: Location):
+        """The directives of a file included at `where`, for as long as they are carried out.
+
+        Raises:
+            ParseError: When it is not a directives file, or one file too many.
+        """
+        self._depth += 1
+        self._count += 1
+        if self._depth > INCLUDE_DEPTH:
+            self.policy.Error(where, f"Directives files include each other deeper than {INCLUDE_DEPTH} levels.")
+        if self._count > INCLUDE_COUNT:
+            self.policy.Error(where, f"More than {INCLUDE_COUNT} directives files are included.")
+        yield load_directives_file(path, self.policy)
+        self._depth -= 1
 
 
 def _with_namespace(directive: ModelDirective, namespace: str) -> ModelDirective:
@@ -156,7 +185,7 @@ class DirectivesProcessor:
         self._parser = parser
         self._plant = parser.plant()
         self._policy = parser.diagnostic_policy()
-        self._depth = 0
+        self._inclusions = _Inclusions(self._policy)
 
     def process(self, directives: ModelDirectives, namespace: str, where: Location) -> None:
         """Carries out directives whose names are relative to an existing model instance (or to none).
@@ -263,9 +292,6 @@ class DirectivesProcessor:
 
     def _add_directives(self, directives, namespace: str, where: Location) -> None:
         path = resolve_uri(directives.file, self._parser.package_map(), None, where, self._policy)
-        self._depth += 1
-        if self._depth > INCLUDE_DEPTH:
-            self._policy.Error(where, f"Directives files include each other deeper than {INCLUDE_DEPTH} levels.")
         inner = join_names(namespace, directives.model_namespace) if directives.model_namespace else namespace
-        self.process(load_directives_file(path, self._policy), inner, Location(os.path.abspath(path)))
-        self._depth -= 1
+        with self._inclusions.opened(path, where) as included:
+            self.process(included, inner, Location(os.path.abspath(path)))

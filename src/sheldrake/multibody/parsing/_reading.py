@@ -15,6 +15,7 @@ _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _INFINITY = re.compile(r"[+-]?inf(?:inity)?", re.IGNORECASE)
 
 INCLUDE_DEPTH = 30  # files that include files
+INCLUDE_COUNT = 1000  # files that one file brings with it, each as often as it is included
 
 
 @dataclass
@@ -80,8 +81,10 @@ class Reading:
         """The root element of the file that is read, or of a text in its place.
 
         Raises:
-            ParseError: When it is not XML.
+            ParseError: When it is not XML, or one file too many.
         """
+        if len(self.documents) > INCLUDE_COUNT:
+            self.fail(Location(self.source), f"More than {INCLUDE_COUNT} files are included.")
         root = read_xml(self.source, self.policy) if text is None else parse_xml(text, self.source, self.policy)
         self.documents.append(root)
         return root
