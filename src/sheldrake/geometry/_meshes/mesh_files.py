@@ -19,6 +19,8 @@ from .read_obj import read_obj
 from .read_stl import read_stl
 from .read_vtk import read_vtk
 
+_GLTF_COUNT = re.compile(rb'"count"\s*:\s*(\d+)')
+_MOST = 100_000_000  # trimesh makes room for as many zeros as a glTF file says it has
 SUPPORTED = (".obj", ".stl", ".ply", ".gltf", ".glb", ".dae", ".vtk")
 
 
@@ -103,6 +105,8 @@ def _read(data: bytes, extension: str, name: str, files: Any) -> MeshData:
     else:
         if extension == ".ply":
             _check_rows_of_ply(data, name)
+        elif max(map(int, _GLTF_COUNT.findall(data)), default=0) > _MOST:
+            raise RuntimeError(f"{name}: the glTF file says it has more than {_MOST} values in one place.")
         return MeshData(*_read_with_trimesh(data, extension, files), None)
     return MeshData(vertices, _fans(polygons), tetrahedra)
 

@@ -40,7 +40,8 @@ def read_vtk(data: bytes, name: str) -> tuple[np.ndarray, list[list[int]], np.nd
 
 def _rows(words: list[str], at: int, name: str) -> list[list[int]]:
     """The `n a b c ...` records of a CELLS or POLYGONS section."""
-    rows, i = [], at + 3
+    rows: list[list[int]] = []
+    i = at + 3
     count = int(words[at + 1])
     for _ in range(count):
         size = int(words[i]) if i < len(words) else 0
