@@ -14,6 +14,7 @@ import numpy as np
 from ._contact_events import ContactEvent
 from ._replay import Replay
 from ._summary import Table
+from ._timing import Timing, timing_section
 
 _MOST_POINTS = 2000  # of a line; of more, the least and the largest of each stretch are kept
 _MOST_LINES = 40  # of a plot
@@ -28,6 +29,7 @@ class Report:
     logs: Any = None
     events: list[ContactEvent] = field(default_factory=list)
     look: float = 0.0
+    timing: Timing | None = None
     diagram: str = ""
     topologies: dict[str, str] = field(default_factory=dict)
     tables: list[Table] = field(default_factory=list)
@@ -166,6 +168,8 @@ def _main(report: Report, has_plots: bool) -> str:
         parts.append(_PLAYER)
     if report.events or report.look:
         parts.append(_events(report))
+    if report.timing is not None:
+        parts.append(timing_section(report.timing))
     if report.diagram:
         parts.append('<section><h2>Block diagram</h2><p class="hint">Logs are left out.</p>')
         parts += [_picture("Block diagram", report.diagram), "</section>"]

@@ -9,6 +9,7 @@ from ._contact_events import find_contact_events
 from ._page import Report, make_page
 from ._replay import all_systems, find_meshcat, find_state_logs, replay_of_recording, replay_of_states
 from ._summary import model_tables, run_table, versions_table
+from ._timing import timing_of_run
 
 _MOST_BODIES = 100  # in a picture of bodies and joints
 
@@ -17,8 +18,8 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
     """Writes a report of a run: one HTML file that opens in any browser, without a network.
 
     It replays the scene with a slider of time, beside plots of everything that was logged: pointing into a plot moves
-    the scene, and moving the slider moves the cursors. Contacts are listed with their times and forces; block diagram,
-    model, run and versions follow.
+    the scene, and moving the slider moves the cursors. Contacts are listed with their times and forces, and what each
+    stage of a step, log and publish cost; block diagram, model, run and versions follow.
 
     The replay comes from the logged state of the plants (`LogVectorOutput(plant.get_state_output_port(), builder)` or
     `LogAll(builder)` before Build()), else from what a Meshcat recorded.
@@ -28,8 +29,7 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
         path: The file, which is overwritten.
         title: Of the page; by default the name of the diagram.
         meshcat: Where the scene is drawn already; by default the Meshcat of the diagram's MeshcatVisualizer, or a new
-        one
-            that lives as long as this call.
+            one that lives as long as this call.
 
     Raises:
         OSError: The file can not be written.
@@ -53,6 +53,7 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
     report.logs = LogSet({name: sink.FindLog(context) for name, sink in sinks.items()})
     if logs:
         report.events, report.look = find_contact_events(context, logs)
+    report.timing = timing_of_run(simulator, logs, sinks)
     # Logs would be half of the picture.
     report.diagram = DrawDiagram(diagram, leave_out=lambda system: isinstance(system, VectorLogSink))
     plants = [s for s in systems if hasattr(s, "GetJointActuatorIndices") and hasattr(s, "is_finalized")]

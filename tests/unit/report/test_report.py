@@ -169,6 +169,15 @@ def test_tables_tell_of_model_run_and_versions(block):
         assert word in text
 
 
+def test_it_tells_what_each_stage_and_log_cost(block):
+    path, *_ = block
+    text = " ".join(read(path)[0].text)
+    section = text[text.index("Where the time went") : text.index("Block diagram")]
+    for word in ("smooth motion", "solve", "next state", "log", "event loop", "1\u202f000"):
+        assert word in section, section
+    assert "plant" in section and "::" not in section
+
+
 def test_pictures_show_systems_without_logs_and_bodies_with_joints(block):
     path, *_ = block
     text = path.read_text(encoding="utf-8")

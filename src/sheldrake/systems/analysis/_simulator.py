@@ -183,6 +183,7 @@ class Simulator:
         """Begins counting anew."""
         self._N[[_loop.STEPS, _loop.PUBLISHES, _loop.DISCRETES, _loop.UNRESTRICTEDS]] = 0
         self._integrator.ResetStatistics()
+        self._seconds = 0.0  # spent in steps, without pauses
         self._real0 = time.monotonic()
         self._time0 = 0.0 if self._context is None else float(plain(self._context._store.S[0]))
 
@@ -376,6 +377,7 @@ class Simulator:
             if dense:
                 self._integrator._keep_step(t0)
             elapsed = time.monotonic() - begin
+            self._seconds += elapsed
             self._look_in(False)
             if code == _loop.ERROR:
                 self._raise()

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._native.parallel import prepare
+from sheldrake.systems.analysis._first_calls import FirstCalls
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels import loop as _loop
@@ -49,8 +50,10 @@ class Span:
         self._held: list[Any] = []  # what Python rows ask for again and again
         guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
         guard += [_guard(f, self.outcome, store, None, "") for f in special]
-        self.python = guard
         self.native = native and store.native
+        self.python = [f if f is None or self._is_native(r) else FirstCalls(f, self, r) for r, f in enumerate(guard)]
+        self.first_calls = {r: f for r, f in enumerate(self.python) if isinstance(f, FirstCalls)}
+        """Of Python rows, by number; those of the simulator come after the program's."""
         self._logs: np.ndarray | None = None
         if self.native:
             self._bind()
@@ -86,6 +89,15 @@ class Span:
 
         return run
 
+    def _is_native(self, r: int) -> bool:
+        return self.native and r < len(self.layout.rows) and self.layout.rows[r].native
+
+    def call_directly(self, r: int) -> None:
+        """Row r was timed often enough."""
+        self.python[r] = self.first_calls[r].run
+        if self.native:
+            self.table[r] = self._address(self.python[r])
+
     def set_row(self, r: int, function: Any) -> None:
         """Gives a row that belongs to no leaf its Python function; before the first advance."""
         self.python[r] = _guard(function, self.outcome, self.store, None, "")
@@ -95,16 +107,19 @@ class Span:
     def _bind(self) -> None:
         prepare([*(row.calc for row in self.layout.rows if row.native), _loop.advance])
         table: Any = np.zeros(len(self.python), np.int64)
-        self._callbacks = []
+        self._callbacks: list[Any] = []
         for r, function in enumerate(self.python):
-            if r < len(self.layout.rows) and self.layout.rows[r].native:
+            if self._is_native(r):
                 table[r] = self.layout.rows[r].calc.address
             elif function is not None:
-                callback = _ROW(function)
-                self._callbacks.append(callback)
-                table[r] = ctypes.c_void_p.from_buffer(callback).value  # `ctypes.cast` would make a cycle
+                table[r] = self._address(function)
         self.table = table
         self._logs = None
+
+    def _address(self, function: Any) -> int | None:
+        callback = _ROW(function)
+        self._callbacks.append(callback)
+        return ctypes.c_void_p.from_buffer(callback).value  # `ctypes.cast` would make a cycle
 
     def advance(self, T: float) -> int:
         """Steps until T, an error, a termination, a full log, or the end of the budget; says which."""
