@@ -5,7 +5,7 @@
 
 `pydrake.systems.framework` is then the very module `sheldrake.systems.framework`, whether or not Drake itself is
 installed; names that Drake retired since 2021 are there with a hint; a name of pydrake that sheldrake does not have
-yet raises an error that says so. Defaults in which sheldrake departs from Drake are set to Drake's.
+yet raises an error that says so. Defaults in which sheldrake departs from Drake are Drake's once pydrake is imported.
 
 `sheldrake run script.py` does this for a script that knows nothing of sheldrake.
 """
@@ -60,6 +60,7 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
 
     def create_module(self, spec: Any) -> ModuleType:
         if spec.name == "pydrake":
+            _take_drakes_defaults()
             return _Pydrake("pydrake", __doc__)
         if spec.name in _retired.MODULES:
             return _retired.MODULES[spec.name].make(spec.name)
@@ -166,7 +167,6 @@ def install() -> None:
             "Import sheldrake.as_pydrake first, or use `sheldrake run`."
         )
     sys.meta_path.insert(0, _Finder())
-    _take_drakes_defaults()
 
 
 install()

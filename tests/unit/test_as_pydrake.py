@@ -59,11 +59,12 @@ for info in pkgutil.walk_packages(sheldrake.__path__, "sheldrake."):
 """)
 
 
-def test_drakes_defaults_hold():
+def test_drakes_defaults_hold_for_those_who_import_pydrake():
     check("""
 from sheldrake.geometry import _defaults
+import sheldrake.as_pydrake, sheldrake.all
 assert _defaults.point_contact_algorithm == "multi_point"
-import sheldrake.as_pydrake
+import pydrake.math
 assert _defaults.point_contact_algorithm == "single_point"
 """)
 
