@@ -63,6 +63,7 @@ from sheldrake.solvers._ids import (
 )
 from sheldrake.solvers._lemke import MobyLcpSolver, UnrevisedLemkeSolver
 from sheldrake.solvers._minimum_value import MinimumValueLowerBoundConstraint, MinimumValueUpperBoundConstraint
+from sheldrake.solvers._mixed_integer_rotation import MixedIntegerRotationConstraintGenerator
 from sheldrake.solvers._nonlinear import (
     IpoptSolver,
     IpoptSolverDetails,
@@ -141,6 +142,7 @@ __all__ = [
     "MinimumValueLowerBoundConstraint",
     "MinimumValueUpperBoundConstraint",
     "MixedIntegerBranchAndBound",
+    "MixedIntegerRotationConstraintGenerator",
     "MobyLcpSolver",
     "MosekSolver",
     "MosekSolverDetails",

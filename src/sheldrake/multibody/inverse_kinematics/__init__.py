@@ -15,6 +15,7 @@ from sheldrake.multibody.inverse_kinematics._distance import (
     MinimumDistanceLowerBoundConstraint,
     MinimumDistanceUpperBoundConstraint,
 )
+from sheldrake.multibody.inverse_kinematics._global_inverse_kinematics import GlobalInverseKinematics
 from sheldrake.multibody.inverse_kinematics._inverse_kinematics import InverseKinematics
 from sheldrake.multibody.inverse_kinematics._orientation import (
     AngleBetweenVectorsConstraint,
@@ -52,6 +53,7 @@ __all__ = [
     "DistanceConstraint",
     "DoDifferentialInverseKinematics",
     "GazeTargetConstraint",
+    "GlobalInverseKinematics",
     "InverseKinematics",
     "MinimumDistanceLowerBoundConstraint",
     "MinimumDistanceUpperBoundConstraint",
