@@ -14,7 +14,7 @@ from sheldrake.systems.analysis._progress import Progress
 from sheldrake.systems.analysis._span import Span, note_status
 from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.analysis._witness import WitnessWatch
-from sheldrake.systems.framework import _evaluate
+from sheldrake.systems.framework import _evaluate, _logs
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._store import checked_status
@@ -382,7 +382,7 @@ class Simulator:
             if code == _loop.ERROR:
                 self._raise()
             elif code == _loop.ROOM:
-                store.grow_logs()
+                _logs.grow(store)
             elif code != _loop.BREAK:
                 return code
             if elapsed < 0.02:
@@ -430,7 +430,7 @@ class Simulator:
         program, I = store.layout.program, store.I
         I[_loop.TERMINATE] = 0
         self._N[_loop.HAS_COMMIT] = store.layout.num_abstract > 0
-        store.grow_logs()
+        _logs.grow(store)
         _loop.trigger(program, I, _loop.PER_STEP)
         for kind in (_loop.UNRESTRICTED, _loop.DISCRETE):
             span.interpreted(_loop.update, kind)

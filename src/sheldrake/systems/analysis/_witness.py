@@ -8,9 +8,9 @@ import numpy as np
 
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._span import Span
+from sheldrake.systems.framework import _python_rows
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction
 from sheldrake.systems.framework._kernels import loop as _loop
-from sheldrake.systems.framework._layout import Row
 from sheldrake.systems.framework._store import checked_status
 
 
@@ -107,7 +107,7 @@ class WitnessWatch:
             if event is None or event._kind != ("unrestricted", "discrete", "publish")[kind]:
                 continue
             context = self._context(witness)
-            target = () if kind == 2 else (store.event_argument(Row(context._node, kind, None, (0, 0)), context),)
+            target = () if kind == 2 else (_python_rows.event_argument(store, kind, context),)
             result = event._call(witness._system, context, *target)
             if result is not None:
                 status.KeepMoreSevere(checked_status(result))

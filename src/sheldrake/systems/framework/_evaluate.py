@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from sheldrake.systems.framework import _logs
 from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED, EventDeclaration
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._layout import NO_ROW
@@ -69,7 +70,7 @@ def _run(store: Store, found: list, status: EventStatus) -> None:
         if r == NO_ROW:
             continue
         if r < 0:
-            store.append_log(-1 - r)
+            _logs.append(store, -1 - r)
             continue
         result = run_stages(store, r)
         if result is not None:

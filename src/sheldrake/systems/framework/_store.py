@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import weakref
 from collections.abc import Callable
 from typing import Any
@@ -12,15 +11,13 @@ import numpy as np
 from sheldrake.common._scalars import autodiff_class
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework import _scratch
-from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, Callback
+from sheldrake.systems.framework import _python_rows, _scratch
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._layout import Layout, Row
 from sheldrake.systems.framework._vector import BasicVector, lifted
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
-_STATUS, _TERMINATE = int(_loop.STATUS), int(_loop.TERMINATE)
 FAILED = -1000
 """Status of a Python row that raised, or reported failure."""
 
@@ -44,7 +41,7 @@ class Store:
     Attributes:
         S: the slab; `S[0]` is time [s].
         I: counters, stamps, clocks, log tables (see `_loop`).
-        L: logs.
+        L: logs (see `_logs`).
         abstract, parameters: abstract states and parameters of all leaves.
         fixed: fixed abstract inputs, by free number.
         values: abstract output values, by row.
@@ -254,7 +251,7 @@ class Store:
             if status:
                 raise self.explain(row, status)
             return None
-        return self.call_python(r, row)
+        return _python_rows.call(self, r, row)
 
     def check_inputs(self, row: Row) -> None:
         """A kernel sees all inputs: each must have a value.
@@ -340,65 +337,12 @@ class Store:
         self.left[chain.node] = chain
         return True
 
-    # Rows that are Python functions.
-
-    def call_python(self, r: int, row: Row) -> Any:
-        """Calls the Python function of a row; what an event's handler returned."""
-        system, context = self.systems[row.node], self.context(row.node)
-        if row.kind == OUTPUT:
-            row.calc(system, context, self._output_argument(r, row, system))
-            return None
-        if row.kind == DERIVATIVES:
-            row.calc(system, context, context._continuous_view(row.out[0]))
-            return None
-        assert row.event is not None
-        if row.kind == PUBLISH:
-            return row.event.call(system, context)
-        return row.event.call(system, context, self.event_argument(row, context))
-
-    def python_call(self, r: int) -> Any:
-        """`call_python(r)` without arguments, its own arguments made once where they can be."""
-        row = self.layout.rows[r]
-        system, context = self.systems[row.node], self.context(row.node)
-        calc = row.calc if row.event is None else row.event.handler
-        if isinstance(calc, Callback):
-            if row.kind == DISCRETE or row.kind == DERIVATIVES or (row.kind == OUTPUT and row.out[1] > row.out[0]):
-                if row.kind == DISCRETE:
-                    target = context._discrete_view(self.layout.plus)
-                elif row.kind == OUTPUT:
-                    target = self._output_argument(r, row, system)
-                else:
-                    target = context._continuous_view(row.out[0])
-                arguments: tuple = (context, target)
-            elif row.kind == PUBLISH:
-                arguments = (context,)
-            else:
-                return lambda: self.call_python(r, row)
-            return functools.partial(calc.function, *((system,) if calc.owned else ()), *arguments)
-        return lambda: self.call_python(r, row)
-
-    def event_argument(self, row: Row, context: Any) -> Any:
-        """What an update writes: x+ in the slab, abstract values aside until they are committed."""
-        if row.kind == DISCRETE:
-            return context._discrete_view(self.layout.plus)
-        first, last = self.layout.places[row.node].abstract
-        if last > first and row.node not in self.pending:
-            self.pending[row.node] = [v.Clone() for v in self.abstract[first:last]]
-        return context._state_view(self.layout.plus, self.pending.get(row.node, []))
-
     def commit_abstract(self) -> None:
         """What unrestricted updates wrote to abstract states becomes the state."""
         for n, values in self.pending.items():
             first, last = self.layout.places[n].abstract
             self.abstract[first:last] = values
         self.pending.clear()
-
-    def _output_argument(self, r: int, row: Row, system: Any) -> Any:
-        if not self.layout.places[row.node].outputs[row.output].vector:
-            return self.output_value(r)
-        model = system._outputs[row.output].model
-        view = self.S[slice(*row.out)]
-        return model._on_memory(view) if isinstance(model, BasicVector) else BasicVector._view(view)
 
     def output_value(self, r: int) -> AbstractValue:
         """The value that abstract output row `r` fills."""
@@ -409,8 +353,6 @@ class Store:
             value = self.values[r] = system._allocate_output(row.output)
         return value
 
-    # Contexts and defaults.
-
     def context(self, n: int) -> Any:
         """The context of node `n`; the same object while somebody holds it."""
         context = self.contexts.get(n)
@@ -420,48 +362,6 @@ class Store:
             kind = LeafContext if self.layout.nodes[n].leaf else DiagramContext
             context = self.contexts[n] = kind._make(self, n, self.systems[n])
         return context
-
-    def set_defaults(self, n: int) -> None:
-        """Default state and parameters of all leaves under node `n`."""
-        layout = self.layout
-        leaves = set(layout.leaves[slice(layout.nodes[n].first_leaf, layout.nodes[n].last_leaf)])
-        numbers, place = self._default_numbers(), layout.places[n]
-        for a, b in (place.xc, place.xd, place.p):
-            self.S[a:b] = lifted(numbers[a:b], self.scalar) if numbers.dtype == float else numbers[a:b]
-        for m in layout.with_abstract:
-            if m in leaves:
-                self._set_abstract_defaults(self.systems[m], layout.places[m])
-        self.out_of_date()
-        for m in layout.with_own_defaults:
-            if m in leaves:
-                self.systems[m]._set_default_context(self.context(m))
-        self.out_of_date()
-        self.unsettled = bool(layout.given)
-
-    def _set_abstract_defaults(self, system: Any, place: Any) -> None:
-        for k, model in enumerate(system._xa_models):
-            self.abstract[place.abstract[0] + k].SetFrom(model)
-        for k, model in enumerate(system._pa_models):
-            self.parameters[place.abstract_parameters[0] + k].SetFrom(model)
-
-    def _default_numbers(self) -> np.ndarray:
-        """Time, state and parameters that all leaves declared; kept while nobody declares others."""
-        layout = self.layout
-        version = sum(s._defaults_version for s in self.systems)
-        if layout.defaults is None or layout.defaults[0] != version:
-            leaves = [(self.systems[m], layout.places[m]) for m in layout.leaves]
-            numbers = np.zeros(layout.p[1], object if self.scalar is not float else float)
-            for system, place in leaves:
-                numbers[slice(*place.xc)] = lifted(system._xc_model._v, self.scalar)
-            for models, spans, numbered in (
-                ("_xd_models", layout.groups, "groups"),
-                ("_pn_models", layout.parameter_groups, "parameters"),
-            ):
-                for system, place in leaves:
-                    for span, model in zip(spans[slice(*getattr(place, numbered))], getattr(system, models)):
-                        numbers[slice(*span)] = lifted(model._v, self.scalar)
-            layout.defaults = version, numbers
-        return layout.defaults[1]
 
     # Copies.
 
@@ -481,60 +381,6 @@ class Store:
         for r in self.values:
             new.I[self.layout.stamp0 + r] = 0
         return new
-
-    def grow_logs(self, least: int = 256) -> None:
-        """Gives every log that is nearly full twice the room."""
-        program, log0 = self.layout.program, self.layout.log0
-        if not len(program.log):
-            return
-        table = self.I[log0 : self.layout.fixed0].reshape(-1, 3)
-        full = table[:, 2] + 8 > table[:, 1]
-        room = np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1])
-        self._lay_out_logs(room)
-
-    def reserve_log(self, s: int, room: int) -> None:
-        """Room for `room` samples in log `s`."""
-        table = self.I[self.layout.log0 : self.layout.fixed0].reshape(-1, 3)
-        wanted = table[:, 1].copy()
-        wanted[s] = max(wanted[s], room)
-        self._lay_out_logs(wanted)
-
-    def _lay_out_logs(self, room: np.ndarray) -> None:
-        table = self.I[self.layout.log0 : self.layout.fixed0].reshape(-1, 3)
-        width = self.layout.program.log[:, 1] + 1
-        starts = np.cumsum(np.r_[0, room * width])
-        old, self.L = self.L, np.empty(starts[-1], self.S.dtype)
-        for row, start, capacity, w in zip(table, starts, room, width):
-            self.L[start : start + row[2] * w] = old[row[0] : row[0] + row[2] * w]
-            row[:2] = start, capacity
-
-    def log_record(self, s: int) -> np.ndarray:
-        """Samples of log `s`: rows of time [s] and values; a view."""
-        first, _, count = self.I[self.layout.log0 + 3 * s : self.layout.log0 + 3 * s + 3].tolist()
-        width = int(self.layout.program.log[s, 1]) + 1
-        return self.L[first : first + count * width].reshape(count, width)
-
-    def append_log(self, s: int) -> None:
-        """Adds a sample of the current time and value to log `s`."""
-        n, (a, b) = self.layout.logs[s]
-        row = self.layout.places[n].inputs[0].row
-        if row >= 0:
-            self.pull(row)
-        self.add_to_log(s, self.S[0], self.S[a:b])
-
-    def add_to_log(self, s: int, t: Any, sample: Any) -> None:
-        """Adds a sample to log `s`."""
-        at = self.layout.log0 + 3 * s
-        if self.i[at + 2] + 1 > self.i[at + 1]:
-            self.grow_logs()
-        o = self.i[at] + self.i[at + 2] * (len(sample) + 1)
-        self.L[o] = t
-        self.L[o + 1 : o + 1 + len(sample)] = sample
-        self.i[at + 2] += 1
-
-    def clear_log(self, s: int) -> None:
-        """Forgets the samples of log `s`."""
-        self.i[self.layout.log0 + 3 * s + 2] = 0
 
 
 def checked_status(result: Any) -> EventStatus:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.value import AbstractValue, Value
-from sheldrake.systems.framework import _evaluate
+from sheldrake.systems.framework import _defaults, _evaluate
 from sheldrake.systems.framework._declarations import DISCRETE, InputDeclaration
 from sheldrake.systems.framework._event import PeriodicEventData
 from sheldrake.systems.framework._index import PortDataType, UseDefaultName
@@ -66,7 +66,7 @@ class System(ScalarConversion, SystemBase):
     def SetDefaultContext(self, context: Any) -> None:
         """Sets state and parameters to their defaults."""
         self.ValidateContext(context)
-        context._store.set_defaults(context._node)
+        _defaults.set_defaults(context._store, context._node)
 
     def SetRandomContext(self, context: Any, generator: Any) -> None:
         """Sets state and parameters to random values, as far as systems know how; else to their defaults."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.systems.framework import _logs
 from sheldrake.systems.primitives._log_export import write_csv, write_mcap, write_parquet
 from sheldrake.systems.primitives._log_units import quantity
 
@@ -133,7 +134,7 @@ class _ContextLog(VectorLog):
         self._source_names = source_names
 
     def _record(self) -> np.ndarray:
-        return self._store.log_record(self._number)
+        return _logs.record(self._store, self._number)
 
     def _names(self) -> list[str]:
         return self._source_names or super()._names()
@@ -142,13 +143,13 @@ class _ContextLog(VectorLog):
         sample = np.asarray(sample)
         if sample.shape != (self._size,):
             raise RuntimeError(f"VectorLog.AddData(): a sample has size {self._size}, got shape {sample.shape}.")
-        self._store.add_to_log(self._number, time, sample)
+        _logs.add(self._store, self._number, time, sample)
 
     def Clear(self) -> None:
-        self._store.clear_log(self._number)
+        _logs.clear(self._store, self._number)
 
     def Reserve(self, capacity: int, /) -> None:
-        self._store.reserve_log(self._number, int(capacity))
+        _logs.reserve(self._store, self._number, int(capacity))
 
 
 def _need(module: str, call: str, hint: str) -> Any:

@@ -1,0 +1,55 @@
+"""What state and parameters are when nobody has set them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework._store import Store
+from sheldrake.systems.framework._vector import lifted
+
+
+def set_defaults(store: Store, n: int) -> None:
+    """Default state and parameters of all leaves under node `n`."""
+    layout = store.layout
+    leaves = set(layout.leaves[slice(layout.nodes[n].first_leaf, layout.nodes[n].last_leaf)])
+    numbers, place = _default_numbers(store), layout.places[n]
+    for a, b in (place.xc, place.xd, place.p):
+        store.S[a:b] = lifted(numbers[a:b], store.scalar) if numbers.dtype == float else numbers[a:b]
+    for m in layout.with_abstract:
+        if m in leaves:
+            _set_abstract_defaults(store, store.systems[m], layout.places[m])
+    store.out_of_date()
+    for m in layout.with_own_defaults:
+        if m in leaves:
+            store.systems[m]._set_default_context(store.context(m))
+    store.out_of_date()
+    store.unsettled = bool(layout.given)
+
+
+def _set_abstract_defaults(store: Store, system: Any, place: Any) -> None:
+    for k, model in enumerate(system._xa_models):
+        store.abstract[place.abstract[0] + k].SetFrom(model)
+    for k, model in enumerate(system._pa_models):
+        store.parameters[place.abstract_parameters[0] + k].SetFrom(model)
+
+
+def _default_numbers(store: Store) -> np.ndarray:
+    """Time, state and parameters that all leaves declared; kept while nobody declares others."""
+    layout = store.layout
+    version = sum(s._defaults_version for s in store.systems)
+    if layout.defaults is None or layout.defaults[0] != version:
+        leaves = [(store.systems[m], layout.places[m]) for m in layout.leaves]
+        numbers = np.zeros(layout.p[1], object if store.scalar is not float else float)
+        for system, place in leaves:
+            numbers[slice(*place.xc)] = lifted(system._xc_model._v, store.scalar)
+        for models, spans, numbered in (
+            ("_xd_models", layout.groups, "groups"),
+            ("_pn_models", layout.parameter_groups, "parameters"),
+        ):
+            for system, place in leaves:
+                for span, model in zip(spans[slice(*getattr(place, numbered))], getattr(system, models)):
+                    numbers[slice(*span)] = lifted(model._v, store.scalar)
+        layout.defaults = version, numbers
+    return layout.defaults[1]

@@ -1,0 +1,57 @@
+"""Rows of a store that are Python functions, called on contexts and on views of the slab."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED, Callback
+from sheldrake.systems.framework._layout import Row
+from sheldrake.systems.framework._vector import BasicVector
+
+
+def call(store: Any, r: int, row: Row) -> Any:
+    """Calls the Python function of a row; what an event's handler returned."""
+    system, context = store.systems[row.node], store.context(row.node)
+    if row.event is None:
+        row.calc(system, context, _target(store, r, row, context))
+        return None
+    if row.kind == PUBLISH:
+        return row.event.call(system, context)
+    return row.event.call(system, context, event_argument(store, row.kind, context))
+
+
+def bound(store: Any, r: int) -> Callable[[], Any]:
+    """`call` without arguments; what it calls with is made once, unless it is abstract and so may be exchanged."""
+    row = store.layout.rows[r]
+    system, context = store.systems[row.node], store.context(row.node)
+    calc = row.calc if row.event is None else row.event.handler
+    abstract = row.kind == UNRESTRICTED or (row.kind == OUTPUT and row.out[1] == row.out[0])
+    if abstract or not isinstance(calc, Callback):
+        return lambda: call(store, r, row)
+    target = () if row.kind == PUBLISH else (_target(store, r, row, context),)
+    return functools.partial(calc.function, *((system,) if calc.owned else ()), context, *target)
+
+
+def _target(store: Any, r: int, row: Row, context: Any) -> Any:
+    """What an output, derivatives or a discrete update fills."""
+    if row.kind == DISCRETE:
+        return context._discrete_view(store.layout.plus)
+    if row.kind == DERIVATIVES:
+        return context._continuous_view(row.out[0])
+    if not store.layout.places[row.node].outputs[row.output].vector:
+        return store.output_value(r)
+    model = store.systems[row.node]._outputs[row.output].model
+    view = store.S[slice(*row.out)]
+    return model._on_memory(view) if isinstance(model, BasicVector) else BasicVector._view(view)
+
+
+def event_argument(store: Any, kind: int, context: Any) -> Any:
+    """What an update of this kind writes: x+ in the slab, abstract values aside until they are committed."""
+    if kind == DISCRETE:
+        return context._discrete_view(store.layout.plus)
+    n, (first, last) = context._node, context._place.abstract
+    if last > first and n not in store.pending:
+        store.pending[n] = [v.Clone() for v in store.abstract[first:last]]
+    return context._state_view(store.layout.plus, store.pending.get(n, []))
