@@ -17,9 +17,9 @@ sys.path[:0] = [str(ROOT), str(ROOT / "src")]
 
 from benchmarks.contact_answers import LONG, QUICK, ROWS  # noqa: E402
 from benchmarks.engines import DrakeLike, MuJoCo  # noqa: E402
+from benchmarks.tables import number, replace_table  # noqa: E402
 
 APPROXIMATIONS = ("lagged", "similar", "sap", "tamsi")
-BEGIN, END = "<!-- table by benchmarks/accuracy.py -->", "<!-- end of the table -->"
 
 
 def measure(quick: bool) -> dict[str, dict[str, float]]:
@@ -51,17 +51,6 @@ def run(engine, scenes: dict, name: str) -> dict[str, float]:
     return rows
 
 
-def number(x: float | None) -> str:
-    """As in a table: two digits, – for what was not measured."""
-    if x is None:
-        return "–"
-    if x > 10.0:
-        return "lost"
-    if x < 1e-12:
-        return "0"
-    return f"{x:.1e}".replace("e-0", "e-") if x < 0.01 else f"{x:.2g}"
-
-
 def table(columns: dict[str, dict[str, float]]) -> str:
     """Markdown."""
     lines = ["| deviation | " + " | ".join(columns) + " |", "|---" * (len(columns) + 1) + "|"]
@@ -79,9 +68,7 @@ def main() -> None:
     text = table(measure(options.quick))
     print(text)
     if options.write:
-        page = options.write.read_text(encoding="utf-8")
-        before, after = page.split(BEGIN)[0], page.split(END)[1]
-        options.write.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+        replace_table(options.write, "accuracy", text)
 
 
 if __name__ == "__main__":
