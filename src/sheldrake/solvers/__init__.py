@@ -76,6 +76,7 @@ from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
 from sheldrake.solvers._projected_gradient import ProjectedGradientDescentSolver
 from sheldrake.solvers._result import MathematicalProgramResult
+from sheldrake.solvers._sdpa import GenerateSDPA, RemoveFreeVariableMethod
 from sheldrake.solvers._semidefinite_relaxation import MakeSemidefiniteRelaxation, SemidefiniteRelaxationOptions
 from sheldrake.solvers._solver_interface import SolverInterface
 from sheldrake.solvers._special_ordered_sets import (
@@ -118,6 +119,7 @@ __all__ = [
     "ExponentialConeConstraint",
     "ExpressionConstraint",
     "ExpressionCost",
+    "GenerateSDPA",
     "GetAvailableSolvers",
     "GetProgramType",
     "GurobiSolver",
@@ -159,6 +161,7 @@ __all__ = [
     "PyFunctionCost",
     "QuadraticConstraint",
     "QuadraticCost",
+    "RemoveFreeVariableMethod",
     "RotatedLorentzConeConstraint",
     "ScsSolver",
     "ScsSolverDetails",
