@@ -1,7 +1,8 @@
-"""Point clouds, and how depth images become them."""
+"""Point clouds, how depth images become them, and how other processes get them."""
 
 from sheldrake.geometry._point_cloud import BaseField, Concatenate, Fields, PointCloud
 
 from ._depth_image_to_point_cloud import DepthImageToPointCloud
+from ._point_cloud_to_lcm import PointCloudToLcm
 
-__all__ = ["BaseField", "Concatenate", "DepthImageToPointCloud", "Fields", "PointCloud"]
+__all__ = ["BaseField", "Concatenate", "DepthImageToPointCloud", "Fields", "PointCloud", "PointCloudToLcm"]

@@ -1,8 +1,9 @@
-"""Meldis: a page that shows what DrakeVisualizers of other processes publish."""
+"""Meldis: a page that shows what simulations in other processes publish."""
 
 from __future__ import annotations
 
 import copy
+import functools
 import logging
 import os
 import sys
@@ -13,12 +14,19 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._ctrl_c import deferred_ctrl_c
-from sheldrake.common.eigen_geometry import Quaternion
 from sheldrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Mesh, Meshcat, MeshcatParams, Rgba, Sphere
 from sheldrake.geometry._drake_visualizer import DRAW_CHANNEL, LOAD_CHANNEL
 from sheldrake.lcm import DrakeLcm
 from sheldrake.lcm._viewer_messages import lcmt_viewer_draw, lcmt_viewer_geometry_data, lcmt_viewer_load_robot
-from sheldrake.math import RigidTransform
+from sheldrake.visualization._meldis_displays import (
+    CLOUDS,
+    CONTACTS,
+    FRAMES,
+    CloudDisplay,
+    ContactDisplay,
+    FrameDisplay,
+    pose_of,
+)
 
 log = logging.getLogger("drake")
 
@@ -73,7 +81,7 @@ class _Viewer:
         message = lcmt_viewer_draw.decode(raw)
         self._meshcat.SetSimulationTime(message.timestamp / 1000.0)
         for name, number, p, q in zip(message.link_name, message.robot_num, message.position, message.quaternion):
-            self._meshcat.SetTransform(self._link_path(number, name), _pose(p, q))
+            self._meshcat.SetTransform(self._link_path(number, name), pose_of(p, q))
 
     def poll(self) -> None:
         """Follows the slider."""
@@ -99,19 +107,16 @@ class _Viewer:
             vertices = np.reshape(numbers[2 : 2 + 3 * count], (count, 3))
             faces = np.reshape(numbers[2 + 3 * count :], (-1, 3)).astype(int)
             self._meshcat.SetTriangleMesh(path, vertices.T, faces.T, color)
-        self._meshcat.SetTransform(path, _pose(geometry.position, geometry.quaternion))
-
-
-def _pose(position: Any, quaternion: Any) -> RigidTransform:
-    """The pose of a message, whose numbers are rounded: its quaternion is not quite of length one."""
-    q = np.array(quaternion, dtype=float)
-    return RigidTransform(Quaternion(q / np.linalg.norm(q)), np.array(position, dtype=float))
+        self._meshcat.SetTransform(path, pose_of(geometry.position, geometry.quaternion))
 
 
 class Meldis:
-    """A page that shows what the DrakeVisualizers of other processes publish: bodies and where they are.
+    """A page that shows what other processes publish: bodies and where they are, contacts, point clouds, frames.
 
         Meldis(meshcat_port=7000).serve_forever()
+
+    They publish with a DrakeVisualizer, with `ConnectContactResultsToDrakeVisualizer`, with a `PointCloudToLcm` on a
+    channel that begins with DRAKE_POINT_CLOUD.
 
     Args:
         meshcat_host: What the page's server listens on.
@@ -143,18 +148,24 @@ class Meldis:
         self._show("/DRAKE_VIEWER", "")
         self._show("/Visual Geometry", "_ILLUSTRATION")
         self._show("/Collision Geometry", "_PROXIMITY", visible=False, alpha=0.5)
+        self._subscribe(CONTACTS, ContactDisplay(self.meshcat).show)
+        self._subscribe(FRAMES, FrameDisplay(self.meshcat).show)
+        clouds = CloudDisplay(self.meshcat)
+        self._lcm.SubscribeMultichannel(
+            f"{CLOUDS}.*", lambda channel, raw: self._note(channel, functools.partial(clouds.show, channel), raw)
+        )
 
     def _show(self, path: str, suffix: str, **look: Any) -> None:
         viewer = _Viewer(self.meshcat, path, **look)
         self._viewers.append(viewer)
         for channel, handle in ((LOAD_CHANNEL + suffix, viewer.load), (DRAW_CHANNEL + suffix, viewer.move)):
-            self._lcm.Subscribe(channel, self._note(channel, handle))
+            self._subscribe(channel, handle)
 
-    def _note(self, channel: str, handle: Callable[[bytes], None]) -> Callable[[bytes], None]:
-        def note(raw: bytes) -> None:
-            self._waiting[channel] = (handle, bytes(raw))
+    def _subscribe(self, channel: str, handle: Callable[[bytes], None]) -> None:
+        self._lcm.Subscribe(channel, lambda raw: self._note(channel, handle, raw))
 
-        return note
+    def _note(self, channel: str, handle: Callable[[bytes], None], raw: bytes) -> None:
+        self._waiting[channel] = (handle, bytes(raw))
 
     def _invoke_subscriptions(self) -> None:
         """Shows what came last on each channel; loads come before draws."""
