@@ -35,7 +35,7 @@ class PointCloudToLcm(LeafSystem):
         output.set_value(message)
 
 
-def _message(cloud: PointCloud, frame_name: str) -> lcmt_point_cloud:
+def _message(cloud: PointCloud, frame_name: str) -> Any:
     if not cloud.has_xyzs():
         raise RuntimeError("PointCloudToLcm: the cloud has no xyzs.")
     columns = [(name, "<f4", row) for name, row in zip("xyz", cloud.xyzs())]
@@ -49,7 +49,7 @@ def _message(cloud: PointCloud, frame_name: str) -> lcmt_point_cloud:
     for name, _, row in columns:
         points[name] = row[finite]
     step, data = points.itemsize, points.tobytes()
-    message = lcmt_point_cloud(
+    message: Any = lcmt_point_cloud(
         frame_name=frame_name,
         width=len(points),
         height=1,

@@ -134,14 +134,13 @@ def cloud_of(message: lcmt_point_cloud) -> PointCloud:
     """
     order = ">" if message.flags & lcmt_point_cloud.IS_BIGENDIAN else "<"
     known = [f for f in message.fields if f.datatype in _KINDS and f.count == 1]
-    kinds = np.dtype(
-        {
-            "names": [f.name for f in known],
-            "formats": [order + _KINDS[f.datatype] for f in known],
-            "offsets": [f.byte_offset for f in known],
-            "itemsize": message.point_step,
-        }
-    )
+    layout: Any = {
+        "names": [f.name for f in known],
+        "formats": [order + _KINDS[f.datatype] for f in known],
+        "offsets": [f.byte_offset for f in known],
+        "itemsize": message.point_step,
+    }
+    kinds = np.dtype(layout)
     rows, row = message.height, message.width * message.point_step
     if min(rows, row) < 0 or message.row_step < row or len(message.data) < rows * message.row_step:
         raise ValueError(f"a cloud of {rows} x {message.width} points has {len(message.data)} bytes")
