@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.multibody.contact_solvers import IcfSolverParameters
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.plant._convex_step import ConvexStep
-from sheldrake.systems.analysis._implicit import PythonIntegrator
+from sheldrake.systems.analysis._python_steps import PythonIntegrator
 from sheldrake.systems.framework import Diagram
 
 KAPPA = 1e-3

@@ -12,7 +12,6 @@ from sheldrake.systems.analysis._implicit import (
     ImplicitEulerIntegrator,
     Radau1Integrator,
     Radau3Integrator,
-    SemiExplicitEulerIntegrator,
     VelocityImplicitEulerIntegrator,
 )
 from sheldrake.systems.analysis._integrator import (
@@ -26,6 +25,7 @@ from sheldrake.systems.analysis._integrator import (
     RungeKutta5Integrator,
 )
 from sheldrake.systems.analysis._monte_carlo import MonteCarloSimulation, RandomSimulation, RandomSimulationResult
+from sheldrake.systems.analysis._python_steps import SemiExplicitEulerIntegrator
 from sheldrake.systems.analysis._region_of_attraction import RegionOfAttraction, RegionOfAttractionOptions
 from sheldrake.systems.analysis._simulator import InitializeParams, Simulator
 from sheldrake.systems.analysis._status import SimulatorStatus

@@ -100,8 +100,8 @@ def PrintSimulatorStatistics(simulator: Simulator, /) -> None:
     if not integrator.get_num_steps_taken():
         print("\nNote: the integrator took zero steps: the simulator has not run, or there is no continuous state.")
         return
-    control = "without" if integrator.get_fixed_step_mode() else "with"
-    print(f"\nStats for integrator {type(integrator).__name__} {control} error control:")
+    control = "fixed steps" if integrator.get_fixed_step_mode() else "error control"
+    print(f"\nStats for integrator {type(integrator).__name__} with {control}:")
     print(f"Number of time steps taken (integrator stats) = {integrator.get_num_steps_taken()}")
     if not integrator.get_fixed_step_mode():
         print(f"Initial time step taken = {integrator.get_actual_initial_step_size_taken():10g} s")
@@ -111,5 +111,9 @@ def PrintSimulatorStatistics(simulator: Simulator, /) -> None:
             f"Number of steps shrunk due to error control = {integrator.get_num_step_shrinkages_from_error_control()}"
         )
     print(f"Number of derivative evaluations = {integrator.get_num_derivative_evaluations()}")
+    shrunk = integrator.get_num_step_shrinkages_from_substep_failures()
+    print(f"Number of steps shrunk due to convergence-based failure = {shrunk}")
+    print(f"Number of convergence-based step failures (should match) = {integrator.get_num_substep_failures()}")
+    integrator._print_more_statistics()
     print("\nJSON Statistics:")
     print(json.dumps(dict(integrator.GetStatisticsSummary()), indent=2, sort_keys=True))

@@ -292,6 +292,9 @@ class IntegratorBase:
             ]
         return [*found, ("integrator_num_derivative_evaluations", self.get_num_derivative_evaluations())]
 
+    def _print_more_statistics(self) -> None:
+        """Prints what only some integrators count."""
+
 
 def _piecewise(steps: list) -> Any:
     """Cubic pieces with the values and slopes at the ends of each step."""

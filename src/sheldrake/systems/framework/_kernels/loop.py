@@ -50,10 +50,10 @@ EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS = i64(10), i64(11), i6
 SCHEME, FIXED, H_MAX, ACCURACY, H_INITIAL, H_MIN, H_IDEAL = i64(0), i64(1), i64(2), i64(3), i64(4), i64(5), i64(6)
 H_FIRST, H_SMALLEST, H_LARGEST, H_PREVIOUS, AT_MINIMUM, ORDER = i64(7), i64(8), i64(9), i64(10), i64(11), i64(12)
 THROW_ON_MIN, T_BREAK = i64(13), i64(14)
-H_TRY, H_ERROR = i64(86), i64(87)  # what a step made in Python is asked for, and gives
+H_TRY, H_ERROR = i64(87), i64(88)  # length of a step, which one made in Python may shorten; its error
 EULER, RK2, RK3, TABLEAU, PYTHON = i64(1), i64(2), i64(3), i64(4), i64(5)
 # A Butcher tableau in Z: number of stages, nodes, rows of coefficients, weights, weights minus those of lower order.
-STAGES, NODES, ROWS, WEIGHTS, ERRORS, WIDTH, NUM_Z = i64(16), i64(17), i64(24), i64(73), i64(80), i64(7), i64(88)
+STAGES, NODES, ROWS, WEIGHTS, ERRORS, WIDTH, NUM_Z = i64(16), i64(17), i64(24), i64(73), i64(80), i64(7), i64(89)
 
 MIN_STEP_STATUS = i64(-1001)
 
@@ -267,16 +267,15 @@ def explicit_step(
     """
     n, x0, xc = P.size[NUM_XC], P.size[RK], P.size[XC]
     k1, k2, k3 = x0 + n, x0 + 2 * n, x0 + 3 * n
-    t = S[0]
-    error = 0.0
+    t, error = S[0], 0.0
+    Z[H_TRY] = h
     for i in range(n):
         S[x0 + i] = S[xc + i]
     if Z[SCHEME] == TABLEAU:
         error = tableau_step(P, N, Z, S, I, L, rows, h)
     elif Z[SCHEME] == PYTHON:
-        Z[H_TRY] = h
         special(P, S, I, rows, PYTHON_STEP)
-        error = Z[H_ERROR]
+        h, error = Z[H_TRY], Z[H_ERROR]
     else:
         derivatives(P, N, S, I, L, rows, k1)
     if I[STATUS] == 0 and Z[SCHEME] < TABLEAU:
@@ -338,8 +337,8 @@ def next_step_size(Z, h, error):
 @stage
 def controlled_step(
     P: Program, N: IntVector, Z: Vector, S: Vector, I: IntVector, L: Vector, rows: IntVector, h_most: float
-) -> float:
-    """One step of at most h_most [s], repeated smaller until its error is within the accuracy; gives its length."""
+) -> None:
+    """One step of at most h_most [s], repeated smaller until it is accurate; Z[H_TRY] is its length."""
     t = S[0]
     h = Z[H_IDEAL] if Z[H_IDEAL] > 0.0 else Z[H_INITIAL]
     while True:
@@ -352,7 +351,8 @@ def controlled_step(
         h = min(h, Z[H_MAX])
         error = explicit_step(P, N, Z, S, I, L, rows, h)
         if I[STATUS] != 0:
-            return 0.0
+            return
+        h = Z[H_TRY]
         h_new = next_step_size(Z, h, error)
         h_min = max(Z[H_MIN], 1e-14 * max(1.0, abs(t)))
         accepted = h_new >= h
@@ -361,7 +361,7 @@ def controlled_step(
                 set_back(P, S, I, t)
                 I[STATUS] = MIN_STEP_STATUS
                 I[ROW] = -1
-                return 0.0
+                return
             accepted = accepted or h <= h_min
             h_new = h_min
         if accepted:
@@ -369,9 +369,9 @@ def controlled_step(
                 Z[H_IDEAL] = h_new
             if not Z[H_FIRST] > 0.0:
                 Z[H_FIRST] = h
-            if limited == 0 and not Z[H_SMALLEST] <= h:
+            if not Z[H_SMALLEST] > 0.0 or (h < Z[H_SMALLEST] and h < h_most):
                 Z[H_SMALLEST] = h
-            return h
+            return
         N[SHRINKS_ERROR] += 1
         set_back(P, S, I, t)
         h = h_new
@@ -391,12 +391,11 @@ def integrate(
     boundary = T < t_event
     if (boundary and t + Z[H_MAX] < t_target) or (not boundary and t + Z[H_MAX] * 1.01 < t_target):
         t_target = t + Z[H_MAX]
-    full = True
     if Z[FIXED] != 0.0:
         explicit_step(P, N, Z, S, I, L, rows, t_target - t)
     else:
-        h = controlled_step(P, N, Z, S, I, L, rows, t_target - t)
-        full = h == t_target - t
+        controlled_step(P, N, Z, S, I, L, rows, t_target - t)
+    full = Z[H_TRY] == t_target - t
     if I[STATUS] != 0:
         return
     N[XC_STEPS] += 1

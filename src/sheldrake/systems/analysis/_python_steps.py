@@ -1,0 +1,96 @@
+"""Integrators whose steps are made in Python, and the simplest of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.analysis._integrator import _SCHEMES, IntegratorBase
+from sheldrake.systems.analysis._rates import Rates
+from sheldrake.systems.framework._kernels import loop as _loop
+
+
+class PythonIntegrator(IntegratorBase):
+    """A step is made by `_step`, which may evaluate derivatives; the event loop does the rest."""
+
+    _scheme = int(_loop.PYTHON)
+    _rates_store: Any = None
+
+    def __init__(self, system: Any, context: Any = None):
+        self._set_up(system, context)
+
+    def _rates_in(self, store: Any) -> Rates:
+        """How velocities change positions in this context."""
+        if self._rates_store is not store:
+            self._rates_store, self._rates_there = store, Rates(store)
+        return self._rates_there
+
+    def _derivatives(self, span: Any, t: float, x: np.ndarray) -> np.ndarray:
+        """f(t, x)."""
+        store = span.store
+        store.S[0] = t
+        store.S[slice(*store.layout.xc)] = x
+        span.interpreted(_derivatives)
+        if store.I[_loop.STATUS]:
+            raise _Stopped
+        return store.S[slice(*store.layout.xdot)].copy()
+
+    def _make_step(self, span: Any) -> None:
+        """Steps by Z[H_TRY] [s], or less if that fails; leaves the state in the slab, length and error in Z."""
+        store, Z = span.store, self._Z
+        t, h = float(store.S[0]), float(Z[_loop.H_TRY])
+        x = store.S[slice(*store.layout.xc)].copy()
+        try:
+            found = self._step(span, t, x, h)
+            while found is None:
+                h = self._shorter(t, h)
+                found = self._step(span, t, x, h)
+        except _Stopped:  # a derivative failed: its error is kept already
+            return
+        store.S[slice(*store.layout.xc)], Z[_loop.H_ERROR] = found
+        Z[_loop.H_TRY] = h
+
+    def _shorter(self, t: float, h: float) -> float:
+        """The step [s] to try at t [s] after one of h [s] failed.
+
+        Raises:
+            RuntimeError: it is too short.
+        """
+        h *= 0.5
+        if h < self.get_working_minimum_step_size():
+            raise RuntimeError(f"{type(self).__name__}: the step at time {t} s fails even when it is {2 * h:g} s long.")
+        self._N[_loop.FAILURES] += 1
+        self._N[_loop.SHRINKS_FAILURE] += 1
+        return h
+
+    def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
+        """State after h [s] and the norm of its estimated error; None if the step is too long to be made."""
+        raise NotImplementedError
+
+
+class _Stopped(Exception):
+    pass
+
+
+def _derivatives(P: Any, N: Any, S: Any, I: Any, L: Any, rows: Any) -> None:
+    _loop.derivatives(P, N, S, I, L, rows, P.size[_loop.XDOT])
+
+
+class SemiExplicitEulerIntegrator(PythonIntegrator):
+    """Velocities and other variables by explicit Euler, then positions with the new velocities."""
+
+    _name, _order, _supports_error_estimation = "semi_explicit_euler", 1.0, False
+
+    def __init__(self, system: Any, max_step_size: float, context: Any = None):
+        self._set_up(system, context)
+        self.set_maximum_step_size(max_step_size)
+
+    def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
+        rates = self._rates_in(span.store)
+        moved = x + h * self._derivatives(span, t, x)
+        moved[rates.q] = x[rates.q] + h * rates.qdot(x[rates.q], moved[rates.v])
+        return moved, 0.0
+
+
+_SCHEMES[SemiExplicitEulerIntegrator._name] = SemiExplicitEulerIntegrator
