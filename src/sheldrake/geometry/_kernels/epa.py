@@ -18,6 +18,8 @@ from .model import CORNER, FACE, HORIZON, MAX_FACES, MAX_VERTICES, SIMPLEX, STAC
 from .table import absolute
 
 _EPA_STEPS = 120
+_LEVEL = 1e-15  # relative to the size: a vertex so little in front of a face is in its plane
+_FLAT = 1e-8  # relative to the size: least extent of the tetrahedron to begin with
 _NO_SHIFT = (0.0, 0.0, 0.0)
 _NONE = np.int64(-1)
 _0 = np.int64(0)
@@ -69,9 +71,26 @@ def some_normal(u):
 
 
 @kernel(outline=True)
+def thick_part(table, n, least):
+    """How many vertices of the simplex to keep: those before the first that is not `least` away from what they span."""
+    p = load3(table.work, SIMPLEX)
+    u = sub3(load3(table.work, SIMPLEX + 1), p)
+    if n < 2 or dot3(u, u) <= least * least:
+        return _1
+    out = cross3(u, sub3(load3(table.work, SIMPLEX + 2), p))
+    if n < 3 or dot3(out, out) <= least * least * dot3(u, u):
+        return _2
+    height = dot3(out, sub3(load3(table.work, SIMPLEX + 3), p))
+    if n < 4 or height * height <= least * least * dot3(out, out):
+        return _3
+    return _4
+
+
+@kernel(outline=True)
 def make_tetrahedron(model, table, i, j, n, size):
     """Adds vertices until the simplex has volume; how many vertices it has then (4 unless the difference is flat)."""
-    least = 1e-8 * size
+    least = _FLAT * size
+    n = thick_part(table, n, least)
     if n == 1:
         for k in range(6):
             s = 1.0 if k < 3 else -1.0
@@ -118,16 +137,29 @@ def face_across(table, faces, a, b):
     return -1
 
 
-@kernel(outline=True)
-def remove_seen_faces(table, faces, start, w):
-    """Removes the connected faces that w is in front of; the number of edges of the hole, which go to HORIZON.
+@kernel
+def is_loop(table, edges):
+    """Whether the edges of HORIZON are one closed loop."""
+    at = table.iwork[HORIZON]
+    for passed in range(edges):
+        for e in range(edges):
+            if table.iwork[HORIZON + 2 * e] == at:
+                at = table.iwork[HORIZON + 2 * e + 1]
+                break
+        if at == table.iwork[HORIZON]:
+            return passed + 1 == edges
+    return False
 
-    0 if the hole is not a disc: rounding has broken the polytope.
+
+@kernel(outline=True)
+def remove_seen_faces(table, faces, start, w, slack):
+    """Removes the connected faces that w is more than `slack` in front of; the number of edges of the hole.
+
+    They go to HORIZON. 0 if the hole is not a disc: rounding has broken the polytope.
     """
     table.iwork[STACK] = start
     waiting = 1
-    removed = 1
-    edges = 0
+    edges = _0
     table.work[FACE + start, 4] = 0.0
     while waiting > 0:
         waiting -= 1
@@ -138,18 +170,15 @@ def remove_seen_faces(table, faces, start, w):
             g = face_across(table, faces, b, a)
             if g < 0:
                 continue
-            if dot3(load3(table.work, FACE + g), w) > table.work[FACE + g, 3]:
+            if dot3(load3(table.work, FACE + g), w) > table.work[FACE + g, 3] + slack:
                 table.work[FACE + g, 4] = 0.0
                 table.iwork[STACK + waiting] = g
                 waiting += 1
-                removed += 1
             elif edges < 127:
                 table.iwork[HORIZON + 2 * edges] = a
                 table.iwork[HORIZON + 2 * edges + 1] = b
                 edges += 1
-    if edges != removed + 2:
-        return 0
-    return edges
+    return edges if is_loop(table, edges) else _0
 
 
 @kernel(outline=True)
@@ -199,7 +228,7 @@ def epa(model, table, i, j, size, gap):
             c2 = table.iwork[CORNER + 3 * best + 2]
         if dot3(d, w) - offset <= gap or depth - offset <= gap or vertices + 1 >= MAX_VERTICES:
             break
-        edges = remove_seen_faces(table, faces, best, w)
+        edges = remove_seen_faces(table, faces, best, w, _LEVEL * size)
         if edges == 0:
             break
         free = 0

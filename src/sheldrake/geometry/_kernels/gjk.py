@@ -20,6 +20,7 @@ from .table import bounding_centre
 _GJK_STEPS = 96
 _TOUCHING = 1e-10  # relative to the size: cores closer than this are treated as overlapping
 _GAP = 1e-14  # GJK stops when the distance is known this well, relative to the size
+_FLAT2 = 1e-24  # squared sine of the angle under which a tetrahedron is flat: rounding says where the origin is
 _NO_SHIFT = (0.0, 0.0, 0.0)
 _1 = np.int64(1)
 _4 = np.int64(4)
@@ -126,7 +127,9 @@ def combine3(x, y, z, u, v, w):
 def beyond(a, b, c, d):
     """True if the origin is on the other side of plane abc than d (or the tetrahedron is flat)."""
     n = cross3(sub3(b, a), sub3(c, a))
-    return dot3(n, a) * dot3(n, sub3(d, a)) >= 0.0
+    ad = sub3(d, a)
+    height = dot3(n, ad)
+    return dot3(n, a) * height >= 0.0 or height * height <= _FLAT2 * dot3(n, n) * dot3(ad, ad)
 
 
 @kernel(outline=True)

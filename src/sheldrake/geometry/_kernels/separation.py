@@ -14,7 +14,10 @@ from .support import margin_of
 _EPA_GAP = 1e-13  # the same for EPA on polytopes
 _EPA_GAP_SMOOTH = 1e-6  # and on curved shapes, whose answer is then refined
 _CLEARANCE = 1e-2  # relative to the size: how far a refinement moves the shapes apart
-_REFINEMENTS = 12
+_NEAR = 1e-3  # relative to the size: nearer than this, the vector between the cores is too short to tell a direction
+_CONVERGED = 1e-13  # relative to the size: a distance is known so well, or GJK was stuck
+_REFINEMENTS = 24
+_ROUNDING = 1e-14  # relative to the size: a direction that gains or loses no more is the same
 _WITNESS_GAP = 1e-10  # relative to the size: how well deepest points must agree with depth and direction
 _NO_SHIFT = (0.0, 0.0, 0.0)
 
@@ -65,6 +68,13 @@ def separation(model, table, i, j, reach):
     else:
         phi = sqrt(dot3(v, v))
         nhat = scale3(v, 1.0 / phi)
+        if phi <= reach + margin_i + margin_j:
+            out = scale3(nhat, -1.0)
+            depth = dot3(out, add_vertex(model, table, i, j, out, SIMPLEX + 12, _NO_SHIFT))
+            if phi < _NEAR * size or phi + depth > _CONVERGED * size:
+                out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
+                nhat = scale3(out, -1.0)
+                phi = -depth
     p_i = sub3(p_i, scale3(nhat, margin_i))
     p_j = add3(p_j, scale3(nhat, margin_j))
     return phi - margin_i - margin_j, nhat, p_i, p_j
@@ -78,7 +88,7 @@ def is_curved(model, g):
 
 @kernel(outline=True)
 def refine(model, table, i, j, size, out, depth, p_i, p_j):
-    """A better direction out of curved shapes: the shapes are moved apart along `out` and GJK tells the nearest way.
+    """A better direction out: GJK tells the nearest way once the shapes are moved apart along `out`, by some clearance.
 
     The error of the direction shrinks by depth / radius of curvature each time; a direction that is no better ends it.
     """
@@ -90,14 +100,14 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
         d = scale3(v, -1.0 / sqrt(dot3(v, v)))
         w = add_vertex(model, table, i, j, d, SIMPLEX + 12, _NO_SHIFT)
         better = dot3(d, w)
-        if better > depth:
-            break
         gain = depth - better
+        if gain < -_ROUNDING * size:
+            break
         out = d
         depth = better
         p_i = a
         p_j = b
-        if gain <= 1e-14 * size:
+        if gain <= _ROUNDING * size:
             break
     return out, depth, p_i, p_j
 
