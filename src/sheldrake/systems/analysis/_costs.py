@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
-from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels.replay import replay
 
 _PATIENCE = 0.3  # [s] in which each chain of rows is called again, about
@@ -76,10 +76,10 @@ def _calls(simulator: Any) -> dict[int, int]:
     for g, (kind, clock, rows, _) in enumerate(layout.group_list):
         if clock >= 0:
             ticks = _ticks(layout.clocks[clock], first, last, kind == PUBLISH)
-        elif clock == int(_loop.PER_STEP):
-            ticks = int(N[_loop.STEPS]) + (kind == PUBLISH)
+        elif clock == int(_program.PER_STEP):
+            ticks = int(N[_program.STEPS]) + (kind == PUBLISH)
         else:
-            ticks = int(N[_loop.EVALS]) if g == len(layout.group_list) - 1 else 0
+            ticks = int(N[_program.EVALS]) if g == len(layout.group_list) - 1 else 0
         for r in (*_prerequisites(layout, g), *rows):
             found[r] = max(found.get(r, 0), ticks)
     return found
@@ -95,7 +95,7 @@ def _ticks(clock: tuple[float, float], first: float, last: float, closed: bool) 
 
 def _prerequisites(layout: Any, g: int) -> list[int]:
     P = layout.program
-    return [r for r in P.pre[P.pre_ptr[g] : P.pre_ptr[g + 1]].tolist() if P.level[r] != _loop.CONSTANT]
+    return [r for r in P.pre[P.pre_ptr[g] : P.pre_ptr[g + 1]].tolist() if P.level[r] != _program.CONSTANT]
 
 
 # Python rows.
@@ -103,10 +103,10 @@ def _prerequisites(layout: Any, g: int) -> list[int]:
 
 def _python_costs(span: Any, calls: dict[int, int]) -> list[Cost]:
     costs = []
-    num_rows, steps = len(span.layout.rows), int(span.N[_loop.STEPS])
+    num_rows, steps = len(span.layout.rows), int(span.N[_program.STEPS])
     for r, first in span.first_calls.items():
         seen = len(first.seconds)
-        if not seen or r - num_rows == _loop.PYTHON_STEP:  # an integrator's steps are made of rows
+        if not seen or r - num_rows == _program.PYTHON_STEP:  # an integrator's steps are made of rows
             continue
         each = float(np.median(first.seconds))
         if r < num_rows:

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework._kernels import loop as _loop
-from sheldrake.systems.framework._kernels.loop import (
+from sheldrake.systems.framework._kernels import integrate as _integrate
+from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels.integrate import (
     ACCURACY,
     EULER,
-    FAILURES,
     FIXED,
     H_FIRST,
     H_IDEAL,
@@ -24,11 +24,9 @@ from sheldrake.systems.framework._kernels.loop import (
     RK2,
     RK3,
     SCHEME,
-    SHRINKS_ERROR,
-    SHRINKS_FAILURE,
     THROW_ON_MIN,
-    XC_STEPS,
 )
+from sheldrake.systems.framework._kernels.program import FAILURES, SHRINKS_ERROR, SHRINKS_FAILURE, XC_STEPS
 
 nan = float("nan")
 
@@ -53,10 +51,10 @@ class IntegratorBase:
 
     def _set_up(self, system: Any, context: Any) -> None:
         self._system, self._context = system, context
-        self._Z, self._N = np.zeros(int(_loop.NUM_Z)), np.zeros(16, np.int64)
+        self._Z, self._N = np.zeros(int(_integrate.NUM_Z)), np.zeros(16, np.int64)
         self._Z[SCHEME], self._Z[ORDER], self._Z[THROW_ON_MIN] = self._scheme, self._order, 1.0
         self._Z[FIXED] = 0.0 if self._supports_error_estimation else 1.0
-        self._Z[_loop.T_BREAK] = np.inf
+        self._Z[_integrate.T_BREAK] = np.inf
         self._maximum, self._accuracy, self._initial, self._minimum = nan, nan, nan, 0.0
         self._initialized = False
         self._dense: list | None = None
@@ -243,7 +241,7 @@ class IntegratorBase:
     def ResetStatistics(self) -> None:
         """Begins counting anew."""
         self._Z[[H_FIRST, H_SMALLEST, H_LARGEST]] = nan
-        self._N[[_loop.EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS]] = 0
+        self._N[[_program.EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS]] = 0
 
     def get_actual_initial_step_size_taken(self) -> float:
         """Length of the first step with error control [s]."""
@@ -259,7 +257,7 @@ class IntegratorBase:
 
     def get_num_derivative_evaluations(self) -> int:
         """How often derivatives were computed."""
-        return int(self._N[_loop.EVALS])
+        return int(self._N[_program.EVALS])
 
     def get_num_step_shrinkages_from_error_control(self) -> int:
         """How many steps were repeated shorter for their error."""
@@ -341,7 +339,7 @@ class ExplicitEulerIntegrator(IntegratorBase):
 class _TableauIntegrator(IntegratorBase):
     """Explicit, with error control, by a Butcher tableau: nodes, coefficients, weights, and weights of lower order."""
 
-    _scheme = int(_loop.TABLEAU)
+    _scheme = int(_integrate.TABLEAU)
     _nodes: tuple = ()
     _coefficients: tuple = ()
     _weights: tuple = ()
@@ -349,13 +347,13 @@ class _TableauIntegrator(IntegratorBase):
 
     def __init__(self, system: Any, context: Any = None):
         self._set_up(system, context)
-        Z, width = self._Z, int(_loop.WIDTH)
-        Z[_loop.STAGES] = stages = len(self._nodes)
-        Z[_loop.NODES : _loop.NODES + stages] = self._nodes
+        Z, width = self._Z, int(_integrate.WIDTH)
+        Z[_integrate.STAGES] = stages = len(self._nodes)
+        Z[_integrate.NODES : _integrate.NODES + stages] = self._nodes
         for s, row in enumerate(self._coefficients):
-            Z[_loop.ROWS + s * width : _loop.ROWS + s * width + len(row)] = row
-        Z[_loop.WEIGHTS : _loop.WEIGHTS + stages] = self._weights
-        Z[_loop.ERRORS : _loop.ERRORS + stages] = np.subtract(self._weights, self._lower)
+            Z[_integrate.ROWS + s * width : _integrate.ROWS + s * width + len(row)] = row
+        Z[_integrate.WEIGHTS : _integrate.WEIGHTS + stages] = self._weights
+        Z[_integrate.ERRORS : _integrate.ERRORS + stages] = np.subtract(self._weights, self._lower)
 
 
 class BogackiShampine3Integrator(_TableauIntegrator):

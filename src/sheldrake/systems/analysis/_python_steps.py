@@ -8,13 +8,14 @@ import numpy as np
 
 from sheldrake.systems.analysis._integrator import _SCHEMES, IntegratorBase
 from sheldrake.systems.analysis._rates import Rates
-from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._kernels import integrate as _integrate
+from sheldrake.systems.framework._kernels import program as _program
 
 
 class PythonIntegrator(IntegratorBase):
     """A step is made by `_step`, which may evaluate derivatives; the event loop does the rest."""
 
-    _scheme = int(_loop.PYTHON)
+    _scheme = int(_integrate.PYTHON)
     _rates_store: Any = None
 
     def __init__(self, system: Any, context: Any = None):
@@ -32,14 +33,14 @@ class PythonIntegrator(IntegratorBase):
         store.S[0] = t
         store.S[slice(*store.layout.xc)] = x
         span.interpreted(_derivatives)
-        if store.I[_loop.STATUS]:
+        if store.I[_program.STATUS]:
             raise _Stopped
         return store.S[slice(*store.layout.xdot)].copy()
 
     def _make_step(self, span: Any) -> None:
         """Steps by Z[H_TRY] [s], or less if that fails; leaves the state in the slab, length and error in Z."""
         store, Z = span.store, self._Z
-        t, h = float(store.S[0]), float(Z[_loop.H_TRY])
+        t, h = float(store.S[0]), float(Z[_integrate.H_TRY])
         x = store.S[slice(*store.layout.xc)].copy()
         try:
             found = self._step(span, t, x, h)
@@ -48,8 +49,8 @@ class PythonIntegrator(IntegratorBase):
                 found = self._step(span, t, x, h)
         except _Stopped:  # a derivative failed: its error is kept already
             return
-        store.S[slice(*store.layout.xc)], Z[_loop.H_ERROR] = found
-        Z[_loop.H_TRY] = h
+        store.S[slice(*store.layout.xc)], Z[_integrate.H_ERROR] = found
+        Z[_integrate.H_TRY] = h
 
     def _shorter(self, t: float, h: float) -> float:
         """The step [s] to try at t [s] after one of h [s] failed.
@@ -60,8 +61,8 @@ class PythonIntegrator(IntegratorBase):
         h *= 0.5
         if h < self.get_working_minimum_step_size():
             raise RuntimeError(f"{type(self).__name__}: the step at time {t} s fails even when it is {2 * h:g} s long.")
-        self._N[_loop.FAILURES] += 1
-        self._N[_loop.SHRINKS_FAILURE] += 1
+        self._N[_program.FAILURES] += 1
+        self._N[_program.SHRINKS_FAILURE] += 1
         return h
 
     def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
@@ -74,7 +75,7 @@ class _Stopped(Exception):
 
 
 def _derivatives(P: Any, N: Any, S: Any, I: Any, L: Any, rows: Any) -> None:
-    _loop.derivatives(P, N, S, I, L, rows, P.size[_loop.XDOT])
+    _integrate.derivatives(P, N, S, I, L, rows, P.size[_program.XDOT])
 
 
 class SemiExplicitEulerIntegrator(PythonIntegrator):

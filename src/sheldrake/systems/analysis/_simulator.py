@@ -16,12 +16,14 @@ from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.analysis._witness import WitnessWatch
 from sheldrake.systems.framework import _evaluate, _logs
 from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._store import checked_status
 from sheldrake.systems.framework._system import System
 from sheldrake.systems.framework._vector import plain
 
-_FRESH = int(_loop.FRESH)
+_FRESH = int(_program.FRESH)
 _Reason = SimulatorStatus.ReturnReason
 
 
@@ -181,7 +183,7 @@ class Simulator:
 
     def ResetStatistics(self) -> None:
         """Begins counting anew."""
-        self._N[[_loop.STEPS, _loop.PUBLISHES, _loop.DISCRETES, _loop.UNRESTRICTEDS]] = 0
+        self._N[[_program.STEPS, _program.PUBLISHES, _program.DISCRETES, _program.UNRESTRICTEDS]] = 0
         self._integrator.ResetStatistics()
         self._seconds = 0.0  # spent in steps, without pauses
         self._real0 = time.monotonic()
@@ -189,19 +191,19 @@ class Simulator:
 
     def get_num_steps_taken(self) -> int:
         """How many steps were taken."""
-        return int(self._N[_loop.STEPS])
+        return int(self._N[_program.STEPS])
 
     def get_num_publishes(self) -> int:
         """How many times anything was published."""
-        return int(self._N[_loop.PUBLISHES])
+        return int(self._N[_program.PUBLISHES])
 
     def get_num_discrete_updates(self) -> int:
         """How many times discrete state was updated."""
-        return int(self._N[_loop.DISCRETES])
+        return int(self._N[_program.DISCRETES])
 
     def get_num_unrestricted_updates(self) -> int:
         """How many times unrestricted updates were made."""
-        return int(self._N[_loop.UNRESTRICTEDS])
+        return int(self._N[_program.UNRESTRICTEDS])
 
     # Running.
 
@@ -216,14 +218,14 @@ class Simulator:
         self._integrator.Initialize()
         self.ResetStatistics()
         self._make_span()
-        store.I[_loop.TERMINATE] = 0
+        store.I[_program.TERMINATE] = 0
         if store.scalar is not float:
             store.S[0] = float(plain(store.S[0]))  # derivatives with respect to time stop here
         t = store.S[0]
         if not params.suppress_initialization_events:
             for kind, apply in (
-                (_loop.UNRESTRICTEDS, _evaluate.apply_unrestricted),
-                (_loop.DISCRETES, _evaluate.apply_discrete),
+                (_program.UNRESTRICTEDS, _evaluate.apply_unrestricted),
+                (_program.DISCRETES, _evaluate.apply_discrete),
             ):
                 result, any_ = apply(store, 0, _evaluate.initialization)
                 self._N[kind] += any_
@@ -233,7 +235,7 @@ class Simulator:
         self._ready, self._last_time = True, store.S[0]
         if status.severity() is EventStatus.Severity.kReachedTermination:
             note_status(status, self._span.outcome, store)
-        return self._status(float(t), int(_loop.TERMINATED) if store.I[_loop.TERMINATE] else int(_loop.DONE))
+        return self._status(float(t), int(_program.TERMINATED) if store.I[_program.TERMINATE] else int(_program.DONE))
 
     def _make_span(self) -> None:
         store = self._context._store
@@ -258,7 +260,7 @@ class Simulator:
 
     def _every_step(self) -> None:
         self._system.ForcedPublish(self._context)
-        self._N[_loop.PUBLISHES] += 1
+        self._N[_program.PUBLISHES] += 1
 
     def _set_clocks(self, t: float) -> None:
         """Every clock to its first tick at or after t [s]; what ticks at t is triggered."""
@@ -278,23 +280,23 @@ class Simulator:
         store, span = self._context._store, self._span
         program = store.layout.program
         if not params.suppress_initialization_events:
-            _loop.trigger(program, store.I, _loop.AT_START)
+            _loop.trigger(program, store.I, _program.AT_START)
             self._clear_start_updates(store)
-        _loop.trigger(program, store.I, _loop.PER_STEP)
+        _loop.trigger(program, store.I, _program.PER_STEP)
         span.interpreted(_loop.publish)
-        if self._publish_at_initialization and not store.I[_loop.STATUS]:
+        if self._publish_at_initialization and not store.I[_program.STATUS]:
             self._every_step()
-        if self._monitor is not None and not store.I[_loop.STATUS]:
+        if self._monitor is not None and not store.I[_program.STATUS]:
             result = self._monitor(self._context)
             if result is not None and note_status(checked_status(result), span.outcome, store):
-                store.I[_loop.STATUS] = -1
-        if store.I[_loop.STATUS]:
+                store.I[_program.STATUS] = -1
+        if store.I[_program.STATUS]:
             self._raise()
 
     def _clear_start_updates(self, store: Any) -> None:
         """Initialization updates are done already."""
         for g, (kind, clock, _, _) in enumerate(store.layout.group_list):
-            if clock == int(_loop.AT_START) and kind != int(_loop.PUBLISH):
+            if clock == int(_program.AT_START) and kind != int(_program.PUBLISH):
                 store.I[store.layout.trig0 + g] = 0
 
     def AdvanceTo(self, boundary_time: float, interruptible: bool = True) -> SimulatorStatus:
@@ -357,38 +359,38 @@ class Simulator:
     def _run(self, T: float, progress: Progress) -> int:
         """Advances in native spans, between which Python looks at Ctrl-C, the clock and the terminal."""
         store, span, N, Z = self._context._store, self._span, self._N, self._integrator._Z
-        store.I[_loop.TERMINATE] = 0
-        N[_loop.BUDGET] = 1 if self._between else 1000
+        store.I[_program.TERMINATE] = 0
+        N[_program.BUDGET] = 1 if self._between else 1000
         while True:
-            Z[_loop.T_BREAK] = np.inf
+            Z[_integrate.T_BREAK] = np.inf
             if self._rate > 0:
                 self._pause(float(store.S[0]))
-                Z[_loop.T_BREAK] = float(store.S[0]) + 0.004 * self._rate
+                Z[_integrate.T_BREAK] = float(store.S[0]) + 0.004 * self._rate
             dense, t0 = self._integrator._dense is not None, float(store.S[0])
             if dense:
-                N[_loop.BUDGET] = 1
+                N[_program.BUDGET] = 1
             begin = time.monotonic()
             code = span.advance(T)
             if store.unsettled:
                 store.settle()
                 self._make_span()
                 span = self._span
-                N[_loop.BUDGET] = 1 if self._between else 1000
+                N[_program.BUDGET] = 1 if self._between else 1000
             if dense:
                 self._integrator._keep_step(t0)
             elapsed = time.monotonic() - begin
             self._seconds += elapsed
             self._look_in(False)
-            if code == _loop.ERROR:
+            if code == _program.ERROR:
                 self._raise()
-            elif code == _loop.ROOM:
+            elif code == _program.ROOM:
                 _logs.grow(store)
-            elif code != _loop.BREAK:
+            elif code != _program.BREAK:
                 return code
             if elapsed < 0.02:
-                N[_loop.BUDGET] = min(2 * int(N[_loop.BUDGET]), 1 << 24)
+                N[_program.BUDGET] = min(2 * int(N[_program.BUDGET]), 1 << 24)
             elif elapsed > 0.08:
-                N[_loop.BUDGET] = max(int(N[_loop.BUDGET]) // 2, 1)
+                N[_program.BUDGET] = max(int(N[_program.BUDGET]) // 2, 1)
             progress.update(float(store.S[0]))
 
     def _look_in(self, is_end: bool) -> None:
@@ -406,7 +408,7 @@ class Simulator:
         span = self._span
         failed = span.outcome.status
         if span.outcome.error is None and failed is not None and failed.severity() is EventStatus.Severity.kFailed:
-            span.store.I[_loop.STATUS] = 0
+            span.store.I[_program.STATUS] = 0
             status = self._status(0.0, None)
             raise RuntimeError(status.FormatMessage())
         span.raise_error()
@@ -415,10 +417,10 @@ class Simulator:
         store, span = self._context._store, self._span
         t, outcome = float(store.S[0]), span.outcome.status
         span.outcome.status = None
-        store.I[_loop.TERMINATE] = 0
+        store.I[_program.TERMINATE] = 0
         if code is None:
             return SimulatorStatus._make(boundary, t, _Reason.kEventHandlerFailed, outcome.system(), outcome.message())
-        if code == _loop.TERMINATED and outcome is not None:
+        if code == _program.TERMINATED and outcome is not None:
             reason = _Reason.kReachedTerminationCondition
             return SimulatorStatus._make(boundary, t, reason, outcome.system(), outcome.message())
         return SimulatorStatus._make(boundary, t, _Reason.kReachedBoundaryTime)
@@ -428,27 +430,27 @@ class Simulator:
         self._get_ready()
         store, span = self._context._store, self._span
         program, I = store.layout.program, store.I
-        I[_loop.TERMINATE] = 0
-        self._N[_loop.HAS_COMMIT] = store.layout.num_abstract > 0
+        I[_program.TERMINATE] = 0
+        self._N[_program.HAS_COMMIT] = store.layout.num_abstract > 0
         _logs.grow(store)
-        _loop.trigger(program, I, _loop.PER_STEP)
-        for kind in (_loop.UNRESTRICTED, _loop.DISCRETE):
+        _loop.trigger(program, I, _program.PER_STEP)
+        for kind in (_program.UNRESTRICTED, _program.DISCRETE):
             span.interpreted(_loop.update, kind)
-            if I[_loop.STATUS]:
+            if I[_program.STATUS]:
                 self._raise()
-        if not I[_loop.TERMINATE]:
+        if not I[_program.TERMINATE]:
             _loop.clear_updates(program, I)
-            self._N[_loop.STEPS] += 1
+            self._N[_program.STEPS] += 1
             span.interpreted(_loop.publish)
-            if self._publish_every_step and not I[_loop.STATUS]:
+            if self._publish_every_step and not I[_program.STATUS]:
                 self._every_step()
-            if self._monitor is not None and not I[_loop.STATUS]:
+            if self._monitor is not None and not I[_program.STATUS]:
                 result = self._monitor(self._context)
                 if result is not None and note_status(checked_status(result), span.outcome, store):
-                    I[_loop.STATUS] = -1
-            if I[_loop.STATUS]:
+                    I[_program.STATUS] = -1
+            if I[_program.STATUS]:
                 self._raise()
-        code = _loop.TERMINATED if I[_loop.TERMINATE] else _loop.DONE
+        code = _program.TERMINATED if I[_program.TERMINATE] else _program.DONE
         return self._status(float(store.S[0]), int(code))
 
 

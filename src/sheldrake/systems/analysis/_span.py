@@ -13,11 +13,14 @@ from sheldrake.systems.analysis._first_calls import FirstCalls
 from sheldrake.systems.framework import _logs, _python_rows
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
 from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._store import FAILED, Store, checked_status
 
 _ROW = ctypes.CFUNCTYPE(ctypes.c_int64)  # the caller hands over t, slab and words in registers: nobody looks
-_STATUS, _TERMINATE, _ROW_AT, _IDLE = int(_loop.STATUS), int(_loop.TERMINATE), int(_loop.ROW), int(_loop.IDLE)
+_STATUS, _TERMINATE = int(_program.STATUS), int(_program.TERMINATE)
+_ROW_AT, _IDLE = int(_program.ROW), int(_program.IDLE)
 
 
 class Outcome:
@@ -35,7 +38,7 @@ class Span:
 
     Args:
         store: The context's memory.
-        N: Settings and counts of the simulator (see `_loop`).
+        N: Settings and counts of the simulator (see `_kernels.program`).
         Z: The integrator's numbers.
         special: The simulator's own rows, by number after the program's: Python functions.
         native: Run the loop itself as machine code, where possible.
@@ -149,7 +152,7 @@ class Span:
         finally:
             sys.unraisablehook = others
         if self._ctrl_c is not None:
-            self.outcome.error, self._ctrl_c, code = self._ctrl_c, None, int(_loop.ERROR)
+            self.outcome.error, self._ctrl_c, code = self._ctrl_c, None, int(_program.ERROR)
         return code
 
     def _keep_ctrl_c(self, unraisable: Any) -> None:
@@ -172,10 +175,10 @@ class Span:
         error, system, kind = outcome.error, outcome.system, outcome.kind
         outcome.error = None
         if error is None:
-            if status == int(_loop.MIN_STEP_STATUS):
+            if status == int(_integrate.MIN_STEP_STATUS):
                 error = RuntimeError(
                     f"Error control asks for a step below the minimum step size "
-                    f"({self.Z[_loop.H_MIN]:g} s requested) at time {store.S[0]!r}; "
+                    f"({self.Z[_integrate.H_MIN]:g} s requested) at time {store.S[0]!r}; "
                     "the derivatives may be discontinuous."
                 )
             else:

@@ -10,7 +10,8 @@ from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._span import Span
 from sheldrake.systems.framework import _python_rows
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction
-from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._kernels import integrate as _integrate
+from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._store import checked_status
 
 
@@ -40,7 +41,7 @@ class WitnessWatch:
 
     def before(self) -> None:
         """Remembers the beginning of a step."""
-        store, updates = self._store, int(self._span.N[_loop.UNRESTRICTEDS])
+        store, updates = self._store, int(self._span.N[_program.UNRESTRICTEDS])
         if updates != self._seen_updates:
             self._seen_updates = updates
             self._active = self._system.GetWitnessFunctions(store.context(0))
@@ -59,7 +60,7 @@ class WitnessWatch:
         window = self._window()
         if window is not None and not self._isolate(window):
             return
-        self._store.I[_loop.WITNESSED] = 1
+        self._store.I[_program.WITNESSED] = 1
 
     def _window(self) -> float | None:
         """How exactly to locate a change of sign [s]; None: not at all."""
@@ -91,12 +92,12 @@ class WitnessWatch:
         store = self._store
         store.S[0] = self._t0
         store.S[slice(*store.layout.xc)] = self._x0
-        _loop.changed(store.I, _loop.CONTINUOUS)
+        _program.changed(store.I, _program.CONTINUOUS)
         if t <= self._t0:
             return
         while store.S[0] < t:
-            self._span.interpreted(_integrate, self._span.Z, t)
-            if store.I[_loop.STATUS]:
+            self._span.interpreted(_integrate_until, self._span.Z, t)
+            if store.I[_program.STATUS]:
                 return
 
     def _fire(self, kind: int) -> EventStatus | None:
@@ -114,5 +115,5 @@ class WitnessWatch:
         return status
 
 
-def _integrate(P: Any, N: Any, S: Any, I: Any, L: Any, rows: Any, Z: Any, t: float) -> None:
-    _loop.integrate(P, N, Z, S, I, L, rows, np.inf, t)
+def _integrate_until(P: Any, N: Any, S: Any, I: Any, L: Any, rows: Any, Z: Any, t: float) -> None:
+    _integrate.integrate(P, N, Z, S, I, L, rows, np.inf, t)

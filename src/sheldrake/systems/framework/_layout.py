@@ -20,7 +20,7 @@ from sheldrake.systems.framework._declarations import (
     Stages,
 )
 from sheldrake.systems.framework._freshness import level_of_needs
-from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._memory import Memory, Place, RootView, Span
 
 NO_ROW = -(10**9)
@@ -152,20 +152,20 @@ class Layout(Memory):
 
     # The program.
 
-    def _program(self) -> _loop.Program:
+    def _program(self) -> _program.Program:
         words: list[int] = []
         at: list[int] = []
         for row in self.rows:
             at.append(len(words))
             if row.native:
                 words.extend(self._words(row))
-        num_special = int(_loop.NUM_SPECIAL)
+        num_special = int(_program.NUM_SPECIAL)
         at += [len(words)] * (num_special + 1)
         self._make_groups()
         pre = [self._prerequisites(rows) for _, _, rows, _ in self.group_list]
         seg = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
         n_rows, n_groups, n_clocks = len(self.rows), len(self.group_list), len(self.clocks)
-        side = int(_loop.NUM_SIDE)
+        side = int(_program.NUM_SIDE)
         stamp0, k0 = side, side + n_rows
         trig0 = k0 + n_clocks
         self.log0 = trig0 + n_groups
@@ -175,7 +175,7 @@ class Layout(Memory):
         nxc = self.xc[1] - self.xc[0]
         size = [n_groups - 1, n_clocks, nxc, stamp0, k0, trig0, self.log0, self.plus, self.xdot[0], self.rk[0]]
         size += [n_rows, self.xc[0], n_groups - 1]
-        return _loop.Program(
+        return _program.Program(
             words=_ints(words or [0]),
             at=_ints(at),
             level=_ints(self._levels() + [2] * (len(self.rows) - len(self.ports))),
@@ -195,8 +195,8 @@ class Layout(Memory):
         """What happens together: one group per kind and clock, in the order of the leaves; derivatives come last."""
         clocks: dict[tuple[float, float], int] = {}
         groups: dict[tuple[int, int], tuple[list[int], set[int]]] = {}
-        special = {"per_step": int(_loop.PER_STEP), "initialization": int(_loop.AT_START)}
-        for clock in (int(_loop.AT_START), int(_loop.PER_STEP)):
+        special = {"per_step": int(_program.PER_STEP), "initialization": int(_program.AT_START)}
+        for clock in (int(_program.AT_START), int(_program.PER_STEP)):
             for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
                 groups[kind, clock] = ([], set())
         for n in self.leaves:
@@ -219,7 +219,7 @@ class Layout(Memory):
             for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
                 row = self._add(Row(-1, kind, None, (0, 0)))
                 self.witness_rows[kind] = row
-                self.group_list.append((kind, int(_loop.AT_WITNESS), [row], set(self.witness_nodes)))
+                self.group_list.append((kind, int(_program.AT_WITNESS), [row], set(self.witness_nodes)))
         derivatives = [r for p in self.places if p.derivatives >= 0 for r in self.stages(p.derivatives)]
         self.group_list.append((DERIVATIVES, -9, derivatives, set()))
 

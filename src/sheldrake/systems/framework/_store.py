@@ -13,7 +13,7 @@ from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import _python_rows, _scratch
 from sheldrake.systems.framework._event import EventStatus
-from sheldrake.systems.framework._kernels import loop as _loop
+from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._layout import Layout, Row
 from sheldrake.systems.framework._vector import BasicVector, lifted
 
@@ -40,7 +40,7 @@ class Store:
 
     Attributes:
         S: the slab; `S[0]` is time [s].
-        I: counters, stamps, clocks, log tables (see `_loop`).
+        I: counters, stamps, clocks, log tables (see `_kernels.program`).
         L: logs (see `_logs`).
         abstract, parameters: abstract states and parameters of all leaves.
         fixed: fixed abstract inputs, by free number.
@@ -152,7 +152,7 @@ class Store:
         """A system changed what its `_structure_in` says. The layout follows before anything is computed."""
         self.unsettled = True
         if self.running is not None:
-            self.running[_loop.BUDGET] = 1  # the simulator takes one step at most before it looks
+            self.running[_program.BUDGET] = 1  # the simulator takes one step at most before it looks
 
     def settle(self) -> None:
         """Brings the layout in line with what systems say of this context; not in the middle of a step."""

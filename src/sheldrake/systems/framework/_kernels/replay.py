@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
-from sheldrake.systems.framework._kernels.loop import Program, call
+from sheldrake.systems.framework._kernels.program import Program, call
 
 
 @kernel(top=True, strict=True)
