@@ -48,3 +48,26 @@ def test_a_person_moves_reloads_and_ends(chromium, tmp_path, pictures):
     running.join(60)
     assert not running.is_alive() and meshcat.GetButtonNames() == []
     assert page.console() == []
+
+
+def test_the_panel_shows_what_a_camera_would_see(chromium, tmp_path, pictures):
+    file = tmp_path / "arm.urdf"
+    file.write_text(ARM.format(low=-0.5))
+    visualizer = ModelVisualizer(show_rgbd_sensor=True)
+    visualizer.AddModels(file)
+    meshcat = visualizer.meshcat()
+    visualizer.Finalize([0.1])
+    meshcat.SetCameraPose([1.2, -0.8, 0.7], [0.2, 0.0, 0.1])
+    running = threading.Thread(target=visualizer.Run, daemon=True)
+    running.start()
+    page = chromium.open(meshcat.web_url())
+    page.wait_for(READY)
+    image = 'document.querySelector(\'img[src^="blob:"], img[src^="data:image/jpeg"]\')'
+    page.wait_for(f"!!{image} && {image}.naturalWidth === 480")
+    before = page.evaluate(f"{image}.src")
+    meshcat.SetSliderValue("lift", 0.3)
+    page.wait_for(f"{image}.src !== {before!r}")
+    page.screenshot(pictures / "camera-preview.png")
+    page.press("Escape", "Escape")
+    running.join(60)
+    assert not running.is_alive() and page.console() == []

@@ -23,6 +23,7 @@ from sheldrake.multibody.tree import FrameIndex
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 
+from ._camera_preview import CameraPreview
 from ._config import ApplyVisualizationConfig, VisualizationConfig
 from ._triad import AddFrameTriadIllustration
 
@@ -51,16 +52,13 @@ class ModelVisualizer:
         triad_radius: Radius of those axes [m].
         triad_opacity: Opacity of those axes, in [0, 1].
         publish_contacts: Whether contact forces are drawn.
-        show_rgbd_sensor: Not to be had yet.
+        show_rgbd_sensor: Whether the page's panel shows what a camera that stands where the page's does would see.
         browser_new: Whether Run() opens the page in a browser.
         pyplot: Whether the models are drawn in a matplotlib figure, too.
         meshcat: Where to draw; a new one when left out.
         environment_map: An image for reflections.
         no_lights: Whether the page's lights are switched off.
         compliance_type: How geometries collide that do not say: "undefined", "rigid" or "compliant".
-
-    Raises:
-        NotImplementedError: when show_rgbd_sensor is wanted.
     """
 
     def __init__(
@@ -79,16 +77,17 @@ class ModelVisualizer:
         no_lights: bool = False,
         compliance_type: str = "undefined",
     ):
-        if show_rgbd_sensor:
-            raise NotImplementedError("ModelVisualizer(): show_rgbd_sensor would open a window; sheldrake opens none.")
         self._visualize_frames = visualize_frames
         self._triad = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
         self._publish_contacts, self._pyplot, self._browser_new = publish_contacts, pyplot, browser_new
+        self._show_rgbd_sensor = show_rgbd_sensor
+        self._preview: CameraPreview | None = None
         self._meshcat, self._no_lights, self._compliance_type = meshcat, no_lights, compliance_type
         self._environment_map = os.fspath(environment_map)
         # What AddModels() was asked for, in order; None once parser() was given away.
         self._added: list[dict[str, Any]] | None = []
         self._diagram: Any = None
+        self._changes = 0  # of the sliders
         self._builder, self._plant, self._scene_graph, self._parser = self._new_parser()
 
     # ---- before Finalize()
@@ -212,6 +211,9 @@ class ModelVisualizer:
             if values != shown:
                 shown = values
                 self._publish()
+                self._changes += 1
+            if self._preview is not None:
+                self._preview.look(self._context, self._changes)
             if done():
                 return
             time.sleep(_POLL)
@@ -262,6 +264,10 @@ class ModelVisualizer:
             from sheldrake.systems.planar_scenegraph_visualizer import ConnectPlanarSceneGraphVisualizer
 
             ConnectPlanarSceneGraphVisualizer(self._builder, self._scene_graph)
+        if self._show_rgbd_sensor:
+            if self._preview is not None:
+                self._preview.delete()
+            self._preview = CameraPreview(meshcat, self._builder, self._scene_graph)
         self._sliders = JointSliders(meshcat, self._plant, initial_value=position)
         self._builder.AddNamedSystem("joint_sliders", self._sliders)
         self._offer_reload()

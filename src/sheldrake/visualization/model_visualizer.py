@@ -23,7 +23,7 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("-w", "--open-window", dest="browser_new", action="store_true", help="open a browser window")
     parser.add_argument("--pyplot", action="store_true", help="draw in a matplotlib figure, too")
     parser.add_argument("--visualize_frames", action="store_true", help="draw the frames as axes")
-    parser.add_argument("--show_rgbd_sensor", action="store_true", help="not to be had yet")
+    parser.add_argument("--show_rgbd_sensor", action="store_true", help="show what a camera would see")
     parser.add_argument("--environment_map", default="", help="an image for reflections")
     parser.add_argument("--no_lights", action="store_true", help="switch off the page's lights")
     parser.add_argument(
@@ -45,7 +45,7 @@ def _show(filenames: list[str], position: list[float] | None, loop_once: bool, *
         for name in filenames:
             visualizer.AddModels(name)
         visualizer.Finalize(position)
-    except (NotImplementedError, OSError, RuntimeError, ValueError) as error:
+    except (OSError, RuntimeError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     try:

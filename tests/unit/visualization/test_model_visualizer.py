@@ -12,6 +12,7 @@ import pytest
 import sheldrake
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.geometry import Meshcat, Sphere
+from sheldrake.math import RotationMatrix
 from sheldrake.visualization import ModelVisualizer
 
 ARM = """<robot name='arm'><link name='base'/><joint name='weld' type='fixed'><parent link='world'/>
@@ -200,10 +201,24 @@ def test_errors(file, tmp_path):
     for call in (visualizer.Finalize, visualizer.parser, visualizer.package_map, lambda: visualizer.AddModels(file)):
         with pytest.raises(ValueError, match="Finalize has already been called"):
             call()
-    with pytest.raises(NotImplementedError, match="show_rgbd_sensor"):
-        ModelVisualizer(show_rgbd_sensor=True)
     with pytest.raises(RuntimeError, match="compliance_type"):
         ModelVisualizer(compliance_type="soft")
+
+
+def test_a_camera_sees_what_the_page_looks_at(file, monkeypatch):
+    visualizer = ModelVisualizer(show_rgbd_sensor=True)
+    visualizer.AddModels(file)
+    visualizer.Finalize()
+    preview, context = visualizer._preview, visualizer._context
+    assert not preview.look(context, 0) and preview._picture is None, "nobody looks"
+    down = RotationMatrix.MakeXRotation(np.pi)
+    for height, is_filled in ((2.0, False), (0.8, True)):
+        pose = down.ToQuaternion().wxyz(), np.array([0.0, 0.0, height])
+        monkeypatch.setattr(visualizer.meshcat()._hub.controls, "newest_camera_pose", lambda pose=pose: pose)
+        assert preview.look(context, 0) and not preview.look(context, 0)
+        background, middle = preview._picture.image[0, 0], preview._picture.image[180, 240]
+        assert bool((background == middle).all()) == is_filled
+    assert preview.look(context, 1), "a slider moved"
 
 
 def test_the_retired_name_still_adds(file):

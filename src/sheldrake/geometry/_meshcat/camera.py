@@ -70,20 +70,27 @@ class Cameras:
     def GetTrackedCameraPose(self) -> Any:
         """Returns the camera's RigidTransform in the world (x right, y down, z forward) in the page opened
         with "?tracked_camera=on", None while there is no such page."""
-        from sheldrake.common.eigen_geometry import Quaternion
         from sheldrake.math import RigidTransform, RotationMatrix
 
         pose = self._hub.controls.tracked_camera_pose()
         if pose is None:
             return None
         if len(pose) == 2:
-            wxyz, position = pose
-            return RigidTransform(RotationMatrix(Quaternion(wxyz=wxyz / np.linalg.norm(wxyz))), position)
+            return _pose(*pose)
         # Meshcat's own message: a column-major matrix in three.js's axes (+y up; camera x right, y up, -z forward).
         M = np.array(pose, dtype=float).reshape(4, 4).T
         up = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
         R = up @ M[:3, :3] @ np.diag([1.0, -1.0, -1.0])
         return RigidTransform(RotationMatrix.ProjectToRotationMatrix(R), up @ M[:3, 3])
+
+    def _newest_camera_pose(self) -> Any:
+        """The camera's RigidTransform in the page whose camera moved last, None while there is no page."""
+        pose = self._hub.controls.newest_camera_pose()
+        return None if pose is None else _pose(*pose)
+
+    def _field_of_view(self) -> float:
+        """The camera's, from the lower to the upper edge of the page [rad]."""
+        return self._hub.page.stage.field_of_view
 
     def Set2dRenderMode(
         self, X_WC: Any = None, xmin: float = -1.0, xmax: float = 1.0, ymin: float = -1.0, ymax: float = 1.0
@@ -118,3 +125,10 @@ class Cameras:
         if text and not Path(text).is_file():
             raise RuntimeError(f"Meshcat.SetEnvironmentMap(): cannot open '{text}'.")
         self.SetProperty("/Background/<object>", "environment_map", text)
+
+
+def _pose(wxyz: np.ndarray, position: np.ndarray) -> Any:
+    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.math import RigidTransform, RotationMatrix
+
+    return RigidTransform(RotationMatrix(Quaternion(wxyz=wxyz / np.linalg.norm(wxyz))), position)

@@ -227,6 +227,14 @@ class Controls:
         camera = max(tracked, key=lambda camera: camera.update_timestamp)
         return camera.wxyz, camera.position
 
+    def newest_camera_pose(self) -> Any:
+        """Returns the same of the page whose camera moved last, or None."""
+        cameras = [client.camera for client in self._server.get_clients().values() if client.camera.update_timestamp]
+        if not cameras:
+            return None
+        camera = max(cameras, key=lambda camera: camera.update_timestamp)
+        return camera.wxyz, camera.position
+
     def _send_keys(self) -> None:
         from viser import _messages
 

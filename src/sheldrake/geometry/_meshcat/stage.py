@@ -92,6 +92,11 @@ class Stage:
             self.position = np.array(position, dtype=float)
         self._send_camera()
 
+    @property
+    def field_of_view(self) -> float:
+        """Of the cameras, from the lower to the upper edge [rad]."""
+        return self._fov
+
     def set_field_of_view(self, fov: float) -> None:
         """Sets the vertical field of view [rad]."""
         self._fov = fov
