@@ -6,6 +6,7 @@ duals and symbols, or with kernels as plain Python, a closure that does the same
 
 from __future__ import annotations
 
+import types
 from collections.abc import Callable
 from typing import Any
 
@@ -178,6 +179,23 @@ class Calls:
 
         first, arrays = first_words(kernel), dict(zip(kernel.names, args))
         return [(first[name], arrays[name].shape) for name in given]
+
+
+def object_query(cls: type, **fields: Query) -> Query:
+    """A query for a new object of a class of slots: each named slot holds what its own query gives, unchecked."""
+    if all(isinstance(ask, types.BuiltinFunctionType) for ask in fields.values()):
+        from sheldrake.common._native import instances
+
+        if instances.available():
+            return instances.make(cls, fields)
+
+    def make() -> Any:
+        new: Any = object.__new__(cls)
+        for name, ask in fields.items():
+            setattr(new, name, ask())
+        return new
+
+    return make
 
 
 def _plain_run(kernel: Kernel, args: tuple) -> Callable[[], int]:

@@ -125,15 +125,9 @@ class RigidTransform(ScalarBase):
     @classmethod
     def _maker(cls, rotation: Callable[[], np.ndarray], position: Callable[[], np.ndarray]) -> Callable[[], Any]:
         """A function that makes a pose, unchecked, of the read-only arrays that two others give."""
-        new, T, R_ = _new, cls._plain_class(), RotationMatrix_[cls._T]
+        from sheldrake.common.calls import object_query
 
-        def make() -> Any:  # written out: this is what a query for a pose takes its time for
-            R, X = new(R_), new(T)
-            R._M = rotation()
-            X._R, X._p = R, position()
-            return X
-
-        return make
+        return object_query(cls._plain_class(), _R=object_query(RotationMatrix_[cls._T], _M=rotation), _p=position)
 
     @classmethod
     def Identity(cls) -> Any:

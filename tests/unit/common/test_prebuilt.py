@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-from sheldrake.common._native import build, builtin, prebuilt
+from sheldrake.common._native import build, builtin, instances, prebuilt
 from sheldrake.common._native.target import Target
 from sheldrake.common.kernel import MISFIT, jit_enabled
 
@@ -187,5 +187,5 @@ print(json.dumps([builtin.available(), ask(given), ask(np.ones(4)), bool(given[0
 @pytest.mark.parametrize("name", build.PLATFORMS)
 def test_the_code_of_queries_is_made_for_every_platform(name):
     platform = build.PLATFORMS[name]
-    code = builtin.assemble(builtin.CODE, Target(platform.triple, 1, platform.levels[1]))
-    assert builtin.SYMBOL.encode() in code
+    for part in (builtin, instances):
+        assert part.SYMBOL.encode() in builtin.assemble(part.CODE, Target(platform.triple, 1, platform.levels[1]))

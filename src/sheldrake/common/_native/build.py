@@ -24,7 +24,7 @@ import time
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from sheldrake.common._native import builtin, lower, prebuilt
+from sheldrake.common._native import builtin, instances, lower, prebuilt
 from sheldrake.common._native.target import X86_LEVELS, Target
 from sheldrake.common.kernel import Kernel
 
@@ -170,7 +170,8 @@ def _build_one(folder: pathlib.Path, target: Platform, name: str, lowered: dict[
             keep(f"{symbol}_{level}", lower.emit(bitcode, symbol, machine, rename=f"{symbol}_{level}"))
     if "x86_64" in target.triple:
         keep("cpu_level", builtin.assemble(CPU_LEVEL, Target(target.triple, 1, "x86-64")))
-    keep("call", builtin.assemble(builtin.CODE, Target(target.triple, 1, target.levels[1])))
+    for title, text in (("call", builtin.CODE), ("instance", instances.CODE)):
+        keep(title, builtin.assemble(text, Target(target.triple, 1, target.levels[1])))
     library = folder / f"kernels{target.ending}"
     _link(library, target, name, objects)
     for path in objects:

@@ -231,11 +231,11 @@ class _Method(ctypes.Structure):
     ]
 
 
-def make(words: list[int], keep: Any) -> Any:
-    """A builtin function of the block `words`; only where `available`."""
+def make(words: list[int], keep: Any, method: _Method | None = None) -> Any:
+    """A builtin function of the block `words`; only where `available`. `method` stands for another code than CODE."""
     block = np.array(words, np.int64).view(Block)
     block.keep = keep
-    return _factory()(ctypes.byref(_method()), block, None)
+    return _factory()(ctypes.byref(method or _method()), block, None)
 
 
 @functools.cache
@@ -300,21 +300,25 @@ def _factory() -> Any:
 
 @functools.cache
 def _address() -> int | None:
-    """Address of the code: from the wheel's library, the user's cache, or made now."""
+    return code_address(SYMBOL, CODE)
+
+
+def code_address(symbol: str, text: str) -> int | None:
+    """Address of a function in LLVM's language: from the wheel's library, the user's cache, or made now."""
     from sheldrake.common._native import prebuilt, store
 
     found, _ = prebuilt.library()
-    if found is not None and hasattr(found.dll, SYMBOL):
-        return ctypes.cast(getattr(found.dll, SYMBOL), ctypes.c_void_p).value
+    if found is not None and hasattr(found.dll, symbol):
+        return ctypes.cast(getattr(found.dll, symbol), ctypes.c_void_p).value
     try:
-        path = store.cache_folder() / f"{SYMBOL}-{hashlib.sha256(CODE.encode()).hexdigest()[:20]}.o"
+        path = store.cache_folder() / f"{symbol}-{hashlib.sha256(text.encode()).hexdigest()[:20]}.o"
         code = store._read(path)
         if code is None:
             from sheldrake.common._native.target import host
 
-            code = assemble(CODE, host())
+            code = assemble(text, host())
             store._write(path, code)
-        return store._link(code, SYMBOL)
+        return store._link(code, symbol)
     except ModuleNotFoundError:
         return None
 

@@ -38,7 +38,7 @@ def qualified(kernel: Kernel) -> str:
 
 def source_files(package: pathlib.Path = PACKAGE) -> list[pathlib.Path]:
     """Every file that decides what the kernels' machine code is."""
-    native = "arrays.py builtin.py lower.py overloads.py pipeline.py target.py words.py".split()
+    native = "arrays.py builtin.py instances.py lower.py overloads.py pipeline.py target.py words.py".split()
     fixed = [package / "common" / name for name in ("kernel.py", "rows.py")]
     fixed += [package / "common" / "_native" / name for name in native]
     return sorted([*fixed, *package.rglob("_kernels/*.py")])

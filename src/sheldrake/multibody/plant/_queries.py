@@ -47,10 +47,11 @@ class Queries:
         """
         try:  # the one that has to be quick
             view = context._kept
-            ask = view.poses.get(body) if view.family is self._family else None
-        except AttributeError:
-            ask = None
-        return (ask or self._pose_query(self._view(context), body))()
+            if view.family is self._family:
+                return view.poses[body]()
+        except (AttributeError, KeyError, TypeError):
+            pass
+        return self._pose_query(self._view(context), body)()
 
     def _pose_query(self, view: Any, body: RigidBody) -> Any:
         if getattr(body, "_owner", None) is not self:
