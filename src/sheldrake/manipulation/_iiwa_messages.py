@@ -8,7 +8,8 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
-from sheldrake.systems.framework import EventStatus, InputPort, LeafSystem, OutputPort
+from sheldrake.manipulation._ports import input_port, output_port
+from sheldrake.systems.framework import EventStatus, LeafSystem
 from sheldrake.systems.framework._index import _PrintedEnum
 
 kIiwaArmNumJoints = 7
@@ -123,25 +124,11 @@ class IiwaCommandReceiver(LeafSystem):
     def _calc_time(self, context: Any, output: Any) -> None:
         output.SetFromVector([self.get_message_input_port().Eval(context).utime / 1e6])
 
-    def get_message_input_port(self) -> InputPort:
-        """The input for the message."""
-        return self.GetInputPort("lcmt_iiwa_command")
-
-    def get_position_measured_input_port(self) -> InputPort:
-        """The input for the arm's positions [rad]; may be left unconnected: then zero."""
-        return self.GetInputPort("position_measured")
-
-    def get_commanded_position_output_port(self) -> OutputPort:
-        """The output with commanded positions [rad]."""
-        return self.GetOutputPort("position")
-
-    def get_commanded_torque_output_port(self) -> OutputPort:
-        """The output with commanded torques [N m]."""
-        return self.GetOutputPort("torque")
-
-    def get_time_output_port(self) -> OutputPort:
-        """The output with the message's time [s]."""
-        return self.GetOutputPort("time")
+    get_message_input_port = input_port("lcmt_iiwa_command", "the message")
+    get_position_measured_input_port = input_port("position_measured", "the arm's positions [rad], zero if unconnected")
+    get_commanded_position_output_port = output_port("position", "commanded positions [rad]")
+    get_commanded_torque_output_port = output_port("torque", "commanded torques [N m]")
+    get_time_output_port = output_port("time", "the message's time [s]")
 
 
 class IiwaCommandSender(LeafSystem):
@@ -185,17 +172,9 @@ class IiwaCommandSender(LeafSystem):
         )
         output.set_value(message)
 
-    def get_position_input_port(self) -> InputPort:
-        """The input for positions [rad]."""
-        return self.GetInputPort("position")
-
-    def get_torque_input_port(self) -> InputPort:
-        """The input for torques [N m]; may be left unconnected if positions are commanded."""
-        return self.GetInputPort("torque")
-
-    def get_time_input_port(self) -> InputPort:
-        """The input for the message's time [s]; the context's if unconnected."""
-        return self.GetInputPort("time")
+    get_position_input_port = input_port("position", "positions [rad]")
+    get_torque_input_port = input_port("torque", "torques [N m]; may be left unconnected if positions are commanded")
+    get_time_input_port = input_port("time", "the message's time [s]; the context's if unconnected")
 
 
 _STATUS = (
@@ -206,15 +185,6 @@ _STATUS = (
     "torque_measured",
     "torque_external",
 )
-
-
-def _port(kind: str, name: str) -> Any:
-    def get(self: Any) -> Any:
-        return getattr(self, f"Get{kind}Port")(name)
-
-    get.__doc__ = f"The {kind.lower()} port {name}."
-    get.__name__ = f"get_{name}_{kind.lower()}_port"
-    return get
 
 
 class IiwaStatusSender(LeafSystem):
@@ -256,13 +226,13 @@ class IiwaStatusSender(LeafSystem):
         )
         output.set_value(message)
 
-    get_time_measured_input_port = _port("Input", "time_measured")
-    get_position_commanded_input_port = _port("Input", "position_commanded")
-    get_position_measured_input_port = _port("Input", "position_measured")
-    get_velocity_estimated_input_port = _port("Input", "velocity_estimated")
-    get_torque_commanded_input_port = _port("Input", "torque_commanded")
-    get_torque_measured_input_port = _port("Input", "torque_measured")
-    get_torque_external_input_port = _port("Input", "torque_external")
+    get_time_measured_input_port = input_port("time_measured")
+    get_position_commanded_input_port = input_port("position_commanded")
+    get_position_measured_input_port = input_port("position_measured")
+    get_velocity_estimated_input_port = input_port("velocity_estimated")
+    get_torque_commanded_input_port = input_port("torque_commanded")
+    get_torque_measured_input_port = input_port("torque_measured")
+    get_torque_external_input_port = input_port("torque_external")
 
 
 class IiwaStatusReceiver(LeafSystem):
@@ -282,13 +252,13 @@ class IiwaStatusReceiver(LeafSystem):
     def _calc_time(self, context: Any, output: Any) -> None:
         output.SetFromVector([self.get_input_port().Eval(context).utime / 1e6])
 
-    get_time_measured_output_port = _port("Output", "time_measured")
-    get_position_commanded_output_port = _port("Output", "position_commanded")
-    get_position_measured_output_port = _port("Output", "position_measured")
-    get_velocity_estimated_output_port = _port("Output", "velocity_estimated")
-    get_torque_commanded_output_port = _port("Output", "torque_commanded")
-    get_torque_measured_output_port = _port("Output", "torque_measured")
-    get_torque_external_output_port = _port("Output", "torque_external")
+    get_time_measured_output_port = output_port("time_measured")
+    get_position_commanded_output_port = output_port("position_commanded")
+    get_position_measured_output_port = output_port("position_measured")
+    get_velocity_estimated_output_port = output_port("velocity_estimated")
+    get_torque_commanded_output_port = output_port("torque_commanded")
+    get_torque_measured_output_port = output_port("torque_measured")
+    get_torque_external_output_port = output_port("torque_external")
 
 
 def _reader(field: str) -> Any:

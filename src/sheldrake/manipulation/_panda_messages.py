@@ -9,8 +9,8 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_panda_command, lcmt_panda_status
-from sheldrake.manipulation._iiwa_messages import _port
-from sheldrake.systems.framework import EventStatus, InputPort, LeafSystem
+from sheldrake.manipulation._ports import input_port, output_port
+from sheldrake.systems.framework import EventStatus, LeafSystem
 
 kPandaArmNumJoints = 7
 PandaControlMode = SimpleNamespace(kNone=0, kPosition=1, kVelocity=2, kTorque=4)
@@ -106,14 +106,11 @@ class PandaCommandReceiver(LeafSystem):
     def _calc_torque(self, context: Any, output: Any) -> None:
         output.SetFromVector(self._commanded(context, "torque") or np.zeros(self._n))
 
-    def get_message_input_port(self) -> InputPort:
-        """The input for the message."""
-        return self.GetInputPort("lcmt_panda_command")
-
-    get_position_measured_input_port = _port("Input", "position_measured")
-    get_commanded_position_output_port = _port("Output", "position")
-    get_commanded_velocity_output_port = _port("Output", "velocity")
-    get_commanded_torque_output_port = _port("Output", "torque")
+    get_message_input_port = input_port("lcmt_panda_command", "the message")
+    get_position_measured_input_port = input_port("position_measured")
+    get_commanded_position_output_port = output_port("position")
+    get_commanded_velocity_output_port = output_port("velocity")
+    get_commanded_torque_output_port = output_port("torque")
 
 
 class PandaCommandSender(LeafSystem):
@@ -141,9 +138,9 @@ class PandaCommandSender(LeafSystem):
             setattr(message, f"joint_{name}", values)
         output.set_value(message)
 
-    get_position_input_port = _port("Input", "position")
-    get_velocity_input_port = _port("Input", "velocity")
-    get_torque_input_port = _port("Input", "torque")
+    get_position_input_port = input_port("position")
+    get_velocity_input_port = input_port("velocity")
+    get_torque_input_port = input_port("torque")
 
 
 _STATUS = {
@@ -189,14 +186,14 @@ class PandaStatusSender(LeafSystem):
             setattr(message, field, values)
         output.set_value(message)
 
-    get_position_commanded_input_port = _port("Input", "position_commanded")
-    get_position_measured_input_port = _port("Input", "position_measured")
-    get_velocity_commanded_input_port = _port("Input", "velocity_commanded")
-    get_velocity_measured_input_port = _port("Input", "velocity_measured")
-    get_acceleration_commanded_input_port = _port("Input", "acceleration_commanded")
-    get_torque_commanded_input_port = _port("Input", "torque_commanded")
-    get_torque_measured_input_port = _port("Input", "torque_measured")
-    get_torque_external_input_port = _port("Input", "torque_external")
+    get_position_commanded_input_port = input_port("position_commanded")
+    get_position_measured_input_port = input_port("position_measured")
+    get_velocity_commanded_input_port = input_port("velocity_commanded")
+    get_velocity_measured_input_port = input_port("velocity_measured")
+    get_acceleration_commanded_input_port = input_port("acceleration_commanded")
+    get_torque_commanded_input_port = input_port("torque_commanded")
+    get_torque_measured_input_port = input_port("torque_measured")
+    get_torque_external_input_port = input_port("torque_external")
 
 
 class PandaStatusReceiver(LeafSystem):
@@ -226,11 +223,11 @@ class PandaStatusReceiver(LeafSystem):
 
         return calc
 
-    get_position_commanded_output_port = _port("Output", "position_commanded")
-    get_position_measured_output_port = _port("Output", "position_measured")
-    get_velocity_commanded_output_port = _port("Output", "velocity_commanded")
-    get_velocity_measured_output_port = _port("Output", "velocity_measured")
-    get_acceleration_commanded_output_port = _port("Output", "acceleration_commanded")
-    get_torque_commanded_output_port = _port("Output", "torque_commanded")
-    get_torque_measured_output_port = _port("Output", "torque_measured")
-    get_torque_external_output_port = _port("Output", "torque_external")
+    get_position_commanded_output_port = output_port("position_commanded")
+    get_position_measured_output_port = output_port("position_measured")
+    get_velocity_commanded_output_port = output_port("velocity_commanded")
+    get_velocity_measured_output_port = output_port("velocity_measured")
+    get_acceleration_commanded_output_port = output_port("acceleration_commanded")
+    get_torque_commanded_output_port = output_port("torque_commanded")
+    get_torque_measured_output_port = output_port("torque_measured")
+    get_torque_external_output_port = output_port("torque_external")
