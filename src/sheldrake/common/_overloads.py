@@ -27,14 +27,22 @@ def signature(function: Callable[..., Any], **parameters: tuple[Callable[[Any], 
     return Signature(function, tuple((name, *kind) for name, kind in parameters.items()))
 
 
-def _bind(one: Signature, args: Sequence[Any], kwargs: Mapping[str, Any]) -> list[Any] | None:
-    """The values in order of the parameters, or None where count or names differ."""
-    if len(args) + len(kwargs) != len(one.parameters):
+def in_order(
+    names: Sequence[str], args: Sequence[Any], kwargs: Mapping[str, Any], defaults: Mapping[str, Any] | None = None
+) -> list[Any] | None:
+    """The arguments of a call in the order of the names of its parameters, or None where they do not fit.
+
+    Args:
+        names: Names of all parameters.
+        args: Positional arguments.
+        kwargs: Named arguments.
+        defaults: What parameters are that need not be given.
+    """
+    rest = names[len(args) :]
+    given = {**(defaults or {}), **kwargs}
+    if len(args) > len(names) or not set(kwargs) <= set(rest) or not set(rest) <= set(given):
         return None
-    rest = one.parameters[len(args) :]
-    if any(name not in kwargs for name, _, _ in rest):
-        return None
-    return [*args, *(kwargs[name] for name, _, _ in rest)]
+    return [*args, *(given[name] for name in rest)]
 
 
 def call_first_match(
@@ -60,7 +68,7 @@ def call_first_match(
         TypeError: no signature accepts them.
     """
     for one in signatures:
-        values = _bind(one, args, kwargs)
+        values = in_order([name for name, _, _ in one.parameters], args, kwargs)
         if values is None:
             continue
         try:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._overloads import in_order, incompatible
 from sheldrake.math import BsplineBasis, KnotVectorType
 from sheldrake.multibody.tree import MultibodyForces_
 from sheldrake.solvers import Constraint, Cost, MathematicalProgram, _arrays
@@ -131,11 +131,11 @@ class KinematicTrajectoryOptimization:
             self.SetInitialGuess(first)
             return
         names = ("num_positions", "num_control_points", "spline_order", "duration")
-        values = {"spline_order": 4, "duration": 1.0, **kwargs, **dict(zip(names, args))}
-        if set(values) != set(names):
+        values = in_order(names, args, kwargs, {"spline_order": 4, "duration": 1.0})
+        if values is None:
             accepted = ["(num_positions, num_control_points, spline_order=4, duration=1.0)", "(trajectory)"]
             raise incompatible("KinematicTrajectoryOptimization", accepted, args, kwargs, constructor=True)
-        self._set_up(*(values[n] for n in names))
+        self._set_up(*values)
 
     def _set_up(self, num_positions: int, num_control_points: int, order: int, duration: float) -> None:
         self._nq, self._n = int(num_positions), int(num_control_points)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from sheldrake.common._overloads import Mismatch, incompatible  # Mismatch is what converters raise
+from sheldrake.common._overloads import Mismatch, in_order, incompatible  # Mismatch is what converters raise
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._evaluators import takes_vector_function
 from sheldrake.symbolic import Formula, Polynomial, Variable, Variables
@@ -37,19 +37,6 @@ def overload(function: Callable[..., Any], **parameters: Any) -> Overload:
     return Overload(function, tuple(made))
 
 
-def _bind(one: Overload, args: Sequence[Any], kwargs: Mapping[str, Any]) -> list[Any] | None:
-    names = [p.name for p in one.parameters]
-    if len(args) > len(names) or any(n not in names[len(args) :] for n in kwargs):
-        return None
-    out = list(args)
-    for p in one.parameters[len(args) :]:
-        value = kwargs.get(p.name, p.default)
-        if value is _REQUIRED:
-            return None
-        out.append(value)
-    return out
-
-
 def dispatch(call: str, overloads: Sequence[Overload], target: Any, args: Sequence[Any], kwargs: Mapping) -> Any:
     """What the first overload gives that takes the arguments.
 
@@ -57,7 +44,8 @@ def dispatch(call: str, overloads: Sequence[Overload], target: Any, args: Sequen
         TypeError: none takes them.
     """
     for one in overloads:
-        values = _bind(one, args, kwargs)
+        defaults = {p.name: p.default for p in one.parameters if p.default is not _REQUIRED}
+        values = in_order([p.name for p in one.parameters], args, kwargs, defaults)
         if values is None:
             continue
         try:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._overloads import in_order, incompatible
 from sheldrake.multibody.inverse_kinematics import _distance as distance
 from sheldrake.multibody.inverse_kinematics import _orientation as orientation
 from sheldrake.multibody.inverse_kinematics import _position as position
-from sheldrake.multibody.inverse_kinematics._kinematic import given
 from sheldrake.multibody.inverse_kinematics._plant_constraints import add_limits_and_quaternions
 from sheldrake.solvers import MathematicalProgram
 
@@ -63,8 +62,8 @@ class InverseKinematics:
         Called as `(frameB, p_BQ, frameA, p_AQ_lower, p_AQ_upper)`, or as
         `(frameB, p_BQ, frameAbar, X_AbarA, p_AQ_lower, p_AQ_upper)` with A fixed to Abar.
         """
-        long = given(args, kwargs, ("frameB", "p_BQ", "frameAbar", "X_AbarA", "p_AQ_lower", "p_AQ_upper"))
-        short = given(args, kwargs, ("frameB", "p_BQ", "frameA", "p_AQ_lower", "p_AQ_upper"))
+        long = in_order(("frameB", "p_BQ", "frameAbar", "X_AbarA", "p_AQ_lower", "p_AQ_upper"), args, kwargs)
+        short = in_order(("frameB", "p_BQ", "frameA", "p_AQ_lower", "p_AQ_upper"), args, kwargs)
         if long is None:
             if short is None:
                 accepted = [

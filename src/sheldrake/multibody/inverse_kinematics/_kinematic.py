@@ -131,13 +131,3 @@ def unit3(call: str, name: str, value: Any) -> np.ndarray:
     if length < 100.0 * np.finfo(float).eps:
         raise ValueError(f"{name} is close to a zero vector.")
     return v / length
-
-
-def given(args: tuple, kwargs: dict, names: tuple[str, ...]) -> list[Any] | None:
-    """The arguments in the order of names, or None if they do not fit."""
-    if len(args) > len(names):
-        return None
-    rest = names[len(args) :]
-    if set(kwargs) != set(rest):
-        return None
-    return [*args, *(kwargs[n] for n in rest)]

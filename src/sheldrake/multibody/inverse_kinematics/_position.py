@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._overloads import in_order, incompatible
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction, given, unit3, vector3
+from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction, unit3, vector3
 from sheldrake.solvers import Constraint, Cost, _arrays
 
 
@@ -23,7 +23,7 @@ class PositionConstraint(KinematicFunction, Constraint):
     _LONG = ("plant", "frameAbar", "X_AbarA", "p_AQ_lower", "p_AQ_upper", "frameB", "p_BQ", "plant_context")
 
     def __init__(self, *args: Any, **kwargs: Any):
-        long, short = given(args, kwargs, self._LONG), given(args, kwargs, self._SHORT)
+        long, short = in_order(self._LONG, args, kwargs), in_order(self._SHORT, args, kwargs)
         if long is None and short is None:
             raise incompatible(
                 "PositionConstraint", [str(self._SHORT), str(self._LONG)], args, kwargs, constructor=True

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import in_order
 from sheldrake.multibody.math import SpatialAcceleration_
 from sheldrake.multibody.plant._queries import Motion, points, relative_acceleration
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
@@ -333,13 +334,13 @@ def shifted(B: Motion, arm: np.ndarray) -> Motion:
 
 def com_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, Any, Frame, Frame]:
     """(model instances or None, with_respect_to, frame_A, frame_E)."""
-    names = ["model_instances", "with_respect_to", "frame_A", "frame_E"]
-    if (args and isinstance(args[0], JacobianWrtVariable)) or len(args) + len(kwargs) == 3:
-        names = names[1:]
-    given = dict(zip(names, args)) | kwargs
-    if set(given) != set(names) or len(args) + len(kwargs) != len(names):
+    names = ("model_instances", "with_respect_to", "frame_A", "frame_E")
+    of_all = in_order(names[1:], args, kwargs)
+    found = in_order(names, args, kwargs) if of_all is None else [None, *of_all]
+    if found is None:
         raise TypeError(
             f"{call}(): incompatible function arguments. Takes (context, [model_instances: list[ModelInstanceIndex]], "
             "with_respect_to: JacobianWrtVariable, frame_A: Frame, frame_E: Frame)."
         )
-    return given.get("model_instances"), given["with_respect_to"], given["frame_A"], given["frame_E"]
+    model_instances, with_respect_to, frame_A, frame_E = found
+    return model_instances, with_respect_to, frame_A, frame_E

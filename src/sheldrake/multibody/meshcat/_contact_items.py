@@ -1,0 +1,98 @@
+"""What is drawn of contact results: forces, surfaces, and names for both sides of a contact."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.plant import ContactResults
+
+from ._hydroelastic_arrows import _HydroelasticContactVisualizerItem
+from ._point_contact_arrows import _PointContactVisualizerItem
+
+
+class Names:
+    """Short names of the two sides of a contact, unique within a plant; kept once they are found."""
+
+    def __init__(self) -> None:
+        self._plant: Any = None
+        self._inspector: Any = None
+        self._known: dict[tuple[Any, Any], str] = {}
+
+    def look_at(self, plant: Any, inspector: Any) -> None:
+        """Takes names from a plant, and from the SceneGraph's inspector where it is known."""
+        if plant is not self._plant or (inspector is None) != (self._inspector is None):
+            self._known.clear()
+        self._plant, self._inspector = plant, inspector
+
+    def of_body(self, index: Any, geometry: Any) -> str:
+        """Returns the body's name, with its model's where it is not the only one, and the geometry's likewise."""
+        name = self._known.get((index, geometry))
+        if name is None:
+            name = self._known[index, geometry] = self._find(index, geometry)
+        return name
+
+    def _find(self, index: Any, geometry: Any) -> str:
+        plant = self._plant
+        body = plant.get_body(index)
+        name = body.name()
+        if plant.NumBodiesWithName(name) > 1:
+            name = f"{plant.GetModelInstanceName(body.model_instance())}.{name}"
+        geometries = plant.GetCollisionGeometriesForBody(body)
+        if len(geometries) > 1:
+            name = f"{name}.{self.of_geometry(geometry)}"
+        return name
+
+    def of_geometry(self, geometry: Any) -> str:
+        """Returns a geometry's name without its model's, or its number."""
+        if self._inspector is None:
+            return f"Id({geometry.get_value()})"
+        return self._inspector.GetName(geometry).rpartition("::")[2]
+
+    def of_geometries_body(self, geometry: Any) -> str:
+        """Returns the name of the body that a geometry belongs to."""
+        if self._inspector is None:
+            return self.of_geometry(geometry)
+        body = self._plant.GetBodyFromFrameId(self._inspector.GetFrameId(geometry))
+        return self.of_body(body.index(), geometry)
+
+
+def point_items(results: ContactResults, names: Names) -> list[_PointContactVisualizerItem]:
+    """Forces at points, with the names of who touches."""
+    arrays = results._arrays
+    if arrays is not None:
+        return [
+            _PointContactVisualizerItem(names.of_body(a, A), names.of_body(b, B), force, point)
+            for a, b, A, B, force, point in zip(*arrays)
+        ]
+    items = []
+    for info in map(results.point_pair_contact_info, range(results.num_point_pair_contacts())):
+        A, B = (names.of_body(info.bodyA_index(), info.point_pair().id_A),
+                names.of_body(info.bodyB_index(), info.point_pair().id_B))  # fmt: skip
+        items.append(_PointContactVisualizerItem(A, B, info.contact_force(), info.contact_point()))
+    return items
+
+
+def surface_item(info: Any, names: Names) -> _HydroelasticContactVisualizerItem:
+    """Force and triangles of one contact surface, with the names of who touches."""
+    surface = info.contact_surface()
+    mesh = surface.tri_mesh_W() if surface.is_triangle() else surface.poly_mesh_W()
+    field = surface.tri_e_MN() if surface.is_triangle() else surface.poly_e_MN()
+    count = mesh.num_vertices()
+    faces = []
+    for f in range(surface.num_faces()):
+        element = mesh.element(f)
+        ring = [element.vertex(i) for i in range(3 if surface.is_triangle() else element.num_vertices())]
+        faces += [(ring[0], ring[i], ring[i + 1]) for i in range(1, len(ring) - 1)]
+    force = info.F_Ac_W()
+    return _HydroelasticContactVisualizerItem(
+        names.of_geometries_body(surface.id_M()),
+        names.of_geometries_body(surface.id_N()),
+        surface.centroid(),
+        force.translational(),
+        force.rotational(),
+        np.array([mesh.vertex(v) for v in range(count)]).reshape(-1, 3).T,
+        np.array(faces, dtype=np.int64).reshape(-1, 3).T,
+        np.array([field.EvaluateAtVertex(v) for v in range(count)]),
+    )
