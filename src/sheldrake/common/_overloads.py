@@ -8,8 +8,11 @@ from typing import Any, NamedTuple
 from sheldrake.common._names import pretty_class_name
 
 
-class Mismatch(Exception):
+class Mismatch(TypeError):
     """A value that a converter cannot take; the next signature is tried."""
+
+    def __init__(self, text: str = "incompatible function arguments: one is of the wrong type") -> None:
+        super().__init__(text)
 
 
 class Signature(NamedTuple):

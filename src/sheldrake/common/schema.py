@@ -125,9 +125,9 @@ def ToSymbolic(var: Any) -> Any:
     return ToDistribution(var).ToSymbolic()
 
 
-def IsDeterministic(var: Any) -> bool:
-    """Whether a number, vector or distribution has only one possible value."""
-    d = _distribution("IsDeterministic", var)
+def IsDeterministic(var: Any = None, *, vec: Any = None) -> bool:
+    """Whether a number or its distribution (`var`), or a vector or its (`vec`), has only one possible value."""
+    d = _distribution("IsDeterministic", vec if var is None else var)
     if isinstance(d, Gaussian):
         return d.stddev == 0.0
     if isinstance(d, Uniform):
@@ -141,13 +141,13 @@ def IsDeterministic(var: Any) -> bool:
     return True
 
 
-def GetDeterministicValue(var: Any) -> Any:
-    """The only possible value of a number, vector or distribution.
+def GetDeterministicValue(var: Any = None, *, vec: Any = None) -> Any:
+    """The only possible value of a number or its distribution (`var`), or of a vector or its (`vec`).
 
     Raises:
         RuntimeError: it has several.
     """
-    d = _distribution("GetDeterministicValue", var)
+    d = _distribution("GetDeterministicValue", vec if var is None else var)
     if not IsDeterministic(d):
         raise RuntimeError(f"Attempt to GetDeterministicValue() on a variant that contains a {d!r}")
     return d.Mean()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.systems.framework import BasicVector
@@ -27,21 +28,29 @@ class NamedVector(BasicVector):
 
 
 def _add_accessors(cls: type, index: int, name: str) -> None:
+    self_, value = (inspect.Parameter(n, inspect.Parameter.POSITIONAL_OR_KEYWORD) for n in ("self", name))
+    signature = inspect.Signature([self_, value])
+
     def get(self: Any) -> Any:
         return self[index]
 
-    def set_(self: Any, value: Any) -> None:
-        self[index] = value
+    def set_(*args: Any, **kwargs: Any) -> None:
+        given = signature.bind(*args, **kwargs).arguments
+        given["self"][index] = given[name]
 
-    def with_(self: Any, value: Any) -> Any:
-        changed = self.Clone()
-        changed[index] = value
+    def with_(*args: Any, **kwargs: Any) -> Any:
+        given = signature.bind(*args, **kwargs).arguments
+        changed = given["self"].Clone()
+        changed[index] = given[name]
         return changed
 
-    for function, called, text in (
+    accessors: tuple[tuple[Any, str, str], ...] = (
         (get, name, f"The element {name}."),
         (set_, f"set_{name}", f"Sets the element {name}."),
         (with_, f"with_{name}", f"A copy with another {name}."),
-    ):
+    )
+    for function, called, text in accessors:
         function.__name__, function.__qualname__, function.__doc__ = called, f"{cls.__qualname__}.{called}", text
+        if function is not get:
+            function.__signature__ = signature
         setattr(cls, called, function)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import incompatible
 from sheldrake.math import RigidTransform, RotationMatrix
 
 from ._meshes.triangle_mesh import TriangleSurfaceMesh
@@ -89,6 +90,21 @@ class Plane:
         return copy.copy(self)
 
 
+_OVERLAP = (
+    ("a_G", "aabb_G", "obb_G", "bv_H"),
+    ("b_H", "aabb_H", "obb_H", "hs_C", "plane_P"),
+    ("X_GH", "X_CH", "X_PH"),
+)
+"""Names of the arguments of `HasOverlap`, by place."""
+
+
+def _overlap_arguments(args: tuple, kwargs: dict) -> list:
+    rest = [[kwargs[name] for name in names if name in kwargs] for names in _OVERLAP[len(args) :]]
+    if len(args) + len(kwargs) != 3 or any(len(found) != 1 for found in rest):
+        raise incompatible("HasOverlap", ["(a_G, b_H, X_GH)", "(bv_H, hs_C, X_CH)"], args, kwargs)
+    return [*args, *(found[0] for found in rest)]
+
+
 class _Bounds:
     """What both kinds of boxes share; B is the box's frame, H the hierarchy's."""
 
@@ -111,11 +127,13 @@ class _Bounds:
         return float(8.0 * np.prod(self._half_width))
 
     @staticmethod
-    def HasOverlap(a: Any, b: Any, X: RigidTransform) -> bool:
+    def HasOverlap(*args: Any, **kwargs: Any) -> bool:
         """True if a bounding box and another one, a HalfSpace or a Plane overlap.
 
-        Called as `(a_G, b_H, X_GH)` for two boxes, `(bv_H, hs_C, X_CH)` for a half space, `(bv_H, plane_P, X_PH)`.
+        Called as `(a_G, b_H, X_GH)` for two boxes, `(bv_H, hs_C, X_CH)` for a half space, `(bv_H, plane_P, X_PH)`;
+        by name, boxes of different kinds are `aabb_G`, `obb_G`, `aabb_H`, `obb_H`.
         """
+        a, b, X = _overlap_arguments(args, kwargs)
         if isinstance(b, (HalfSpace, Plane)):
             X_FB = X @ a.pose()
             if isinstance(b, Plane):

@@ -12,6 +12,7 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common.cpp_template import TemplateClass
+from sheldrake.common.value import _register_value_type
 
 
 class PixelFormat(BoundEnum):
@@ -128,6 +129,7 @@ def _make(pixel: PixelType) -> type:
         name, (_Image,), {"Traits": ImageTraits[pixel], "__doc__": _Image.__doc__, "__module__": _PUBLIC.__name__}
     )
     Image.add_instantiation(pixel, cls, skip_rename=True)
+    _register_value_type(cls)
     return cls
 
 

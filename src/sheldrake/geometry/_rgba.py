@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common.value import _register_value_type
+
 from ._text import number
 
 
@@ -103,6 +105,9 @@ class Rgba:
 
     def __repr__(self) -> str:
         return f"Rgba(r={self.r()}, g={self.g()}, b={self.b()}, a={self.a()})"
+
+
+_register_value_type(Rgba)
 
 
 def _ordered(r: float, g: float, b: float, a: float = 1.0) -> list[float]:

@@ -75,9 +75,11 @@ class GcsTrajectoryOptimization:
         """Returns the edges between subgraphs."""
         return list(self._between)
 
-    def GetGraphvizString(self, result: Any = None, options: GcsGraphvizOptions | None = None, **kwargs: Any) -> str:
+    def GetGraphvizString(
+        self, result: Any = None, options: GcsGraphvizOptions | None = None, *args: Any, **kwargs: Any
+    ) -> str:
         """Returns the graph in the language of Graphviz, with values of a solution if there is one."""
-        return self._gcs.GetGraphvizString(result, options, **kwargs)
+        return self._gcs.GetGraphvizString(result, options, *args, **kwargs)
 
     # The graph
 

@@ -162,9 +162,9 @@ class MultipleShooting:
     def _add_running_cost(self, g: Expression) -> None:
         raise NotImplementedError
 
-    def AddFinalCost(self, e: Any) -> Any:
-        """Adds the cost of an expression of placeholders at the last sample."""
-        e = np.asarray(e, dtype=object)
+    def AddFinalCost(self, e: Any = None, *, matrix: Any = None) -> Any:
+        """Adds the cost of an expression of placeholders (or a matrix of one) at the last sample."""
+        e = np.asarray(matrix if e is None else e, dtype=object)
         if e.size != 1:
             raise RuntimeError(f"AddFinalCost(): expected one expression, got shape {e.shape}.")
         return self._prog.AddCost(self._substituted(e.reshape(-1)[0], self._N - 1))

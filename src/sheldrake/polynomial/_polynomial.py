@@ -135,7 +135,7 @@ class Polynomial:
         """Returns the integral that has the given value at zero."""
         return self._of(integrate(self._c, self._scalar("Integral", integration_constant)))
 
-    def CoefficientsAlmostEqual(self, other: Any, tol: Any = 1e-9, tol_type: Any = None) -> Any:
+    def CoefficientsAlmostEqual(self, other: Any, tol: Any = 0.0, tol_type: Any = None) -> Any:
         """Tells whether all coefficients agree.
 
         Args:

@@ -87,8 +87,8 @@ class MathematicalProgram(ProgramVariables, ProgramCosts, ProgramConstraints, Pr
         return [as_kind(Constraint, b) for name in _CONSTRAINTS for b in self._lists[name]]
 
     def GetLinearConstraints(self) -> list:
-        """Returns the bindings of linear constraints, then of linear equalities, and of bounding boxes."""
-        names = ("linear_constraints", "linear_equality_constraints", "bounding_box_constraints")
+        """Returns the bindings of linear constraints, then of linear equalities; bounding boxes do not count."""
+        names = ("linear_constraints", "linear_equality_constraints")
         return [as_kind(LinearConstraint, b) for name in names for b in self._lists[name]]
 
     def required_capabilities(self) -> set[ProgramAttribute]:

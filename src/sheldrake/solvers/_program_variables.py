@@ -40,11 +40,13 @@ class ProgramVariables:
         self._guess.append(np.nan)
 
     def _new(self, call: str, type: _TYPE, names: tuple[str, str], args: tuple, kwargs: dict, add: Callable) -> Any:
+        is_decision = add == self._append  # Drake numbers indeterminates in a column by row and column.
+
         def vector(_: Any, rows: int, name: str) -> np.ndarray:
             return _filled((rows,), lambda i: Variable(f"{name}({i})", type), add)
 
         def matrix(_: Any, rows: int, cols: int, name: str) -> np.ndarray:
-            if cols == 1:
+            if cols == 1 and is_decision:
                 return _filled((rows, 1), lambda i, j: Variable(f"{name}({i})", type), add)
             return _filled((rows, cols), lambda i, j: Variable(f"{name}({i},{j})", type), add)
 

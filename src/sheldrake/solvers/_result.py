@@ -97,11 +97,11 @@ class MathematicalProgramResult:
         """Sets the values of all decision variables.
 
         Raises:
-            RuntimeError: the size is another.
+            ValueError: the size is another.
         """
         values = np.asarray(x_val, dtype=float).ravel()
         if values.size != len(self._places):
-            raise RuntimeError(
+            raise ValueError(
                 f"MathematicalProgramResult::set_x_val, the dimension of x_val is {values.size}, expected "
                 f"{len(self._places)}"
             )

@@ -23,12 +23,18 @@ class _Unavailable(SolverInterface):
         return "has not been compiled as part of this binary; sheldrake has nothing that stands behind it."
 
 
-class _License:
+class License:
     """A license; there is none to be had."""
 
     def is_valid(self) -> bool:
         """Tells whether it may be used: never."""
         return False
+
+    def __enter__(self) -> License:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Does nothing: there is nothing to give back."""
 
 
 class GurobiSolver(_Unavailable):
@@ -36,7 +42,7 @@ class GurobiSolver(_Unavailable):
 
     _name = "Gurobi"
     _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
-    License = _License
+    License = License
 
     class SolveStatusInfo:
         """What a running solve tells its callbacks."""
@@ -46,7 +52,7 @@ class GurobiSolver(_Unavailable):
             self.explored_node_count = self.feasible_solutions_count = 0
 
     @staticmethod
-    def AcquireLicense() -> _License:
+    def AcquireLicense() -> License:
         """Gives no license.
 
         Raises:
@@ -77,10 +83,10 @@ class MosekSolver(_Unavailable):
 
     _name = "MOSEK"
     _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
-    License = _License
+    License = License
 
     @staticmethod
-    def AcquireLicense() -> _License:
+    def AcquireLicense() -> License:
         """Gives no license.
 
         Raises:

@@ -76,9 +76,9 @@ def uninterpreted_function(name: str, arguments: Any) -> Expression:
     return _build.uninterpreted(name, tuple(_build.expect("uninterpreted_function", a) for a in arguments))
 
 
-def isnan(x: Any) -> Formula:
-    """Returns the formula that x is not a number."""
-    return _formula.is_nan(_build.expect("isnan", x))
+def isnan(x: Any = None, *, e: Any = None) -> Formula:
+    """Returns the formula that an expression (`x` or `e`, by Drake's two names) is not a number."""
+    return _formula.is_nan(_build.expect("isnan", e if x is None else x))
 
 
 def logical_and(*formulas: Any) -> Formula:

@@ -46,7 +46,9 @@ class SinCos:
     """
 
     def __init__(self, s: Variable, c: Variable, type: SinCosSubstitutionType = SinCosSubstitutionType.kAngle):
-        self.s, self.c, self.type = s, c, type
+        self.s = s
+        self.c = c
+        self.type = type
 
 
 def substitute(target: Any, subs: dict[Variable, SinCos]) -> Any:

@@ -243,3 +243,24 @@ def test_a_planted_fault_is_seen():
     mine, other = checker(OURS), checker(THEIRS)
     mine._padding[2, 4] = mine._padding[4, 2] = 0.001
     assert np.abs(clearance(mine, Q)[2] - clearance(other, Q)[2]).max() > 1e-4
+
+
+def test_distances_of_a_checker_as_constraints():
+    for kind in ("MinimumDistanceLowerBoundConstraint", "MinimumDistanceUpperBoundConstraint"):
+        made = []
+        for L in (OURS, THEIRS):
+            c = checker(L)
+            ik = importlib.import_module(f"{L.planning.__name__.split('.')[0]}.multibody.inverse_kinematics")
+            constraint = getattr(ik, kind)(
+                collision_checker=c,
+                bound=0.2,
+                collision_checker_context=c.MakeStandaloneModelContext(),
+                influence_distance_offset=0.5,
+            )
+            made.append(constraint)
+        assert made[0].num_vars() == made[1].num_vars() == 3
+        for q in configurations(20):
+            mine, other = (np.asarray(c.Eval(q)) for c in made)
+            np.testing.assert_allclose(mine, other, atol=1e-6)
+        np.testing.assert_array_equal(made[0].lower_bound(), made[1].lower_bound())
+        np.testing.assert_array_equal(made[0].upper_bound(), made[1].upper_bound())

@@ -114,6 +114,28 @@ def test_reaction_forces_of_a_step(seed):
     p.check(reactions, max(1e-9, 1e-12 * condition))
 
 
+@seeds
+def test_accelerations_asked_for_are_those_of_the_present_state(seed):
+    p = Pair(seed, joints=JOINTS)
+    condition = np.linalg.cond(p.plants[1].CalcMassMatrix(p.contexts[1]))
+
+    def accelerations(lib, plant, context):
+        bodies = [plant.get_body(lib.BodyIndex(i)) for i in range(plant.num_bodies())]
+        return [
+            *(plant.EvalBodySpatialAccelerationInWorld(context, b).get_coeffs() for b in bodies),
+            *(b.body_frame().CalcSpatialAccelerationInWorld(context).get_coeffs() for b in bodies),
+        ]
+
+    def center(lib, plant, context):
+        return plant.CalcCenterOfMassTranslationalAccelerationInWorld(context)
+
+    for query in (accelerations, center):
+        p.check(query, max(1e-9, 1e-13 * condition))
+    p.each(lambda L, m, c: step(L, m, c, 0.01))
+    for query in (accelerations, center):
+        p.check(query, max(1e-9, 1e-12 * condition))
+
+
 def test_ports_before_the_first_step_are_zero():
     p = Pair(0, joints=JOINTS)
 

@@ -111,10 +111,11 @@ class VolumeMesh:
         normal /= np.linalg.norm(normal)
         return normal if normal.dot(corners[f] - a) > 0.0 else -normal
 
-    def Equal(self, mesh: VolumeMesh) -> bool:
-        """True if tetrahedra and vertices are the same, bit for bit."""
-        same = np.array_equal(self._elements, mesh._elements)
-        return same and np.array_equal(self._vertices, mesh._vertices)
+    def Equal(self, mesh: VolumeMesh, vertex_tolerance: float = 0) -> bool:
+        """True if tetrahedra are the same, and no vertex is farther from its counterpart than the tolerance [m]."""
+        if not np.array_equal(self._elements, mesh._elements) or self._vertices.shape != mesh._vertices.shape:
+            return False
+        return bool(np.all(np.linalg.norm(self._vertices - mesh._vertices, axis=1) <= vertex_tolerance))
 
     def __copy__(self) -> VolumeMesh:
         return VolumeMesh(self._elements.tolist(), self._vertices)

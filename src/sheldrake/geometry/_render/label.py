@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from sheldrake.common.value import _register_value_type
+
 _MAX_UNRESERVED = 2**15 - 1 - 4
 _RESERVED = {32764: "kDontCare", 32765: "kDoNotRender", 32766: "kEmpty", 32767: "kUnspecified"}
 
@@ -54,3 +56,4 @@ def _reserved(value: int) -> RenderLabel:
 
 for _value, _name in _RESERVED.items():
     setattr(RenderLabel, _name, _reserved(_value))
+_register_value_type(RenderLabel)

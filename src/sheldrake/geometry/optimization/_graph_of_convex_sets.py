@@ -112,8 +112,9 @@ class GraphOfConvexSets:
 
     GetMutableEdgeByName = GetEdgeByName
 
-    def IsValid(self, item: Vertex | Edge) -> bool:
+    def IsValid(self, v: Vertex | Edge | None = None, *, e: Edge | None = None) -> bool:
         """Tells whether a vertex or an edge is of this graph."""
+        item = e if v is None else v
         return any(item is own for own in (self._edges if isinstance(item, Edge) else self._vertices))
 
     def RemoveVertex(self, vertex: Vertex) -> None:
@@ -158,18 +159,22 @@ class GraphOfConvexSets:
         result: Any = None,
         options: GcsGraphvizOptions | None = None,
         active_path: list[Edge] = [],  # noqa: B006  (pydrake's default; never changed)
+        *args: Any,
         **kwargs: Any,
     ) -> str:
         """Returns the graph in the language of Graphviz, with values of a solution if there is one.
 
         Args:
             result: A solution, or None.
-            options: What to show; or its fields by name.
+            options: What to show; or, here and in the places after it or by name, its fields one by one.
             active_path: Edges to show dashed.
         """
-        if options is None or isinstance(options, bool):
-            shown: dict[str, bool] = {"show_slacks": options} if isinstance(options, bool) else {}
-            options = GcsGraphvizOptions(**shown, **kwargs)
+        if isinstance(options, bool):
+            given = (options, *(() if isinstance(active_path, list) else (active_path,)), *args)
+            kwargs.update(zip((name for name, *_ in GcsGraphvizOptions._fields), given))
+            options, active_path = None, []
+        if options is None:
+            options = GcsGraphvizOptions(**kwargs)
         return graphviz(self._vertices, self._edges, result, options, list(active_path))
 
     # Shortest paths
@@ -292,7 +297,7 @@ class GraphOfConvexSets:
         return path
 
     def SamplePaths(
-        self, source: Vertex, target: Vertex, flows: Any, options: GraphOfConvexSetsOptions
+        self, source: Vertex, target: Vertex, flows: Any = None, options: Any = None, *, result: Any = None
     ) -> list[list[Edge]]:
         """Returns different paths, sampled with flows as probabilities.
 
@@ -300,11 +305,13 @@ class GraphOfConvexSets:
             source: Where they start.
             target: Where they end.
             flows: Flow of each edge, a dict; or a solution.
-            options: How many, from which seed.
+            options: How many, from which seed (GraphOfConvexSetsOptions).
+            result: The solution, by name.
 
         Raises:
             RuntimeError: less than one path is asked for.
         """
+        flows = result if flows is None else flows
         if isinstance(flows, MathematicalProgramResult):
             given = self._flows(flows)
         else:

@@ -86,7 +86,9 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
     _display = _MinimumValueConstraint._display
     _latex = _MinimumValueConstraint._latex
 
-    def _set_distances(self, plant: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
+    _checker: Any = None  # a CollisionChecker, when distances are its business
+
+    def _set_distances(self, robot: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
         name = type(self).__name__
         if not math.isfinite(offset):
             raise ValueError(f"{name}: influence_distance must be finite.")
@@ -95,9 +97,15 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
                 f"{name}: influence_distance={bound + offset:g}, must be larger than bound={bound:g}; equivalently, "
                 f"influence_distance_offset={offset:g}, but it needs to be positive."
             )
-        self._check_geometry(plant, context)
-        self._set_plant(plant, context, 1)
-        pairs = len(self._query().inspector().GetCollisionCandidates())
+        if hasattr(robot, "CalcContextRobotClearance"):
+            self._checker, self._checker_context, plant = robot, context, robot.plant()
+            self._set_plant(plant, context.plant_context(), 1)
+            pairs = robot.MaxContextNumDistances(context)
+        else:
+            plant = robot
+            self._check_geometry(plant, context)
+            self._set_plant(plant, context, 1)
+            pairs = len(self._query().inspector().GetCollisionCandidates())
         self._set_up(plant.num_positions(), bound, offset, pairs, self._no_duals, self._distances)
         if penalty is not None:
             self.set_penalty_function(penalty)
@@ -112,10 +120,18 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
         query = self._query()
         return query, query.ComputeSignedDistancePairwiseClosestPoints(self._influence)
 
+    def _clearance(self, x: np.ndarray) -> Any:
+        return self._checker.CalcContextRobotClearance(self._checker_context, x, self._influence)
+
     def _distances(self, x: np.ndarray, influence: float) -> np.ndarray:
+        if self._checker is not None:
+            return self._clearance(x).distances()
         return np.array([pair.distance for pair in self._pairs(x)[1]])
 
     def _values_with_jacobian(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        if self._checker is not None:
+            clearance = self._clearance(x)
+            return clearance.distances(), clearance.jacobians()
         query, pairs = self._pairs(x)
         J = [self._pair_slope(query, pair) for pair in pairs]
         return np.array([p.distance for p in pairs]), np.array(J).reshape(len(pairs), len(x))
@@ -136,9 +152,10 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
     """All pairs of geometries that may collide are at least this far from each other.
 
     Args:
-        plant: The plant, connected to a SceneGraph.
+        plant: The plant, connected to a SceneGraph; or a CollisionChecker (by name: `collision_checker`).
         bound: Least signed distance [m].
-        plant_context: Its context, part of that of the diagram; where the positions are put.
+        plant_context: Its context, part of that of the diagram; where the positions are put. For a checker, its
+            context (by name: `collision_checker_context`).
         penalty_function: `(x, compute_grad) -> (value, slope)`, zero for x >= 0; a quadratic hinge if absent.
         influence_distance_offset: Pairs farther from each other than bound + this do not count [m].
 
@@ -148,22 +165,28 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
 
     def __init__(
         self,
-        plant: Any,
-        bound: float,
-        plant_context: Any,
+        plant: Any = None,
+        bound: Any = None,
+        plant_context: Any = None,
         penalty_function: Callable | None = None,
         influence_distance_offset: float = 0.01,
+        *,
+        collision_checker: Any = None,
+        collision_checker_context: Any = None,
     ):
-        self._set_distances(plant, bound, plant_context, influence_distance_offset, penalty_function)
+        robot = plant if collision_checker is None else collision_checker
+        context = plant_context if collision_checker_context is None else collision_checker_context
+        self._set_distances(robot, bound, context, influence_distance_offset, penalty_function)
 
 
 class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
     """Some pair of geometries that may collide is at most this far apart.
 
     Args:
-        plant: The plant, connected to a SceneGraph.
+        plant: The plant, connected to a SceneGraph; or a CollisionChecker (by name: `collision_checker`).
         bound: Greatest signed distance of the nearest pair [m].
-        plant_context: Its context, part of that of the diagram; where the positions are put.
+        plant_context: Its context, part of that of the diagram; where the positions are put. For a checker, its
+            context (by name: `collision_checker_context`).
         influence_distance_offset: Pairs farther from each other than bound + this do not count [m].
         penalty_function: `(x, compute_grad) -> (value, slope)`, zero for x >= 0; a quadratic hinge if absent.
 
@@ -175,10 +198,15 @@ class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
 
     def __init__(
         self,
-        plant: Any,
-        bound: float,
-        plant_context: Any,
-        influence_distance_offset: float,
+        plant: Any = None,
+        bound: Any = None,
+        plant_context: Any = None,
+        influence_distance_offset: Any = None,
         penalty_function: Callable | None = None,
+        *,
+        collision_checker: Any = None,
+        collision_checker_context: Any = None,
     ):
-        self._set_distances(plant, bound, plant_context, influence_distance_offset, penalty_function)
+        robot = plant if collision_checker is None else collision_checker
+        context = plant_context if collision_checker_context is None else collision_checker_context
+        self._set_distances(robot, bound, context, influence_distance_offset, penalty_function)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+from sheldrake.common.value import _register_value_type
+
 
 class CoulombFriction:
     """Coefficients of static and dynamic friction, 0 <= dynamic <= static; default frictionless.
@@ -58,6 +60,9 @@ class CoulombFriction:
 
     def __repr__(self) -> str:
         return f"CoulombFriction(static_friction={self._static}, dynamic_friction={self._dynamic})"
+
+
+_register_value_type(CoulombFriction)
 
 
 def CalcContactFrictionFromSurfaceProperties(

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.optimization._motion_constraints import require_duals
@@ -35,6 +36,9 @@ class ContactWrench:
         out = cls.__new__(cls)
         out.bodyA_index, out.bodyB_index, out.p_WCb_W, out.F_Cb_W = A, B, p_WCb, F
         return out
+
+
+_register_value_type(ContactWrench)
 
 
 class ContactWrenchFromForceInWorldFrameEvaluator(KinematicFunction, EvaluatorBase):

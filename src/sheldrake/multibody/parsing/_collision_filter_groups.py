@@ -40,6 +40,13 @@ class CollisionFilterGroups:
         """The pairs, each in alphabetical order."""
         return set(self._pairs)
 
+    def __str__(self) -> str:
+        lines = ["", "Collision filter groups:"]
+        for name, members in sorted(self._groups.items()):
+            lines += [f"    {name}", *(f"        {member}" for member in sorted(members))]
+        lines += ["Collision filter exclusion pairs:", *(f"    {a}, {b}" for a, b in sorted(self._pairs)), ""]
+        return "\n".join(lines)
+
     def __repr__(self) -> str:
         return f"<CollisionFilterGroups with {len(self._groups)} groups and {len(self._pairs)} pairs>"
 

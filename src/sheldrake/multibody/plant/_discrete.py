@@ -244,10 +244,11 @@ class DiscreteUpdate:
 
     def _results(self, context: Any) -> StepWork:
         """Scratch of the last step; of a step from the present state when ports are not sampled."""
-        system = context._system
-        if self._sampled:
-            return context._store.scratch(context._node)
-        view = system._view(context)
+        return context._store.scratch(context._node) if self._sampled else self._present_results(context)
+
+    def _present_results(self, context: Any) -> StepWork:
+        """Scratch of a step from the present state."""
+        view = context._system._view(context)
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:
             work = view.copy_of(self._prototype_of(self._geometry_of(context)))
@@ -263,7 +264,13 @@ class DiscreteUpdate:
         return np.array(port.Eval(context)) if port.HasValue(context) else np.zeros(declaration.size)
 
     def _vdot(self, context: Any) -> np.ndarray:
-        """Generalized accelerations, shape (nv,)."""
+        """Generalized accelerations at the present state, shape (nv,)."""
+        if self.is_discrete():
+            return _step_results.accelerations(self._present_results(context), self._time_step)
+        return self._continuous_vdot(context)
+
+    def _step_vdot(self, context: Any) -> np.ndarray:
+        """Generalized accelerations in the last step, shape (nv,)."""
         if self.is_discrete():
             return _step_results.accelerations(self._results(context), self._time_step)
         return self._continuous_vdot(context)

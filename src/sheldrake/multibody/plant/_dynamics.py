@@ -313,17 +313,20 @@ class Dynamics:
         with_respect_to, frame_A, frame_E)`.
 
         Raises:
-            RuntimeError: frame_A is not the world's, or with_respect_to is not kV.
+            RuntimeError: with_respect_to is not kV.
         """  # fmt: skip
         call = "CalcBiasCenterOfMassTranslationalAcceleration"
         instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
-        if not frame_A.is_world_frame():
-            raise RuntimeError(f"{call}(): only supports frame_A = world_frame().")
         view, rows, mass = self._com_rows(call, context, instances)
-        a_W = self._com_acceleration(
-            view, rows, mass, self._accelerations(context, self._bias_vdot(context, call, wrt))
-        )
-        return self._motion(context, frame_E).R.T @ a_W
+        A_WB = self._accelerations(context, self._bias_vdot(context, call, wrt))
+        a = self._com_acceleration(view, rows, mass, A_WB)
+        if not frame_A.is_world_frame():
+            p = self.CalcCenterOfMassPositionInWorld(context, instances)
+            v = self.CalcCenterOfMassTranslationalVelocityInWorld(context, instances)
+            still = np.zeros(3)
+            S = Motion(np.eye(3), p, np.concatenate([still, v]), np.concatenate([still, a]))
+            a = relative_acceleration(S, self._motion(context, frame_A, 1, A_WB))[1]
+        return self._motion(context, frame_E).R.T @ a
 
 
 def shifted(B: Motion, arm: np.ndarray) -> Motion:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
+from sheldrake.common.value import _register_value_type
 from sheldrake.geometry._contact_search import family_kernels, has_pairs
 from sheldrake.geometry._contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._hydro_compile import (
@@ -56,6 +57,9 @@ class HydroelasticContactInfo:
 
     def __deepcopy__(self, memo: dict) -> HydroelasticContactInfo:
         return copy.copy(self)
+
+
+_register_value_type(HydroelasticContactInfo)
 
 
 def touch_along_surfaces(plant: Any, state: Any) -> bool:

@@ -130,7 +130,7 @@ class Ports:
             pick = self._input_indices if what == "net_actuation" else lambda call, i: self._indices(call, i, "v")
             at = pick(what, instance)
         calc = {
-            "generalized_acceleration": self._vdot,
+            "generalized_acceleration": self._step_vdot,
             "generalized_contact_forces": self._generalized_contact_forces,
             "net_actuation": self._net_actuation,
         }[what]

@@ -84,7 +84,11 @@ class Queries:
         return [T(A[self._rows[i]]) for i in range(len(self._rows))]
 
     def EvalBodySpatialAccelerationInWorld(self, context: Any, body: RigidBody) -> Any:
-        """A_WB of the body origin, expressed in W, as the body_spatial_accelerations port has it."""
+        """A_WB of the body origin, expressed in W, at the present state.
+
+        For a discrete plant, of the step that would be taken from there; the port body_spatial_accelerations has that
+        of the step that was taken, when ports are sampled.
+        """
         self._require_mine("EvalBodySpatialAccelerationInWorld", body)
         A = self._accelerations(context, self._vdot(context))
         return self._view(context).of(SpatialAcceleration_)(A[self._rows[body._index._value]])
@@ -311,6 +315,17 @@ class Queries:
         """Energy of motion [J], of rotors too."""
         energy = self._view(context).ask_kinetic_energy()[0]
         return float(energy) if isinstance(energy, float) else energy
+
+    def CalcConservativePower(self, context: Any) -> float:
+        """Power of gravity and of the elastic forces of springs [W]: what potential energy loses."""
+        power = self._view(context).v @ self.CalcGravityGeneralizedForces(context)
+        power = sum((element._powers(context)[0] for element in self._force_elements), power)
+        return float(power) if isinstance(power, float) else power
+
+    def CalcNonConservativePower(self, context: Any) -> float:
+        """Power of the dampers and of the friction of force elements [W]; joints, actuators, contact do not count."""
+        self._require_finalized("CalcNonConservativePower")
+        return sum((element._powers(context)[1] for element in self._force_elements), 0.0)
 
     EvalPotentialEnergy = CalcPotentialEnergy
     EvalKineticEnergy = CalcKineticEnergy

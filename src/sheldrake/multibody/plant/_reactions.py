@@ -21,7 +21,7 @@ class Reactions:
         sampled), tip to base: what moves a body, less what acts on it otherwise, comes through its inboard joint.
         """
         work = self._results(context) if self.is_discrete() else self._derivatives(context)
-        tree, vdot = work.tree, self._vdot(context)
+        tree, vdot = work.tree, self._step_vdot(context)
         T = SpatialForce_[context._system._scalar]
         reactions: list[Any] = [T(np.zeros(6)) for _ in range(max(1, len(self._joints)))]
         if self.is_discrete() and self._sampled and not np.any(tree.inertia[1:, 0] != 0.0):

@@ -68,7 +68,7 @@ class Topology:
 
     def GetTopologyGraphvizString(self) -> str:
         """The bodies, grouped by model instance, and their joints, as a Graphviz string."""
-        lines = [f"digraph MultibodyPlant_{self.get_name() or 'plant'} {{".replace("-", "_"), "rankdir=BT;"]
+        lines = ["digraph MultibodyPlant {", f'label="{self.get_name()}";', "rankdir=BT;", "labelloc=t;"]
         for i, instance in enumerate(self._instances):
             lines += [f"subgraph cluster{i} {{", f' label="{instance.name()}";']
             lines += [
@@ -77,7 +77,7 @@ class Topology:
             lines.append("}")
         for joint in self._joints:
             child, parent = int(joint.child_body().index()), int(joint.parent_body().index())
-            lines.append(f'body{child} -> body{parent} [arrowhead=none, label="{joint.name()} [{joint.type_name()}]"];')
+            lines.append(f'body{child} -> body{parent} [label="{joint.name()} [{joint.type_name()}]"];')
         return "\n".join([*lines, "}"]) + "\n"
 
     def _inboard_of(self, body: RigidBody) -> Any:

@@ -102,13 +102,16 @@ class DoorHinge(ForceElement):
 
     def _potential_energy(self, context: Any) -> Any:
         c, angle = self._config, self._joint.get_angle(context)
-        stretch = angle - c.spring_zero_angle_rad
-        energy = 0.5 * c.spring_constant * stretch * stretch
+        energy = c.spring_constant * (0.5 * angle - c.spring_zero_angle_rad) * angle  # zero at zero, as Drake's
         if c.catch_width > 0.0:
             half = 0.5 * c.catch_width
             s = tanh((angle - half) / half)
             energy = energy + c.catch_torque * half * (math.tanh(1.0) ** 2 - s * s)
         return energy
+
+    def _powers(self, context: Any) -> tuple[Any, Any]:
+        angle, rate = self._joint.get_angle(context), self._joint.get_angular_rate(context)
+        return self.CalcHingeSpringTorque(angle) * rate, self.CalcHingeFrictionalTorque(rate) * rate
 
 
 class LinearBushingRollPitchYaw(ForceElement):
@@ -252,3 +255,5 @@ class LinearBushingRollPitchYaw(ForceElement):
 
     def _potential_energy(self, context: Any) -> Any:
         raise NotImplementedError("LinearBushingRollPitchYaw: its force is not the gradient of a potential energy.")
+
+    _powers = _potential_energy

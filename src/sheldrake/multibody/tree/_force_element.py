@@ -33,6 +33,10 @@ class ForceElement(Element):
         """Energy it stores [J]; gravity's is counted with the bodies."""
         return 0.0
 
+    def _powers(self, context: Any) -> tuple[Any, Any]:
+        """Powers of its conservative and of its dissipative force [W]; gravity's is counted with the bodies."""
+        return 0.0, 0.0
+
 
 class UniformGravityFieldElement(ForceElement):
     """The same gravity everywhere; every plant has one, its first force element."""
@@ -104,6 +108,11 @@ class _JointSpring(ForceElement):
         stiffness, nominal = self._owner._numbers(context, self._group)
         stretch = self._joint.GetOnePosition(context) - nominal
         return 0.5 * stiffness * stretch * stretch
+
+    def _powers(self, context: Any) -> tuple[Any, Any]:
+        stiffness, nominal = self._owner._numbers(context, self._group)
+        stretch = self._joint.GetOnePosition(context) - nominal
+        return -stiffness * stretch * self._joint.GetOneVelocity(context), 0.0
 
 
 class RevoluteSpring(_JointSpring):
@@ -240,8 +249,18 @@ class LinearSpringDamper(ForceElement):
     def _parts(self) -> tuple[Any, ...]:
         return (self._A, self._B)
 
+    def _point(self, context: Any, body: RigidBody, p_BP: np.ndarray) -> tuple[Any, Any]:
+        """Position and velocity in W of a point of a body."""
+        X_WB, V_WB = body.EvalPoseInWorld(context), body.EvalSpatialVelocityInWorld(context)
+        return X_WB @ p_BP, V_WB.Shift(X_WB.rotation() @ p_BP).translational()
+
     def _potential_energy(self, context: Any) -> Any:
-        p_WP = self._A.EvalPoseInWorld(context) @ self._p_AP
-        p_PQ = self._B.EvalPoseInWorld(context) @ self._p_BQ - p_WP
+        p_PQ = self._point(context, self._B, self._p_BQ)[0] - self._point(context, self._A, self._p_AP)[0]
         stretch = sqrt(p_PQ @ p_PQ) - self._free_length
         return 0.5 * self._stiffness * stretch * stretch
+
+    def _powers(self, context: Any) -> tuple[Any, Any]:
+        (p_P, v_P), (p_Q, v_Q) = self._point(context, self._A, self._p_AP), self._point(context, self._B, self._p_BQ)
+        length = sqrt((p_Q - p_P) @ (p_Q - p_P))
+        rate = (p_Q - p_P) @ (v_Q - v_P) / length
+        return -self._stiffness * (length - self._free_length) * rate, -self._damping * rate * rate

@@ -249,8 +249,17 @@ class Joint(NamedElement):
         tau[self._v_start : self._v_start + len(v)] -= self.GetDampingVector(context) * v
 
     def AddInOneForce(self, context: Any, joint_dof: int, joint_tau: float, forces: Any) -> None:
-        """Adds a force or torque on one of its velocities to `forces`."""
+        """Adds a force or torque on one of its velocities to `forces`.
+
+        Raises:
+            RuntimeError: it has no such velocity, or a velocity of its kind has no force of its own.
+        """
         self._finalized("AddInOneForce")
+        if self.type_name() in ("ball_rpy", "quaternion_floating", "rpy_floating"):
+            raise RuntimeError(
+                f"Joint.AddInOneForce(): {self.type_name()} joints do not allow applying forces to individual degrees "
+                "of freedom."
+            )
         if not 0 <= joint_dof < self.num_velocities():
             raise RuntimeError(
                 f"Joint.AddInOneForce(): joint {self._name!r} has {self.num_velocities()} velocities, not {joint_dof}."

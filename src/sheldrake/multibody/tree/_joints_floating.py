@@ -58,10 +58,6 @@ class _FloatingJoint(Joint):
         """Viscous damping of v_FM [N s/m]."""
         return float(self._damping[3])
 
-    def SetOrientation(self, context: Any, R: RotationMatrix) -> Any:
-        """Turns M to R, which is R_FM."""
-        return self._write_q(context, "SetOrientation", self._rotation_positions(R))
-
     def get_translation(self, context: Any) -> np.ndarray:
         """p_FM [m], shape (3,)."""
         return self._q(context, "get_translation")[self._p_start :]
@@ -111,6 +107,10 @@ class QuaternionFloatingJoint(_FloatingJoint):
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         return RigidTransform(Quaternion(wxyz=q[:4] / np.sqrt(q[:4] @ q[:4])), q[4:])
 
+    def SetOrientation(self, context: Any, R: RotationMatrix) -> Any:
+        """Turns M to R, which is R_FM."""
+        return self._write_q(context, "SetOrientation", self._rotation_positions(R))
+
     def get_quaternion(self, context: Any) -> Quaternion:
         """The quaternion, normalised."""
         q = self._q(context, "get_quaternion")[:4]
@@ -157,6 +157,10 @@ class RpyFloatingJoint(_FloatingJoint):
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         return RigidTransform(RollPitchYaw(q[:3]), q[3:])
+
+    def SetOrientation(self, context: Any, R_FM: RotationMatrix) -> Any:
+        """Turns M to R_FM."""
+        return self._write_q(context, "SetOrientation", self._rotation_positions(R_FM))
 
     def get_angles(self, context: Any) -> np.ndarray:
         """Roll, pitch, yaw [rad], shape (3,)."""

@@ -202,12 +202,20 @@ class RigidBody(NamedElement):
         return owner._inboard_joint(self)
 
     def Lock(self, context: Any) -> None:
-        """Locks its inboard joint."""
-        self._finalized("Lock")._inboard_joint(self).Lock(context)
+        """Locks the joint by which it floats.
+
+        Raises:
+            RuntimeError: it does not float from the world.
+        """
+        self._floating_joint("Lock").Lock(context)
 
     def Unlock(self, context: Any) -> None:
-        """Unlocks its inboard joint."""
-        self._finalized("Unlock")._inboard_joint(self).Unlock(context)
+        """Unlocks the joint by which it floats.
+
+        Raises:
+            RuntimeError: it does not float from the world.
+        """
+        self._floating_joint("Unlock").Unlock(context)
 
     def is_locked(self, context: Any) -> bool:
         """Whether its inboard joint is locked."""

@@ -9,7 +9,14 @@ from sheldrake.systems.analysis._simulator import Simulator
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType, System
 
 
-def DiscreteTimeApproximation(system: System, time_period: float, integrator_config: Any = None, **kwargs: Any) -> Any:
+def DiscreteTimeApproximation(
+    system: Any = None,
+    time_period: float = 0.0,
+    integrator_config: Any = None,
+    *,
+    linear_system: Any = None,
+    affine_system: Any = None,
+) -> Any:
     """The system as seen every `time_period` [s], its input held between.
 
     Args:
@@ -17,12 +24,15 @@ def DiscreteTimeApproximation(system: System, time_period: float, integrator_con
             continuous state.
         time_period: Period [s].
         integrator_config: How to integrate (a SimulatorConfig).
+        linear_system: The system, when it is a LinearSystem.
+        affine_system: The system, when it is an AffineSystem.
 
     Raises:
         RuntimeError: the period is not positive, or the system is not continuous.
     """
     if not time_period > 0:
         raise RuntimeError(f"DiscreteTimeApproximation(): time_period must be positive, got {time_period}.")
+    system = next(s for s in (system, linear_system, affine_system) if s is not None)
     exact = getattr(system, "_discrete_time_approximation", None)
     if exact is not None:
         return exact(float(time_period))

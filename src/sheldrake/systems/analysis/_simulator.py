@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 import weakref
 from typing import Any
@@ -145,7 +146,7 @@ class Simulator:
     def get_actual_realtime_rate(self) -> float:
         """Simulation time over real time since the statistics were reset."""
         if self._last_time is None:
-            return 0.0
+            return math.nan
         real = time.monotonic() - self._real0
         return float(self._context._store.S[0] - self._time0) / real if real > 0 else 0.0
 

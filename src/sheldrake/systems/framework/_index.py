@@ -8,6 +8,8 @@ from __future__ import annotations
 import enum
 from typing import Any
 
+from sheldrake.common.value import _register_value_type
+
 _UNSET = -1234567
 
 
@@ -15,6 +17,10 @@ class _TypedIndex:
     """An integer that names one kind of thing; it equals plain ints and its own kind, never another kind."""
 
     __slots__ = ("_value",)
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        _register_value_type(cls)
 
     def __init__(self, value: Any = _UNSET, /):
         if isinstance(value, _TypedIndex) and type(value) is not type(self):

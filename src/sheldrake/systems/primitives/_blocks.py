@@ -84,14 +84,15 @@ class Multiplexer(LeafSystem):
     """Inputs, one after the other, as one vector.
 
     Args:
-        arg: How many scalar inputs, or the sizes of the inputs, or a BasicVector like the output.
+        num_scalar_inputs: How many scalar inputs; or the sizes of the inputs (by name: `input_sizes`); or a
+            BasicVector like the output (by name: `model_vector`).
     """
 
     _generic = True
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, num_scalar_inputs: Any = None, *, input_sizes: Any = None, model_vector: Any = None):
         super().__init__()
-        given = next(iter((*args, *kwargs.values())))
+        (given,) = (g for g in (num_scalar_inputs, input_sizes, model_vector) if g is not None)
         if isinstance(given, BasicVector):
             sizes, model = [1] * given.size(), given
         else:
