@@ -95,17 +95,17 @@ text = message("import pydrake.multibody.fem", ImportError)
 assert text.startswith("ModuleNotFoundError: pydrake.multibody.fem is a module of pydrake that sheldrake"), text
 text = message("import pydrake.nonsense", ImportError)
 assert text == "ModuleNotFoundError: No module named 'pydrake.nonsense'", text
-text = message("from pydrake.solvers import GenerateSDPA", ImportError)
-assert "pydrake.solvers.GenerateSDPA is a name of pydrake that sheldrake" in text, text
-text = message("from pydrake.forwarddiff import GenerateSDPA", ImportError)
-assert "pydrake.forwarddiff has no GenerateSDPA; pydrake has it in pydrake.solvers" in text, text
+text = message("from pydrake.multibody.plant import DeformableModel", ImportError)
+assert "pydrake.multibody.plant.DeformableModel is a name of pydrake that sheldrake" in text, text
+text = message("from pydrake.forwarddiff import DeformableModel", ImportError)
+assert "pydrake.forwarddiff has no DeformableModel; pydrake has it in pydrake.multibody.plant" in text, text
 text = message("from pydrake.forwarddiff import nonsense", ImportError)
 assert "cannot import name 'nonsense'" in text, text
-text = message("import pydrake.solvers as s; s.GenerateSDPA", AttributeError)
-assert "pydrake.solvers.GenerateSDPA" in text, text
+text = message("import pydrake.multibody.plant as p; p.DeformableModel", AttributeError)
+assert "pydrake.multibody.plant.DeformableModel" in text, text
 text = message("import pydrake; pydrake.nonsense", AttributeError)
-import pydrake.solvers
-assert not hasattr(pydrake.solvers, "GenerateSDPA")
+import pydrake.multibody.plant
+assert not hasattr(pydrake.multibody.plant, "DeformableModel")
 """)
 
 
