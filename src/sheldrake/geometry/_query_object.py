@@ -17,8 +17,7 @@ from sheldrake.common.value import _register_value_type
 from ._contact_search import find_contacts
 from ._contact_surface import ContactSurface, surfaces_of
 from ._hydro_compile import explain_unsupported, find_surfaces
-from ._ids import FrameId, GeometryId, number_of
-from ._inspector import SceneGraphInspector
+from ._ids import GeometryId, number_of
 from ._kernels import model as columns
 from ._kernels.contacts import place_geometries
 from ._kernels.model import ContactTable, GeometryModel, contact_table
@@ -29,170 +28,24 @@ from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDist
 from ._ray_casts import Surface, meet_any, rays_of
 from ._roles import HydroelasticContactRepresentation
 from ._shapes import Mesh
-from ._state import WORLD_FRAME_ID, GeometryState
 
 if TYPE_CHECKING:
-    from sheldrake.math import RigidTransform
-
     from ._bounding import Obb
-    from ._scene_graph import SceneGraph
 
 
 class QueryObject(Pictures):
     """Answers where geometry is and what touches what, at the present poses of the context it came from."""
 
-    def __init__(self) -> None:
-        self._scene_graph: SceneGraph | None = None
-        self._context: Any = None
-
-    def _bind(self, scene_graph: SceneGraph | None, context: Any) -> None:
-        self._scene_graph, self._context = scene_graph, context
-
-    def _required(self) -> tuple[SceneGraph, Any]:
-        if self._scene_graph is None:
-            raise RuntimeError(
-                "Attempting to perform query on invalid QueryObject. A QueryObject comes from evaluating "
-                "SceneGraph.get_query_output_port()."
-            )
-        return self._scene_graph, self._context
-
-    @property
-    def _state(self) -> GeometryState:
-        scene_graph, context = self._required()
-        return scene_graph._geometry_state(context)
-
-    def inspector(self) -> SceneGraphInspector:
-        """An inspector of the geometry in the context."""
-        return SceneGraphInspector._make(lambda: self._state)
-
-    # ---- poses
-
-    def _poses(self, frames: Any) -> dict[FrameId, RigidTransform]:
-        """X_PF of frames from their sources' ports."""
-        scene_graph, context = self._required()
-        state = self._state
-        poses: dict[FrameId, RigidTransform] = {}
-        for source_id in {state.frame(frame).source for frame in frames}:
-            source = state.sources[source_id]
-            port = scene_graph.get_source_pose_port(source_id)
-            if not port.HasValue(context):
-                raise RuntimeError(
-                    f"Source '{source.name}' (id: {source_id.get_value()}) has registered dynamic frames but is not "
-                    "connected to the appropriate input port."
-                )
-            values = port.Eval(context)
-            if values.size() != len(source.frames):
-                raise RuntimeError(
-                    f"Disagreement in expected number of frames ({len(source.frames)}) and the given number of frames "
-                    f"({values.size()})."
-                )
-            for frame in source.frames:
-                if not values.has_id(frame):
-                    raise RuntimeError(
-                        f"Registered frame id ({frame.get_value()}) belonging to source {source_id.get_value()} was "
-                        "not found in the provided kinematics data."
-                    )
-                poses[frame] = values._values[frame]
-        return poses
-
-    def _world_poses(self, frames: Any) -> dict[FrameId, RigidTransform]:
-        """X_WF of frames."""
-        from sheldrake.math import RigidTransform
-
-        state = self._state
-        local = self._poses([frame for frame in frames if frame != WORLD_FRAME_ID])
-        world: dict[FrameId, RigidTransform] = {WORLD_FRAME_ID: RigidTransform()}
-
-        def pose(frame: FrameId) -> RigidTransform:
-            if frame not in world:
-                parent = state.frames[frame].parent
-                if parent not in local and parent != WORLD_FRAME_ID:
-                    local.update(self._poses([parent]))
-                world[frame] = local[frame] if parent == WORLD_FRAME_ID else pose(parent) @ local[frame]
-            return world[frame]
-
-        return {frame: pose(frame) for frame in frames}
-
-    def _world_matrices(self, frames: list[FrameId], memo: dict) -> np.ndarray:
-        """X_WF of many frames, shape (n, 3, 4); for who asks often.
-
-        Args:
-            frames: The frames.
-            memo: What this keeps between calls for the same list, {} at first.
-        """
-        X_WF = np.empty((len(frames), 3, 4))
-        scene_graph, context = self._required()
-        if "sources" not in memo:
-            memo["sources"] = self._numbers_of_sources(frames)
-        others = memo["sources"].get(None, [])
-        for source_id, mine in memo["sources"].items():
-            if source_id is None:
-                continue
-            port = scene_graph.get_source_pose_port(source_id)
-            rows = port.Eval(context)._rows if port.HasValue(context) else None
-            if rows is None:
-                others = [*others, *mine]
-                continue
-            ids, X = rows
-            known, places = memo.get(source_id, (None, None))
-            if known is not ids:
-                at = {frame: k for k, frame in enumerate(ids)}
-                if any(frames[k] not in at for k in mine):
-                    others = [*others, *mine]  # the slower way says what is missing
-                    continue
-                places = np.array([at[frames[k]] for k in mine], dtype=np.int64)
-                memo[source_id] = ids, places
-            X_WF[mine, :, :3] = X[places, :9].reshape(-1, 3, 3)
-            X_WF[mine, :, 3] = X[places, 9:12]
-        if others:
-            world = self._world_poses([frames[k] for k in others])
-            for k in others:
-                X_WF[k] = values_of(world[frames[k]].GetAsMatrix34())
-        return X_WF
-
-    def _numbers_of_sources(self, frames: list[FrameId]) -> dict[Any, list[int]]:
-        """Which of the frames belong to each source; under None those whose parent is not the world."""
-        state = self._state
-        found: dict[Any, list[int]] = {}
-        for k, frame in enumerate(frames):
-            in_world = frame != WORLD_FRAME_ID and state.frames[frame].parent == WORLD_FRAME_ID
-            found.setdefault(state.frame(frame).source if in_world else None, []).append(k)
-        return found
-
-    def GetPoseInParent(self, frame_id: FrameId) -> RigidTransform:
-        """Pose X_PF of a frame in its parent frame."""
-        from sheldrake.math import RigidTransform
-
-        self._state.frame(frame_id)
-        if frame_id == WORLD_FRAME_ID:
-            return RigidTransform()
-        return self._poses([frame_id])[frame_id]
-
-    def GetPoseInWorld(self, *args: Any, **kwargs: Any) -> RigidTransform:
-        """Pose of a frame or a geometry in W: `(frame_id)` or `(geometry_id)`.
-
-        Raises:
-            RuntimeError: the id is not registered, or its source has not published the pose.
-        """
-        (target,) = (*args, *kwargs.values())
-        if isinstance(target, FrameId):
-            self._state.frame(target)
-            return self._world_poses([target])[target]
-        record = self._state.geometry(target)
-        X_WF = self._world_poses([record.frame])[record.frame]
-        return X_WF @ type(X_WF)(record.X_FG.GetAsMatrix34())
-
     # ---- proximity
 
-    def _placed(self, single: bool = True) -> tuple[GeometryModel, list[GeometryId], np.ndarray]:
+    def _placed(self) -> tuple[GeometryModel, list[GeometryId], np.ndarray]:
         """The proximity geometry as arrays, its ids, and X_WB of the frames that have some."""
         scene_graph, _ = self._required()
         state = self._state
         model, ids, frames = scene_graph._compile_for_queries(state)
-        if single:
-            geometry = model.geometry.copy()
-            geometry[:, columns.MULTI_POINT] = 0
-            model = model._replace(geometry=geometry)
+        geometry = model.geometry.copy()
+        geometry[:, columns.MULTI_POINT] = 0  # a query gives one point a pair
+        model = model._replace(geometry=geometry)
         poses = self._world_poses({state.geometries[i].frame for i in ids})
         dual = any(X_WF.translation().dtype == object for X_WF in poses.values())
         X_WB = np.full((len(frames), 12), 0.0, dtype=object if dual else float)
@@ -441,20 +294,6 @@ class QueryObject(Pictures):
     def GetConfigurationsInWorld(self, deformable_geometry_id: GeometryId) -> np.ndarray:
         """Not available: deformable geometry."""
         raise NotImplementedError("QueryObject.GetConfigurationsInWorld(): deformable geometry is not supported.")
-
-    def __copy__(self) -> QueryObject:
-        """A copy keeps the geometry and the poses of this moment, whatever becomes of the context."""
-        new = QueryObject()
-        if self._scene_graph is not None:
-            scene_graph, context = self._required()
-            kept = scene_graph.CreateDefaultContext()
-            kept.SetTimeStateAndParametersFrom(context)
-            scene_graph.FixInputPortsFrom(scene_graph, context, kept)
-            new._bind(scene_graph, kept)
-        return new
-
-    def __deepcopy__(self, memo: dict) -> QueryObject:
-        return self.__copy__()
 
 
 _register_value_type(QueryObject)

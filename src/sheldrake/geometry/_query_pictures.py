@@ -9,6 +9,7 @@ import numpy as np
 from ._ids import FrameId
 from ._image import ImageDepth32F, ImageLabel16I, ImageRgba8U
 from ._numbers import values_of
+from ._query_poses import Poses
 from ._state import WORLD_FRAME_ID
 
 if TYPE_CHECKING:
@@ -16,19 +17,10 @@ if TYPE_CHECKING:
 
     from ._render.camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
     from ._render.engine import RenderEngine
-    from ._state import GeometryState
 
 
-class Pictures:
+class Pictures(Poses):
     """A part of QueryObject: pictures of what has the perception role, by the state's renderers."""
-
-    _world_poses: Any
-    _world_matrices: Any
-
-    if TYPE_CHECKING:
-
-        @property
-        def _state(self) -> GeometryState: ...
 
     def _renderer(self, core: RenderCameraCore, parent_frame: FrameId, X_PC: RigidTransform) -> RenderEngine:
         """The render engine of a camera on a frame, everything at its place."""
