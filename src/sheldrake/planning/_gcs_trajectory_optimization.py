@@ -24,8 +24,9 @@ from sheldrake.geometry.optimization import (
     Point,
 )
 from sheldrake.geometry.optimization._angles import check_joints
-from sheldrake.planning import _gcs_subgraph as parts
-from sheldrake.planning._gcs_subgraph import EdgesBetweenSubgraphs, Subgraph
+from sheldrake.planning import _gcs_parts as parts
+from sheldrake.planning._gcs_edges import EdgesBetweenSubgraphs
+from sheldrake.planning._gcs_subgraph import Subgraph
 from sheldrake.trajectories import BezierCurve, CompositeTrajectory
 
 _TURN = 2.0 * math.pi
@@ -42,8 +43,8 @@ class GcsTrajectoryOptimization:
         RuntimeError: a place is repeated or out of range.
     """
 
-    Subgraph = parts.Subgraph
-    EdgesBetweenSubgraphs = parts.EdgesBetweenSubgraphs
+    Subgraph = Subgraph
+    EdgesBetweenSubgraphs = EdgesBetweenSubgraphs
 
     def __init__(self, num_positions: int, continuous_revolute_joints: Any = ()):
         self._num_positions = int(num_positions)
