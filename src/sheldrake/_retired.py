@@ -8,16 +8,11 @@ from __future__ import annotations
 
 import functools
 import importlib
-import warnings
 from collections.abc import Callable
 from types import ModuleType
 from typing import Any, NamedTuple
 
-
-def _hint(text: str) -> None:
-    from sheldrake.common.deprecation import DrakeDeprecationWarning
-
-    warnings.warn(text, DrakeDeprecationWarning, stacklevel=3)
+from sheldrake._retired_functions import FUNCTIONS, hint
 
 
 class Module(NamedTuple):
@@ -40,7 +35,7 @@ class Module(NamedTuple):
         vars(module)["__getattr__"] = __getattr__
         vars(module)["__all__"] = _existing(self.replacement, self.names)
         today = self.replacement.partition("._")[0].replace("sheldrake", "pydrake", 1)
-        _hint(f"{fullname} is retired: import from {today}.")
+        hint(f"{fullname} is retired: import from {today}.")
         return module
 
 
@@ -56,52 +51,57 @@ def _folded(replacement: str, *names: str) -> Module:
 
 
 _SOLVER_MODULES = (
-    "branch_and_bound clp csdp gurobi ipopt mathematicalprogram mixed_integer_optimization_util "
-    "mixed_integer_rotation_constraint mosek nlopt osqp scs sdpa_free_format snopt"
+    "augmented_lagrangian branch_and_bound clarabel clp csdp gurobi ipopt mathematicalprogram "
+    "mixed_integer_optimization_util mixed_integer_rotation_constraint mosek nlopt osqp scs sdpa_free_format snopt"
 ).split()
+_PLANNING_MODULES = "common_robotics_utilities robot_diagram trajectory_optimization".split()
 _EXAMPLE_MODULES = "acrobot compass_gait pendulum quadrotor rimless_wheel van_der_pol".split()
 
 MODULES: dict[str, Module] = {
     **{f"pydrake.solvers.{name}": _folded("sheldrake.solvers") for name in _SOLVER_MODULES},
     **{f"pydrake.examples.{name}": _folded("sheldrake.examples") for name in _EXAMPLE_MODULES},
+    **{f"pydrake.planning.{name}": _folded("sheldrake.planning") for name in _PLANNING_MODULES},
+    **{
+        f"pydrake.manipulation.{name}": _folded("sheldrake.manipulation")
+        for name in ("kuka_iiwa", "schunk_wsg", "util")
+    },
+    "pydrake.manipulation.planner": _folded("sheldrake.multibody.inverse_kinematics"),
+    "pydrake.systems.trajectory_optimization": _folded("sheldrake.planning"),
     "pydrake.geometry.render": _folded("sheldrake.geometry"),
     "pydrake.systems.meshcat_visualizer": _folded("sheldrake.visualization._legacy_meshcat"),
 }
 """Retired modules by their pydrake names."""
+
+GONE = {
+    "pydrake.attic": "RigidBodyTree and what stood on it; use pydrake.multibody.plant",
+    "pydrake.multibody.rigid_body_tree": "RigidBodyTree; use pydrake.multibody.plant",
+    "pydrake.examples.manipulation_station": "ManipulationStation; use "
+    "pydrake.multibody.parsing.ProcessModelDirectives and the drivers of pydrake.manipulation",
+    "pydrake.manipulation.simple_ui": "windows of Tk; use pydrake.multibody.meshcat.JointSliders",
+}
+"""Modules that Drake removed for good: what they held, and what to use."""
 
 
 def renamed(new: str, call: str, static: bool = False) -> Any:
     """A function for a class: warns that `call` is retired and calls the method `new` with the same arguments."""
 
     def method(self: Any, *args: Any, **kwargs: Any) -> Any:
-        _hint(f"{call}() is retired: use {new}().")
+        hint(f"{call}() is retired: use {new}().")
         return getattr(self, new)(*args, **kwargs)
 
     method.__doc__ = f"Retired: use `{new}`."
     return classmethod(method) if static else method
 
 
-def forwarded(new: Callable, old: str, today: str) -> Callable:
-    """A function that warns that `old` is retired in favour of `today` and calls `new`."""
-
-    def function(*args: Any, **kwargs: Any) -> Any:
-        _hint(f"{old}() is retired: use {today}.")
-        return new(*args, **kwargs)
-
-    function.__name__ = function.__qualname__ = old
-    function.__doc__ = f"Retired: use {today}."
-    return function
-
-
 def _declare_periodic_publish(self: Any, period_sec: float, offset_sec: float = 0.0) -> None:
     """Retired: use `DeclarePeriodicPublishEvent`. Calls the override `DoPublish(context, events)`."""
-    _hint("DeclarePeriodicPublish() is retired: use DeclarePeriodicPublishEvent(period, offset, publish).")
+    hint("DeclarePeriodicPublish() is retired: use DeclarePeriodicPublishEvent(period, offset, publish).")
     self.DeclarePeriodicPublishEvent(period_sec, offset_sec, lambda context: self.DoPublish(context, []))
 
 
 def _declare_periodic_discrete_update(self: Any, period_sec: float, offset_sec: float = 0.0) -> None:
     """Retired: use `DeclarePeriodicDiscreteUpdateEvent`. Calls the override `DoCalcDiscreteVariableUpdates`."""
-    _hint("DeclarePeriodicDiscreteUpdate() is retired: use DeclarePeriodicDiscreteUpdateEvent(period, offset, update).")
+    hint("DeclarePeriodicDiscreteUpdate() is retired: use DeclarePeriodicDiscreteUpdateEvent(period, offset, update).")
 
     def update(context: Any, discrete_state: Any) -> None:
         self.DoCalcDiscreteVariableUpdates(context, [], discrete_state)
@@ -113,7 +113,7 @@ def _set_discrete_contact_solver(self: Any, contact_solver: Any) -> None:
     """Retired: use `set_discrete_contact_approximation`. TAMSI or SAP, by the solver's name."""
     from sheldrake.multibody.plant import DiscreteContactApproximation
 
-    _hint("MultibodyPlant.set_discrete_contact_solver() is retired: use set_discrete_contact_approximation().")
+    hint("MultibodyPlant.set_discrete_contact_solver() is retired: use set_discrete_contact_approximation().")
     self.set_discrete_contact_approximation(DiscreteContactApproximation[contact_solver.name])
 
 
@@ -121,17 +121,46 @@ def _camera_info(kind: str) -> Callable:
     """A method of RgbdSensor that gives the lens of its camera of a kind."""
 
     def info(self: Any) -> Any:
-        _hint(f"RgbdSensor.{kind}_camera_info() is retired: use default_{kind}_render_camera().core().intrinsics().")
+        hint(f"RgbdSensor.{kind}_camera_info() is retired: use default_{kind}_render_camera().core().intrinsics().")
         return getattr(self, f"default_{kind}_render_camera")().core().intrinsics()
 
     info.__doc__ = f"Retired: use `default_{kind}_render_camera().core().intrinsics()`."
     return info
 
 
+def _fix_input_port(self: Any, index: int, data: Any) -> Any:
+    """Retired: use `InputPort.FixValue`."""
+    hint("Context.FixInputPort() is retired: use system.get_input_port(index).FixValue(context, value).")
+    return self._system.get_input_port(index).FixValue(self, data)
+
+
+def _exclude_collisions(kind: str) -> Callable:
+    """A method of SceneGraph that filters collisions within a set of geometries, or between two."""
+
+    def exclude(self: Any, *sets: Any) -> None:
+        from sheldrake.geometry import CollisionFilterDeclaration
+
+        hint(f"SceneGraph.ExcludeCollisions{kind}() is retired: use collision_filter_manager().Apply().")
+        context = sets[0] if len(sets) > (1 if kind == "Within" else 2) else None
+        manager = self.collision_filter_manager(*(() if context is None else (context,)))
+        chosen = sets if context is None else sets[1:]
+        manager.Apply(getattr(CollisionFilterDeclaration(), f"Exclude{kind}")(*chosen))
+
+    exclude.__doc__ = "Retired: use `collision_filter_manager().Apply()`."
+    return exclude
+
+
+def _add_minimum_distance(self: Any, minimum_distance: float, threshold_distance: float = 1.0) -> Any:
+    """Retired: use `AddMinimumDistanceLowerBoundConstraint`."""
+    hint("InverseKinematics.AddMinimumDistanceConstraint() is retired: use AddMinimumDistanceLowerBoundConstraint().")
+    return self.AddMinimumDistanceLowerBoundConstraint(minimum_distance, threshold_distance)
+
+
 _DAMPED = ("RevoluteJoint", "PrismaticJoint", "ScrewJoint", "BallRpyJoint", "UniversalJoint")
 
 METHODS: dict[str, dict[str, dict[str, Any]]] = {
     "sheldrake.systems.framework": {
+        "Context": {"FixInputPort": _fix_input_port},
         "System": {"Publish": renamed("ForcedPublish", "System.Publish")},
         "LeafSystem": {
             "DeclarePeriodicPublish": _declare_periodic_publish,
@@ -162,13 +191,27 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         },
     },
     "sheldrake.multibody.tree": {
-        "RigidBody": {"get_default_mass": renamed("default_mass", "RigidBody.get_default_mass")},
+        "RigidBody": {
+            "get_default_mass": renamed("default_mass", "RigidBody.get_default_mass"),
+            "floating_velocities_start": renamed(
+                "floating_velocities_start_in_v", "RigidBody.floating_velocities_start"
+            ),
+        },
         **{name: {"damping": renamed("default_damping", f"{name}.damping")} for name in _DAMPED},
     },
     "sheldrake.geometry": {
         "SceneGraph": {
             "get_pose_bundle_output_port": renamed("get_query_output_port", "SceneGraph.get_pose_bundle_output_port"),
+            "ExcludeCollisionsBetween": _exclude_collisions("Between"),
+            "ExcludeCollisionsWithin": _exclude_collisions("Within"),
         },
+        "QueryObject": {"X_WG": renamed("GetPoseInWorld", "QueryObject.X_WG")},
+    },
+    "sheldrake.multibody.inverse_kinematics": {
+        "InverseKinematics": {"AddMinimumDistanceConstraint": _add_minimum_distance},
+    },
+    "sheldrake.planning": {
+        "MultipleShooting": {"timestep": renamed("time_step", "MultipleShooting.timestep")},
     },
     "sheldrake.systems.sensors": {
         "RgbdSensor": {
@@ -202,162 +245,11 @@ def takes_retired_keywords(function: Callable, call: str, today: dict[str, str])
     def wrapper(*args: Any, **kwargs: Any) -> Any:
         retired = [name for name in kwargs if name in today]
         if retired:
-            _hint(f"{call}(): " + ", ".join(f"{name} is now {today[name]}" for name in retired) + ".")
+            hint(f"{call}(): " + ", ".join(f"{name} is now {today[name]}" for name in retired) + ".")
             kwargs = {today.get(name, name): value for name, value in kwargs.items()}
         return function(*args, **kwargs)
 
     return wrapper
-
-
-def _autodiffutils() -> dict[str, Any]:
-    import numpy as np
-
-    from sheldrake import autodiffutils as m
-
-    def with_gradient(value: Any, gradient: Any) -> Any:
-        return m.InitializeAutoDiff(np.asarray(value, dtype=float), gradient=gradient)
-
-    return {
-        "initializeAutoDiff": forwarded(m.InitializeAutoDiff, "initializeAutoDiff", "InitializeAutoDiff()"),
-        "initializeAutoDiffTuple": forwarded(
-            m.InitializeAutoDiffTuple, "initializeAutoDiffTuple", "InitializeAutoDiffTuple()"
-        ),
-        "initializeAutoDiffGivenGradientMatrix": forwarded(
-            with_gradient, "initializeAutoDiffGivenGradientMatrix", "InitializeAutoDiff(value, gradient=gradient)"
-        ),
-        "autoDiffToValueMatrix": forwarded(m.ExtractValue, "autoDiffToValueMatrix", "ExtractValue()"),
-        "autoDiffToGradientMatrix": forwarded(m.ExtractGradient, "autoDiffToGradientMatrix", "ExtractGradient()"),
-    }
-
-
-def _visualization() -> dict[str, Any]:
-    from sheldrake.visualization import _legacy_meshcat
-
-    return {"ConnectMeshcatVisualizer": _legacy_meshcat.ConnectMeshcatVisualizer}
-
-
-def _geometry() -> dict[str, Any]:
-    from sheldrake.geometry import MeshcatVisualizer
-
-    class MeshcatVisualizerCpp(MeshcatVisualizer):
-        """Retired: use `MeshcatVisualizer`."""
-
-        @staticmethod
-        def AddToBuilder(*args: Any, **kwargs: Any) -> Any:
-            """Retired: use `MeshcatVisualizer.AddToBuilder`."""
-            _hint("MeshcatVisualizerCpp is retired: use MeshcatVisualizer.")
-            return MeshcatVisualizer.AddToBuilder(*args, **kwargs)
-
-    return {"MeshcatVisualizerCpp": MeshcatVisualizerCpp}
-
-
-def _primitives() -> dict[str, Any]:
-    import numpy as np
-
-    from sheldrake.systems.framework import LeafSystem
-
-    class SignalLogger(LeafSystem):
-        """Retired: use `VectorLogSink`. Keeps what it logs itself, whatever the context.
-
-        Args:
-            input_size: Size of the signal.
-            batch_allocation_size: Of no effect.
-        """
-
-        def __init__(self, input_size: int, batch_allocation_size: int = 1000):
-            LeafSystem.__init__(self)
-            _hint("SignalLogger is retired: use VectorLogSink, and FindLog(context) to read its log.")
-            self._size, self._when, self._period = input_size, "step", None
-            self.reset()
-            self.DeclareVectorInputPort("data", input_size)
-            self.DeclarePerStepPublishEvent(lambda context: self._log(context, "step"))
-            self.DeclareForcedPublishEvent(lambda context: self._log(context, "forced", "step", "period"))
-
-        def _log(self, context: Any, *modes: str) -> None:
-            if self._when in modes:
-                self._times.append(context.get_time())
-                self._columns.append(np.array(self.get_input_port(0).Eval(context)))
-
-        def set_publish_period(self, period: float) -> None:
-            """Logs at every multiple of `period` [s] instead of at every step."""
-            self._when = "period"
-            self.DeclarePeriodicPublishEvent(period, 0.0, lambda context: self._log(context, "period"))
-
-        def set_forced_publish_only(self) -> None:
-            """Logs only when a publish is forced."""
-            self._when = "forced"
-
-        def sample_times(self) -> Any:
-            """Returns the times [s], shape `(n,)`."""
-            return np.array(self._times)
-
-        def data(self) -> Any:
-            """Returns the samples as columns, shape `(input_size, n)`."""
-            return np.array(self._columns).reshape(-1, self._size).T
-
-        def reset(self) -> None:
-            """Forgets all samples."""
-            self._times: list[float] = []
-            self._columns: list[Any] = []
-
-    def LogOutput(src: Any, builder: Any) -> Any:
-        """Retired: use `LogVectorOutput`, and `FindLog(context)` to read the log."""
-        _hint("LogOutput() is retired: use LogVectorOutput(src, builder), and FindLog(context) to read the log.")
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            logger = builder.AddSystem(SignalLogger(src.size()))
-        builder.Connect(src, logger.get_input_port(0))
-        return logger
-
-    return {"SignalLogger": SignalLogger, "LogOutput": LogOutput}
-
-
-def _framework() -> dict[str, Any]:
-    def GenerateHtml(system: Any, initial_depth: int = 1) -> str:
-        """Retired: use `GetGraphvizString`. Returns a system and its subsystems as HTML that unfolds.
-
-        Args:
-            system: The system.
-            initial_depth: How many levels are unfolded at first.
-        """
-        _hint("GenerateHtml() is retired: use System.GetGraphvizString().")
-        return _html_of(system, initial_depth)
-
-    return {"GenerateHtml": GenerateHtml}
-
-
-def _html_of(system: Any, depth: int) -> str:
-    from html import escape
-
-    ports = [
-        f"<li>{kind} <code>{escape(port.get_name())}</code></li>"
-        for kind, number, get in (
-            ("input", system.num_input_ports(), system.get_input_port),
-            ("output", system.num_output_ports(), system.get_output_port),
-        )
-        for port in (get(i) for i in range(number))
-    ]
-    inside = ""
-    if hasattr(system, "GetSystems"):
-        inside = "".join(_html_of(child, depth - 1) for child in system.GetSystems())
-        for (to, i), (source, j) in system.connection_map().items():
-            a = f"{source.get_name()}.{source.get_output_port(j).get_name()}"
-            b = f"{to.get_name()}.{to.get_input_port(i).get_name()}"
-            ports.append(f"<li><code>{escape(a)}</code> → <code>{escape(b)}</code></li>")
-    name = escape(system.get_name() or type(system).__name__)
-    unfolded = " open" if depth > 0 else ""
-    style = "margin-left:1em;border-left:1px solid #ccc;padding-left:.5em"
-    return f'<details{unfolded} style="{style}"><summary>{name}</summary><ul>{"".join(ports)}</ul>{inside}</details>'
-
-
-FUNCTIONS: dict[str, Callable[[], dict[str, Any]]] = {
-    "sheldrake.autodiffutils": _autodiffutils,
-    "sheldrake.geometry": _geometry,
-    "sheldrake.systems.framework": _framework,
-    "sheldrake.systems.primitives": _primitives,
-    "sheldrake.visualization": _visualization,
-}
-"""Retired functions and classes of a module, made when the module is there."""
 
 
 def install(module: ModuleType) -> dict[str, Any]:

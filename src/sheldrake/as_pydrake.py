@@ -52,6 +52,7 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
         known = (
             fullname == "pydrake"
             or fullname in _retired.MODULES
+            or fullname in _retired.GONE
             or _native_name(fullname) is not None
             or _pydrake_names.is_module(fullname)
         )
@@ -64,6 +65,8 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
             return _Pydrake("pydrake", __doc__)
         if spec.name in _retired.MODULES:
             return _retired.MODULES[spec.name].make(spec.name)
+        if spec.name in _retired.GONE:
+            raise ModuleNotFoundError(f"Drake removed {spec.name}, with {_retired.GONE[spec.name]}.", name=spec.name)
         native = _native_name(spec.name)
         if native is None:
             raise ModuleNotFoundError(

@@ -134,6 +134,28 @@ import pydrake.solvers.mathematicalprogram
     assert "pydrake.geometry.render is retired: import from pydrake.geometry." in result.stderr
 
 
+def test_modules_of_earlier_years_import():
+    check("""
+import sheldrake.as_pydrake, warnings
+warnings.simplefilter("ignore")
+from pydrake.manipulation.kuka_iiwa import IiwaCommandReceiver
+from pydrake.manipulation.schunk_wsg import SchunkWsgPositionController
+from pydrake.manipulation.planner import DifferentialInverseKinematicsIntegrator
+from pydrake.systems.trajectory_optimization import DirectCollocation
+from pydrake.planning.trajectory_optimization import KinematicTrajectoryOptimization
+from pydrake.solvers.augmented_lagrangian import AugmentedLagrangianSmooth
+from pydrake.systems.framework import AbstractValue
+import pydrake.planning, pydrake.common.value
+assert DirectCollocation is pydrake.planning.DirectCollocation and AbstractValue is pydrake.common.value.AbstractValue
+try:
+    import pydrake.examples.manipulation_station
+except ModuleNotFoundError as error:
+    assert str(error).startswith("Drake removed pydrake.examples.manipulation_station, with ManipulationStation; use")
+else:
+    raise AssertionError
+""")
+
+
 def test_retired_methods_reach_their_classes():
     """A made-up module stands for the real ones, each of which has its own tests."""
     check("""

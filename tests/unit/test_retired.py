@@ -120,6 +120,44 @@ assert PiecewisePolynomial.Cubic([0.0, 1.0], [[0.0, 1.0]], [0.0], [0.0]).value(0
     assert "PiecewisePolynomial.Pchip() is retired: use CubicShapePreserving()." in result.stderr
 
 
+def test_retired_distances_inputs_and_filters():
+    result = run("""
+import numpy as np
+from pydrake.all import *
+from pydrake.geometry.optimization import IrisInConfigurationSpace
+from pydrake.multibody.inverse_kinematics import MinimumDistanceConstraint
+from pydrake.multibody.parsing import GetScopedFrameName
+builder = DiagramBuilder()
+plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+balls = []
+for i in range(2):
+    body = plant.AddRigidBody(f"ball{i}", SpatialInertia.SolidSphereWithDensity(1000, 0.1))
+    plant.AddJoint(PrismaticJoint(f"x{i}", plant.world_frame(), body.body_frame(), [1, 0, 0]))
+    balls.append(plant.RegisterCollisionGeometry(body, RigidTransform(), Sphere(0.1), f"s{i}", CoulombFriction(1, 1)))
+plant.Finalize()
+diagram = builder.Build()
+context = diagram.CreateDefaultContext()
+mine = plant.GetMyMutableContextFromRoot(context)
+ik = InverseKinematics(plant, mine)
+found = ik.AddMinimumDistanceConstraint(0.05).evaluator()
+assert (found.distance_bound(), found.influence_distance()) == (0.05, 1.05)
+other = MinimumDistanceConstraint(plant, 0.05, mine)
+assert other.influence_distance() == 1.05 and not other.CheckSatisfied([0.0, 0.2])
+assert GetScopedFrameName(plant, plant.GetFrameByName("ball0")).endswith("ball0")
+query = scene_graph.get_query_output_port()
+assert len(query.Eval(scene_graph.GetMyContextFromRoot(context)).ComputePointPairPenetration()) == 1
+scene_graph.ExcludeCollisionsBetween(scene_graph.GetMyMutableContextFromRoot(context), *map(GeometrySet, balls))
+assert not query.Eval(scene_graph.GetMyContextFromRoot(context)).ComputePointPairPenetration()
+gain = Gain(2.0, 3)
+context = gain.CreateDefaultContext()
+context.FixInputPort(0, [1.0, 2.0, 3.0])
+np.testing.assert_array_equal(gain.get_output_port(0).Eval(context), [2.0, 4.0, 6.0])
+""")
+    assert result.returncode == 0, result.stderr
+    for text in ("AddMinimumDistanceConstraint()", "MinimumDistanceConstraint is retired", "Context.FixInputPort()"):
+        assert text in result.stderr
+
+
 @pytest.mark.parametrize("module", _retired.METHODS)
 def test_the_classes_and_todays_methods_exist(module):
     loaded = importlib.import_module(module)

@@ -1,0 +1,258 @@
+"""Functions and classes that Drake retired since 2021, made of what took their place; see `_retired`."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+
+def hint(text: str) -> None:
+    """Warns the caller of what calls this that something is retired."""
+    from sheldrake.common.deprecation import DrakeDeprecationWarning
+
+    warnings.warn(text, DrakeDeprecationWarning, stacklevel=3)
+
+
+def forwarded(new: Callable, old: str, today: str) -> Callable:
+    """A function that warns that `old` is retired in favour of `today` and calls `new`."""
+
+    def function(*args: Any, **kwargs: Any) -> Any:
+        hint(f"{old}() is retired: use {today}.")
+        return new(*args, **kwargs)
+
+    function.__name__ = function.__qualname__ = old
+    function.__doc__ = f"Retired: use {today}."
+    return function
+
+
+def _autodiffutils() -> dict[str, Any]:
+    import numpy as np
+
+    from sheldrake import autodiffutils as m
+
+    def with_gradient(value: Any, gradient: Any) -> Any:
+        return m.InitializeAutoDiff(np.asarray(value, dtype=float), gradient=gradient)
+
+    return {
+        "initializeAutoDiff": forwarded(m.InitializeAutoDiff, "initializeAutoDiff", "InitializeAutoDiff()"),
+        "initializeAutoDiffTuple": forwarded(
+            m.InitializeAutoDiffTuple, "initializeAutoDiffTuple", "InitializeAutoDiffTuple()"
+        ),
+        "initializeAutoDiffGivenGradientMatrix": forwarded(
+            with_gradient, "initializeAutoDiffGivenGradientMatrix", "InitializeAutoDiff(value, gradient=gradient)"
+        ),
+        "autoDiffToValueMatrix": forwarded(m.ExtractValue, "autoDiffToValueMatrix", "ExtractValue()"),
+        "autoDiffToGradientMatrix": forwarded(m.ExtractGradient, "autoDiffToGradientMatrix", "ExtractGradient()"),
+    }
+
+
+def _visualization() -> dict[str, Any]:
+    from sheldrake.visualization import _legacy_meshcat
+
+    return {"ConnectMeshcatVisualizer": _legacy_meshcat.ConnectMeshcatVisualizer}
+
+
+def _geometry() -> dict[str, Any]:
+    from sheldrake.geometry import (
+        DrakeVisualizer,
+        MeshcatVisualizer,
+        ReadObjToTriangleSurfaceMesh,
+        SurfaceTriangle,
+        TriangleSurfaceMesh,
+    )
+
+    class MeshcatVisualizerCpp(MeshcatVisualizer):
+        """Retired: use `MeshcatVisualizer`."""
+
+        @staticmethod
+        def AddToBuilder(*args: Any, **kwargs: Any) -> Any:
+            """Retired: use `MeshcatVisualizer.AddToBuilder`."""
+            hint("MeshcatVisualizerCpp is retired: use MeshcatVisualizer.")
+            return MeshcatVisualizer.AddToBuilder(*args, **kwargs)
+
+    def ConnectDrakeVisualizer(builder: Any, scene_graph: Any, *args: Any, **kwargs: Any) -> Any:
+        """Retired: use `DrakeVisualizer.AddToBuilder`."""
+        hint("ConnectDrakeVisualizer() is retired: use DrakeVisualizer.AddToBuilder().")
+        return DrakeVisualizer.AddToBuilder(builder, scene_graph, *args, **kwargs)
+
+    return {
+        "MeshcatVisualizerCpp": MeshcatVisualizerCpp,
+        "ConnectDrakeVisualizer": ConnectDrakeVisualizer,
+        "ReadObjToSurfaceMesh": forwarded(
+            ReadObjToTriangleSurfaceMesh, "ReadObjToSurfaceMesh", "ReadObjToTriangleSurfaceMesh()"
+        ),
+        "SurfaceFace": SurfaceTriangle,
+        "SurfaceMesh": TriangleSurfaceMesh,
+    }
+
+
+def _inverse_kinematics() -> dict[str, Any]:
+    from sheldrake.multibody.inverse_kinematics import MinimumDistanceLowerBoundConstraint
+
+    class MinimumDistanceConstraint(MinimumDistanceLowerBoundConstraint):
+        """Retired: use `MinimumDistanceLowerBoundConstraint`.
+
+        Args:
+            plant: The plant.
+            minimum_distance: Least signed distance [m].
+            plant_context: Its context.
+            penalty_function: See there.
+            influence_distance_offset: Pairs farther from each other than both together do not count [m].
+        """
+
+        def __init__(
+            self,
+            plant: Any,
+            minimum_distance: float,
+            plant_context: Any,
+            penalty_function: Any = None,
+            influence_distance_offset: float = 1.0,
+        ):
+            hint("MinimumDistanceConstraint is retired: use MinimumDistanceLowerBoundConstraint.")
+            super().__init__(plant, minimum_distance, plant_context, penalty_function, influence_distance_offset)
+
+    return {"MinimumDistanceConstraint": MinimumDistanceConstraint}
+
+
+def _parsing() -> dict[str, Any]:
+    def GetScopedFrameName(plant: Any, frame: Any) -> str:
+        """Retired: use `Frame.scoped_name().get_full()`."""
+        hint("GetScopedFrameName() is retired: use frame.scoped_name().get_full().")
+        return frame.scoped_name().get_full()
+
+    return {"GetScopedFrameName": GetScopedFrameName}
+
+
+def _lcm() -> dict[str, Any]:
+    from sheldrake.lcm import DrakeLcm
+
+    class DrakeMockLcm(DrakeLcm):
+        """Retired: use `DrakeLcm("memq://")`."""
+
+        def __init__(self) -> None:
+            hint('DrakeMockLcm is retired: use DrakeLcm("memq://").')
+            super().__init__("memq://")
+
+    return {"DrakeMockLcm": DrakeMockLcm}
+
+
+def _sets() -> dict[str, Any]:
+    from sheldrake.geometry.optimization import IrisNp
+
+    return {"IrisInConfigurationSpace": forwarded(IrisNp, "IrisInConfigurationSpace", "IrisNp()")}
+
+
+def _primitives() -> dict[str, Any]:
+    import numpy as np
+
+    from sheldrake.systems.framework import LeafSystem
+
+    class SignalLogger(LeafSystem):
+        """Retired: use `VectorLogSink`. Keeps what it logs itself, whatever the context.
+
+        Args:
+            input_size: Size of the signal.
+            batch_allocation_size: Of no effect.
+        """
+
+        def __init__(self, input_size: int, batch_allocation_size: int = 1000):
+            LeafSystem.__init__(self)
+            hint("SignalLogger is retired: use VectorLogSink, and FindLog(context) to read its log.")
+            self._size, self._when, self._period = input_size, "step", None
+            self.reset()
+            self.DeclareVectorInputPort("data", input_size)
+            self.DeclarePerStepPublishEvent(lambda context: self._log(context, "step"))
+            self.DeclareForcedPublishEvent(lambda context: self._log(context, "forced", "step", "period"))
+
+        def _log(self, context: Any, *modes: str) -> None:
+            if self._when in modes:
+                self._times.append(context.get_time())
+                self._columns.append(np.array(self.get_input_port(0).Eval(context)))
+
+        def set_publish_period(self, period: float) -> None:
+            """Logs at every multiple of `period` [s] instead of at every step."""
+            self._when = "period"
+            self.DeclarePeriodicPublishEvent(period, 0.0, lambda context: self._log(context, "period"))
+
+        def set_forced_publish_only(self) -> None:
+            """Logs only when a publish is forced."""
+            self._when = "forced"
+
+        def sample_times(self) -> Any:
+            """Returns the times [s], shape `(n,)`."""
+            return np.array(self._times)
+
+        def data(self) -> Any:
+            """Returns the samples as columns, shape `(input_size, n)`."""
+            return np.array(self._columns).reshape(-1, self._size).T
+
+        def reset(self) -> None:
+            """Forgets all samples."""
+            self._times: list[float] = []
+            self._columns: list[Any] = []
+
+    def LogOutput(src: Any, builder: Any) -> Any:
+        """Retired: use `LogVectorOutput`, and `FindLog(context)` to read the log."""
+        hint("LogOutput() is retired: use LogVectorOutput(src, builder), and FindLog(context) to read the log.")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            logger = builder.AddSystem(SignalLogger(src.size()))
+        builder.Connect(src, logger.get_input_port(0))
+        return logger
+
+    return {"SignalLogger": SignalLogger, "LogOutput": LogOutput}
+
+
+def _framework() -> dict[str, Any]:
+    def GenerateHtml(system: Any, initial_depth: int = 1) -> str:
+        """Retired: use `GetGraphvizString`. Returns a system and its subsystems as HTML that unfolds.
+
+        Args:
+            system: The system.
+            initial_depth: How many levels are unfolded at first.
+        """
+        hint("GenerateHtml() is retired: use System.GetGraphvizString().")
+        return _html_of(system, initial_depth)
+
+    from sheldrake.common.value import AbstractValue, Value
+
+    return {"GenerateHtml": GenerateHtml, "AbstractValue": AbstractValue, "Value": Value}
+
+
+def _html_of(system: Any, depth: int) -> str:
+    from html import escape
+
+    ports = [
+        f"<li>{kind} <code>{escape(port.get_name())}</code></li>"
+        for kind, number, get in (
+            ("input", system.num_input_ports(), system.get_input_port),
+            ("output", system.num_output_ports(), system.get_output_port),
+        )
+        for port in (get(i) for i in range(number))
+    ]
+    inside = ""
+    if hasattr(system, "GetSystems"):
+        inside = "".join(_html_of(child, depth - 1) for child in system.GetSystems())
+        for (to, i), (source, j) in system.connection_map().items():
+            a = f"{source.get_name()}.{source.get_output_port(j).get_name()}"
+            b = f"{to.get_name()}.{to.get_input_port(i).get_name()}"
+            ports.append(f"<li><code>{escape(a)}</code> → <code>{escape(b)}</code></li>")
+    name = escape(system.get_name() or type(system).__name__)
+    unfolded = " open" if depth > 0 else ""
+    style = "margin-left:1em;border-left:1px solid #ccc;padding-left:.5em"
+    return f'<details{unfolded} style="{style}"><summary>{name}</summary><ul>{"".join(ports)}</ul>{inside}</details>'
+
+
+FUNCTIONS: dict[str, Callable[[], dict[str, Any]]] = {
+    "sheldrake.autodiffutils": _autodiffutils,
+    "sheldrake.geometry": _geometry,
+    "sheldrake.geometry.optimization": _sets,
+    "sheldrake.lcm": _lcm,
+    "sheldrake.multibody.inverse_kinematics": _inverse_kinematics,
+    "sheldrake.multibody.parsing": _parsing,
+    "sheldrake.systems.framework": _framework,
+    "sheldrake.systems.primitives": _primitives,
+    "sheldrake.visualization": _visualization,
+}
+"""Retired functions and classes of a module, made when the module is there."""
