@@ -3,7 +3,7 @@
     python benchmarks/gradients.py [--rounds 9] [--calls 50]
 
 "derivatives": time derivatives of the state; "step": the next state of a discrete plant; "Linearize": all of it, from
-the plant of numbers.
+the plant of numbers. The rest are queries of the plant of duals at new positions and velocities.
 """
 
 from __future__ import annotations
@@ -35,6 +35,7 @@ def calls(package: str) -> dict[str, Callable[[np.ndarray], Any]]:
         "derivatives": motion(lib, 0.0),
         "step": motion(lib, 1e-3),
         "Linearize": linear_model(lib),
+        **queries(lib),
     }
 
 
@@ -64,6 +65,32 @@ def motion(lib: Any, time_step: float) -> Callable[[np.ndarray], Any]:
         return lib.ExtractGradient(found.CopyToVector())
 
     return gradient
+
+
+def queries(lib: Any) -> dict[str, Callable[[np.ndarray], Any]]:
+    """What optimizations ask of a plant of duals."""
+    plant = arm(lib, 0.0).ToAutoDiffXd()
+    context = plant.CreateDefaultContext()
+    world, tip = plant.world_frame(), plant.GetBodyByName("link7").body_frame()
+    forces, wrt = lib.MultibodyForces_[lib.AutoDiffXd](plant), lib.JacobianWrtVariable.kV
+
+    def at(ask: Callable[[np.ndarray], Any]) -> Callable[[np.ndarray], Any]:
+        def query(z: np.ndarray) -> Any:
+            duals = lib.InitializeAutoDiff(z).ravel()
+            plant.SetPositionsAndVelocities(context, duals[:14])
+            return ask(duals)
+
+        return query
+
+    return {
+        "mass matrix": at(lambda duals: plant.CalcMassMatrix(context)),
+        "gravity": at(lambda duals: plant.CalcGravityGeneralizedForces(context)),
+        "inverse dynamics": at(lambda duals: plant.CalcInverseDynamics(context, duals[14:], forces)),
+        "pose of the tip": at(lambda duals: plant.CalcRelativeTransform(context, world, tip)),
+        "Jacobian of the tip": at(
+            lambda duals: plant.CalcJacobianSpatialVelocity(context, wrt, tip, np.zeros(3), world, world)
+        ),
+    }
 
 
 def linear_model(lib: Any) -> Callable[[np.ndarray], Any]:
@@ -97,12 +124,12 @@ def main() -> None:
         print(f"without Drake: {error}")
     print(machine())
     states = list(np.random.default_rng(1).uniform(-1.0, 1.0, (options.calls, 21)))
-    print(f"{'us (CPU)':14s}" + "".join(f"{name:>12s}" for name in found) + f"{'Drake/ours':>20s}")
+    print(f"{'us (CPU)':20s}" + "".join(f"{name:>12s}" for name in found) + f"{'Drake/ours':>20s}")
     for title in found[OURS]:
         turns = {name: (lambda call=c[title]: cpu_time(call, states)) for name, c in found.items()}
         times = take_turns(turns, options.rounds)
         medians = "".join(f"{statistics.median(times[name]):12.0f}" for name in found)
-        print(f"{title:14s}{medians}{ratio(times, DRAKE, OURS):>20s}", flush=True)
+        print(f"{title:20s}{medians}{ratio(times, DRAKE, OURS):>20s}", flush=True)
 
 
 if __name__ == "__main__":

@@ -43,6 +43,10 @@ class Directions:
         self.slopes = np.array([d for _, d in found]).reshape(len(found), -1) * STEP if self.n > 0 else None
         return self.n
 
+    def moving(self) -> list[int]:
+        """Numbers of the derivatives that are not zero everywhere."""
+        return [] if self.slopes is None else np.flatnonzero(self.slopes.any(axis=0)).tolist()
+
     def set(self, k: int) -> None:
         """Makes the imaginary parts those of derivative k."""
         if self.slopes is not None:

@@ -415,6 +415,8 @@ class ScalarTemplate(TemplateClass):
     def get_instantiation(self, param: Any = None, throw_error: bool = True) -> tuple[Any, tuple]:
         """See `TemplateBase.get_instantiation`."""
         T = param[0] if isinstance(param, (tuple, list)) and len(param) == 1 else param
+        if isinstance(T, type) and not self._notices and isinstance(self._instantiation_map.get((T,)), type):
+            return self._instantiation_map[T,], (T,)
         if isinstance(T, type) and _HOMES.get(T.__name__) and T in scalar_types():
             self._add(T)
         return super().get_instantiation(param, throw_error)

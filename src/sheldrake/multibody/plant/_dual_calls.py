@@ -114,8 +114,9 @@ class DualCalls:
             n = max(source.gather() for source in sources)
             if any(source.n not in (0, n) for source in sources):
                 return plain(*arrays)  # which says what is wrong
-            slopes = np.empty((out.size, n))
-            for k in range(max(n, 1)):
+            slopes = np.zeros((out.size, n))
+            moving = {k for source in sources for k in source.moving()}
+            for k in sorted(moving) or [0]:
                 for source in sources:
                     source.set(k)
                 self._tick[0] += 1

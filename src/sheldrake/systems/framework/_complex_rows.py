@@ -6,6 +6,7 @@ as Python on the duals themselves. Both give the same numbers to round-off.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,14 @@ _calls: dict[tuple, int] = {}
 
 def chain_of(store: Any, rows: list[int]) -> ComplexChain | None:
     """The machine code of rows that run after each other; None if it is not ready."""
-    found = [store.layout.rows[r] for r in rows]
-    if not all(row.native and store.systems[row.node]._complex_rows for row in found) or not jit_enabled():
+    return on_complex(store, [store.layout.rows[r] for r in rows], lambda: ComplexChain(store, rows))
+
+
+def on_complex(store: Any, rows: list[Any], make: Callable[[], Any]) -> Any:
+    """What `make` makes of the machine code of these kernel rows on complex numbers; None if it is not ready."""
+    if not all(row.native and store.systems[row.node]._complex_rows for row in rows) or not jit_enabled():
         return None
-    key = tuple(row.calc for row in found)
+    key = tuple(row.calc for row in rows)
     calls = _calls.get(key, 0)
     if calls < 0 or not kernel_store.can_compile():
         return None
@@ -35,7 +40,7 @@ def chain_of(store: Any, rows: list[int]) -> ComplexChain | None:
     if calls < _complex_step.PATIENCE:
         return None
     try:
-        return ComplexChain(store, rows)
+        return make()
     except Exception:  # whatever numba says of a kernel that is not for complex numbers
         _calls[key] = -1
         return None
@@ -50,7 +55,7 @@ class ComplexChain:
         self.node = found[0].node
         place, prototype = layout.places[self.node], layout.prototypes[self.node]
         self._store, self._rows, self._T = store, rows, np.zeros(layout.size, complex)
-        scratch, self._initial = _complex_scratch(self._T, place.work[0], prototype)
+        scratch, self._initial = complex_scratch(self._T, place.work[0], prototype)
         spans = {place.xc, place.xd, place.p, *(tuple(slot.span) for slot in place.inputs if slot.vector)}
         self._spans = [(0, 1), *sorted(span for span in spans if span[1] > span[0])]
         self._inputs = [_complex_step.Directions(store.S[a:b], None, self._T[a:b]) for a, b in self._spans]
@@ -98,7 +103,7 @@ class ComplexChain:
             S[a:b] = values
 
 
-def _complex_scratch(T: np.ndarray, at: int, prototype: Any) -> tuple[Any, list[tuple[np.ndarray, Any]]]:
+def complex_scratch(T: np.ndarray, at: int, prototype: Any) -> tuple[Any, list[tuple[np.ndarray, Any]]]:
     """Scratch in complex memory, its integers elsewhere; and what is in its arrays at first."""
     if isinstance(prototype, int):
         view = T[at : at + prototype]
@@ -107,7 +112,7 @@ def _complex_scratch(T: np.ndarray, at: int, prototype: Any) -> tuple[Any, list[
     initial: list[tuple[np.ndarray, Any]] = []
     for field in prototype:
         if isinstance(field, tuple):
-            view, below = _complex_scratch(T, at, field)
+            view, below = complex_scratch(T, at, field)
             initial += below
             at += _scratch.size_of(field)
         else:

@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 
 from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, PortDataType, System
+from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE
+from sheldrake.systems.framework._linear_rows import linear_rows, split
 from sheldrake.systems.primitives._dynamics import AffineSystem, LinearSystem
 
 
@@ -55,9 +57,7 @@ def _chosen(selection: Any, ports: list, none: Any, first: Any) -> int | None:
 
 
 def _taylor(system: System, context: Any, input_index: Any, output_index: Any, tolerance: float | None) -> tuple:
-    from sheldrake.common._scalars import autodiff_class
-
-    AutoDiff = autodiff_class()
+    """A, B, f0, C, D, y0 and the period [s], 0 for continuous state."""
     system.ValidateContext(context)
     periods = system._periodic_discrete()
     if not context.has_only_continuous_state() and not context.is_stateless():
@@ -71,6 +71,52 @@ def _taylor(system: System, context: Any, input_index: Any, output_index: Any, t
     j = _chosen(
         output_index, system._outputs, OutputPortSelection.kNoOutput, OutputPortSelection.kUseFirstOutputIfItExists
     )
+    x0 = (
+        np.concatenate([g.CopyToVector() for g in context.get_discrete_state().get_data()])
+        if period
+        else context.get_continuous_state_vector().CopyToVector()
+    )
+    u0 = system.get_input_port(i).Eval(context) if i is not None else np.empty(0)
+    n = len(x0)
+    found = _by_rows(system, context, n, i, j, period) or _by_conversion(system, context, x0, u0, i, j, period)
+    values, slopes = found
+    f, y = values[:n], values[n:]
+    if tolerance is not None:
+        still = np.max(np.abs(f - x0), initial=0.0) if period else np.max(np.abs(f), initial=0.0)
+        if still > tolerance:
+            raise RuntimeError(
+                "The nominal operating point (x0,u0) is not an equilibrium point of the system.  Without additional "
+                "information, a time-invariant linearization of this system is not well defined."
+            )
+    A, B, C, D = slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:]
+    return A, B, f - A @ x0 - B @ u0, C, D, y - C @ x0 - D @ u0, period
+
+
+def _by_rows(
+    system: System, context: Any, n: int, i: int | None, j: int | None, period: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """x' or x+ and y, and their derivatives by x and u, from the kernels that compute them; None if others do too."""
+    store = context._store
+    if store.systems[0] is not system or (i is not None and store.layout.input_slot(0, i).free < 0):
+        return None
+    kind = None if not n else DISCRETE if period else DERIVATIVES
+    rows = linear_rows(store, kind, j)
+    if rows is None:
+        return None
+    layout = store.layout
+    x = np.arange(*(layout.xd if period else layout.xc))
+    u = np.arange(*layout.input_slot(0, i).span) if i is not None else np.empty(0, int)
+    y = np.arange(*layout.output_slot(0, j)[2].span) if j is not None else np.empty(0, int)
+    moved = x + layout.plus if period else x + layout.xdot[0] - layout.xc[0]
+    return rows.evaluate(np.concatenate([x, u]), np.concatenate([moved, y]))
+
+
+def _by_conversion(
+    system: System, context: Any, x0: np.ndarray, u0: np.ndarray, i: int | None, j: int | None, period: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """The same from the system on AutoDiffXd."""
+    from sheldrake.autodiffutils import AutoDiffXd
+
     dual = system.ToAutoDiffXd()
     other = dual.CreateDefaultContext()
     other.SetTimeStateAndParametersFrom(context)
@@ -81,55 +127,24 @@ def _taylor(system: System, context: Any, input_index: Any, output_index: Any, t
                 dual.get_input_port(k).FixValue(other, port.Eval(context))
             else:
                 dual.get_input_port(k).FixValue(other, port.EvalAbstract(context))
-    x0 = (
-        np.concatenate([g.CopyToVector() for g in context.get_discrete_state().get_data()])
-        if period
-        else context.get_continuous_state_vector().CopyToVector()
-    )
-    u0 = system.get_input_port(i).Eval(context) if i is not None else np.empty(0)
     n, m = len(x0), len(u0)
-    seeds = np.eye(n + m)
-    variables = np.array([AutoDiff(v, d) for v, d in zip([*x0, *u0], seeds)], object)
+    variables = np.array([AutoDiffXd(v, d) for v, d in zip([*x0, *u0], np.eye(n + m))], object)
     if i is not None:
         dual.get_input_port(i).FixValue(other, variables[n:])
+    found: list[Any] = []
     if period:
         at = 0
         for g in range(other.num_discrete_state_groups()):
             size = other.get_discrete_state(g).size()
             other.SetDiscreteState(g, variables[at : at + size])
             at += size
-        update = dual.EvalUniquePeriodicDiscreteUpdate(other)
-        moved = np.concatenate([g.CopyToVector() for g in update.get_data()])
+        found += [g.CopyToVector() for g in dual.EvalUniquePeriodicDiscreteUpdate(other).get_data()]
     elif n:
         other.SetContinuousState(variables[:n])
-        moved = dual.EvalTimeDerivatives(other).CopyToVector()
-    else:
-        moved = np.empty(0, object)
-    f, AB = _split(moved, n + m)
-    if tolerance is not None:
-        still = np.max(np.abs(f - x0), initial=0.0) if period else np.max(np.abs(f), initial=0.0)
-        if still > tolerance:
-            raise RuntimeError(
-                "The nominal operating point (x0,u0) is not an equilibrium point of the system.  Without additional "
-                "information, a time-invariant linearization of this system is not well defined."
-            )
-    A, B = AB[:, :n], AB[:, n:]
-    y, CD = _split(dual.get_output_port(j).Eval(other), n + m) if j is not None else (np.empty(0), np.empty((0, n + m)))
-    C, D = CD[:, :n], CD[:, n:]
-    return A, B, f - A @ x0 - B @ u0, C, D, y - C @ x0 - D @ u0, period
-
-
-def _split(values: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
-    """Values and derivatives of dual numbers."""
-    plain, slopes = np.zeros(len(values)), np.zeros((len(values), size))
-    for k, x in enumerate(values):
-        if hasattr(x, "derivatives"):
-            plain[k] = x.value()
-            if len(x.derivatives()):
-                slopes[k] = x.derivatives()
-        else:
-            plain[k] = x
-    return plain, slopes
+        found.append(dual.EvalTimeDerivatives(other).CopyToVector())
+    if j is not None:
+        found.append(dual.get_output_port(j).Eval(other))
+    return split(np.concatenate(found) if found else np.empty(0), n + m)
 
 
 def ControllabilityMatrix(linear_system: LinearSystem, /) -> np.ndarray:

@@ -1,0 +1,176 @@
+"""Derivatives of what kernels compute from the numbers of a context, without converting a system or its context."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.autodiffutils._complex_step import STEP
+from sheldrake.common._scalars import autodiff_class
+from sheldrake.systems.framework import _complex_rows, _scratch
+from sheldrake.systems.framework._declarations import DERIVATIVES
+
+
+def linear_rows(store: Any, kind: int | None, output: int | None) -> RowDerivatives | None:
+    """The rows of a root context that make x' or x+, and an output port, ready for derivatives.
+
+    Args:
+        kind: DERIVATIVES, DISCRETE for the periodic updates, or None for neither.
+        output: Number of a port, or None.
+
+    Returns:
+        None if they are not all kernels that run on every scalar.
+    """
+    key = ("linear", kind, output)
+    found = store.chains.get(key)
+    if found is None:
+        numbers = _rows_for(store, kind, output)
+        if numbers is None:
+            return None
+        found = store.chains[key] = ByDuals(store, [store.layout.rows[r] for r in numbers])
+    if isinstance(found, ByDuals):
+        rows = found.rows
+        found = store.chains[key] = _complex_rows.on_complex(store, rows, lambda: ByComplexSteps(store, rows)) or found
+    return found
+
+
+def _rows_for(store: Any, kind: int | None, output: int | None) -> list[int] | None:
+    layout = store.layout
+    program, rows = layout.program, []
+    for g, (its_kind, clock, acting, _) in enumerate(layout.group_list):
+        if its_kind == kind and (kind == DERIVATIVES or clock >= 0):
+            rows += [*program.pre[program.pre_ptr[g] : program.pre_ptr[g + 1]].tolist(), *acting]
+    if output is not None:
+        slot = layout.output_slot(0, output)[2]
+        if not slot.vector:
+            return None
+        rows += layout.upstream([slot.row])
+    for r in rows:
+        if r < 0 or not layout.rows[r].native or not _is_for_every_scalar(store.systems[layout.rows[r].node]):
+            return None
+    return list(dict.fromkeys(rows))
+
+
+def _is_for_every_scalar(system: Any) -> bool:
+    return system._complex_rows or (system._scalar_converter is None and system._is_generic())
+
+
+class RowDerivatives:
+    """Kernel rows that run on memory of another scalar, which has the slab's layout.
+
+    Args:
+        store: The memory of a context of numbers.
+        rows: Kernel rows in the order in which they run.
+    """
+
+    _dtype: Any = object
+
+    def __init__(self, store: Any, rows: list[Any]):
+        self._store, self.rows = store, rows
+        self._T = np.zeros(store.layout.size, self._dtype)
+        self._initial: list[tuple[np.ndarray, Any]] = []
+        scratch = {n: self._take_scratch(n) for n in {row.node for row in rows}}
+        self._bind([store.arguments_of(row, self._T, scratch[row.node]) for row in rows])
+
+    def _take_scratch(self, n: int) -> Any:
+        at, prototype = self._store.layout.places[n].work[0], self._store.layout.prototypes[n]
+        scratch = _scratch.views_of(self._T, at, prototype)
+        if isinstance(prototype, int):
+            self._initial.append((scratch, 0.0))
+        else:
+            self._initial += zip(_scratch.arrays_of(scratch), _scratch.arrays_of(prototype))
+        return scratch
+
+    def _bind(self, arguments: list[tuple]) -> None:
+        """Gets ready to call the rows with these; None stands for time."""
+        raise NotImplementedError
+
+    def evaluate(self, seeds: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        """Values of the numbers `wanted` of the slab, and their derivatives by the numbers `seeds`.
+
+        Returns:
+            Shapes (len(wanted),) and (len(wanted), len(seeds)); None where a kernel objects to the values.
+
+        Raises:
+            RuntimeError: an input without a value is needed.
+        """
+        for row in self.rows:
+            self._store.check_inputs(row)
+        return self._evaluate(seeds, wanted)
+
+    def _evaluate(self, seeds: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        raise NotImplementedError
+
+    def _begin(self) -> None:
+        self._T[:] = self._store.S
+        for view, initial in self._initial:
+            view[...] = initial
+
+    def _begin_update(self) -> None:
+        """x+ is x to begin with."""
+        (a, b), plus = self._store.layout.xd, self._store.layout.plus
+        self._T[a + plus : b + plus] = self._T[a:b]
+
+
+class ByDuals(RowDerivatives):
+    """The kernels as Python, on AutoDiffXd."""
+
+    def _bind(self, arguments: list[tuple]) -> None:
+        self._arguments = arguments
+
+    def _evaluate(self, seeds: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        AutoDiff, T = autodiff_class(), self._T
+        self._begin()
+        T[seeds] = [AutoDiff(x, slope) for x, slope in zip(T[seeds], np.eye(len(seeds)))]
+        self._begin_update()
+        for row, arguments in zip(self.rows, self._arguments):
+            if row.calc(*(T[0] if a is None else a for a in arguments)):
+                return None
+        return split(T[wanted], len(seeds))
+
+
+class ByComplexSteps(RowDerivatives):
+    """The kernels as machine code, on complex numbers: one run for each derivative."""
+
+    _dtype = complex
+
+    def _take_scratch(self, n: int) -> Any:
+        layout = self._store.layout
+        scratch, initial = _complex_rows.complex_scratch(self._T, layout.places[n].work[0], layout.prototypes[n])
+        self._initial += initial
+        return scratch
+
+    def _bind(self, arguments: list[tuple]) -> None:
+        self._calls = [
+            row.calc.on_complex.bind(*(0.0 if a is None else a for a in these))
+            for row, these in zip(self.rows, arguments)
+        ]
+
+    def _evaluate(self, seeds: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+        t, T, slopes = float(self._store.S[0]), self._T, np.empty((len(wanted), len(seeds)))
+        self._begin()
+        blank, elsewhere = T.copy(), [(v, x) for v, x in self._initial if v.dtype == np.int64]
+        for k in range(max(1, len(seeds))):  # without seeds once, for the values
+            T[:] = blank
+            for view, initial in elsewhere:
+                view[...] = initial
+            T.imag[seeds[k : k + 1]] = STEP
+            self._begin_update()
+            if any(call.func(t, *call.args[1:]) for call in self._calls):
+                return None
+            if len(seeds):
+                slopes[:, k] = T.imag[wanted]
+        return T.real[wanted], slopes / STEP
+
+
+def split(duals: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:
+    """Values of numbers or duals, shape (n,), and their derivatives, shape (n, size)."""
+    values, slopes = np.zeros(len(duals)), np.zeros((len(duals), size))
+    for k, x in enumerate(duals):
+        if hasattr(x, "derivatives"):
+            values[k], slope = x.value(), x.derivatives()
+            slopes[k] = slope if len(slope) else 0.0
+        else:
+            values[k] = x
+    return values, slopes
