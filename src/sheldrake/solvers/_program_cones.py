@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from sheldrake.solvers import _dispatch as d
-from sheldrake.solvers import _parse as parse
 from sheldrake.solvers._bindings import BindingBase, bind
 from sheldrake.solvers._cone_constraints import (
     ExponentialConeConstraint,
@@ -19,7 +18,11 @@ from sheldrake.solvers._cone_constraints import (
     PositiveSemidefiniteConstraint,
 )
 from sheldrake.solvers._constraints import LinearConstraint
+from sheldrake.solvers._parse import coefficients
+from sheldrake.solvers._parse import constraints as parse
 from sheldrake.symbolic import Expression, Variable
+from sheldrake.symbolic import _build as build
+from sheldrake.symbolic import _traverse as traverse
 
 _SMOOTH = LorentzConeConstraint.EvalType.kConvexSmooth
 
@@ -30,7 +33,7 @@ def quadratic_factor(e: Expression, tol: float) -> tuple[np.ndarray, np.ndarray,
     Raises:
         RuntimeError: e is not quadratic, or negative somewhere.
     """
-    c = parse.quadratic(e, "AddLorentzConeConstraint")
+    c = coefficients.quadratic(e, "AddLorentzConeConstraint")
     n = len(c.vars)
     # [x; 1]' M [x; 1] is e: a factor of M, without rows of zeros, is [A b].
     M = np.block([[c.hessian() / 2.0, c.b.reshape(-1, 1) / 2.0], [c.b.reshape(1, -1) / 2.0, np.array([[c.c]])]])
@@ -44,13 +47,13 @@ def quadratic_factor(e: Expression, tol: float) -> tuple[np.ndarray, np.ndarray,
 
 def _stack(linear: list[Expression], A: np.ndarray, b: np.ndarray, x: np.ndarray) -> tuple:
     """Rows of affine expressions above A x + b, over all variables."""
-    rows = parse.affine_vector(linear, "AddLorentzConeConstraint")
+    rows = coefficients.affine_vector(linear, "AddLorentzConeConstraint")
     everything = sorted({*rows.vars, *x}, key=Variable.get_id)
     places = {v: i for i, v in enumerate(everything)}
     M = np.zeros((len(linear) + len(b), len(everything)))
     M[: len(linear), [places[v] for v in rows.vars]] = rows.A
     M[len(linear) :, [places[v] for v in x]] = A
-    return M, np.concatenate((rows.c, b)), parse.traverse.object_array(everything)
+    return M, np.concatenate((rows.c, b)), traverse.object_array(everything)
 
 
 class ProgramCones:
@@ -68,7 +71,7 @@ class ProgramCones:
         """
 
         def vector(self: Any, v: np.ndarray, eval_type: Any) -> Any:
-            a = parse.affine_vector(list(v), "AddLorentzConeConstraint")
+            a = coefficients.affine_vector(list(v), "AddLorentzConeConstraint")
             return self._store_constraint(parse.lorentz(a.A, a.c, a.vars, eval_type))
 
         def of_formula(self: Any, f: Any, eval_type: Any, psd_tol: float, coefficient_tol: float) -> Any:
@@ -108,7 +111,7 @@ class ProgramCones:
         """
 
         def vector(self: Any, v: np.ndarray) -> Any:
-            a = parse.affine_vector(list(v), "AddRotatedLorentzConeConstraint")
+            a = coefficients.affine_vector(list(v), "AddRotatedLorentzConeConstraint")
             return self._store_constraint(parse.rotated_lorentz(a.A, a.c, a.vars))
 
         def squares(self: Any, first: Any, second: Any, quadratic: Any, tol: float) -> Any:
@@ -156,7 +159,7 @@ class ProgramCones:
             return self._store_constraint(bind(ExponentialConeConstraint, ExponentialConeConstraint(A, b), vars))
 
         def vector(self: Any, z: np.ndarray) -> Any:
-            a = parse.affine_vector(list(z), "AddExponentialConeConstraint")
+            a = coefficients.affine_vector(list(z), "AddExponentialConeConstraint")
             return matrix(self, a.A, a.c, a.vars)
 
         ways = [
@@ -181,7 +184,7 @@ class ProgramCones:
             _check_symmetric(X)
             M = self.NewSymmetricContinuousVariables(n)  # type: ignore[attr-defined]
             lower = [(i, j) for j in range(n) for i in range(j, n)]
-            rows = parse.traverse.object_array([X[p] - M[p] for p in lower])
+            rows = traverse.object_array([X[p] - M[p] for p in lower])
             self.AddLinearEqualityConstraint(rows, np.zeros(len(lower)))  # type: ignore[attr-defined]
             X = M
         else:
@@ -214,7 +217,7 @@ class ProgramCones:
         def of_expressions(self: Any, X: np.ndarray) -> Any:
             X = _square("AddLinearMatrixInequalityConstraint", X)
             _check_symmetric(X)
-            a = parse.affine_vector(list(X.ravel()), "AddLinearMatrixInequalityConstraint")
+            a = coefficients.affine_vector(list(X.ravel()), "AddLinearMatrixInequalityConstraint")
             F = [a.c.reshape(X.shape), *(column.reshape(X.shape) for column in a.A.T)]
             return matrices(self, F, a.vars)
 
@@ -244,7 +247,7 @@ class ProgramCones:
                 rows += [X[i, j] - Y[i, j], -X[i, j] - Y[i, j]]
         rows += [_sum([Y[i, j] for j in range(n) if j != i]) - X[i, i] for i in range(n)]
         for row in rows:
-            a = parse.affine_vector([row], "AddPositiveDiagonallyDominantMatrixConstraint")
+            a = coefficients.affine_vector([row], "AddPositiveDiagonallyDominantMatrixConstraint")
             new = LinearConstraint(a.A, [-np.inf], -a.c)
             self._store_constraint(bind(LinearConstraint, new, a.vars))  # type: ignore[attr-defined]
         return Y
@@ -260,7 +263,7 @@ class ProgramCones:
         return self._nonnegative(rows)
 
     def _nonnegative(self, rows: list[Expression]) -> Any:
-        a = parse.affine_vector(rows, "MathematicalProgram")
+        a = coefficients.affine_vector(rows, "MathematicalProgram")
         new = LinearConstraint(a.A, -a.c, np.full(len(rows), np.inf))
         return self._store_constraint(bind(LinearConstraint, new, a.vars))  # type: ignore[attr-defined]
 
@@ -286,7 +289,7 @@ class ProgramCones:
                 _sum([M[i][j][0, 0] for j in range(i + 1, n)] + [M[j][i][1, 1] for j in range(i)]) - X[i, i]
                 for i in range(n)
             ]
-            self.AddLinearEqualityConstraint(parse.traverse.object_array(sums), np.zeros(n))  # type: ignore
+            self.AddLinearEqualityConstraint(traverse.object_array(sums), np.zeros(n))  # type: ignore
         return M
 
     def AddScaledDiagonallyDominantDualConeMatrixConstraint(self, X: Any) -> list:
@@ -338,7 +341,7 @@ def _square(call: str, X: Any) -> np.ndarray:
 def _check_symmetric(X: np.ndarray) -> None:
     for i, j in np.ndindex(X.shape):
         if i < j and X[i, j] is not X[j, i]:
-            difference = parse.coefficients(X[i, j] - X[j, i])
+            difference = coefficients.coefficients(X[i, j] - X[j, i])
             if difference is None or max(np.abs(difference.b).max(initial=0.0), abs(difference.c)) > 1e-10:
                 raise RuntimeError(
                     f"The matrix is not symmetric: element ({i}, {j}) is {X[i, j]}, ({j}, {i}) is {X[j, i]}."
@@ -353,4 +356,4 @@ def _symmetrized(X: np.ndarray) -> np.ndarray:
 
 
 def _sum(items: list[Expression]) -> Expression:
-    return parse.build.sum_of(items)
+    return build.sum_of(items)

@@ -9,7 +9,6 @@ import numpy as np
 from sheldrake.common._overloads import Mismatch
 from sheldrake.solvers import _cone_constraints as cones
 from sheldrake.solvers import _dispatch as d
-from sheldrake.solvers import _parse as parse
 from sheldrake.solvers._bindings import BindingBase, as_kind, bind
 from sheldrake.solvers._constraints import (
     BoundingBoxConstraint,
@@ -19,6 +18,8 @@ from sheldrake.solvers._constraints import (
     QuadraticConstraint,
 )
 from sheldrake.solvers._evaluators import Constraint, EvaluatorBase, PyFunctionConstraint, VisualizationCallback
+from sheldrake.solvers._parse import coefficients, formulas
+from sheldrake.solvers._parse import constraints as parse
 from sheldrake.symbolic import Variable
 
 # Which list a constraint belongs to; the first class that fits.
@@ -80,9 +81,9 @@ class ProgramConstraints:
                 description=(d.text, ""),
             ),
             d.overload(of_expressions, e=d.expression, lb=d.number, ub=d.number),
-            d.overload(lambda self, f: store(self, parse.formula_constraint(f)), f=d.formula),
+            d.overload(lambda self, f: store(self, formulas.formula_constraint(f)), f=d.formula),
             d.overload(lambda self, c, v: store(self, bind(Constraint, c, v)), constraint=_constraint, vars=d.vars),
-            d.overload(lambda self, f: store(self, parse.formulas_constraint(f)), formulas=d.formulas),
+            d.overload(lambda self, f: store(self, formulas.formulas_constraint(f)), formulas=d.formulas),
             d.overload(store, binding=_constraint_binding),
             d.overload(of_expressions, v=d.expressions, lb=_bound, ub=_bound),
         ]
@@ -118,8 +119,8 @@ class ProgramConstraints:
             d.overload(linear, a=d.row, lb=d.number, ub=d.number, vars=d.vars),
             d.overload(of_expressions, e=d.expression, lb=d.number, ub=d.number),
             d.overload(of_expressions, v=d.expressions, lb=_bound, ub=_bound),
-            d.overload(lambda self, f: store(self, parse.formula_constraint(f, True)), f=d.formula),
-            d.overload(lambda self, f: store(self, parse.formulas_constraint(f, True)), formulas=d.formulas),
+            d.overload(lambda self, f: store(self, formulas.formula_constraint(f, True)), f=d.formula),
+            d.overload(lambda self, f: store(self, formulas.formulas_constraint(f, True)), formulas=d.formulas),
         ]
         return d.dispatch("AddLinearConstraint", ways, self, args, kwargs)
 
@@ -144,8 +145,8 @@ class ProgramConstraints:
             d.overload(equations, Aeq=d.matrix, beq=d.vector, vars=d.vars),
             d.overload(equations, a=d.row, beq=d.number, vars=d.vars),
             d.overload(of_expressions, e=d.expression, b=d.number),
-            d.overload(lambda self, f: store(self, parse.formulas_equality([f])), f=d.formula),
-            d.overload(lambda self, f: store(self, parse.formulas_equality(f)), formulas=d.formulas),
+            d.overload(lambda self, f: store(self, formulas.formulas_equality([f])), f=d.formula),
+            d.overload(lambda self, f: store(self, formulas.formulas_equality(f)), formulas=d.formulas),
             d.overload(of_expressions, v=d.expressions, b=_bound),
         ]
         return d.dispatch("AddLinearEqualityConstraint", ways, self, args, kwargs)
@@ -182,7 +183,7 @@ class ProgramConstraints:
             return self._store_constraint(bind(QuadraticConstraint, QuadraticConstraint(Q, b, lb, ub, hessian), vars))
 
         def parsed(self: Any, e: Any, lb: float, ub: float, hessian: Any) -> Any:
-            c = parse.quadratic(e, "ParseQuadraticConstraint")
+            c = coefficients.quadratic(e, "ParseQuadraticConstraint")
             return quadratic(self, c.hessian(), c.b, lb - c.c, ub - c.c, c.vars, hessian)
 
         hessian = (d.instance(QuadraticConstraint.HessianType), None)

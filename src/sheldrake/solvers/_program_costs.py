@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from sheldrake.solvers import _dispatch as d
-from sheldrake.solvers import _parse as parse
 from sheldrake.solvers._bindings import BindingBase, as_kind, bind
 from sheldrake.solvers._costs import L2NormCost, LinearCost, QuadraticCost
 from sheldrake.solvers._evaluators import Cost, PyFunctionCost
+from sheldrake.solvers._parse import costs as parse
 from sheldrake.symbolic import Expression, Variable
+from sheldrake.symbolic import _build as build
 
 _LISTS = {QuadraticCost: "quadratic_costs", LinearCost: "linear_costs", L2NormCost: "l2norm_costs"}
 
@@ -233,7 +234,7 @@ class ProgramCosts:
 
         def of_affine(self: ProgramCosts, A: np.ndarray, b: np.ndarray, x: np.ndarray) -> Any:
             n = A.shape[0]
-            z = [parse.build.sum_of([d.expression(a * v) for a, v in zip(r, x)]) + bi for r, bi in zip(A, b)]
+            z = [build.sum_of([d.expression(a * v) for a, v in zip(r, x)]) + bi for r, bi in zip(A, b)]
             return self._geometric_mean(z, n, 1.0)
 
         ways = [

@@ -1,0 +1,209 @@
+"""Constraints from expressions with bounds: the most special class that fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from sheldrake.solvers._bindings import bind
+from sheldrake.solvers._cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
+from sheldrake.solvers._constraints import (
+    BoundingBoxConstraint,
+    ExpressionConstraint,
+    LinearConstraint,
+    LinearEqualityConstraint,
+    QuadraticConstraint,
+)
+from sheldrake.solvers._parse.coefficients import Affine, Coefficients, affine_rows, coefficients
+from sheldrake.symbolic import DecomposeL2NormExpression, Expression, Formula, FormulaKind, Variable
+from sheldrake.symbolic import _build as build
+from sheldrake.symbolic import _kinds as k
+from sheldrake.symbolic import _traverse as traverse
+
+
+def _move_constants(lower: np.ndarray, upper: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Bounds of e - c from those of e."""
+    if not np.isfinite(c).all():
+        raise RuntimeError("FindBound() cannot handle a constraint with infinity in the constant term after expansion.")
+    return lower - c, upper - c
+
+
+def _without_trivial(
+    rows: list[Coefficients], expressions: Sequence[Expression], lower: np.ndarray, upper: np.ndarray
+) -> tuple[list[Coefficients], np.ndarray, np.ndarray]:
+    """Leaves out rows without variables.
+
+    Raises:
+        RuntimeError: such a row is never satisfied.
+    """
+    keep = []
+    for i, r in enumerate(rows):
+        if r.b.any():
+            keep.append(i)
+        elif not lower[i] <= r.c <= upper[i]:
+            raise RuntimeError(
+                f"Constraint {lower[i]:g} <= {expressions[i]} <= {upper[i]:g} is unsatisfiable but called with "
+                "ParseConstraint."
+            )
+    return [rows[i] for i in keep], lower[keep], upper[keep]
+
+
+def _linear(expressions: Sequence[Expression], rows: list[Coefficients], lower: np.ndarray, upper: np.ndarray) -> Any:
+    """Equality, bounding box or other linear constraint."""
+    rows, lower, upper = _without_trivial(rows, expressions, lower, upper)
+    a = Affine(rows)
+    if not rows:
+        return bind(BoundingBoxConstraint, BoundingBoxConstraint(np.zeros(0), np.zeros(0)), a.vars)
+    lower, upper = _move_constants(lower, upper, a.c)
+    if np.array_equal(lower, upper):
+        return bind(LinearEqualityConstraint, LinearEqualityConstraint(a.A, lower), a.vars)
+    if np.all(np.count_nonzero(a.A, axis=1) == 1):
+        return _box(a, lower, upper)
+    return bind(LinearConstraint, LinearConstraint(a.A, lower, upper), a.vars)
+
+
+def _box(a: Affine, lower: np.ndarray, upper: np.ndarray) -> Any:
+    cols = np.argmax(a.A != 0.0, axis=1)
+    scale = a.A[np.arange(len(cols)), cols]
+    low, high = lower / scale, upper / scale
+    low, high = np.where(scale > 0.0, low, high), np.where(scale > 0.0, high, low)
+    return bind(BoundingBoxConstraint, BoundingBoxConstraint(low, high), a.vars[cols])
+
+
+def constraint(expressions: Any, lower: Any, upper: Any) -> Any:
+    """The constraint lower <= expressions <= upper: linear, quadratic, a cone, or any expression.
+
+    Raises:
+        RuntimeError: it holds for no values of the variables.
+    """
+    es, lower, upper = _flat(expressions, lower, upper)
+    _check_bounds(lower, upper)
+    rows = affine_rows(es)
+    if rows is not None:
+        return _linear(es, rows, lower, upper)
+    if len(es) == 1:
+        special = _special(es[0], lower[0], upper[0])
+        if special is not None:
+            return special
+        constant = _constant_term(es[0])
+        es = [build.subtract(es[0], build.constant(constant))]
+        lower, upper = lower - constant, upper - constant
+    new = ExpressionConstraint(es, lower, upper)
+    return bind(ExpressionConstraint, new, new.vars())
+
+
+def _flat(expressions: Any, lower: Any, upper: Any) -> tuple[list[Expression], np.ndarray, np.ndarray]:
+    es = list(np.atleast_1d(expressions).ravel(order="F"))
+    lower, upper = (np.atleast_1d(np.asarray(b, dtype=float)).ravel(order="F") for b in (lower, upper))
+    if lower.size != len(es) or upper.size != len(es):
+        raise RuntimeError(f"A constraint on {len(es)} expressions has {lower.size} and {upper.size} bounds.")
+    return es, lower, upper
+
+
+def _check_bounds(lower: np.ndarray, upper: np.ndarray) -> None:
+    if np.isnan(lower).any() or np.isnan(upper).any():
+        raise RuntimeError("A bound of a constraint is nan.")
+
+
+def _constant_term(e: Expression) -> float:
+    expanded = e.Expand() if traverse.is_polynomial(e) else e
+    return expanded._args[0] if expanded._kind == k.ADD else 0.0
+
+
+def _special(e: Expression, lower: float, upper: float) -> Any:
+    """A quadratic or Lorentz cone constraint, if it is one."""
+    found = coefficients(e)
+    if found is not None:
+        if found.degree != 2:
+            return None
+        new = QuadraticConstraint(found.hessian(), found.b, lower - found.c, upper - found.c)
+        return bind(QuadraticConstraint, new, found.vars)
+    cone = None
+    if np.isneginf(lower) and np.isfinite(upper):
+        cone = _norm_below(build.subtract(e, build.constant(upper)))
+    elif np.isposinf(upper) and np.isfinite(lower):
+        cone = _norm_below(build.subtract(build.constant(lower), e))
+    return None if cone is None else lorentz(*cone, LorentzConeConstraint.EvalType.kConvexSmooth)
+
+
+def _norm_below(e: Expression, psd_tol: float = 1e-8, coefficient_tol: float = 1e-8) -> tuple | None:
+    """A, b, x with `e <= 0` meaning that A x + b is in the Lorentz cone: e is a length plus an affine part."""
+    if e._kind == k.SQRT:
+        parts: list[tuple[Expression, float]] = [(e, 1.0)]
+        rest = build.ZERO
+    elif e._kind == k.ADD:
+        parts = [(t, c) for t, c in e._args[1] if t._kind == k.SQRT]
+        others = [build.scale(c, t) for t, c in e._args[1] if t._kind != k.SQRT]
+        rest = build.sum_of([build.constant(e._args[0]), *others])
+    else:
+        return None
+    if len(parts) != 1 or parts[0][1] <= 0.0:
+        return None
+    affine = coefficients(rest)
+    is_norm, A, b, x = DecomposeL2NormExpression(parts[0][0], psd_tol, coefficient_tol)
+    if affine is None or affine.degree > 1 or not is_norm:
+        return None
+    c = parts[0][1]
+    everything = traverse.object_array(sorted({*affine.vars, *x}, key=Variable.get_id))
+    places = {v: i for i, v in enumerate(everything)}
+    M = np.zeros((A.shape[0] + 1, len(everything)))
+    M[0, [places[v] for v in affine.vars]] = -affine.b / c
+    M[1:, [places[v] for v in x]] = A
+    return M, np.concatenate(([-affine.c / c], b)), everything
+
+
+def lorentz(A: np.ndarray, b: np.ndarray, vars: np.ndarray, eval_type: Any) -> Any:
+    """The Lorentz cone constraint on A x + b."""
+    return bind(LorentzConeConstraint, LorentzConeConstraint(A, b, eval_type), vars)
+
+
+def lorentz_from_formula(f: Formula, eval_type: Any, psd_tol: float, coefficient_tol: float) -> Any:
+    """The Lorentz cone constraint of a formula |A x + b| <= affine.
+
+    Raises:
+        RuntimeError: the formula is of another kind.
+    """
+    cone = None
+    if f.get_kind() in (FormulaKind.Leq, FormulaKind.Geq):
+        a, b = f._args if f.get_kind() is FormulaKind.Leq else f._args[::-1]
+        cone = _norm_below(build.subtract(a, b), psd_tol, coefficient_tol)
+    if cone is None:
+        raise RuntimeError(f"Formula {f} is not of the form sqrt(quadratic) <= affine, as a Lorentz cone needs it.")
+    return lorentz(*cone, eval_type)
+
+
+def rotated_lorentz(A: np.ndarray, b: np.ndarray, vars: np.ndarray) -> Any:
+    """The rotated Lorentz cone constraint on A x + b."""
+    return bind(RotatedLorentzConeConstraint, RotatedLorentzConeConstraint(A, b), vars)
+
+
+def linear_constraint(expressions: Any, lower: Any, upper: Any, what: str = "Expression") -> Any:
+    """The linear constraint lower <= expressions <= upper.
+
+    Raises:
+        RuntimeError: an expression is not linear.
+    """
+    es, lower, upper = _flat(expressions, lower, upper)
+    _check_bounds(lower, upper)
+    rows = affine_rows(es)
+    if rows is None:
+        bad = next(e for e in es if affine_rows([e]) is None)
+        raise RuntimeError(f"{what} {bad} is non-linear.")
+    return _linear(es, rows, lower, upper)
+
+
+def equality_constraint(expressions: Any, b: Any) -> Any:
+    """The constraint expressions == b.
+
+    Raises:
+        RuntimeError: an expression is not linear.
+    """
+    es, b, _ = _flat(expressions, b, b)
+    rows = affine_rows(es)
+    if rows is None:
+        bad = next(e for e in es if affine_rows([e]) is None)
+        raise RuntimeError(f"Expression {bad} is non-linear.")
+    a = Affine(rows)
+    return bind(LinearEqualityConstraint, LinearEqualityConstraint(a.A, b - a.c), a.vars)

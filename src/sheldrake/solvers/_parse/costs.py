@@ -1,0 +1,65 @@
+"""Costs from expressions: the most special class that fits."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.solvers._bindings import bind
+from sheldrake.solvers._costs import ExpressionCost, L2NormCost, LinearCost, PolynomialCost, QuadraticCost
+from sheldrake.solvers._evaluators import Cost
+from sheldrake.solvers._parse.coefficients import coefficients, quadratic
+from sheldrake.symbolic import DecomposeL2NormExpression, Expression
+from sheldrake.symbolic import _kinds as k
+
+
+def cost(e: Expression) -> Any:
+    """The cost of an expression: linear, quadratic, a norm, or any expression."""
+    found = coefficients(e)
+    if found is None:
+        if e._kind == k.SQRT:
+            is_norm, A, b, x = DecomposeL2NormExpression(e)
+            if is_norm:
+                return bind(L2NormCost, L2NormCost(A, b), x)
+    elif found.degree <= 1:
+        return bind(LinearCost, LinearCost(found.b, found.c), found.vars)
+    elif found.degree == 2:
+        return bind(QuadraticCost, QuadraticCost(found.hessian(), found.b, found.c), found.vars)
+    new = ExpressionCost(e) if found is None else PolynomialCost(e)
+    return bind(Cost, new, new.vars())
+
+
+def linear_cost(e: Expression) -> Any:
+    """The linear cost of an expression.
+
+    Raises:
+        RuntimeError: it is not linear.
+    """
+    found = coefficients(e)
+    if found is None or found.degree > 1:
+        raise RuntimeError(f"Expression {e} is non-linear.")
+    return bind(LinearCost, LinearCost(found.b, found.c), found.vars)
+
+
+def quadratic_cost(e: Expression, is_convex: bool | None) -> Any:
+    """The quadratic cost of an expression.
+
+    Raises:
+        RuntimeError: it is not quadratic.
+    """
+    found = quadratic(e, "ParseQuadraticCost")
+    return bind(QuadraticCost, QuadraticCost(found.hessian(), found.b, found.c, is_convex), found.vars)
+
+
+def l2norm_cost(e: Expression, psd_tol: float, coefficient_tol: float) -> Any:
+    """The cost of an expression that is a length.
+
+    Raises:
+        RuntimeError: it is none.
+    """
+    is_norm, A, b, x = DecomposeL2NormExpression(e, psd_tol, coefficient_tol)
+    if not is_norm:
+        raise RuntimeError(
+            f"Expression {e} is not an L2 norm. ParseL2NormCost only supports expressions that are the square root of "
+            "a quadratic."
+        )
+    return bind(L2NormCost, L2NormCost(A, b), x)

@@ -1,0 +1,136 @@
+"""Constraints from formulas: what is left and right of a relation, and bounds of the difference."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.solvers._parse.coefficients import affine_rows
+from sheldrake.solvers._parse.constraints import constraint, equality_constraint, linear_constraint
+from sheldrake.symbolic import Expression, Formula, FormulaKind
+from sheldrake.symbolic import _build as build
+from sheldrake.symbolic import _kinds as k
+from sheldrake.symbolic import _traverse as traverse
+
+_RELATIONS = (FormulaKind.Eq, FormulaKind.Leq, FormulaKind.Geq)
+
+
+def _relations(f: Formula, call: str, allowed: tuple, words: str) -> list[Formula]:
+    """The parts of a conjunction of relations.
+
+    Raises:
+        RuntimeError: it holds something else.
+    """
+    kind = f.get_kind()
+    if kind is FormulaKind.True_:
+        return []
+    if kind is FormulaKind.False_:
+        raise RuntimeError(f"{call} is called with a formula being always false.")
+    if kind in allowed:
+        return [f]
+    if kind is FormulaKind.And and all(part.get_kind() in allowed for part in f._args):
+        return list(f._args)
+    raise RuntimeError(f"{call} is called with a formula {f} which is neither {words}.")
+
+
+_ANY_RELATION = (
+    "a relational formula using one of {==, <=, >=} operators nor a conjunction of those relational formulas"
+)
+_EQUALITY = "an equality formula nor a conjunction of equality formulas"
+
+
+def _sides(f: Formula, swap: bool) -> tuple[Expression, float, float]:
+    """An expression and its bounds.
+
+    Args:
+        f: A relation a <= b, a >= b or a == b.
+        swap: Write a >= b as b - a <= 0, as for a formula on its own; in arrays it is a - b >= 0.
+
+    Raises:
+        RuntimeError: one side is infinite, and not in the direction that means no bound.
+    """
+    a, b = f._args
+    if f.get_kind() is FormulaKind.Eq:
+        return _difference(f, a, b), 0.0, 0.0
+    if f.get_kind() is FormulaKind.Geq and not swap:
+        return _at_least(f, a, b)
+    if f.get_kind() is FormulaKind.Geq:
+        a, b = b, a
+    return _one_sided(f, a, b)
+
+
+def _difference(f: Formula, a: Expression, b: Expression) -> Expression:
+    for side in (a, b):
+        constant = side._args[0] if side._kind in (k.CONSTANT, k.ADD) else 0.0
+        if isinstance(constant, float) and np.isinf(constant):
+            raise RuntimeError(
+                f"FindBound() cannot handle the constraint: {str(f)[1:-1]} because {side} has infinity in the constant "
+                "term after expansion."
+            )
+    return build.subtract(a, b)
+
+
+def _is_infinite(e: Expression, sign: float) -> bool:
+    return e._kind == k.CONSTANT and e._args[0] == sign * np.inf
+
+
+def _one_sided(f: Formula, a: Expression, b: Expression) -> tuple[Expression, float, float]:
+    """a <= b as a - b <= 0."""
+    if _is_infinite(b, 1.0):
+        return a, -np.inf, np.inf
+    if _is_infinite(a, -1.0):
+        return b, -np.inf, np.inf
+    return _difference(f, a, b), -np.inf, 0.0
+
+
+def _at_least(f: Formula, a: Expression, b: Expression) -> tuple[Expression, float, float]:
+    """a >= b as a - b >= 0."""
+    if _is_infinite(b, -1.0):
+        return a, -np.inf, np.inf
+    if _is_infinite(a, 1.0):
+        return b, -np.inf, np.inf
+    return _difference(f, a, b), 0.0, np.inf
+
+
+def _parsed(parts: list[Formula], swap: bool, linear: bool) -> Any:
+    triples = [_sides(f, swap) for f in parts]
+    es = traverse.object_array([t[0] for t in triples])
+    lower, upper = np.array([t[1] for t in triples]), np.array([t[2] for t in triples])
+    if linear:
+        if affine_rows(list(es)) is None:
+            bad = next(f for f, e in zip(parts, es) if affine_rows([e]) is None)
+            raise RuntimeError(f"Formula {bad} is non-linear.")
+        return linear_constraint(es, lower, upper)
+    return constraint(es, lower, upper)
+
+
+def formula_constraint(f: Formula, linear: bool = False) -> Any:
+    """The constraint of a formula.
+
+    Raises:
+        RuntimeError: it is no conjunction of ==, <=, >=, or never holds.
+    """
+    parts = _relations(f, "ParseConstraint", _RELATIONS, _ANY_RELATION)
+    return _parsed(parts, len(parts) == 1, linear)
+
+
+def formulas_constraint(formulas: list[Formula], linear: bool = False) -> Any:
+    """The constraint of several formulas.
+
+    Raises:
+        RuntimeError: one of them is no conjunction of ==, <=, >=, or never holds.
+    """
+    parts = [p for f in formulas for p in _relations(f, "ParseConstraint", _RELATIONS, _ANY_RELATION)]
+    return _parsed(parts, False, linear)
+
+
+def formulas_equality(formulas: list[Formula]) -> Any:
+    """The linear equality constraint of formulas.
+
+    Raises:
+        RuntimeError: one of them is no conjunction of ==, or not linear.
+    """
+    parts = [p for f in formulas for p in _relations(f, "ParseLinearConstraint", (FormulaKind.Eq,), _EQUALITY)]
+    es = [_sides(f, False)[0] for f in parts]
+    return equality_constraint(traverse.object_array(es), np.zeros(len(es)))
