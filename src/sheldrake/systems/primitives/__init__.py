@@ -5,6 +5,7 @@ Sums, gains, filters, delays, linear systems, sources and logs. Most are kernels
 
 from sheldrake.systems.framework import Diagram_, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
+from sheldrake.systems.primitives._affine_system import AffineSystem, LinearSystem, MatrixGain
 from sheldrake.systems.primitives._barycentric_mesh_system import BarycentricMeshSystem
 from sheldrake.systems.primitives._blocks import (
     Adder,
@@ -23,13 +24,10 @@ from sheldrake.systems.primitives._discrete_derivative import (
     StateInterpolatorWithDiscreteDerivative,
 )
 from sheldrake.systems.primitives._dynamics import (
-    AffineSystem,
     DiscreteTimeDelay,
     DiscreteTimeIntegrator,
     FirstOrderLowPassFilter,
     Integrator,
-    LinearSystem,
-    MatrixGain,
     WrapToSystem,
     ZeroOrderHold,
 )

@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, PortDataType, System
 from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE
 from sheldrake.systems.framework._linear_rows import linear_rows, split
-from sheldrake.systems.primitives._dynamics import AffineSystem, LinearSystem
+from sheldrake.systems.primitives._affine_system import AffineSystem, LinearSystem
 
 
 def Linearize(

@@ -1,0 +1,223 @@
+"""Affine and linear systems, in continuous or discrete time."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework._vector import as_vector
+from sheldrake.systems.primitives._kernels import blocks
+
+
+class AffineSystem(LeafSystem):
+    """x' = A x + B u + f0 (or the next x), y = C x + D u + y0.
+
+    Args:
+        A: Shape (n, n).
+        B: Shape (n, m).
+        f0: Shape (n,).
+        C: Shape (k, n).
+        D: Shape (k, m).
+        y0: Shape (k,).
+        time_period: Period of the discrete update [s]; 0: continuous.
+    """
+
+    _generic = True
+
+    def __init__(
+        self,
+        A: Any = None,
+        B: Any = None,
+        f0: Any = None,
+        C: Any = None,
+        D: Any = None,
+        y0: Any = None,
+        time_period: float = 0.0,
+    ):
+        super().__init__()
+        self._set_up(_sized(A, B, f0, C, D, y0), float(time_period))
+
+    def _set_up(self, coefficients: blocks.Affine, period: float) -> None:
+        if not period >= 0:
+            raise RuntimeError(f"{type(self).__name__}: time_period must not be negative, got {period}.")
+        self._coefficients, self._period = coefficients, period
+        self._covariance: np.ndarray | None = None
+        k, m = coefficients.D.shape
+        n = len(coefficients.f0)
+        if m:
+            self.DeclareVectorInputPort("u0", m)
+        if n and period > 0:
+            self.DeclareDiscreteState(n)
+            update = blocks.affine_next if m else blocks.autonomous_next
+            self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, update)
+        elif n:
+            self.DeclareContinuousState(n)
+            self._declare_time_derivatives(blocks.affine_derivatives if m else blocks.autonomous_derivatives)
+        if k:
+            through = np.any(coefficients.D != 0)
+            self.DeclareVectorOutputPort("y0", k, blocks.affine_output if through else blocks.affine_output_of_state)
+
+    def _kernel_models(self, root: Any) -> dict:
+        return {"model": self._coefficients}
+
+    def UpdateCoefficients(
+        self, A: Any = None, B: Any = None, f0: Any = None, C: Any = None, D: Any = None, y0: Any = None
+    ) -> None:
+        """Replaces coefficients; those not given become zero. Sizes and feedthrough stay as they are.
+
+        Raises:
+            RuntimeError: a size differs.
+        """
+        old = self._coefficients
+        for name, target, value in zip(old._fields, old, (A, B, f0, C, D, y0)):
+            value = np.zeros(target.shape) if value is None else np.asarray(value, float)
+            if value.shape != target.shape:
+                raise RuntimeError(
+                    f"{type(self).__name__}.UpdateCoefficients(): {name} has shape {target.shape}, got {value.shape}."
+                )
+            target[...] = value
+        through = np.any(old.D != 0)
+        if self._outputs and old.D.shape[1]:
+            calc = blocks.affine_output if through else blocks.affine_output_of_state
+            if self._outputs[0].calc is not calc:
+                self._outputs[0].calc = calc
+                self._changed()
+
+    def _discrete_time_approximation(self, period: float) -> AffineSystem:
+        """The same system as seen every `period` [s], its input held between."""
+        from scipy.linalg import expm
+
+        if self._period != 0:
+            raise RuntimeError("DiscreteTimeApproximation(): the system is discrete already.")
+        n, m = self.num_states(), self.num_inputs()
+        M = np.zeros((n + m + 1, n + m + 1))
+        M[:n, :n], M[:n, n : n + m], M[:n, n + m] = self.A(), self.B(), self.f0()
+        E = expm(M * period)
+        A, B, f0 = E[:n, :n], E[:n, n : n + m], E[:n, n + m]
+        if isinstance(self, LinearSystem):
+            return LinearSystem(A, B, self.C(), self.D(), period)
+        return AffineSystem(A, B, f0, self.C(), self.D(), self.y0(), period)
+
+    def A(self) -> np.ndarray:
+        """Shape (n, n)."""
+        return self._coefficients.A.copy()
+
+    def B(self) -> np.ndarray:
+        """Shape (n, m)."""
+        return self._coefficients.B.copy()
+
+    def C(self) -> np.ndarray:
+        """Shape (k, n)."""
+        return self._coefficients.C.copy()
+
+    def D(self) -> np.ndarray:
+        """Shape (k, m)."""
+        return self._coefficients.D.copy()
+
+    def f0(self) -> np.ndarray:
+        """Shape (n,)."""
+        return self._coefficients.f0.copy()
+
+    def y0(self) -> np.ndarray:
+        """Shape (k,)."""
+        return self._coefficients.y0.copy()
+
+    def num_states(self) -> int:
+        """n."""
+        return len(self._coefficients.f0)
+
+    def num_inputs(self) -> int:
+        """m."""
+        return self._coefficients.D.shape[1]
+
+    def num_outputs(self) -> int:
+        """k."""
+        return self._coefficients.D.shape[0]
+
+    def time_period(self) -> float:
+        """Period of the discrete update [s]; 0: continuous."""
+        return self._period
+
+    def configure_default_state(self, x0: Any) -> None:
+        """Sets the default state."""
+        x0 = as_vector(x0)
+        if len(x0) != self.num_states():
+            raise RuntimeError(
+                f"{type(self).__name__}.configure_default_state(): the state has size {self.num_states()}, "
+                f"got {len(x0)}."
+            )
+        if self.num_states():
+            (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(x0)
+            self._defaults_changed()
+
+    def configure_random_state(self, covariance: Any) -> None:
+        """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
+        self._covariance = np.array(covariance, float)
+
+    def _set_random_context(self, context: Any, generator: Any) -> None:
+        if self._covariance is None or not self.num_states():
+            return
+        values, vectors = np.linalg.eigh(self._covariance)
+        normal = np.random.default_rng(int(generator())).standard_normal(self.num_states())
+        x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()
+        x.SetFromVector(x.CopyToVector() + vectors @ (np.sqrt(np.maximum(values, 0.0)) * normal))
+
+
+class LinearSystem(AffineSystem):
+    """x' = A x + B u (or the next x), y = C x + D u.
+
+    Args:
+        A: Shape (n, n).
+        B: Shape (n, m).
+        C: Shape (k, n).
+        D: Shape (k, m).
+        time_period: Period of the discrete update [s]; 0: continuous.
+    """
+
+    def __init__(self, A: Any = None, B: Any = None, C: Any = None, D: Any = None, time_period: float = 0.0):
+        super().__init__(A, B, None, C, D, None, time_period)
+
+
+class MatrixGain(LinearSystem):
+    """y = D u.
+
+    Args:
+        D: Shape (k, m).
+    """
+
+    def __init__(self, D: Any):
+        if np.ndim(D) not in (1, 2):
+            raise TypeError(f"MatrixGain(): incompatible constructor arguments: D must be a matrix, got {D!r}")
+        super().__init__(D=D)
+
+
+def _sized(A: Any, B: Any, f0: Any, C: Any, D: Any, y0: Any) -> blocks.Affine:
+    """Coefficients of consistent sizes; what is not given is zero."""
+    given = {k: None if v is None else np.asarray(v, float) for k, v in zip("ABfCDy", (A, B, f0, C, D, y0))}
+    for name in "ABCD":
+        m = given[name]
+        if m is not None and m.ndim == 1:
+            given[name] = m.reshape(-1, 1) if m.size else m.reshape(0, 0)
+    axes = {"A": "nn", "B": "nm", "f": "n", "C": "kn", "D": "km", "y": "k"}
+    sizes: dict[str, int] = {}
+    for name, dims in axes.items():
+        m = given[name]
+        if m is None or m.size == 0:
+            continue
+        for axis, size in zip(dims, m.shape):
+            if sizes.setdefault(axis, size) != size:
+                shapes = {k: v.shape for k, v in given.items() if v is not None}
+                raise RuntimeError(f"AffineSystem: the sizes of the coefficients do not fit: {shapes}.")
+    for name, dims in axes.items():  # an empty matrix may still tell a size, as (0, 2) does
+        m = given[name]
+        if m is not None and m.ndim == len(dims):
+            for axis, size in zip(dims, m.shape):
+                sizes.setdefault(axis, size)
+    out = []
+    for name, dims in axes.items():
+        m = given[name]
+        shape = tuple(sizes.get(axis, 0) for axis in dims)
+        out.append(np.zeros(shape) if m is None or m.size == 0 else np.ascontiguousarray(m.reshape(shape)).copy())
+    return blocks.Affine(*out)
