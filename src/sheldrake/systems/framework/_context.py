@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._overloads import expect
 from sheldrake.common.value import AbstractValue
+from sheldrake.systems.framework import _context_text
 from sheldrake.systems.framework._store import CONSTANT, CONTINUOUS, SAMPLED, Store
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues, Parameters, State
 from sheldrake.systems.framework._vector import BasicVector, lifted, plain
@@ -436,7 +437,7 @@ class Context(ContextBase):
         self.SetStateAndParametersFrom(source)
 
     def __str__(self) -> str:
-        return _text(self)
+        return _context_text.of_one(self)
 
 
 class LeafContext(Context):
@@ -447,7 +448,7 @@ class DiagramContext(Context):
     """Context of a diagram; those of its subsystems are views of the same store."""
 
     def __str__(self) -> str:
-        return _tree_text(self)
+        return _context_text.of_tree(self)
 
 
 def _scalar(store: Store, value: Any, call: str) -> Any:
@@ -464,54 +465,3 @@ def _converted(values: np.ndarray, scalar: Any) -> np.ndarray:
     if scalar is float:
         return values if values.dtype == float else np.array([plain(x) for x in values], float)
     return lifted(np.array([x if isinstance(x, scalar) else plain(x) for x in values.tolist()], object), scalar)
-
-
-def _numbers(values: Any) -> str:
-    return " ".join(repr(x).removesuffix(".0") if isinstance(x, float) else str(x) for x in values)
-
-
-def _tree_text(c: Context) -> str:
-    title = f"{c.GetSystemPathname()} Context (of a Diagram)"
-    lines = [title, "-" * (len(title) + 1)]
-    if n := c.num_continuous_states():
-        lines.append(f"{n} total continuous states")
-    if n := c.num_discrete_state_groups():
-        total = sum(group.size() for group in c.get_discrete_state().get_data())
-        lines.append(f"{total} total discrete states in {n} groups")
-    if n := c.num_abstract_states():
-        lines.append(f"{n} total abstract states")
-    if n := c.num_numeric_parameter_groups():
-        lines.append(f"{n} total numeric parameter groups")
-    if n := c.num_abstract_parameters():
-        lines.append(f"{n} total abstract parameters")
-    node = c._store.layout.nodes[c._node]
-    leaves = [c._store.context(m) for m in c._store.layout.leaves[node.first_leaf : node.last_leaf]]
-    told = [_text(leaf) for leaf in leaves if not leaf.is_stateless() or leaf.num_numeric_parameter_groups()]
-    return "\n".join(["\n".join(lines) + "\n", *told])
-
-
-def _text(c: Context) -> str:
-    title = f"{c.GetSystemPathname()} Context"
-    t = c.get_time()
-    lines = [title, "-" * (len(title) + 1), f"Time: {_numbers([t])}"]
-    if not c.is_stateless():
-        lines.append("States:")
-        if n := c.num_continuous_states():
-            lines += [f"  {n} continuous states", f"    {_numbers(c.get_continuous_state_vector())}"]
-        if n := c.num_discrete_state_groups():
-            lines.append(f"  {n} discrete state groups with")
-            for group in c.get_discrete_state().get_data():
-                lines += [f"     {group.size()} states", f"       {_numbers(group)}"]
-        if n := c.num_abstract_states():
-            lines.append(f"  {n} abstract states")
-        lines.append("")
-    if c.num_numeric_parameter_groups() or c.num_abstract_parameters():
-        lines.append("Parameters:")
-        if n := c.num_numeric_parameter_groups():
-            lines.append(f"  {n} numeric parameter groups with")
-            for k in range(n):
-                group = c.get_numeric_parameter(k)
-                lines += [f"     {group.size()} parameters", f"       {_numbers(group)}"]
-        if n := c.num_abstract_parameters():
-            lines.append(f"  {n} abstract parameters")
-    return "\n".join(lines) + "\n"
