@@ -49,6 +49,7 @@ from ._proximity_properties import (
 )
 from ._query_object import QueryObject
 from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
+from ._records import GeometryVersion
 from ._render.camera import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
 from ._render.engine import RenderEngine
 from ._render.label import RenderLabel
@@ -75,7 +76,6 @@ from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign
 from ._scene_graph import SceneGraph
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
-from ._state import GeometryVersion
 
 ContactSurface_ = SystemTemplate("ContactSurface_", ContactSurface, scope=__name__)
 FramePoseVector_ = SystemTemplate("FramePoseVector_", FramePoseVector, scope=__name__)

@@ -18,9 +18,10 @@ from ._kernels import model as columns
 from ._kernels.cells import cell_width
 from ._kernels.model import GeometryModel
 from ._meshes.polygon_mesh import PolygonSurfaceMesh
+from ._records import GeometryRecord
 from ._roles import Role
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
-from ._state import GeometryRecord, GeometryState
+from ._state import GeometryState
 from ._text import choices
 
 CELLS_FROM = 100

@@ -16,9 +16,10 @@ from ._hydro import representation_of
 from ._ids import FrameId, GeometryId, SourceId, number_of
 from ._instance import GeometryInstance
 from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
+from ._records import WORLD_FRAME_ID, GeometryVersion
 from ._roles import Role
 from ._shapes import Convex, Mesh, Shape
-from ._state import _ROLE_NAMES, WORLD_FRAME_ID, GeometryState, GeometryVersion
+from ._state import _ROLE_NAMES, GeometryState
 
 if TYPE_CHECKING:
     from collections.abc import Callable

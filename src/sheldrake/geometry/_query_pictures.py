@@ -10,7 +10,7 @@ from ._ids import FrameId
 from ._image import ImageDepth32F, ImageLabel16I, ImageRgba8U
 from ._numbers import values_of
 from ._query_poses import Poses
-from ._state import WORLD_FRAME_ID
+from ._records import WORLD_FRAME_ID
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform

@@ -9,7 +9,8 @@ import numpy as np
 from ._ids import FrameId
 from ._inspector import SceneGraphInspector
 from ._numbers import values_of
-from ._state import WORLD_FRAME_ID, GeometryState
+from ._records import WORLD_FRAME_ID
+from ._state import GeometryState
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform

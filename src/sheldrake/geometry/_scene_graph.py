@@ -19,11 +19,12 @@ from ._instance import GeometryFrame, GeometryInstance
 from ._kernels.model import GeometryModel
 from ._properties import GeometryProperties
 from ._query_object import QueryObject
+from ._records import WORLD_FRAME_ID
 from ._render.engine import RenderEngine
 from ._render.renderers import Renderers
 from ._roles import HydroelasticContactRepresentation, Role, RoleAssign
 from ._shapes import Shape
-from ._state import WORLD_FRAME_ID, GeometryState
+from ._state import GeometryState
 
 _STATE = 0  # abstract parameters
 _CONFIG = 1

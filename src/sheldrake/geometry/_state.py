@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import itertools
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import expect
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
@@ -18,6 +18,7 @@ from ._hydro import check_representation
 from ._ids import FrameId, GeometryId, SourceId, number_of
 from ._instance import GeometryFrame, GeometryInstance, canonical_name
 from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
+from ._records import WORLD_FRAME_ID, FrameRecord, GeometryRecord, GeometryVersion, SourceRecord, next_version
 from ._render.renderers import Renderers
 from ._roles import CollisionFilterScope, HydroelasticType, Role, RoleAssign
 from ._shapes import Shape
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from ._render.engine import RenderEngine
 
-WORLD_FRAME_ID = FrameId.get_new_id()
 SELF_SOURCE_ID = SourceId.get_new_id()
 _WORLD_FRAME_GROUP = -1234567
 _ROLE_NAMES = {
@@ -42,68 +42,6 @@ _ROLE_OF: dict[type, Role] = {
     IllustrationProperties: Role.kIllustration,
     PerceptionProperties: Role.kPerception,
 }
-_next_version = itertools.count(1).__next__
-
-
-class SourceRecord(NamedTuple):
-    """A source and the frames it registered."""
-
-    name: str
-    frames: tuple[FrameId, ...] = ()
-
-
-class FrameRecord(NamedTuple):
-    """A registered frame."""
-
-    name: str
-    group: int
-    source: SourceId
-    parent: FrameId
-
-
-class GeometryRecord(NamedTuple):
-    """A registered geometry; records are replaced, never changed."""
-
-    name: str
-    source: SourceId
-    frame: FrameId
-    X_FG: RigidTransform
-    shape: Shape
-    roles: dict[Role, GeometryProperties]
-
-    def has(self, role: Role) -> bool:
-        """True if it has the role; every geometry without roles is `kUnassigned`."""
-        return not self.roles if role is Role.kUnassigned else role in self.roles
-
-
-class GeometryVersion:
-    """Tells whether the geometries with a role changed between two looks at a SceneGraph."""
-
-    __slots__ = ("_versions",)
-
-    def __init__(self, other: GeometryVersion | None = None) -> None:
-        self._versions: dict[Role, int] = {role: _next_version() for role in Role} if other is None else other._versions
-
-    def IsSameAs(self, other: GeometryVersion, role: Role) -> bool:
-        """True if geometries with the role are certainly the same.
-
-        Raises:
-            RuntimeError: the role is `kUnassigned`, which has no version.
-        """
-        if role is Role.kUnassigned:
-            raise RuntimeError("GeometryVersion.IsSameAs(): the role must be proximity, illustration or perception.")
-        return self._versions[role] == other._versions[role]
-
-    def _changed(self, roles: Iterable[Role]) -> GeometryVersion:
-        new = GeometryVersion(self)
-        new._versions = {**self._versions, **{role: _next_version() for role in roles}}
-        return new
-
-    def __copy__(self) -> GeometryVersion:
-        return GeometryVersion(self)
-
-    def __deepcopy__(self, memo: dict) -> GeometryVersion:
-        return GeometryVersion(self)
 
 
 class GeometryState:
@@ -120,7 +58,7 @@ class GeometryState:
         self.filter = CollisionFilter()
         self.renderers = Renderers()
         self.version = GeometryVersion()
-        self.serial = _next_version()  # changes with every change
+        self.serial = next_version()  # changes with every change
 
     def copy(self) -> GeometryState:
         """An independent copy; records are shared."""
@@ -142,7 +80,7 @@ class GeometryState:
     __copy__ = Clone = copy
 
     def _touch(self, roles: Iterable[Role] = ()) -> None:
-        self.serial = _next_version()
+        self.serial = next_version()
         self.version = self.version._changed(roles)
 
     # ---- look-ups that explain themselves
@@ -424,7 +362,7 @@ class GeometryState:
                     new.AddProperty(group, name, value)
             check_representation(record.shape, new)
             self.geometries[geometry_id] = record._replace(roles={**record.roles, Role.kProximity: new})
-        self.serial = _next_version()
+        self.serial = next_version()
 
 
 def _default_values(d: DefaultProximityProperties) -> list[tuple[str, str, Any]]:

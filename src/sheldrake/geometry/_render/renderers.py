@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from .._ids import FrameId, GeometryId
+from .._records import WORLD_FRAME_ID
 from .._roles import Role
 from .._text import choices
 from .engine import RenderEngine
 
 if TYPE_CHECKING:
-    from .._state import GeometryRecord, GeometryState
+    from .._records import GeometryRecord
+    from .._state import GeometryState
 
 
 class Moving(NamedTuple):
@@ -132,8 +134,6 @@ class Renderers:
 
 
 def _register(name: str, engine: RenderEngine, geometry_id: GeometryId, record: GeometryRecord) -> None:
-    from .._state import WORLD_FRAME_ID
-
     properties: Any = record.roles.get(Role.kPerception)
     if properties is None:
         return

@@ -8,7 +8,8 @@ from sheldrake import geometry as g
 from sheldrake.common.chain import Chain
 from sheldrake.geometry._compile import compile_proximity
 from sheldrake.geometry._kernels.model import contact_table
-from sheldrake.geometry._state import WORLD_FRAME_ID, GeometryState
+from sheldrake.geometry._records import WORLD_FRAME_ID
+from sheldrake.geometry._state import GeometryState
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.multibody.plant import _step
