@@ -1,7 +1,8 @@
-"""What all tests share: no windows, no progress lines; which suites run on kernels as Python and bounds-checked too."""
+"""What all tests share: no windows, no progress lines, less noise; and which suites also run without machine code."""
 
 from __future__ import annotations
 
+import logging
 import os
 import pathlib
 import signal
@@ -23,6 +24,16 @@ TWINS = (
     "scenes/test_bits.py",
 )
 """Suites that say something with SHELDRAKE_JIT=0 and SHELDRAKE_BOUNDSCHECK=1, and are quick without a compiler."""
+
+
+@pytest.fixture
+def quiet():
+    """Warnings and errors that a test causes over and over, on purpose, are not printed."""
+    log = logging.getLogger("drake")
+    level = log.level
+    log.setLevel(logging.CRITICAL)
+    yield
+    log.setLevel(level)
 
 
 def pytest_collection_modifyitems(items):

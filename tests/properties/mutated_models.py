@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import pathlib
 import re
@@ -84,18 +83,6 @@ def check_parse(path: pathlib.Path, text: str) -> None:
     except NotImplementedError as error:
         assert str(error)
     assert time.process_time() - start < LIMIT
-
-
-class quiet_log:
-    """A with-block in which warnings about model files are not printed."""
-
-    def __enter__(self) -> None:
-        self._log = logging.getLogger("drake")
-        self._level = self._log.level
-        self._log.setLevel(logging.CRITICAL)
-
-    def __exit__(self, *_: object) -> None:
-        self._log.setLevel(self._level)
 
 
 # --- mutations

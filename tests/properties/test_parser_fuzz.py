@@ -14,11 +14,12 @@ from mutated_models import (
     fuzz_settings,
     make_parser,
     mutated,
-    quiet_log,
     unnoticed_places,
 )
 
 import sheldrake
+
+pytestmark = pytest.mark.usefixtures("quiet")
 
 BUNDLED = pathlib.Path(sheldrake.__file__).parent / "models"
 SEEDS = sorted(
@@ -26,12 +27,6 @@ SEEDS = sorted(
 )
 SILENT = {"gazebo", "hardwareInterface", "include"}
 """Of what we have in our files: for other programs, or replaced by what it names."""
-
-
-@pytest.fixture(autouse=True)
-def quiet():
-    with quiet_log():
-        yield
 
 
 @pytest.mark.parametrize("path", SEEDS, ids=lambda path: path.name)

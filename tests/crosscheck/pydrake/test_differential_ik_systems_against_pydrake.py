@@ -1,13 +1,12 @@
 """Recipes of differential inverse kinematics: the same velocities, the same motion of the controller."""
 
 import importlib
-import logging
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-pytestmark = pytest.mark.peer
+pytestmark = [pytest.mark.peer, pytest.mark.usefixtures("quiet")]
 pytest.importorskip("pydrake")
 pytest.importorskip("clarabel")
 
@@ -200,15 +199,6 @@ CASES = {
         spatial(L, V=FAST),
     ),
 }
-
-
-@pytest.fixture(autouse=True)
-def quiet():
-    log = logging.getLogger("drake")
-    level = log.level
-    log.setLevel(logging.ERROR)
-    yield
-    log.setLevel(level)
 
 
 @pytest.mark.parametrize("case", CASES)

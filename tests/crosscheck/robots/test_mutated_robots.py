@@ -7,8 +7,10 @@ import pathlib
 
 import pytest
 from hypothesis import given
-from mutated_models import check_parse, fuzz_settings, mutated, quiet_log, unnoticed_places
+from mutated_models import check_parse, fuzz_settings, mutated, unnoticed_places
 from real_robots import robot_files
+
+pytestmark = pytest.mark.usefixtures("quiet")
 
 KINDS = ("urdf", "sdf", "dmd.yaml")
 SILENT = {"gazebo", "hardwareInterface"}
@@ -22,12 +24,6 @@ def drake_files() -> list[pathlib.Path]:
 
 
 FILES = [*robot_files(*KINDS), *drake_files()]
-
-
-@pytest.fixture(autouse=True)
-def quiet():
-    with quiet_log():
-        yield
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parts[-3]}-{path.name}")

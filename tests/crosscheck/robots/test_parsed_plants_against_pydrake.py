@@ -3,14 +3,13 @@
 With the package example-robot-data beside Drake (`python dev.py robots`), its robots are compared too.
 """
 
-import logging
 import pathlib
 
 import numpy as np
 import pytest
 
 pydrake = pytest.importorskip("pydrake")
-pytestmark = pytest.mark.peer
+pytestmark = [pytest.mark.peer, pytest.mark.usefixtures("quiet")]
 
 from plant_numbers import MODELS, forward_dynamics, load, names, numbers, worst  # noqa: E402
 from real_robots import robot_files  # noqa: E402
@@ -30,15 +29,6 @@ def files():
     )
     drakes = sorted(path for kind in ("urdf", "sdf") for path in SHARE.rglob(f"*.{kind}"))
     return [*own, *drakes, *robot_files("urdf", "sdf")]
-
-
-@pytest.fixture(autouse=True)
-def quiet():
-    log = logging.getLogger("drake")
-    level = log.level
-    log.setLevel(logging.CRITICAL)
-    yield
-    log.setLevel(level)
 
 
 def check_what_drake_refuses(path):

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import logging
-
 import pytest
 from real_robots import robot_files
 
 from sheldrake.multibody.parsing import ParseError, Parser
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
 from sheldrake.systems.framework import DiagramBuilder
+
+pytestmark = pytest.mark.usefixtures("quiet")
 
 FILES = robot_files("urdf", "sdf")
 WRONG = {
@@ -19,15 +19,6 @@ WRONG = {
 }
 """What is wrong with files that cannot be read."""
 EMPTY = ("ur3.urdf", "simple_humanoid_classical.urdf")  # no links; links without geometry
-
-
-@pytest.fixture(autouse=True)
-def quiet():
-    log = logging.getLogger("drake")
-    level = log.level
-    log.setLevel(logging.CRITICAL)
-    yield
-    log.setLevel(level)
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: f"{path.parts[-3]}-{path.name}")

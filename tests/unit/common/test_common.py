@@ -2,6 +2,7 @@ import copy
 import logging
 import os
 import pickle
+import sys
 
 import numpy as np
 import pytest
@@ -148,8 +149,10 @@ def test_namedview():
         View([1, 2])
 
 
-def test_no_notebook_no_events():
-    process_ipywidget_events()
+def test_without_a_notebook_no_events_are_looked_for():
+    before = set(sys.modules)
+    process_ipywidget_events(3)
+    assert not any(name.startswith(("ipykernel", "asyncio")) for name in set(sys.modules) - before)
 
 
 def test_module_shim_and_forwarding():

@@ -1,13 +1,13 @@
 """Joints of SDFormat models that close loops, and gearboxes."""
 
-import logging
-
 import numpy as np
 import pytest
 
 from sheldrake.multibody.parsing import ParseError, Parser
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.systems.analysis import Simulator
+
+pytestmark = pytest.mark.usefixtures("quiet")
 
 ROD = """<link name="{name}"><pose>{x} 0 {z} 0 0 0</pose><inertial><mass>{mass}</mass><inertia><ixx>0.02</ixx>
 <iyy>0.02</iyy><izz>0.02</izz><ixy>0</ixy><ixz>0</ixz><iyz>0</iyz></inertia></inertial></link>"""
@@ -28,15 +28,6 @@ def parallelogram(kind="revolute", mass=1.0):
         + HINGE.format(name="d", kind=kind, x=0.4, z=-1, parent="right", child="bar")
         + "</model></sdf>"
     )
-
-
-@pytest.fixture(autouse=True)
-def quiet():
-    log = logging.getLogger("drake")
-    level = log.level
-    log.setLevel(logging.CRITICAL)
-    yield
-    log.setLevel(level)
 
 
 def make(text, time_step=1e-3):
