@@ -50,19 +50,9 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
             backwards = joint.child_body() is body
             other = joint.parent_body() if backwards else joint.child_body()
             if id(other) in seen:
-                raise RuntimeError(
-                    f"MultibodyPlant.Finalize(): the bodies and joints form a loop, closed by joint {joint.name()!r} "
-                    f"between bodies {joint.parent_body().name()!r} and {joint.child_body().name()!r}. Loops in the "
-                    "system graph are not supported as joints; remove that joint and close the loop with a constraint "
-                    "or a stiff LinearBushingRollPitchYaw instead."
-                )
+                raise _closes_a_loop(joint)
             if backwards and not joint._reversible:
-                raise RuntimeError(
-                    f"MultibodyPlant::Finalize(): parent/child ordering for {joint.type_name()} joint {joint.name()} "
-                    f"(body {joint.parent_body().name()!r} to body {joint.child_body().name()!r}) would have to be "
-                    "reversed to make a tree-structured model for this system. Joints that can be reversed are: "
-                    "prismatic, revolute, weld. Swap the parent and child of this joint."
-                )
+                raise _is_not_reversible(joint)
             steps.append(Step(other, body, joint, backwards))
             seen.add(id(other))
             stack.append((other, iter(incident[id(other)])))
@@ -81,3 +71,21 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
         if id(body) not in seen:
             float_body(body)
     return steps
+
+
+def _closes_a_loop(joint: Any) -> RuntimeError:
+    return RuntimeError(
+        f"MultibodyPlant.Finalize(): the bodies and joints form a loop, closed by joint {joint.name()!r} "
+        f"between bodies {joint.parent_body().name()!r} and {joint.child_body().name()!r}. Loops in the "
+        "system graph are not supported as joints; remove that joint and close the loop with a constraint "
+        "or a stiff LinearBushingRollPitchYaw instead."
+    )
+
+
+def _is_not_reversible(joint: Any) -> RuntimeError:
+    return RuntimeError(
+        f"MultibodyPlant::Finalize(): parent/child ordering for {joint.type_name()} joint {joint.name()} "
+        f"(body {joint.parent_body().name()!r} to body {joint.child_body().name()!r}) would have to be "
+        "reversed to make a tree-structured model for this system. Joints that can be reversed are: "
+        "prismatic, revolute, weld. Swap the parent and child of this joint."
+    )
