@@ -6,6 +6,7 @@ Algorithmic Foundations of Robotics XI, 2015.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -83,10 +84,38 @@ def bounded_domain(call: str, options: IrisOptions, domain: HPolyhedron) -> HPol
     return domain
 
 
-def has_grown_enough(options: IrisOptions, volume: float, best: float) -> bool:
-    """Whether the last iteration gained so little that it was the last."""
-    gain = volume - best
-    return gain <= options.termination_threshold or gain / best <= options.relative_termination_threshold
+def inflate(
+    region: HPolyhedron,
+    ellipsoid: Hyperellipsoid,
+    options: IrisOptions,
+    separated: Callable[[Hyperellipsoid], HPolyhedron | None],
+) -> HPolyhedron:
+    """The last region of faces around an ellipsoid and the largest ellipsoid within, in turns, while that one grows.
+
+    Deits and Tedrake, Computing large convex regions of obstacle-free space through semidefinite programming (2014),
+    algorithm 1.
+
+    Args:
+        region: What there is where `separated` gives nothing.
+        ellipsoid: The first one.
+        options: Limits.
+        separated: The region behind faces for an ellipsoid; None where it would not do.
+    """
+    best = ellipsoid.CalcVolume()
+    for iteration in range(1, options.iteration_limit + 1):
+        found = separated(ellipsoid)
+        if found is None:
+            break
+        region = found
+        if iteration == options.iteration_limit:
+            break
+        ellipsoid = region.MaximumVolumeInscribedEllipsoid()
+        volume = ellipsoid.CalcVolume()
+        gain = volume - best
+        if gain <= options.termination_threshold or gain / best <= options.relative_termination_threshold:
+            break
+        best = volume
+    return region
 
 
 def tangent(ellipsoid: Hyperellipsoid, point: np.ndarray) -> tuple[np.ndarray, float]:
@@ -118,22 +147,13 @@ def Iris(
     for s in (domain, *obstacles):
         if s.ambient_dimension() != sample.size:
             raise RuntimeError(f"Iris(): a set has dimension {s.ambient_dimension()}, the sample {sample.size}.")
-    region = domain = bounded_domain("Iris", options, domain)
-    ellipsoid = first_ellipsoid(options, sample)
-    best = ellipsoid.CalcVolume()
-    for iteration in range(1, options.iteration_limit + 1):
-        separated = _separated(domain, ellipsoid, obstacles)
-        if options.require_sample_point_is_contained and not separated.PointInSet(sample, 0.0):
-            return region
-        region = separated
-        if iteration == options.iteration_limit:
-            break
-        ellipsoid = region.MaximumVolumeInscribedEllipsoid()
-        volume = ellipsoid.CalcVolume()
-        if has_grown_enough(options, volume, best):
-            break
-        best = volume
-    return region
+    domain = bounded_domain("Iris", options, domain)
+
+    def separated(ellipsoid: Hyperellipsoid) -> HPolyhedron | None:
+        region = _separated(domain, ellipsoid, obstacles)
+        return None if options.require_sample_point_is_contained and not region.PointInSet(sample, 0.0) else region
+
+    return inflate(domain, first_ellipsoid(options, sample), options, separated)
 
 
 def _separated(domain: HPolyhedron, ellipsoid: Hyperellipsoid, obstacles: list[ConvexSet]) -> HPolyhedron:

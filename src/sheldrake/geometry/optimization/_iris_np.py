@@ -14,7 +14,7 @@ from sheldrake.geometry.optimization._iris import (
     IrisOptions,
     bounded_domain,
     first_ellipsoid,
-    has_grown_enough,
+    inflate,
     tangent,
 )
 
@@ -61,21 +61,7 @@ class _Search:
         self._examples: dict[int, np.ndarray] = {}  # The last one found of each kind.
 
     def grow(self) -> HPolyhedron:
-        o = self._options
-        region, ellipsoid = self._domain, first_ellipsoid(o, self._seed)
-        best = ellipsoid.CalcVolume()
-        for iteration in range(1, o.iteration_limit + 1):
-            grown = self._separated(ellipsoid)
-            if grown is None:
-                return region
-            region = grown
-            if iteration == o.iteration_limit:
-                break
-            ellipsoid = region.MaximumVolumeInscribedEllipsoid()
-            volume = ellipsoid.CalcVolume()
-            if has_grown_enough(o, volume, best):
-                break
-            best = volume
+        region = inflate(self._domain, first_ellipsoid(self._options, self._seed), self._options, self._separated)
         self._plant.SetPositions(self._context, self._seed)
         return region
 
