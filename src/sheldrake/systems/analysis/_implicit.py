@@ -62,6 +62,19 @@ class ImplicitIntegrator(PythonIntegrator):
         self._jacobian: np.ndarray | None = None
         self._fresh = False  # whether the Jacobian is of the very state from which the step begins
 
+    def _newtons(self) -> list[Newton]:
+        """Matrices in use."""
+        return [value for value in vars(self).values() if isinstance(value, Newton)]
+
+    def _memory(self) -> list[Any]:
+        return [*super()._memory(), self._jacobian, *(newton.inverse for newton in self._newtons())]
+
+    def _remember(self, memory: list[Any]) -> None:
+        super()._remember(memory)
+        self._jacobian, *inverses = (None if m is None else np.array(m) for m in memory[1:])
+        for newton, inverse in zip(self._newtons(), inverses):
+            newton.inverse = inverse
+
     def ResetStatistics(self) -> None:
         """Begins counting anew."""
         super().ResetStatistics()

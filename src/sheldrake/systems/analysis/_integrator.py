@@ -184,12 +184,13 @@ class IntegratorBase:
         self._Z[H_IDEAL] = 0.0
         self.ResetStatistics()
 
-    def _get_next_step(self) -> float:
-        """The size it would like its next step to have [s]; 0 before the first."""
-        return float(self._Z[H_IDEAL])
+    def _memory(self) -> list[Any]:
+        """What later steps depend on beside the context: numbers, arrays and None."""
+        return [float(self._Z[H_IDEAL])]  # the size it would like its next step to have [s]; 0 before the first
 
-    def _set_next_step(self, step: float) -> None:
-        self._Z[H_IDEAL] = step
+    def _remember(self, memory: list[Any]) -> None:
+        """Takes up what an integrator of the same class knew; arrays may have become lists."""
+        self._Z[H_IDEAL] = memory[0]
 
     def _make_step(self, span: Any) -> None:
         """Makes a step in Python, for schemes that are not in the event loop."""

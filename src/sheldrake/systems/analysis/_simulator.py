@@ -326,7 +326,7 @@ class Simulator:
         finally:
             self._look_in(True)
             self._last_time = store.S[0]
-            store.stopped = (float(store.S[0]), type(self._integrator).__name__, self._integrator._get_next_step())
+            store.stopped = (float(store.S[0]), type(self._integrator).__name__, self._integrator._memory())
             progress.close()
         return self._status(T, code)
 
@@ -349,10 +349,10 @@ class Simulator:
 
     def _go_on(self, store: Any) -> None:
         """Takes up a run that another process saved."""
-        _, integrator, step = store.goes_on
+        _, integrator, memory = store.goes_on
         self._integrator.Initialize()
         if integrator == type(self._integrator).__name__:
-            self._integrator._set_next_step(step)
+            self._integrator._remember(memory)
         self.ResetStatistics()
         self._make_span()
         self._ready, self._last_time, store.goes_on = True, store.S[0], None

@@ -26,7 +26,7 @@ def SaveContext(context: Any, path: str | os.PathLike) -> None:
     must still be as in the default context. Nothing in the file is code.
 
     A simulator of a loaded context goes on from where the saved run stopped: it does not initialize by itself, and an
-    integrator of the same kind takes up its step size.
+    integrator of the same kind takes up its step size and matrices.
 
     Args:
         context: A root context of floats.
@@ -58,7 +58,8 @@ def SaveContext(context: Any, path: str | os.PathLike) -> None:
             "accuracy": store.accuracy,
             "stopped": store.stopped,
             **values,
-        }
+        },
+        default=np.ndarray.tolist,
     )
     slab = {"S": store.S, "I": store.I, "L": store.L, **{f"array{k}": a for k, a in enumerate(arrays)}}
     with open(path, "wb") as file:

@@ -45,7 +45,7 @@ class Store:
         abstract, parameters: abstract states and parameters of all leaves.
         fixed: fixed abstract inputs, by free number.
         values: abstract output values, by row.
-        stopped: where the last `AdvanceTo` stopped: time [s], integrator, its next step size [s] (0: none yet).
+        stopped: where the last `AdvanceTo` stopped: time [s], integrator, what that remembers.
         goes_on: the same, read from a file: a simulator goes on from there and does not initialize.
     """
 
@@ -106,8 +106,8 @@ class Store:
         self.pending: dict[int, list[AbstractValue]] = {}
         self.outcome: EventStatus | None = None
         self._cold: set[int] = set()
-        self.stopped: tuple[float, str, float] | None = None
-        self.goes_on: tuple[float, str, float] | None = None
+        self.stopped: tuple[float, str, list] | None = None
+        self.goes_on: tuple[float, str, list] | None = None
 
     # Changes.
 
