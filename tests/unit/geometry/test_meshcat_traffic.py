@@ -125,6 +125,27 @@ def test_an_hour_of_traffic_leaves_memory_as_it_was(meshcat):
     assert len(meshcat._hub.server._websock_server._broadcast_buffer.message_from_id) < 200
 
 
+def test_what_comes_and_goes_under_ever_new_names_is_not_kept(meshcat):
+    kept = meshcat._hub.server._websock_server._broadcast_buffer.message_from_id
+    sizes = []
+    for k in range(2000):
+        meshcat.SetObject(f"passing/{k}", Box(1, 1, 1))
+        put(meshcat, float(k))
+        meshcat.AddButton(f"button {k}", "KeyB")
+        meshcat.AddSlider(f"slider {k}", 0.0, 1.0, 0.1, 0.5, "", f"Key{k % 7}")
+        meshcat._hub.page.sync()
+        meshcat.Delete(f"passing/{k}")
+        meshcat.DeleteButton(f"button {k}")
+        meshcat.DeleteSlider(f"slider {k}")
+        meshcat._hub.page.sync()
+        sizes.append(len(kept))
+    assert max(sizes) < 1000 and max(sizes[1000:]) <= max(sizes[:1000]), max(sizes)
+    with join(meshcat) as late:
+        seen = receive_until(late, done)
+        assert not [m for m in seen if "passing/" in str(m.get("name")) and m["type"] != "RemoveSceneNodeMessage"]
+        assert any(height_is(1999.0)(m) for m in seen)
+
+
 def test_joining_and_leaving_leaves_no_thread_and_no_memory(meshcat):
     meshcat.SetObject("box", Box(1, 1, 1))
     server, threads, memory = meshcat._hub.server._websock_server, threading.active_count(), []

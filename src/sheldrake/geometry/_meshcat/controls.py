@@ -9,6 +9,8 @@ import math
 import threading
 from typing import Any
 
+from .server import Sweeper
+
 log = logging.getLogger("drake")
 
 
@@ -64,7 +66,9 @@ class Controls:
         self._buttons: dict[str, _Button] = {}
         self._sliders: dict[str, _Slider] = {}
         self._gamepad = Gamepad()
-        self._tracked: list[int] = []
+        self._tracked: set[int] = set()
+        self._sweeper = Sweeper(server)
+        self._sent_keys: Any = None
         self._camera_pose: Any = None
         self._channel = server.gui.add_text("channel", "", visible=False)
 
@@ -243,7 +247,13 @@ class Controls:
             keys |= {slider.decrement_keycode, slider.increment_keycode}
         own = {"channel": self._channel._impl.uuid, "keys": sorted(keys - {""})}
         source = f"window.__sheldrake = Object.assign(window.__sheldrake || {{}}, {json.dumps(own)});"
-        self._server._websock_server.queue_message(_messages.RunJavascriptMessage(source=source))
+        self._sweeper.sweep_if_due()
+        if self._sent_keys is not None:
+            if self._sent_keys.source == source:
+                return
+            self._sweeper.drop(self._sent_keys)
+        self._sent_keys = _messages.RunJavascriptMessage(source=source)
+        self._server._websock_server.queue_message(self._sent_keys)
 
     def _hear(self, text: str, client_id: int | None) -> None:
         """Takes one message of the page's script."""
@@ -275,7 +285,7 @@ class Controls:
                 axes=[float(v) for v in pad["axes"]],
             )
         elif kind == "tracked_camera" and client_id is not None:
-            self._tracked.append(client_id)
+            self._tracked.add(client_id)
         elif kind == "camera_pose":
             self._camera_pose = message["camera_pose"] if message["is_perspective"] else None
         else:

@@ -14,6 +14,7 @@ import numpy as np
 
 from . import nodes
 from .drawables import bounds_of, transformed
+from .server import Sweeper
 from .stage import Stage, is_stage_path
 from .tree import OBJECT, SceneTree, as_matrix4, parents, quaternions
 
@@ -62,6 +63,7 @@ class Page:
         self._ignored: set[str] = set()
         self.player: Any = None
         self.stage = Stage(server)
+        self._sweeper = Sweeper(server)
         server._websock_server.on_client_connect(self._on_connect)
 
     def num_clients(self) -> int:
@@ -112,6 +114,7 @@ class Page:
                 self._move(changes.poses)
                 for path, name in changes.properties:
                     self._apply_property(path, name)
+            self._sweeper.sweep_if_due()
             if new:
                 self.stage.frame_scene(self.bounds())
 

@@ -249,6 +249,31 @@ def start_viser(listener: socket.socket, site: Site) -> Any:
     return server
 
 
+class Sweeper:
+    """Has a server forget what it keeps for late joiners about things that are gone.
+
+    Args:
+        server: A viser.ViserServer.
+    """
+
+    _ROOM = 256  # messages, besides as many as there were after the last sweep
+
+    def __init__(self, server: Any):
+        self._server = server
+        self._buffer = server._websock_server._broadcast_buffer
+        self._kept = 0
+
+    def sweep_if_due(self) -> None:
+        """Sweeps when there is more than twice of what was needed the last time."""
+        if len(self._buffer.message_from_id) > 2 * self._kept + self._ROOM:
+            self._server._run_garbage_collector()
+            self._kept = len(self._buffer.message_from_id)
+
+    def drop(self, message: Any) -> None:
+        """Forgets one message."""
+        self._buffer.remove_from_buffer(lambda kept: kept is message)
+
+
 def _log_quietly(_loop: Any, context: dict[str, Any]) -> None:
     """Keeps what a page made go wrong in a task out of the user's terminal."""
     log.debug("%s: %r", context.get("message"), context.get("exception"))
