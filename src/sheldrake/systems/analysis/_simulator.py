@@ -285,11 +285,20 @@ class Simulator:
             self._clear_start_updates(store)
         _loop.trigger(program, store.I, _program.PER_STEP)
         span.interpreted(_loop.publish)
-        if self._publish_at_initialization and not store.I[_program.STATUS]:
+        self._finish_step(self._publish_at_initialization)
+
+    def _finish_step(self, publish: bool) -> None:
+        """What follows the publishes outside the event loop: a forced one, if wanted, and the monitor.
+
+        Raises:
+            RuntimeError: something failed.
+        """
+        store = self._context._store
+        if publish and not store.I[_program.STATUS]:
             self._every_step()
         if self._monitor is not None and not store.I[_program.STATUS]:
             result = self._monitor(self._context)
-            if result is not None and note_status(checked_status(result), span.outcome, store):
+            if result is not None and note_status(checked_status(result), self._span.outcome, store):
                 store.I[_program.STATUS] = -1
         if store.I[_program.STATUS]:
             self._raise()
@@ -443,14 +452,7 @@ class Simulator:
             _loop.clear_updates(program, I)
             self._N[_program.STEPS] += 1
             span.interpreted(_loop.publish)
-            if self._publish_every_step and not I[_program.STATUS]:
-                self._every_step()
-            if self._monitor is not None and not I[_program.STATUS]:
-                result = self._monitor(self._context)
-                if result is not None and note_status(checked_status(result), span.outcome, store):
-                    I[_program.STATUS] = -1
-            if I[_program.STATUS]:
-                self._raise()
+            self._finish_step(self._publish_every_step)
         code = _program.TERMINATED if I[_program.TERMINATE] else _program.DONE
         return self._status(float(store.S[0]), int(code))
 
