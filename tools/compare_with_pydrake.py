@@ -13,6 +13,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import fnmatch
+import functools
 import importlib
 import inspect
 import pathlib
@@ -178,14 +179,20 @@ def call_faults(signature: inspect.Signature, one: Overload, source: str) -> Ite
 
 
 def source_of(function: Any) -> str:
-    """The text of the files in which a function, or a class and its bases, were written."""
+    """The text of the folders in which a function, or a class and its bases, were written."""
     if inspect.isclass(function):
         files = {f.co_filename for c in function.__mro__ if (f := getattr(vars(c).get("__init__"), "__code__", None))}
         files |= {inspect.getfile(c) for c in function.__mro__ if c.__module__.startswith("sheldrake")}
     else:
         code = getattr(inspect.unwrap(getattr(function, "__func__", function)), "__code__", None)
         files = {code.co_filename} if code else set()
-    return "".join(pathlib.Path(f).read_text(encoding="utf-8") for f in files if pathlib.Path(f).exists())
+    return "".join(map(text_of, {pathlib.Path(f).parent for f in files}))
+
+
+@functools.cache
+def text_of(folder: pathlib.Path) -> str:
+    """All Python in a folder."""
+    return "".join(f.read_text(encoding="utf-8") for f in sorted(folder.glob("*.py")))
 
 
 def compare_calls(where: str, theirs: Any, ours: Any) -> Iterator[str]:

@@ -13,6 +13,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from sheldrake._retired_functions import FUNCTIONS, hint
+from sheldrake._retired_methods import CALLS, KEYWORDS, METHODS
 
 
 class Module(NamedTuple):
@@ -82,162 +83,6 @@ GONE = {
 """Modules that Drake removed for good: what they held, and what to use."""
 
 
-def renamed(new: str, call: str, static: bool = False) -> Any:
-    """A function for a class: warns that `call` is retired and calls the method `new` with the same arguments."""
-
-    def method(self: Any, *args: Any, **kwargs: Any) -> Any:
-        hint(f"{call}() is retired: use {new}().")
-        return getattr(self, new)(*args, **kwargs)
-
-    method.__doc__ = f"Retired: use `{new}`."
-    return classmethod(method) if static else method
-
-
-def _declare_periodic_publish(self: Any, period_sec: float, offset_sec: float = 0.0) -> None:
-    """Retired: use `DeclarePeriodicPublishEvent`. Calls the override `DoPublish(context, events)`."""
-    hint("DeclarePeriodicPublish() is retired: use DeclarePeriodicPublishEvent(period, offset, publish).")
-    self.DeclarePeriodicPublishEvent(period_sec, offset_sec, lambda context: self.DoPublish(context, []))
-
-
-def _declare_periodic_discrete_update(self: Any, period_sec: float, offset_sec: float = 0.0) -> None:
-    """Retired: use `DeclarePeriodicDiscreteUpdateEvent`. Calls the override `DoCalcDiscreteVariableUpdates`."""
-    hint("DeclarePeriodicDiscreteUpdate() is retired: use DeclarePeriodicDiscreteUpdateEvent(period, offset, update).")
-
-    def update(context: Any, discrete_state: Any) -> None:
-        self.DoCalcDiscreteVariableUpdates(context, [], discrete_state)
-
-    self.DeclarePeriodicDiscreteUpdateEvent(period_sec, offset_sec, update)
-
-
-def _set_discrete_contact_solver(self: Any, contact_solver: Any) -> None:
-    """Retired: use `set_discrete_contact_approximation`. TAMSI or SAP, by the solver's name."""
-    from sheldrake.multibody.plant import DiscreteContactApproximation
-
-    hint("MultibodyPlant.set_discrete_contact_solver() is retired: use set_discrete_contact_approximation().")
-    self.set_discrete_contact_approximation(DiscreteContactApproximation[contact_solver.name])
-
-
-def _camera_info(kind: str) -> Callable:
-    """A method of RgbdSensor that gives the lens of its camera of a kind."""
-
-    def info(self: Any) -> Any:
-        hint(f"RgbdSensor.{kind}_camera_info() is retired: use default_{kind}_render_camera().core().intrinsics().")
-        return getattr(self, f"default_{kind}_render_camera")().core().intrinsics()
-
-    info.__doc__ = f"Retired: use `default_{kind}_render_camera().core().intrinsics()`."
-    return info
-
-
-def _fix_input_port(self: Any, index: int, data: Any) -> Any:
-    """Retired: use `InputPort.FixValue`."""
-    hint("Context.FixInputPort() is retired: use system.get_input_port(index).FixValue(context, value).")
-    return self._system.get_input_port(index).FixValue(self, data)
-
-
-def _exclude_collisions(kind: str) -> Callable:
-    """A method of SceneGraph that filters collisions within a set of geometries, or between two."""
-
-    def exclude(self: Any, *sets: Any) -> None:
-        from sheldrake.geometry import CollisionFilterDeclaration
-
-        hint(f"SceneGraph.ExcludeCollisions{kind}() is retired: use collision_filter_manager().Apply().")
-        context = sets[0] if len(sets) > (1 if kind == "Within" else 2) else None
-        manager = self.collision_filter_manager(*(() if context is None else (context,)))
-        chosen = sets if context is None else sets[1:]
-        manager.Apply(getattr(CollisionFilterDeclaration(), f"Exclude{kind}")(*chosen))
-
-    exclude.__doc__ = "Retired: use `collision_filter_manager().Apply()`."
-    return exclude
-
-
-def _add_minimum_distance(self: Any, minimum_distance: float, threshold_distance: float = 1.0) -> Any:
-    """Retired: use `AddMinimumDistanceLowerBoundConstraint`."""
-    hint("InverseKinematics.AddMinimumDistanceConstraint() is retired: use AddMinimumDistanceLowerBoundConstraint().")
-    return self.AddMinimumDistanceLowerBoundConstraint(minimum_distance, threshold_distance)
-
-
-_DAMPED = ("RevoluteJoint", "PrismaticJoint", "ScrewJoint", "BallRpyJoint", "UniversalJoint")
-
-METHODS: dict[str, dict[str, dict[str, Any]]] = {
-    "sheldrake.systems.framework": {
-        "Context": {"FixInputPort": _fix_input_port},
-        "System": {"Publish": renamed("ForcedPublish", "System.Publish")},
-        "LeafSystem": {
-            "DeclarePeriodicPublish": _declare_periodic_publish,
-            "DeclarePeriodicDiscreteUpdate": _declare_periodic_discrete_update,
-        },
-    },
-    "sheldrake.systems.analysis": {
-        "Simulator": {"StepTo": renamed("AdvanceTo", "Simulator.StepTo")},
-    },
-    "sheldrake.trajectories": {
-        "PiecewisePolynomial": {
-            "Cubic": renamed("CubicWithContinuousSecondDerivatives", "PiecewisePolynomial.Cubic", static=True),
-            "Pchip": renamed("CubicShapePreserving", "PiecewisePolynomial.Pchip", static=True),
-        },
-    },
-    "sheldrake.multibody.plant": {
-        "MultibodyPlant": {
-            "CalcCenterOfMassPosition": renamed(
-                "CalcCenterOfMassPositionInWorld", "MultibodyPlant.CalcCenterOfMassPosition"
-            ),
-            "set_discrete_contact_solver": _set_discrete_contact_solver,
-            "get_continuous_state_output_port": renamed(
-                "get_state_output_port", "MultibodyPlant.get_continuous_state_output_port"
-            ),
-            "get_geometry_poses_output_port": renamed(
-                "get_geometry_pose_output_port", "MultibodyPlant.get_geometry_poses_output_port"
-            ),
-        },
-    },
-    "sheldrake.multibody.tree": {
-        "RigidBody": {
-            "get_default_mass": renamed("default_mass", "RigidBody.get_default_mass"),
-            "floating_velocities_start": renamed(
-                "floating_velocities_start_in_v", "RigidBody.floating_velocities_start"
-            ),
-        },
-        **{name: {"damping": renamed("default_damping", f"{name}.damping")} for name in _DAMPED},
-    },
-    "sheldrake.geometry": {
-        "SceneGraph": {
-            "get_pose_bundle_output_port": renamed("get_query_output_port", "SceneGraph.get_pose_bundle_output_port"),
-            "ExcludeCollisionsBetween": _exclude_collisions("Between"),
-            "ExcludeCollisionsWithin": _exclude_collisions("Within"),
-        },
-        "QueryObject": {"X_WG": renamed("GetPoseInWorld", "QueryObject.X_WG")},
-    },
-    "sheldrake.multibody.inverse_kinematics": {
-        "InverseKinematics": {"AddMinimumDistanceConstraint": _add_minimum_distance},
-    },
-    "sheldrake.planning": {
-        "MultipleShooting": {"timestep": renamed("time_step", "MultipleShooting.timestep")},
-    },
-    "sheldrake.systems.sensors": {
-        "RgbdSensor": {
-            "color_camera_info": _camera_info("color"),
-            "depth_camera_info": _camera_info("depth"),
-            "color_render_camera": renamed("default_color_render_camera", "RgbdSensor.color_render_camera"),
-            "depth_render_camera": renamed("default_depth_render_camera", "RgbdSensor.depth_render_camera"),
-            "parent_frame_id": renamed("default_parent_frame_id", "RgbdSensor.parent_frame_id"),
-            "X_PB": renamed("default_X_PB", "RgbdSensor.X_PB"),
-        },
-    },
-}
-"""Retired methods: module, class, name, function. A class gets those whose name it does not define itself."""
-
-_WELD = {
-    **dict.fromkeys(("A", "frame_on_parent_P", "parent_frame_P"), "frame_on_parent_F"),
-    **dict.fromkeys(("B", "frame_on_child_C", "child_frame_C"), "frame_on_child_M"),
-    **dict.fromkeys(("X_AB", "X_PC"), "X_FM"),
-}
-KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
-    "sheldrake.multibody.plant": {"MultibodyPlant": {"WeldFrames": _WELD}},
-    "sheldrake.multibody.tree": {"WeldJoint": {"__init__": _WELD}},
-}
-"""Retired names of arguments: module, class, method, today's name of each."""
-
-
 def takes_retired_keywords(function: Callable, call: str, today: dict[str, str]) -> Callable:
     """The same function; it warns of arguments with retired names and takes them for today's."""
 
@@ -269,6 +114,12 @@ def install(module: ModuleType) -> dict[str, Any]:
             function = getattr(cls, name)
             if not hasattr(function, "__wrapped__"):
                 setattr(cls, name, takes_retired_keywords(function, f"{class_name}.{name}", today))
+    for class_name, calls in CALLS.get(module.__name__, {}).items():
+        cls = getattr(module, class_name)
+        for name, wrap in calls.items():
+            function = getattr(cls, name)
+            if not hasattr(function, "__wrapped__"):
+                setattr(cls, name, functools.wraps(function)(wrap(function)))
     made = FUNCTIONS.get(module.__name__, dict)()
     added = {name: vars(module).setdefault(name, value) for name, value in made.items()}
     return added

@@ -55,12 +55,21 @@ def _visualization() -> dict[str, Any]:
 
 def _geometry() -> dict[str, Any]:
     from sheldrake.geometry import (
+        AddCompliantHydroelasticProperties,
+        AddCompliantHydroelasticPropertiesForHalfSpace,
+        ClippingRange,
+        ColorRenderCamera,
+        DepthRange,
+        DepthRenderCamera,
         DrakeVisualizer,
         MeshcatVisualizer,
         ReadObjToTriangleSurfaceMesh,
+        RenderCameraCore,
         SurfaceTriangle,
         TriangleSurfaceMesh,
     )
+    from sheldrake.geometry._camera_info import CameraInfo
+    from sheldrake.math import RigidTransform
 
     class MeshcatVisualizerCpp(MeshcatVisualizer):
         """Retired: use `MeshcatVisualizer`."""
@@ -76,9 +85,38 @@ def _geometry() -> dict[str, Any]:
         hint("ConnectDrakeVisualizer() is retired: use DrakeVisualizer.AddToBuilder().")
         return DrakeVisualizer.AddToBuilder(builder, scene_graph, *args, **kwargs)
 
+    def core(width: int, height: int, fov_y: float, renderer_name: str, near: float, far: float) -> RenderCameraCore:
+        lens, clipping = CameraInfo(width, height, fov_y), ClippingRange(near, far)
+        return RenderCameraCore(renderer_name, lens, clipping, RigidTransform())
+
+    def CameraProperties(width: int, height: int, fov_y: float, renderer_name: str) -> ColorRenderCamera:
+        """Retired: use `ColorRenderCamera`. A colour camera that sees from 1 cm to 10 m."""
+        hint("CameraProperties() is retired: use ColorRenderCamera().")
+        return ColorRenderCamera(core(width, height, fov_y, renderer_name, 0.01, 10.0), False)
+
+    def DepthCameraProperties(
+        width: int, height: int, fov_y: float, renderer_name: str, z_near: float, z_far: float
+    ) -> DepthRenderCamera:
+        """Retired: use `DepthRenderCamera`. A depth camera that measures from z_near to z_far [m]."""
+        hint("DepthCameraProperties() is retired: use DepthRenderCamera().")
+        seen = core(width, height, fov_y, renderer_name, 0.01, max(10.0, z_far))
+        return DepthRenderCamera(seen, DepthRange(z_near, z_far))
+
     return {
         "MeshcatVisualizerCpp": MeshcatVisualizerCpp,
+        "CameraProperties": CameraProperties,
+        "DepthCameraProperties": DepthCameraProperties,
         "ConnectDrakeVisualizer": ConnectDrakeVisualizer,
+        "AddSoftHydroelasticProperties": forwarded(
+            AddCompliantHydroelasticProperties,
+            "AddSoftHydroelasticProperties",
+            "AddCompliantHydroelasticProperties()",
+        ),
+        "AddSoftHydroelasticPropertiesForHalfSpace": forwarded(
+            AddCompliantHydroelasticPropertiesForHalfSpace,
+            "AddSoftHydroelasticPropertiesForHalfSpace",
+            "AddCompliantHydroelasticPropertiesForHalfSpace()",
+        ),
         "ReadObjToSurfaceMesh": forwarded(
             ReadObjToTriangleSurfaceMesh, "ReadObjToSurfaceMesh", "ReadObjToTriangleSurfaceMesh()"
         ),
@@ -204,6 +242,14 @@ def _primitives() -> dict[str, Any]:
     return {"SignalLogger": SignalLogger, "LogOutput": LogOutput}
 
 
+def _common() -> dict[str, Any]:
+    def set_assertion_failure_to_throw_exception() -> None:
+        """Retired: an assertion that fails is an error anyway."""
+        hint("set_assertion_failure_to_throw_exception() is retired: it is always so.")
+
+    return {"set_assertion_failure_to_throw_exception": set_assertion_failure_to_throw_exception}
+
+
 def _framework() -> dict[str, Any]:
     def GenerateHtml(system: Any, initial_depth: int = 1) -> str:
         """Retired: use `GetGraphvizString`. Returns a system and its subsystems as HTML that unfolds.
@@ -246,6 +292,7 @@ def _html_of(system: Any, depth: int) -> str:
 
 FUNCTIONS: dict[str, Callable[[], dict[str, Any]]] = {
     "sheldrake.autodiffutils": _autodiffutils,
+    "sheldrake.common": _common,
     "sheldrake.geometry": _geometry,
     "sheldrake.geometry.optimization": _sets,
     "sheldrake.lcm": _lcm,

@@ -19,7 +19,7 @@ class VectorSystem(LeafSystem):
         direct_feedthrough: Whether the output depends on the input directly.
     """
 
-    def __init__(self, input_size: int, output_size: int, direct_feedthrough: bool | None):
+    def __init__(self, input_size: int, output_size: int, direct_feedthrough: bool | None = None):
         super().__init__()
         if input_size > 0:
             self.DeclareInputPort("u0", PortDataType.kVectorValued, input_size)
