@@ -8,6 +8,20 @@ from sheldrake.geometry.optimization._angles import (
 )
 from sheldrake.geometry.optimization._composed_sets import CartesianProduct, ConvexHull, Intersection, MinkowskiSum
 from sheldrake.geometry.optimization._convex_set import ConvexSet, SampledVolume
+from sheldrake.geometry.optimization._cspace_certificates import (
+    SeparationCertificateProgramBase,
+    SeparationCertificateResultBase,
+)
+from sheldrake.geometry.optimization._cspace_free_polytope import CspaceFreePolytope, CspaceFreePolytopeBase
+from sheldrake.geometry.optimization._cspace_geometries import (
+    CIrisCollisionGeometry,
+    CIrisGeometryType,
+    CSpaceSeparatingPlane,
+    CSpaceSeparatingPlane_,
+    PlaneSide,
+    SeparatingPlaneOrder,
+)
+from sheldrake.geometry.optimization._cspace_options import FindSeparationCertificateOptions
 from sheldrake.geometry.optimization._ellipsoids import AffineBall, Hyperellipsoid
 from sheldrake.geometry.optimization._gcs_options import GcsGraphvizOptions, GraphOfConvexSetsOptions
 from sheldrake.geometry.optimization._graph_of_convex_sets import GraphOfConvexSets
@@ -27,11 +41,18 @@ from sheldrake.geometry.optimization._vpolytope import VPolytope
 __all__ = [
     "AffineBall",
     "AffineSubspace",
+    "CIrisCollisionGeometry",
+    "CIrisGeometryType",
+    "CSpaceSeparatingPlane",
+    "CSpaceSeparatingPlane_",
     "CartesianProduct",
     "CheckIfSatisfiesConvexityRadius",
     "ComputePairwiseIntersections",
     "ConvexHull",
     "ConvexSet",
+    "CspaceFreePolytope",
+    "CspaceFreePolytopeBase",
+    "FindSeparationCertificateOptions",
     "GcsGraphvizOptions",
     "GraphOfConvexSets",
     "GraphOfConvexSetsOptions",
@@ -48,9 +69,13 @@ __all__ = [
     "MakeIrisObstacles",
     "MinkowskiSum",
     "PartitionConvexSet",
+    "PlaneSide",
     "Point",
     "SampledVolume",
     "SaveIrisRegionsYamlFile",
+    "SeparatingPlaneOrder",
+    "SeparationCertificateProgramBase",
+    "SeparationCertificateResultBase",
     "Spectrahedron",
     "VPolytope",
 ]

@@ -16,6 +16,7 @@ from sheldrake.symbolic import _build as build
 _KINDS = ("weld", "revolute", "prismatic")
 # A pose is a sum of products of indeterminates, of no joint's twice, with coefficients of shape (4, 4).
 _Terms = dict[frozenset, np.ndarray]
+_Powers = dict[tuple[int, ...], Any]  # Coefficients by the powers of all s.
 
 
 class RationalForwardKinematicsPose:
@@ -208,21 +209,49 @@ class RationalForwardKinematics:
         Raises:
             RuntimeError: there is no such body, or the size is another.
         """
+        terms, _ = self._terms(q_star, int(body_index), int(expressed_body_index))
+        return RationalForwardKinematicsPose._of(_polynomials(terms))
+
+    def _terms(self, q_star: Any, body: int, expressed: int) -> tuple[_Terms, list[int]]:
+        """X_AB as a sum of products of indeterminates, and which s are on the way from A to B."""
         q_star = np.asarray(q_star, dtype=float).ravel()
         if q_star.size != len(self._s):
             raise RuntimeError(f"CalcBodyPoseAsMultilinearPolynomial(): q_star has {q_star.size} values.")
-        ways = [self._to_world(int(body)) for body in (expressed_body_index, body_index)]
-        while ways[0] and ways[1] and ways[0][-1] == ways[1][-1]:
-            ways = [way[:-1] for way in ways]
-        steps = [self._step(body, q_star, inverse=True) for body in ways[0]]
-        steps += [self._step(body, q_star, inverse=False) for body in reversed(ways[1])]
+        up, down = self._way(expressed, body)
         terms: _Terms = {frozenset(): np.eye(4)}
-        for step in steps:
+        for body_on_way, inverse in [*((b, True) for b in up), *((b, False) for b in down)]:
             product: _Terms = {}
+            step = self._step(body_on_way, q_star, inverse)
             for (a, A), (b, B) in itertools.product(terms.items(), step.items()):
                 product[a | b] = product.get(a | b, 0.0) + A @ B
             terms = product
-        return RationalForwardKinematicsPose._of(_polynomials(terms))
+        return terms, sorted(s for s in (self._mobilities[b].s for b in (*up, *down)) if s >= 0)
+
+    def _way(self, start: int, end: int) -> tuple[list[int], list[int]]:
+        """The bodies whose joints are passed from one body to another: up to where they meet, then down."""
+        up, down = self._to_world(start), self._to_world(end)
+        while up and down and up[-1] == down[-1]:
+            up, down = up[:-1], down[:-1]
+        return up, down[::-1]
+
+    def _rational_pose(self, q_star: Any, body: int, expressed: int) -> tuple[_Powers, _Powers, list[int]]:
+        """X_AB times a common denominator, and that, by powers of s; and which s are on the way from A to B."""
+        terms, on_way = self._terms(q_star, body, expressed)
+        angles = [k for k in on_way if k in self._cosines]
+        numerator: _Powers = {}
+        for key, X in terms.items():
+            found = {k: which for k, which in (self._angles.get(v.get_id(), (-1, 0)) for v in key) if k >= 0}
+            slides = [k for k in on_way if any(v.get_id() == self._s[k].get_id() for v in key)]
+            for powers, factor in _expanded(found, angles):
+                exponents = [powers.get(k, 0) for k in range(len(self._s))]
+                for k in slides:
+                    exponents[k] += 1
+                place = tuple(exponents)
+                numerator[place] = numerator.get(place, 0.0) + factor * X
+        denominator: _Powers = {}
+        for powers, factor in _expanded({}, angles):
+            denominator[tuple(powers.get(k, 0) for k in range(len(self._s)))] = factor
+        return numerator, denominator, on_way
 
     def _to_world(self, body: int) -> list[int]:
         if body != 0 and body not in self._mobilities:

@@ -1,0 +1,252 @@
+"""Certificates that a plane separates two geometries wherever s is in a polytope."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry.optimization._cspace_geometries import CSpaceSeparatingPlane
+from sheldrake.geometry.optimization._cspace_polynomials import Gram, Identity, Powers, Table, affine, plus, times, unit
+from sheldrake.solvers import MathematicalProgram, MathematicalProgramResult
+from sheldrake.symbolic import Polynomial
+
+
+class Face:
+    """A condition slack(s) >= 0 on s, and which multiplier list of `SeparatingPlaneLagrangians` it has."""
+
+    def __init__(self, kind: str, index: int, slack: Table):
+        self.kind, self.index, self.slack = kind, index, slack
+
+
+class SeparatingPlaneLagrangians:
+    """Multipliers of C s <= d, s >= s_lower and s <= s_upper, for one rational function.
+
+    Args:
+        C_rows: Number of rows of C.
+        s_size: Number of s.
+    """
+
+    def __init__(self, C_rows: int, s_size: int):
+        self._polynomials = {
+            kind: np.array([Polynomial() for _ in range(size)], dtype=object)
+            for kind, size in (("polytope", C_rows), ("s_lower", s_size), ("s_upper", s_size))
+        }
+
+    def polytope(self) -> np.ndarray:
+        """Returns the multipliers of C s <= d."""
+        return self._polynomials["polytope"]
+
+    def s_lower(self) -> np.ndarray:
+        """Returns the multipliers of s >= s_lower."""
+        return self._polynomials["s_lower"]
+
+    def s_upper(self) -> np.ndarray:
+        """Returns the multipliers of s <= s_upper."""
+        return self._polynomials["s_upper"]
+
+    def GetSolution(self, result: MathematicalProgramResult) -> SeparatingPlaneLagrangians:
+        """Returns the multipliers with the values of a solution."""
+        out = SeparatingPlaneLagrangians(len(self.polytope()), len(self.s_lower()))
+        for kind, polynomials in self._polynomials.items():
+            for i, p in enumerate(polynomials):
+                out._polynomials[kind][i] = result.GetSolution(p)
+        return out
+
+
+class SeparationCertificateResultBase:
+    """A plane that separates two geometries.
+
+    Attributes:
+        a: Polynomials in s, shape (3,); the plane is a x + b = 0.
+        b: A polynomial in s.
+        plane_decision_var_vals: Values of the plane's decision variables.
+        result: The solver's result.
+    """
+
+    a: np.ndarray
+    b: Polynomial
+    plane_decision_var_vals: np.ndarray
+    result: MathematicalProgramResult
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("pydrake.geometry.optimization.SeparationCertificateResult: No constructor defined!")
+
+
+class SeparationCertificateResult(SeparationCertificateResultBase):
+    """A plane that separates two geometries, and the multipliers that prove it.
+
+    Attributes:
+        plane_index: Index of the plane in `separating_planes()`.
+        positive_side_rational_lagrangians: Multipliers for each rational function of the positive side.
+        negative_side_rational_lagrangians: The same of the negative side.
+    """
+
+    plane_index: int
+    positive_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
+    negative_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
+    _values: list[list[Table]]
+
+
+class SeparationCertificate:
+    """Multipliers for each rational function, with decision variables as coefficients.
+
+    Attributes:
+        positive_side_rational_lagrangians: Of the positive side.
+        negative_side_rational_lagrangians: Of the negative side.
+    """
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("pydrake.geometry.optimization.SeparationCertificate: No constructor defined!")
+
+    positive_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
+    negative_side_rational_lagrangians: list[SeparatingPlaneLagrangians]
+    _grams: list[list[Gram]]
+
+    def GetSolution(
+        self, plane_index: int, a: Any, b: Any, plane_decision_vars: Any, result: MathematicalProgramResult
+    ) -> SeparationCertificateResult:
+        """Returns the plane and the multipliers with the values of a solution."""
+        out = object.__new__(SeparationCertificateResult)
+        out.plane_index, out.result = int(plane_index), result
+        out.a = np.array([result.GetSolution(p) for p in a], dtype=object)
+        out.b = result.GetSolution(b)
+        out.plane_decision_var_vals = np.atleast_1d(result.GetSolution(np.asarray(plane_decision_vars, dtype=object)))
+        for side in ("positive", "negative"):
+            name = f"{side}_side_rational_lagrangians"
+            setattr(out, name, [lagrangians.GetSolution(result) for lagrangians in getattr(self, name)])
+        out._values = [[gram.values(result) for gram in grams] for grams in self._grams]
+        return out
+
+
+class SeparationCertificateProgramBase:
+    """A program that looks for a certificate.
+
+    Attributes:
+        plane_index: Index of the plane in `separating_planes()`.
+    """
+
+    plane_index: int
+    _prog: MathematicalProgram
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        raise TypeError("pydrake.geometry.optimization.SeparationCertificateProgramBase: No constructor defined!")
+
+    def prog(self) -> MathematicalProgram:
+        """Returns the program."""
+        return self._prog
+
+
+class SeparationCertificateProgram(SeparationCertificateProgramBase):
+    """A program that looks for a plane and multipliers.
+
+    Attributes:
+        plane_index: Index of the plane in `separating_planes()`.
+        certificate: The multipliers.
+    """
+
+    certificate: SeparationCertificate
+
+    def __init__(self) -> None:
+        self._prog, self.plane_index = MathematicalProgram(), -1
+
+
+class Rational:
+    """The numerator of a rational function that is not negative where a geometry is on its side of a plane.
+
+    Attributes:
+        numerator: Rows over the plane's decision variables and one, by powers of s and y.
+        groups: Monomials of its sums of squares.
+        side: 0 for the positive side, 1 for the negative one.
+    """
+
+    def __init__(self, numerator: Table, groups: list[list[Powers]], side: int):
+        self.numerator, self.groups, self.side = numerator, groups, side
+
+
+def rationals(
+    plane: CSpaceSeparatingPlane, kinematics: Any, q_star: np.ndarray, rows: np.ndarray, with_cross_y: bool
+) -> list[Rational]:
+    """All rational functions of a plane.
+
+    Args:
+        plane: The plane.
+        kinematics: RationalForwardKinematics.
+        q_star: The nominal posture.
+        rows: a and b: for each, coefficients of s and one as rows over the decision variables and one.
+        with_cross_y: Whether squares may have products of different y.
+    """
+    num_s = len(kinematics.s())
+    size = num_s + 3
+    a_b = [affine(size, row[-1], row[:-1]) for row in rows]
+    out = []
+    for side, geometry in enumerate((plane.positive_side_geometry, plane.negative_side_geometry)):
+        X, denominator, chain = kinematics._rational_pose(q_star, int(geometry.body_index()), int(plane.expressed_body))
+        X = {(*key, 0, 0, 0): value @ geometry.X_BG().GetAsMatrix4() for key, value in X.items()}
+        denominator = {(*key, 0, 0, 0): value for key, value in denominator.items()}
+        signed = [{key: (1.0, -1.0)[side] * row for key, row in table.items()} for table in a_b]
+        z = [tuple(1 if k in chosen else 0 for k in range(size)) for chosen in _subsets(chain)]
+        for condition in geometry._conditions:
+            out.append(_rational(signed, X, denominator, condition, z, side, with_cross_y, num_s))
+    return out
+
+
+def _subsets(chain: list[int]) -> list[tuple[int, ...]]:
+    return [c for count in range(len(chain) + 1) for c in itertools.combinations(chain, count)]
+
+
+def _rational(
+    a_b: list[Table], X: Table, denominator: Table, condition: Any, z: list, side: int, with_cross_y: bool, num_s: int
+) -> Rational:
+    size = num_s + 3
+    p = {key: value[:3, :3] @ condition.p_G + value[:3, 3] for key, value in X.items()}
+    height = plus(_dot(a_b, p), times(a_b[3], denominator))
+    arms = condition.arms_G.shape[1]
+    if not arms:
+        one = np.zeros(len(next(iter(a_b[3].values()))))
+        one[-1] = -1.0
+        return Rational(plus(height, {key: value * one for key, value in denominator.items()}), [z], side)
+    y = [unit(size, num_s + k) for k in range(arms)]
+    squares: Table = {(0,) * size: 1.0, **{unit(size, num_s + k, 2): 1.0 for k in range(arms)}}
+    parts = [times(height, squares)]
+    for k in range(arms):
+        arm = {key: value[:3, :3] @ condition.arms_G[:, k] for key, value in X.items()}
+        parts.append(times(_dot(a_b, arm), {y[k]: 2.0}))
+    lifted = [[tuple(i + j for i, j in zip(key, extra)) for key in z] for extra in y]
+    groups = [list(itertools.chain(z, *lifted))] if with_cross_y else [z + more for more in lifted]
+    return Rational(plus(*parts), groups, side)
+
+
+def _dot(a_b: list[Table], v: Table) -> Table:
+    return plus(*(times(a_b[i], {key: float(value[i]) for key, value in v.items()}) for i in range(3)))
+
+
+def certificate_program(
+    plane_index: int, plane: Any, rational_list: list[Rational], faces: list[Face], C_rows: int, variables: list
+) -> SeparationCertificateProgram:
+    """The program that looks for a plane, and for multipliers of the faces, one for each rational function."""
+    out = SeparationCertificateProgram()
+    prog = out._prog
+    out.plane_index = plane_index
+    prog.AddDecisionVariables(plane.decision_variables)
+    certificate = out.certificate = object.__new__(SeparationCertificate)
+    certificate._grams = []
+    sides: tuple[list, list] = ([], [])
+    num_s = len(variables) - 3
+    for rational in rational_list:
+        grams = [Gram(prog, rational.groups) for _ in faces]
+        identity = Identity()
+        identity.add_rows(rational.numerator, plane.decision_variables)
+        one: Table = {(0,) * len(variables): -1.0}
+        for face, gram in zip(faces, grams):
+            identity.add_gram(gram, times(face.slack, one))
+        identity.add_gram(Gram(prog, rational.groups), one)
+        identity.impose(prog)
+        lagrangians = SeparatingPlaneLagrangians(C_rows, num_s)
+        for face, gram in zip(faces, grams):
+            lagrangians._polynomials[face.kind][face.index] = gram.polynomial(variables)
+        sides[rational.side].append(lagrangians)
+        certificate._grams.append(grams)
+    certificate.positive_side_rational_lagrangians, certificate.negative_side_rational_lagrangians = sides
+    return out
