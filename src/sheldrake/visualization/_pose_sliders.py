@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from sheldrake.common._ctrl_c import deferred_ctrl_c
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Meshcat
+from sheldrake.geometry._meshcat.stop_button import until_stopped
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.systems.framework import EventStatus, LeafSystem
 
 _NAMES = ("roll", "pitch", "yaw", "x", "y", "z")
-_POLL = 0.05  # time between two looks at the sliders [s]
 _STOP_BUTTON = "Stop PoseSliders"
 
 
@@ -108,26 +106,13 @@ class MeshcatPoseSliders(LeafSystem):
             The pose as published last.
         """
         own = context if system is self else self.GetMyContextFromRoot(context)
-        deadline = None if timeout is None else time.monotonic() + timeout
-        self._meshcat.AddButton(_STOP_BUTTON, stop_button_keycode)
-        print(f"Press the '{_STOP_BUTTON}' button in the page to continue.", flush=True)
         shown = None
-        with deferred_ctrl_c() as check:
-            try:
-                while True:
-                    check()
-                    values = self._values()
-                    if shown is None or not np.array_equal(values, shown):
-                        shown = values
-                        pose = self.get_output_port().Eval(own)
-                        system.ForcedPublish(context)
-                    if self._meshcat.GetButtonClicks(_STOP_BUTTON) > 0:
-                        break
-                    if deadline is not None and time.monotonic() >= deadline:
-                        break
-                    time.sleep(_POLL if deadline is None else max(0.0, min(_POLL, deadline - time.monotonic())))
-            finally:
-                self._meshcat.DeleteButton(_STOP_BUTTON, strict=False)
+        for _ in until_stopped(self._meshcat, _STOP_BUTTON, stop_button_keycode, timeout):
+            values = self._values()
+            if shown is None or not np.array_equal(values, shown):
+                shown = values
+                pose = self.get_output_port().Eval(own)
+                system.ForcedPublish(context)
         return pose
 
     def _values(self) -> np.ndarray:

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from sheldrake.common._ctrl_c import deferred_ctrl_c
 from sheldrake.geometry import Meshcat
+from sheldrake.geometry._meshcat.stop_button import until_stopped
 from sheldrake.systems.framework import LeafSystem
 
 from ._arrow import as_floats
 
 _FARTHEST = 10.0  # where a slider ends whose joint has no limit [m or rad]
 _STEP = 0.01  # [m or rad]
-_POLL = 0.05  # time between two looks at the sliders [s]
 _STOP_BUTTON = "Stop JointSliders"
 
 
@@ -104,27 +102,13 @@ class JointSliders(LeafSystem):
         root = diagram.CreateDefaultContext()
         plant_context = self._plant.GetMyMutableContextFromRoot(root)
         own_context = self.GetMyContextFromRoot(root)
-        deadline = None if timeout is None else time.monotonic() + timeout
-        self._meshcat.AddButton(_STOP_BUTTON, stop_button_keycode)
-        keys = f"Keys: {stop_button_keycode} stops" if stop_button_keycode else "no key"
-        print(f"Press the '{_STOP_BUTTON}' button in the page to continue ({keys}).", flush=True)
         shown = None
-        with deferred_ctrl_c() as check:
-            try:
-                while True:
-                    check()
-                    q = np.array(self.get_output_port().Eval(own_context))
-                    if shown is None or not np.array_equal(q, shown):
-                        self._plant.SetPositions(plant_context, q)
-                        diagram.ForcedPublish(root)
-                        shown = q
-                    if self._meshcat.GetButtonClicks(_STOP_BUTTON) > 0:
-                        break
-                    if deadline is not None and time.monotonic() >= deadline:
-                        break
-                    time.sleep(_POLL if deadline is None else max(0.0, min(_POLL, deadline - time.monotonic())))
-            finally:
-                self._meshcat.DeleteButton(_STOP_BUTTON, strict=False)
+        for _ in until_stopped(self._meshcat, _STOP_BUTTON, stop_button_keycode, timeout):
+            q = np.array(self.get_output_port().Eval(own_context))
+            if shown is None or not np.array_equal(q, shown):
+                self._plant.SetPositions(plant_context, q)
+                diagram.ForcedPublish(root)
+                shown = q
         return np.array(self._plant.GetPositions(plant_context))
 
     def _calc(self, context: Any, output: Any) -> None:
