@@ -235,6 +235,15 @@ def mul_symmetric(I, w):
 
 
 @kernel
+def add_inertia(I, J):
+    """Of two bodies that move as one, about the same point."""
+    A = I[2]
+    B = J[2]
+    second = (A[0] + B[0], A[1] + B[1], A[2] + B[2], A[3] + B[3], A[4] + B[4], A[5] + B[5])
+    return (I[0] + J[0], add3(I[1], J[1]), second)
+
+
+@kernel
 def mul_inertia(I, V):
     """Momentum (angular, linear) of an Inertia moving with V, about the same point."""
     mass, h, J = I

@@ -22,6 +22,7 @@ from sheldrake.systems.framework._declarations import (
 from sheldrake.systems.framework._freshness import level_of_needs
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._memory import Memory, Place, RootView, Span
+from sheldrake.systems.framework._topology import kernel_needs
 
 NO_ROW = -(10**9)
 """Number of the row of an event without a handler."""
@@ -174,11 +175,13 @@ class Layout(Memory):
         self.side_size = self.fixed0 + len(self.free_slots)
         nxc = self.xc[1] - self.xc[0]
         size = [n_groups - 1, n_clocks, nxc, stamp0, k0, trig0, self.log0, self.plus, self.xdot[0], self.rk[0]]
-        size += [n_rows, self.xc[0], n_groups - 1]
+        levels = self._levels()
+        steady = all(levels[r] < 2 for r in self.group_list[-1][2])
+        size += [n_rows, self.xc[0], n_groups - 1, int(steady)]
         return _program.Program(
             words=_ints(words or [0]),
             at=_ints(at),
-            level=_ints(self._levels() + [2] * (len(self.rows) - len(self.ports))),
+            level=_ints(levels),
             pre=_ints(_flat(pre)),
             pre_ptr=_pointers(pre),
             act=_ints(_flat(rows for _, _, rows, _ in self.group_list)),
@@ -305,10 +308,16 @@ class Layout(Memory):
         return self._pulls[r]
 
     def _levels(self) -> list[int]:
-        """How often each output row can change at most."""
+        """How often the values of each row can change at most; what updates and publishes do has no such level."""
         level: list[int] = []
         for n, j in self.ports:
             level.append(level_of_needs(self, n, self.needs[n, j], level))
+        outputs = level.copy()
+        for row in self.rows[len(outputs) :]:
+            if row.kind == DERIVATIVES and row.native:
+                level.append(level_of_needs(self, row.node, kernel_needs(self.systems[row.node], row.calc), outputs))
+            else:
+                level.append(2)
         return level
 
 

@@ -82,7 +82,7 @@ def no_prerequisites(self, rows, original=Layout._prerequisites):
 
 
 def all_constant(self, original=Layout._levels):
-    return [0] * len(self.ports)
+    return [0] * len(self.rows)
 
 
 def all_sampled(self, original=Layout._levels):

@@ -9,6 +9,7 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
+    add_inertia,
     cross3,
     cross_force,
     dot3,
@@ -178,9 +179,14 @@ def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
     """Fills `composite` and the packed `M` from `S` and `inertia`; reflected inertias of actuators included."""
     for body in range(1, model.body.shape[0]):
         store_inertia(work.composite, body, load_inertia(work.inertia, body))
+    outboard = load_inertia(work.composite, 0)  # of the body after this one, when this is its parent
+    parent = -1
     for body in range(model.body.shape[0] - 1, 0, -1):
         dof = model.body[body, V]
         I = load_inertia(work.composite, body)
+        if parent == body:
+            I = add_inertia(I, outboard)
+            store_inertia(work.composite, body, I)
         if model.body[body, KIND] == FREE:
             store_free_rows(work.M, model.dof[dof, ROW], I)
         else:
@@ -191,10 +197,12 @@ def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
                 while j >= 0:
                     work.M[row + model.dof[j, DEPTH]] = dot6(load6(work.S, j), F)
                     j = model.dof[j, DOF_PARENT]
-            parent = model.body[body, PARENT]
-            if model.body[parent, ROOT] > 0:
-                for c in range(10):
-                    work.composite[parent, c] += work.composite[body, c]
+        parent = model.body[body, PARENT]
+        if parent == body - 1:
+            outboard = I
+        elif model.body[parent, ROOT] > 0:
+            for c in range(10):
+                work.composite[parent, c] += work.composite[body, c]
     for i in range(model.actuator.shape[0]):
         k = model.actuator[i, ACTUATOR_DOF]
         work.M[model.dof[k, ROW] + model.dof[k, DEPTH]] += reflected_inertia(model, p, i)

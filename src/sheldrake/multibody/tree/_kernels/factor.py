@@ -81,10 +81,13 @@ def ltdl_solve_span(model: TreeModel, L: Vector, start: int, end: int, x: Vector
     for k in range(start, end):
         row = model.dof[k, ROW]
         x_k = x[shift + k] * L[row + model.dof[k, DEPTH]]
-        i = model.dof[k, DOF_PARENT]
-        while i >= 0:
-            x_k -= L[row + model.dof[i, DEPTH]] * x[shift + i]
-            i = model.dof[i, DOF_PARENT]
+        parent = model.dof[k, DOF_PARENT]
+        if parent >= 0:
+            i = model.dof[parent, DOF_PARENT]
+            while i >= 0:
+                x_k -= L[row + model.dof[i, DEPTH]] * x[shift + i]
+                i = model.dof[i, DOF_PARENT]
+            x_k -= L[row + model.dof[parent, DEPTH]] * x[shift + parent]  # last: it was computed just before
         x[shift + k] = x_k
 
 

@@ -29,8 +29,8 @@ UNRESTRICTED, DISCRETE, PUBLISH = i64(0), i64(1), i64(2)
 DONE, ERROR, ROOM, BREAK, TERMINATED = i64(0), i64(1), i64(2), i64(3), i64(4)
 
 # P.size
-NUM_GROUPS, NUM_CLOCKS, NUM_XC, STAMP0, K0, TRIG0, LOG0, PLUS, XDOT, RK, NUM_ROWS, XC, DERIV = (
-    i64(0), i64(1), i64(2), i64(3), i64(4), i64(5), i64(6), i64(7), i64(8), i64(9), i64(10), i64(11), i64(12),
+NUM_GROUPS, NUM_CLOCKS, NUM_XC, STAMP0, K0, TRIG0, LOG0, PLUS, XDOT, RK, NUM_ROWS, XC, DERIV, STEADY = (
+    i64(0), i64(1), i64(2), i64(3), i64(4), i64(5), i64(6), i64(7), i64(8), i64(9), i64(10), i64(11), i64(12), i64(13),
 )  # fmt: skip
 # Groups that belong to no clock.
 PER_STEP, AT_WITNESS, AT_START = i64(-1), i64(-2), i64(-3)
@@ -52,7 +52,7 @@ class Program(NamedTuple):
 
     words: IntVector  # arguments of all rows
     at: IntVector  # where each row's arguments begin
-    level: IntVector  # how often each output row can change
+    level: IntVector  # how often each row's values can change
     pre: IntVector  # output rows that a group reads, in topological order
     pre_ptr: IntVector
     act: IntVector  # rows that a group calls; -1 - n is log n
