@@ -7,18 +7,7 @@ method.
 
 import sys
 
-from sheldrake.solvers._augmented_lagrangian import AugmentedLagrangianNonsmooth, AugmentedLagrangianSmooth
 from sheldrake.solvers._bindings import Binding
-from sheldrake.solvers._branch_and_bound import MixedIntegerBranchAndBound
-from sheldrake.solvers._choose import (
-    ChooseBestSolver,
-    GetAvailableSolvers,
-    MakeFirstAvailableSolver,
-    MakeSolver,
-    Solve,
-    SolveInParallel,
-)
-from sheldrake.solvers._clarabel import ClarabelSolver, ClarabelSolverDetails
 from sheldrake.solvers._cone_constraints import (
     ExponentialConeConstraint,
     LinearMatrixInequalityConstraint,
@@ -43,6 +32,38 @@ from sheldrake.solvers._costs import (
     PerspectiveQuadraticCost,
     QuadraticCost,
 )
+from sheldrake.solvers._engines.augmented_lagrangian import AugmentedLagrangianNonsmooth, AugmentedLagrangianSmooth
+from sheldrake.solvers._engines.branch_and_bound import MixedIntegerBranchAndBound
+from sheldrake.solvers._engines.choose import (
+    ChooseBestSolver,
+    GetAvailableSolvers,
+    MakeFirstAvailableSolver,
+    MakeSolver,
+    Solve,
+    SolveInParallel,
+)
+from sheldrake.solvers._engines.clarabel import ClarabelSolver, ClarabelSolverDetails
+from sheldrake.solvers._engines.highs import ClpSolver, ClpSolverDetails
+from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.lemke import MobyLcpSolver, UnrevisedLemkeSolver
+from sheldrake.solvers._engines.nonlinear import (
+    IpoptSolver,
+    IpoptSolverDetails,
+    NloptSolver,
+    NloptSolverDetails,
+    SnoptSolver,
+    SnoptSolverDetails,
+)
+from sheldrake.solvers._engines.projected_gradient import ProjectedGradientDescentSolver
+from sheldrake.solvers._engines.splitting import OsqpSolver, OsqpSolverDetails, ScsSolver, ScsSolverDetails
+from sheldrake.solvers._engines.unavailable import (
+    CsdpSolver,
+    CsdpSolverDetails,
+    GurobiSolver,
+    GurobiSolverDetails,
+    MosekSolver,
+    MosekSolverDetails,
+)
 from sheldrake.solvers._evaluators import (
     Constraint,
     Cost,
@@ -51,7 +72,6 @@ from sheldrake.solvers._evaluators import (
     PyFunctionCost,
     VisualizationCallback,
 )
-from sheldrake.solvers._highs import ClpSolver, ClpSolverDetails
 from sheldrake.solvers._ids import (
     CommonSolverOption,
     ProgramAttribute,
@@ -61,39 +81,19 @@ from sheldrake.solvers._ids import (
     SolverOptions,
     SolverType,
 )
-from sheldrake.solvers._lemke import MobyLcpSolver, UnrevisedLemkeSolver
 from sheldrake.solvers._minimum_value import MinimumValueLowerBoundConstraint, MinimumValueUpperBoundConstraint
 from sheldrake.solvers._mixed_integer_rotation import MixedIntegerRotationConstraintGenerator
-from sheldrake.solvers._nonlinear import (
-    IpoptSolver,
-    IpoptSolverDetails,
-    NloptSolver,
-    NloptSolverDetails,
-    SnoptSolver,
-    SnoptSolverDetails,
-)
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
-from sheldrake.solvers._projected_gradient import ProjectedGradientDescentSolver
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.solvers._sdpa import GenerateSDPA, RemoveFreeVariableMethod
 from sheldrake.solvers._semidefinite_relaxation import MakeSemidefiniteRelaxation, SemidefiniteRelaxationOptions
-from sheldrake.solvers._solver_interface import SolverInterface
 from sheldrake.solvers._special_ordered_sets import (
     AddBilinearProductMcCormickEnvelopeSos2,
     AddLogarithmicSos1Constraint,
     AddLogarithmicSos2Constraint,
     AddSos2Constraint,
     IntervalBinning,
-)
-from sheldrake.solvers._splitting import OsqpSolver, OsqpSolverDetails, ScsSolver, ScsSolverDetails
-from sheldrake.solvers._unavailable import (
-    CsdpSolver,
-    CsdpSolverDetails,
-    GurobiSolver,
-    GurobiSolverDetails,
-    MosekSolver,
-    MosekSolverDetails,
 )
 
 __all__ = [

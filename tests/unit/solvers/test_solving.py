@@ -21,12 +21,12 @@ from sheldrake.solvers import (
     SolveInParallel,
     SolverId,
     SolverOptions,
-    _nonlinear,
 )
-from sheldrake.solvers._clarabel import ClarabelSolver as _Clarabel
-from sheldrake.solvers._lemke import solve_lcp
-from sheldrake.solvers._splitting import OsqpSolver as _Osqp
-from sheldrake.solvers._splitting import ScsSolver as _Scs
+from sheldrake.solvers._engines import nonlinear
+from sheldrake.solvers._engines.clarabel import ClarabelSolver as _Clarabel
+from sheldrake.solvers._engines.lemke import solve_lcp
+from sheldrake.solvers._engines.splitting import OsqpSolver as _Osqp
+from sheldrake.solvers._engines.splitting import ScsSolver as _Scs
 from sheldrake.symbolic import sin
 
 needs_clarabel = pytest.mark.skipif(importlib.util.find_spec("clarabel") is None, reason="extra `solvers`")
@@ -51,7 +51,7 @@ def test_quadratic_programs_go_to_clarabel():
 
 
 def test_without_clarabel_quadratic_programs_are_solved_and_the_result_says_by_whom(monkeypatch):
-    monkeypatch.setattr(_nonlinear, "sqp_is_available", lambda: False)
+    monkeypatch.setattr(nonlinear, "sqp_is_available", lambda: False)
     for cls in (_Clarabel, _Osqp, _Scs):
         monkeypatch.setattr(cls, "_is_available", classmethod(lambda cls: False))
     prog, x = quadratic_program()
@@ -71,7 +71,7 @@ def test_without_clarabel_quadratic_programs_are_solved_and_the_result_says_by_w
 def test_nonlinear_solvers_satisfy_the_first_order_conditions(solver, with_clarabel, monkeypatch):
     if with_clarabel:
         pytest.importorskip("clarabel")
-    monkeypatch.setattr(_nonlinear, "sqp_is_available", lambda: with_clarabel)
+    monkeypatch.setattr(nonlinear, "sqp_is_available", lambda: with_clarabel)
     prog = MathematicalProgram()
     x = prog.NewContinuousVariables(2, "x")
     prog.AddCost(sin(x[0]) + (x[1] - 1) ** 2 * x[0] ** 2)

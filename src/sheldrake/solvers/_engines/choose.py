@@ -8,18 +8,18 @@ from __future__ import annotations
 from typing import Any
 
 from sheldrake.common._overloads import incompatible
-from sheldrake.solvers._clarabel import ClarabelSolver
-from sheldrake.solvers._equality_solvers import EqualityConstrainedQPSolver, LinearSystemSolver
-from sheldrake.solvers._highs import ClpSolver, HighsSolver
+from sheldrake.solvers._engines.clarabel import ClarabelSolver
+from sheldrake.solvers._engines.equality import EqualityConstrainedQPSolver, LinearSystemSolver
+from sheldrake.solvers._engines.highs import ClpSolver, HighsSolver
+from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.lemke import MobyLcpSolver, UnrevisedLemkeSolver
+from sheldrake.solvers._engines.nonlinear import IpoptSolver, NloptSolver, SnoptSolver
+from sheldrake.solvers._engines.splitting import OsqpSolver, ScsSolver
+from sheldrake.solvers._engines.unavailable import CsdpSolver, GurobiSolver, MosekSolver
 from sheldrake.solvers._ids import ProgramType, SolverId
-from sheldrake.solvers._lemke import MobyLcpSolver, UnrevisedLemkeSolver
-from sheldrake.solvers._nonlinear import IpoptSolver, NloptSolver, SnoptSolver
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
 from sheldrake.solvers._result import MathematicalProgramResult
-from sheldrake.solvers._solver_interface import SolverInterface
-from sheldrake.solvers._splitting import OsqpSolver, ScsSolver
-from sheldrake.solvers._unavailable import CsdpSolver, GurobiSolver, MosekSolver
 
 _P = ProgramType
 _NLP: list[type[SolverInterface]] = [SnoptSolver, IpoptSolver, NloptSolver]

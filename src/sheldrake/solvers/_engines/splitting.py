@@ -10,15 +10,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._conic import ConicForm
-from sheldrake.solvers._equality_solvers import quadratic_objective
-from sheldrake.solvers._highs import linear_rows, set_box_duals, variable_bounds
+from sheldrake.solvers._engines.conic import ConicForm
+from sheldrake.solvers._engines.equality import quadratic_objective
+from sheldrake.solvers._engines.highs import linear_rows, set_box_duals, variable_bounds
+from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import CONIC, LINEAR, quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
-from sheldrake.solvers._solver_interface import SolverInterface
 
 
 class OsqpSolverDetails(NamedTuple):

@@ -6,15 +6,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._highs import set_box_duals
+from sheldrake.solvers._engines.highs import set_box_duals
+from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.sqp import is_available as sqp_is_available
+from sheldrake.solvers._engines.sqp import trust_region_sqp
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
-from sheldrake.solvers._nonlinear_form import NonlinearForm
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import NONLINEAR
 from sheldrake.solvers._result import MathematicalProgramResult
-from sheldrake.solvers._solver_interface import SolverInterface
-from sheldrake.solvers._sqp import is_available as sqp_is_available
-from sheldrake.solvers._sqp import trust_region_sqp
 
 
 class Outcome:

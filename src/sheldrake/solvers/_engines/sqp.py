@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._curvature import Curvature
-from sheldrake.solvers._nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.curvature import Curvature
+from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 
 _LARGEST_PENALTY = 1e9
 _SMALLEST_RADIUS = 1e-13

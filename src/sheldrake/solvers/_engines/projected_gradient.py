@@ -7,12 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
-from sheldrake.solvers._nonlinear_form import NonlinearForm
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
-from sheldrake.solvers._solver_interface import SolverInterface
 
 
 class ProjectedGradientDescentSolver(SolverInterface):
@@ -75,7 +75,7 @@ class ProjectedGradientDescentSolver(SolverInterface):
             return bool(success), np.asarray(y, dtype=float).ravel()
         if prog.CheckSatisfied(prog.GetAllConstraints(), x, 0.0):
             return True, x
-        from sheldrake.solvers._choose import Solve
+        from sheldrake.solvers._engines.choose import Solve
 
         nearest = prog.Clone()
         for b in nearest.GetAllCosts():

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.solvers._highs import variable_bounds
+from sheldrake.solvers._engines.highs import variable_bounds
 from sheldrake.solvers._program import MathematicalProgram
 
 

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._conic import ConicForm
+from sheldrake.solvers._engines.conic import ConicForm
+from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import CONIC, quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
-from sheldrake.solvers._solver_interface import SolverInterface
 
 _RESULTS = {
     "Solved": SolutionResult.kSolutionFound,

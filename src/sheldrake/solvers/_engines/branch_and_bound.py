@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.solvers._choose import MakeSolver
+from sheldrake.solvers._engines.choose import MakeSolver
 from sheldrake.solvers._ids import SolutionResult, SolverId
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.symbolic import Variable

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
-from sheldrake.solvers._solver_interface import SolverInterface
 
 
 def solve_lcp(M: np.ndarray, q: np.ndarray, tolerance: float = 1e-12) -> np.ndarray | None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._program_type import CONIC, LINEAR
-from sheldrake.solvers._solver_interface import SolverInterface
 
 
 class _Unavailable(SolverInterface):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
-from sheldrake.solvers._solver_interface import SolverInterface
 
 
 def equations(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,1 @@
+"""Who solves programs: interfaces to libraries, solvers of our own, and the choice among them."""
