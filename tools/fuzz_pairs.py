@@ -43,8 +43,8 @@ NEAR = 0.01
 def accuracy_of(kinds: tuple[str, str]) -> tuple[float, float]:
     """Stated accuracy relative to the sum of the radii of the bounding spheres: of near pairs, and of all others."""
     if "half_space" in kinds or kinds[0] == "sphere":
-        return 1e-12, 1e-12
-    return (1e-6, 1e-3) if CURVED & set(kinds) else (1e-8, 1e-8)
+        return 1e-11, 1e-11
+    return (1e-5, 1e-3) if CURVED & set(kinds) else (1e-8, 1e-8)
 
 
 class Library(NamedTuple):
@@ -306,6 +306,7 @@ def check(batch: Batch, rng: np.random.Generator) -> Errors:
     assert finite.all(), "an answer is not a number"
     assert np.abs(np.linalg.norm(nhat, axis=1) - 1.0).max() < 1e-12
     kinds = batch.kind[0]
+    curved = {KINDS[k] for k in kinds} & CURVED
     if kinds[1] == columns.HALF_SPACE:
         out = batch.R[:, 1, :, 2]
         exact = np.einsum("ki,ki->k", out, batch.p[:, 0] - batch.p[:, 1]) - batch.reach(0, -out[:, None])[:, 0]
@@ -321,14 +322,13 @@ def check(batch: Batch, rng: np.random.Generator) -> Errors:
         inside = core <= 1e-9 * batch.bound()
         if inside.any():
             part = Batch(batch.library, batch.shapes[inside], batch.R[inside], batch.p[inside])
-            curved = {int(k) for k in kinds} & {int(columns.CYLINDER), int(columns.ELLIPSOID)}
             if curved:
                 most = sought(part, nhat[inside], rng)
             else:
                 most = best_direction(part, part.axes())[0]
             high[inside] = np.maximum(np.where(np.isfinite(most), most, -np.inf) - phi[inside], 0.0)
             least[inside] = np.maximum(least[inside], most)
-    rounding = 1e-12 * batch.bound() + 1e-15 * np.abs(batch.p).max(axis=(1, 2))
+    rounding = (1e-8 if curved else 1e-12) * batch.bound() + 1e-15 * np.abs(batch.p).max(axis=(1, 2))
     sign = ((least > rounding) & (phi < -rounding)) | ((least < -rounding) & (phi > rounding))
     return Errors(phi, low, high, contact_errors(batch, phi), sign)
 
@@ -348,7 +348,7 @@ def contact_errors(batch: Batch, phi: np.ndarray) -> np.ndarray:
         deepest = np.zeros(batch.n)
         np.maximum.at(deepest, table.pair[:rows, 0] // 2, table.point[:rows, 9])
         depth = np.maximum(-phi, 0.0)
-        slack = 0.06 * depth if (batch.kind[0] == columns.BOX).all() else multi * (0.01 * depth + 1e-4 * batch.bound())
+        slack = 0.06 * depth if (batch.kind[0] == columns.BOX).all() else multi * (0.01 * depth + 5e-4 * batch.bound())
         if multi:
             deepest = np.where((depth > 1e-3 * batch.bound()) & (count > 0), depth, deepest)
         errors = np.maximum(errors, np.maximum(np.abs(deepest - depth) - slack, 0.0))

@@ -17,6 +17,7 @@ from benchmarks.engines import DrakeLike, Scene, Solid  # noqa: E402
 from free_bodies import FreeBodies, box_inertia  # noqa: E402
 
 from sheldrake import geometry as g  # noqa: E402
+from sheldrake.math import RollPitchYaw, RotationMatrix  # noqa: E402
 
 BLOCK = ROOT / "src" / "sheldrake" / "models" / "two_hole_block"
 
@@ -87,3 +88,49 @@ def test_a_hundred_cubes_rest_on_a_face():
         states = scene.step(6000)
         assert np.abs(states[5000:, 7:]).max() < 1e-9
         assert 0.04999 < states[-1, 6] < 0.05  # on a face: half the edge above the ground
+
+
+TABLE = Solid(("box", 1.0, 1.0, 0.1), p=(0.0, 0.0, -0.05))
+BEAM = Solid(("box", 1.0, 0.02, 0.1), p=(0.0, 0.0, -0.05))
+CAP = Solid(("cylinder", 0.3, 0.1), p=(0.0, 0.0, -0.05))
+ON_EDGES = {
+    "cylinder over an edge": lambda out: (TABLE, Solid(("cylinder", 0.1, 0.2), 1.0, p=(0.5 + out, 0.0, 0.1))),
+    "disk over an edge": lambda out: (TABLE, Solid(("cylinder", 0.1, 0.02), 1.0, p=(0.5 + out, 0.0, 0.01))),
+    "cylinder over a corner": lambda out: (TABLE, Solid(("cylinder", 0.1, 0.2), 1.0, p=(0.5 + out, 0.47, 0.1))),
+    "disk on a beam": lambda out: (BEAM, Solid(("cylinder", 0.15, 0.02), 1.0, p=(0.0, 0.01 + out, 0.01))),
+    "box on a cap": lambda out: (CAP, Solid(("box", 0.1, 0.1, 0.1), 1.0, p=(0.284 + 4.0 * out, 0.0, 0.05))),
+    "cylinder on a cap": lambda out: (CAP, Solid(("cylinder", 0.1, 0.2), 1.0, p=(0.3 + 3.0 * out, 0.0, 0.1))),
+}
+"""What lies on what, with its centre of mass so far beyond (about) the edge of what bears it [m]."""
+
+
+@pytest.mark.parametrize("approximation", ["lagged", "sap"])
+@pytest.mark.parametrize("name", ON_EDGES)
+def test_what_hangs_over_an_edge_stands_until_its_centre_of_mass_does_too(name, approximation):
+    engine = DrakeLike("sheldrake", approximation)
+    engine.start(Scene(list(ON_EDGES[name](-0.002))))
+    start = engine.positions()[0]
+    engine.advance(4.0)
+    assert np.abs(engine.velocities()).max() < 1e-7
+    assert np.abs(engine.positions()[0] - start).max() < 3e-4
+    assert engine.rotations()[0][2, 2] > 1.0 - 1e-5
+    engine.start(Scene(list(ON_EDGES[name](0.008))))
+    engine.advance(2.0)
+    assert engine.positions()[0][2] < -1.0
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.2, 0.39])
+def test_a_cylinder_on_a_steep_table_tips_when_its_weight_is_beyond_the_rim(turn):
+    """Whatever part of the rim is below: it stands as on a plane."""
+    for part, stands in ((0.97, True), (1.03, False)):
+        slope = np.arctan(0.5 * part)
+        R = RotationMatrix.MakeYRotation(slope)
+        rpy = tuple(RollPitchYaw(R @ RotationMatrix.MakeZRotation(turn)).vector())
+        table = Solid(("box", 2.0, 2.0, 0.1), p=tuple(R @ [0.0, 0.0, -0.05]), rpy=(0.0, slope, 0.0))
+        cylinder = Solid(("cylinder", 0.1, 0.4), 1.0, p=tuple(R @ [0.0, 0.0, 0.2]), rpy=rpy)
+        engine = DrakeLike("sheldrake")
+        engine.start(Scene([table, cylinder], friction=2.0))
+        engine.advance(2.0)
+        upright = R.matrix()[:, 2] @ engine.rotations()[0][:, 2]
+        assert (upright > 1.0 - 1e-6) == stands
+        assert not stands or np.abs(engine.velocities()[0, :3]).max() < 1e-8

@@ -116,14 +116,14 @@ TABLE = g.Box(4, 4, 1)
     "lower, upper, rotation, count",
     [
         (TABLE, g.Box(0.6, 0.8, 1.0), UP, 4),
-        (TABLE, g.Cylinder(0.3, 0.9), UP, 4),
+        (TABLE, g.Cylinder(0.3, 0.9), UP, 5),
         (TABLE, g.Cylinder(0.3, 0.9), LYING, 2),
         (TABLE, g.Capsule(0.25, 0.7), LYING, 2),
         (TABLE, g.Capsule(0.25, 0.7), UP, 1),
         (TABLE, g.Ellipsoid(0.3, 0.5, 0.7), UP, 1),
         (TABLE, PointHull([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]), UP, 4),
-        (g.Cylinder(0.5, 1.0), g.Box(2, 2, 1), UP, 4),
-        (g.Cylinder(0.5, 1.0), g.Cylinder(0.3, 1.0), UP, 4),
+        (g.Cylinder(0.5, 1.0), g.Box(2, 2, 1), UP, 5),
+        (g.Cylinder(0.5, 1.0), g.Cylinder(0.3, 1.0), UP, 5),
         (PointHull([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]), g.Box(4, 0.5, 0.5), UP, 4),
     ],
     ids=lambda value: repr(value)[:24] if isinstance(value, g.Shape) else None,
@@ -133,7 +133,7 @@ def test_resting_shapes_touch_at_corners_of_the_common_face(lower, upper, rotati
     assert len(rows) == count
     assert np.abs(rows[:, 10]) == pytest.approx(np.ones(count), abs=1e-9)
     assert rows[:, 11] == pytest.approx(np.full(count, 1e-4), abs=1e-9)
-    if count == 4:
+    if count >= 4:
         arm = rows[:, 2:4] - rows[:, 2:4].mean(axis=0)
         assert np.linalg.eigvalsh(arm.T @ arm).min() > 0.05
 
@@ -147,7 +147,7 @@ def test_margin_shows_the_corners_of_a_face_before_they_touch(lower, name):
     scene = Scene([lower, shape])
     scene.model.margin[0] = 1e-4
     top = 0.5 if lower is TABLE else 0.0
-    count = 5 if name == "cylinder" and lower is not TABLE else 4
+    count = 5 if name == "cylinder" else 4
     for tilt in (0.0, 1e-5):
         R = RollPitchYaw(tilt, tilt / 2, 0.3).ToRotationMatrix()
         for gap in (9e-5, 5e-5, 1e-5, -1e-5):

@@ -6,10 +6,23 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, scale3, store3, sub3
 from sheldrake.common.kernel import kernel
 
-from .model import CANDIDATE, MULTI_POINT, POLYGON_A, POLYGON_B, POLYGON_C
+from .half_space import cylinder_on_plane_multi
+from .model import (
+    CANDIDATE,
+    CYLINDER,
+    HALF_LENGTH,
+    KIND,
+    MAX_POINTS,
+    MULTI_POINT,
+    POLYGON_A,
+    POLYGON_B,
+    POLYGON_C,
+    RADIUS,
+    Z_AXIS,
+)
 from .separation import separation
 from .support import best_face, has_faces, shown_feature
-from .table import MIN_DEPTH, emit, least_depth
+from .table import MIN_DEPTH, absolute, column, emit, least_depth, position_of, rotation_of
 
 # 1 - cosine of 0.02 rad: a face that looks this well along the normal is what touches. The exact normal of two nearly
 # parallel faces is that of two crossing edges as often as not, and a body can not rest on the one point of those.
@@ -51,11 +64,47 @@ def touching_features(model, table, i, j, nhat_ji):
     if has_faces(model, j):
         _face, out_j = best_face(model, table, j, nhat_ji)
         along_j = dot3(out_j, nhat_ji)
-    if along_j >= 1.0 - FLAT:
+    flat_i = along_i >= 1.0 - FLAT
+    flat_j = along_j >= 1.0 - FLAT
+    if flat_j and stands_within(model, table, j, i, out_j):
+        return cap_contacts(model, table, j, i, out_j)
+    if flat_i and stands_within(model, table, i, j, out_i):
+        return cap_contacts(model, table, i, j, out_i)
+    if flat_j:
         return emit_four(model, table, i, j, out_j, face_candidates(model, table, j, i, out_j))
-    if along_i >= 1.0 - FLAT:
+    if flat_i:
         return emit_four(model, table, j, i, out_i, face_candidates(model, table, i, j, out_i))
     return edge_contacts(model, table, i, j, nhat_ji)
+
+
+@kernel(outline=True)
+def stands_within(model, table, ref, inc, out):
+    """Whether `inc` is a cylinder whose whole cap is on the face of `ref`, so that it stands as on a plane."""
+    if model.geometry[inc, KIND] != CYLINDER:
+        return False
+    axis = column(rotation_of(table, inc), Z_AXIS)
+    c = dot3(axis, out)
+    if absolute(c) < 1.0 - FLAT:
+        return False
+    radius = model.size[inc, RADIUS]
+    half_length = model.size[inc, HALF_LENGTH]
+    centre = add3(position_of(table, inc), scale3(axis, -half_length if c > 0.0 else half_length))
+    sides = shown_feature(model, table, ref, out, POLYGON_A)
+    for k in range(sides):
+        a = load3(table.work, POLYGON_A + k)
+        outward = cross3(sub3(load3(table.work, POLYGON_A + (k + 1) % sides), a), out)
+        if dot3(outward, sub3(centre, a)) > -radius * sqrt(dot3(outward, outward)):
+            return False
+    return True
+
+
+@kernel(outline=True)
+def cap_contacts(model, table, ref, inc, out):
+    """Contacts of a cap that stands within a face of `ref`, which is in POLYGON_A; how many."""
+    before = table.count[0]
+    height = dot3(out, sub3(position_of(table, inc), load3(table.work, POLYGON_A)))
+    cylinder_on_plane_multi(model, table, inc, ref, out, height)
+    return table.count[0] - before
 
 
 @kernel(outline=True)
@@ -107,12 +156,13 @@ def clip(table, source, corners, target, a, outward):
 
 @kernel(outline=True)
 def emit_four(model, table, i, j, nhat_ji, count):
-    """At most four of the candidates (points of i below a face of j).
+    """At most four of the candidates (points of i below a face of j), five if one is a cap.
 
     A flat contact: the two farthest apart and the farthest on either side of their line, whatever the depths, so that
     a small tilt changes nothing. A steep one: the deepest instead of the first of them.
     """
-    if count <= 4:
+    caps = model.geometry[i, KIND] == CYLINDER or model.geometry[j, KIND] == CYLINDER
+    if count <= (MAX_POINTS if caps else 4):
         for k in range(count):
             emit_candidate(model, table, i, j, nhat_ji, k)
         return count

@@ -156,7 +156,7 @@ def cylinder_on_plane_single(model, table, i, j, nhat, height):
     emit_below(model, table, i, j, p_WQ, nhat, depth)
 
 
-@kernel
+@kernel(outline=True)
 def cylinder_on_plane_multi(model, table, i, j, nhat, height):
     """The lower rim: its lowest point, and those 90 and 180 degrees from it; its middle; the lowest of the upper rim.
 
