@@ -42,11 +42,11 @@ LAGGED = {
 }
 LIMITS = {
     "lagged": LAGGED,
-    # Both couple the normal force to sliding: what slides is lifted, and with kSap's gap of (h + tau) mu v it hops.
+    # Both couple the normal force to sliding: what slides is lifted, unless the slip of a step is foreseen (kSap).
     "similar": LAGGED | {"roll": 4e-4, "spin": 0.3, "spin_patch": 0.1},
     "sap": LAGGED
-    | {"rest_depth": 4e-5, "creep": 3e-6, "slide_1ms": 0.09, "slide_5ms": 0.02, "roll": 6e-4, "spin": 0.5}
-    | {"spin_patch": 0.1, "grip": 4e-5},
+    | {"rest_depth": 4e-5, "creep": 3e-6, "sink_1ms": 1e-5, "slide_5ms": 1e-3, "sink_5ms": 2e-4, "roll": 5e-4}
+    | {"spin": 0.3, "spin_patch": 0.1, "grip": 4e-5},
     "tamsi": LAGGED | {"creep": 6e-5, "grip": 1.5e-4},
 }
 """The largest deviations allowed, of several points a pair."""
@@ -137,8 +137,7 @@ def test_deviations_see_a_planted_fault(row, fault):
 
 
 SCENES = ["rest", "creep", "slide", "slide 5 ms", "roll", "bounces", "spin", "spin on a patch", "grip"]
-HOPPING = [("sap", "slide"), ("sap", "slide 5 ms")]  # in both, as chance will have it
-COMPARED = [pair for pair in itertools.product(APPROXIMATIONS, SCENES) if pair not in HOPPING]
+COMPARED = list(itertools.product(APPROXIMATIONS, SCENES))
 
 
 @pytest.mark.peer
@@ -147,8 +146,10 @@ def test_no_worse_than_drake_with_the_same_approximation(approximation, scene):
     pytest.importorskip("pydrake")
     ours = answers.QUICK[scene](DrakeLike("sheldrake", approximation))
     drakes = answers.QUICK[scene](DrakeLike("pydrake", approximation))
+    hops = approximation == "sap" and scene.startswith("slide")  # Drake's does, so that it does not sink
     for row, deviation in ours.items():
-        assert deviation <= 1.01 * drakes[row] + 5e-6, answers.ROWS[row]
+        allowed = 2e-4 if hops and row.startswith("sink") else 1.01 * drakes[row] + 5e-6
+        assert deviation <= allowed, answers.ROWS[row]
 
 
 @pytest.mark.peer

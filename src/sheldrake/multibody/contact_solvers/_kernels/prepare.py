@@ -16,6 +16,8 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     DOFS,
     DRY_FRICTION,
     DT,
+    DV,
+    DVC,
     EPS,
     FE0,
     FIRST_DOF,
@@ -43,6 +45,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_STIFFNESS,
     ROW_VHAT,
     SAP,
+    SETTLE,
     SIGMA,
     STICTION,
     STIFFNESS,
@@ -50,6 +53,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     TREE_A,
     TREE_B,
     V0,
+    V_STAR,
     VC,
     VHAT_N,
     WIDTH,
@@ -57,6 +61,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
 from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocity
 
 FOUR_PI_SQUARED = np.float64(4.0 * np.pi**2)
+SLIDING = np.float64(10.0)  # slip over the stiction tolerance from which on it is sliding
 
 
 @kernel
@@ -136,6 +141,50 @@ def prepare_sap_cone(model, contacts, c, w):
     law[c, R_T] = model.option[SIGMA] * w
     law[c, R_N] = Rn
     law[c, VHAT_N] = law[c, DEPTH] / (dt + law[c, RELAXATION])
+
+
+@kernel(outline=True)
+def keep_down_what_slides(model, problem, contacts):
+    """kSap, where steps are to settle: takes mu times the slip at the end of the step off vhat.
+
+    Its cone lets what slides at vt glide away from the surface at mu vt, until the gap is (dt + tau) mu vt and the
+    contact is lost: a box that slides would hop. The slip is estimated: v*, less friction of impulses that are elastic,
+    or what stops the contact if that is less. What hardly slides is left alone.
+    """
+    x = problem.x
+    law = contacts.law
+    nc = problem.count[NUM_CONTACTS]
+    for t in range(model.tree.shape[0]):
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            x[DV, k] = x[V_STAR, k]
+    for c in range(nc):
+        vx, vy, _ = load3_at(contacts.state, c, VC)
+        slip2 = vx * vx + vy * vy
+        if slip2 > 0.0 and law[c, DEPTH] > 0.0:
+            contact_velocity(contacts, c, x, V_STAR, DVC)
+            n = model.option[DT] * law[c, STIFFNESS] * law[c, DEPTH]
+            stops = (law[c, VHAT_N] - contacts.state[c, DVC + 2]) / (law[c, R_N] + law[c, DELASSUS])
+            if stops < n:
+                n = stops
+            if n < 0.0:
+                n = 0.0 * n
+            f = n * law[c, FRICTION] / sqrt(slip2)
+            for a in range(contacts.index[c, WIDTH]):
+                k = contacts.index[c, DOFS + a]
+                x[DV, k] -= f * x[MOBILITY, k] * (contacts.J[3 * c, a] * vx + contacts.J[3 * c + 1, a] * vy)
+    for c in range(nc):
+        vx, vy, _ = load3_at(contacts.state, c, VC)
+        slip2 = vx * vx + vy * vy
+        if slip2 > 0.0:
+            contact_velocity(contacts, c, x, DV, DVC)
+            wx, wy, _ = load3_at(contacts.state, c, DVC)
+            along = (vx * wx + vy * wy) / sqrt(slip2)
+            sliding = slip2 / (SLIDING * SLIDING * model.option[STICTION] * model.option[STICTION])
+            if sliding < 1.0:
+                along *= sliding
+            if along > 0.0:
+                law[c, VHAT_N] -= law[c, FRICTION] * along
 
 
 @kernel
@@ -223,4 +272,6 @@ def prepare(model, problem, contacts, rows):
             prepare_sap_cone(model, contacts, c, w)
         elif kind != TAMSI:
             prepare_hunt_crossley(model, contacts, c, w, vc0[2])
+    if kind == SAP and model.setting[SETTLE] == 1:
+        keep_down_what_slides(model, problem, contacts)
     prepare_rows(model, problem, rows)
