@@ -155,7 +155,7 @@ class Batch:
         )
         self.kind = geometry[:, columns.KIND].reshape(-1, 2)
         self.size = self.model.size.reshape(self.n, 2, -1)
-        self.table = contact_table(self.model, 5 * self.n)
+        self.table = contact_table(self.model, int(columns.MAX_POINTS) * self.n)
 
     def X_WB(self) -> np.ndarray:
         """Poses of all bodies, the world first, shape (2 n + 1, 12)."""

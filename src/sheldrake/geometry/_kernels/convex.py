@@ -156,7 +156,7 @@ def clip(table, source, corners, target, a, outward):
 
 @kernel(outline=True)
 def emit_four(model, table, i, j, nhat_ji, count):
-    """At most four of the candidates (points of i below a face of j), five if one is a cap.
+    """At most four of the candidates (points of i below a face of j), six if one is a cap.
 
     A flat contact: the two farthest apart and the farthest on either side of their line, whatever the depths, so that
     a small tilt changes nothing. A steep one: the deepest instead of the first of them.

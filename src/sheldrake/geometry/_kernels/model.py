@@ -69,7 +69,7 @@ P_WCB = np.int64(3)
 NHAT_BA_W = np.int64(6)
 DEPTH = np.int64(9)
 
-MAX_POINTS = np.int64(5)  # contact points of one pair (of a cap; four of other faces)
+MAX_POINTS = np.int64(6)  # contact points of one pair (of a cap; four of other faces)
 
 # Families of pairs: each has an entry kernel of its own, so that nobody compiles what no pair needs
 HALF_SPACES = np.int64(0)  # a half space and anything
