@@ -11,6 +11,7 @@ import numpy as np
 from sheldrake.common._options import Options as _Options
 from sheldrake.geometry.optimization import _cspace_certificates as certificates
 from sheldrake.geometry.optimization import _cspace_options as options_of
+from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._cspace_certificates import Face, SeparationCertificateProgram
 from sheldrake.geometry.optimization._cspace_geometries import (
     CIrisCollisionGeometry,
@@ -286,14 +287,9 @@ def _variables(count: int, name: str) -> np.ndarray:
 
 def _redundant(A: np.ndarray, b: np.ndarray, candidates: list[int]) -> set[int]:
     """Which of the candidate rows of A x <= b follow from the others."""
-    from scipy.optimize import linprog
-
     out: set[int] = set()
     for k in candidates:
         others = [i for i in range(len(b)) if i != k and i not in out]
-        if not others:
-            continue
-        found = linprog(-A[k], A_ub=A[others], b_ub=b[others], bounds=(None, None))
-        if found.status == 0 and -found.fun <= b[k] + 1e-9:
+        if others and programs.largest(A[others], b[others], A[k]) <= b[k] + 1e-9:
             out.add(k)
     return out

@@ -8,6 +8,7 @@ import numpy as np
 
 from sheldrake.common._distributions import gaussian_pairs, sample_uniform
 from sheldrake.geometry._shapes import Box, HalfSpace
+from sheldrake.geometry.optimization import _face_translation
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
@@ -160,6 +161,46 @@ class HPolyhedron(ConvexSet):
         T, t = programs.inscribed_image(self._A, self._b, circumbody._A, circumbody._b)
         A = self._A @ np.linalg.inv(T)
         return HPolyhedron(A, self._b + A @ t)
+
+    def SimplifyByIncrementalFaceTranslation(
+        self,
+        min_volume_ratio: float = 0.1,
+        do_affine_transformation: bool = True,
+        max_iterations: int = 10,
+        points_to_contain: Any = None,
+        intersecting_polytopes: list[HPolyhedron] | None = None,
+        keep_whole_intersection: bool = False,
+        intersection_padding: float = 1e-4,
+        random_seed: int = 0,
+    ) -> HPolyhedron:
+        """Returns a polyhedron inside this one with fewer faces: faces move inwards until others are redundant.
+
+        Args:
+            min_volume_ratio: The least part of the volume that is left.
+            do_affine_transformation: Whether the result is stretched at the end to the largest volume inside this one.
+            max_iterations: How often all faces are looked at.
+            points_to_contain: Points that stay inside, as columns.
+            intersecting_polytopes: Polyhedra that the result still meets.
+            keep_whole_intersection: Whether moving faces leaves the intersections with them as they are.
+            intersection_padding: Radius of a ball in the result about a point of each of them.
+            random_seed: For the order of faces.
+
+        Raises:
+            RuntimeError: a number is out of its range, a point is outside, a polyhedron does not meet this one, or this
+                one is unbounded.
+        """
+        n = self.ambient_dimension()
+        points = np.zeros((n, 0)) if points_to_contain is None else np.asarray(points_to_contain, float).reshape(n, -1)
+        settings = _face_translation.Settings(
+            min_volume_ratio, max_iterations, points, list(intersecting_polytopes or []), keep_whole_intersection,
+            intersection_padding, random_seed,
+        )  # fmt: skip
+        _face_translation.check(self, settings)
+        out = HPolyhedron(*_face_translation.with_fewer_faces(self.ReduceInequalities(), settings))
+        if not do_affine_transformation:
+            return out
+        stretched = out.MaximumVolumeInscribedAffineTransformation(self)
+        return stretched if _face_translation.keeps(stretched, settings) else out
 
     def Scale(self, scale: float, center: Any = None) -> HPolyhedron:
         """Returns it scaled about a center (by default the Chebyshev center) to `scale` times its volume.
