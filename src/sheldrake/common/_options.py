@@ -4,70 +4,187 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import operator
+import types
 import typing
+from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, ClassVar
 
+import numpy as np
+
 
 class Options:
-    """Named settings. Derived classes list `_fields`: name, type, default.
+    """Named settings of given types. Derived classes list `_fields`: name, type, default.
+
+    Settings are given by name; numbers and lists become what the type says; what is set is copied, and so is everything
+    in copies. Two objects are equal if they are the same one. `yaml_load_typed` and `yaml_dump_typed` know them.
 
     Raises:
         AttributeError: a setting is given or set that it does not have.
+        TypeError: a value is not of the setting's type.
     """
 
     _fields: ClassVar[tuple[tuple[str, Any, Any], ...]] = ()
     __fields__: ClassVar[tuple] = ()
+    _kinds: ClassVar[dict[str, Any]] = {}
 
     def __init_subclass__(cls) -> None:
         cls.__fields__ = tuple(SimpleNamespace(name=name, type=kind) for name, kind, _ in cls._fields)
+        cls._kinds = {name: kind for name, kind, _ in cls._fields}
 
-    def __init__(self, **kwargs: Any):
+    def __init__(self, *args: Any, **kwargs: Any):
+        if args:
+            raise TypeError(
+                f"{type(self).__name__}(): incompatible constructor arguments; settings are given by name "
+                f"({', '.join(self._kinds) or 'there are none'}), not {args[0]!r}."
+            )
         for name, _, default in self._fields:
-            object.__setattr__(self, name, copy.deepcopy(default))
+            object.__setattr__(self, name, copied(default))
         for name, value in kwargs.items():
             setattr(self, name, value)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        kinds = {field: kind for field, kind, _ in self._fields}
-        if name not in kinds:
-            raise AttributeError(f"{type(self).__name__} has no field {name!r}; it has {', '.join(kinds)}.")
-        object.__setattr__(self, name, _converted(type(self).__name__, name, kinds[name], value))
+        owner = type(self).__name__
+        if name not in self._kinds:
+            raise AttributeError(
+                f"{owner!r} object has no attribute {name!r}; it has {', '.join(self._kinds) or 'no settings'}."
+            )
+        object.__setattr__(self, name, copied(converted(f"{owner}.{name}", self._kinds[name], value)))
 
     def __repr__(self) -> str:
-        fields = ", ".join(f"{name}={getattr(self, name)!r}" for name, _, _ in self._fields)
-        return f"{type(self).__name__}({fields})"
+        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._kinds)})"
 
     def __copy__(self) -> Any:
-        return type(self)(**{name: getattr(self, name) for name, _, _ in self._fields})
+        return self.__deepcopy__({})
 
     def __deepcopy__(self, memo: dict) -> Any:
-        return type(self)(**{name: copy.deepcopy(getattr(self, name), memo) for name, _, _ in self._fields})
+        new = object.__new__(type(self))
+        for name in self._kinds:
+            object.__setattr__(new, name, copied(getattr(self, name)))
+        return new
 
 
-def _converted(owner: str, name: str, kind: Any, value: Any) -> Any:
-    """The value as the field's type: numbers are converted, all else is taken as it is.
+def copied(value: Any) -> Any:
+    """A value of a setting for another owner: data are copied, objects that others share are shared."""
+    if isinstance(value, (list, tuple)) and not hasattr(value, "_fields"):
+        return type(value)(copied(v) for v in value)
+    if isinstance(value, dict):
+        return {key: copied(v) for key, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return value.copy()
+    return copy.copy(value) if hasattr(value, "__fields__") else value
+
+
+def converted(where: str, kind: Any, value: Any) -> Any:
+    """The value as a setting of this type holds it.
+
+    Args:
+        where: The setting, for messages.
+        kind: A type, a union or Optional of types, a list, dict or array type, or Any.
 
     Raises:
-        TypeError: a number was expected.
+        TypeError: it is not of this type, and nothing that converts to it.
     """
-    if kind not in (int, float, bool):
+    found = _as_kind(kind, value)
+    if found is _MISFIT:
+        name = getattr(kind, "__name__", str(kind))
+        raise TypeError(f"{where}: incompatible function arguments; expected {name}, got {value!r}.")
+    return found
+
+
+_MISFIT = object()
+
+
+def _as_kind(kind: Any, value: Any) -> Any:
+    if kind is Any:
         return value
+    origin = typing.get_origin(kind)
+    if origin in (typing.Union, types.UnionType):
+        return _as_one_of(typing.get_args(kind), value)
+    if origin is typing.Literal:
+        return value if value in typing.get_args(kind) else _MISFIT
+    if origin is list:
+        return _as_list_of(typing.get_args(kind)[0], value)
+    kind = origin or kind
+    if kind in (None, type(None)):
+        return None if value is None else _MISFIT
+    convert = _CONVERSIONS.get(kind)
+    if convert is not None:
+        return convert(value)
+    return value if not isinstance(kind, type) or isinstance(value, kind) else _MISFIT
+
+
+def _as_one_of(kinds: tuple, value: Any) -> Any:
+    for kind in kinds:  # exactly one of them, before something is converted
+        if isinstance(kind, type) and type(value) is kind:
+            return value
+    for kind in kinds:
+        found = _as_kind(kind, value)
+        if found is not _MISFIT:
+            return found
+    return _MISFIT
+
+
+def _as_bool(value: Any) -> Any:
+    return bool(value) if value is None or isinstance(value, (bool, np.bool_, int, float)) else _MISFIT
+
+
+def _as_int(value: Any) -> Any:
     try:
-        if kind is int and int(value) != value:
-            raise ValueError
-        return kind(value)
+        return operator.index(value)
+    except TypeError:
+        return _MISFIT
+
+
+def _as_float(value: Any) -> Any:
+    return float(value) if hasattr(value, "__float__") and not isinstance(value, np.ndarray) else _MISFIT
+
+
+def _as_list(value: Any) -> Any:
+    return list(value) if isinstance(value, (list, tuple)) else _MISFIT
+
+
+def _as_list_of(kind: Any, value: Any) -> Any:
+    if not isinstance(value, (list, tuple)):
+        return _MISFIT
+    found = [_as_kind(kind, item) for item in value]
+    return _MISFIT if any(item is _MISFIT for item in found) else found
+
+
+def _as_array(value: Any) -> Any:
+    if not isinstance(value, (list, tuple, np.ndarray)):
+        return _MISFIT
+    try:
+        return np.array(value, dtype=float)
     except (TypeError, ValueError):
-        raise TypeError(
-            f"{owner}.{name}: incompatible function arguments; expected {kind.__name__}, got {value!r}."
-        ) from None
+        return _MISFIT
+
+
+_CONVERSIONS: dict[Any, Callable[[Any], Any]] = {
+    bool: _as_bool,
+    int: _as_int,
+    float: _as_float,
+    list: _as_list,
+    np.ndarray: _as_array,
+}
 
 
 def typed_fields(cls: Any) -> Any:
-    """Adds `__fields__`, the (name, type) pairs which typed YAML loading reads; every field is found on the class."""
+    """Makes a dataclass behave as Options do; every field is found on the class."""
     types = typing.get_type_hints(cls)
-    cls.__fields__ = tuple(SimpleNamespace(name=f.name, type=types[f.name]) for f in dataclasses.fields(cls))
-    for field in dataclasses.fields(cls):
-        if not hasattr(cls, field.name):
-            setattr(cls, field.name, field.default_factory())  # type: ignore[operator]
+    fields = [(f.name, types[f.name], _default(f)) for f in dataclasses.fields(cls)]
+    cls._fields = tuple(fields)
+    Options.__init_subclass__.__func__(cls)  # type: ignore[attr-defined]
+    for name in ("__init__", "__setattr__", "__repr__", "__copy__", "__deepcopy__"):
+        setattr(cls, name, getattr(Options, name))
+    for name, _, default in fields:
+        if not hasattr(cls, name):
+            setattr(cls, name, default)
     return cls
+
+
+def _default(field: dataclasses.Field) -> Any:
+    if field.default_factory is not dataclasses.MISSING:
+        return field.default_factory()
+    return field.default

@@ -2,56 +2,16 @@
 
 from __future__ import annotations
 
-import copy
-from types import SimpleNamespace
-from typing import Any, ClassVar, Optional
+from typing import Optional
 
-from ._text import choices, number
+from sheldrake.common._options import Options
 
+from ._text import number
 
-class _Record:
-    """A named bundle of values with pydrake's `__fields__`, keyword construction and repr."""
-
-    _types: ClassVar[dict[str, Any]] = {}
-    __fields__: ClassVar[tuple[SimpleNamespace, ...]] = ()
-
-    def __init_subclass__(cls, **kwargs: Any) -> None:
-        super().__init_subclass__(**kwargs)
-        cls.__fields__ = tuple(SimpleNamespace(name=name, type=type_) for name, type_ in cls._types.items())
-
-    def __init__(self, **kwargs: Any) -> None:
-        for name, value in self._defaults().items():
-            object.__setattr__(self, name, value)
-        for name, value in kwargs.items():
-            setattr(self, name, value)
-
-    def _defaults(self) -> dict[str, Any]:
-        raise NotImplementedError
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        if name not in self._types:
-            kind = type(self).__name__
-            raise AttributeError(f"{kind!r} object has no attribute {name!r}; it has {choices(self._types)}.")
-        object.__setattr__(self, name, value)
-
-    def __copy__(self) -> Any:
-        return copy.deepcopy(self)
-
-    def __deepcopy__(self, memo: dict) -> Any:
-        return type(self)(**{name: copy.deepcopy(getattr(self, name), memo) for name in self._types})
-
-    def __eq__(self, other: object) -> bool:
-        if type(other) is not type(self):
-            return NotImplemented
-        return all(getattr(self, name) == getattr(other, name) for name in self._types)
-
-    __hash__ = None  # type: ignore[assignment]
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._types)})"
+_MAYBE = Optional[float]  # noqa: UP045 (what pydrake reports)
 
 
-class DefaultProximityProperties(_Record):
+class DefaultProximityProperties(Options):
     """Defaults of proximity properties; None leaves a property absent.
 
     Attributes:
@@ -78,32 +38,18 @@ class DefaultProximityProperties(_Record):
     relaxation_time: float | None
     point_stiffness: float | None
 
-    _types: ClassVar[dict[str, Any]] = {
-        "compliance_type": str,
-        "hydroelastic_modulus": Optional[float],  # noqa: UP045 (what pydrake reports)
-        "resolution_hint": Optional[float],  # noqa: UP045
-        "slab_thickness": Optional[float],  # noqa: UP045
-        "margin": Optional[float],  # noqa: UP045
-        "dynamic_friction": Optional[float],  # noqa: UP045
-        "static_friction": Optional[float],  # noqa: UP045
-        "hunt_crossley_dissipation": Optional[float],  # noqa: UP045
-        "relaxation_time": Optional[float],  # noqa: UP045
-        "point_stiffness": Optional[float],  # noqa: UP045
-    }
-
-    def _defaults(self) -> dict[str, Any]:
-        return {
-            "compliance_type": "undefined",
-            "hydroelastic_modulus": 1e7,
-            "resolution_hint": 0.02,
-            "slab_thickness": None,
-            "margin": None,
-            "dynamic_friction": 0.5,
-            "static_friction": 0.5,
-            "hunt_crossley_dissipation": 50.0,
-            "relaxation_time": 0.1,
-            "point_stiffness": 1e6,
-        }
+    _fields = (
+        ("compliance_type", str, "undefined"),
+        ("hydroelastic_modulus", _MAYBE, 1e7),
+        ("resolution_hint", _MAYBE, 0.02),
+        ("slab_thickness", _MAYBE, None),
+        ("margin", _MAYBE, None),
+        ("dynamic_friction", _MAYBE, 0.5),
+        ("static_friction", _MAYBE, 0.5),
+        ("hunt_crossley_dissipation", _MAYBE, 50.0),
+        ("relaxation_time", _MAYBE, 0.1),
+        ("point_stiffness", _MAYBE, 1e6),
+    )
 
     def _validate(self) -> None:
         """Raises RuntimeError for values that make no sense."""
@@ -113,7 +59,7 @@ class DefaultProximityProperties(_Record):
                 "expected 'undefined', 'rigid' or 'compliant'."
             )
         positive = ("hydroelastic_modulus", "resolution_hint", "slab_thickness", "point_stiffness")
-        for name in self._types:
+        for name in self._kinds:
             value = getattr(self, name)
             if name == "compliance_type" or value is None:
                 continue
@@ -133,7 +79,7 @@ class DefaultProximityProperties(_Record):
             )
 
 
-class SceneGraphConfig(_Record):
+class SceneGraphConfig(Options):
     """Configuration of a SceneGraph.
 
     Attributes:
@@ -142,7 +88,4 @@ class SceneGraphConfig(_Record):
 
     default_proximity_properties: DefaultProximityProperties
 
-    _types: ClassVar[dict[str, Any]] = {"default_proximity_properties": DefaultProximityProperties}
-
-    def _defaults(self) -> dict[str, Any]:
-        return {"default_proximity_properties": DefaultProximityProperties()}
+    _fields = (("default_proximity_properties", DefaultProximityProperties, DefaultProximityProperties()),)

@@ -36,7 +36,7 @@ _HALF_SPACE = (50.0, 50.0, 1.0)  # of the box that stands for one [m]
 
 
 @typed_fields
-@dataclasses.dataclass(kw_only=True)
+@dataclasses.dataclass(kw_only=True, eq=False)
 class DrakeVisualizerParams:
     """What a DrakeVisualizer tells of, and how often.
 

@@ -2,41 +2,16 @@
 
 from __future__ import annotations
 
-import copy
-from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import Optional
 
 import numpy as np
 
+from sheldrake.common._options import Options
 
-class DriverConfig:
-    """Settings with defaults, given by name; derived classes list `_defaults`: name, type, default."""
-
-    _defaults: ClassVar[tuple[tuple[str, Any, Any], ...]] = ()
-    __fields__: ClassVar[tuple] = ()
-
-    def __init_subclass__(cls) -> None:
-        cls.__fields__ = tuple(SimpleNamespace(name=name, type=kind) for name, kind, _ in cls._defaults)
-
-    def __init__(self, **kwargs: Any):
-        for name, _, default in self._defaults:
-            setattr(self, name, copy.copy(kwargs.pop(name, default)))
-        if kwargs:
-            names = ", ".join(f.name for f in self.__fields__) or "none"
-            raise AttributeError(f"{type(self).__name__} has no field {', '.join(kwargs)}; it has {names}.")
-
-    def __repr__(self) -> str:
-        fields = ", ".join(f"{f.name}={getattr(self, f.name)!r}" for f in self.__fields__)
-        return f"{type(self).__name__}({fields})"
-
-    def __copy__(self) -> Any:
-        return type(self)(**{f.name: getattr(self, f.name) for f in self.__fields__})
-
-    def __deepcopy__(self, memo: dict) -> Any:
-        return self.__copy__()
+_ARRAY, _NAME = Optional[np.ndarray], Optional[str]  # noqa: UP045 (what pydrake reports)
 
 
-class IiwaDriver(DriverConfig):
+class IiwaDriver(Options):
     """How a KUKA iiwa is driven.
 
     Attributes:
@@ -59,19 +34,19 @@ class IiwaDriver(DriverConfig):
     lcm_bus: str
     lcm_status_period: float
 
-    _defaults = (
+    _fields = (
         ("hand_model_name", str, ""),
         ("ext_joint_filter_tau", float, 0.01),
-        ("desired_kp_gains", np.ndarray | None, None),
+        ("desired_kp_gains", _ARRAY, None),
         ("control_mode", str, "position_and_torque"),
-        ("arm_child_frame_name", str | None, None),
-        ("gripper_parent_frame_name", str | None, None),
+        ("arm_child_frame_name", _NAME, None),
+        ("gripper_parent_frame_name", _NAME, None),
         ("lcm_bus", str, "default"),
         ("lcm_status_period", float, 0.005),
     )
 
 
-class SchunkWsgDriver(DriverConfig):
+class SchunkWsgDriver(Options):
     """How a Schunk WSG gripper is driven.
 
     Attributes:
@@ -82,8 +57,8 @@ class SchunkWsgDriver(DriverConfig):
     pid_gains: np.ndarray
     lcm_bus: str
 
-    _defaults = (("pid_gains", np.ndarray, np.array([7200.0, 0.0, 5.0])), ("lcm_bus", str, "default"))
+    _fields = (("pid_gains", np.ndarray, np.array([7200.0, 0.0, 5.0])), ("lcm_bus", str, "default"))
 
 
-class ZeroForceDriver(DriverConfig):
+class ZeroForceDriver(Options):
     """Drives all actuators of a model with zero."""

@@ -24,7 +24,7 @@ from ._inertia_visualizer import InertiaVisualizer
 
 
 @typed_fields
-@dataclasses.dataclass(kw_only=True)
+@dataclasses.dataclass(kw_only=True, eq=False)
 class VisualizationConfig:
     """What to show of a plant and its scene graph.
 

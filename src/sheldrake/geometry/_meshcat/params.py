@@ -11,7 +11,7 @@ from .._roles import Role
 
 
 @typed_fields
-@dataclasses.dataclass(kw_only=True)
+@dataclasses.dataclass(kw_only=True, eq=False)
 class MeshcatPropertyTuple:
     """One property that a new Meshcat sets before anybody looks.
 
@@ -27,7 +27,7 @@ class MeshcatPropertyTuple:
 
 
 @typed_fields
-@dataclasses.dataclass(kw_only=True)
+@dataclasses.dataclass(kw_only=True, eq=False)
 class MeshcatParams:
     """How a Meshcat listens and what its page shows first.
 
@@ -52,7 +52,7 @@ class MeshcatParams:
 
 
 @typed_fields
-@dataclasses.dataclass(kw_only=True)
+@dataclasses.dataclass(kw_only=True, eq=False)
 class MeshcatVisualizerParams:
     """What a MeshcatVisualizer draws, where and how often.
 

@@ -81,4 +81,4 @@ def MakeRenderEngineGltfClient(params: RenderEngineGltfClientParams | None = Non
     from .raster_engine import EngineOptions
 
     params = RenderEngineGltfClientParams() if params is None else params
-    return GltfClientEngine(EngineOptions(NAME, params.__copy__(), (0.9, 0.45, 0.1, 1.0), Rgba(), ()))
+    return GltfClientEngine(EngineOptions(NAME, copy.copy(params), (0.9, 0.45, 0.1, 1.0), Rgba(), ()))

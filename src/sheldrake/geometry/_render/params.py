@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
-from typing import Any
 
 import numpy as np
 
@@ -12,23 +10,10 @@ from sheldrake.common._options import typed_fields
 
 from .._rgba import Rgba
 
-_VECTORS = ("attenuation_values", "position", "direction", "default_diffuse", "default_clear_color")
-
-
-class _Options:
-    """Copies of options are deep, and lists of numbers become arrays."""
-
-    def __setattr__(self, name: str, value: Any) -> None:
-        as_array = name in _VECTORS and isinstance(value, (list, tuple))
-        object.__setattr__(self, name, np.array(value, float) if as_array else value)
-
-    def __copy__(self) -> Any:
-        return copy.deepcopy(self)
-
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class LightParameter(_Options):
+class LightParameter:
     """A light.
 
     Attributes:
@@ -54,13 +39,13 @@ class LightParameter(_Options):
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class NullTexture(_Options):
+class NullTexture:
     """No texture."""
 
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class EquirectangularMap(_Options):
+class EquirectangularMap:
     """A picture of the surroundings, angles as rectangles.
 
     Attributes:
@@ -72,7 +57,7 @@ class EquirectangularMap(_Options):
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class EnvironmentMap(_Options):
+class EnvironmentMap:
     """Surroundings that shine.
 
     Attributes:
@@ -86,7 +71,7 @@ class EnvironmentMap(_Options):
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class GltfExtension(_Options):
+class GltfExtension:
     """What to do about an extension of glTF.
 
     Attributes:
@@ -98,7 +83,7 @@ class GltfExtension(_Options):
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class SsaoParameter(_Options):
+class SsaoParameter:
     """Darkness in corners (screen-space ambient occlusion); see Drake's documentation of RenderEngineVtk.
 
     Attributes:
@@ -124,7 +109,7 @@ def _known_extensions() -> dict[str, GltfExtension]:
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class RenderEngineVtkParams(_Options):
+class RenderEngineVtkParams:
     """Options of `MakeRenderEngineVtk()`.
 
     Attributes:
@@ -156,7 +141,7 @@ class RenderEngineVtkParams(_Options):
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class RenderEngineGlParams(_Options):
+class RenderEngineGlParams:
     """Options of `MakeRenderEngineGl()`.
 
     Attributes:
@@ -172,7 +157,7 @@ class RenderEngineGlParams(_Options):
 
 @typed_fields
 @dataclasses.dataclass(kw_only=True, eq=False)
-class RenderEngineGltfClientParams(_Options):
+class RenderEngineGltfClientParams:
     """Options of a render engine that asks a server for pictures.
 
     Attributes:

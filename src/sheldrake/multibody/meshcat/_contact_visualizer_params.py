@@ -9,7 +9,7 @@ from sheldrake.geometry import Rgba
 
 
 @typed_fields
-@dataclasses.dataclass(kw_only=True)
+@dataclasses.dataclass(kw_only=True, eq=False)
 class ContactVisualizerParams:
     """What a ContactVisualizer draws, where, how large and how often.
 

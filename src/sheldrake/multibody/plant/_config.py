@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import copy
 import dataclasses
 from typing import Any, NamedTuple
 
+from sheldrake.common._options import typed_fields
 from sheldrake.geometry import HydroelasticContactRepresentation
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
 from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
@@ -27,7 +27,8 @@ _REPRESENTATIONS = {
 }
 
 
-@dataclasses.dataclass
+@typed_fields
+@dataclasses.dataclass(kw_only=True, eq=False)
 class MultibodyPlantConfig:
     """What can be configured of a plant.
 
@@ -52,12 +53,6 @@ class MultibodyPlantConfig:
     sap_near_rigid_threshold: float = 1.0
     contact_surface_representation: str = "polygon"
     adjacent_bodies_collision_filters: bool = True
-
-    def __copy__(self) -> MultibodyPlantConfig:
-        return dataclasses.replace(self)
-
-    def __deepcopy__(self, memo: dict) -> MultibodyPlantConfig:
-        return copy.copy(self)
 
 
 def _choice(what: str, choices: dict[str, Any], value: str) -> Any:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from types import SimpleNamespace
 from typing import Any
 
+from sheldrake.common._options import Options
 from sheldrake.systems.analysis._integrator import ResetIntegratorFromFlags
 from sheldrake.systems.analysis._simulator import Simulator
 
 
-class SimulatorConfig:
+class SimulatorConfig(Options):
     """Settings of a simulator.
 
     Args:
@@ -23,40 +23,23 @@ class SimulatorConfig:
         publish_every_time_step: Whether to force a publish after every step.
     """
 
-    __fields__ = tuple(
-        SimpleNamespace(name=name, type=kind)
-        for name, kind in (
-            ("integration_scheme", str),
-            ("max_step_size", float),
-            ("accuracy", float),
-            ("use_error_control", bool),
-            ("start_time", float),
-            ("target_realtime_rate", float),
-            ("publish_every_time_step", bool),
-        )
+    integration_scheme: str
+    max_step_size: float
+    accuracy: float
+    use_error_control: bool
+    start_time: float
+    target_realtime_rate: float
+    publish_every_time_step: bool
+
+    _fields = (
+        ("integration_scheme", str, "runge_kutta3"),
+        ("max_step_size", float, 0.1),
+        ("accuracy", float, 1e-4),
+        ("use_error_control", bool, True),
+        ("start_time", float, 0.0),
+        ("target_realtime_rate", float, 0.0),
+        ("publish_every_time_step", bool, False),
     )
-
-    def __init__(self, **kwargs: Any):
-        self.integration_scheme = "runge_kutta3"
-        self.max_step_size = 0.1
-        self.accuracy = 1e-4
-        self.use_error_control = True
-        self.start_time = 0.0
-        self.target_realtime_rate = 0.0
-        self.publish_every_time_step = False
-        for name, value in kwargs.items():
-            if name not in self.__dict__:
-                raise AttributeError(f"SimulatorConfig has no field {name!r}; it has {', '.join(self.__dict__)}.")
-            setattr(self, name, value)
-
-    def __repr__(self) -> str:
-        return f"SimulatorConfig({', '.join(f'{f.name}={getattr(self, f.name)!r}' for f in self.__fields__)})"
-
-    def __copy__(self) -> SimulatorConfig:
-        return SimulatorConfig(**self.__dict__)
-
-    def __deepcopy__(self, memo: dict) -> SimulatorConfig:
-        return self.__copy__()
 
 
 def ApplySimulatorConfig(config: Any, simulator: Any) -> None:

@@ -13,7 +13,7 @@ from sheldrake.symbolic import Expression, Polynomial, Variable, Variables
 _STANDS_STILL = 1e-14
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(eq=False)
 class RegionOfAttractionOptions:
     """Options of `RegionOfAttraction`.
 

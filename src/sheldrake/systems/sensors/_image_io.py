@@ -57,7 +57,7 @@ _MODES: dict[str, tuple[Any, PixelScalar, int, type]] = {
 
 
 @typed_fields
-@dataclasses.dataclass(kw_only=True)
+@dataclasses.dataclass(kw_only=True, eq=False)
 class Metadata:
     """What a file says about its image.
 

@@ -1,0 +1,78 @@
+"""Settings behave as pydrake's: values that are taken, values and names that are refused, copies, equality, YAML."""
+
+import copy
+import functools
+import importlib
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pydrake")
+pytestmark = pytest.mark.peer
+
+CLASSES = (
+    "geometry.DefaultProximityProperties",
+    "geometry.SceneGraphConfig",
+    "geometry.optimization.GcsGraphvizOptions",
+    "geometry.LightParameter",
+    "geometry.RenderEngineGlParams",
+    "manipulation.IiwaDriver",
+    "manipulation.SchunkWsgDriver",
+    "manipulation.ZeroForceDriver",
+    "multibody.optimization.CalcGridPointsOptions",
+    "multibody.plant.MultibodyPlantConfig",
+    "systems.analysis.SimulatorConfig",
+    "systems.sensors.CameraConfig",
+    "visualization.VisualizationConfig",
+)
+VALUES = (object(), "abc", 3, 2.5, True, None, [1.0, 2.0, 3.0], np.array([1.0, 2.0, 3.0]), {})
+
+
+def found(library, name):
+    module, _, cls = name.rpartition(".")
+    return getattr(importlib.import_module(f"{library}.{module}"), cls)
+
+
+def outcome(call):
+    try:
+        return repr(call())
+    except Exception as error:
+        return type(error).__name__
+
+
+def behaviour(library, name):
+    cls = found(library, name)
+    yaml = importlib.import_module(f"{library}.common.yaml")
+    one, other = cls(), cls()
+    said = {
+        "repr": repr(one),
+        "equal": (one == other, one == one, hash(one) == hash(one)),
+        "copies": [repr(copied(one)) for copied in (copy.copy, copy.deepcopy)],
+        "wrong name": (outcome(lambda: cls(nonsense=1)), outcome(lambda: setattr(one, "nonsense", 1))),
+        "by position": outcome(lambda: cls(1)),
+        "yaml": yaml.yaml_dump_typed(one),
+        "back": repr(yaml.yaml_load_typed(schema=cls, data=yaml.yaml_dump_typed(one))),
+    }
+    for field in cls.__fields__:
+        for value in VALUES:
+            options = cls()
+            said[field.name, str(value)[:8]] = (
+                outcome(functools.partial(setattr, options, field.name, value)),
+                repr(options),
+            )
+    return said
+
+
+@pytest.mark.parametrize("name", CLASSES)
+def test_behaviour(name):
+    ours, theirs = behaviour("sheldrake", name), behaviour("pydrake", name)
+    assert list(ours) == list(theirs)
+    assert {k: v for k, v in ours.items() if v != theirs[k]} == {}
+
+
+def test_a_lax_setting_is_noticed(monkeypatch):
+    from sheldrake.common import _options
+
+    monkeypatch.setattr(_options, "converted", lambda where, kind, value: value)
+    with pytest.raises(AssertionError):
+        test_behaviour("manipulation.IiwaDriver")
