@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-import pathlib
-import sys
 
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
-
 from benchmarks import contact_answers as answers
 from benchmarks.engines import DrakeLike, MuJoCo, Scene, Solid
 

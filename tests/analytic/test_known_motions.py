@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-import pathlib
-import sys
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
-
 from benchmarks import motion_answers as answers
 from benchmarks.motion_answers import DISCRETE, RK3, ROWS, Library
 

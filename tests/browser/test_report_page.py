@@ -1,18 +1,12 @@
 """A report in a browser: plots, slider and scene are in step."""
 
 import json
-import pathlib
-import sys
 
 import pytest
 from chromium import until
+from tests.unit.report.test_report import HEIGHT, falling_block
 
 from conftest import start
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "unit" / "report"))
-
-from test_report import HEIGHT, falling_block
-
 from sheldrake.report import SaveReport
 
 BODY = "/drake/visualizer/two_hole_block/body"

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import re
-import sys
 
 import pytest
 from pages import ROOT
-
-sys.path.insert(0, str(ROOT / "tools"))
-
-from join_changelog import AREAS, entries, join
+from tools.join_changelog import AREAS, entries, join
 
 
 def test_no_fragment_is_lost():

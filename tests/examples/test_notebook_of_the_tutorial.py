@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import sys
-
 import pytest
 from pages import ROOT, blocks
-
-sys.path.insert(0, str(ROOT / "tools"))
-
-import make_notebook
+from tools import make_notebook
 
 PAGE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
 

@@ -1,15 +1,11 @@
 """The way of a new user: a part from CAD, looked at, dropped, plotted."""
 
 import pathlib
-import sys
 
 import numpy as np
+from tests.unit.cad import solids
 
 from sheldrake.cli import main
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "unit" / "cad"))
-
-import solids
 
 
 def test_from_stl_to_plot(tmp_path, monkeypatch, capsys):

@@ -52,9 +52,6 @@ def faults(folder):
     return found
 
 
-sys.path.insert(0, str(ROOT / "tools"))
-
-
 @pytest.mark.parametrize(
     ("warning", "is_serious"),
     [
@@ -65,7 +62,7 @@ sys.path.insert(0, str(ROOT / "tools"))
     ],
 )
 def test_a_broken_link_is_serious_and_the_form_of_a_docstring_is_not(warning, is_serious):
-    from make_docs import serious
+    from tools.make_docs import serious
 
     assert serious(warning) is is_serious
 

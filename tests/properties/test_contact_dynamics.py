@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import pathlib
-import sys
-
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "unit" / "multibody" / "plant"))
-
-from free_bodies import FreeBodies, box_inertia
+from tests.unit.multibody.plant.free_bodies import FreeBodies, box_inertia
 
 import sheldrake.geometry as g
 

@@ -4,17 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-import pathlib
-import sys
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[1] / "unit" / "geometry"))
-
-from proximity_scenes import HULL_POINTS, SHAPES, Scene, row_of
+from tests.unit.geometry.proximity_scenes import HULL_POINTS, SHAPES, Scene, row_of
 
 import sheldrake.geometry as g
 from sheldrake.common.eigen_geometry import Quaternion

@@ -2,15 +2,9 @@
 
 from __future__ import annotations
 
-import pathlib
-import sys
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "tools"))
-
-import fuzz_pairs
+from tools import fuzz_pairs
 
 
 def test_every_distance_is_certain_to_the_stated_accuracy():

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import pathlib
-import sys
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
 import pytest
+from benchmarks import contact
+from benchmarks.engines import DrakeLike, Scene, Solid
+from tests.unit.multibody.plant.free_bodies import FreeBodies, box_inertia
+
+from sheldrake import geometry as g
+from sheldrake.math import RollPitchYaw, RotationMatrix
 
 ROOT = pathlib.Path(__file__).parents[2]
-sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "unit" / "multibody" / "plant")]
-
-from benchmarks import contact  # noqa: E402
-from benchmarks.engines import DrakeLike, Scene, Solid  # noqa: E402
-from free_bodies import FreeBodies, box_inertia  # noqa: E402
-
-from sheldrake import geometry as g  # noqa: E402
-from sheldrake.math import RollPitchYaw, RotationMatrix  # noqa: E402
-
 BLOCK = ROOT / "src" / "sheldrake" / "models" / "two_hole_block"
 
 

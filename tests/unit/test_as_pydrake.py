@@ -188,12 +188,9 @@ assert not hasattr(pydrake, "__file__") and "sheldrake" in pydrake.autodiffutils
 @pytest.mark.peer
 def test_the_list_of_pydrakes_names_is_drakes():
     pytest.importorskip("pydrake")
-    sys.path.insert(0, str(ROOT / "tests" / "crosscheck" / "pydrake"))
-    try:
-        import pydrake_names
-    finally:
-        sys.path.pop(0)
     import json
+
+    from tests.crosscheck.pydrake import pydrake_names
 
     listed = json.loads(pydrake_names.TABLE.read_text())
     assert listed == pydrake_names.table()

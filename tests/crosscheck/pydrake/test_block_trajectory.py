@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import pathlib
-import sys
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -12,10 +11,8 @@ import pytest
 
 pytest.importorskip("pydrake")
 
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "unit" / "multibody" / "plant"))
-
 from drake_problem import approximation
-from free_bodies import FreeBodies, box_inertia
+from tests.unit.multibody.plant.free_bodies import FreeBodies, box_inertia
 
 from sheldrake import geometry as g
 

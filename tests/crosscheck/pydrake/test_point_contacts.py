@@ -1,13 +1,8 @@
 """Single-point contacts against Drake's ComputePointPairPenetration."""
 
-import pathlib
-import sys
-
 import numpy as np
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2] / "unit" / "geometry"))
-from proximity_scenes import HULL_POINTS, SHAPES, Scene, random_pose
+from tests.unit.geometry.proximity_scenes import HULL_POINTS, SHAPES, Scene, random_pose
 
 from sheldrake import geometry as g
 from sheldrake.math import RigidTransform

@@ -2,10 +2,9 @@ import importlib
 
 import numpy as np
 import pytest
+from tests.unit.cad import solids
 
 from sheldrake.cad import ConvertModel, WriteModel
-
-from . import solids
 
 TOLERANCE = 1e-12  # relative to the largest entry: rounding of poses through roll, pitch and yaw, a few links deep
 LIBRARIES = ["sheldrake", pytest.param("pydrake", marks=pytest.mark.peer)]

@@ -2,10 +2,9 @@ import shutil
 
 import numpy as np
 import pytest
+from tests.unit.cad import solids
 
 from sheldrake.cad import DiagnoseModel
-
-from . import solids
 
 BOX_MOMENT = 0.77 / 12.0 * (0.06**2 + 0.04**2)
 

@@ -6,11 +6,10 @@ import time
 
 import numpy as np
 import pytest
+from tests.unit.cad import solids
+from tests.unit.cad.test_doctor import box_link, joint, robot
 
 from sheldrake.cad import DiagnoseModel, MakeUrdfFromMesh
-
-from . import solids
-from .test_doctor import box_link, joint, robot
 
 BOX = solids.box(60.0, 40.0, 25.0)
 MESHES = {

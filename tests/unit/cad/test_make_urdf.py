@@ -2,10 +2,9 @@ import math
 
 import numpy as np
 import pytest
+from tests.unit.cad import solids
 
 from sheldrake.cad import MakeUrdfFromMesh, UnitsUnsure
-
-from . import solids
 
 RELATIVE = 1e-6  # what is asked; single precision of binary STL leaves about 1e-7
 

@@ -1,9 +1,9 @@
 """Random nested multi-rate diagrams."""
 
+from tests.unit.systems.framework.oracle import read
+
 from sheldrake.systems import primitives as pr
 from sheldrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
-
-from .oracle import read
 
 PERIODS = [0.01, 0.02, 0.01005, 0.03, 0.005, 1 / 300, 0.1]
 

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.unit.systems.framework.oracle import Oracle
+from tests.unit.systems.framework.random_diagrams import random_diagram
 
 from sheldrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from sheldrake.systems.framework._layout import Layout
 from sheldrake.systems.primitives import VectorLogSink
-
-from .oracle import Oracle
-from .random_diagrams import random_diagram
 
 SCHEMES = ("explicit_euler", "runge_kutta2", "runge_kutta3")
 

@@ -7,10 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.unit.systems.framework.saved_scenes import END, HALF, SCENES, outcome, simulator_of
 
 from sheldrake.systems.framework import LoadContext, SaveContext
-
-from .saved_scenes import END, HALF, SCENES, outcome, simulator_of
 
 PROGRAM = Path(__file__).with_name("saved_scenes.py")
 

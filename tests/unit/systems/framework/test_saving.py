@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tests.unit.systems.framework.saved_run import build, results
 
 from sheldrake.common.value import Value
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem, LoadContext, SaveContext
 from sheldrake.systems.primitives import Gain, Integrator
-
-from .saved_run import build, results
 
 PROGRAM = Path(__file__).with_name("saved_run.py")
 
