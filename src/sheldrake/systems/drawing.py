@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+import sys
 from io import BytesIO
 from typing import Any
 
-__all__ = ["plot_graphviz", "plot_system_graphviz"]
+__all__ = ["plot_graphviz", "plot_system_graphviz", "running_as_notebook"]
+
+
+def _has_kernel() -> bool:
+    """Whether this is the process of a notebook; IPython is asked only where it is loaded, as notebooks have it."""
+    ipython = sys.modules.get("IPython")
+    shell = ipython.get_ipython() if ipython is not None else None
+    return hasattr(shell, "kernel")
+
+
+running_as_notebook = _has_kernel()
 
 
 def plot_graphviz(dot_text: str) -> Any:
-    """Draws Graphviz text with matplotlib; gives the image.
+    """Draws Graphviz text: in a notebook as SVG, else with matplotlib, whose image it gives.
 
     Raises:
         ImportError: pydot is not installed.
@@ -21,9 +32,13 @@ def plot_graphviz(dot_text: str) -> Any:
             "plot_graphviz() needs pydot and Graphviz's `dot`: pip install pydot. System.GetGraphvizString() gives the "
             "text, which any Graphviz viewer draws."
         ) from None
+    graphs: Any = pydot.graph_from_dot_data(dot_text)
+    if running_as_notebook:
+        from IPython.display import SVG, display
+
+        return display(SVG(graphs[0].create_svg()))
     import matplotlib.pyplot as plt
 
-    graphs: Any = pydot.graph_from_dot_data(dot_text)
     image = plt.imread(BytesIO(graphs[0].create_png(prog=["dot", "-Gdpi=300"])))
     plt.axis("off")
     return plt.imshow(image, aspect="equal")

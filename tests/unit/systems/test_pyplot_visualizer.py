@@ -63,3 +63,25 @@ def test_graphviz_needs_pydot(monkeypatch):
     monkeypatch.setitem(sys.modules, "pydot", None)
     with pytest.raises(ImportError, match="needs pydot"):
         plot_graphviz("digraph {}")
+
+
+def test_a_notebook_shows_graphviz_as_svg(monkeypatch):
+    import importlib
+    import sys
+    from types import SimpleNamespace
+
+    from sheldrake.systems import drawing
+
+    shown = []
+    page = SimpleNamespace(SVG=lambda data: ("svg", data), display=shown.append)
+    python = SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=1), display=page)
+    graph = SimpleNamespace(create_svg=lambda: "<svg/>")
+    assert not drawing.running_as_notebook
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, "IPython", python)
+        patch.setitem(sys.modules, "IPython.display", page)
+        patch.setitem(sys.modules, "pydot", SimpleNamespace(graph_from_dot_data=lambda text: [graph]))
+        importlib.reload(drawing)
+        drawing.plot_graphviz("digraph {}")
+    importlib.reload(drawing)
+    assert shown == [("svg", "<svg/>")] and not drawing.running_as_notebook

@@ -88,7 +88,7 @@ class Searches:
         Raises:
             RuntimeError: sizes differ, the point is not in the polytope, or the largest scale is below the smallest.
         """
-        C, d = self._checked("BinarySearch", C, d)  # type: ignore[attr-defined]
+        C, d = self._checked("BinarySearch", C, d)
         center = np.asarray(s_center, dtype=float).ravel()
         if not self._polytope(C, d).PointInSet(center):
             raise RuntimeError(f"BinarySearch(): s_center {center} is not in the polytope.")
@@ -100,7 +100,7 @@ class Searches:
 
         def tried(scale: float, num_iter: int) -> SearchResult | None:
             scaled = C @ center + scale * (d - C @ center)
-            success, found = self.FindSeparationCertificateGivenPolytope(  # type: ignore[attr-defined]
+            success, found = self.FindSeparationCertificateGivenPolytope(
                 C, scaled, ignored_collision_pairs, options.find_lagrangian_options
             )
             return self._found(C, scaled, found, num_iter) if success else None
@@ -140,11 +140,11 @@ class Searches:
         Raises:
             RuntimeError: sizes differ.
         """
-        C, d = self._checked("SearchWithBilinearAlternation", C_init, d_init)  # type: ignore[attr-defined]
+        C, d = self._checked("SearchWithBilinearAlternation", C_init, d_init)
         out: list[SearchResult] = []
         ellipsoid = self._polytope(C, d).MaximumVolumeInscribedEllipsoid()
         for num_iter in range(options.max_iter):
-            success, found = self.FindSeparationCertificateGivenPolytope(  # type: ignore[attr-defined]
+            success, found = self.FindSeparationCertificateGivenPolytope(
                 C, d, ignored_collision_pairs, options.find_lagrangian_options
             )
             larger = self._larger_polytope(C, d, found, ellipsoid, options) if success else None
@@ -179,7 +179,7 @@ class Searches:
             top = np.concatenate((-center, [1.0, -1.0]))
             prog.AddLorentzConeConstraint(np.vstack((top, np.hstack((Q.T, np.zeros((n, 2)))))), np.zeros(n + 1), x)
             prog.AddLorentzConeConstraint(np.vstack((np.zeros(n), np.eye(n))), np.append(1.0, np.zeros(n)), row)
-        faces = self._faces(C, d, options.find_lagrangian_options.ignore_redundant_C)  # type: ignore[attr-defined]
+        faces = self._faces(C, d, options.find_lagrangian_options.ignore_redundant_C)
         for certificate in found.values():
             self._impose_certificate(prog, certificate, faces, new_C, new_d, how.search_s_bounds_lagrangians)
         cost = self._add_margin_cost(prog, margin, how)
@@ -218,8 +218,8 @@ class Searches:
         size = len(self._variables)
         plane = self._planes[certificate.plane_index]
         prog.AddDecisionVariables(plane.decision_variables)
-        bounds = self._faces(np.zeros((0, new_C.shape[1])), np.zeros(0), False)  # type: ignore[attr-defined]
-        for rational, values in zip(self._rationals(certificate.plane_index), certificate._values):  # type: ignore[attr-defined]
+        bounds = self._faces(np.zeros((0, new_C.shape[1])), np.zeros(0), False)
+        for rational, values in zip(self._rationals(certificate.plane_index), certificate._values):
             identity = Identity()
             identity.add_rows(rational.numerator, plane.decision_variables)
             for face, table in zip(faces, values):
