@@ -3,7 +3,10 @@
 import pytest
 
 from sheldrake.geometry import GeometryId, Role, SceneGraph
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.perception import PointCloud
+from sheldrake.solvers import MathematicalProgram
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import BasicVector, DiagramBuilder
 from sheldrake.systems.primitives import Adder
@@ -14,7 +17,21 @@ def system():
     return Adder(1, 1)
 
 
+def world(call, *arguments):
+    """Calls a query of a plant without bodies, for a default context."""
+    plant = MultibodyPlant(0.01)
+    plant.Finalize()
+    given = {"W": plant.world_frame(), "V": JacobianWrtVariable.kV, "p": [0.0, 0.0, 0.0]}
+    return getattr(plant, call)(plant.CreateDefaultContext(), *(given.get(a, a) for a in arguments))
+
+
 CALLS = {
+    "frame of a Jacobian": lambda: world("CalcJacobianSpatialVelocity", "V", None, "p", "W", "W"),
+    "frame of a pose": lambda: world("CalcRelativeTransform", "W", None),
+    "frame of a center": lambda: world("CalcBiasCenterOfMassTranslationalAcceleration", "V", None, "W"),
+    "points": lambda: world("CalcPointsPositions", "W", None, "W"),
+    "forces": lambda: world("CalcGeneralizedForces", None),
+    "variables of a cost": lambda: MathematicalProgram().AddL2NormCostUsingConicConstraint([[1.0]], [1.0], [3.0]),
     "index of an output": lambda: system().HasDirectFeedthrough("y"),
     "group of a state": lambda: system().CreateDefaultContext().get_discrete_state("x"),
     "context to copy": lambda: system().CreateDefaultContext().SetStateAndParametersFrom(3),

@@ -173,7 +173,8 @@ class PointCloud:
     def _at(self, call: str, field: BaseField, i: int, writable: bool = False) -> np.ndarray:
         if not 0 <= i < self._size:
             raise RuntimeError(f"PointCloud.{call}(): point {i} is not one of {self._size}.")
-        return self._of(call, field, writable)[:, i]
+        column = self._of(call, field, writable)[:, i]
+        return column if writable else column.copy()
 
     def has_xyzs(self) -> bool:
         """Returns whether points have positions."""
@@ -188,7 +189,7 @@ class PointCloud:
         return self._of("mutable_xyzs", BaseField.kXYZs, True)
 
     def xyz(self, i: int) -> np.ndarray:
-        """Returns the position of point i [m], shape (3,), a view to read."""
+        """Returns the position of point i [m], shape (3,), a copy."""
         return self._at("xyz", BaseField.kXYZs, i)
 
     def mutable_xyz(self, i: int) -> np.ndarray:
@@ -208,7 +209,7 @@ class PointCloud:
         return self._of("mutable_normals", BaseField.kNormals, True)
 
     def normal(self, i: int) -> np.ndarray:
-        """Returns the normal of point i, shape (3,), a view to read."""
+        """Returns the normal of point i, shape (3,), a copy."""
         return self._at("normal", BaseField.kNormals, i)
 
     def mutable_normal(self, i: int) -> np.ndarray:
@@ -228,7 +229,7 @@ class PointCloud:
         return self._of("mutable_rgbs", BaseField.kRGBs, True)
 
     def rgb(self, i: int) -> np.ndarray:
-        """Returns red, green and blue of point i in 0..255, shape (3,), a view to read."""
+        """Returns red, green and blue of point i in 0..255, shape (3,), a copy."""
         return self._at("rgb", BaseField.kRGBs, i)
 
     def mutable_rgb(self, i: int) -> np.ndarray:

@@ -202,7 +202,7 @@ class HalfSpace(Shape):
         if not norm >= 1e-10:
             raise ValueError(f"HalfSpace.MakePose(): Hz_dir_F must not be zero, got {direction.tolist()}.")
         Hz_F = direction / norm
-        R_FH = RotationMatrix.MakeFromOneVector(Hz_F, 2)
+        R_FH = RotationMatrix.MakeFromOneVector(Hz_F, 2).multiply(RotationMatrix.MakeZRotation(np.pi))
         return RigidTransform(R_FH, Hz_F * Hz_F.dot(np.asarray(p_FB, dtype=float).reshape(3)))
 
 

@@ -46,11 +46,11 @@ class _ConeConstraint(Constraint):
         """Sets A and b.
 
         Raises:
-            RuntimeError: the number of variables is another.
+            ValueError: the number of variables is another.
         """
         A = new_A.toarray() if _arrays.is_sparse(new_A) else _arrays.float_matrix(new_A)
         if A.shape[1] != self._num_vars:
-            raise RuntimeError(
+            raise ValueError(
                 f"{type(self).__name__}::UpdateCoefficients uses new_A with {A.shape[1]} columns to update a "
                 f"constraint with {self._num_vars} variables."
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.common import Parallelism
 from sheldrake.common._options import Options
 from sheldrake.solvers import SolverOptions
 
@@ -40,7 +41,7 @@ class GraphOfConvexSetsOptions(Options):
         ("solver_options", Any, SolverOptions()),
         ("restriction_solver_options", Any, None),
         ("preprocessing_solver_options", Any, None),
-        ("parallelism", Any, None),
+        ("parallelism", Any, Parallelism.Max()),
     )
 
 

@@ -265,6 +265,7 @@ class DiscreteUpdate:
 
     def _vdot(self, context: Any) -> np.ndarray:
         """Generalized accelerations at the present state, shape (nv,)."""
+        self._view(context)  # Whether it is a context of this plant is told there.
         if self.is_discrete():
             return _step_results.accelerations(self._present_results(context), self._time_step)
         return self._continuous_vdot(context)

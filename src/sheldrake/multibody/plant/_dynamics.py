@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import in_order
+from sheldrake.common._overloads import expect, in_order
 from sheldrake.multibody.math import SpatialAcceleration_
 from sheldrake.multibody.plant._queries import Motion, points, relative_acceleration
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
@@ -80,6 +80,7 @@ class Dynamics:
             joint.AddInDamping(context, forces)
 
     def _require_fitting(self, call: str, forces: MultibodyForces) -> None:
+        expect(call, forces, MultibodyForces)
         if forces.num_bodies() != len(self._rows) or forces.num_velocities() != self._nv:
             raise RuntimeError(
                 f"{call}(): the forces are for {forces.num_bodies()} bodies and {forces.num_velocities()} velocities, "
@@ -346,4 +347,4 @@ def com_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, 
             "with_respect_to: JacobianWrtVariable, frame_A: Frame, frame_E: Frame)."
         )
     model_instances, with_respect_to, frame_A, frame_E = found
-    return model_instances, with_respect_to, frame_A, frame_E
+    return model_instances, with_respect_to, expect(call, frame_A, Frame), expect(call, frame_E, Frame)

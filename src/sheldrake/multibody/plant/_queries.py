@@ -96,7 +96,7 @@ class Queries:
     # --- frames
 
     def _body_and_offset(self, context: Any, frame: Frame) -> tuple[int, Any]:
-        if frame._owner is not self:
+        if getattr(frame, "_owner", None) is not self:
             self._require_mine("CalcRelativeTransform", frame)
         return self._rows[frame._body._index._value], None if frame.is_body_frame() else frame._X_BF(context)
 
@@ -148,7 +148,7 @@ class Queries:
 
     def _place(self, frame: Frame) -> tuple[int, int]:
         """Body row and frame row of a frame."""
-        if frame._owner is not self:
+        if getattr(frame, "_owner", None) is not self:
             self._require_mine("a query", frame)
         return self._rows[frame._body._index._value], self._frame_rows.get(frame._index._value, -1)
 
@@ -349,9 +349,12 @@ def points(call: str, name: str, value: Any) -> np.ndarray:
     """`value` as points in columns, shape (3, n); one point may be given flat.
 
     Raises:
+        TypeError: it is no array.
         RuntimeError: it has another number of rows.
     """
     array = np.asarray(value)
+    if array.ndim == 0:
+        raise TypeError(f"{call}(): incompatible function arguments. {name} must have shape (3, n), not {value!r}.")
     array = array.astype(float) if array.dtype != object else array
     array = array.reshape(-1, 1) if array.ndim == 1 else array
     if array.ndim != 2 or array.shape[0] != 3:

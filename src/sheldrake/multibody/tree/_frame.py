@@ -95,11 +95,11 @@ class Frame(NamedElement):
 
     def EvalAngularVelocityInWorld(self, context: Any) -> np.ndarray:
         """w_WF expressed in W [rad/s], shape (3,)."""
-        return self.CalcSpatialVelocityInWorld(context).rotational()
+        return self.CalcSpatialVelocityInWorld(context).rotational().copy()
 
     def CalcAngularVelocity(self, context: Any, measured_in_frame: Frame, expressed_in_frame: Frame) -> np.ndarray:
         """w_MF expressed in E [rad/s], shape (3,)."""
-        return self.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame).rotational()
+        return self.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame).rotational().copy()
 
     def CalcSpatialVelocityInWorld(self, context: Any) -> Any:
         """V_WF expressed in W, a SpatialVelocity."""

@@ -127,12 +127,12 @@ class RigidBody(NamedElement):
     def CalcCenterOfMassTranslationalVelocityInWorld(self, context: Any) -> np.ndarray:
         """v_WBcm, expressed in W [m/s], shape (3,)."""
         V_WB, p_BoBcm_W = self.EvalSpatialVelocityInWorld(context), self._com_W(context)
-        return V_WB.Shift(p_BoBcm_W).translational()
+        return V_WB.Shift(p_BoBcm_W).translational().copy()
 
     def CalcCenterOfMassTranslationalAccelerationInWorld(self, context: Any) -> np.ndarray:
         """a_WBcm, expressed in W [m/s²], shape (3,)."""
         A_WB, w_WB = self.EvalSpatialAccelerationInWorld(context), self.EvalSpatialVelocityInWorld(context).rotational()
-        return A_WB.Shift(self._com_W(context), w_WB).translational()
+        return A_WB.Shift(self._com_W(context), w_WB).translational().copy()
 
     def _com_W(self, context: Any) -> np.ndarray:
         """p_BoBcm expressed in W."""

@@ -66,11 +66,15 @@ class SymbolicVectorSystem(LeafSystem):
         return tickets
 
     def dynamics_for_variable(self, var: Any) -> Any:
-        """The expression for a state variable."""
+        """The expression for a state variable.
+
+        Raises:
+            IndexError: it is none.
+        """
         for state, expression in zip(self._variables[0], self._dynamics):
             if state.get_id() == var.get_id():
                 return expression
-        raise RuntimeError(f"SymbolicVectorSystem: {var} is no state variable.")
+        raise IndexError(f"SymbolicVectorSystem: {var} is no state variable.")
 
     def _values(self, context: Any, used: set[int]) -> dict:
         values = {}
