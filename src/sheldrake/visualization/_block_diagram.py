@@ -122,9 +122,9 @@ class _EndBox:
     def draw(self) -> str:
         """Returns its SVG."""
         box = self.box
-        what, color = ("input", "#2f6db5") if self._is_input else ("output", "#2e8540")
+        what = "input" if self._is_input else "output"
         return (
-            f'<g><title>{what} port of the diagram</title><rect class="end" style="stroke:{color}" x="{box.x:.1f}" '
+            f'<g><title>{what} port of the diagram</title><rect class="end {what}" x="{box.x:.1f}" '
             f'y="{box.y:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" rx="10"/><text '
             f'x="{box.x + box.width / 2:.1f}" y="{box.y + 14:.1f}" text-anchor="middle">{escape(self._name)}</text></g>'
         )

@@ -11,28 +11,63 @@ EDGE = 16.0  # around the drawing
 TITLE_ROOM = 30.0
 _WIDEST = 1500.0  # what is made to fit into a notebook
 
-_STYLE = """
-.shd{font-family:system-ui,-apple-system,"Segoe UI",Roboto,Helvetica,Arial,sans-serif;font-size:11px;fill:#1f2328}
-.shd .paper{fill:#fff}
-.shd .box{fill:#f6f8fa;stroke:#57606a;stroke-width:1}
-.shd .inner{fill:#eef4fc;stroke:#2f6db5;stroke-width:1.4}
-.shd .header{fill:#e4e9ee}
-.shd .inner+.header{fill:#d3e3f7}
+# What is colored, how, on light and on dark paper.
+_COLORS = [
+    ("", "fill", "#1f2328", "#e6ebf1"),
+    (".paper", "fill", "#fff", "#161b22"),
+    (".box", "fill", "#f6f8fa", "#1f2630"),
+    (".box", "stroke", "#57606a", "#8b98a8"),
+    (".inner", "fill", "#eef4fc", "#16263d"),
+    (".inner", "stroke", "#2f6db5", "#6cb0ff"),
+    (".header", "fill", "#e4e9ee", "#2d3743"),
+    (".inner+.header", "fill", "#d3e3f7", "#1f3c63"),
+    (".kind", "fill", "#57606a", "#a9b5c2"),
+    (".free", "fill", "#69727c", "#95a1ad"),
+    (".end", "fill", "#fff", "#161b22"),
+    (".end", "stroke", "#57606a", "#8b98a8"),
+    (".wire", "stroke", "#57606a", "#9aa7b5"),
+    (".back", "stroke", "#b35900", "#f0943e"),
+    (".dot", "fill", "#57606a", "#9aa7b5"),
+    ("g.w:hover .wire", "stroke", "#d1242f", "#ff7b72"),
+    (".link", "fill", "#2f6db5", "#6cb0ff"),
+    (".input", "stroke", "#2f6db5", "#6cb0ff"),
+    (".output", "stroke", "#2e8540", "#5fd573"),
+]
+
+_LOOK = """
+.shd{font-family:system-ui,-apple-system,"Segoe UI",Roboto,Helvetica,Arial,sans-serif;font-size:11px}
+.shd .box{stroke-width:1}
+.shd .inner{stroke-width:1.4}
 .shd .name{font-weight:600;font-size:12px}
-.shd .kind{fill:#57606a;font-size:10px}
-.shd .free{fill:#8c959f}
-.shd .end{fill:#fff;stroke:#57606a}
-.shd .wire{fill:none;stroke:#57606a;stroke-width:1.3}
-.shd .back{stroke:#b35900}
+.shd .kind{font-size:10px}
+.shd .wire{fill:none;stroke-width:1.3}
 .shd .hit{fill:none;stroke:transparent;stroke-width:8}
-.shd .dot{fill:#57606a}
-.shd g.w:hover .wire{stroke:#d1242f;stroke-width:2.4}
+.shd g.w:hover .wire{stroke-width:2.4}
 .shd a{cursor:pointer}
 .shd a:hover .inner{stroke-width:2.4}
 .shd .title{font-size:13px;font-weight:600}
-.shd .link{fill:#2f6db5}
 .shd .level:target{display:inline}
 .shd:has(.level:target) .root:not(:target){display:none}
+"""
+
+
+def _colors(dark: bool, *pages: str) -> str:
+    """Rules for the colors, on all pages or on those that a selector finds."""
+    rules = []
+    for name, what, *colors in _COLORS:
+        where = ",".join(f"{page}.shd {name}".strip() for page in pages or ("",))
+        rules.append(f"{where}{{{what}:{colors[dark]}}}")
+    return "\n".join(rules)
+
+
+# Plain colors first: not every program that reads SVG knows variables. Then the reader's wish; and pages that have a
+# switch of their own, notebooks and the documentation's, know better.
+_STYLE = f"""{_LOOK}{_colors(False)}
+@media (prefers-color-scheme:dark) {{
+{_colors(True)}
+}}
+{_colors(False, "[data-jp-theme-light=true] ", "body[data-theme=light] ")}
+{_colors(True, "[data-jp-theme-light=false] ", "body[data-theme=dark] ", "body.vscode-dark ")}
 """
 
 

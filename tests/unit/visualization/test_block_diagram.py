@@ -13,6 +13,7 @@ from sheldrake.systems.framework import DiagramBuilder
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, FirstOrderLowPassFilter, Gain
 from sheldrake.visualization import DrawDiagram, DrawTopology
 from sheldrake.visualization._layered_layout import Box, Layout, Wire, nearest_with_gaps
+from sheldrake.visualization._svg_boxes import _COLORS
 
 
 def random_graph(seed, n=30):
@@ -190,3 +191,38 @@ def test_bodies_and_joints_of_a_plant(tmp_path):
     for text in ("world", "rod", "arm · 2.5 kg", "turn (revolute, driven)", "ball (quaternion_floating)"):
         assert text in found
     assert "world → rod: turn, revolute, from -1 to 2" in found
+
+
+def luminance(color):
+    """Relative luminance of "#rgb" or "#rrggbb", as WCAG 2 defines it."""
+    digits = color[1:] if len(color) == 7 else "".join(2 * c for c in color[1:])
+    channels = np.array([int(digits[k : k + 2], 16) / 255 for k in (0, 2, 4)])
+    linear = np.where(channels <= 0.04045, channels / 12.92, ((channels + 0.055) / 1.055) ** 2.4)
+    return float(linear @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("dark", [False, True])
+def test_colors_can_be_told_apart_on_light_and_dark_paper(dark):
+    color = {(name, what): colors[dark] for name, what, *colors in _COLORS}
+
+    def contrast(a, b):
+        low, high = sorted((luminance(color[a]), luminance(color[b])))
+        return (high + 0.05) / (low + 0.05)
+
+    paper, ink = (".paper", "fill"), ("", "fill")
+    grounds = [paper, (".box", "fill"), (".inner", "fill"), (".header", "fill"), (".inner+.header", "fill")]
+    assert (luminance(color[paper]) < 0.1) == dark
+    for ground in grounds:
+        assert contrast(ink, ground) > 7.0
+    for text, on in ((".kind", grounds[3]), (".kind", grounds[4]), (".free", grounds[1]), (".link", paper)):
+        assert contrast((text, "fill"), on) > 4.5, text
+    for line in (".box", ".inner", ".wire", ".back", ".input", ".output", "g.w:hover .wire"):
+        assert contrast((line, "stroke"), paper) > 3.0, line
+
+
+def test_a_page_with_a_switch_of_its_own_says_which_paper():
+    text = DrawDiagram(loop())
+    before, _, after = text.partition("@media (prefers-color-scheme:dark)")
+    assert ".shd .paper{fill:#fff}" in before and ".shd .paper{fill:#161b22}" in after
+    for page, paper in (("[data-jp-theme-light=true]", "#fff"), ("[data-jp-theme-light=false]", "#161b22")):
+        assert any(page in line and ".paper{" in line and paper in line for line in after.splitlines())
