@@ -1,6 +1,6 @@
 """Meshcat: a scene in a web page, with pydrake's calls.
 
-Put together from one file a subject. A call changes the tree of paths (`_meshcat_tree`) and returns; the hub sends what
+Put together from one file a subject. A call changes the tree of paths (`tree`) and returns; the hub sends what
 changed to the pages from a thread of its own, so that no page can slow a simulation.
 """
 

@@ -1,6 +1,6 @@
 """Where things are in a Meshcat, and their properties.
 
-What is recorded goes to the animation, too; see `_meshcat_recorder`.
+What is recorded goes to the animation, too; see `recorder`.
 """
 
 from __future__ import annotations
