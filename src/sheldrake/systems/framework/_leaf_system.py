@@ -11,23 +11,11 @@ import numpy as np
 from sheldrake.common.kernel import Kernel
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._declarations import (
-    DISCRETE,
-    PUBLISH,
-    UNRESTRICTED,
     CacheDeclaration,
     Callback,
     EventDeclaration,
     OutputDeclaration,
     vector_model,
-)
-from sheldrake.systems.framework._event import (
-    DiscreteUpdateEvent,
-    Event,
-    PublishEvent,
-    TriggerType,
-    UnrestrictedUpdateEvent,
-    WitnessFunction,
-    WitnessFunctionDirection,
 )
 from sheldrake.systems.framework._index import (
     AbstractParameterIndex,
@@ -39,24 +27,15 @@ from sheldrake.systems.framework._index import (
     Ticket,
     UseDefaultName,
 )
+from sheldrake.systems.framework._leaf_events import LeafEvents
 from sheldrake.systems.framework._port import InputPort, LeafOutputPort
 from sheldrake.systems.framework._scratch import arrays_of
-from sheldrake.systems.framework._system import System
 from sheldrake.systems.framework._vector import BasicVector
 
 _VECTOR, _ABSTRACT = PortDataType.kVectorValued, PortDataType.kAbstractValued
-_KIND_OF = {PublishEvent: PUBLISH, DiscreteUpdateEvent: DISCRETE, UnrestrictedUpdateEvent: UNRESTRICTED}
-_CLASS_OF = {kind: cls for cls, kind in _KIND_OF.items()}
-_TRIGGERS = {
-    "periodic": TriggerType.kPeriodic,
-    "per_step": TriggerType.kPerStep,
-    "initialization": TriggerType.kInitialization,
-    "forced": TriggerType.kForced,
-}
-_DISPATCH = {PUBLISH: "DoPublish", DISCRETE: "DoCalcDiscreteVariableUpdates", UNRESTRICTED: "DoCalcUnrestrictedUpdate"}
 
 
-class LeafSystem(System):
+class LeafSystem(LeafEvents):
     """Base of systems with their own behaviour.
 
     In `__init__`, after `super().__init__()`, a derived class declares ports, state, parameters and events. Wherever a
@@ -245,133 +224,6 @@ class LeafSystem(System):
         self._changed()
         return int(AbstractParameterIndex(len(self._pa_models) - 1))
 
-    # Events.
-
-    def _declare_event(self, kind: int, trigger: str, handler: Any, period: Any = 0.0, offset: Any = 0.0) -> None:
-        if trigger == "periodic":
-            period, offset = float(period), float(offset)
-            if not period > 0 or not offset >= 0 or not np.isfinite(period) or not np.isfinite(offset):
-                raise RuntimeError(
-                    f"DeclarePeriodic...Event() of {self._describe()}: the period must be positive and the offset not "
-                    f"negative; found period_sec={period}, offset_sec={offset}."
-                )
-        if isinstance(handler, Event):
-            event = handler = handler._with_trigger(_TRIGGERS[trigger])
-            if handler._callback is None and handler._system_callback is None:
-                handler = None
-        else:
-            if handler is not None and handler != "log":
-                handler = Callback.of(self, handler, "Declare...Event()")
-            event = _event_of(kind, trigger, handler)
-        self._events.append(EventDeclaration(kind, trigger, handler, event, offset, period))
-        self._changed()
-
-    def DeclarePeriodicPublishEvent(self, period_sec: float, offset_sec: float, publish: Any) -> None:
-        """`publish(context)` at offset + k period [s]."""
-        self._declare_event(PUBLISH, "periodic", publish, period_sec, offset_sec)
-
-    def DeclarePeriodicDiscreteUpdateEvent(self, period_sec: float, offset_sec: float, update: Any) -> None:
-        """`update(context, discrete_state)` at offset + k period [s]."""
-        self._declare_event(DISCRETE, "periodic", update, period_sec, offset_sec)
-
-    def DeclarePeriodicUnrestrictedUpdateEvent(self, period_sec: float, offset_sec: float, update: Any) -> None:
-        """`update(context, state)` at offset + k period [s]."""
-        self._declare_event(UNRESTRICTED, "periodic", update, period_sec, offset_sec)
-
-    def DeclarePeriodicEvent(self, period_sec: float, offset_sec: float, event: Event) -> None:
-        """`event` at offset + k period [s]."""
-        self._declare_event(_kind_of(event), "periodic", event, period_sec, offset_sec)
-
-    def DeclarePerStepPublishEvent(self, publish: Any) -> None:
-        """`publish(context)` at the end of every step."""
-        self._declare_event(PUBLISH, "per_step", publish)
-
-    def DeclarePerStepDiscreteUpdateEvent(self, update: Any) -> None:
-        """`update(context, discrete_state)` at the beginning of every step."""
-        self._declare_event(DISCRETE, "per_step", update)
-
-    def DeclarePerStepUnrestrictedUpdateEvent(self, update: Any) -> None:
-        """`update(context, state)` at the beginning of every step."""
-        self._declare_event(UNRESTRICTED, "per_step", update)
-
-    def DeclarePerStepEvent(self, event: Event) -> None:
-        """`event` in every step."""
-        self._declare_event(_kind_of(event), "per_step", event)
-
-    def DeclareInitializationPublishEvent(self, publish: Any) -> None:
-        """`publish(context)` when a simulation is initialized."""
-        self._declare_event(PUBLISH, "initialization", publish)
-
-    def DeclareInitializationDiscreteUpdateEvent(self, update: Any) -> None:
-        """`update(context, discrete_state)` when a simulation is initialized."""
-        self._declare_event(DISCRETE, "initialization", update)
-
-    def DeclareInitializationUnrestrictedUpdateEvent(self, update: Any) -> None:
-        """`update(context, state)` when a simulation is initialized."""
-        self._declare_event(UNRESTRICTED, "initialization", update)
-
-    def DeclareInitializationEvent(self, event: Event) -> None:
-        """`event` when a simulation is initialized."""
-        self._declare_event(_kind_of(event), "initialization", event)
-
-    def DeclareForcedPublishEvent(self, publish: Any) -> None:
-        """`publish(context)` in `ForcedPublish`."""
-        self._declare_event(PUBLISH, "forced", publish)
-
-    def DeclareForcedDiscreteUpdateEvent(self, update: Any) -> None:
-        """`update(context, discrete_state)` in `CalcForcedDiscreteVariableUpdate`."""
-        self._declare_event(DISCRETE, "forced", update)
-
-    def DeclareForcedUnrestrictedUpdateEvent(self, update: Any) -> None:
-        """`update(context, state)` in `CalcForcedUnrestrictedUpdate`."""
-        self._declare_event(UNRESTRICTED, "forced", update)
-
-    def _all_events(self) -> list[EventDeclaration]:
-        """The events, those of a kind whose dispatcher a derived class overrides as one call of it."""
-        cls, found = type(self), list(self._events)
-        for kind, name in _DISPATCH.items():
-            if getattr(cls, name) is getattr(LeafSystem, name):
-                continue
-            together: dict[tuple, list] = {("forced", 0.0, 0.0): []}
-            for e in found:
-                if e.kind == kind:
-                    together.setdefault((e.trigger, e.offset, e.period), []).append(e.event)
-            found = [e for e in found if e.kind != kind]
-            for (trigger, offset, period), events in together.items():
-                events = events or [_event_of(kind, trigger, None)]
-                found.append(EventDeclaration(kind, trigger, _Dispatch(name, events), None, offset, period))
-        return found
-
-    def DoPublish(self, context: Any, events: list) -> None:
-        """Handles publish events that happen together; may be overridden."""
-        for event in events:
-            event._call(self, context)
-
-    def DoCalcDiscreteVariableUpdates(self, context: Any, events: list, discrete_state: Any) -> None:
-        """Handles discrete updates that happen together; may be overridden."""
-        for event in events:
-            event._call(self, context, discrete_state)
-
-    def DoCalcUnrestrictedUpdate(self, context: Any, events: list, state: Any) -> None:
-        """Handles unrestricted updates that happen together; may be overridden."""
-        for event in events:
-            event._call(self, context, state)
-
-    # Witness functions.
-
-    def MakeWitnessFunction(
-        self, description: str, direction_type: WitnessFunctionDirection, calc: Callable, e: Event | None = None
-    ) -> WitnessFunction:
-        """A function `calc(context)` whose change of sign triggers `e`, to be returned by `DoGetWitnessFunctions`."""
-        return WitnessFunction._make(self, description, direction_type, calc, e)
-
-    def DoGetWitnessFunctions(self, context: Any) -> list[WitnessFunction]:
-        """Witness functions that are active now; to be overridden."""
-        return []
-
-    def _has_witnesses(self) -> bool:
-        return type(self).DoGetWitnessFunctions is not LeafSystem.DoGetWitnessFunctions
-
     # Derivatives.
 
     def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
@@ -453,32 +305,6 @@ class LeafSystem(System):
 
     def _set_random_context(self, context: Any, generator: Any) -> None:
         """Sets random state and parameters."""
-
-
-class _Dispatch(Event):
-    """Hands events that happen together to an overridden dispatcher."""
-
-    def __init__(self, name: str, events: list[Event]):
-        super().__init__()
-        self._name, self._events = name, events
-
-    def _call(self, system: Any, context: Any, *target: Any) -> Any:
-        return getattr(system, self._name)(context, self._events, *target)
-
-
-def _kind_of(event: Any) -> int:
-    if type(event) not in _KIND_OF:
-        raise TypeError(f"Declare...Event(): incompatible function arguments: {event!r} is no event with a kind")
-    return _KIND_OF[type(event)]
-
-
-def _event_of(kind: int, trigger: str, handler: Any) -> Event:
-    event = object.__new__(_CLASS_OF[kind])
-    Event.__init__(event)
-    event._trigger = _TRIGGERS[trigger]
-    if isinstance(handler, Callback):
-        event._system_callback = lambda system, context, event, *target: handler(system, context, *target)
-    return event
 
 
 def _need_abstract(value: Any, call: str) -> None:
