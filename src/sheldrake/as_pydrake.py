@@ -69,9 +69,9 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
             raise ModuleNotFoundError(f"Drake removed {spec.name}, with {_retired.GONE[spec.name]}.", name=spec.name)
         native = _native_name(spec.name)
         if native is None:
-            raise ModuleNotFoundError(
-                f"{spec.name} is a module of pydrake that sheldrake {__version__} does not have yet.", name=spec.name
-            )
+            reason = _pydrake_names.reason_against(spec.name)
+            fate = f"will not have: {reason}" if reason else f"{__version__} does not have yet"
+            raise ModuleNotFoundError(f"{spec.name} is a module of pydrake that sheldrake {fate}.", name=spec.name)
         module = importlib.import_module(native)
         spec.loader_state = module.__spec__  # The import system is about to overwrite it.
         return module

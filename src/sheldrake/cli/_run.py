@@ -6,6 +6,7 @@ Installs the alias (`as_pydrake`), then runs the script as Python itself would.
 from __future__ import annotations
 
 import argparse
+import importlib
 import importlib.util
 import io
 import os
@@ -118,16 +119,19 @@ def _below_here(trace: TracebackType | None) -> TracebackType | None:
 
 
 def _hint(error: BaseException) -> str | None:
-    """For a name that pydrake has and sheldrake lacks: says so."""
-    from sheldrake import __version__, _pydrake_names
+    """For a name of pydrake that the script uses but has not: where it is to be had, or that sheldrake lacks it."""
+    from sheldrake import _pydrake_names, as_pydrake
 
-    name = getattr(error, "name", None)
-    if not isinstance(error, NameError) or not name:
-        return None
+    name = (getattr(error, "name", None) or "") if isinstance(error, NameError) else ""
     modules = _pydrake_names.modules_with(name)
-    return (
-        f"{modules[0]}.{name} is a name of pydrake; sheldrake {__version__} may not have it yet." if modules else None
-    )
+    for module in modules:
+        try:
+            found = hasattr(importlib.import_module(module), name)
+        except ImportError:
+            found = False
+        if found:
+            return f"write `from {module} import {name}`."
+    return as_pydrake.missing_name(modules[0], name) if modules else None
 
 
 def _say_where_interrupted(trace: TracebackType | None) -> None:
