@@ -207,7 +207,7 @@ class Obb(_Bounds):
 
 def _check_half_width(name: str, half_width: np.ndarray) -> None:
     if not np.all(half_width >= 0.0):
-        raise ValueError(f"{name}(): half_width must not be negative, got {half_width.tolist()}.")
+        raise RuntimeError(f"{name}(): half_width must not be negative, got {half_width.tolist()}.")
 
 
 def CalcObb(shape: Shape) -> Obb | None:

@@ -27,7 +27,7 @@ def _checked(shape: str, minimum_excluded: bool = True, **measures: Any) -> tupl
             raise TypeError(f"{shape}(): {name} must be a number, got {value!r}.") from None
         if not math.isfinite(value) or value < 0.0 or (minimum_excluded and value == 0.0):
             wanted = "positive" if minimum_excluded else "not negative"
-            raise ValueError(f"{shape}(): {name} must be finite and {wanted}, got {number(value)}.")
+            raise RuntimeError(f"{shape}(): {name} must be finite and {wanted}, got {number(value)}.")
     return tuple(float(value) for value in measures.values())
 
 
@@ -193,14 +193,18 @@ class HalfSpace(Shape):
             p_FB: a point on the boundary plane, in F [m], shape (3,).
 
         Raises:
-            ValueError: the direction is (nearly) zero.
+            RuntimeError: the direction is (nearly) zero.
+            TypeError: it is no vector.
         """
         from sheldrake.math import RigidTransform, RotationMatrix
 
-        direction = np.asarray(Hz_dir_F, dtype=float).reshape(3)
+        direction = np.asarray(Hz_dir_F, dtype=float)
+        if direction.size != 3:
+            raise TypeError(f"HalfSpace.MakePose(): incompatible function arguments: Hz_dir_F is {Hz_dir_F!r}.")
+        direction = direction.reshape(3)
         norm = float(np.linalg.norm(direction))
         if not norm >= 1e-10:
-            raise ValueError(f"HalfSpace.MakePose(): Hz_dir_F must not be zero, got {direction.tolist()}.")
+            raise RuntimeError(f"HalfSpace.MakePose(): Hz_dir_F must not be zero, got {direction.tolist()}.")
         Hz_F = direction / norm
         R_FH = RotationMatrix.MakeFromOneVector(Hz_F, 2).multiply(RotationMatrix.MakeZRotation(np.pi))
         return RigidTransform(R_FH, Hz_F * Hz_F.dot(np.asarray(p_FB, dtype=float).reshape(3)))

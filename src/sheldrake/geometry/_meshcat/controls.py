@@ -146,9 +146,9 @@ class Controls:
                 if name in known:
                     raise RuntimeError(f"Meshcat.AddSlider(): Meshcat already has a {kind} named {name}.")
             if not (step > 0 and math.isfinite(step)):
-                raise ValueError(f"Meshcat.AddSlider(): step of '{name}' must be positive, got {step}.")
+                raise RuntimeError(f"Meshcat.AddSlider(): step of '{name}' must be positive, got {step}.")
             if not min <= max:
-                raise ValueError(f"Meshcat.AddSlider(): min of '{name}' is above its max: {min} > {max}.")
+                raise RuntimeError(f"Meshcat.AddSlider(): min of '{name}' is above its max: {min} > {max}.")
             slider = _Slider(float(min), float(max), float(step), 0.0, decrement, increment)
             slider.value = slider.quantized(value)
             with self._server.atomic():

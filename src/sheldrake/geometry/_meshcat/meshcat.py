@@ -49,7 +49,7 @@ class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
 
     Raises:
         RuntimeError: when the wanted port is in use.
-        ValueError: when a parameter is out of range.
+        RuntimeError: when a parameter is out of range.
     """
 
     Gamepad = Gamepad

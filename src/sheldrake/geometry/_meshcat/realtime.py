@@ -17,7 +17,7 @@ class RealtimeRateCalculator:
 
     def __init__(self, period: float, clock: Callable[[], float] = time.monotonic):
         if not period > 0:
-            raise ValueError(f"MeshcatParams: realtime_rate_period must be positive, got {period}.")
+            raise RuntimeError(f"MeshcatParams: realtime_rate_period must be positive, got {period}.")
         self._period = period
         self._clock = clock
         self.reset()

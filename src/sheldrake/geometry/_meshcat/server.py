@@ -39,11 +39,11 @@ def open_socket(host: str, port: int | None) -> socket.socket:
         port: Port number, 0 for any free one, None for the first free one from 7000 on.
 
     Raises:
-        ValueError: when the port is out of range.
+        RuntimeError: when the port is out of range.
         RuntimeError: when the host is unknown or no wanted port is free.
     """
     if port is not None and port != 0 and not 1024 <= port <= 65535:
-        raise ValueError(f"Meshcat(): port must be 0 or from 1024 to 65535, got {port}.")
+        raise RuntimeError(f"Meshcat(): port must be 0 or from 1024 to 65535, got {port}.")
     address = {"*": "0.0.0.0", "localhost": "127.0.0.1"}.get(host, host)
     wanted = range(FIRST_PORT, LAST_PORT + 1) if port is None else [port]
     for candidate in wanted:
