@@ -24,7 +24,7 @@ EPSILON_OF_A_JOINT = 1e-10
 """Ends and beginnings closer than this [s] are the same time."""
 
 
-class PiecewisePolynomial(ThroughSamples):
+class PiecewisePolynomial(ThroughSamples, PiecewiseTrajectory):
     """A matrix of polynomials in time for each segment between two breaks.
 
     Outside the breaks the value is that at the nearest break.

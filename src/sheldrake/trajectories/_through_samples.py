@@ -10,13 +10,19 @@ import numpy as np
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, as_scalar
 from sheldrake.trajectories import _interpolation as interpolation
-from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 
 _NOT_GIVEN = object()
 
 
-class ThroughSamples(PiecewiseTrajectory):
-    """The part of PiecewisePolynomial that makes trajectories from samples."""
+class ThroughSamples:
+    """The part of PiecewisePolynomial that makes trajectories from samples; the same for all scalars."""
+
+    _T: Any
+    _name: Any
+    _mismatch: Any
+    _scalars: Any
+    _matrix: Any
+    _check_increasing: Any
 
     @classmethod
     def _of(cls, coefficients: list[np.ndarray], breaks: list) -> Any:

@@ -25,6 +25,7 @@ from sheldrake.trajectories import (
     PiecewiseQuaternionSlerp_,
     StackedTrajectory,
     Trajectory,
+    Trajectory_,
 )
 
 BREAKS = [0.0, 0.5, 1.7, 2.0, 3.1]
@@ -444,6 +445,7 @@ def test_autodiff():
 
     assert spline.value(1.4)[0, 0].derivatives()[0] == pytest.approx((at(1 + h) - at(1 - h)) / (2 * h), abs=1e-8)
     assert isinstance(linear, PiecewisePolynomial_[AutoDiffXd]) and not isinstance(linear, PiecewisePolynomial)
+    assert isinstance(linear, Trajectory_[AutoDiffXd]) and not isinstance(linear, Trajectory)
     slerp = PiecewiseQuaternionSlerp_[AutoDiffXd]
     q = slerp([0.0, 1.0], [np.eye(3), rpy(0.1, 0.2, 0.3).matrix()]).value(AutoDiffXd(0.5, [1.0]))
     plain = PiecewiseQuaternionSlerp([0.0, 1.0], [np.eye(3), rpy(0.1, 0.2, 0.3).matrix()])
