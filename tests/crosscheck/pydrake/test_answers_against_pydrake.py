@@ -1,5 +1,6 @@
 """Answers of single calls: what they return, whether it may be written, which error comes."""
 
+import copy
 import importlib
 
 import numpy as np
@@ -68,7 +69,13 @@ def meshes(m):
     return [mesh(1.0).Equal(mesh(h), vertex_tolerance=0.1) for h in (1.0, 1.05, 1.2)], mesh(1.0).Equal(mesh(1.05))
 
 
+def copies_of_an_empty_constraint(m):
+    copied = copy.copy(m.DistanceConstraintParams())
+    return copied.bodyA().is_valid(), copied.bodyB().is_valid(), copied.p_AP().tolist()
+
+
 ANSWERS = (
+    copies_of_an_empty_constraint,
     poses_of_half_spaces, names_of_new_variables, linear_constraints, colors_of_points, topology,
     rate_before_the_first_step, groups_as_text, meshes,
 )  # fmt: skip

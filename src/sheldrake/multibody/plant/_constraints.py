@@ -42,7 +42,7 @@ class DistanceConstraintParams:
         Raises:
             RuntimeError: both bodies are the same, or a number is out of range.
         """
-        if bodyA is not None and bodyA == bodyB:
+        if bodyA is not None and bodyA == bodyB and BodyIndex(bodyA).is_valid():
             raise RuntimeError(f"DistanceConstraintParams(): bodyA and bodyB are the same body, {bodyA!r}.")
         if not (distance > 0.0 and stiffness > 0.0 and damping >= 0.0):
             raise RuntimeError(
