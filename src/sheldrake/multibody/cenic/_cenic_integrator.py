@@ -54,6 +54,7 @@ class CenicIntegrator(PythonIntegrator):
         self._plant, self._parameters = plant, IcfSolverParameters()
         self._others = [s for s in system.GetSystems() if s is not plant and s.num_continuous_states() > 0]
         self._convex: ConvexStep | None = None
+        self._places: dict[Any, slice] = {}
 
     def SetSolverParameters(self, parameters: IcfSolverParameters) -> None:
         """Limits and tolerances of the convex solver.
@@ -82,7 +83,7 @@ class CenicIntegrator(PythonIntegrator):
             return whole, 0.0
         half = self._convex_step(t, x, 0.5 * h)
         end = self._convex_step(t + 0.5 * h, half, 0.5 * h)
-        begin, _ = self._place_in_state(self._plant)
+        begin = self._place_in_state(self._plant).start
         positions = slice(begin, begin + self._plant.num_positions())
         return end, float(np.max(np.abs(end[positions] - whole[positions]), initial=0.0))
 
@@ -99,18 +100,18 @@ class CenicIntegrator(PythonIntegrator):
             tolerance = max(tolerance, KAPPA * self.get_accuracy_in_use())
         self._convex.use(self._parameters.max_iterations, tolerance)
         end = x.copy()
-        end[slice(*self._place_in_state(self._plant))] = self._convex(h)
+        end[self._place_in_state(self._plant)] = self._convex(h)
         for other in self._others:
             rates = other.EvalTimeDerivatives(system.GetSubsystemContext(other, root)).CopyToVector()
-            end[slice(*self._place_in_state(other))] += h * rates
+            end[self._place_in_state(other)] += h * rates
         return end
 
-    def _place_in_state(self, subsystem: Any) -> tuple[int, int]:
+    def _place_in_state(self, subsystem: Any) -> slice:
         """Where a subsystem's continuous state is in the whole one."""
-        begin = 0
-        for s in self._system.GetSystems():
-            size = s.GetMyContextFromRoot(self._context).num_continuous_states()
-            if s is subsystem:
-                break
-            begin += size
-        return begin, begin + size
+        if not self._places:
+            begin = 0
+            for s in self._system.GetSystems():
+                size = s.GetMyContextFromRoot(self._context).num_continuous_states()
+                self._places[s] = slice(begin, begin + size)
+                begin += size
+        return self._places[subsystem]

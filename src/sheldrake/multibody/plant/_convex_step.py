@@ -63,7 +63,8 @@ class ConvexStep:
         strict = plant._contact_model is ContactModel.kHydroelastic
         stages = _step.stages(geometry, plant_model, False, hydro, strict)
         stages.insert(stages.index(prepare_problem), static_friction)
-        self._quaternions = [j._q_start for j in plant._joints if j.type_name() == "quaternion_floating"]
+        quaternions = [j._q_start for j in plant._joints if j.type_name() == "quaternion_floating"]
+        self._quaternions = np.array(quaternions, int)[:, None] + np.arange(4)
         self._x, self._out = np.zeros(plant.num_multibody_states()), np.zeros(plant.num_multibody_states())
         self._p = np.zeros(len(context._system._view(context).p))
         self._u = tuple(np.zeros(len(plant._input_vector(context, i))) for i in range(plant.num_input_ports()))
@@ -163,7 +164,7 @@ class ConvexStep:
         status = self._solve()
         if status:
             raise plant._explain_status(status, context)
-        for begin in self._quaternions:
-            q = self._out[begin : begin + 4]
-            q /= np.linalg.norm(q)
-        return self._out.copy()
+        end = self._out.copy()
+        q = end[self._quaternions]
+        end[self._quaternions] = q / np.sqrt((q * q).sum(axis=1, keepdims=True))
+        return end
