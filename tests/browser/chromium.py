@@ -70,8 +70,8 @@ class Chromium:
             time.sleep(0.05)
         raise TimeoutError("chromium did not start")
 
-    def open(self, url):
-        """Opens a page in a new tab."""
+    def open(self, url, script=""):
+        """Opens a page in a new tab; a script runs before the page's own, in its frames too."""
         request = urllib.request.Request(f"http://127.0.0.1:{self._port}/json/new?about:blank", method="PUT")
         target = json.load(urllib.request.urlopen(request))
         page = Page(target["webSocketDebuggerUrl"])
@@ -79,16 +79,21 @@ class Chromium:
         page.call("Page.enable")
         page.call("Runtime.enable")
         page.call("Network.enable")
+        page.call("Page.addScriptToEvaluateOnNewDocument", source=script)
         page.call("Page.bringToFront")
         page.call("Page.navigate", url=url)
         return page
 
     def close_pages(self):
         """Closes all tabs that open() made."""
-        for page in self._pages:
-            page.call("Page.close")
-            page.close()
-        self._pages = []
+        while self._pages:
+            self.close_page(self._pages[-1])
+
+    def close_page(self, page):
+        """Closes a tab."""
+        self._pages.remove(page)
+        page.call("Page.close")
+        page.close()
 
     def __enter__(self):
         return self
@@ -109,7 +114,9 @@ class Page:
     """One tab."""
 
     def __init__(self, address):
-        self._socket = connect(address, max_size=None)
+        self._socket = connect(
+            address, max_size=None, ping_interval=None
+        )  # nobody answers while a test does other work
         self._ids = itertools.count(1)
         self.events = []
 
