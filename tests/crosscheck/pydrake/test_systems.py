@@ -334,3 +334,40 @@ def test_witness_functions_trigger_at_the_same_times(drake, publish, fixed):
     assert len(found[0][0]) == len(found[1][0]) > 0
     for a, b in zip(*found):
         np.testing.assert_allclose(a, b, rtol=0, atol=1e-9)
+
+
+def falling(lib, kind):
+    """A body that falls through the ground, which one kind of event notices."""
+
+    class Falling(lib.LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareContinuousState(lib.BasicVector([1.0, 0.0]), 1, 1, 0)
+            self.DeclareDiscreteState(1)
+            event = getattr(lib, f"{kind}Event")(system_callback=lambda *_: None)
+            direction = lib.WitnessFunctionDirection.kPositiveThenNonPositive
+            self.ground = self.MakeWitnessFunction("ground", direction, self.height, event)
+
+        def height(self, context):
+            return context.get_continuous_state_vector()[0]
+
+        def DoGetWitnessFunctions(self, context):
+            return [self.ground]
+
+        def DoCalcTimeDerivatives(self, context, derivatives):
+            derivatives.get_mutable_vector().SetFromVector([context.get_continuous_state_vector()[1], -9.81])
+
+    return Falling()
+
+
+@pytest.mark.parametrize("kind", ["Publish", "UnrestrictedUpdate"])
+def test_an_event_of_a_witness_counts_as_what_it_is(drake, kind):
+    found = []
+    for lib in (OURS, drake):
+        simulator = lib.Simulator(falling(lib, kind))
+        simulator.get_mutable_context().SetAccuracy(1e-6)
+        simulator.AdvanceTo(1.0)
+        names = ("publishes", "discrete_updates", "unrestricted_updates")
+        found.append([getattr(simulator, f"get_num_{name}")() for name in names])
+    assert found[0] == found[1]
+    assert sorted(found[0]) == [0, 0, 1]

@@ -102,7 +102,7 @@ class WitnessWatch:
 
     def _fire(self, kind: int) -> EventStatus | None:
         """Runs the events of one kind of what triggered."""
-        store, status = self._store, EventStatus.Succeeded()
+        store, status = self._store, EventStatus.DidNothing()
         for witness in self.triggered:
             event = witness._event
             if event is None or event._kind != ("unrestricted", "discrete", "publish")[kind]:
@@ -110,8 +110,7 @@ class WitnessWatch:
             context = self._context(witness)
             target = () if kind == 2 else (_python_rows.event_argument(store, kind, context),)
             result = event._call(witness._system, context, *target)
-            if result is not None:
-                status.KeepMoreSevere(checked_status(result))
+            status.KeepMoreSevere(EventStatus.Succeeded() if result is None else checked_status(result))
         return status
 
 

@@ -155,12 +155,22 @@ def _bare(value: Any) -> Any:
     return value.get_value() if isinstance(value, AbstractValue) else value
 
 
+def _is_same(value: Any, other: Any) -> bool:
+    """Whether two values are of one type and equal; settings, field by field."""
+    if type(value) is not type(other):
+        return False
+    fields = getattr(value, "__fields__", None)
+    if fields:
+        return all(_is_same(getattr(value, f.name), getattr(other, f.name)) for f in fields)
+    return bool(np.array_equal(value, other)) if isinstance(value, np.ndarray) else bool(value == other)
+
+
 def _encode(value: Any, arrays: list, where: str, default: Any = None) -> Any:
     """JSON for a value, or `_AS_DEFAULT` for one of a type that has no JSON but is as in the default context."""
     try:
         return {"plain_of": _json(value.ToPlain(), arrays)} if hasattr(value, "ToPlain") else _json(value, arrays)
     except TypeError:
-        if default is not None and type(value) is type(default) and bool(value == default):
+        if default is not None and _is_same(value, default):
             return _AS_DEFAULT
         raise TypeError(
             f"SaveContext(): {where} is a {type(value).__name__} that changed, which cannot be saved; numbers, "
