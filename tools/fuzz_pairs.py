@@ -44,7 +44,7 @@ def accuracy_of(kinds: tuple[str, str]) -> tuple[float, float]:
     """Stated accuracy relative to the sum of the radii of the bounding spheres: of near pairs, and of all others."""
     if "half_space" in kinds or kinds[0] == "sphere":
         return 1e-11, 1e-11
-    return (1e-5, 1e-3) if CURVED & set(kinds) else (1e-8, 1e-8)
+    return (1e-5, 2e-3) if CURVED & set(kinds) else (1e-7, 1e-7)
 
 
 class Library(NamedTuple):
@@ -283,7 +283,7 @@ class Errors(NamedTuple):
         low: it differs so much from the separation of its own normal.
         high: so much is uncertain: the nearest points are farther apart, or another direction separates more.
         contact: so much do the contact points differ from the distance.
-        sign: whether shapes that are apart are said to overlap or the reverse, by more than rounding.
+        sign: whether shapes that are apart are said to overlap or the reverse, by more than 1e-7 of the size.
     """
 
     phi: np.ndarray
@@ -328,7 +328,7 @@ def check(batch: Batch, rng: np.random.Generator) -> Errors:
                 most = best_direction(part, part.axes())[0]
             high[inside] = np.maximum(np.where(np.isfinite(most), most, -np.inf) - phi[inside], 0.0)
             least[inside] = np.maximum(least[inside], most)
-    rounding = (1e-8 if curved else 1e-12) * batch.bound() + 1e-15 * np.abs(batch.p).max(axis=(1, 2))
+    rounding = 1e-7 * batch.bound() + 1e-15 * np.abs(batch.p).max(axis=(1, 2))
     sign = ((least > rounding) & (phi < -rounding)) | ((least < -rounding) & (phi > rounding))
     return Errors(phi, low, high, contact_errors(batch, phi), sign)
 
