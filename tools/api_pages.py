@@ -135,7 +135,8 @@ def shorter(text: str | None) -> str | None:
     """Returns a signature, or what a call returns, without annotations that say nothing."""
     if text is None or re.fullmatch(r"~?(typing\.)?(Any|None)", text):
         return None
-    return re.sub(r"(: ~?[\w.]*\bAny(?=[,)\s])| = <[^>]*>)", "", text).replace("*args, **kwargs", "...")
+    # A nested `Config` is one of many: its name alone would lead to any of them.
+    return re.sub(r"(: ~?[\w.]*\b(Any|Config)(?=[,)\s])| = <[^>]*>)", "", text).replace("*args, **kwargs", "...")
 
 
 def write(folder: pathlib.Path) -> list[str]:

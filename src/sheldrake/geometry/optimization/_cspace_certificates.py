@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake import symbolic
 from sheldrake.geometry.optimization._cspace_geometries import CSpaceSeparatingPlane
 from sheldrake.geometry.optimization._cspace_polynomials import Gram, Identity, Powers, Table, affine, plus, times, unit
 from sheldrake.solvers import MathematicalProgram, MathematicalProgramResult
-from sheldrake.symbolic import Polynomial
 
 
 class Face:
@@ -30,7 +30,7 @@ class SeparatingPlaneLagrangians:
 
     def __init__(self, C_rows: int, s_size: int):
         self._polynomials = {
-            kind: np.array([Polynomial() for _ in range(size)], dtype=object)
+            kind: np.array([symbolic.Polynomial() for _ in range(size)], dtype=object)
             for kind, size in (("polytope", C_rows), ("s_lower", s_size), ("s_upper", s_size))
         }
 
@@ -66,7 +66,7 @@ class SeparationCertificateResultBase:
     """
 
     a: np.ndarray
-    b: Polynomial
+    b: symbolic.Polynomial
     plane_decision_var_vals: np.ndarray
     result: MathematicalProgramResult
 

@@ -23,14 +23,14 @@ class _Unavailable(SolverInterface):
         return "has not been compiled as part of this binary; sheldrake has nothing that stands behind it."
 
 
-class License:
+class _License:
     """A license; there is none to be had."""
 
     def is_valid(self) -> bool:
         """Tells whether it may be used: never."""
         return False
 
-    def __enter__(self) -> License:
+    def __enter__(self) -> _License:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -42,7 +42,9 @@ class GurobiSolver(_Unavailable):
 
     _name = "Gurobi"
     _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
-    License = License
+
+    class License(_License):
+        """A license of Gurobi; there is none to be had."""
 
     class SolveStatusInfo:
         """What a running solve tells its callbacks."""
@@ -52,7 +54,7 @@ class GurobiSolver(_Unavailable):
             self.explored_node_count = self.feasible_solutions_count = 0
 
     @staticmethod
-    def AcquireLicense() -> License:
+    def AcquireLicense() -> _License:
         """Gives no license.
 
         Raises:
@@ -83,10 +85,12 @@ class MosekSolver(_Unavailable):
 
     _name = "MOSEK"
     _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
-    License = License
+
+    class License(_License):
+        """A license of MOSEK; there is none to be had."""
 
     @staticmethod
-    def AcquireLicense() -> License:
+    def AcquireLicense() -> _License:
         """Gives no license.
 
         Raises:
