@@ -68,13 +68,13 @@ def test_a_broken_link_is_serious_and_the_form_of_a_docstring_is_not(warning, is
 
 
 def test_docstrings_are_prose():
-    from api_pages import as_prose
+    from tools.api_pages import as_prose
 
     assert as_prose("|x| of RgbdSensor_, with `a|b_` and *args") == r"\|x\| of RgbdSensor\_, with `a|b_` and \*args"
 
 
 def test_signatures_say_what_a_parameter_is_or_nothing():
-    from api_pages import shorter
+    from tools.api_pages import shorter
 
     assert shorter("(i: int, selector: ~typing.Any = None)") == "(i: int, selector = None)"
     assert shorter("(*args: Any, **kwargs: Any)") == "(...)"
@@ -98,7 +98,7 @@ def test_links_lead_somewhere_and_nothing_is_loaded_from_elsewhere(site):
 
 
 def test_every_public_name_has_its_place_in_the_reference(site):
-    from api_pages import public_classes, public_modules
+    from tools.api_pages import public_classes, public_modules
 
     modules = public_modules()
     classes = public_classes(modules)
