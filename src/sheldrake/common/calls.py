@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._kernels.nothing import nothing
+from sheldrake.common._kernels.only_stages import only_stages
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
 Query = Callable[..., Any]
@@ -102,7 +102,7 @@ class Calls:
 
     def stages(self, needs: int, answer: np.ndarray | None = None, frozen: bool = False) -> Query:
         """A query that brings stages up to date and does nothing else; `answer` and `frozen` as in `query`."""
-        return self.query(nothing, self._counter, needs=needs, answer=answer, frozen=frozen)
+        return self.query(only_stages, self._counter, needs=needs, answer=answer, frozen=frozen)
 
     def update(self, needs: int) -> int:
         """Brings stages up to date, for what reads their results without a query; a status."""

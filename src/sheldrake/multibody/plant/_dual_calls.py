@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.autodiffutils._complex_step import PATIENCE, Directions, duals_of
-from sheldrake.common._kernels.nothing import nothing
+from sheldrake.common._kernels.only_stages import only_stages
 from sheldrake.common._native import store as kernel_store
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
@@ -52,7 +52,7 @@ class DualCalls:
         """As `Calls.stages`."""
         if answer is None:
             return self._plain.stages(needs)
-        ask = self.query(nothing, np.zeros(1, np.int64), needs=needs, answer=answer)
+        ask = self.query(only_stages, np.zeros(1, np.int64), needs=needs, answer=answer)
 
         def copy() -> np.ndarray:
             new = ask()

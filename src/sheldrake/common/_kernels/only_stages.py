@@ -6,5 +6,5 @@ from sheldrake.common.kernel import IntVector, kernel
 
 
 @kernel(top=True)
-def nothing(counter: IntVector) -> None:
-    """Does nothing."""
+def only_stages(counter: IntVector) -> None:
+    """Does nothing itself."""
