@@ -109,10 +109,10 @@ class Calls:
         kept, now = self._kept, self._counter[0]
         if kept[0] != now:
             kept[:] = now, 0
-        self._bind_stages(needs)
         for i in range(len(self._stages)):
             bit = 1 << i
             if needs & bit & ~int(kept[1]):
+                self._bind_stages(bit)
                 if status := self._runs[bit]():
                     return status
                 kept[1] |= bit

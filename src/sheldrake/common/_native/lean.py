@@ -7,6 +7,7 @@ Imports numba; all of this is its inner life, which is why its minor version is 
 
 from __future__ import annotations
 
+import functools
 import weakref
 from typing import Any
 
@@ -17,8 +18,8 @@ from numba.core.types import functions
 OUTLINED: weakref.WeakSet = weakref.WeakSet()
 """Python functions of the kernels that are compiled once and called."""
 _typed: dict[tuple, Any] = {}
-_takes_loc: dict[Any, bool] = {}
-_sizes: dict[Any, int] = {}
+_takes_loc = functools.cache(base._has_loc)
+_size_of = functools.cache(base.BaseContext.get_abi_sizeof)
 
 
 class Texts(codegen.CodeLibrary):
@@ -71,8 +72,8 @@ class Lean:
             (lowering.Lower, "delvar", lambda self, name: None),  # kernels own nothing that must be given back
             (postproc.PostProcessor, "run", _lifetimes_of(postproc.PostProcessor.run)),
             (functions.BaseFunction, "get_call_type", _typed_once(functions.BaseFunction.get_call_type)),
-            (base, "_has_loc", _kept(_takes_loc, base._has_loc)),
-            (base.BaseContext, "get_abi_sizeof", _size_of(base.BaseContext.get_abi_sizeof)),
+            (base, "_has_loc", _takes_loc),
+            (base.BaseContext, "get_abi_sizeof", _size_of),
             (event, "broadcast", lambda what: None),
         ]
         self.saved = [(owner, name, getattr(owner, name)) for owner, name, _ in patches]
@@ -142,21 +143,3 @@ def _typed_once(plain: Any) -> Any:
         return _typed[key]
 
     return get_call_type
-
-
-def _kept(results: dict, plain: Any) -> Any:
-    def ask(key: Any) -> Any:
-        if key not in results:
-            results[key] = plain(key)
-        return results[key]
-
-    return ask
-
-
-def _size_of(plain: Any) -> Any:
-    def get_abi_sizeof(self: Any, ty: Any) -> int:
-        if ty not in _sizes:
-            _sizes[ty] = plain(self, ty)
-        return _sizes[ty]
-
-    return get_abi_sizeof

@@ -142,7 +142,7 @@ def _floats(bf: Any) -> Any:
 
 
 def _pairs(a: np.ndarray, b: np.ndarray) -> Any:
-    """(index, element of a, element of b) of arrays of the same shape; a single str stands for itself."""
+    """(index, element of a, element of b) of arrays of the same shape."""
     assert a.shape == b.shape, f"shapes differ: {a.shape} and {b.shape}"
     return [(at, a[at], b[at]) for at in np.ndindex(a.shape)]
 
