@@ -12,8 +12,8 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from sheldrake.multibody.parsing import ParseError, Parser
-from sheldrake.multibody.parsing._diagnostics import DiagnosticPolicy
-from sheldrake.multibody.parsing._xml import parse_xml
+from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy
+from sheldrake.multibody.parsing._files.xml import parse_xml
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
 from sheldrake.systems.framework import DiagramBuilder
 

@@ -8,7 +8,7 @@ import pytest
 from mutated_models import LIMIT, make_parser
 
 from sheldrake.multibody.parsing import FlattenModelDirectives, LoadModelDirectives, PackageMap, ParseError
-from sheldrake.multibody.parsing._reading import INCLUDE_COUNT, INCLUDE_DEPTH
+from sheldrake.multibody.parsing._reading.reading import INCLUDE_COUNT, INCLUDE_DEPTH
 
 DEPTH = 100_000
 MANY = 28  # levels of files that name the next one twice: 268 million files

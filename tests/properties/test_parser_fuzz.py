@@ -84,7 +84,7 @@ def test_large_flat_files_take_time_in_proportion():
 
 
 def test_a_reader_that_forgets_to_look_is_found_out(monkeypatch):
-    from sheldrake.multibody.parsing._reading import Reading
+    from sheldrake.multibody.parsing._reading.reading import Reading
 
     monkeypatch.setattr(Reading, "warn_unchecked", lambda self: None)
     assert unnoticed_places(MODELS / "arm.sdf", SILENT, set())

@@ -82,7 +82,7 @@ class _Doctor:
         return policy
 
     def _read_xml(self) -> bool:
-        from sheldrake.multibody.parsing._xml import parse_xml
+        from sheldrake.multibody.parsing._files.xml import parse_xml
 
         try:
             root = parse_xml(self._data, str(self._path), self._policy())
@@ -97,7 +97,7 @@ class _Doctor:
         self._add("error", "unreadable", "", message, getattr(error, "location", None))
 
     def _examine_text(self) -> None:
-        from sheldrake.multibody.parsing._package_map import resolve_uri
+        from sheldrake.multibody.parsing._files.package_map import resolve_uri
 
         folder = str(self._path.resolve().parent)
 
@@ -115,7 +115,7 @@ class _Doctor:
             self._text = apply(self._data, [_same_lines(self._data, edit) for edit in edits]).decode("utf-8", "replace")
 
     def _reading(self) -> Any:
-        from sheldrake.multibody.parsing._reading import Reading
+        from sheldrake.multibody.parsing._reading.reading import Reading
 
         path = os.path.abspath(self._path)
         policy = self._policy(note_warnings=True)
@@ -335,7 +335,7 @@ def _written(link: Any) -> tuple[float, np.ndarray, np.ndarray] | None:
     inertial = None if link is None else link.find("inertial")
     if inertial is None or inertial.find("mass") is None or inertial.find("mass").get("value") is None:
         return None
-    from sheldrake.multibody.parsing._reading import make_pose
+    from sheldrake.multibody.parsing._reading.reading import make_pose
 
     def numbers(element: Any, *names: str) -> list[float]:
         return [float((element.get(n) if element is not None else None) or 0.0) for n in names]

@@ -142,7 +142,7 @@ class _Taker:
         return part
 
     def _geometry(self, geometry_id: Any, taken: set[str], is_collision: bool) -> GeometryPart:
-        from sheldrake.multibody.parsing._reading import unique_name
+        from sheldrake.multibody.parsing._reading.reading import unique_name
 
         inspector = self._inspector
         wanted = inspector.GetName(geometry_id).rpartition("::")[2]

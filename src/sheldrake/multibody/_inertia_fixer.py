@@ -56,9 +56,9 @@ def fixed_text(path: Path, roles: list[str]) -> bytes:
     """The file with inertias of the geometry in the place of impossible ones; roles by name, in order."""
     from sheldrake.cad._xml_edit import XmlSource, apply
     from sheldrake.multibody.parsing import DiagnosticPolicy, PackageMap
+    from sheldrake.multibody.parsing._files.xml import parse_xml
     from sheldrake.multibody.parsing._parser import read_models
-    from sheldrake.multibody.parsing._reading import Reading
-    from sheldrake.multibody.parsing._xml import parse_xml
+    from sheldrake.multibody.parsing._reading.reading import Reading
 
     kind = path.suffix.lower()
     if kind not in (".urdf", ".sdf"):
@@ -114,7 +114,7 @@ def _edits(source: Any, body: Any, kind: str, roles: list[str]) -> list[Any]:
 
 
 def _is_possible(mass: float, values: dict[str, float]) -> bool:
-    from sheldrake.multibody.parsing._inertia import find_problem
+    from sheldrake.multibody.parsing._reading.inertia import find_problem
 
     moments, products = [[values[k] for k in keys] for keys in (("ixx", "iyy", "izz"), ("ixy", "ixz", "iyz"))]
     finite = np.isfinite([mass, *moments, *products]).all()

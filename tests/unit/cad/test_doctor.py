@@ -295,7 +295,7 @@ def test_command_line(tmp_path, capsys):
 def test_edits_know_where_elements_end(tmp_path):
     from sheldrake.cad._xml_edit import XmlSource, apply
     from sheldrake.multibody.parsing import DiagnosticPolicy
-    from sheldrake.multibody.parsing._xml import parse_xml
+    from sheldrake.multibody.parsing._files.xml import parse_xml
 
     data = b"\n <a x=\"1>2\"><b y='/>'/><c></c><d >t</d ><e\n/></a>"
     source = XmlSource(data, parse_xml(data, "f", DiagnosticPolicy()))

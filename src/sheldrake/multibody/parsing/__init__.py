@@ -1,8 +1,7 @@
 """Robot descriptions (URDF, SDFormat, MJCF, model directives) to a MultibodyPlant."""
 
 from ._collision_filter_groups import CollisionFilterGroups
-from ._diagnostics import DiagnosticPolicy, ParseError
-from ._model_directives import (
+from ._directives.directives import (
     AddCollisionFilterGroup,
     AddDirectives,
     AddFrame,
@@ -14,9 +13,11 @@ from ._model_directives import (
     ModelDirective,
     ModelDirectives,
 )
-from ._package_map import PackageMap
+from ._directives.process import FlattenModelDirectives, ModelInstanceInfo
+from ._files.diagnostics import DiagnosticPolicy, ParseError
+from ._files.package_map import PackageMap
 from ._parser import Parser
-from ._process_directives import FlattenModelDirectives, ModelInstanceInfo, ProcessModelDirectives
+from ._process_model_directives import ProcessModelDirectives
 from ._scoped_names import GetScopedFrameByName, GetScopedFrameByNameMaybe
 
 __all__ = [

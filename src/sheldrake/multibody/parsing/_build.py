@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 
 from ._collision_filter_groups import FilterGroupCollector
-from ._description import (
+from ._files.diagnostics import DiagnosticPolicy, ParseError
+from ._model.description import (
     ActuatorDescription,
     BallConstraintDescription,
     BodyDescription,
@@ -21,7 +22,6 @@ from ._description import (
     TendonDescription,
     WeldConstraintDescription,
 )
-from ._diagnostics import DiagnosticPolicy, ParseError
 
 
 class ModelBuilder:
@@ -105,14 +105,10 @@ class ModelBuilder:
         from sheldrake.multibody import tree
 
         for element in model.elements:
-            names = _NEEDS.get(type(element), ())
-            if isinstance(element, JointDescription):
-                names = (_JOINT_CLASSES[element.kind],)
-                if element.spring is not None:
-                    names = (*names, "RevoluteSpring" if element.kind == "revolute" else "PrismaticSpring")
-            for name in names:
-                if not hasattr(tree, name) and not hasattr(self._plant, name):
-                    raise NotImplementedError(f"{element.where}: this needs {name}, which is not implemented.")
+            what = element.kind if isinstance(element, JointDescription) else type(element)
+            needed = _AWAITED.get(what)
+            if needed is not None and not hasattr(tree, needed) and not hasattr(self._plant, needed):
+                raise NotImplementedError(f"{element.where}: this needs {needed}, which is not implemented.")
         for nested in model.nested:
             self._check_supported(nested)
 
@@ -332,25 +328,8 @@ _ADDERS: dict[type, Callable] = {
     DistanceConstraintDescription: ModelBuilder._add_distance_constraint,
     TendonDescription: ModelBuilder._add_tendon,
 }
-# What the plant must have for an element; a missing coupler is only warned of, as Drake does with some solvers.
-_NEEDS: dict[type, tuple[str, ...]] = {
-    BushingDescription: ("LinearBushingRollPitchYaw",),
-    SpringDamperDescription: ("LinearSpringDamper",),
-    BallConstraintDescription: ("AddBallConstraint",),
-    WeldConstraintDescription: ("AddWeldConstraint",),
-    DistanceConstraintDescription: ("AddDistanceConstraint",),
-    TendonDescription: ("AddTendonConstraint",),
-}
-_JOINT_CLASSES = {
-    "revolute": "RevoluteJoint",
-    "prismatic": "PrismaticJoint",
-    "weld": "WeldJoint",
-    "planar": "PlanarJoint",
-    "ball_rpy": "BallRpyJoint",
-    "universal": "UniversalJoint",
-    "screw": "ScrewJoint",
-    "curvilinear": "CurvilinearJoint",
-}
+# Kinds of joints and elements that are read, and built as soon as the plant has what they need.
+_AWAITED: dict[Any, str] = {"curvilinear": "CurvilinearJoint", TendonDescription: "AddTendonConstraint"}
 _LIMITED = ("revolute", "prismatic")
 
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Iterable
 
-from ._description import FilterGroupDescription
-from ._diagnostics import DiagnosticPolicy
+from ._files.diagnostics import DiagnosticPolicy
+from ._model.description import FilterGroupDescription
 
 
 class CollisionFilterGroups:

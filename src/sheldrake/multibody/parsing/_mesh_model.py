@@ -4,10 +4,10 @@ import os
 
 import numpy as np
 
-from ._description import BodyDescription, GeometryDescription, ModelDescription
-from ._diagnostics import Location
-from ._inertia import FALLBACK_DENSITY, solid_properties
-from ._reading import Reading, make_pose
+from ._files.diagnostics import Location
+from ._model.description import BodyDescription, GeometryDescription, ModelDescription
+from ._reading.inertia import FALLBACK_DENSITY, solid_properties
+from ._reading.reading import Reading, make_pose
 
 
 def read_mesh_model(reading: Reading, model_name: str = "") -> ModelDescription:

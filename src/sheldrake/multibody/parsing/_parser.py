@@ -1,7 +1,7 @@
 """Parser: model files into a plant.
 
-Reads a file into a description (`_urdf`, `_sdf`, `_mjcf`) and, when there was no mistake in it, builds the plant
-(`_build`).
+Reads a file into a description (`_urdf`, `_sdf`, `_mjcf` into `_model`) and, when there was no mistake in it, builds
+the plant (`_build`).
 """
 
 import os
@@ -11,10 +11,10 @@ from sheldrake.common.deprecation import DrakeDeprecationWarning
 
 from ._build import ModelBuilder
 from ._collision_filter_groups import CollisionFilterGroups, FilterGroupCollector
-from ._description import FilterGroupDescription, ModelDescription
-from ._diagnostics import DiagnosticPolicy, Location
-from ._package_map import PackageMap, resolve_uri
-from ._reading import Reading
+from ._files.diagnostics import DiagnosticPolicy, Location
+from ._files.package_map import PackageMap, resolve_uri
+from ._model.description import FilterGroupDescription, ModelDescription
+from ._reading.reading import Reading
 
 _FORMATS = (".urdf", ".sdf", ".xml", ".dmd.yaml", ".obj")
 
@@ -199,8 +199,8 @@ class Parser:
 
     def _add_directives(self, reading: Reading, text: "str | None") -> list:
         """Carries out model directives; the prefix is the namespace of all their names."""
-        from ._model_directives import load_directives_file, parse_directives
-        from ._process_directives import DirectivesProcessor
+        from ._directives.directives import load_directives_file, parse_directives
+        from ._directives.process import DirectivesProcessor
 
         if text is None:
             directives = load_directives_file(reading.source, self._policy)
@@ -249,15 +249,15 @@ def _hint(retired: str, today: str) -> None:
 def read_models(kind: str, reading: Reading, text: "str | None", model_name: str = "") -> "list[ModelDescription]":
     """The models of one file or text."""
     if kind == ".urdf":
-        from ._urdf import read_urdf
+        from ._urdf.robot import read_urdf
 
         models = [read_urdf(reading.open_document(text), reading, model_name)]
     elif kind == ".sdf":
-        from ._sdf import read_sdf
+        from ._sdf.document import read_sdf
 
         models = read_sdf(reading.open_document(text), reading, model_name)
     elif kind == ".xml":
-        from ._mjcf import read_mjcf
+        from ._mjcf.document import read_mjcf
 
         models = [read_mjcf(reading.open_document(text), reading, model_name)]
     else:
@@ -308,7 +308,4 @@ def _find_system(builder, name: str):
 
 def _find_scene_graph(plant):
     """The scene graph a plant is registered with, or None."""
-    if not plant.geometry_source_is_registered():
-        return None
-    getter = getattr(plant, "GetMutableSceneGraphPreFinalize", None)
-    return getter() if getter is not None else getattr(plant, "_scene_graph", None)
+    return plant._scene_graph if plant.geometry_source_is_registered() else None

@@ -9,8 +9,8 @@ import pytest
 
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.multibody.parsing import PackageMap
-from sheldrake.multibody.parsing._diagnostics import DiagnosticPolicy, Location, ParseError
-from sheldrake.multibody.parsing._package_map import resolve_uri
+from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy, Location, ParseError
+from sheldrake.multibody.parsing._files.package_map import resolve_uri
 
 
 @pytest.fixture

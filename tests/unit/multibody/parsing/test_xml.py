@@ -2,8 +2,8 @@
 
 import pytest
 
-from sheldrake.multibody.parsing._diagnostics import DiagnosticPolicy, ParseError
-from sheldrake.multibody.parsing._xml import MAX_DEPTH, parse_xml, read_xml
+from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy, ParseError
+from sheldrake.multibody.parsing._files.xml import MAX_DEPTH, parse_xml, read_xml
 
 
 def parse(text):

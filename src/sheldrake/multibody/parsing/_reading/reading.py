@@ -7,9 +7,9 @@ from typing import NoReturn
 
 import numpy as np
 
-from ._diagnostics import DiagnosticPolicy, Location
-from ._package_map import PackageMap, resolve_uri
-from ._xml import Element, parse_xml, read_xml
+from .._files.diagnostics import DiagnosticPolicy, Location
+from .._files.package_map import PackageMap, resolve_uri
+from .._files.xml import Element, parse_xml, read_xml
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _INFINITY = re.compile(r"[+-]?inf(?:inity)?", re.IGNORECASE)

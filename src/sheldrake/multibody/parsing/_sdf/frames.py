@@ -7,9 +7,9 @@ following these gives its pose in the model frame. Scoped names (`arm::hand`) re
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
-from ._diagnostics import Location
-from ._reading import Reading
-from ._xml import Element
+from .._files.diagnostics import Location
+from .._files.xml import Element
+from .._reading.reading import Reading
 
 MODEL_FRAME = "__model__"
 ROOT_NAMES = ("world", MODEL_FRAME)

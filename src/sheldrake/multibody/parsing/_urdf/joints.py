@@ -5,7 +5,8 @@ Into the joints, couplers and actuators of a `ModelDescription`.
 
 import numpy as np
 
-from ._description import (
+from .._files.xml import Element
+from .._model.description import (
     ActuatorDescription,
     CouplerDescription,
     FrameReference,
@@ -13,9 +14,9 @@ from ._description import (
     JointLimits,
     ModelDescription,
 )
-from ._reading import Reading, rotation_from_z
-from ._urdf_geometry import read_origin
-from ._xml import Element
+from .._reading.joints import make_path, read_gains
+from .._reading.reading import Reading, rotation_from_z
+from .geometry import read_origin
 
 # URDF name -> (name of the plant's joint type, spelled as <drake:joint>)
 _KINDS = {
@@ -238,20 +239,6 @@ def _piece_number(piece: Element, attribute: str, joint: JointDescription, readi
     return value
 
 
-def make_path(pieces, initial_tangent, plane_normal, is_periodic: bool):
-    """The trajectory made of pieces (curvature [1/m], length [m])."""
-    from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory
-
-    breaks = np.concatenate([[0.0], np.cumsum([length for _, length in pieces])])
-    return PiecewiseConstantCurvatureTrajectory(
-        breaks=list(breaks),
-        turning_rates=[curvature for curvature, _ in pieces],
-        initial_curve_tangent=initial_tangent,
-        plane_normal=plane_normal,
-        is_periodic=is_periodic,
-    )
-
-
 def read_mimic(element: Element, model: ModelDescription, reading: Reading) -> None:
     """Adds the coupler of a joint's `<mimic>` child, when it has one."""
     mimic = element.find("mimic")
@@ -369,17 +356,3 @@ def _read_actuator(element: Element, name: str, joint: JointDescription, reading
     result.gear_ratio = value("drake:gear_ratio")
     result.gains = read_gains(element, f"actuator '{name}'", reading)
     return result
-
-
-def read_gains(element: Element, owner: str, reading: Reading) -> "tuple[float, float] | None":
-    """The proportional and derivative gain in a `<drake:controller_gains p d>` child."""
-    gains = element.find("drake:controller_gains")
-    if gains is None:
-        return None
-    reading.warn_unknown(gains, attributes=("p", "d"))
-    p, d = reading.number(gains, "p"), reading.number(gains, "d")
-    if p is None or d is None:
-        reading.fail(gains, f"<drake:controller_gains> of {owner} needs the attributes 'p' and 'd'.")
-    if p < 0.0 or d < 0.0:
-        reading.fail(gains, f"<drake:controller_gains> of {owner}: gains must not be negative, found {p:g} and {d:g}.")
-    return p, d

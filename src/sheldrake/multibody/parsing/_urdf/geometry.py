@@ -1,17 +1,12 @@
-"""URDF shapes, materials, visuals and collisions.
-
-Into the geometries of a `BodyDescription`; materials and looks are shared with SDFormat.
-"""
-
-from dataclasses import dataclass, field
+"""URDF shapes, materials, visuals and collisions into the geometries of a `BodyDescription`."""
 
 import numpy as np
 
-from ._description import BodyDescription, GeometryDescription
-from ._diagnostics import Location
-from ._proximity import read_proximity_properties
-from ._reading import Reading, make_pose, unique_name
-from ._xml import Element
+from .._files.xml import Element
+from .._model.description import BodyDescription, GeometryDescription
+from .._reading.looks import Material, add_visual_roles, read_scale
+from .._reading.proximity import read_proximity_properties
+from .._reading.reading import Reading, make_pose, unique_name
 
 _ORIGIN = ("xyz", "rpy")
 _VISUAL_TAGS = (
@@ -23,29 +18,6 @@ _VISUAL_TAGS = (
     "drake:accepting_renderer",
 )
 _COLLISION_TAGS = ("origin", "geometry", "drake:proximity_properties", "drake_compliance")
-
-
-@dataclass
-class Material:
-    """A named appearance.
-
-    Attributes:
-        where: Its declaration.
-        rgba: Diffuse colour (red, green, blue, opacity), shape (4,), or None.
-        texture: The file of the diffuse texture, or None.
-        shades: Further colours by property name (ambient, specular, emissive).
-    """
-
-    where: Location
-    rgba: "np.ndarray | None"
-    texture: "str | None"
-    shades: "dict[str, np.ndarray]" = field(default_factory=dict)
-
-    def looks_like(self, other: "Material") -> bool:
-        """True when colour and texture are the same."""
-        if self.rgba is None or other.rgba is None:
-            return self.rgba is other.rgba and self.texture == other.texture
-        return np.array_equal(self.rgba, other.rgba) and self.texture == other.texture
 
 
 def read_origin(element: Element, reading: Reading, tag: str = "origin"):
@@ -184,20 +156,6 @@ def _read_mesh(element: Element, reading: Reading):
     return (Mesh if element.find("drake:declare_convex") is None else Convex)(path, scale)
 
 
-def read_scale(text: "str | None", reading: Reading, where: Location) -> np.ndarray:
-    """A mesh scale, shape (3,), from one or three numbers."""
-    if text is None:
-        return np.ones(3)
-    scale = reading.parse_vector(text, None, where, "the mesh scale")
-    if scale.size == 1:
-        scale = np.repeat(scale, 3)
-    if scale.size != 3:
-        reading.fail(where, f"The mesh scale needs one or three numbers, found '{text}'.")
-    if np.any(np.abs(scale) < 1e-8):
-        reading.fail(where, f"The mesh scale must not be zero, found '{text}'.")
-    return scale
-
-
 _SHAPES = {
     "box": _read_box,
     "sphere": _read_sphere,
@@ -221,51 +179,6 @@ def read_visual(element: Element, body: BodyDescription, reading: Reading, mater
     add_visual_roles(description, element, body.name, reading, material)
     if description.illustration is not None or description.perception is not None:
         body.visuals.append(description)
-
-
-def add_visual_roles(description, element: Element, body_name: str, reading: Reading, material: "Material | None"):
-    """Sets illustration and perception properties, unless the element switches a role off."""
-    from sheldrake.geometry import IllustrationProperties, PerceptionProperties, Rgba
-
-    illustration, perception = IllustrationProperties(), PerceptionProperties()
-    if material is not None:
-        colours = {"diffuse": material.rgba, **material.shades}
-        for name, rgba in colours.items():
-            if rgba is not None:
-                illustration.AddProperty("phong", name, Rgba(*rgba))
-                perception.AddProperty("phong", name, Rgba(*rgba))
-    if material is not None and material.texture is not None:
-        for properties in (illustration, perception):
-            properties.AddProperty("phong", "diffuse_map", material.texture)
-    renderers = set()
-    for child in element.find_all("drake:accepting_renderer"):
-        reading.warn_unknown(child, attributes=("name",))
-        renderers.add(reading.name(child, "A <drake:accepting_renderer>"))
-    if renderers:
-        perception.AddProperty("renderer", "accepting", renderers)
-    if _is_enabled(element, "drake:illustration_properties", reading):
-        description.illustration = illustration
-    if _is_enabled(element, "drake:perception_properties", reading):
-        description.perception = perception
-    elif renderers:
-        reading.warn(element, "<drake:accepting_renderer> has no effect: the perception role is switched off.")
-    if description.illustration is None and description.perception is None:
-        reading.warn(
-            element,
-            f"A visual of link '{body_name}' has both the illustration and the perception role switched off and is "
-            "ignored.",
-        )
-
-
-def _is_enabled(element: Element, tag: str, reading: Reading) -> bool:
-    child = element.find(tag)
-    if child is None:
-        return True
-    reading.warn_unknown(child, attributes=("enabled",))
-    text = child.get("enabled")
-    if text is None:
-        reading.fail(child, f"<{tag}> needs the attribute 'enabled'.")
-    return reading.parse_bool(text, child.where_attribute("enabled"), f"<{tag}> enabled")
 
 
 def read_collision(element: Element, body: BodyDescription, reading: Reading) -> None:

@@ -1,16 +1,14 @@
-"""SDFormat shapes, visuals and collisions.
-
-Into the geometries of a `BodyDescription`, and the small readers of numbers and texts that other SDFormat files use.
-"""
+"""SDFormat shapes, visuals and collisions into the geometries of a `BodyDescription`."""
 
 import numpy as np
 
-from ._description import BodyDescription, GeometryDescription
-from ._proximity import read_proximity_properties
-from ._reading import Reading
-from ._sdf_frames import SdfScope, read_pose, reference_of_pose
-from ._urdf_geometry import Material, add_visual_roles, read_scale
-from ._xml import Element
+from .._files.xml import Element
+from .._model.description import BodyDescription, GeometryDescription
+from .._reading.looks import Material, add_visual_roles, read_scale
+from .._reading.proximity import read_proximity_properties
+from .._reading.reading import Reading
+from .children import child_number, child_vector, text_number
+from .frames import SdfScope, read_pose, reference_of_pose
 
 _VISUAL_TAGS = (
     "pose",
@@ -20,31 +18,6 @@ _VISUAL_TAGS = (
     "drake:perception_properties",
     "drake:accepting_renderer",
 )
-
-
-def text_number(element: Element, reading: Reading, infinite: bool = False) -> float:
-    """The number that an element has as its text."""
-    return reading.parse_number(element.text, element.where, f"<{element.tag}>", infinite)
-
-
-def child_number(element: Element, tag: str, reading: Reading, default=None, infinite: bool = False):
-    """The number in a child's text, or `default` when there is no such child."""
-    child = element.find(tag)
-    return default if child is None else text_number(child, reading, infinite)
-
-
-def child_vector(element: Element, tag: str, size: int, reading: Reading, default=None):
-    """The vector in a child's text, shape (size,), or `default` when there is no such child."""
-    child = element.find(tag)
-    if child is None:
-        return default
-    return reading.parse_vector(child.text, size, child.where, f"<{child.tag}>")
-
-
-def child_text(element: Element, tag: str, default: str = "") -> str:
-    """The text of a child without surrounding white space."""
-    child = element.find(tag)
-    return default if child is None else child.text.strip()
 
 
 def read_link_pose(element: Element, link: str, scope: SdfScope, reading: Reading):

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._description import GeometryDescription
-from ._inertia import solid_properties
-from ._mjcf_defaults import Compiler, read_pose
-from ._reading import Reading, rotation_from_z
-from ._xml import Element
+from .._files.xml import Element
+from .._model.description import GeometryDescription
+from .._reading.inertia import solid_properties
+from .._reading.reading import Reading, rotation_from_z
+from .defaults import Compiler, read_pose
 
 DENSITY = 1000.0  # [kg/m^3] MuJoCo's default
 GREY = (0.5, 0.5, 0.5, 1.0)  # MuJoCo's default colour

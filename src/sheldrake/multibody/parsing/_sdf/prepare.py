@@ -4,12 +4,12 @@ import os
 import re
 from dataclasses import dataclass, field
 
-from ._description import FrameDescription, ModelDescription
-from ._reading import Reading
-from ._sdf_frames import MODEL_FRAME, Place, SdfScope, read_pose, reference_of_pose
-from ._sdf_geometry import child_text
-from ._urdf import read_urdf
-from ._xml import Element, read_xml
+from .._files.xml import Element, read_xml
+from .._model.description import FrameDescription, ModelDescription
+from .._reading.reading import Reading
+from .._urdf.robot import read_urdf
+from .children import child_text
+from .frames import MODEL_FRAME, Place, SdfScope, read_pose, reference_of_pose
 
 OLDEST, NEWEST = (1, 4), (1, 12)
 SILENT_TAGS = ("allow_auto_disable", "enable_wind", "must_be_base_link", "meta")

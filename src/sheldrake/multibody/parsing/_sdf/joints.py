@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._description import (
+from .._files.xml import Element
+from .._model.description import (
     ActuatorDescription,
     CouplerDescription,
     FrameReference,
@@ -15,11 +16,10 @@ from ._description import (
     JointLimits,
     ModelDescription,
 )
-from ._reading import Reading
-from ._sdf_frames import MODEL_FRAME, SdfScope
-from ._sdf_geometry import child_number, child_text, child_vector
-from ._urdf_joints import make_path, read_gains
-from ._xml import Element
+from .._reading.joints import make_path, read_gains
+from .._reading.reading import Reading
+from .children import child_number, child_text, child_vector
+from .frames import MODEL_FRAME, SdfScope
 
 _KINDS = {
     "fixed": "weld",

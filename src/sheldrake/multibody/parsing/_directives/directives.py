@@ -5,8 +5,8 @@ import typing
 
 import numpy as np
 
-from ._diagnostics import DiagnosticPolicy, Location
-from ._schema import Struct, is_optional, plain_type
+from .._files.diagnostics import DiagnosticPolicy, Location
+from .._files.struct import Struct, is_optional, plain_type
 
 if typing.TYPE_CHECKING:
     from sheldrake.common.schema import Transform

@@ -5,10 +5,10 @@ import logging
 import os
 import urllib.parse
 
-from . import _remote_package
-from ._diagnostics import DiagnosticPolicy, Location, ParseError
-from ._remote_package import check_remote, fetch_remote
-from ._xml import read_xml
+from . import remote_package
+from .diagnostics import DiagnosticPolicy, Location, ParseError
+from .remote_package import check_remote, fetch_remote
+from .xml import read_xml
 
 _LOG = logging.getLogger("drake")
 
@@ -17,7 +17,7 @@ _IGNORE_MARKERS = ("AMENT_IGNORE", "CATKIN_IGNORE", "COLCON_IGNORE")
 _MAX_FOLDERS = 200_000  # folders visited by one search for package.xml; a mistaken path such as "/" ends here
 
 # The models that Drake's own releases point to, fetched when first used.
-_DRAKE_MODELS = _remote_package.RemoteParams(
+_DRAKE_MODELS = remote_package.RemoteParams(
     urls=["https://github.com/RobotLocomotion/models/archive/deee02d4d79937e112cb428e638e7ee44d51305f.tar.gz"],
     sha256="9f5bc1b923e4de584a030d17c1fcfedfc1ca29e805c453156cab297e6bb89054",
     strip_prefix="models-deee02d4d79937e112cb428e638e7ee44d51305f/",
@@ -31,11 +31,11 @@ class PackageMap:
     (an installed `drake` wheel, or `DRAKE_RESOURCE_ROOT`), also `drake`.
     """
 
-    RemoteParams = _remote_package.RemoteParams
+    RemoteParams = remote_package.RemoteParams
 
     def __init__(self, other: "PackageMap | None" = None):
         self._paths: dict[str, str] = {}
-        self._remotes: dict[str, _remote_package.RemoteParams] = {}
+        self._remotes: dict[str, remote_package.RemoteParams] = {}
         if other is not None:
             self._paths = dict(other._paths)
             self._remotes = copy.deepcopy(other._remotes)
@@ -95,7 +95,7 @@ class PackageMap:
         path = os.fspath(filename)
         self._insert(_package_name(path), os.path.dirname(os.path.abspath(path)), "AddPackageXml()")
 
-    def AddRemote(self, package_name: str, params: _remote_package.RemoteParams) -> None:
+    def AddRemote(self, package_name: str, params: remote_package.RemoteParams) -> None:
         """Adds a package that is downloaded, checked against its SHA-256 sum and unpacked when first used.
 
         Raises:
@@ -220,7 +220,7 @@ class PackageMap:
             raise RuntimeError(f"PackageMap.{call}: package '{name}' is already known at '{known}', not '{path}'.")
         self._paths.setdefault(name, path)
 
-    def _insert_remote(self, name: str, params: _remote_package.RemoteParams, call: str) -> None:
+    def _insert_remote(self, name: str, params: remote_package.RemoteParams, call: str) -> None:
         if name in self._paths:
             raise RuntimeError(f"PackageMap.{call}: package '{name}' is already known at '{self._paths[name]}'.")
         known = self._remotes.get(name)

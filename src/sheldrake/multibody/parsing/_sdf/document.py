@@ -2,24 +2,18 @@
 
 import numpy as np
 
-from ._check import check_model
-from ._description import BodyDescription, FrameDescription, FrameReference, JointDescription, ModelDescription
-from ._inertia import make_spatial_inertia
-from ._reading import Reading
-from ._sdf_extensions import EXTENSION_READERS
-from ._sdf_frames import MODEL_FRAME, SdfScope, read_pose, reference_of_pose
-from ._sdf_gearbox import make_couplers, read_gearbox
-from ._sdf_geometry import (
-    child_number,
-    child_vector,
-    read_collision,
-    read_link_pose,
-    read_visual,
-    without_drake_prefix,
-)
-from ._sdf_joints import drop_impossible_couplers, read_drake_joint, read_joint
-from ._sdf_model import SILENT_TAGS, PreparedModel, gather, prepare_model, read_version
-from ._xml import Element
+from .._files.xml import Element
+from .._model.check import check_model
+from .._model.description import BodyDescription, FrameDescription, FrameReference, JointDescription, ModelDescription
+from .._reading.inertia import make_spatial_inertia
+from .._reading.reading import Reading
+from .children import child_number, child_vector
+from .extensions import EXTENSION_READERS
+from .frames import MODEL_FRAME, SdfScope, read_pose, reference_of_pose
+from .gearbox import make_couplers, read_gearbox
+from .geometry import read_collision, read_link_pose, read_visual, without_drake_prefix
+from .joints import drop_impossible_couplers, read_drake_joint, read_joint
+from .prepare import SILENT_TAGS, PreparedModel, gather, prepare_model, read_version
 
 _LINK_TAGS = ("pose", "inertial", "gravity", "visual", "collision", "drake:visual")
 

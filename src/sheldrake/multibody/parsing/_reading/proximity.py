@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from ._reading import Reading
-from ._xml import Element
+from .._files.xml import Element
+from .reading import Reading
 
 DEFAULT_FRICTION = 1.0  # of a shape whose file says nothing about friction
 

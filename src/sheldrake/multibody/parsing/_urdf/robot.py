@@ -1,6 +1,6 @@
 """URDF: a `<robot>` element to a model description.
 
-Links, frames and filters here; `_urdf_joints` and `_urdf_geometry` read the rest.
+Links, frames and filters here; `joints` and `geometry` read the rest.
 """
 
 import os
@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from ._check import check_model
-from ._description import (
+from .._files.xml import Element
+from .._model.check import check_model
+from .._model.description import (
     BallConstraintDescription,
     BodyDescription,
     BushingDescription,
@@ -20,11 +21,11 @@ from ._description import (
     SpringDamperDescription,
     TendonDescription,
 )
-from ._inertia import make_spatial_inertia
-from ._reading import Reading, make_pose
-from ._urdf_geometry import Material, read_collision, read_material, read_origin, read_visual
-from ._urdf_joints import link_reference, read_joint, read_mimic, read_transmission
-from ._xml import Element
+from .._reading.inertia import make_spatial_inertia
+from .._reading.joints import check_spring_damper
+from .._reading.reading import Reading, make_pose
+from .geometry import Material, read_collision, read_material, read_origin, read_visual
+from .joints import link_reference, read_joint, read_mimic, read_transmission
 
 _ROBOT_TAGS = (
     "material",
@@ -229,17 +230,6 @@ def _read_spring_damper(element: Element, model: ModelDescription, reading: Read
     )
     check_spring_damper(spring, reading)
     model.elements.append(spring)
-
-
-def check_spring_damper(spring: SpringDamperDescription, reading: Reading) -> None:
-    """Checks the signs of a spring-damper's numbers."""
-    if spring.free_length <= 0.0:
-        reading.fail(spring, f"The free length of a spring-damper must be positive, found {spring.free_length:g}.")
-    for name in ("stiffness", "damping"):
-        if getattr(spring, name) < 0.0:
-            reading.fail(
-                spring, f"The {name} of a spring-damper must not be negative, found {getattr(spring, name):g}."
-            )
 
 
 def _read_ball_constraint(element: Element, model: ModelDescription, reading: Reading) -> None:

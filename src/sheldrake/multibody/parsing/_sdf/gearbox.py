@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import numpy as np
 
-from ._description import CouplerDescription, FrameReference, GearboxDescription, JointDescription, ModelDescription
-from ._reading import Reading
-from ._sdf_frames import SdfScope
-from ._sdf_geometry import child_number
-from ._sdf_joints import read_axis, read_ends, reference
-from ._xml import Element
+from .._files.xml import Element
+from .._model.description import (
+    CouplerDescription,
+    FrameReference,
+    GearboxDescription,
+    JointDescription,
+    ModelDescription,
+)
+from .._reading.reading import Reading
+from .children import child_number
+from .frames import SdfScope
+from .joints import read_axis, read_ends, reference
 
 _TAGS = ("parent", "child", "pose", "axis", "axis2", "gearbox_ratio", "gearbox_reference_body")
 

@@ -8,7 +8,7 @@ import shutil
 import tempfile
 from typing import Any
 
-from ._schema import Struct
+from .struct import Struct
 
 _TIMEOUT = 30.0  # [s] without a byte
 _ARCHIVE_TYPES = ("zip", "tar", "gztar", "bztar", "xztar")

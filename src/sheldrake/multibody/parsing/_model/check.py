@@ -1,6 +1,7 @@
 """Checks of a whole description that need more than one element: names and topology."""
 
-from ._description import (
+from .._files.diagnostics import DiagnosticPolicy
+from .description import (
     ActuatorDescription,
     BodyDescription,
     FrameDescription,
@@ -8,8 +9,7 @@ from ._description import (
     JointDescription,
     ModelDescription,
 )
-from ._diagnostics import DiagnosticPolicy
-from ._loops import cut_loop
+from .loops import cut_loop
 
 _WORLD = ((), "world")
 _REVERSIBLE = ("revolute", "prismatic", "weld")
@@ -22,7 +22,7 @@ def check_model(model: ModelDescription, policy: DiagnosticPolicy, may_loop: boo
     Args:
         model: The description.
         policy: Hears of problems.
-        may_loop: Whether loops of joints are cut (see `_loops`), rather than refused.
+        may_loop: Whether loops of joints are cut (see `loops`), rather than refused.
 
     Raises:
         ParseError: At the first problem.

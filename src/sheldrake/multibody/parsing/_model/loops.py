@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from ._description import (
+from .._files.diagnostics import DiagnosticPolicy
+from .description import (
     BodyDescription,
     FrameReference,
     JointDescription,
     ModelDescription,
     WeldConstraintDescription,
 )
-from ._diagnostics import DiagnosticPolicy
 
 
 def cut_loop(

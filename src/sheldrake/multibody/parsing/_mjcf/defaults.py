@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ._reading import Reading, rotation_from_z
-from ._xml import Element
+from .._files.xml import Element
+from .._reading.reading import Reading, rotation_from_z
 
 _ORIENTATIONS = ("quat", "axisangle", "euler", "xyaxes", "zaxis")
 MAIN_CLASS = "main"

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ._diagnostics import Location
+from .._files.diagnostics import Location
 
 INFINITY = float("inf")
 

@@ -7,12 +7,12 @@ import contextlib
 import copy
 import os
 
-from ._description import FilterGroupDescription
-from ._diagnostics import DiagnosticPolicy, Location, ParseError
-from ._model_directives import ModelDirective, ModelDirectives, check_directive, load_directives_file, place_of
-from ._package_map import PackageMap, resolve_uri
-from ._reading import INCLUDE_COUNT, INCLUDE_DEPTH
-from ._scoped_names import GetScopedFrameByName, join_names
+from .._files.diagnostics import DiagnosticPolicy, Location, ParseError
+from .._files.package_map import PackageMap, resolve_uri
+from .._model.description import FilterGroupDescription
+from .._reading.reading import INCLUDE_COUNT, INCLUDE_DEPTH
+from .._scoped_names import GetScopedFrameByName, join_names
+from .directives import ModelDirective, ModelDirectives, check_directive, load_directives_file, place_of
 
 
 class ModelInstanceInfo:
@@ -64,41 +64,6 @@ class ModelInstanceInfo:
     def note_weld(self, parent: str, child: str, X_PC) -> None:
         """Remembers the weld that placed this model."""
         self._parent_frame_name, self._child_frame_name, self._X_PC = parent, child, X_PC
-
-
-def ProcessModelDirectives(directives: ModelDirectives, *args, **kwargs) -> "list[ModelInstanceInfo]":
-    """Adds everything the directives say to a plant.
-
-    Call it as `ProcessModelDirectives(directives, parser)` or `ProcessModelDirectives(directives, plant, parser=None)`.
-
-    Returns:
-        One entry for every model added, in order.
-
-    Raises:
-        RuntimeError: When a name or file is not found, or the plant refuses something.
-    """
-    from ._parser import Parser
-
-    given = dict(kwargs)
-    unknown = [name for name in given if name not in ("plant", "parser")]
-    positional = list(args)
-    if positional and isinstance(positional[0], Parser):
-        given["parser"] = positional.pop(0)
-    elif positional:
-        given["plant"] = positional.pop(0)
-        if positional:
-            given["parser"] = positional.pop(0)
-    plant, parser = given.get("plant"), given.get("parser")
-    if unknown or positional or (plant is None and parser is None):
-        raise TypeError("ProcessModelDirectives() takes (directives, parser) or (directives, plant, parser=None).")
-    if parser is None:
-        parser = Parser(plant)
-    if plant is not None and parser.plant() is not plant:
-        raise RuntimeError("ProcessModelDirectives(): the parser belongs to another plant.")
-    processor = DirectivesProcessor(parser)
-    processor.process(directives, "", Location("ProcessModelDirectives()"))
-    parser.finish_filters()
-    return processor.added
 
 
 def FlattenModelDirectives(directives: ModelDirectives, package_map: PackageMap) -> ModelDirectives:

@@ -4,20 +4,20 @@ import os
 
 import numpy as np
 
-from ._check import check_model
-from ._description import (
-    ActuatorDescription,
+from .._files.xml import Element
+from .._model.check import check_model
+from .._model.description import (
     BallConstraintDescription,
     BodyDescription,
     FrameReference,
     JointDescription,
     ModelDescription,
 )
-from ._inertia import find_problem, make_spatial_inertia
-from ._mjcf_defaults import MAIN_CLASS, Compiler, Defaults, is_limited, read_compiler, read_pose
-from ._mjcf_geoms import Assets, read_geom, read_material_asset, read_mesh_asset, sum_mass
-from ._reading import Reading
-from ._xml import Element
+from .._reading.inertia import find_problem, make_spatial_inertia
+from .._reading.reading import Reading
+from .actuators import read_actuator
+from .defaults import MAIN_CLASS, Compiler, Defaults, is_limited, read_compiler, read_pose
+from .geoms import Assets, read_geom, read_material_asset, read_mesh_asset, sum_mass
 
 _SECTIONS = ("option", "compiler", "default", "asset", "worldbody", "actuator", "contact", "equality")
 _SILENT_SECTIONS = ("size", "custom", "include")
@@ -47,16 +47,6 @@ _BODY_TAGS = ("body", "joint", "freejoint", "geom", "inertial")
 _JOINT_ATTRIBUTES = ("name", "class", "type", "pos", "axis", "range", "limited", "damping", "ref", "armature")
 _JOINT_SILENT = ("solreflimit", "solimplimit", "solreffriction", "solimpfriction", "margin")
 _KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "ball_rpy", "free": "free"}
-_ACTUATOR_ATTRIBUTES = (
-    "name",
-    "class",
-    "joint",
-    "gear",
-    "ctrlrange",
-    "ctrllimited",
-    "forcerange",
-    "forcelimited",
-)
 
 
 def read_mjcf(root: Element, reading: Reading, model_name: str = "") -> ModelDescription:
@@ -308,57 +298,8 @@ class _MjcfReader:
                 self._reading.pass_over(child)
                 self._reading.warn(child, f"The actuator <{child.tag}> is not supported and is ignored.")
                 continue
-            self._read_actuator(self._defaults.apply(child, MAIN_CLASS, self._reading))
-
-    def _read_actuator(self, element: Element) -> None:
-        reading = self._reading
-        own = ("kp", "kv") if element.tag == "position" else ()
-        reading.warn_unknown(element, attributes=(*_ACTUATOR_ATTRIBUTES, *own))
-        count = sum(isinstance(item, ActuatorDescription) for item in self._model.elements)
-        name = element.get("name") or f"motor{reading.num_actuators + count}"
-        joint_name = element.get("joint")
-        if joint_name is None:
-            reading.warn(
-                element, f"Actuator '{name}' does not drive a joint and is ignored; only 'joint' is supported."
-            )
-            return
-        joints = {joint.name: joint for joint in self._model.joints()}
-        joint = joints.get(joint_name)
-        if joint is None:
-            known = ", ".join(joints) or "(none)"
-            reading.fail(
-                element, f"Actuator '{name}' names joint '{joint_name}', which does not exist; known: {known}."
-            )
-        if joint.kind not in ("revolute", "prismatic"):
-            reading.fail(element, f"Actuator '{name}': joint '{joint_name}' has several degrees of freedom.")
-        actuator = ActuatorDescription(element.where, name, joint_name, self._read_effort_limit(element, name))
-        gear = reading.parse_vector(element.get("gear", "1"), None, element.where_attribute("gear"), "attribute 'gear'")
-        if gear.size == 0 or gear[0] == 0.0:
-            reading.fail(element, f"Actuator '{name}': the gear ratio must not be zero.")
-        actuator.gear_ratio = float(gear[0])
-        actuator.rotor_inertia = self._armature[joint_name] / actuator.gear_ratio**2
-        if element.tag == "position":
-            actuator.gains = reading.number(element, "kp", 1.0), 0.0
-            if reading.number(element, "kv", 0.0) != 0.0:
-                reading.warn(element, f"Actuator '{name}': 'kv' is not used, as in Drake.")
-        self._model.elements.append(actuator)
-
-    def _read_effort_limit(self, element: Element, name: str) -> float:
-        """The smaller of force and control range; the larger end of a lopsided one."""
-        reading = self._reading
-        limit = np.inf
-        for prefix in ("ctrl", "force"):
-            if not is_limited(element, f"{prefix}limited", f"{prefix}range", self._compiler, reading):
-                continue
-            bounds = reading.vector(element, f"{prefix}range", 2)
-            if bounds is None:
-                reading.fail(element, f"Actuator '{name}': {prefix}limited needs a {prefix}range.")
-            if bounds[0] > bounds[1]:
-                reading.fail(element, f"Actuator '{name}': the {prefix}range is upside down.")
-            if bounds[0] != -bounds[1]:
-                reading.warn(element, f"Actuator '{name}': the {prefix}range is lopsided; its larger end is used.")
-            limit = min(limit, float(np.max(np.abs(bounds))))
-        return limit
+            full = self._defaults.apply(child, MAIN_CLASS, self._reading)
+            read_actuator(full, self._model, self._armature, self._compiler, self._reading)
 
     def _read_contact(self, element: Element) -> None:
         self._reading.warn_unknown(element, ("exclude",))

@@ -9,7 +9,7 @@ import os
 import re
 from xml.parsers import expat
 
-from ._diagnostics import DiagnosticPolicy, Location
+from .diagnostics import DiagnosticPolicy, Location
 
 MAX_BYTES = 64 * 1024 * 1024  # [bytes] of one XML file; the largest robot description we know has 1 MB
 MAX_DEPTH = 500  # levels of nested elements

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ._description import (
+from .._files.xml import Element
+from .._model.description import (
     BallConstraintDescription,
     BushingDescription,
     FilterGroupDescription,
@@ -13,12 +14,11 @@ from ._description import (
     SpringDamperDescription,
     TendonDescription,
 )
-from ._reading import Reading
-from ._sdf_geometry import child_number, child_vector
-from ._sdf_joints import frame_reference
-from ._sdf_model import PreparedModel
-from ._urdf import check_spring_damper
-from ._xml import Element
+from .._reading.joints import check_spring_damper
+from .._reading.reading import Reading
+from .children import child_number, child_vector
+from .joints import frame_reference
+from .prepare import PreparedModel
 
 
 def _read_filter_group(element: Element, description: ModelDescription, model: PreparedModel) -> None:

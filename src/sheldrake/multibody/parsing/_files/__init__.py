@@ -1,0 +1,1 @@
+"""What every format stands on: messages with their place, XML, packages and their downloads."""

@@ -1,0 +1,1 @@
+"""MJCF to a model description."""

@@ -1,0 +1,1 @@
+"""What the readers of all formats share: numbers, poses, inertias, looks and contact properties."""

@@ -1,0 +1,1 @@
+"""SDFormat to model descriptions."""

@@ -1,0 +1,1 @@
+"""URDF to a model description."""
