@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import types
 from typing import NamedTuple
 
 import numpy as np
@@ -156,6 +157,24 @@ def test_a_changed_helper_constant_or_annotation_is_another_kernel():
 
     assert make(1.0, Vector) == make(1.0, Vector)
     assert len({make(1.0, Vector), make(2.0, Vector), make(1.0, IntVector)}) == 3
+
+
+def test_a_changed_kernel_of_another_module_is_another_kernel():
+    def make(constant):
+        @kernel
+        def helper(x):
+            return x * other.FACTOR
+
+        other = types.ModuleType("other")
+        other.helper, other.FACTOR = helper, constant
+
+        def entry(x: Vector):
+            x[0] = other.helper(x[0])
+
+        return store.fingerprint(kernel(entry, top=True))
+
+    assert make(1.0) == make(1.0)
+    assert make(1.0) != make(2.0)
 
 
 def test_plain_python_helper_is_refused():

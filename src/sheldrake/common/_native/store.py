@@ -18,6 +18,7 @@ import tempfile
 import time
 import types
 import warnings
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -154,12 +155,8 @@ def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
         return
     seen.add(id(kernel))
     digest.update(f"{kernel.__name__}{kernel.top}{kernel.outline}{kernel.strict}".encode())
-    code = kernel.py_func.__code__
-    scope = kernel.py_func.__globals__
-    cells = dict(zip(code.co_freevars, (c.cell_contents for c in kernel.py_func.__closure__ or ())))
-    _visit_code(code, digest)
-    for name in (*code.co_names, *code.co_freevars):
-        value = cells.get(name, scope.get(name))
+    _visit_code(kernel.py_func.__code__, digest)
+    for name, value in _mentioned(kernel.py_func):
         if isinstance(value, Kernel):
             _visit(value, digest, seen)
         elif isinstance(value, (int, float, complex, str, bytes, tuple, np.generic)):
@@ -168,6 +165,17 @@ def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
             digest.update(f"{name}={value.__name__}:{getattr(value, '_fields', ())}".encode())
         elif isinstance(value, types.FunctionType) and not value.__module__.startswith("sheldrake.common."):
             raise TypeError(f"{kernel!r} calls {value.__qualname__}, a plain Python function: make it a @kernel.")
+
+
+def _mentioned(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
+    """Names in a function's code with what they stand for; `module.name` too, which is two names there."""
+    code, scope = function.__code__, function.__globals__
+    cells = dict(zip(code.co_freevars, (c.cell_contents for c in function.__closure__ or ())))
+    for name in (*code.co_names, *code.co_freevars):
+        value = cells.get(name, scope.get(name))
+        yield name, value
+        if isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] != "numpy":
+            yield from ((f"{name}.{n}", getattr(value, n)) for n in code.co_names if hasattr(value, n))
 
 
 def _visit_code(code: types.CodeType, digest: Any) -> None:
