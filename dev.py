@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 EVERYTHING = "[kernels,meshcat,test,lint,docs,peers]"
-EXTRAS = dict.fromkeys(("test", "lint", "bench"), EVERYTHING)
+EXTRAS = dict.fromkeys(("test", "lint", "bench", "endure"), EVERYTHING)
 EXTRAS |= {
     "demo": "[kernels]",
     "docs": "[docs]",
@@ -95,6 +95,7 @@ def main() -> int:
     tasks.add_parser("docs", help="make the site of the documentation in build/docs/html")
     tasks.add_parser("foreign", help="builds all wheels, runs those for ARM and Windows under qemu-user and wine64")
     tasks.add_parser("robots", help="real robots against Drake and Pinocchio: installs example-robot-data and pin")
+    tasks.add_parser("endure", help="tests that take minutes: a logged minute killed twenty times at random")
     tasks.add_parser("bench", help="benchmarks against Drake and MuJoCo: drop_the_block (default), queries, arm, ...")
     tasks.add_parser("clean", help="remove .venv")
     options, rest = parser.parse_known_args()
@@ -110,6 +111,8 @@ def main() -> int:
         return run("-m", "pytest", "-q", "tests/foreign", *rest)
     if options.task == "robots":
         return run("-m", "pytest", "-q", "tests/crosscheck/robots", *rest)
+    if options.task == "endure":
+        return run("-m", "pytest", "-q", "tests/endurance", *rest)
     if options.task == "bench":
         name = rest.pop(0) if rest and not rest[0].startswith("-") else "drop_the_block"
         return run(f"benchmarks/{name}.py", *rest)

@@ -9,6 +9,9 @@ import time
 
 import numpy as np
 
+import sheldrake
+from sheldrake.multibody.parsing import Parser
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
 from sheldrake.systems.primitives import LogVectorOutput, StreamLogs
@@ -30,17 +33,29 @@ class Clock(LeafSystem):
         self._reached[:8] = now.tobytes()
 
 
+def add_block(builder):
+    """A block that lies on the ground, and its logged state."""
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
+    Parser(plant).AddModels(sheldrake.model_path("two_hole_block/two_hole_block.urdf"))
+    plant.Finalize()
+    LogVectorOutput(plant.get_state_output_port(), builder)
+
+
 if __name__ == "__main__":
-    path, rate, work = sys.argv[1], float(sys.argv[2]), float(sys.argv[3])
+    path, rate, work, with_block = sys.argv[1], float(sys.argv[2]), float(sys.argv[3]), sys.argv[4] == "block"
     builder = DiagramBuilder()
     with open(path + ".reached", "w+b") as file:
         file.write(bytes(8))
         file.flush()
         reached = mmap.mmap(file.fileno(), 8)
+    if with_block:
+        add_block(builder)
     clock = builder.AddNamedSystem("clock", Clock(work, reached))
     LogVectorOutput(clock.get_output_port(), builder)
     simulator = Simulator(builder.Build())
+    simulator.Initialize()
     simulator.set_target_realtime_rate(rate)
     StreamLogs(simulator, path)
     print("running", flush=True)
     simulator.AdvanceTo(60.0 if rate else 1e9)
+    print("over", flush=True)

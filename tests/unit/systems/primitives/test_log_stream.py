@@ -1,14 +1,10 @@
 """Logs of everything, exports, and streams that survive the end of their process."""
 
-import os
-import pathlib
 import re
-import subprocess
-import sys
-import time
 
 import numpy as np
 import pytest
+from killed_runs import kill_at_moments
 
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
@@ -25,9 +21,6 @@ from sheldrake.systems.primitives import (
     StreamLogs,
     VectorLog,
 )
-
-HERE = pathlib.Path(__file__).parent
-ROOT = HERE.parents[3]
 
 
 def diagram_with_logs(**options):
@@ -275,37 +268,16 @@ def test_sinks_in_diagrams_in_diagrams_are_found(tmp_path):
     assert [log.num_samples() for log in logs.values()] == [11, 6]
 
 
-def killed_run(folder, rate, work, after):
-    """Kills a run some seconds after it began; how much of what it had done its log lacks, in real time [s]."""
-    path = folder / f"run{after}.log"
-    words = [sys.executable, str(HERE / "stream_run.py"), str(path), str(rate), str(work)]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src"), "SHELDRAKE_PROGRESS": "0"}
-    process = subprocess.Popen(words, env=environment, stdout=subprocess.PIPE, text=True)
-    try:
-        assert process.stdout.readline() == "running\n"
-        time.sleep(after)
-    finally:
-        process.kill()
-        process.wait()
-        process.stdout.close()
-    logs = ReadLogs(path)
-    assert logs.is_complete is False
-    (log,) = logs.values()
-    assert log.num_samples() > 0
-    assert (np.diff(log.sample_times()) > 0).all()
-    (reached,) = np.fromfile(f"{path}.reached")
-    assert reached >= log.data()[0, -1]
-    return reached - log.data()[0, -1]
-
-
 @pytest.mark.parametrize("rate, work", [(1.0, 0.0), (0.0, 0.0), (0.0, 0.02)])
 def test_a_killed_run_loses_less_than_a_second(tmp_path, rate, work):
     """In step with real time, as fast as possible, and with slow steps."""
-    assert killed_run(tmp_path, rate, work, 1.3) < 1.0
+    (lost,) = kill_at_moments(tmp_path, [1.3], rate=rate, work=work)
+    assert lost < 1.0
 
 
 @pytest.mark.slow
-def test_twenty_runs_killed_at_random_moments(tmp_path):
-    moments = np.random.default_rng(7).uniform(0.6, 2.5, 20)
-    lost = [killed_run(tmp_path, 1.0, 0.0, float(moment)) for moment in moments]
+def test_runs_killed_at_random_moments(tmp_path):
+    """A taste of `tests/endurance`, where there are twenty over a whole minute."""
+    moments = np.random.default_rng(7).uniform(0.0, 12.0, 5)
+    lost = kill_at_moments(tmp_path, moments.tolist(), scene="block")
     assert max(lost) < 1.0, lost
