@@ -1,7 +1,6 @@
 """What takes minutes: `python dev.py endure`. Not part of the ordinary tests."""
 
 import numpy as np
-
 from tests.unit.systems.primitives.killed_runs import kill_at_moments
 
 AT_ONCE = 5  # runs side by side: they keep in step with real time on two processors
