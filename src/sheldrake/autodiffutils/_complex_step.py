@@ -1,4 +1,4 @@
-"""Dual numbers as complex numbers, one partial derivative at a time, for kernels compiled on complex arrays."""
+"""Dual numbers as complex numbers, one direction at a time, for kernels compiled on complex arrays."""
 
 from __future__ import annotations
 
@@ -7,56 +7,159 @@ from typing import Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common._kernels import sweep as sweep_kernel
+from sheldrake.common._native.words import first_words
+from sheldrake.common.kernel import Kernel
 
-STEP = 2.0**-200  # its square is nothing beside 1, and far from where numbers get lost
 PATIENCE = 200
 """Calls as Python before machine code is made."""
 
+_ALL_OF_MEMORY = 2**60  # [doubles]
+_MOST_PLANS = 16
 
-class Directions:
-    """Duals, and the complex numbers that stand for them in one direction.
+
+class Source:
+    """Duals that kernels read, and the complex numbers that stand for them.
 
     Args:
         duals: AutoDiffXd or numbers.
         counter: Changes whenever the duals may have, shape (1,); None: they are read every time.
-        numbers: Where the complex numbers go; None: an array of their own.
+        numbers: Where the complex numbers go, C-contiguous; None: an array of their own.
+
+    Attributes:
+        n: How many derivatives the duals have; -1: not all the same number.
+        places: Where the imaginary parts of those with derivatives are, as addresses by eight.
+        slopes: Their derivatives, one row each.
     """
 
     def __init__(self, duals: np.ndarray, counter: np.ndarray | None = None, numbers: np.ndarray | None = None):
         self.duals, self.counter = duals, counter
         self.numbers = np.zeros(duals.shape, complex) if numbers is None else numbers
         self.seen: Any = None
-        self.n = 0
+        self.n, self.slopes = 0, np.zeros((0, 0))
+        self._all_places = imaginary_parts(self.numbers)
+        self.places = self._all_places[:0]
 
-    def gather(self) -> int:
-        """Reads the duals if they may have changed; how many derivatives they have (-1: not all the same number)."""
-        if self.counter is not None and self.seen == self.counter[0]:
+    def read(self) -> int:
+        """Reads the duals if they may have changed; gives `n`."""
+        if self.counter is not None:
+            now = self.counter.item()
+            if self.seen == now:
+                return self.n
+            self.seen = now
+        found = self.duals.ravel().tolist()
+        if self.duals.dtype != object:
+            self._set(found, [], self._all_places[:0])
+            return 0
+        try:
+            values, slopes = [a._v for a in found], [a._d for a in found]
+            sizes = set(map(len, slopes))
+        except (AttributeError, TypeError):  # some are numbers, or have no derivatives
+            pass
+        else:
+            self._set(values, slopes, self._all_places)
+            if len(sizes) > 1:
+                self.n = -1
             return self.n
-        self.seen = None if self.counter is None else self.counter[0].copy()
-        flat = self.duals.ravel()
-        self.numbers.real[...] = np.array([getattr(a, "_v", a) for a in flat], float).reshape(self.duals.shape)
-        self.numbers.imag[...] = 0.0
-        found = [(i, a._d) for i, a in enumerate(flat) if type(a) is AutoDiffXd and a._d is not None]
-        sizes = {len(d) for _, d in found}
-        self.n = max(sizes, default=0) if len(sizes) < 2 else -1
-        self.places = np.array([i for i, _ in found], np.int64)
-        self.slopes = np.array([d for _, d in found]).reshape(len(found), -1) * STEP if self.n > 0 else None
+        having = [i for i, a in enumerate(found) if type(a) is AutoDiffXd and a._d is not None]
+        slopes = [found[i]._d for i in having]
+        same = len(set(map(len, slopes))) < 2
+        self._set([getattr(a, "_v", a) for a in found], slopes if same else [], self._all_places[having])
+        if not same:
+            self.n = -1
         return self.n
 
-    def moving(self) -> list[int]:
-        """Numbers of the derivatives that are not zero everywhere."""
-        return [] if self.slopes is None else np.flatnonzero(self.slopes.any(axis=0)).tolist()
-
-    def set(self, k: int) -> None:
-        """Makes the imaginary parts those of derivative k."""
-        if self.slopes is not None:
-            self.numbers.imag.flat[self.places] = self.slopes[:, k]
+    def _set(self, values: list[float], slopes: list[np.ndarray], places: np.ndarray) -> None:
+        self.numbers.reshape(-1)[:] = values
+        self.places, self.n = places, len(slopes[0]) if slopes else 0
+        if slopes and len(slopes) * self.n == sum(map(len, slopes)):
+            self.slopes = np.concatenate(slopes).reshape(len(slopes), self.n)
 
 
-def duals_of(values: np.ndarray, slopes: np.ndarray) -> np.ndarray:
-    """Duals of these values, and of these imaginary parts for each derivative, of the shape of the values."""
-    new = np.empty(values.size, object)
-    for i, (value, slope) in enumerate(zip(values.ravel().tolist(), slopes * (1.0 / STEP))):
-        dual = new[i] = object.__new__(AutoDiffXd)
-        dual._v, dual._d = value, slope if slope.size else None
-    return new.reshape(values.shape)
+class Sweep:
+    """Rows of machine code on complex numbers, run for all derivatives at once.
+
+    Args:
+        rows: Kernels on complex arrays and their arguments, in the order in which they run.
+        outputs: Imaginary parts of the numbers whose derivatives are wanted (`imaginary_parts`).
+        copies: Pairs of arrays: what the first holds whenever the rows start is the second.
+    """
+
+    def __init__(
+        self,
+        rows: list[tuple[Kernel, tuple]],
+        outputs: np.ndarray,
+        copies: list[tuple[np.ndarray, np.ndarray]] = (),  # type: ignore[assignment]
+    ):
+        bound = [kernel.on_complex.bind(*arguments) for kernel, arguments in rows]
+        words = [b.keep[0] for b in bound]
+        ends = np.cumsum([len(w) for w in words])
+        self._rows = np.array([kernel.on_complex.address for kernel, _ in rows], np.int64)
+        self._words, self._at = np.concatenate(words), np.array([0, *ends[:-1]], np.int64)
+        table = [(address(to) >> 3, address(start) >> 3, to.nbytes >> 3) for to, start in copies]
+        self._copies = np.array(table, np.int64).reshape(-1, 3)
+        self._outputs = outputs
+        self._keep = bound, copies
+        self._plans: dict[Any, tuple[Any, np.ndarray, np.ndarray]] = {}
+
+    def run(self, t: float, places: np.ndarray, by_inputs: list[np.ndarray], n: int) -> np.ndarray | int:
+        """Derivatives of the outputs, one row each, shape (outputs, n); or a status that is not 0.
+
+        Args:
+            t: Time.
+            places: Imaginary parts of the inputs (`imaginary_parts`).
+            by_inputs: Derivatives of the inputs: arrays of n columns, one below the other.
+            n: How many derivatives there are.
+        """
+        key = places.tobytes(), n
+        plan = self._plans.get(key) or self._plan(key, places, n)
+        call, given, slopes = plan
+        if len(by_inputs) == 1:
+            given[:] = by_inputs[0]
+        elif by_inputs:
+            np.concatenate(by_inputs, out=given)
+        return call.func(t, *call.args[1:]) or slopes.copy()
+
+    def _plan(self, key: Any, places: np.ndarray, n: int) -> tuple[Any, np.ndarray, np.ndarray]:
+        if len(self._plans) >= _MOST_PLANS:
+            self._plans.clear()
+        kernel, memory = sweep_kernel.sweep, np.zeros(1)
+        given, slopes = np.zeros((len(places), n)), np.zeros((len(self._outputs), n))
+        table = self._rows, self._words, self._at, self._copies
+        call = kernel.bind(0.0, memory, *table, places, given, self._outputs, slopes)
+        first = first_words(kernel)["memory"]
+        call.keep[0][first : first + 2] = 0, _ALL_OF_MEMORY
+        plan = self._plans[key] = call, given, slopes
+        return plan
+
+
+def sweep_sources(sweep: Sweep, sources: list[Source], t: float = 0.0) -> np.ndarray | int | None:
+    """Derivatives of a sweep's outputs by what its sources' duals are functions of.
+
+    Returns:
+        As `Sweep.run`; None, and nothing has run, where the duals' derivatives are not all as many.
+    """
+    n = 0
+    having = []
+    for source in sources:
+        count = source.read()
+        if count:
+            if count < 0 or n not in (0, count):
+                return None
+            n = count
+            having.append(source)
+    if len(having) == 1:
+        places = having[0].places
+    else:
+        places = np.concatenate([s.places for s in having]) if having else np.zeros(0, np.int64)
+    return sweep.run(t, places, [s.slopes for s in having], n)
+
+
+def address(array: np.ndarray) -> int:
+    """Where an array's memory begins."""
+    return array.__array_interface__["data"][0]
+
+
+def imaginary_parts(numbers: np.ndarray) -> np.ndarray:
+    """Where the imaginary parts of a C-contiguous complex array are, as addresses by eight."""
+    return (address(numbers) >> 3) + 1 + 2 * np.arange(numbers.size, dtype=np.int64)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd
+from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _new
 
 
 def InitializeAutoDiff(value, num_derivatives=None, deriv_num_start=None, *, gradient=None):
@@ -29,10 +29,7 @@ def InitializeAutoDiff(value, num_derivatives=None, deriv_num_start=None, *, gra
         return _with_gradient(value, _float_matrix("InitializeAutoDiff", "gradient", gradient))
     size = value.size if num_derivatives is None else _count("num_derivatives", num_derivatives)
     start = 0 if deriv_num_start is None else _count("deriv_num_start", deriv_num_start)
-    out = np.empty(value.shape, dtype=object)
-    for i, x in enumerate(value.flat):
-        out.flat[i] = AutoDiffXd(x, size, start + i)
-    return out
+    return filled(value, np.eye(value.size, size, start))
 
 
 def _with_gradient(value, gradient):
@@ -41,10 +38,19 @@ def _with_gradient(value, gradient):
             f"InitializeAutoDiff(): gradient has {gradient.shape[0]} rows but value has {value.size} elements; "
             "it needs one row for each element."
         )
-    out = np.empty(value.shape, dtype=object)
-    for i, x in enumerate(value.flat):
-        out.flat[i] = AutoDiffXd(x, gradient[i])
-    return out
+    return filled(value, gradient.copy())
+
+
+def filled(value: np.ndarray, gradient: np.ndarray) -> np.ndarray:
+    """Duals of these values, and of these derivatives, one row each, which they keep; of the shape of the values."""
+    duals = []
+    for x, row in zip(value.ravel().tolist(), gradient if gradient.shape[1] else [None] * len(gradient)):
+        dual = _new(AutoDiffXd)
+        dual._v, dual._d = x, row
+        duals.append(dual)
+    out = np.empty(value.size, dtype=object)
+    out[:] = duals
+    return out.reshape(value.shape)
 
 
 def InitializeAutoDiffTuple(*args):

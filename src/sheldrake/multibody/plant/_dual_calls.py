@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.autodiffutils._complex_step import PATIENCE, Directions, duals_of
+from sheldrake.autodiffutils._complex_step import PATIENCE, Source, Sweep, imaginary_parts, sweep_sources
+from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._kernels.only_stages import only_stages
 from sheldrake.common._native import store as kernel_store
 from sheldrake.common.calls import Calls, Query
@@ -33,19 +34,20 @@ class DualCalls:
         self, counter: np.ndarray, constants: np.ndarray, x: np.ndarray, p: np.ndarray, views: tuple[np.ndarray, ...]
     ):
         self._plain = Calls(counter, native=False)
-        self._inputs = [Directions(x, counter), Directions(p, constants)]
-        self._twins: dict[int, Any] = {id(i.duals): i.numbers for i in self._inputs}
+        x_twin, p_twin = np.zeros(x.shape, complex), np.zeros(p.shape, complex)
+        self._twins: dict[int, Any] = {id(x): x_twin, id(p): p_twin}
+        self._sources = {id(p): [Source(p, constants, p_twin)]}
         for view in views:
             start = _offset(view, x)
-            self._twins[id(view)] = self._inputs[0].numbers[start : start + len(view)]
+            twin = self._twins[id(view)] = x_twin[start : start + len(view)]
+            self._sources[id(view)] = [Source(view, counter, twin)]
+        self._sources[id(x)] = [s for view in views for s in self._sources[id(view)]]
         self._keep: list[Any] = [x, p, views]
-        self._tick = np.zeros(1, np.int64)
-        self._stage_arguments: list[tuple[Kernel, tuple]] = []
-        self._complex: Calls | None = None
+        self._stages: list[tuple[Kernel, tuple]] = []
 
     def stage(self, kernel: Kernel, *args: Any) -> int:
         """As `Calls.stage`."""
-        self._stage_arguments.append((kernel, args))
+        self._stages.append((kernel, args))
         return self._plain.stage(kernel, *args)
 
     def stages(self, needs: int, answer: np.ndarray | None = None, frozen: bool = False) -> Query:
@@ -73,7 +75,7 @@ class DualCalls:
         plain = self._plain.query(kernel, *args, given=given, needs=needs, answer=answer)
         if answer is None or not jit_enabled():
             return plain
-        kernels = [kernel, *(k for k, _ in self._stage_arguments)]
+        kernels = [kernel, *(k for k, _ in self._needed(needs))]
         can = kernel_store.can_compile()
         calls, ready = 0, can and all(kernel_store.is_ready(k.on_complex) for k in kernels)
         quick: Callable[..., Any] | None = None
@@ -89,18 +91,21 @@ class DualCalls:
 
         return ask
 
+    def _needed(self, needs: int) -> list[tuple[Kernel, tuple]]:
+        return [stage for i, stage in enumerate(self._stages) if needs >> i & 1]
+
     def _quick(
         self, plain: Query, kernel: Kernel, args: tuple, given: tuple[str, ...], needs: int, answer: np.ndarray
     ) -> Callable[..., Any]:
-        if self._complex is None:
-            self._complex = Calls(self._tick)
-            for stage, arguments in self._stage_arguments:
-                self._complex.stage(stage.on_complex, *(self._twin(a) for a in arguments))
-        inputs = [Directions(np.zeros(args[kernel.names.index(name)].shape)) for name in given]
+        inputs = [Source(np.zeros(args[kernel.names.index(name)].shape)) for name in given]
         others = {name: i.numbers for name, i in zip(given, inputs)}
-        twins = [others[n] if n in others else self._twin(a) for n, a in zip(kernel.names, args)]
-        run, out = self._complex.query(kernel.on_complex, *twins, needs=needs), self._twin(answer)
-        sources = [*self._inputs, *inputs]
+        twins = tuple(others[n] if n in others else self._twin(a) for n, a in zip(kernel.names, args))
+        stages = [(stage, tuple(self._twin(a) for a in arguments)) for stage, arguments in self._needed(needs)]
+        read = [a for _, arguments in [*self._needed(needs), (kernel, args)] for a in arguments]
+        sources = [s for i, several in self._sources.items() if any(id(a) == i for a in read) for s in several]
+        sources = [*dict.fromkeys(sources), *inputs]
+        out = self._twin(answer)
+        sweep = Sweep([*stages, (kernel, twins)], imaginary_parts(out))
 
         def ask(*arrays: Any) -> Any:
             if len(arrays) != len(inputs):
@@ -110,21 +115,11 @@ class DualCalls:
                     return MISFIT
                 if array.dtype not in (float, object):
                     return MISFIT
-                source.duals, source.seen = array, None
-            n = max(source.gather() for source in sources)
-            if any(source.n not in (0, n) for source in sources):
+                source.duals = array
+            slopes = sweep_sources(sweep, sources)
+            if slopes is None:
                 return plain(*arrays)  # which says what is wrong
-            slopes = np.zeros((out.size, n))
-            moving = {k for source in sources for k in source.moving()}
-            for k in sorted(moving) or [0]:
-                for source in sources:
-                    source.set(k)
-                self._tick[0] += 1
-                if status := run():
-                    return status
-                if n:
-                    slopes[:, k] = out.imag.ravel()
-            return duals_of(out.real, slopes)
+            return slopes if isinstance(slopes, int) else filled(out.real, slopes)
 
         return ask
 

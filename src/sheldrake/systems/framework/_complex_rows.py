@@ -6,12 +6,14 @@ as Python on the duals themselves. Both give the same numbers to round-off.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from sheldrake.autodiffutils import _complex_step
+from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._native import store as kernel_store
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.systems.framework import _scratch
@@ -55,39 +57,35 @@ class ComplexChain:
         self.node = found[0].node
         place, prototype = layout.places[self.node], layout.prototypes[self.node]
         self._store, self._rows, self._T = store, rows, np.zeros(layout.size, complex)
-        scratch, self._initial = complex_scratch(self._T, place.work[0], prototype)
+        scratch, initial_scratch = complex_scratch(self._T, place.work[0], prototype)
         spans = {place.xc, place.xd, place.p, *(tuple(slot.span) for slot in place.inputs if slot.vector)}
         self._spans = [(0, 1), *sorted(span for span in spans if span[1] > span[0])]
-        self._inputs = [_complex_step.Directions(store.S[a:b], None, self._T[a:b]) for a, b in self._spans]
+        self._inputs = [_complex_step.Source(store.S[a:b], None, self._T[a:b]) for a, b in self._spans]
         self._out = a, b = found[-1].out
+        copies = [(view, as_complex(initial, view)) for view, initial in initial_scratch]
         # An update finds x in x+ and need not fill all of it.
-        self._plus = None if found[-1].kind == DERIVATIVES else _complex_step.Directions(store.S[a:b])
-        self._calls = []
-        for row in found:
-            arguments = store.arguments_of(row, self._T, scratch)
-            self._calls.append(row.calc.on_complex.bind(*(0.0 if a is None else a for a in arguments)))
+        plus = store.layout.plus
+        self._before = None
+        if found[-1].kind != DERIVATIVES:
+            self._before = store.S[a - plus : b - plus]
+            copies.append((self._T[a:b], self._T[a - plus : b - plus]))
+        made = [
+            (row.calc, tuple(0.0 if a is None else a for a in store.arguments_of(row, self._T, scratch)))
+            for row in found
+        ]
+        self._sweep = _complex_step.Sweep(made, _complex_step.imaginary_parts(self._T[a:b]), copies)
 
     def run(self) -> bool:
         """Fills the last row's place in the slab; False, and nothing done, where only Python can say what is wrong."""
-        S, T, (a, b) = self._store.S, self._T, self._out
-        plus = self._plus
-        sources = self._inputs if plus is None else [*self._inputs, plus]
-        n = max(i.gather() for i in sources)
-        if any(i.n not in (0, n) for i in sources) or self._inputs[0].n:
+        S, (a, b) = self._store.S, self._out
+        if self._before is not None and not all(map(operator.is_, S[a:b].tolist(), self._before.tolist())):
             return False
-        t, slopes = float(T[0].real), np.empty((b - a, n))
-        for k in range(max(n, 1)):
-            for i in sources:
-                i.set(k)
-            if plus is not None:
-                T[a:b] = plus.numbers
-            for view, initial in self._initial:
-                view[...] = initial
-            if any(call.func(t, *call.args[1:]) for call in self._calls):
-                return False
-            if n:
-                slopes[:, k] = T[a:b].imag
-        S[a:b] = _complex_step.duals_of(T[a:b].real, slopes)
+        if self._inputs[0].read():
+            return False
+        slopes = _complex_step.sweep_sources(self._sweep, self._inputs, float(self._T[0].real))
+        if slopes is None or isinstance(slopes, int):
+            return False
+        S[a:b] = filled(self._T[a:b].real, slopes)
         self._last = [S[first:last].copy() for first, last in self._spans]
         return True
 
@@ -101,6 +99,11 @@ class ComplexChain:
             self._store.compute(r)
         for (a, b), values in zip(spans, now):
             S[a:b] = values
+
+
+def as_complex(initial: Any, view: np.ndarray) -> np.ndarray:
+    """What is in an array at first, as an array like `view`."""
+    return np.ascontiguousarray(np.broadcast_to(initial, view.shape), view.dtype)
 
 
 def complex_scratch(T: np.ndarray, at: int, prototype: Any) -> tuple[Any, list[tuple[np.ndarray, Any]]]:

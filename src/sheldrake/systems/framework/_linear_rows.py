@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.autodiffutils._complex_step import STEP
+from sheldrake.autodiffutils._complex_step import Sweep, imaginary_parts
 from sheldrake.common._scalars import autodiff_class
 from sheldrake.systems.framework import _complex_rows, _scratch
 from sheldrake.systems.framework._declarations import DERIVATIVES
@@ -142,26 +142,25 @@ class ByComplexSteps(RowDerivatives):
         return scratch
 
     def _bind(self, arguments: list[tuple]) -> None:
-        self._calls = [
-            row.calc.on_complex.bind(*(0.0 if a is None else a for a in these))
-            for row, these in zip(self.rows, arguments)
+        self._made = [
+            (row.calc, tuple(0.0 if a is None else a for a in these)) for row, these in zip(self.rows, arguments)
         ]
+        self._places, self._sweeps = imaginary_parts(self._T), {}
+
+    def _sweep_for(self, wanted: np.ndarray) -> Sweep:
+        found = self._sweeps.get(wanted.tobytes())
+        if found is None:
+            (a, b), plus = self._store.layout.xd, self._store.layout.plus
+            copies = [(view, _complex_rows.as_complex(initial, view)) for view, initial in self._initial]
+            copies.append((self._T[a + plus : b + plus], self._T[a:b]))
+            found = self._sweeps[wanted.tobytes()] = Sweep(self._made, self._places[wanted], copies)
+        return found
 
     def _evaluate(self, seeds: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
-        t, T, slopes = float(self._store.S[0]), self._T, np.empty((len(wanted), len(seeds)))
-        self._begin()
-        blank, elsewhere = T.copy(), [(v, x) for v, x in self._initial if v.dtype == np.int64]
-        for k in range(max(1, len(seeds))):  # without seeds once, for the values
-            T[:] = blank
-            for view, initial in elsewhere:
-                view[...] = initial
-            T.imag[seeds[k : k + 1]] = STEP
-            self._begin_update()
-            if any(call.func(t, *call.args[1:]) for call in self._calls):
-                return None
-            if len(seeds):
-                slopes[:, k] = T.imag[wanted]
-        return T.real[wanted], slopes / STEP
+        n, S = len(seeds), self._store.S
+        self._T[:] = S
+        slopes = self._sweep_for(wanted).run(float(S[0]), self._places[seeds], [np.eye(n)], n)
+        return None if isinstance(slopes, int) else (self._T.real[wanted], slopes)
 
 
 def split(duals: np.ndarray, size: int) -> tuple[np.ndarray, np.ndarray]:

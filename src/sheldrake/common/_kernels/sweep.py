@@ -1,0 +1,83 @@
+"""Derivatives by complex steps: rows of machine code run once for each direction."""
+
+from __future__ import annotations
+
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
+from sheldrake.common.rows import call_row
+
+STEP = 2.0**-200  # its square is nothing beside 1, and far from where numbers get lost
+
+
+@kernel(top=True)
+def sweep(
+    t: float,
+    memory: Vector,
+    rows: IntVector,
+    words: IntVector,
+    at: IntVector,
+    copies: IntMatrix,
+    places: IntVector,
+    by_inputs: Matrix,
+    outputs: IntVector,
+    slopes: Matrix,
+) -> int:
+    """Runs rows on complex numbers, for derivatives of `outputs`; the first status that is not 0, or 0.
+
+    Directions are those of single inputs, whose derivatives are then put together, or those of `by_inputs`, whichever
+    are fewer. Their real parts stay as they are; so do the outputs' when no input has a derivative.
+
+    Args:
+        t: Time, for the rows.
+        memory: All of it, from address 0.
+        rows: Address of each row.
+        words: Words of all rows.
+        at: Where in `words` each row's begin.
+        copies: Where to, where from and how many words: what is copied before the rows run.
+        places: Imaginary parts of the inputs.
+        by_inputs: Derivatives of each input.
+        outputs: Imaginary parts of the outputs.
+        slopes: Derivatives of each output.
+    """
+    inputs = places.shape[0]
+    n = by_inputs.shape[1]
+    alone = inputs <= n
+    ran = 0
+    for i in range(outputs.shape[0]):
+        for j in range(n):
+            slopes[i, j] = 0.0
+    for k in range(inputs if alone else n):
+        moves = 0
+        for j in range(n if alone else inputs):
+            if (by_inputs[k, j] if alone else by_inputs[j, k]) != 0.0:
+                moves = 1
+        if moves == 0 and (ran == 1 or k + 1 < (inputs if alone else n)):
+            continue
+        ran = 1
+        for i in range(inputs):
+            memory[places[i]] = 0.0 if alone else STEP * by_inputs[i, k]
+        if alone:
+            memory[places[k]] = STEP
+        status = run_rows(t, memory, rows, words, at, copies)
+        if status != 0:
+            return status
+        for j in range(n if alone else k + 1):
+            share = by_inputs[k, j] if alone else (1.0 if j == k else 0.0)
+            if share != 0.0:
+                for i in range(outputs.shape[0]):
+                    slopes[i, j] += share * (memory[outputs[i]] / STEP)
+    if ran == 0:
+        return run_rows(t, memory, rows, words, at, copies)
+    return 0
+
+
+@kernel(outline=True)
+def run_rows(t, memory, rows, words, at, copies):
+    """One run of all rows, from what they find at first."""
+    for c in range(copies.shape[0]):
+        for i in range(copies[c, 2]):
+            memory[copies[c, 0] + i] = memory[copies[c, 1] + i]
+    status = 0
+    for r in range(rows.shape[0]):
+        if status == 0:
+            status = call_row(rows, r, t, memory, words, at[r])
+    return status
