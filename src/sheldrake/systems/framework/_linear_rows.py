@@ -145,7 +145,8 @@ class ByComplexSteps(RowDerivatives):
         self._made = [
             (row.calc, tuple(0.0 if a is None else a for a in these)) for row, these in zip(self.rows, arguments)
         ]
-        self._places, self._sweeps = imaginary_parts(self._T), {}
+        self._places = imaginary_parts(self._T)
+        self._sweeps: dict[bytes, Sweep] = {}
 
     def _sweep_for(self, wanted: np.ndarray) -> Sweep:
         found = self._sweeps.get(wanted.tobytes())
