@@ -18,6 +18,7 @@ _MODULES = [
     "sheldrake.solvers",
     "sheldrake.symbolic",
     "sheldrake.trajectories",
+    "sheldrake.common",  # for the names it had; all of it is in the next
     "sheldrake.common.all",
     "sheldrake.geometry.all",
     "sheldrake.multibody.all",

@@ -145,6 +145,8 @@ def missing_name(module: str, name: str) -> str | None:
         if reason := _pydrake_names.reason_against(name):
             return f"{module}.{name} is a name of pydrake that sheldrake will not have: {reason}."
         return f"{module}.{name} is a name of pydrake that sheldrake {__version__} does not have yet."
+    if name in _retired.GONE_NAMES:
+        return f"Drake removed {name}: {_retired.GONE_NAMES[name]}."
     elsewhere = _pydrake_names.modules_with(name)
     return f"{module} has no {name}; pydrake has it in {' and '.join(elsewhere)}." if elsewhere else None
 

@@ -1,5 +1,7 @@
 """Calls of pydrake from 2021 on: each works, with a hint that names today's."""
 
+import pathlib
+
 import numpy as np
 import pytest
 
@@ -68,7 +70,115 @@ def compliant():
     return properties.GetProperty("hydroelastic", "hydroelastic_modulus") == 1e7
 
 
+def params_by_an_old_name():
+    params = m.MeshcatVisualizerParams()
+    params.delete_prefix_initialization_event = False
+    return not params.delete_on_initialization_event and not params.delete_prefix_initialization_event
+
+
+def scene_without_a_time_step():
+    builder = m.DiagramBuilder()
+    plant, _ = m.AddMultibodyPlantSceneGraph(builder)
+    return plant.time_step() == 0.0 and plant.get_source_id() is not None
+
+
+def contacts_without_the_scene():
+    builder = m.DiagramBuilder()
+    plant, _ = m.AddMultibodyPlantSceneGraph(builder, 0.01)
+    plant.Finalize()
+    publisher = m.ConnectContactResultsToDrakeVisualizer(builder, plant, m.DrakeLcm("memq://"))
+    return publisher.get_channel_name() == "CONTACT_RESULTS"
+
+
+def material_with_a_modulus():
+    properties = m.ProximityProperties()
+    m.AddContactMaterial(1e7, 2.0, 1e5, m.CoulombFriction(0.3, 0.2), properties)
+    return (
+        properties.GetProperty("hydroelastic", "hydroelastic_modulus") == 1e7
+        and properties.GetProperty("material", "hunt_crossley_dissipation") == 2.0
+        and properties.GetProperty("material", "coulomb_friction").dynamic_friction() == 0.2
+    )
+
+
+def camera_poses():
+    core = m.RenderCameraCore("r", m.CameraInfo(64, 48, 0.7), m.ClippingRange(0.1, 2), m.RigidTransform())
+    sensor = m.RgbdSensor(
+        m.SceneGraph.world_frame_id(),
+        m.RigidTransform(),
+        m.DepthRenderCamera(core, m.DepthRange(0.1, 1)),
+        camera_poses=m.RgbdSensor.CameraPoses(X_BC=m.RigidTransform([1, 0, 0]), X_BD=m.RigidTransform([0, 1, 0])),
+        show_window=False,
+    )
+    X_BC, X_BD = (
+        camera.core().sensor_pose_in_camera_body().translation().tolist()
+        for camera in (sensor.default_color_render_camera(), sensor.default_depth_render_camera())
+    )
+    return (X_BC, X_BD) == ([1, 0, 0], [0, 1, 0])
+
+
+def bias_of_a_jacobian():
+    builder = m.DiagramBuilder()
+    plant = builder.AddSystem(m.MultibodyPlant(0.0))
+    body = plant.AddRigidBody("arm", m.SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    plant.AddJoint(m.RevoluteJoint("hinge", plant.world_frame(), body.body_frame(), [0, 0, 1]))
+    plant.Finalize()
+    context = plant.CreateDefaultContext()
+    plant.SetVelocities(context, [3.0])
+    W, v = plant.world_frame(), m.JacobianWrtVariable.kV
+    a = plant.CalcBiasForJacobianTranslationalVelocity(
+        context=context, with_respect_to=v, frame_F=body.body_frame(), p_FoBi_F=[2, 0, 0], frame_A=W, frame_E=W
+    )
+    A = plant.CalcBiasForJacobianSpatialVelocity(context, v, body.body_frame(), [2, 0, 0], W, W)
+    return np.allclose(np.ravel(a), [-18, 0, 0]) and np.allclose(A.translational(), [-18, 0, 0])
+
+
+def collocation_that_is_a_program():
+    """What DirectCollocation was until 2022: its methods are those of its program, and Solve() takes it."""
+    system = m.LinearSystem([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0]], np.eye(2), np.zeros((2, 1)))
+    dircol = m.DirectCollocation(system, system.CreateDefaultContext(), 11, 0.1, 0.1)
+    dircol.AddBoundingBoxConstraint([0.0, 0.0], [0.0, 0.0], dircol.initial_state())
+    dircol.AddLinearConstraint(m.eq(dircol.final_state(), [1.0, 0.0]))
+    dircol.AddRunningCost(dircol.input()[0] ** 2)
+    result, again = m.Solve(dircol), m.ChooseBestSolver(dircol.prog())
+    also = m.MakeSolver(again).Solve(dircol, None, None)
+    states = [r.GetSolution(dircol.state(10)) for r in (result, also)]
+    return result.is_success() and np.allclose(states, [[1.0, 0.0]] * 2, atol=1e-6) and not hasattr(dircol, "AddNone")
+
+
+def found_resource():
+    folder = m.temp_directory()
+    path = pathlib.Path(folder) / "drake" / "here.txt"
+    path.parent.mkdir()
+    path.touch()
+    m.AddResourceSearchPath(folder)
+    missing = m.FindResource("drake/nowhere.txt")
+    with pytest.raises(RuntimeError, match="nowhere"):
+        missing.get_absolute_path_or_throw()
+    return m.FindResource("drake/here.txt").get_absolute_path_or_throw() == str(path) and missing.get_error_message()
+
+
+def vertices_of_a_mesh():
+    vertices = [m.SurfaceVertex(r_MV=r) for r in ([0, 0, 0], [1, 0, 0], [0, 1, 0])]
+    mesh = m.SurfaceMesh([m.SurfaceFace(0, 1, 2)], vertices)
+    return mesh.total_area() == 0.5 and vertices[1].r_MV().tolist() == [1, 0, 0]
+
+
+def pose_in_parent():
+    inspector = ball()[1].model_inspector()
+    return inspector.GetPoseInParent(inspector.GetAllGeometryIds()[0]).IsExactlyEqualTo(m.RigidTransform())
+
+
 CALLS = {
+    "field": params_by_an_old_name,
+    "time step": scene_without_a_time_step,
+    "contacts": contacts_without_the_scene,
+    "material": material_with_a_modulus,
+    "poses of cameras": camera_poses,
+    "bias": bias_of_a_jacobian,
+    "collocation": collocation_that_is_a_program,
+    "resource": found_resource,
+    "vertices": vertices_of_a_mesh,
+    "pose in parent": pose_in_parent,
     "free pose": lambda: free_pose("SetFreeBodyPoseInWorldFrame"),
     "free pose in a frame": lambda: free_pose("SetFreeBodyPoseInAnchoredFrame", "F"),
     "index of velocities": lambda: ball()[2].floating_velocities_start() == 7,

@@ -131,7 +131,7 @@ def _hint(error: BaseException) -> str | None:
             found = False
         if found:
             return f"write `from {module} import {name}`."
-    return as_pydrake.missing_name(modules[0], name) if modules else None
+    return as_pydrake.missing_name(modules[0] if modules else "", name)
 
 
 def _say_where_interrupted(trace: TracebackType | None) -> None:

@@ -46,6 +46,9 @@ class Options:
 
     def __setattr__(self, name: str, value: Any) -> None:
         owner = type(self).__name__
+        if isinstance(getattr(type(self), name, None), property):
+            object.__setattr__(self, name, value)
+            return
         if name not in self._kinds:
             raise AttributeError(
                 f"{owner!r} object has no attribute {name!r}; it has {', '.join(self._kinds) or 'no settings'}."

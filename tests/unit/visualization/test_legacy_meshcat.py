@@ -6,12 +6,12 @@ import time
 
 import pytest
 
+from sheldrake._retired.meshcat_visualizer import ConnectMeshcatVisualizer
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.geometry import Box, GeometryInstance, HalfSpace, MakePhongIllustrationProperties, SceneGraph
 from sheldrake.math import RigidTransform
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
-from sheldrake.visualization._legacy_meshcat import ConnectMeshcatVisualizer
 
 PATIENCE = 60.0
 """A hang lasts longer than this [s], a busy machine does not."""

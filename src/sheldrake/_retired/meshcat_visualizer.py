@@ -22,7 +22,15 @@ from sheldrake.geometry import MeshcatVisualizer as _NewMeshcatVisualizer
 from sheldrake.geometry._meshcat.drawables import drawable_of_shape, triangles_of
 from sheldrake.systems.framework import EventStatus, LeafSystem
 
-__all__ = ["ConnectMeshcatVisualizer", "MeshcatVisualizer"]
+from .meshcat_parts import AddTriad, MeshcatContactVisualizer, MeshcatPointCloudVisualizer
+
+__all__ = [
+    "AddTriad",
+    "ConnectMeshcatVisualizer",
+    "MeshcatContactVisualizer",
+    "MeshcatPointCloudVisualizer",
+    "MeshcatVisualizer",
+]
 
 log = logging.getLogger("drake")
 DEFAULT_ZMQ_URL = "tcp://127.0.0.1:6000"
@@ -152,7 +160,7 @@ class MeshcatVisualizer(LeafSystem):
         path = f"/drake/{prefix}".rstrip("/")
         self._params = MeshcatVisualizerParams(publish_period=draw_period, role=role, prefix=path)
         self._scene_graph = scene_graph
-        self._server = None
+        self._server: Any = None
         self.meshcat: Meshcat | None = None
         self._connect(zmq_url)
         self.DeclareAbstractInputPort("geometry_query", AbstractValue.Make(QueryObject()))

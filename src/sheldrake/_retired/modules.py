@@ -1,19 +1,12 @@
-"""Names that Drake retired since 2021, each with the one that took its place.
-
-They work, with one warning (`DrakeDeprecationWarning`) that names today's way. `sheldrake.all` and the pydrake alias
-add them to the modules and classes they were found in; nothing here is imported by the library itself.
-"""
+"""Modules and names that Drake folded into others, or removed for good."""
 
 from __future__ import annotations
 
-import functools
 import importlib
-from collections.abc import Callable
 from types import ModuleType
 from typing import Any, NamedTuple
 
-from sheldrake._retired_functions import FUNCTIONS, hint
-from sheldrake._retired_methods import CALLS, KEYWORDS, METHODS
+from .hints import hint
 
 
 class Module(NamedTuple):
@@ -21,6 +14,7 @@ class Module(NamedTuple):
 
     replacement: str
     names: dict[str, tuple[str, str]]
+    today: str = ""  # where to import from, when that is not the replacement
 
     def make(self, fullname: str) -> ModuleType:
         """Makes the retired module. Names it had that sheldrake lacks are found missing when they are asked for."""
@@ -35,7 +29,7 @@ class Module(NamedTuple):
 
         vars(module)["__getattr__"] = __getattr__
         vars(module)["__all__"] = _existing(self.replacement, self.names)
-        today = self.replacement.partition("._")[0].replace("sheldrake", "pydrake", 1)
+        today = self.today or self.replacement.replace("sheldrake", "pydrake", 1)
         hint(f"{fullname} is retired: import from {today}.")
         return module
 
@@ -69,7 +63,7 @@ MODULES: dict[str, Module] = {
     "pydrake.manipulation.planner": _folded("sheldrake.multibody.inverse_kinematics"),
     "pydrake.systems.trajectory_optimization": _folded("sheldrake.planning"),
     "pydrake.geometry.render": _folded("sheldrake.geometry"),
-    "pydrake.systems.meshcat_visualizer": _folded("sheldrake.visualization._legacy_meshcat"),
+    "pydrake.systems.meshcat_visualizer": Module("sheldrake._retired.meshcat_visualizer", {}, "pydrake.visualization"),
 }
 """Retired modules by their pydrake names."""
 
@@ -79,47 +73,20 @@ GONE = {
     "pydrake.examples.manipulation_station": "ManipulationStation; use "
     "pydrake.multibody.parsing.ProcessModelDirectives and the drivers of pydrake.manipulation",
     "pydrake.manipulation.simple_ui": "windows of Tk; use pydrake.multibody.meshcat.JointSliders",
+    "pydrake.solvers.dreal": "DrealSolver; use another solver of pydrake.solvers",
+    "pydrake.third_party": "what it bundled; import those packages by their own names",
 }
 """Modules that Drake removed for good: what they held, and what to use."""
 
-
-def takes_retired_keywords(function: Callable, call: str, today: dict[str, str]) -> Callable:
-    """The same function; it warns of arguments with retired names and takes them for today's."""
-
-    @functools.wraps(function)
-    def wrapper(*args: Any, **kwargs: Any) -> Any:
-        retired = [name for name in kwargs if name in today]
-        if retired:
-            hint(f"{call}(): " + ", ".join(f"{name} is now {today[name]}" for name in retired) + ".")
-            kwargs = {today.get(name, name): value for name, value in kwargs.items()}
-        return function(*args, **kwargs)
-
-    return wrapper
-
-
-def install(module: ModuleType) -> dict[str, Any]:
-    """Adds to one of sheldrake's modules the retired names it had.
-
-    Returns:
-        The functions and classes added to the module itself, by name; a roll-up module wants them too.
-    """
-    for class_name, methods in METHODS.get(module.__name__, {}).items():
-        cls = getattr(module, class_name, None)
-        for name, function in methods.items():
-            if cls is not None and not hasattr(cls, name):
-                setattr(cls, name, function)
-    for class_name, tables in KEYWORDS.get(module.__name__, {}).items():
-        cls = getattr(module, class_name)
-        for name, today in tables.items():
-            function = getattr(cls, name)
-            if not hasattr(function, "__wrapped__"):
-                setattr(cls, name, takes_retired_keywords(function, f"{class_name}.{name}", today))
-    for class_name, calls in CALLS.get(module.__name__, {}).items():
-        cls = getattr(module, class_name)
-        for name, wrap in calls.items():
-            function = getattr(cls, name)
-            if not hasattr(function, "__wrapped__"):
-                setattr(cls, name, functools.wraps(function)(wrap(function)))
-    made = FUNCTIONS.get(module.__name__, dict)()
-    added = {name: vars(module).setdefault(name, value) for name, value in made.items()}
-    return added
+_STATION = "use pydrake.multibody.parsing.ProcessModelDirectives and pydrake.manipulation.ApplyDriverConfigs"
+GONE_NAMES = {
+    **dict.fromkeys(("ManipulationStation", "ManipulationStationHardwareInterface"), _STATION),
+    **dict.fromkeys(("IiwaCollisionModel", "SchunkCollisionModel", "CreateClutterClearingYcbObjectList"), _STATION),
+    "RigidBodyTree": "use pydrake.multibody.plant.MultibodyPlant",
+    "RigidBodyPlant": "use pydrake.multibody.plant.MultibodyPlant",
+    "FloatingBaseType": "use pydrake.multibody.tree.BaseBodyJointType",
+    "SchunkWsgButtons": "use Meshcat.AddButton() and Meshcat.GetButtonClicks()",
+    "DrealSolver": "use another solver of pydrake.solvers",
+    "ConnectLcmScope": "use pydrake.systems.lcm.LcmScopeSystem.AddToBuilder()",
+}
+"""Names that Drake removed for good: what to use."""

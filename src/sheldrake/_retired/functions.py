@@ -6,24 +6,7 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-
-def hint(text: str) -> None:
-    """Warns the caller of what calls this that something is retired."""
-    from sheldrake.common.deprecation import DrakeDeprecationWarning
-
-    warnings.warn(text, DrakeDeprecationWarning, stacklevel=3)
-
-
-def forwarded(new: Callable, old: str, today: str) -> Callable:
-    """A function that warns that `old` is retired in favour of `today` and calls `new`."""
-
-    def function(*args: Any, **kwargs: Any) -> Any:
-        hint(f"{old}() is retired: use {today}.")
-        return new(*args, **kwargs)
-
-    function.__name__ = function.__qualname__ = old
-    function.__doc__ = f"Retired: use {today}."
-    return function
+from .hints import forwarded, hint
 
 
 def _autodiffutils() -> dict[str, Any]:
@@ -48,12 +31,14 @@ def _autodiffutils() -> dict[str, Any]:
 
 
 def _visualization() -> dict[str, Any]:
-    from sheldrake.visualization import _legacy_meshcat
+    from .meshcat_visualizer import ConnectMeshcatVisualizer
 
-    return {"ConnectMeshcatVisualizer": _legacy_meshcat.ConnectMeshcatVisualizer}
+    return {"ConnectMeshcatVisualizer": ConnectMeshcatVisualizer}
 
 
 def _geometry() -> dict[str, Any]:
+    import numpy as np
+
     from sheldrake.geometry import (
         AddCompliantHydroelasticProperties,
         AddCompliantHydroelasticPropertiesForHalfSpace,
@@ -62,6 +47,7 @@ def _geometry() -> dict[str, Any]:
         DepthRange,
         DepthRenderCamera,
         DrakeVisualizer,
+        MeshcatPointCloudVisualizer,
         MeshcatVisualizer,
         ReadObjToTriangleSurfaceMesh,
         RenderCameraCore,
@@ -70,6 +56,24 @@ def _geometry() -> dict[str, Any]:
     )
     from sheldrake.geometry._camera_info import CameraInfo
     from sheldrake.math import RigidTransform
+
+    class SurfaceVertex(np.ndarray):
+        """Retired: vertices are positions. The position r_MV [m] of a vertex in the mesh's frame, shape (3,)."""
+
+        def __new__(cls, r_MV: Any) -> SurfaceVertex:
+            hint("SurfaceVertex is retired: a vertex of a TriangleSurfaceMesh is its position.")
+            return np.asarray(r_MV, dtype=float).reshape(3).view(cls)
+
+        def r_MV(self) -> np.ndarray:
+            """The position [m], shape (3,)."""
+            return np.array(self)
+
+    class MeshcatPointCloudVisualizerCpp(MeshcatPointCloudVisualizer):
+        """Retired: use `MeshcatPointCloudVisualizer`."""
+
+        def __init__(self, *args: Any, **kwargs: Any):
+            hint("MeshcatPointCloudVisualizerCpp is retired: use MeshcatPointCloudVisualizer.")
+            super().__init__(*args, **kwargs)
 
     class MeshcatVisualizerCpp(MeshcatVisualizer):
         """Retired: use `MeshcatVisualizer`."""
@@ -103,6 +107,7 @@ def _geometry() -> dict[str, Any]:
         return DepthRenderCamera(seen, DepthRange(z_near, z_far))
 
     return {
+        "MeshcatPointCloudVisualizerCpp": MeshcatPointCloudVisualizerCpp,
         "MeshcatVisualizerCpp": MeshcatVisualizerCpp,
         "CameraProperties": CameraProperties,
         "DepthCameraProperties": DepthCameraProperties,
@@ -122,6 +127,7 @@ def _geometry() -> dict[str, Any]:
         ),
         "SurfaceFace": SurfaceTriangle,
         "SurfaceMesh": TriangleSurfaceMesh,
+        "SurfaceVertex": SurfaceVertex,
     }
 
 
@@ -243,11 +249,64 @@ def _primitives() -> dict[str, Any]:
 
 
 def _common() -> dict[str, Any]:
+    import pathlib
+
+    from sheldrake.common import FindResourceOrThrow
+
     def set_assertion_failure_to_throw_exception() -> None:
         """Retired: an assertion that fails is an error anyway."""
         hint("set_assertion_failure_to_throw_exception() is retired: it is always so.")
 
-    return {"set_assertion_failure_to_throw_exception": set_assertion_failure_to_throw_exception}
+    searched: list[str] = []
+
+    def AddResourceSearchPath(search_path: str) -> None:
+        """Retired: set `DRAKE_RESOURCE_ROOT`. A folder that FindResource() looks in, too; it holds `drake/`."""
+        hint("AddResourceSearchPath() is retired: set DRAKE_RESOURCE_ROOT, or use PackageMap.Add().")
+        searched.append(str(search_path))
+
+    def GetResourceSearchPaths() -> list[str]:
+        """Retired: see `AddResourceSearchPath`."""
+        return list(searched)
+
+    class FindResourceResult:
+        """Retired: use `FindResourceOrThrow`. What FindResource() found."""
+
+        def __init__(self, resource_path: str):
+            self._resource_path, self._found, self._error = resource_path, "", ""
+            try:
+                self._found = find(resource_path)
+            except RuntimeError as error:
+                self._error = str(error)
+
+        def get_resource_path(self) -> str:
+            """What was asked for."""
+            return self._resource_path
+
+        def get_absolute_path_or_throw(self) -> str:
+            """Where it is; RuntimeError when it is nowhere."""
+            if self._error:
+                raise RuntimeError(self._error)
+            return self._found
+
+        def get_error_message(self) -> str | None:
+            """Why nothing was found, or None."""
+            return self._error or None
+
+    def find(resource_path: str) -> str:
+        own = (pathlib.Path(folder) / resource_path for folder in searched)
+        return next((str(path) for path in own if path.is_file()), None) or FindResourceOrThrow(resource_path)
+
+    def FindResource(resource_path: str) -> FindResourceResult:
+        """Retired: use `FindResourceOrThrow`."""
+        hint("FindResource() is retired: use FindResourceOrThrow().")
+        return FindResourceResult(resource_path)
+
+    return {
+        "set_assertion_failure_to_throw_exception": set_assertion_failure_to_throw_exception,
+        "AddResourceSearchPath": AddResourceSearchPath,
+        "GetResourceSearchPaths": GetResourceSearchPaths,
+        "FindResource": FindResource,
+    }
 
 
 def _framework() -> dict[str, Any]:
@@ -290,6 +349,12 @@ def _html_of(system: Any, depth: int) -> str:
     return f'<details{unfolded} style="{style}"><summary>{name}</summary><ul>{"".join(ports)}</ul>{inside}</details>'
 
 
+def _rendering() -> dict[str, Any]:
+    from . import poses
+
+    return {name: getattr(poses, name) for name in poses.__all__}
+
+
 FUNCTIONS: dict[str, Callable[[], dict[str, Any]]] = {
     "sheldrake.autodiffutils": _autodiffutils,
     "sheldrake.common": _common,
@@ -300,6 +365,7 @@ FUNCTIONS: dict[str, Callable[[], dict[str, Any]]] = {
     "sheldrake.multibody.parsing": _parsing,
     "sheldrake.systems.framework": _framework,
     "sheldrake.systems.primitives": _primitives,
+    "sheldrake.systems.rendering": _rendering,
     "sheldrake.visualization": _visualization,
 }
 """Retired functions and classes of a module, made when the module is there."""

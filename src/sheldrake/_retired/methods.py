@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from sheldrake._retired_functions import hint
+from .calls import CameraPoses
+from .hints import hint
 
 
 def renamed(new: str, call: str, static: bool = False) -> Any:
@@ -102,48 +103,47 @@ def _finalize_plant(self: Any) -> None:
     self.plant().Finalize()
 
 
-def _shortest_path(function: Callable) -> Callable:
-    """SolveShortestPath() that takes ids of vertices, and whether to relax instead of options."""
+def _bias(of: str, today: str) -> Callable:
+    """A method of MultibodyPlant that gives the bias term of a Jacobian of velocities, Jdot v."""
 
-    def solve(self: Any, *args: Any, **kwargs: Any) -> Any:
-        from sheldrake.geometry.optimization import GraphOfConvexSetsOptions
+    def calc(
+        self: Any, context: Any, with_respect_to: Any, frame_F: Any, p_FoBi_F: Any, frame_A: Any, frame_E: Any
+    ) -> Any:
+        hint(f"MultibodyPlant.CalcBiasForJacobian{of}() is retired: use {today}().")
+        return getattr(self, today)(context, with_respect_to, frame_F, p_FoBi_F, frame_A, frame_E)
 
-        args, kwargs = _of_ids("SolveShortestPath", self, args, kwargs)
-        relaxed = kwargs.pop("convex_relaxation", args[2] if len(args) > 2 else None)
-        if isinstance(relaxed, bool):
-            hint("SolveShortestPath(): convex_relaxation is now a field of GraphOfConvexSetsOptions.")
-            args, options = args[:2], GraphOfConvexSetsOptions()
-            options.convex_relaxation = relaxed
-            kwargs["options"] = options
-        return function(self, *args, **kwargs)
-
-    return solve
+    calc.__doc__ = f"Retired: use `{today}`."
+    return calc
 
 
-def _add_edge(function: Callable) -> Callable:
-    """AddEdge() that takes ids of vertices."""
-
-    def add(self: Any, *args: Any, **kwargs: Any) -> Any:
-        args, kwargs = _of_ids("AddEdge", self, args, kwargs)
-        return function(self, *args, **kwargs)
-
-    return add
+def _set_end_effector_velocity_gain(self: Any, gain_E: Any) -> None:
+    """Retired: use `set_end_effector_velocity_flag`. Directions whose gain is not zero are controlled."""
+    hint("DifferentialInverseKinematicsParameters: gains are retired: use set_end_effector_velocity_flag().")
+    self.set_end_effector_velocity_flag([bool(gain) for gain in gain_E])
 
 
-_BY_ID = {"source_id": "source", "target_id": "target", "u_id": "u", "v_id": "v"}
+def _of_its_program(self: Any, name: str) -> Any:
+    """What was a method of this when it was itself a MathematicalProgram."""
+    from sheldrake.solvers import MathematicalProgram
+
+    if name.startswith("_") or not hasattr(MathematicalProgram, name):
+        raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+    hint(f"{type(self).__name__}.{name}() is retired: use prog().{name}().")
+    return getattr(self.prog(), name)
 
 
-def _of_ids(call: str, graph: Any, args: tuple, kwargs: dict[str, Any]) -> tuple[tuple, dict[str, Any]]:
-    """Arguments with vertices in the place of their ids."""
-    from sheldrake.geometry.optimization import GraphOfConvexSets
+def _field(today: str, call: str) -> property:
+    """A retired name of a field."""
 
-    def vertex(value: Any) -> Any:
-        if not isinstance(value, GraphOfConvexSets.VertexId):
-            return value
-        hint(f"{call}(): ids of vertices are retired: give the vertices.")
-        return next(v for v in graph.Vertices() if v.id() == value)
+    def get(self: Any) -> Any:
+        hint(f"{call} is retired: use {today}.")
+        return getattr(self, today)
 
-    return tuple(map(vertex, args)), {_BY_ID.get(name, name): vertex(value) for name, value in kwargs.items()}
+    def set_(self: Any, value: Any) -> None:
+        hint(f"{call} is retired: use {today}.")
+        setattr(self, today, value)
+
+    return property(get, set_, doc=f"Retired: use `{today}`.")
 
 
 _DAMPED = ("RevoluteJoint", "PrismaticJoint", "ScrewJoint", "BallRpyJoint", "UniversalJoint")
@@ -189,6 +189,10 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
             "CalcCenterOfMassPosition": renamed(
                 "CalcCenterOfMassPositionInWorld", "MultibodyPlant.CalcCenterOfMassPosition"
             ),
+            "CalcBiasForJacobianSpatialVelocity": _bias("SpatialVelocity", "CalcBiasSpatialAcceleration"),
+            "CalcBiasForJacobianTranslationalVelocity": _bias(
+                "TranslationalVelocity", "CalcBiasTranslationalAcceleration"
+            ),
             "set_discrete_contact_solver": _set_discrete_contact_solver,
             "get_continuous_state_output_port": renamed(
                 "get_state_output_port", "MultibodyPlant.get_continuous_state_output_port"
@@ -219,17 +223,28 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
         },
         "QueryObject": {"X_WG": renamed("GetPoseInWorld", "QueryObject.X_WG")},
         **{name: {"filename": _filename} for name in ("Mesh", "Convex")},
-        "SceneGraphInspector": {"all_frame_ids": renamed("GetAllFrameIds", "SceneGraphInspector.all_frame_ids")},
+        "SceneGraphInspector": {
+            "all_frame_ids": renamed("GetAllFrameIds", "SceneGraphInspector.all_frame_ids"),
+            "GetPoseInParent": renamed("GetPoseInFrame", "SceneGraphInspector.GetPoseInParent"),
+        },
+        "MeshcatVisualizerParams": {
+            name: _field("delete_on_initialization_event", f"MeshcatVisualizerParams.{name}")
+            for name in ("delete_prefix_on_initialization_event", "delete_prefix_initialization_event")
+        },
     },
     "sheldrake.multibody.inverse_kinematics": {
         "InverseKinematics": {"AddMinimumDistanceConstraint": _add_minimum_distance},
         "DifferentialInverseKinematicsParameters": {
             "get_timestep": renamed("get_time_step", "DifferentialInverseKinematicsParameters.get_timestep"),
             "set_timestep": renamed("set_time_step", "DifferentialInverseKinematicsParameters.set_timestep"),
+            "set_end_effector_velocity_gain": _set_end_effector_velocity_gain,
         },
     },
     "sheldrake.planning": {
-        "MultipleShooting": {"timestep": renamed("time_step", "MultipleShooting.timestep")},
+        "MultipleShooting": {
+            "timestep": renamed("time_step", "MultipleShooting.timestep"),
+            "__getattr__": _of_its_program,
+        },
         "RobotDiagramBuilder": {
             **{
                 f"mutable_{part}": renamed(part, f"RobotDiagramBuilder.mutable_{part}")
@@ -242,6 +257,7 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
     },
     "sheldrake.systems.sensors": {
         "RgbdSensor": {
+            "CameraPoses": CameraPoses,
             "color_camera_info": _camera_info("color"),
             "depth_camera_info": _camera_info("depth"),
             "color_render_camera": renamed("default_color_render_camera", "RgbdSensor.color_render_camera"),
@@ -253,41 +269,3 @@ METHODS: dict[str, dict[str, dict[str, Any]]] = {
     },
 }
 """Retired methods: module, class, name, function. A class gets those whose name it does not define itself."""
-
-_WELD = {
-    **dict.fromkeys(("A", "frame_on_parent_P", "parent_frame_P"), "frame_on_parent_F"),
-    **dict.fromkeys(("B", "frame_on_child_C", "child_frame_C"), "frame_on_child_M"),
-    **dict.fromkeys(("X_AB", "X_PC"), "X_FM"),
-}
-KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
-    "sheldrake.geometry": {
-        **{name: {"__init__": {"absolute_filename": "filename"}} for name in ("Mesh", "Convex")},
-        "MeshcatVisualizerParams": {
-            "__init__": dict.fromkeys(
-                ("delete_prefix_on_initialization_event", "delete_prefix_initialization_event"),
-                "delete_on_initialization_event",
-            )
-        },
-    },
-    "sheldrake.multibody.plant": {
-        "MultibodyPlant": {"WeldFrames": _WELD, "CalcJacobianSpatialVelocity": {"p_BP": "p_BoBp_B"}}
-    },
-    "sheldrake.systems.sensors": {
-        "RgbdSensor": {
-            "__init__": {
-                "color_properties": "color_camera",
-                "depth_properties": "depth_camera",
-                "properties": "depth_camera",
-            }
-        }
-    },
-    "sheldrake.multibody.tree": {"WeldJoint": {"__init__": _WELD}},
-}
-"""Retired names of arguments: module, class, method, today's name of each."""
-
-CALLS: dict[str, dict[str, dict[str, Callable]]] = {
-    "sheldrake.geometry.optimization": {
-        "GraphOfConvexSets": {"AddEdge": _add_edge, "SolveShortestPath": _shortest_path},
-    },
-}
-"""Retired ways to call methods: module, class, method, what makes of today's one that takes the old way too."""
