@@ -11,10 +11,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Mismatch, call_first_match, instance_of, signature
+from sheldrake.common._overloads import Kind, Mismatch, dispatch, kind, overload
 from sheldrake.common._random import RandomGenerator
-from sheldrake.common._scalars import any_array, as_array, scalar
+from sheldrake.common._scalars import any_array, scalar, vector
 from sheldrake.common.cpp_template import TemplateClass
 
 
@@ -68,6 +69,7 @@ class _Schema:
         return f"{pretty_class_name(type(self))}({pairs})"
 
 
+@kind("list of float")
 def _numbers(value: Any) -> list[float]:
     array = any_array(float, value)
     if array.ndim != 1:
@@ -78,7 +80,7 @@ def _numbers(value: Any) -> list[float]:
 class _Fields(_Schema):
     """Fields of one kind each, given all together, by position or name, or not at all."""
 
-    _KINDS: ClassVar[dict[str, tuple]] = {}
+    _KINDS: ClassVar[dict[str, Kind]] = {}
     _DEFAULTS: ClassVar[dict[str, Any]] = {}
 
     def __init__(self, *args: Any, **kwargs: Any):
@@ -95,20 +97,20 @@ class _Fields(_Schema):
         def set_copy(self: Any, other: Any) -> None:
             set_all(self, *(copy.copy(getattr(other, name)) for name in cls._KINDS))
 
-        signatures = [
-            signature(set_default),
-            signature(set_copy, other=instance_of(cls)),
-            signature(set_all, **cls._KINDS),
+        ways = [
+            overload(set_default),
+            overload(set_copy, other=instance_of(cls)),
+            overload(set_all, **cls._KINDS),
         ]
-        call_first_match(pretty_class_name(type(self)), signatures, self, args, kwargs, constructor=True)
+        dispatch(pretty_class_name(type(self)), ways, self, args, kwargs, constructor=True)
 
     def __setattr__(self, name: str, value: Any) -> None:
         if name not in self._KINDS:
             raise AttributeError(f"{type(self).__name__} has no field '{name}'; it has {', '.join(self._KINDS)}.")
         try:
-            object.__setattr__(self, name, self._KINDS[name][0](value))
+            object.__setattr__(self, name, self._KINDS[name](value))
         except Mismatch:
-            words = self._KINDS[name][1]
+            words = getattr(self._KINDS[name], "words")  # noqa: B009
             raise TypeError(f"{type(self).__name__}.{name} takes a {words}, not {value!r}.") from None
 
 
@@ -194,7 +196,7 @@ class Uniform(_Fields, Distribution):
 class UniformDiscrete(_Fields, Distribution):
     """One of several numbers, all equally likely."""
 
-    _KINDS: ClassVar[dict] = {"values": (_numbers, "list of float")}
+    _KINDS: ClassVar[dict] = {"values": _numbers}
     _DEFAULTS: ClassVar[dict] = {"values": []}
     __fields__ = (_field("values", list[float]),)
     values: list[float]
@@ -240,6 +242,7 @@ class DistributionVector:
         raise NotImplementedError
 
 
+@kind("vector of floats")
 def _any_vector(value: Any) -> np.ndarray:
     array = any_array(float, value)
     if array.ndim == 2 and array.shape[1] == 1:
@@ -250,10 +253,8 @@ def _any_vector(value: Any) -> np.ndarray:
     return array
 
 
-def _vector_of(size: int | None) -> tuple:
-    if size is None:
-        return _any_vector, "vector of floats"
-    return (lambda value: as_array(float, value, (size,))), f"float array of shape ({size},)"
+def _vector_of(size: int | None) -> Kind:
+    return _any_vector if size is None else vector(float, size)
 
 
 class _DeterministicVector(_Fields, DistributionVector):

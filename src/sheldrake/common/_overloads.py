@@ -1,33 +1,138 @@
-"""Choosing among the signatures of one call by the names and types of its arguments."""
+"""Calls that may be made in several ways: how they are stated, who chooses among them, and the error that lists them.
+
+A way to make a call is an `overload`: names of its parameters, and what each takes. What a parameter takes is a *kind*:
+a function that converts a value, or raises `Mismatch`; its attribute `words` names it in errors (kinds in common use
+are in `_kinds`). State the ways beside the body that they all lead to,
+
+    @overloaded(overload(e=expression), overload(binding=instance_of(Binding), tol=(number, 1e-6)))
+    def AddCost(self, what, tol=1e-6): ...
+
+or, where each leads elsewhere, in a list for `dispatch`.
+"""
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 from sheldrake.common._names import pretty_class_name
 
+Kind = Callable[[Any], Any]
+_Kind = TypeVar("_Kind", bound=Kind)
+_NO_TARGET = object()
+
 
 class Mismatch(TypeError):
-    """A value that a converter cannot take; the next signature is tried."""
+    """A value that a kind does not take; the next way to make the call is tried."""
 
     def __init__(self, text: str = "incompatible function arguments: one is of the wrong type") -> None:
         super().__init__(text)
 
 
-class Signature(NamedTuple):
-    """One way to make a call."""
+def kind(words: str) -> Callable[[_Kind], _Kind]:
+    """Decorates a converter with what it takes in words."""
 
-    function: Callable[..., Any]
-    parameters: tuple[tuple[str, Callable[[Any], Any], str], ...]  # name, converter, what it takes in words
+    def name(convert: _Kind) -> _Kind:
+        setattr(convert, "words", words)  # noqa: B010 (functions and partials have no such attribute for mypy)
+        return convert
+
+    return name
+
+
+class Overload(NamedTuple):
+    """One way to make a call: `function(target, *converted values)`."""
+
+    function: Callable[..., Any] | None
+    names: tuple[str, ...]
+    kinds: tuple[Kind, ...]
+    defaults: Mapping[str, Any]
 
     def __str__(self) -> str:
-        return f"({', '.join(f'{name}: {words}' for name, _, words in self.parameters)})"
+        shown = []
+        for name, convert in zip(self.names, self.kinds):
+            words = getattr(convert, "words", None)
+            shown.append(name if words is None else f"{name}: {words}")
+            if name in self.defaults:
+                default = self.defaults[name]
+                shown[-1] += f" = {default!r}" if isinstance(default, (int, float, str, type(None))) else " = ..."
+        return f"({', '.join(shown)})"
+
+    def converted(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> list[Any] | None:
+        """The values of the parameters, or None where the arguments do not fit; defaults are not converted."""
+        values = in_order(self.names, args, kwargs, self.defaults)
+        if values is None:
+            return None
+        try:
+            return [
+                value if name in self.defaults and value is self.defaults[name] else convert(value)
+                for name, convert, value in zip(self.names, self.kinds, values)
+            ]
+        except Mismatch:
+            return None
 
 
-def signature(function: Callable[..., Any], **parameters: tuple[Callable[[Any], Any], str]) -> Signature:
-    """A signature that calls `function(target, *converted values)`."""
-    return Signature(function, tuple((name, *kind) for name, kind in parameters.items()))
+def overload(function: Callable[..., Any] | None = None, /, **parameters: Any) -> Overload:
+    """A way to make a call.
+
+    Args:
+        function: Called with the target and the converted values; for `overloaded`, None is what it decorates.
+        parameters: The kind of each, or a pair of kind and default.
+    """
+    pairs = {name: given if isinstance(given, tuple) else (given,) for name, given in parameters.items()}
+    defaults = {name: pair[1] for name, pair in pairs.items() if len(pair) > 1}
+    return Overload(function, tuple(pairs), tuple(pair[0] for pair in pairs.values()), defaults)
+
+
+def dispatch(
+    call: str,
+    ways: Sequence[Overload],
+    target: Any,
+    args: Sequence[Any],
+    kwargs: Mapping[str, Any],
+    *,
+    constructor: bool = False,
+) -> Any:
+    """What the first way gives that takes the arguments.
+
+    Args:
+        call: Name of the call, for the error.
+        ways: In order of preference.
+        target: The object called upon, the first argument of each function.
+        args: Positional arguments.
+        kwargs: Named arguments.
+        constructor: The call makes an object.
+
+    Raises:
+        TypeError: none takes them.
+    """
+    for way in ways:
+        values = way.converted(args, kwargs)
+        if values is not None:
+            assert way.function is not None
+            return way.function(*values) if target is _NO_TARGET else way.function(target, *values)
+    raise incompatible(call, [str(way) for way in ways], args, kwargs, constructor=constructor)
+
+
+def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
+    """Decorates a function or method with the ways to call it; its body gets the converted values, in order."""
+
+    def decorate(body: Callable[..., Any]) -> Any:
+        all_ways = [way if way.function is not None else way._replace(function=body) for way in ways]
+        is_method = body.__code__.co_varnames[:1] in (("self",), ("cls",))
+        constructor = body.__name__ == "__init__"
+
+        @functools.wraps(body)
+        def call(*args: Any, **kwargs: Any) -> Any:
+            if not is_method:
+                return dispatch(body.__name__, all_ways, _NO_TARGET, args, kwargs)
+            name = pretty_class_name(type(args[0])) if constructor else body.__qualname__
+            return dispatch(name, all_ways, args[0], args[1:], kwargs, constructor=constructor)
+
+        del call.__wrapped__  # its parameters are not those of the call
+        return call
+
+    return decorate
 
 
 def in_order(
@@ -48,45 +153,11 @@ def in_order(
     return [*args, *(given[name] for name in rest)]
 
 
-def call_first_match(
-    call: str,
-    signatures: Sequence[Signature],
-    target: Any,
-    args: Sequence[Any],
-    kwargs: Mapping[str, Any],
-    *,
-    constructor: bool = False,
-) -> Any:
-    """What the first signature that accepts the arguments gives.
-
-    Args:
-        call: Name of the call, for the error.
-        signatures: In order of preference.
-        target: The object called upon, the first argument of each function.
-        args: Positional arguments.
-        kwargs: Named arguments.
-        constructor: The call makes an object.
-
-    Raises:
-        TypeError: no signature accepts them.
-    """
-    for one in signatures:
-        values = in_order([name for name, _, _ in one.parameters], args, kwargs)
-        if values is None:
-            continue
-        try:
-            converted = [convert(value) for (_, convert, _), value in zip(one.parameters, values)]
-        except Mismatch:
-            continue
-        return one.function(target, *converted)
-    raise incompatible(call, [str(one) for one in signatures], args, kwargs, constructor=constructor)
-
-
 def describe(value: Any) -> str:
     """Type of a value, and shape of an array, for an error."""
     shape = getattr(value, "shape", None)
-    kind = pretty_class_name(type(value))
-    return f"{kind} of shape {shape}" if shape not in (None, ()) else kind
+    name = pretty_class_name(type(value))
+    return f"{name} of shape {shape}" if shape not in (None, ()) else name
 
 
 def incompatible(
@@ -97,9 +168,9 @@ def incompatible(
     The words `incompatible ... arguments` are what `Foo_(...)` looks for when it tries one scalar after the other.
     """
     found = [describe(value) for value in args] + [f"{name}={describe(value)}" for name, value in kwargs.items()]
-    kind = "constructor" if constructor else "function"
+    what = "constructor" if constructor else "function"
     return TypeError(
-        f"{call}(): incompatible {kind} arguments. Got ({', '.join(found)}); accepted: {', '.join(accepted)}."
+        f"{call}(): incompatible {what} arguments. Got ({', '.join(found)}); accepted: {', '.join(accepted)}."
     )
 
 
@@ -114,14 +185,3 @@ def expect(call: str, value: Any, cls: type | tuple[type, ...]) -> Any:
             call, [f"({pretty_class_name(c)})" for c in (cls if isinstance(cls, tuple) else (cls,))], (value,), {}
         )
     return value
-
-
-def instance_of(cls: type) -> tuple[Callable[[Any], Any], str]:
-    """Parameter kind: an object of one class."""
-
-    def convert(value: Any) -> Any:
-        if not isinstance(value, cls):
-            raise Mismatch
-        return value
-
-    return convert, pretty_class_name(cls)

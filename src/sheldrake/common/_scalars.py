@@ -18,7 +18,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Mismatch, Signature, call_first_match, incompatible
+from sheldrake.common._overloads import Kind, Mismatch, Overload, dispatch, incompatible, kind, overload
 from sheldrake.common.cpp_param import get_param_canonical
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.common.value import _register_value_type
@@ -108,19 +108,19 @@ def any_array(T: type, value: Any) -> np.ndarray:
     return array
 
 
-def scalar(T: type) -> tuple[Callable[[Any], Any], str]:
+def scalar(T: type) -> Kind:
     """Parameter kind: one number."""
-    return functools.partial(as_scalar, T), T.__name__
+    return kind(T.__name__)(functools.partial(as_scalar, T))
 
 
-def vector(T: type, n: int) -> tuple[Callable[[Any], Any], str]:
+def vector(T: type, n: int) -> Kind:
     """Parameter kind: a vector of `n` numbers."""
-    return functools.partial(as_array, T, shape=(n,)), f"{T.__name__} array of shape ({n},)"
+    return kind(f"{T.__name__} array of shape ({n},)")(functools.partial(as_array, T, shape=(n,)))
 
 
-def matrix(T: type, rows: int, cols: int) -> tuple[Callable[[Any], Any], str]:
+def matrix(T: type, rows: int, cols: int) -> Kind:
     """Parameter kind: a matrix of fixed size."""
-    return functools.partial(as_array, T, shape=(rows, cols)), f"{T.__name__} array of shape ({rows}, {cols})"
+    return kind(f"{T.__name__} array of shape ({rows}, {cols})")(functools.partial(as_array, T, shape=(rows, cols)))
 
 
 def frozen(array: np.ndarray) -> np.ndarray:
@@ -297,7 +297,7 @@ class ScalarBase:
     _T: ClassVar[type] = float
     _FIELDS: ClassVar[tuple[str, ...]] = ()
     _template: ClassVar[Any]
-    _signature_cache: ClassVar[dict[tuple[type, str], list[Signature]]] = {}
+    _way_cache: ClassVar[dict[tuple[type, str], list[Overload]]] = {}
 
     cast = _Cast()
 
@@ -351,28 +351,28 @@ class ScalarBase:
         return cls._template[cls._T]
 
     def _choose(self, call: str, args: tuple, kwargs: dict) -> Any:
-        """Run the first signature of `call` that accepts the arguments (see `_signatures_<call>`)."""
+        """Run the first way to make `call` that takes the arguments (see `_ways_<call>`)."""
         cls = type(self)._plain_class()
         key = (cls, call)
-        signatures = self._signature_cache.get(key)
-        if signatures is None:
-            signatures = self._signature_cache[key] = getattr(cls, f"_signatures_{call}")(cls)
+        ways = self._way_cache.get(key)
+        if ways is None:
+            ways = self._way_cache[key] = getattr(cls, f"_ways_{call}")(cls)
         where = pretty_class_name(cls) if call == "init" else f"{pretty_class_name(cls)}.{call}"
-        return call_first_match(where, signatures, self, args, kwargs, constructor=call == "init")
+        return dispatch(where, ways, self, args, kwargs, constructor=call == "init")
 
     @classmethod
-    def _argument(cls, call: str, kind: tuple[Callable[[Any], Any], str], **named: Any) -> Any:
-        """One argument of a call with a single signature, converted.
+    def _argument(cls, call: str, convert: Kind, **named: Any) -> Any:
+        """The one argument of a call, converted.
 
         Raises:
             TypeError: it is of another kind.
         """
         ((name, value),) = named.items()
         try:
-            return kind[0](value)
+            return convert(value)
         except Mismatch:
             where = f"{pretty_class_name(cls._plain_class())}.{call}"
-            raise incompatible(where, [f"({name}: {kind[1]})"], (), named) from None
+            raise incompatible(where, [str(overload(**{name: convert}))], (), named) from None
 
 
 class ScalarTemplate(TemplateClass):

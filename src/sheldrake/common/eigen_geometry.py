@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common import _rotations as rotations
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import _MangledName, pretty_class_name
-from sheldrake.common._overloads import Signature, incompatible, instance_of, signature
+from sheldrake.common._overloads import Overload, incompatible, overload
 from sheldrake.common._scalars import (
     Mismatch,
     ScalarBase,
@@ -98,7 +99,7 @@ class Quaternion(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         T = cls._T
 
         def from_rotation(self: Any, R: np.ndarray) -> None:
@@ -108,11 +109,11 @@ class Quaternion(ScalarBase):
             self._wxyz = other._wxyz
 
         return [
-            signature(lambda self: self._set(as_array(T, [1.0, 0.0, 0.0, 0.0], (4,)))),
-            signature(cls._set, wxyz=vector(T, 4)),
-            signature(cls._set_four, w=scalar(T), x=scalar(T), y=scalar(T), z=scalar(T)),
-            signature(from_rotation, rotation=matrix(T, 3, 3)),
-            signature(copy_of, other=instance_of(cls)),
+            overload(lambda self: self._set(as_array(T, [1.0, 0.0, 0.0, 0.0], (4,)))),
+            overload(cls._set, wxyz=vector(T, 4)),
+            overload(cls._set_four, w=scalar(T), x=scalar(T), y=scalar(T), z=scalar(T)),
+            overload(from_rotation, rotation=matrix(T, 3, 3)),
+            overload(copy_of, other=instance_of(cls)),
         ]
 
     def _set(self, wxyz: np.ndarray) -> None:
@@ -167,11 +168,11 @@ class Quaternion(ScalarBase):
         self._choose("set_wxyz", args, kwargs)
 
     @staticmethod
-    def _signatures_set_wxyz(cls: Any) -> list[Signature]:
+    def _ways_set_wxyz(cls: Any) -> list[Overload]:
         T = cls._T
         return [
-            signature(cls._set, wxyz=vector(T, 4)),
-            signature(cls._set_four, w=scalar(T), x=scalar(T), y=scalar(T), z=scalar(T)),
+            overload(cls._set, wxyz=vector(T, 4)),
+            overload(cls._set_four, w=scalar(T), x=scalar(T), y=scalar(T), z=scalar(T)),
         ]
 
     def rotation(self) -> np.ndarray:
@@ -251,7 +252,7 @@ class AngleAxis(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         T = cls._T
 
         def set_both(self: Any, angle: Any, axis: np.ndarray) -> None:
@@ -262,11 +263,11 @@ class AngleAxis(ScalarBase):
             self._angle, self._axis = other._angle, other._axis
 
         return [
-            signature(lambda self: set_both(self, as_scalar(T, 0.0), as_array(T, [1.0, 0.0, 0.0], (3,)))),
-            signature(set_both, angle=scalar(T), axis=vector(T, 3)),
-            signature(cls._set_quaternion, quaternion=instance_of(Quaternion_[T])),
-            signature(cls._set_rotation, rotation=matrix(T, 3, 3)),
-            signature(copy_of, other=instance_of(cls)),
+            overload(lambda self: set_both(self, as_scalar(T, 0.0), as_array(T, [1.0, 0.0, 0.0], (3,)))),
+            overload(set_both, angle=scalar(T), axis=vector(T, 3)),
+            overload(cls._set_quaternion, quaternion=instance_of(Quaternion_[T])),
+            overload(cls._set_rotation, rotation=matrix(T, 3, 3)),
+            overload(copy_of, other=instance_of(cls)),
         ]
 
     def _set_quaternion(self, quaternion: Any) -> None:
@@ -360,7 +361,7 @@ class Isometry3(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         T = cls._T
 
         def set_parts(self: Any, R: np.ndarray, p: np.ndarray) -> None:
@@ -374,11 +375,11 @@ class Isometry3(ScalarBase):
             self._rotation, self._p = other._rotation, other._p
 
         return [
-            signature(lambda self: set_parts(self, identity(T, 3), zeros(T, 3))),
-            signature(cls._set_matrix, matrix=matrix(T, 4, 4)),
-            signature(set_parts, rotation=matrix(T, 3, 3), translation=vector(T, 3)),
-            signature(set_turned, quaternion=instance_of(Quaternion_[T]), translation=vector(T, 3)),
-            signature(copy_of, other=instance_of(cls)),
+            overload(lambda self: set_parts(self, identity(T, 3), zeros(T, 3))),
+            overload(cls._set_matrix, matrix=matrix(T, 4, 4)),
+            overload(set_parts, rotation=matrix(T, 3, 3), translation=vector(T, 3)),
+            overload(set_turned, quaternion=instance_of(Quaternion_[T]), translation=vector(T, 3)),
+            overload(copy_of, other=instance_of(cls)),
         ]
 
     def _set_matrix(self, X: np.ndarray) -> None:

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Mismatch, Signature, incompatible, instance_of, signature
+from sheldrake.common._overloads import Mismatch, Overload, incompatible, kind, overload
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
@@ -69,7 +70,7 @@ class RigidTransform(ScalarBase):
             self._R, self._p = RotationMatrix_[self._T](), zeros(self._T, 3)
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         T = cls._T
         R_ = RotationMatrix_[T]
 
@@ -85,16 +86,17 @@ class RigidTransform(ScalarBase):
         def from_position(self: Any, p: np.ndarray) -> None:
             self._R, self._p = R_(), p
 
+        array_kind = kind("array (3, 4) or (4, 4)")(lambda value: _array_of_numbers(T, value))
         return [
-            signature(copy_of, other=instance_of(cls)),
-            signature(set_both, R=instance_of(R_), p=vector(T, 3)),
-            signature(set_both, rpy=instance_of(RollPitchYaw_[T]), p=vector(T, 3)),
-            signature(set_both, quaternion=instance_of(Quaternion_[T]), p=vector(T, 3)),
-            signature(set_both, theta_lambda=instance_of(AngleAxis_[T]), p=vector(T, 3)),
-            signature(from_rotation, R=instance_of(R_)),
-            signature(from_position, p=vector(T, 3)),
-            signature(cls.SetFromIsometry3, pose=instance_of(Isometry3_[T])),
-            signature(cls._set_from_array, pose=(lambda value: _array_of_numbers(T, value), "array (3, 4) or (4, 4)")),
+            overload(copy_of, other=instance_of(cls)),
+            overload(set_both, R=instance_of(R_), p=vector(T, 3)),
+            overload(set_both, rpy=instance_of(RollPitchYaw_[T]), p=vector(T, 3)),
+            overload(set_both, quaternion=instance_of(Quaternion_[T]), p=vector(T, 3)),
+            overload(set_both, theta_lambda=instance_of(AngleAxis_[T]), p=vector(T, 3)),
+            overload(from_rotation, R=instance_of(R_)),
+            overload(from_position, p=vector(T, 3)),
+            overload(cls.SetFromIsometry3, pose=instance_of(Isometry3_[T])),
+            overload(cls._set_from_array, pose=array_kind),
         ]
 
     def _set_from_array(self, pose: np.ndarray) -> None:
@@ -169,17 +171,17 @@ class RigidTransform(ScalarBase):
         self._choose("set_rotation", args, kwargs)
 
     @staticmethod
-    def _signatures_set_rotation(cls: Any) -> list[Signature]:
+    def _ways_set_rotation(cls: Any) -> list[Overload]:
         T = cls._T
 
         def assign(self: Any, orientation: Any) -> None:
             self._R._M = RotationMatrix_[T](orientation)._M
 
         return [
-            signature(assign, R=instance_of(RotationMatrix_[T])),
-            signature(assign, rpy=instance_of(RollPitchYaw_[T])),
-            signature(assign, quaternion=instance_of(Quaternion_[T])),
-            signature(assign, theta_lambda=instance_of(AngleAxis_[T])),
+            overload(assign, R=instance_of(RotationMatrix_[T])),
+            overload(assign, rpy=instance_of(RollPitchYaw_[T])),
+            overload(assign, quaternion=instance_of(Quaternion_[T])),
+            overload(assign, theta_lambda=instance_of(AngleAxis_[T])),
         ]
 
     def set_translation(self, p: Any) -> None:

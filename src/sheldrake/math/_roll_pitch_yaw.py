@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common import _rotations as rotations
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Signature, instance_of, signature
+from sheldrake.common._overloads import Overload, overload
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
@@ -50,7 +51,7 @@ class RollPitchYaw(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         T = cls._T
 
         def copy_of(self: Any, other: Any) -> None:
@@ -73,12 +74,12 @@ class RollPitchYaw(ScalarBase):
             from_rotation(self, RotationMatrix_[T](M))
 
         return [
-            signature(copy_of, other=instance_of(cls)),
-            signature(from_vector, rpy=vector(T, 3)),
-            signature(from_angles, roll=scalar(T), pitch=scalar(T), yaw=scalar(T)),
-            signature(from_rotation, R=instance_of(RotationMatrix_[T])),
-            signature(from_quaternion, quaternion=instance_of(Quaternion_[T])),
-            signature(from_matrix, matrix=matrix(T, 3, 3)),
+            overload(copy_of, other=instance_of(cls)),
+            overload(from_vector, rpy=vector(T, 3)),
+            overload(from_angles, roll=scalar(T), pitch=scalar(T), yaw=scalar(T)),
+            overload(from_rotation, R=instance_of(RotationMatrix_[T])),
+            overload(from_quaternion, quaternion=instance_of(Quaternion_[T])),
+            overload(from_matrix, matrix=matrix(T, 3, 3)),
         ]
 
     def _set(self, M: np.ndarray, wxyz: Any) -> None:

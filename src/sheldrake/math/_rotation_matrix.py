@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common import _rotations as rotations
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Mismatch, Signature, incompatible, instance_of, signature
+from sheldrake.common._overloads import Mismatch, Overload, incompatible, overload
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
@@ -89,7 +90,7 @@ class RotationMatrix(ScalarBase):
             self._M = identity(self._T, 3)
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
 
         T = cls._T
@@ -110,11 +111,11 @@ class RotationMatrix(ScalarBase):
             self._M = rpy._to_matrix()
 
         return [
-            signature(copy_of, other=instance_of(cls)),
-            signature(cls.set, R=matrix(T, 3, 3)),
-            signature(from_quaternion, quaternion=instance_of(Quaternion_[T])),
-            signature(from_angle_axis, theta_lambda=instance_of(AngleAxis_[T])),
-            signature(from_rpy, rpy=instance_of(RollPitchYaw_[T])),
+            overload(copy_of, other=instance_of(cls)),
+            overload(cls.set, R=matrix(T, 3, 3)),
+            overload(from_quaternion, quaternion=instance_of(Quaternion_[T])),
+            overload(from_angle_axis, theta_lambda=instance_of(AngleAxis_[T])),
+            overload(from_rpy, rpy=instance_of(RollPitchYaw_[T])),
         ]
 
     @classmethod

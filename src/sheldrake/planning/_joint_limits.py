@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import flag, instance_of
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.planning._dof_mask import DofMask
 from sheldrake.solvers import _arrays
-from sheldrake.solvers import _dispatch as d
 
 _KINDS = ("position", "velocity", "acceleration")
 
@@ -30,27 +31,27 @@ class JointLimits:
     """
 
     def __init__(self, *args: Any, **kwargs: Any):
-        flags = {f"require_finite_{word}": (d.flag, False) for word in ("positions", "velocities", "accelerations")}
+        flags = {f"require_finite_{word}": (flag, False) for word in ("positions", "velocities", "accelerations")}
         vectors = {f"{kind}_{end}": _arrays.float_vector for kind in _KINDS for end in ("lower", "upper")}
-        mask = d.instance(DofMask)
+        mask = instance_of(DofMask)
         ways = [
-            d.overload(lambda self: self._set([np.zeros(0)] * 6, (False,) * 3)),
-            d.overload(lambda self, plant, *need: self._set(_of_plant(plant), need), plant=_plant, **flags),
-            d.overload(
+            overload(lambda self: self._set([np.zeros(0)] * 6, (False,) * 3)),
+            overload(lambda self, plant, *need: self._set(_of_plant(plant), need), plant=_plant, **flags),
+            overload(
                 lambda self, plant, mask, *need: self._set(_selected(_of_plant(plant), mask), need),
                 plant=_plant,
                 active_dof=mask,
                 **flags,
             ),
-            d.overload(
+            overload(
                 lambda self, other, mask, *need: self._set(_selected(other._limits, mask), need),
-                other=d.instance(JointLimits),
+                other=instance_of(JointLimits),
                 active_dof=mask,
                 **flags,
             ),
-            d.overload(lambda self, *values: self._set(list(values[:6]), values[6:]), **vectors, **flags),
+            overload(lambda self, *values: self._set(list(values[:6]), values[6:]), **vectors, **flags),
         ]
-        d.dispatch("JointLimits", ways, self, args, kwargs)
+        dispatch("JointLimits", ways, self, args, kwargs)
 
     def _set(self, limits: list[np.ndarray], need: Any) -> None:
         for k, (kind, finite) in enumerate(zip(_KINDS, need)):

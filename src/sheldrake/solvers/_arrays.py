@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as symbolic_build
 
@@ -19,6 +19,7 @@ def is_sparse(A: Any) -> bool:
     return type(A).__module__.startswith("scipy.sparse")
 
 
+@kind("array of Variable")
 def variable_vector(value: Any) -> np.ndarray:
     """Variables as a vector, column after column of a matrix.
 
@@ -50,6 +51,7 @@ def _variable_of(e: Any) -> Variable | None:
     return None
 
 
+@kind("float array of shape (n,)")
 def float_vector(value: Any) -> np.ndarray:
     """A vector of floats.
 
@@ -73,6 +75,7 @@ def _is_object(value: Any) -> bool:
     return isinstance(value, np.ndarray) and value.dtype == object and value.size > 0
 
 
+@kind("float array of shape (m, n)")
 def float_matrix(value: Any) -> Any:
     """A matrix of floats, dense or sparse; a vector counts as a column.
 
@@ -94,6 +97,7 @@ def float_matrix(value: Any) -> Any:
     return array
 
 
+@kind("float")
 def number(value: Any) -> float:
     """A float.
 
@@ -107,6 +111,7 @@ def number(value: Any) -> float:
     raise Mismatch
 
 
+@kind("Expression")
 def expression(value: Any) -> Expression:
     """An expression, from a variable or a number too.
 
@@ -119,6 +124,7 @@ def expression(value: Any) -> Expression:
     return e
 
 
+@kind("array of Expression")
 def expression_array(value: Any) -> np.ndarray:
     """An array of expressions of the given shape.
 

@@ -9,7 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.solvers import _dispatch as d
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import Mismatch, dispatch, overload
+from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._bindings import BindingBase, bind
 from sheldrake.solvers._cone_constraints import (
     ExponentialConeConstraint,
@@ -84,21 +86,21 @@ class ProgramCones:
         def matrix(self: Any, A: Any, b: np.ndarray, vars: np.ndarray, eval_type: Any) -> Any:
             return self._store_constraint(parse.lorentz(A, b, vars, eval_type))
 
-        kind = (d.instance(LorentzConeConstraint.EvalType), _SMOOTH)
-        tolerance = (d.number, 1e-8)
+        kind = (instance_of(LorentzConeConstraint.EvalType), _SMOOTH)
+        tolerance = (kinds.number, 1e-8)
         ways = [
-            d.overload(of_formula, f=d.formula, eval_type=kind, psd_tol=tolerance, coefficient_tol=tolerance),
-            d.overload(vector, v=d.expressions, eval_type=kind),
-            d.overload(
+            overload(of_formula, f=kinds.formula, eval_type=kind, psd_tol=tolerance, coefficient_tol=tolerance),
+            overload(vector, v=kinds.expressions, eval_type=kind),
+            overload(
                 squares,
-                linear_expression=d.expression,
-                quadratic_expression=d.expression,
-                tol=(d.number, 0.0),
+                linear_expression=kinds.expression,
+                quadratic_expression=kinds.expression,
+                tol=(kinds.number, 0.0),
                 eval_type=kind,
             ),
-            d.overload(matrix, A=d.matrix, b=d.vector, vars=d.vars, eval_type=kind),
+            overload(matrix, A=kinds.matrix, b=kinds.vector, vars=kinds.vars, eval_type=kind),
         ]
-        return d.dispatch("AddLorentzConeConstraint", ways, self, args, kwargs)
+        return dispatch("AddLorentzConeConstraint", ways, self, args, kwargs)
 
     def AddRotatedLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Any:
         """Adds z_0 z_1 >= z_2^2 + ..., z_0 >= 0, z_1 >= 0.
@@ -122,17 +124,17 @@ class ProgramCones:
             return self._store_constraint(parse.rotated_lorentz(A, b, vars))
 
         ways = [
-            d.overload(
+            overload(
                 squares,
-                linear_expression1=d.expression,
-                linear_expression2=d.expression,
-                quadratic_expression=d.expression,
-                tol=(d.number, 0.0),
+                linear_expression1=kinds.expression,
+                linear_expression2=kinds.expression,
+                quadratic_expression=kinds.expression,
+                tol=(kinds.number, 0.0),
             ),
-            d.overload(vector, v=d.expressions),
-            d.overload(matrix, A=d.matrix, b=d.vector, vars=d.vars),
+            overload(vector, v=kinds.expressions),
+            overload(matrix, A=kinds.matrix, b=kinds.vector, vars=kinds.vars),
         ]
-        return d.dispatch("AddRotatedLorentzConeConstraint", ways, self, args, kwargs)
+        return dispatch("AddRotatedLorentzConeConstraint", ways, self, args, kwargs)
 
     def AddQuadraticAsRotatedLorentzConeConstraint(
         self, Q: Any, b: Any, c: float, vars: Any, psd_tol: float = 0.0
@@ -142,7 +144,7 @@ class ProgramCones:
         Raises:
             RuntimeError: Q is not positive semidefinite.
         """
-        Q, b, vars = d.matrix(Q), d.vector(b), d.vars(vars)
+        Q, b, vars = kinds.matrix(Q), kinds.vector(b), kinds.vars(vars)
         values, vectors = np.linalg.eigh((Q + Q.T) / 4.0)
         if values.min(initial=0.0) < -max(psd_tol, 1e-12) * max(1.0, np.abs(values).max(initial=0.0)):
             raise RuntimeError("AddQuadraticAsRotatedLorentzConeConstraint(): Q is not positive semidefinite.")
@@ -163,10 +165,10 @@ class ProgramCones:
             return matrix(self, a.A, a.c, a.vars)
 
         ways = [
-            d.overload(matrix, A=d.matrix, b=d.vector, vars=d.vars),
-            d.overload(vector, z=d.expressions),
+            overload(matrix, A=kinds.matrix, b=kinds.vector, vars=kinds.vars),
+            overload(vector, z=kinds.expressions),
         ]
-        return d.dispatch("AddExponentialConeConstraint", ways, self, args, kwargs)
+        return dispatch("AddExponentialConeConstraint", ways, self, args, kwargs)
 
     # Matrices
 
@@ -189,7 +191,7 @@ class ProgramCones:
             X = M
         else:
             _check_symmetric(X)
-        vars = d.vars(X)
+        vars = kinds.vars(X)
         return self._store_constraint(  # type: ignore[attr-defined]
             bind(PositiveSemidefiniteConstraint, PositiveSemidefiniteConstraint(n), vars)
         )
@@ -222,10 +224,10 @@ class ProgramCones:
             return matrices(self, F, a.vars)
 
         ways = [
-            d.overload(matrices, F=_matrices, vars=d.vars),
-            d.overload(of_expressions, X=d.expressions),
+            overload(matrices, F=_matrices, vars=kinds.vars),
+            overload(of_expressions, X=kinds.expressions),
         ]
-        return d.dispatch("AddLinearMatrixInequalityConstraint", ways, self, args, kwargs)
+        return dispatch("AddLinearMatrixInequalityConstraint", ways, self, args, kwargs)
 
     # Diagonally dominant matrices: inner and outer bounds of the semidefinite cone (Ahmadi and Majumdar, 2019).
 
@@ -327,12 +329,12 @@ class ProgramCones:
 
 def _matrices(value: Any) -> list:
     if isinstance(value, np.ndarray) and value.ndim != 3:
-        raise d.Mismatch
-    return [d.matrix(f) for f in d.instance(list, tuple, np.ndarray)(value)]
+        raise Mismatch
+    return [kinds.matrix(f) for f in instance_of(list, tuple, np.ndarray)(value)]
 
 
 def _square(call: str, X: Any) -> np.ndarray:
-    X = d.expressions(X)
+    X = kinds.expressions(X)
     if X.ndim != 2 or X.shape[0] != X.shape[1]:
         raise RuntimeError(f"{call}(): the matrix must be square, it has shape {X.shape}.")
     return X

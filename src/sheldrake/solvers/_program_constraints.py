@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._kinds import instance_of, text
+from sheldrake.common._overloads import Mismatch, dispatch, overload
 from sheldrake.solvers import _cone_constraints as cones
-from sheldrake.solvers import _dispatch as d
+from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._bindings import BindingBase, as_kind, bind
 from sheldrake.solvers._constraints import (
     BoundingBoxConstraint,
@@ -38,7 +39,7 @@ LISTS: dict[type, str] = {
 
 
 def _bound(value: Any) -> np.ndarray:
-    return d.vector(np.ravel(value, order="F")) if np.ndim(value) else _refuse()
+    return kinds.vector(np.ravel(value, order="F")) if np.ndim(value) else _refuse()
 
 
 def _refuse() -> Any:
@@ -72,22 +73,22 @@ class ProgramConstraints:
             return store(self, parse.constraint(v, lb, ub))
 
         ways = [
-            d.overload(
+            overload(
                 ProgramConstraints._add_constraint_function,
-                func=d.function,
-                lb=d.vector,
-                ub=d.vector,
-                vars=d.vars,
-                description=(d.text, ""),
+                func=kinds.function,
+                lb=kinds.vector,
+                ub=kinds.vector,
+                vars=kinds.vars,
+                description=(text, ""),
             ),
-            d.overload(of_expressions, e=d.expression, lb=d.number, ub=d.number),
-            d.overload(lambda self, f: store(self, formulas.formula_constraint(f)), f=d.formula),
-            d.overload(lambda self, c, v: store(self, bind(Constraint, c, v)), constraint=_constraint, vars=d.vars),
-            d.overload(lambda self, f: store(self, formulas.formulas_constraint(f)), formulas=d.formulas),
-            d.overload(store, binding=_constraint_binding),
-            d.overload(of_expressions, v=d.expressions, lb=_bound, ub=_bound),
+            overload(of_expressions, e=kinds.expression, lb=kinds.number, ub=kinds.number),
+            overload(lambda self, f: store(self, formulas.formula_constraint(f)), f=kinds.formula),
+            overload(lambda self, c, v: store(self, bind(Constraint, c, v)), constraint=_constraint, vars=kinds.vars),
+            overload(lambda self, f: store(self, formulas.formulas_constraint(f)), formulas=kinds.formulas),
+            overload(store, binding=_constraint_binding),
+            overload(of_expressions, v=kinds.expressions, lb=_bound, ub=_bound),
         ]
-        return as_kind(Constraint, d.dispatch("AddConstraint", ways, self, args, kwargs))
+        return as_kind(Constraint, dispatch("AddConstraint", ways, self, args, kwargs))
 
     def _add_constraint_function(
         self, func: Any, lb: np.ndarray, ub: np.ndarray, vars: np.ndarray, description: str
@@ -115,14 +116,14 @@ class ProgramConstraints:
             return store(self, parse.linear_constraint(v, lb, ub))
 
         ways = [
-            d.overload(linear, A=d.matrix, lb=d.vector, ub=d.vector, vars=d.vars),
-            d.overload(linear, a=d.row, lb=d.number, ub=d.number, vars=d.vars),
-            d.overload(of_expressions, e=d.expression, lb=d.number, ub=d.number),
-            d.overload(of_expressions, v=d.expressions, lb=_bound, ub=_bound),
-            d.overload(lambda self, f: store(self, formulas.formula_constraint(f, True)), f=d.formula),
-            d.overload(lambda self, f: store(self, formulas.formulas_constraint(f, True)), formulas=d.formulas),
+            overload(linear, A=kinds.matrix, lb=kinds.vector, ub=kinds.vector, vars=kinds.vars),
+            overload(linear, a=kinds.row, lb=kinds.number, ub=kinds.number, vars=kinds.vars),
+            overload(of_expressions, e=kinds.expression, lb=kinds.number, ub=kinds.number),
+            overload(of_expressions, v=kinds.expressions, lb=_bound, ub=_bound),
+            overload(lambda self, f: store(self, formulas.formula_constraint(f, True)), f=kinds.formula),
+            overload(lambda self, f: store(self, formulas.formulas_constraint(f, True)), formulas=kinds.formulas),
         ]
-        return d.dispatch("AddLinearConstraint", ways, self, args, kwargs)
+        return dispatch("AddLinearConstraint", ways, self, args, kwargs)
 
     def AddLinearEqualityConstraint(self, *args: Any, **kwargs: Any) -> Any:
         """Adds linear equations.
@@ -142,14 +143,14 @@ class ProgramConstraints:
             return store(self, parse.equality_constraint(v, b))
 
         ways = [
-            d.overload(equations, Aeq=d.matrix, beq=d.vector, vars=d.vars),
-            d.overload(equations, a=d.row, beq=d.number, vars=d.vars),
-            d.overload(of_expressions, e=d.expression, b=d.number),
-            d.overload(lambda self, f: store(self, formulas.formulas_equality([f])), f=d.formula),
-            d.overload(lambda self, f: store(self, formulas.formulas_equality(f)), formulas=d.formulas),
-            d.overload(of_expressions, v=d.expressions, b=_bound),
+            overload(equations, Aeq=kinds.matrix, beq=kinds.vector, vars=kinds.vars),
+            overload(equations, a=kinds.row, beq=kinds.number, vars=kinds.vars),
+            overload(of_expressions, e=kinds.expression, b=kinds.number),
+            overload(lambda self, f: store(self, formulas.formulas_equality([f])), f=kinds.formula),
+            overload(lambda self, f: store(self, formulas.formulas_equality(f)), formulas=kinds.formulas),
+            overload(of_expressions, v=kinds.expressions, b=_bound),
         ]
-        return d.dispatch("AddLinearEqualityConstraint", ways, self, args, kwargs)
+        return dispatch("AddLinearEqualityConstraint", ways, self, args, kwargs)
 
     def AddBoundingBoxConstraint(self, *args: Any, **kwargs: Any) -> Any:
         """Adds bounds of variables; called as `(lb, ub, vars)` with numbers or arrays, one variable or an array."""
@@ -164,11 +165,11 @@ class ProgramConstraints:
             return box(self, np.full(len(vars), lb), np.full(len(vars), ub), vars)
 
         ways = [
-            d.overload(box, lb=_bound, ub=_bound, vars=d.vars),
-            d.overload(one, lb=d.number, ub=d.number, var=d.variable),
-            d.overload(same, lb=d.number, ub=d.number, vars=d.vars),
+            overload(box, lb=_bound, ub=_bound, vars=kinds.vars),
+            overload(one, lb=kinds.number, ub=kinds.number, var=kinds.variable),
+            overload(same, lb=kinds.number, ub=kinds.number, vars=kinds.vars),
         ]
-        return d.dispatch("AddBoundingBoxConstraint", ways, self, args, kwargs)
+        return dispatch("AddBoundingBoxConstraint", ways, self, args, kwargs)
 
     def AddQuadraticConstraint(self, *args: Any, **kwargs: Any) -> Any:
         """Adds lb <= 1/2 x' Q x + b' x <= ub.
@@ -186,17 +187,26 @@ class ProgramConstraints:
             c = coefficients.quadratic(e, "ParseQuadraticConstraint")
             return quadratic(self, c.hessian(), c.b, lb - c.c, ub - c.c, c.vars, hessian)
 
-        hessian = (d.instance(QuadraticConstraint.HessianType), None)
+        hessian = (instance_of(QuadraticConstraint.HessianType), None)
+        bounds = {"lb": kinds.number, "ub": kinds.number}
         ways = [
-            d.overload(quadratic, Q=d.matrix, b=d.vector, lb=d.number, ub=d.number, vars=d.vars, hessian_type=hessian),
-            d.overload(parsed, e=d.expression, lb=d.number, ub=d.number, hessian_type=hessian),
+            overload(
+                quadratic,
+                Q=kinds.matrix,
+                b=kinds.vector,
+                lb=kinds.number,
+                ub=kinds.number,
+                vars=kinds.vars,
+                hessian_type=hessian,
+            ),
+            overload(parsed, e=kinds.expression, **bounds, hessian_type=hessian),
         ]
-        return d.dispatch("AddQuadraticConstraint", ways, self, args, kwargs)
+        return dispatch("AddQuadraticConstraint", ways, self, args, kwargs)
 
     def AddLinearComplementarityConstraint(self, M: Any, q: Any, vars: Any) -> Any:
         """Adds x >= 0, M x + q >= 0, x' (M x + q) = 0."""
         new = LinearComplementarityConstraint._make(M, q)
-        return self._store_constraint(bind(LinearComplementarityConstraint, new, d.vars(vars)))
+        return self._store_constraint(bind(LinearComplementarityConstraint, new, kinds.vars(vars)))
 
     def AddVisualizationCallback(self, *args: Any, **kwargs: Any) -> Any:
         """Adds a function that solvers call with their iterates of some variables; called as `(func, vars)`."""
@@ -207,8 +217,8 @@ class ProgramConstraints:
             self._lists["visualization_callbacks"].append(made)
             return made
 
-        ways = [d.overload(add, func=d.function, vars=d.vars)]
-        return d.dispatch("AddVisualizationCallback", ways, self, args, kwargs)
+        ways = [overload(add, func=kinds.function, vars=kinds.vars)]
+        return dispatch("AddVisualizationCallback", ways, self, args, kwargs)
 
     # Taking out
 
@@ -234,11 +244,11 @@ class ProgramConstraints:
 
 
 def _constraint(value: Any) -> Constraint:
-    return d.instance(Constraint)(value)
+    return instance_of(Constraint)(value)
 
 
 def _constraint_binding(value: Any) -> BindingBase:
-    binding = d.instance(BindingBase)(value)
+    binding = instance_of(BindingBase)(value)
     if not isinstance(binding.evaluator(), (Constraint, EvaluatorBase)):
         raise Mismatch
     return binding

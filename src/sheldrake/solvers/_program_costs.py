@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.solvers import _dispatch as d
+from sheldrake.common._kinds import flag, instance_of, text
+from sheldrake.common._overloads import dispatch, overload
+from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._bindings import BindingBase, as_kind, bind
 from sheldrake.solvers._costs import L2NormCost, LinearCost, QuadraticCost
 from sheldrake.solvers._evaluators import Cost, PyFunctionCost
@@ -22,7 +24,7 @@ _LISTS = {QuadraticCost: "quadratic_costs", LinearCost: "linear_costs", L2NormCo
 
 
 def _maybe_flag(value: Any) -> bool | None:
-    return None if value is None else d.flag(value)
+    return None if value is None else flag(value)
 
 
 class ProgramCosts:
@@ -47,12 +49,12 @@ class ProgramCosts:
             RuntimeError: a variable is no decision variable.
         """
         ways = [
-            d.overload(ProgramCosts._add_cost_function, func=d.function, vars=d.vars, description=(d.text, "")),
-            d.overload(ProgramCosts._store_cost, binding=_cost_binding),
-            d.overload(lambda self, e: self._store_cost(parse.cost(e)), e=d.expression),
-            d.overload(ProgramCosts._add_evaluator, obj=d.instance(Cost), vars=d.vars),
+            overload(ProgramCosts._add_cost_function, func=kinds.function, vars=kinds.vars, description=(text, "")),
+            overload(ProgramCosts._store_cost, binding=_cost_binding),
+            overload(lambda self, e: self._store_cost(parse.cost(e)), e=kinds.expression),
+            overload(ProgramCosts._add_evaluator, obj=instance_of(Cost), vars=kinds.vars),
         ]
-        return as_kind(Cost, d.dispatch("AddCost", ways, self, args, kwargs))
+        return as_kind(Cost, dispatch("AddCost", ways, self, args, kwargs))
 
     def _add_cost_function(self, func: Any, vars: np.ndarray, description: str) -> Any:
         return self._store_cost(bind(Cost, PyFunctionCost(len(vars), func, description), vars))
@@ -71,11 +73,11 @@ class ProgramCosts:
             return self._store_cost(bind(LinearCost, LinearCost(a, b), vars))
 
         ways = [
-            d.overload(lambda self, e: self._store_cost(parse.linear_cost(e)), e=d.expression),
-            d.overload(linear, a=d.vector, b=d.number, vars=d.vars),
-            d.overload(lambda self, a, vars: linear(self, a, 0.0, vars), a=d.vector, vars=d.vars),
+            overload(lambda self, e: self._store_cost(parse.linear_cost(e)), e=kinds.expression),
+            overload(linear, a=kinds.vector, b=kinds.number, vars=kinds.vars),
+            overload(lambda self, a, vars: linear(self, a, 0.0, vars), a=kinds.vector, vars=kinds.vars),
         ]
-        return d.dispatch("AddLinearCost", ways, self, args, kwargs)
+        return dispatch("AddLinearCost", ways, self, args, kwargs)
 
     def AddQuadraticCost(self, *args: Any, **kwargs: Any) -> Any:
         """Adds a cost 1/2 x' Q x + b' x + c.
@@ -91,21 +93,21 @@ class ProgramCosts:
 
         convex = (_maybe_flag, None)
         ways = [
-            d.overload(
+            overload(
                 lambda self, e, convex: self._store_cost(parse.quadratic_cost(e, convex)),
-                e=d.expression,
+                e=kinds.expression,
                 is_convex=convex,
             ),
-            d.overload(
+            overload(
                 lambda self, Q, b, vars, convex: quadratic(self, Q, b, 0.0, vars, convex),
-                Q=d.matrix,
-                b=d.vector,
-                vars=d.vars,
+                Q=kinds.matrix,
+                b=kinds.vector,
+                vars=kinds.vars,
                 is_convex=convex,
             ),
-            d.overload(quadratic, Q=d.matrix, b=d.vector, c=d.number, vars=d.vars, is_convex=convex),
+            overload(quadratic, Q=kinds.matrix, b=kinds.vector, c=kinds.number, vars=kinds.vars, is_convex=convex),
         ]
-        return d.dispatch("AddQuadraticCost", ways, self, args, kwargs)
+        return dispatch("AddQuadraticCost", ways, self, args, kwargs)
 
     def AddQuadraticErrorCost(self, *args: Any, **kwargs: Any) -> Any:
         """Adds the cost (x - x_desired)' Q (x - x_desired); called as `(Q or w, x_desired, vars)`."""
@@ -118,10 +120,10 @@ class ProgramCosts:
             return error(self, w * np.eye(x_desired.size), x_desired, vars)
 
         ways = [
-            d.overload(weighted, w=d.number, x_desired=d.vector, vars=d.vars),
-            d.overload(error, Q=d.matrix, x_desired=d.vector, vars=d.vars),
+            overload(weighted, w=kinds.number, x_desired=kinds.vector, vars=kinds.vars),
+            overload(error, Q=kinds.matrix, x_desired=kinds.vector, vars=kinds.vars),
         ]
-        return d.dispatch("AddQuadraticErrorCost", ways, self, args, kwargs)
+        return dispatch("AddQuadraticErrorCost", ways, self, args, kwargs)
 
     def Add2NormSquaredCost(self, *args: Any, **kwargs: Any) -> Any:
         """Adds the cost |A x - b|^2; called as `(A, b, vars)`."""
@@ -130,8 +132,8 @@ class ProgramCosts:
             new = QuadraticCost(2.0 * A.T @ A, -2.0 * A.T @ b, float(b @ b), is_convex=True)
             return self._store_cost(bind(QuadraticCost, new, vars))
 
-        ways = [d.overload(squared, A=d.matrix, b=d.vector, vars=d.vars)]
-        return d.dispatch("Add2NormSquaredCost", ways, self, args, kwargs)
+        ways = [overload(squared, A=kinds.matrix, b=kinds.vector, vars=kinds.vars)]
+        return dispatch("Add2NormSquaredCost", ways, self, args, kwargs)
 
     def AddL2NormCost(self, *args: Any, **kwargs: Any) -> Any:
         """Adds the cost |A x + b|; called as `(A, b, vars)` or `(e, psd_tol=1e-8, coefficient_tol=1e-8)`.
@@ -146,12 +148,12 @@ class ProgramCosts:
         def parsed(self: ProgramCosts, e: Expression, psd_tol: float, coefficient_tol: float) -> Any:
             return self._store_cost(parse.l2norm_cost(e, psd_tol, coefficient_tol))
 
-        tolerance = (d.number, 1e-8)
+        tolerance = (kinds.number, 1e-8)
         ways = [
-            d.overload(norm, A=d.matrix, b=d.vector, vars=d.vars),
-            d.overload(parsed, e=d.expression, psd_tol=tolerance, coefficient_tol=tolerance),
+            overload(norm, A=kinds.matrix, b=kinds.vector, vars=kinds.vars),
+            overload(parsed, e=kinds.expression, psd_tol=tolerance, coefficient_tol=tolerance),
         ]
-        return d.dispatch("AddL2NormCost", ways, self, args, kwargs)
+        return dispatch("AddL2NormCost", ways, self, args, kwargs)
 
     def AddL2NormCostUsingConicConstraint(self, A: Any, b: Any, vars: Any) -> tuple[Variable, Any, Any]:
         """Adds the cost |A x + b| as a slack variable above it.
@@ -159,7 +161,7 @@ class ProgramCosts:
         Returns:
             The slack variable, its cost, and the Lorentz cone constraint.
         """
-        A, b, vars = d.matrix(A), d.vector(b), d.vars(vars)
+        A, b, vars = kinds.matrix(A), kinds.vector(b), kinds.vars(vars)
         slack = self.NewContinuousVariables(1, "slack")  # type: ignore[attr-defined]
         cost = self.AddLinearCost(np.ones(1), 0.0, slack)
         M = np.zeros((A.shape[0] + 1, A.shape[1] + 1))
@@ -175,7 +177,7 @@ class ProgramCosts:
         Returns:
             The slack variables, their cost, and the linear constraint.
         """
-        A, b, vars = d.matrix(A), d.vector(b), d.vars(vars)
+        A, b, vars = kinds.matrix(A), kinds.vector(b), kinds.vars(vars)
         m = b.size
         s = self.NewContinuousVariables(m, "l1_norm_cost_epigraph")  # type: ignore[attr-defined]
         cost = self.AddLinearCost(np.ones(m), 0.0, s)
@@ -191,7 +193,7 @@ class ProgramCosts:
         With [X, Z'; Z, diag(Z)] positive semidefinite, det X is at least the product of the diagonal of Z; and
         exp(t_i) <= Z_ii (Boyd and Vandenberghe, Convex Optimization, 2004; MOSEK modeling cookbook 6.2.3).
         """
-        X = d.expressions(X)
+        X = kinds.expressions(X)
         n = X.shape[0]
         Z = np.full((n, n), Expression(0.0), dtype=object)
         entries = self.NewContinuousVariables(n * (n + 1) // 2)  # type: ignore[attr-defined]
@@ -234,18 +236,18 @@ class ProgramCosts:
 
         def of_affine(self: ProgramCosts, A: np.ndarray, b: np.ndarray, x: np.ndarray) -> Any:
             n = A.shape[0]
-            z = [build.sum_of([d.expression(a * v) for a, v in zip(r, x)]) + bi for r, bi in zip(A, b)]
+            z = [build.sum_of([kinds.expression(a * v) for a, v in zip(r, x)]) + bi for r, bi in zip(A, b)]
             return self._geometric_mean(z, n, 1.0)
 
         ways = [
-            d.overload(of_affine, A=d.matrix, b=d.vector, x=d.vars),
-            d.overload(
-                lambda self, x, c: self._geometric_mean([d.expression(v) for v in x], len(x), c),
-                x=d.vars,
-                c=(d.number, 1.0),
+            overload(of_affine, A=kinds.matrix, b=kinds.vector, x=kinds.vars),
+            overload(
+                lambda self, x, c: self._geometric_mean([kinds.expression(v) for v in x], len(x), c),
+                x=kinds.vars,
+                c=(kinds.number, 1.0),
             ),
         ]
-        return d.dispatch("AddMaximizeGeometricMeanCost", ways, self, args, kwargs)
+        return dispatch("AddMaximizeGeometricMeanCost", ways, self, args, kwargs)
 
     def _geometric_mean(self, z: list, n: int, c: float) -> Any:
         """A binary tree of w^2 <= u v, with ones in the place of leaves beyond n (Lobo et al., 1998, section 2.4)."""
@@ -262,6 +264,6 @@ class ProgramCosts:
 
 
 def _cost_binding(value: Any) -> BindingBase:
-    binding = d.instance(BindingBase)(value)
-    d.instance(Cost)(binding.evaluator())
+    binding = instance_of(BindingBase)(value)
+    instance_of(Cost)(binding.evaluator())
     return binding

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
-from sheldrake.solvers import _dispatch as d
+from sheldrake.common._kinds import count, instance_of, text
+from sheldrake.common._overloads import Mismatch, dispatch, overload
+from sheldrake.solvers import _kinds as kinds
 from sheldrake.symbolic import (
     EvenDegreeMonomialBasis,
     Expression,
@@ -35,11 +37,11 @@ _SOS = NonnegativePolynomial.kSos
 def _basis(value: Any) -> np.ndarray:
     array = np.asarray(value, dtype=object)
     if array.ndim == 0 or not all(isinstance(m, Monomial) for m in array.flat):
-        raise d.Mismatch
+        raise Mismatch
     return array.ravel()
 
 
-_kind = (d.instance(NonnegativePolynomial), _SOS)
+_kind = (instance_of(NonnegativePolynomial), _SOS)
 
 
 class ProgramPolynomials:
@@ -49,7 +51,7 @@ class ProgramPolynomials:
 
     def MakePolynomial(self, e: Any) -> Polynomial:
         """Returns an expression as a polynomial in the indeterminates of this program."""
-        e = d.expression(e)
+        e = kinds.expression(e)
         return Polynomial(e, Variables([v for v in e.GetVariables() if v.get_id() in self._indeterminate_places]))  # type: ignore
 
     def Reparse(self, p: Polynomial) -> None:
@@ -98,18 +100,18 @@ class ProgramPolynomials:
                 )
             return of_basis(self, MonomialBasis(indeterminates, degree // 2), type, gram_name)
 
-        name = (d.text, "S")
+        name = (text, "S")
         ways = [
-            d.overload(of_basis, monomial_basis=_basis, type=_kind, gram_name=name),
-            d.overload(
+            overload(of_basis, monomial_basis=_basis, type=_kind, gram_name=name),
+            overload(
                 lambda self, Q, m, type: self._nonnegative_form(Q, m, type),
-                gramian=d.expressions,
+                gramian=kinds.expressions,
                 monomial_basis=_basis,
                 type=_kind,
             ),
-            d.overload(of_degree, indeterminates=d.variables, degree=d.count, type=_kind, gram_name=name),
+            overload(of_degree, indeterminates=kinds.variables, degree=count, type=_kind, gram_name=name),
         ]
-        return d.dispatch("NewSosPolynomial", ways, self, args, kwargs)
+        return dispatch("NewSosPolynomial", ways, self, args, kwargs)
 
     def _nonnegative_form(self, Q: np.ndarray, basis: np.ndarray, type: NonnegativePolynomial) -> Polynomial:
         if type is _SOS:
@@ -165,25 +167,25 @@ class ProgramPolynomials:
             basis = half_newton_basis(p)
             return with_basis(self, p, basis, type, gram_name), basis
 
-        name = (d.text, "S")
+        name = (text, "S")
         ways = [
-            d.overload(with_basis, p=d.polynomial, monomial_basis=_basis, type=_kind, gram_name=name),
-            d.overload(without, p=d.polynomial, type=_kind, gram_name=name),
-            d.overload(
+            overload(with_basis, p=kinds.polynomial, monomial_basis=_basis, type=_kind, gram_name=name),
+            overload(without, p=kinds.polynomial, type=_kind, gram_name=name),
+            overload(
                 lambda self, e, m, t, n: with_basis(self, self.MakePolynomial(e), m, t, n),
-                e=d.expression,
+                e=kinds.expression,
                 monomial_basis=_basis,
                 type=_kind,
                 gram_name=name,
             ),
-            d.overload(
+            overload(
                 lambda self, e, t, n: without(self, self.MakePolynomial(e), t, n),
-                e=d.expression,
+                e=kinds.expression,
                 type=_kind,
                 gram_name=name,
             ),
         ]
-        return d.dispatch("AddSosConstraint", ways, self, args, kwargs)
+        return dispatch("AddSosConstraint", ways, self, args, kwargs)
 
     def AddEqualityConstraintBetweenPolynomials(self, p1: Polynomial, p2: Polynomial) -> list:
         """Adds that all coefficients of two polynomials are equal; returns the linear constraints.
@@ -207,7 +209,7 @@ def quadratic_form(Q: np.ndarray, basis: np.ndarray) -> Polynomial:
     terms: dict[Monomial, list] = {}
     for i, j in itertools.combinations_with_replacement(range(len(basis)), 2):
         factor = 1.0 if i == j else 2.0
-        terms.setdefault(basis[i]._times(basis[j]), []).append(factor * d.expression(Q[i, j]))
+        terms.setdefault(basis[i]._times(basis[j]), []).append(factor * kinds.expression(Q[i, j]))
     from sheldrake.symbolic import _build
 
     return Polynomial({m: _build.sum_of(found) for m, found in terms.items()})

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import Mismatch, incompatible
+from sheldrake.common._kinds import count, text
+from sheldrake.common._overloads import Mismatch, dispatch, incompatible, overload
 from sheldrake.solvers import _arrays
-from sheldrake.solvers import _dispatch as d
 from sheldrake.symbolic import Expression, Variable, Variables
 
 _TYPE = Variable.Type
@@ -51,10 +51,10 @@ class ProgramVariables:
             return _filled((rows, cols), lambda i, j: Variable(f"{name}({i},{j})", type), add)
 
         ways = [
-            d.overload(vector, rows=d.count, name=(d.text, names[0])),
-            d.overload(matrix, rows=d.count, cols=d.count, name=(d.text, names[1])),
+            overload(vector, rows=count, name=(text, names[0])),
+            overload(matrix, rows=count, cols=count, name=(text, names[1])),
         ]
-        return d.dispatch(call, ways, self, args, kwargs)
+        return dispatch(call, ways, self, args, kwargs)
 
     def NewContinuousVariables(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new continuous variables; called as `(rows, name="x")` or `(rows, cols, name="x")`."""

@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.solvers import Solve, _arrays
-from sheldrake.solvers import _dispatch as d
 
 
 class AffineSubspace(ConvexSet):
@@ -40,11 +41,11 @@ class AffineSubspace(ConvexSet):
             of_basis(self, *affine_hull(set, 1e-12 if tol is None else float(tol)))
 
         ways = [
-            d.overload(lambda self: of_basis(self, np.zeros((0, 0)), np.zeros(0))),
-            d.overload(of_basis, basis=_matrix, translation=vector),
-            d.overload(of_set, set=d.instance(ConvexSet), tol=(_arrays.number, 1e-12)),
+            overload(lambda self: of_basis(self, np.zeros((0, 0)), np.zeros(0))),
+            overload(of_basis, basis=_matrix, translation=vector),
+            overload(of_set, set=instance_of(ConvexSet), tol=(_arrays.number, 1e-12)),
         ]
-        d.dispatch("AffineSubspace", ways, self, args, kwargs)
+        dispatch("AffineSubspace", ways, self, args, kwargs)
 
     def basis(self) -> np.ndarray:
         """Returns the basis, shape (n, m)."""

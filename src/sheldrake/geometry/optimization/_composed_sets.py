@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Capsule, Cylinder
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, no_fit, require_one_space, sets_of, vector
@@ -17,7 +18,6 @@ from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import _arrays
-from sheldrake.solvers import _dispatch as d
 
 
 class MinkowskiSum(ConvexSet):
@@ -32,7 +32,7 @@ class MinkowskiSum(ConvexSet):
     def __init__(self, *args: Any, **kwargs: Any):
         sets = sets_of("MinkowskiSum", args, kwargs) if args or kwargs else []
         if sets is None:
-            d.dispatch("MinkowskiSum", [geometry_overload(MinkowskiSum._set_of_capsule)], self, args, kwargs)
+            dispatch("MinkowskiSum", [geometry_overload(MinkowskiSum._set_of_capsule)], self, args, kwargs)
         else:
             self._set(sets)
 
@@ -147,10 +147,10 @@ class CartesianProduct(ConvexSet):
             self._set(sets)
             return
         ways = [
-            d.overload(CartesianProduct._set, sets=_list_of_sets, A=_arrays.float_matrix, b=vector),
+            overload(CartesianProduct._set, sets=_list_of_sets, A=_arrays.float_matrix, b=vector),
             geometry_overload(CartesianProduct._set_of_cylinder),
         ]
-        d.dispatch("CartesianProduct", ways, self, args, kwargs)
+        dispatch("CartesianProduct", ways, self, args, kwargs)
 
     def _set(self, sets: list[ConvexSet], A: np.ndarray | None = None, b: np.ndarray | None = None) -> None:
         self._sets = sets

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sheldrake.common._distributions import sample_uniform
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import dispatch, incompatible, overload
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.solvers import MathematicalProgram, Solve, _arrays
-from sheldrake.solvers import _dispatch as d
 from sheldrake.symbolic import Variable
 
 
@@ -212,15 +212,15 @@ class ConvexSet:
         def general(self: ConvexSet, prog: Any, A: Any, b: Any, c: Any, scale0: float, x: Any, t: Any) -> list:
             return self._scaled(prog, Affine(x, A, b), Affine(t, c.reshape(1, -1), np.array([scale0])))
 
-        program, vector = d.instance(MathematicalProgram), _arrays.float_vector
-        vars, one = _arrays.variable_vector, d.instance(Variable)
+        program, vector = instance_of(MathematicalProgram), _arrays.float_vector
+        vars, one = _arrays.variable_vector, instance_of(Variable)
         ways = [
-            d.overload(plain, prog=program, x=vars, t=one),
-            d.overload(
+            overload(plain, prog=program, x=vars, t=one),
+            overload(
                 general, prog=program, A=_arrays.float_matrix, b=vector, c=vector, d=_arrays.number, x=vars, t=vars
             ),
         ]
-        return d.dispatch("AddPointInNonnegativeScalingConstraints", ways, self, args, kwargs)
+        return dispatch("AddPointInNonnegativeScalingConstraints", ways, self, args, kwargs)
 
     def _scaled(self, prog: MathematicalProgram, x: Affine, scale: Affine) -> list:
         into = Rows(prog)

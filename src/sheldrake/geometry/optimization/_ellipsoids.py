@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Ellipsoid, Sphere
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import column_space
@@ -17,7 +19,6 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.solvers import MathematicalProgram, Solve, _arrays
-from sheldrake.solvers import _dispatch as d
 
 
 def _volume_of_unit_ball(n: int) -> float:
@@ -33,7 +34,7 @@ def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
 
 def _ellipsoid(value: Any) -> Any:
     """Converter: a Hyperellipsoid, given before its class is known."""
-    return d.instance(Hyperellipsoid)(value)
+    return instance_of(Hyperellipsoid)(value)
 
 
 class AffineBall(ConvexSet):
@@ -49,11 +50,11 @@ class AffineBall(ConvexSet):
 
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
-            d.overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-            d.overload(AffineBall._set, B=_arrays.float_matrix, center=vector),
-            d.overload(AffineBall._set_of_form, ellipsoid=_ellipsoid),
+            overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+            overload(AffineBall._set, B=_arrays.float_matrix, center=vector),
+            overload(AffineBall._set_of_form, ellipsoid=_ellipsoid),
         ]
-        d.dispatch("AffineBall", ways, self, args, kwargs)
+        dispatch("AffineBall", ways, self, args, kwargs)
 
     def _set(self, B: np.ndarray, center: np.ndarray) -> None:
         _check_square("AffineBall", B, center)
@@ -193,12 +194,12 @@ class Hyperellipsoid(ConvexSet):
 
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
-            d.overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-            d.overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=vector),
+            overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+            overload(Hyperellipsoid._set, A=_arrays.float_matrix, center=vector),
             geometry_overload(Hyperellipsoid._set_of_geometry),
-            d.overload(Hyperellipsoid._set_of_ball, ellipsoid=d.instance(AffineBall)),
+            overload(Hyperellipsoid._set_of_ball, ellipsoid=instance_of(AffineBall)),
         ]
-        d.dispatch("Hyperellipsoid", ways, self, args, kwargs)
+        dispatch("Hyperellipsoid", ways, self, args, kwargs)
 
     def _set(self, A: np.ndarray, center: np.ndarray) -> None:
         _check_square("Hyperellipsoid", A, center)

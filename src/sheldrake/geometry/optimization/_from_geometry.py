@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.common._overloads import Mismatch
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import Mismatch, Overload, overload
 from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._shapes import Box, Convex, Mesh
-from sheldrake.solvers import _dispatch as d
 
 
 class Placed(NamedTuple):
@@ -40,14 +40,14 @@ def _frame(value: Any) -> Any:
     return value
 
 
-def geometry_overload(function: Any, **more: Any) -> d.Overload:
+def geometry_overload(function: Any, **more: Any) -> Overload:
     """The way to make a set of a geometry: `(query_object, geometry_id, reference_frame=None)`."""
 
     def make(self: Any, query_object: Any, geometry_id: Any, reference_frame: Any, *rest: Any) -> None:
         function(self, placed(query_object, geometry_id, reference_frame), *rest)
 
-    kinds = {"query_object": _query, "geometry_id": d.instance(GeometryId), "reference_frame": (_frame, None)}
-    return d.overload(make, **kinds, **more)
+    kinds = {"query_object": _query, "geometry_id": instance_of(GeometryId), "reference_frame": (_frame, None)}
+    return overload(make, **kinds, **more)
 
 
 def unsupported(cls: type, shape: Any) -> RuntimeError:

@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._distributions import gaussian_pairs, sample_uniform
+from sheldrake.common._kinds import count, instance_of
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Box, HalfSpace
 from sheldrake.geometry.optimization import _face_translation
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
@@ -18,7 +20,6 @@ from sheldrake.geometry.optimization._hulls import half_spaces
 from sheldrake.geometry.optimization._hyperrectangle import checked_box
 from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import MathematicalProgram, _arrays
-from sheldrake.solvers import _dispatch as d
 
 
 class HPolyhedron(ConvexSet):
@@ -33,13 +34,13 @@ class HPolyhedron(ConvexSet):
 
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
-            d.overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
-            d.overload(HPolyhedron._set, A=_arrays.float_matrix, b=vector),
+            overload(lambda self: self._set(np.zeros((0, 0)), np.zeros(0))),
+            overload(HPolyhedron._set, A=_arrays.float_matrix, b=vector),
             geometry_overload(HPolyhedron._set_of_geometry),
-            d.overload(HPolyhedron._set_of_vertices, vpoly=d.instance(VPolytope), tol=(_arrays.number, 1e-9)),
-            d.overload(lambda self, prog: self._set(*_rows_of(prog)), prog=d.instance(MathematicalProgram)),
+            overload(HPolyhedron._set_of_vertices, vpoly=instance_of(VPolytope), tol=(_arrays.number, 1e-9)),
+            overload(lambda self, prog: self._set(*_rows_of(prog)), prog=instance_of(MathematicalProgram)),
         ]
-        d.dispatch("HPolyhedron", ways, self, args, kwargs)
+        dispatch("HPolyhedron", ways, self, args, kwargs)
 
     def _set(self, A: np.ndarray, b: np.ndarray) -> None:
         if A.shape[0] != b.size:
@@ -242,16 +243,16 @@ class HPolyhedron(ConvexSet):
         Raises:
             ValueError: the previous sample is outside.
         """  # fmt: skip
-        more = {"mixing_steps": (d.count, 10), "subspace": (_matrix_or_none, None), "tol": (_arrays.number, 1e-8)}
+        more = {"mixing_steps": (count, 10), "subspace": (_matrix_or_none, None), "tol": (_arrays.number, 1e-8)}
         ways = [
-            d.overload(HPolyhedron._walk, generator=_generator, previous_sample=vector, **more),
-            d.overload(
+            overload(HPolyhedron._walk, generator=_generator, previous_sample=vector, **more),
+            overload(
                 lambda self, generator, *rest: self._walk(generator, self.ChebyshevCenter(), *rest),
                 generator=_generator,
                 **more,
             ),
         ]
-        return d.dispatch("UniformSample", ways, self, args, kwargs)
+        return dispatch("UniformSample", ways, self, args, kwargs)
 
     def _walk(self, generator: Any, start: np.ndarray, steps: int, subspace: Any, tol: float) -> np.ndarray:
         x = np.array(start)

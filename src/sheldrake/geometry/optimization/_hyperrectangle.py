@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._distributions import sample_uniform
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Box
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.math import RigidTransform
-from sheldrake.solvers import _dispatch as d
 
 
 def checked_box(call: str, lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -43,10 +43,10 @@ class Hyperrectangle(ConvexSet):
             self._dimension = lb.size
 
         ways = [
-            d.overload(lambda self: of_bounds(self, np.zeros(0), np.zeros(0))),
-            d.overload(of_bounds, lb=vector, ub=vector),
+            overload(lambda self: of_bounds(self, np.zeros(0), np.zeros(0))),
+            overload(of_bounds, lb=vector, ub=vector),
         ]
-        d.dispatch("Hyperrectangle", ways, self, args, kwargs)
+        dispatch("Hyperrectangle", ways, self, args, kwargs)
 
     def lb(self) -> np.ndarray:
         """Returns the lower bounds, shape (n,)."""

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Sphere
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform
 from sheldrake.solvers import _arrays
-from sheldrake.solvers import _dispatch as d
 
 
 class Point(ConvexSet):
@@ -36,11 +36,11 @@ class Point(ConvexSet):
             self.set_point(at.p_FG)
 
         ways = [
-            d.overload(lambda self: self.set_point(np.zeros(0))),
-            d.overload(Point.set_point, x=vector),
+            overload(lambda self: self.set_point(np.zeros(0))),
+            overload(Point.set_point, x=vector),
             geometry_overload(of_sphere, maximum_allowable_radius=(_arrays.number, 0.0)),
         ]
-        d.dispatch("Point", ways, self, args, kwargs)
+        dispatch("Point", ways, self, args, kwargs)
 
     def set_point(self, x: np.ndarray) -> None:
         self._x, self._dimension = x, x.size

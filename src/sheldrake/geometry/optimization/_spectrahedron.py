@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.solvers import MathematicalProgram
-from sheldrake.solvers import _dispatch as d
 
 _LINEAR = ("linear_constraints", "linear_equality_constraints", "bounding_box_constraints")
 _MATRIX = "positive_semidefinite_constraints"
@@ -25,10 +26,10 @@ class Spectrahedron(ConvexSet):
 
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
-            d.overload(lambda self: self._set(None)),
-            d.overload(Spectrahedron._set, prog=d.instance(MathematicalProgram)),
+            overload(lambda self: self._set(None)),
+            overload(Spectrahedron._set, prog=instance_of(MathematicalProgram)),
         ]
-        d.dispatch("Spectrahedron", ways, self, args, kwargs)
+        dispatch("Spectrahedron", ways, self, args, kwargs)
 
     def _set(self, prog: MathematicalProgram | None) -> None:
         self._linear: list[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]] = []

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Convex
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import AffineSubspace, column_space
@@ -16,7 +17,6 @@ from sheldrake.geometry.optimization._hulls import extreme_points, vertices_of
 from sheldrake.geometry.optimization._hyperrectangle import checked_box
 from sheldrake.math import RigidTransform
 from sheldrake.solvers import _arrays
-from sheldrake.solvers import _dispatch as d
 
 
 def _polyhedron(value: Any) -> Any:
@@ -39,12 +39,12 @@ class VPolytope(ConvexSet):
 
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [
-            d.overload(lambda self: self._set(np.zeros((0, 0)))),
-            d.overload(VPolytope._set, vertices=_arrays.float_matrix),
-            d.overload(VPolytope._set_of_half_spaces, H=_polyhedron, tol=(_arrays.number, 1e-9)),
+            overload(lambda self: self._set(np.zeros((0, 0)))),
+            overload(VPolytope._set, vertices=_arrays.float_matrix),
+            overload(VPolytope._set_of_half_spaces, H=_polyhedron, tol=(_arrays.number, 1e-9)),
             geometry_overload(lambda self, at: self._set(corners(VPolytope, at))),
         ]
-        d.dispatch("VPolytope", ways, self, args, kwargs)
+        dispatch("VPolytope", ways, self, args, kwargs)
 
     def _set(self, vertices: np.ndarray) -> None:
         self._vertices, self._dimension = np.array(vertices), vertices.shape[0]

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Mismatch, Signature, instance_of, signature
+from sheldrake.common._overloads import Mismatch, Overload, overload
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
@@ -67,7 +68,7 @@ class RotationalInertia(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         T = cls._T
         moments = {"Ixx": scalar(T), "Iyy": scalar(T), "Izz": scalar(T)}
         products = {"Ixy": scalar(T), "Ixz": scalar(T), "Iyz": scalar(T)}
@@ -76,10 +77,10 @@ class RotationalInertia(ScalarBase):
             self._set(point_mass(T, p) * mass)
 
         return [
-            signature(cls.SetToNaN),
-            signature(cls._set_numbers, **moments),
-            signature(cls._set_numbers, **moments, **products),
-            signature(from_particle, mass=scalar(T), p_PQ_E=vector(T, 3)),
+            overload(cls.SetToNaN),
+            overload(cls._set_numbers, **moments),
+            overload(cls._set_numbers, **moments, **products),
+            overload(from_particle, mass=scalar(T), p_PQ_E=vector(T, 3)),
         ]
 
     def _set_numbers(self, xx: Any, yy: Any, zz: Any, xy: Any = 0.0, xz: Any = 0.0, yz: Any = 0.0) -> None:

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Mismatch, incompatible, instance_of
+from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
@@ -57,7 +58,7 @@ class SpatialInertia(ScalarBase):
         try:
             self._mass = as_scalar(T, mass)
             self._p = as_array(T, p_PScm_E, (3,))
-            self._G = instance_of(UnitInertia_[T])[0](G_SP_E).__copy__()
+            self._G = instance_of(UnitInertia_[T])(G_SP_E).__copy__()
         except Mismatch:
             name = pretty_class_name(self._plain_class())
             accepted = [

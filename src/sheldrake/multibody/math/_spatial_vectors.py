@@ -7,8 +7,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Mismatch, Signature, incompatible, instance_of, signature
+from sheldrake.common._overloads import Mismatch, Overload, incompatible, overload
 from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, as_scalar, vector
 from sheldrake.math import RotationMatrix_
 
@@ -37,7 +38,7 @@ class SpatialVector(ScalarBase):
             self._c = as_array(self._T, [math.nan] * 6, (6,))
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         T = cls._T
         angular, translational, whole = cls._NAMES
 
@@ -49,8 +50,8 @@ class SpatialVector(ScalarBase):
             self._c = coefficients
 
         return [
-            signature(from_parts, **{angular: vector(T, 3), translational: vector(T, 3)}),
-            signature(from_whole, **{whole: vector(T, 6)}),
+            overload(from_parts, **{angular: vector(T, 3), translational: vector(T, 3)}),
+            overload(from_whole, **{whole: vector(T, 6)}),
         ]
 
     @classmethod

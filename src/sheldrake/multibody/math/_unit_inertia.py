@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import Signature, instance_of, signature
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import Overload, overload
 from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, sqrt, vector
 from sheldrake.multibody.math._retired_arguments import retired_arguments
 from sheldrake.multibody.math._rotational_inertia import RotationalInertia, RotationalInertia_, point_mass
@@ -47,14 +48,14 @@ class UnitInertia(RotationalInertia):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _signatures_init(cls: Any) -> list[Signature]:
+    def _ways_init(cls: Any) -> list[Overload]:
         T = cls._T
 
         def from_inertia(self: Any, inertia: Any) -> None:
             self._I = inertia._I
 
-        plain = RotationalInertia._signatures_init(cls)[:3]
-        return [*plain, signature(from_inertia, I=instance_of(RotationalInertia_[T]))]
+        plain = RotationalInertia._ways_init(cls)[:3]
+        return [*plain, overload(from_inertia, I=instance_of(RotationalInertia_[T]))]
 
     @classmethod
     def _lengths(cls, call: str, **named: Any) -> list:

@@ -1,0 +1,42 @@
+"""Kinds of parameters in common use: what `overload` asks for (see `_overloads`)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Kind, Mismatch, kind
+
+
+def instance_of(*classes: type) -> Kind:
+    """Kind: an object of one of some classes."""
+
+    @kind(" | ".join(pretty_class_name(cls) for cls in classes))
+    def convert(value: Any) -> Any:
+        if not isinstance(value, classes):
+            raise Mismatch
+        return value
+
+    return convert
+
+
+def anything(value: Any) -> Any:
+    """Kind: whatever is given; the body of the call looks at it."""
+    return value
+
+
+text = instance_of(str)
+
+
+@kind("int")
+def count(value: Any) -> int:
+    """Kind: a whole number, not negative."""
+    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < 0:
+        raise Mismatch
+    return value.__index__()
+
+
+@kind("bool")
+def flag(value: Any) -> bool:
+    """Kind: a bool."""
+    return bool(instance_of(bool, int)(value))

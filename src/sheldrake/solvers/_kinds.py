@@ -1,0 +1,53 @@
+"""Kinds of parameters of programs: variables, expressions, numbers in arrays (see `common._overloads`)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import Mismatch, kind
+from sheldrake.solvers import _arrays
+from sheldrake.solvers._evaluators import takes_vector_function
+from sheldrake.symbolic import Formula, Polynomial, Variable, Variables
+
+
+@kind("Callable")
+def function(value: Any) -> Any:
+    """Kind: something to call with a vector."""
+    if not takes_vector_function(value):
+        raise Mismatch
+    return value
+
+
+@kind("Formula")
+def formula(value: Any) -> Formula:
+    """Kind: a formula, or True or False."""
+    if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):
+        return Formula(bool(value))
+    return instance_of(Formula)(value)
+
+
+@kind("array of Formula")
+def formulas(value: Any) -> list[Formula]:
+    """Kind: an array of formulas, column after column."""
+    if np.ndim(value) == 0 or not isinstance(value, (np.ndarray, list, tuple)):
+        raise Mismatch
+    return [formula(f) for f in np.asarray(value, dtype=object).ravel(order="F")]
+
+
+@kind("float array of shape (1, n)")
+def row(value: Any) -> Any:
+    """Kind: the coefficients of one row, shape `(1, n)`."""
+    A = _arrays.float_matrix(value)
+    if A.shape[0] != 1 and A.shape[1] != 1:
+        raise Mismatch
+    return A.reshape(1, -1)
+
+
+variable = instance_of(Variable)
+variables = instance_of(Variables)
+polynomial = instance_of(Polynomial)
+vector, matrix, number, vars = _arrays.float_vector, _arrays.float_matrix, _arrays.number, _arrays.variable_vector
+expression, expressions = _arrays.expression, _arrays.expression_array
