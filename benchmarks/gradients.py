@@ -86,6 +86,13 @@ def queries(lib: Any) -> dict[str, Callable[[np.ndarray], Any]]:
         "mass matrix": at(lambda duals: plant.CalcMassMatrix(context)),
         "gravity": at(lambda duals: plant.CalcGravityGeneralizedForces(context)),
         "inverse dynamics": at(lambda duals: plant.CalcInverseDynamics(context, duals[14:], forces)),
+        "velocity of the tip": at(lambda duals: plant.EvalBodySpatialVelocityInWorld(context, tip.body())),
+        "acceleration": at(lambda duals: plant.EvalBodySpatialAccelerationInWorld(context, tip.body())),
+        "centre of mass": at(lambda duals: plant.CalcCenterOfMassPositionInWorld(context)),
+        "its Jacobian": at(
+            lambda duals: plant.CalcJacobianCenterOfMassTranslationalVelocity(context, wrt, world, world)
+        ),
+        "kinetic energy": at(lambda duals: plant.CalcKineticEnergy(context)),
         "pose of the tip": at(lambda duals: plant.CalcRelativeTransform(context, world, tip)),
         "Jacobian of the tip": at(
             lambda duals: plant.CalcJacobianSpatialVelocity(context, wrt, tip, np.zeros(3), world, world)

@@ -10,6 +10,9 @@ pytest.importorskip("pydrake")
 from random_plants import build, pydrake, random_state, sheldrake
 from test_plant_against_pydrake import close
 
+from sheldrake.autodiffutils import _complex_step
+from sheldrake.multibody.plant import _dual_calls
+
 pytestmark = pytest.mark.peer
 
 
@@ -39,13 +42,39 @@ def gradients(lib, seed):
         "kinetic energy": np.array([plant.CalcKineticEnergy(context)]),
         "qdot": plant.MapVelocityToQDot(context, v),
         "inverse dynamics": plant.CalcInverseDynamics(context, v, forces),
+        "points": plant.CalcPointsPositions(context, body.body_frame(), np.arange(6.0).reshape(3, 2), world),
+        "velocity of the centre of mass": plant.CalcCenterOfMassTranslationalVelocityInWorld(context),
+        "Jacobian of the centre of mass": plant.CalcJacobianCenterOfMassTranslationalVelocity(
+            context, kV, world, world
+        ),
+        "momentum": plant.CalcSpatialMomentumInWorldAboutPoint(context, [0.1, 0.2, 0.3]).get_coeffs(),
+        "Jacobian by qdot": plant.CalcJacobianTranslationalVelocity(
+            context, lib.JacobianWrtVariable.kQDot, body.body_frame(), [0.1, 0.2, 0.3], world, body.body_frame()
+        ),
+        "bias acceleration": plant.CalcBiasSpatialAcceleration(
+            context, kV, body.body_frame(), [0.1, 0.2, 0.3], world, world
+        ).get_coeffs(),
+        "relative velocity": body.body_frame()
+        .CalcSpatialVelocity(context, plant.get_body(lib.BodyIndex(1)).body_frame(), world)
+        .get_coeffs(),
+        "acceleration": plant.EvalBodySpatialAccelerationInWorld(context, body).get_coeffs(),
+        "accelerations": np.array([A.get_coeffs() for A in plant.CalcSpatialAccelerationsFromVdot(context, v)]),
+        "generalized forces": plant.CalcGeneralizedForces(context, forces),
+        "forces of elements": forces.generalized_forces(),
+        "spatial inertia": plant.CalcSpatialInertia(context, world, [body.index()]).CopyToFullMatrix6(),
+        "mass matrix from inverse dynamics": plant.CalcMassMatrixViaInverseDynamics(context),
         "derivatives": np.array(plant.EvalTimeDerivatives(context).CopyToVector()),
     }
     return {name: ad.ExtractGradient(np.reshape(value, (-1, 1))) for name, value in values.items()}
 
 
+@pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("seed", range(3))
-def test_gradients(seed):
+def test_gradients(monkeypatch, seed, compiled):
+    for module in (_complex_step, _dual_calls):
+        monkeypatch.setattr(module, "PATIENCE", 0 if compiled else 10**9)
+    if not compiled:
+        monkeypatch.setattr(_dual_calls.kernel_store, "is_ready", lambda kernel: False)
     ours, theirs = gradients(sheldrake(), seed), gradients(pydrake(), seed)
     for name in theirs:
         close(ours[name], theirs[name], tolerance=1e-11)

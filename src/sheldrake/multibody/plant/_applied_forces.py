@@ -16,7 +16,6 @@ from sheldrake.multibody.plant._kernels.ports import (
     CONSTRAINTS_IN_CONTINUOUS_TIME,
     GEOMETRY_NOT_CONNECTED,
 )
-from sheldrake.multibody.tree._kernels import queries
 from sheldrake.systems.framework import InputPort
 from sheldrake.systems.framework._declarations import Callback, Stages
 
@@ -85,9 +84,7 @@ class AppliedForces:
         F_Bo_W = self._applied_body_forces(context, view.positions().X_WB)
         if F_Bo_W is None:
             return view.zeros(self._nv)
-        tau = view.zeros(self._nv)
-        view.call(queries.calc_generalized_forces, view.model, view.work, F_Bo_W, tau)
-        return tau
+        return view.ask_generalized_forces(F_Bo_W)
 
     def _run(self, context: Any, work: Any, out: np.ndarray) -> None:
         """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside.

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.geometry._hydro_compile import face_capacity
 from sheldrake.geometry._kernels.hydro_model import hydro_table
 from sheldrake.geometry._kernels.model import contact_table
@@ -66,6 +67,8 @@ class ContinuousDynamics:
         return view.results[1]
 
     def _continuous_vdot(self, context: Any) -> np.ndarray:
+        if context._system._scalar is AutoDiffXd:  # the machine code on complex numbers leaves no work
+            return context._system.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()
         return self._derivatives(context).flow.vdot
 
     def _continuous_contact_forces(self, context: Any) -> np.ndarray:

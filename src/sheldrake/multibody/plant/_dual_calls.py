@@ -44,6 +44,7 @@ class DualCalls:
         self._sources[id(x)] = [s for view in views for s in self._sources[id(view)]]
         self._keep: list[Any] = [x, p, views]
         self._stages: list[tuple[Kernel, tuple]] = []
+        self._results: dict[tuple[int, int], Query] = {}
 
     def stage(self, kernel: Kernel, *args: Any) -> int:
         """As `Calls.stage`."""
@@ -62,6 +63,18 @@ class DualCalls:
             return new
 
         return copy
+
+    def results(self, needs: int, work: Any) -> Results:
+        """What stages leave in a workspace."""
+        return Results(self, needs, work)
+
+    def result(self, needs: int, array: np.ndarray) -> np.ndarray:
+        """What stages leave in an array."""
+        ask = self._results.get((needs, id(array)))
+        if ask is None:
+            ask = self._results[needs, id(array)] = self.stages(needs, answer=array)
+            self._keep.append(array)
+        return ask()
 
     def query(
         self,
@@ -144,6 +157,18 @@ class DualCalls:
             self._twins[id(argument)] = np.array(values, complex).reshape(argument.shape)
             self._keep.append(argument)
         return self._twins[id(argument)]
+
+
+class Results:
+    """What stages would leave in a workspace of duals: each array is computed when it is first read."""
+
+    def __init__(self, calls: DualCalls, needs: int, work: Any):
+        self._calls, self._needs, self._work = calls, needs, work
+
+    def __getattr__(self, name: str) -> np.ndarray:
+        found = self._calls.result(self._needs, getattr(self._work, name))
+        self.__dict__[name] = found
+        return found
 
 
 def _offset(view: np.ndarray, of: np.ndarray) -> int:

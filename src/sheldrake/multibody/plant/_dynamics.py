@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -26,12 +27,9 @@ class Dynamics:
     def CalcMassMatrixViaInverseDynamics(self, context: Any) -> np.ndarray:
         """M(q), column by column from inverse dynamics, shape (nv, nv): slower, for checks."""
         view = self._view(context)
-        work = view.velocities()
-        V, A = work.V.copy(), work.A.copy()
-        work.V[:], work.A[:] = 0.0, 0.0
         no_F, no_tau = np.zeros((view.nb, 6)), np.zeros(self._nv)
-        columns = [view.ask_inverse_dynamics(unit, no_F, no_tau) for unit in np.eye(self._nv)]
-        work.V[:], work.A[:] = V, A
+        still = view.ask_inverse_dynamics(np.zeros(self._nv), no_F, no_tau)
+        columns = [view.ask_inverse_dynamics(unit, no_F, no_tau) - still for unit in np.eye(self._nv)]
         return np.array(columns).T.reshape(self._nv, self._nv)
 
     def CalcBiasTerm(self, context: Any) -> np.ndarray:
@@ -69,13 +67,10 @@ class Dynamics:
     def CalcForceElementsContribution(self, context: Any, forces: MultibodyForces) -> None:
         """Sets `forces` to those of all force elements, gravity and joint damping included."""
         view = self._view(context)
-        view.velocities()
         self._require_fitting("CalcForceElementsContribution", forces)
-        F, tau = view.buffer("F_Bo_W", len(self._row_bodies), 6), view.buffer("tau_elements", self._nv)
-        F[:], tau[:] = self._gravity_forces(view), 0.0
-        view.run(queries.calc_element_forces, view.model, self._force_model, view.p, view.work, view.q, view.v, F, tau)
-        forces._F_Bo_W[:] = F[self._rows]
-        forces._tau[:] = tau
+        found = view.ask_element_forces(self._force_model)()
+        forces._F_Bo_W[:] = found[: 6 * view.nb].reshape(-1, 6)[self._rows]
+        forces._tau[:] = found[6 * view.nb :]
         for joint in self._joints:
             joint.AddInDamping(context, forces)
 
@@ -90,11 +85,11 @@ class Dynamics:
     def CalcGeneralizedForces(self, context: Any, forces: MultibodyForces) -> np.ndarray:
         """All of `forces` as generalized forces, shape (nv,)."""
         self._require_fitting("CalcGeneralizedForces", forces)
-        view = self._view(context)
-        view.positions()
-        F, tau = view.buffer("F_Bo_W", len(self._row_bodies), 6), view.buffer("tau_F", self._nv)
+        F = np.empty_like(forces._F_Bo_W)
         F[self._rows] = forces._F_Bo_W
-        view.run(queries.calc_generalized_forces, view.model, view.work, F, tau)
+        tau = self._view(context).ask_generalized_forces(F)
+        if type(tau) is int:
+            raise TypeError("CalcGeneralizedForces(): the forces must have the scalar type of the context.")
         return tau + forces._tau
 
     # --- positions and velocities
@@ -102,18 +97,27 @@ class Dynamics:
     def MapVelocityToQDot(self, context: Any, v: Any) -> np.ndarray:
         """qdot = N(q) v, shape (nq,)."""
         view = self._view(context)
-        given, qdot = view.buffer("v_in", self._nv), view.buffer("qdot_out", self._nq)
-        given[:] = vector("MapVelocityToQDot", "v", v, self._nv)
-        view.run(queries.calc_qdot, view.model, view.q, given, qdot)
-        return qdot.copy()
+        values = vector("MapVelocityToQDot", "v", v, self._nv)
+        if self._v_is_qdot and values.dtype == view.dtype:
+            return values
+        given, qdot = np.zeros(self._nv), view.buffer("qdot_out", self._nq)
+        ask = view.query(queries.calc_qdot, view.model, view.q, given, qdot, given=("v",), needs=0, answer=qdot)
+        return self._mapped("MapVelocityToQDot", ask(values))
 
     def MapQDotToVelocity(self, context: Any, qdot: Any) -> np.ndarray:
         """v = N⁺(q) qdot, shape (nv,)."""
         view = self._view(context)
-        given, v = view.buffer("qdot_in", self._nq), view.buffer("v_out", self._nv)
-        given[:] = vector("MapQDotToVelocity", "qdot", qdot, self._nq)
-        view.run(queries.calc_velocity, view.model, view.q, given, v)
-        return v.copy()
+        values = vector("MapQDotToVelocity", "qdot", qdot, self._nq)
+        if self._v_is_qdot and values.dtype == view.dtype:
+            return values
+        given, v = np.zeros(self._nq), view.buffer("v_out", self._nv)
+        ask = view.query(queries.calc_velocity, view.model, view.q, given, v, given=("qdot",), needs=0, answer=v)
+        return self._mapped("MapQDotToVelocity", ask(values))
+
+    def _mapped(self, call: str, found: Any) -> np.ndarray:
+        if type(found) is int:
+            raise TypeError(f"{call}(): the given numbers must have the scalar type of the context.")
+        return found
 
     def _qdot_map(self, context: Any) -> np.ndarray:
         """N⁺(q) as a dense matrix, shape (nv, nq)."""
@@ -136,6 +140,10 @@ class Dynamics:
     def IsVelocityEqualToQDot(self) -> bool:
         """Whether qdot = v for all joints."""
         self._require_finalized("IsVelocityEqualToQDot")
+        return self._v_is_qdot
+
+    @functools.cached_property
+    def _v_is_qdot(self) -> bool:
         same = ("weld", "revolute", "prismatic", "screw", "planar", "universal")
         return all(j.type_name() in same for j in self._joints)
 
@@ -162,13 +170,11 @@ class Dynamics:
     def _jacobian(self, context: Any, frame_B: Frame, frame_A: Frame, p_WQ: np.ndarray) -> np.ndarray:
         """Spatial velocity Jacobian of a point of B, measured in A, expressed in W, shape (6, nv)."""
         view = self._view(context)
-        view.positions()
-        bodies, point = view.integers("bodies", 2), view.buffer("point", 3)
+        bodies, J = view.integers("bodies", 2), view.buffer("J", 6, self._nv)
         bodies[:] = self._rows[frame_B._body._index._value], self._rows[frame_A._body._index._value]
-        point[:] = p_WQ
-        J = view.buffer("J", 6, self._nv)
-        view.run(jacobians.calc_relative_jacobian, view.model, view.work, bodies, point, J)
-        return J.copy()
+        arguments = view.model, view.work, bodies, np.zeros(3), J
+        ask = view.query(jacobians.calc_relative_jacobian, *arguments, given=("point",), needs=view.POSES, answer=J)
+        return ask(np.ascontiguousarray(p_WQ))
 
     def _express(self, context: Any, call: str, J: np.ndarray, with_respect_to: Any, frame_E: Frame) -> np.ndarray:
         """A Jacobian in W, blocks of three rows, turned to E and to the wanted variable."""
@@ -186,7 +192,7 @@ class Dynamics:
                 f"{call}(): incompatible function arguments. with_respect_to must be a JacobianWrtVariable, not "
                 f"{with_respect_to!r}."
             )
-        return J @ self._qdot_map(context)
+        return J.copy() if self.IsVelocityEqualToQDot() else J @ self._qdot_map(context)
 
     def CalcJacobianSpatialVelocity(
         self,
@@ -253,12 +259,12 @@ class Dynamics:
         """  # fmt: skip
         call = "CalcJacobianCenterOfMassTranslationalVelocity"
         instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
-        view, rows, mass = self._com_rows(call, context, instances)
+        view, rows, mass, _ = self._com_rows(call, context, instances)
         mask, J = view.integers("mask", len(self._row_bodies)), view.buffer("J_com", 3, self._nv)
         mask[:] = 0
         mask[rows] = 1
-        view.run(jacobians.calc_momentum_jacobian, view.model, view.work, mask, J)
-        J = J / mass
+        arguments, needs = (view.model, view.work, mask, J), view.POSES | view.INERTIAS
+        J = view.query(jacobians.calc_momentum_jacobian, *arguments, given=(), needs=needs, answer=J)() / mass
         if not frame_A.is_world_frame():
             p_WScm = self.CalcCenterOfMassPositionInWorld(context, instances)
             J = J - self._jacobian(context, frame_A, self.world_frame(), p_WScm)[3:]
@@ -318,7 +324,7 @@ class Dynamics:
         """  # fmt: skip
         call = "CalcBiasCenterOfMassTranslationalAcceleration"
         instances, wrt, frame_A, frame_E = com_arguments(call, args, kwargs)
-        view, rows, mass = self._com_rows(call, context, instances)
+        view, rows, mass, _ = self._com_rows(call, context, instances)
         A_WB = self._accelerations(context, self._bias_vdot(context, call, wrt))
         a = self._com_acceleration(view, rows, mass, A_WB)
         if not frame_A.is_world_frame():

@@ -10,7 +10,6 @@ from sheldrake.math import RotationMatrix_
 from sheldrake.multibody.math import SpatialAcceleration_, SpatialInertia_, SpatialMomentum_, SpatialVelocity_
 from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import vector
-from sheldrake.multibody.tree._kernels import queries
 from sheldrake.multibody.tree._kernels.model import ROOT
 
 
@@ -70,17 +69,15 @@ class Queries:
 
     def _accelerations(self, context: Any, vdot: np.ndarray) -> np.ndarray:
         """Spatial accelerations of the body origins, by row, shape (num_bodies, 6)."""
-        view = self._view(context)
-        view.velocities()
-        given, A = view.buffer("vdot", self._nv), view.buffer("A_WB", len(self._row_bodies), 6)
-        given[:] = vdot
-        view.run(queries.calc_accelerations, view.model, view.work, given, A)
-        return A.copy()
+        A = self._view(context).ask_accelerations(np.ascontiguousarray(vdot))
+        if type(A) is int:
+            raise TypeError(f"{self._describe()}: accelerations must have the scalar type of the context.")
+        return A
 
     def CalcSpatialAccelerationsFromVdot(self, context: Any, known_vdot: Any) -> list[Any]:
         """A_WB of all body origins, expressed in W, for given vdot, by body."""
         vdot = vector("CalcSpatialAccelerationsFromVdot", "known_vdot", known_vdot, self._nv)
-        A, T = self._accelerations(context, vdot), self._view(context).of(SpatialAcceleration_)
+        A, T = self._accelerations(context, vdot), self._view(context).of(SpatialAcceleration_)._make
         return [T(A[self._rows[i]]) for i in range(len(self._rows))]
 
     def EvalBodySpatialAccelerationInWorld(self, context: Any, body: RigidBody) -> Any:
@@ -102,15 +99,16 @@ class Queries:
 
     def _motion(self, context: Any, frame: Frame, order: int = 0, A_WB: np.ndarray | None = None) -> Motion:
         """Motion of a frame; order 0: pose; 1: velocity too; A_WB: acceleration too."""
-        view = self._view(context)
         row, X_BF = self._body_and_offset(context, frame)
-        X = view.positions().X_WB[row]
+        if frame.is_world_frame():
+            return Motion(np.eye(3), np.zeros(3), np.zeros(6), np.zeros(6))
+        X = self._relative_pose(context, self.world_frame(), frame._body.body_frame())
         R_WB, p_WB = X[:9].reshape(3, 3), X[9:]
         V = self._body_velocities(context)[row] if order else None
         A = None if A_WB is None else A_WB[row]
         body = Motion(R_WB, p_WB, V, A)
         if X_BF is None:
-            return Motion(R_WB.copy(), p_WB.copy(), V, A)
+            return body
         p_WF = p_WB + R_WB @ X_BF.translation()
         R_WF = R_WB @ X_BF.rotation().matrix()
         V_F = None if V is None else np.concatenate([body.w, body.velocity_at(p_WF)])
@@ -194,8 +192,8 @@ class Queries:
         masses = [view.p[self._start(self._row_bodies[r])] for r in rows]
         return float(np.sum(masses)) if view.dtype == float else sum(masses[1:], masses[0])
 
-    def _com_rows(self, call: str, context: Any, model_instances: Any) -> tuple[Any, np.ndarray, Any]:
-        """(view, rows, total mass) of bodies whose centre of mass is asked for."""
+    def _com_rows(self, call: str, context: Any, model_instances: Any) -> tuple[Any, np.ndarray, Any, Any]:
+        """(view, rows, total mass, results of positions) of bodies whose centre of mass is asked for."""
         view, rows = self._view(context), self._rows_of(call, model_instances)
         if not len(rows):
             raise RuntimeError(
@@ -203,15 +201,15 @@ class Queries:
                 if model_instances is not None
                 else f"{call}(): This MultibodyPlant only contains the world_body() so its center of mass is undefined."
             )
-        view.positions()
-        mass = view.work.inertia[rows, 0].sum()
+        work = view.positions()
+        mass = work.inertia[rows, 0].sum()
         if view.dtype == float and not mass > 0.0:
             raise RuntimeError(f"{call}(): the total mass must be positive, not {mass}.")
-        return view, rows, mass
+        return view, rows, mass, work
 
-    def _roots(self, view: Any, rows: np.ndarray) -> np.ndarray:
+    def _roots(self, work: Any, rows: np.ndarray) -> np.ndarray:
         """Reference points of rows, in W, shape (n, 3)."""
-        return view.work.X_WB[view.model.body[rows, ROOT], 9:]
+        return work.X_WB[self._tree_model.body[rows, ROOT], 9:]
 
     def CalcCenterOfMassPositionInWorld(
         self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
@@ -221,16 +219,18 @@ class Queries:
         view = self._view(context)
         if model_instances is None and type(centre := view.ask_centre_of_mass()) is not int:
             return centre
-        view, rows, mass = self._com_rows(call, context, model_instances)
-        inertia = view.work.inertia[rows]
-        return (inertia[:, 1:4] + inertia[:, :1] * self._roots(view, rows)).sum(axis=0) / mass
+        view, rows, mass, work = self._com_rows(call, context, model_instances)
+        inertia = work.inertia[rows]
+        return (inertia[:, 1:4] + inertia[:, :1] * self._roots(work, rows)).sum(axis=0) / mass
 
     def CalcCenterOfMassTranslationalVelocityInWorld(
         self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """v_WScm expressed in W, of all bodies or of those of some model instances [m/s], shape (3,)."""
-        view, rows, mass = self._com_rows("CalcCenterOfMassTranslationalVelocityInWorld", context, model_instances)
-        inertia, V = view.work.inertia[rows], view.velocities().V[rows]
+        view, rows, mass, work = self._com_rows(
+            "CalcCenterOfMassTranslationalVelocityInWorld", context, model_instances
+        )
+        inertia, V = work.inertia[rows], view.velocities().V[rows]
         return (inertia[:, :1] * V[:, 3:] + np.cross(V[:, :3], inertia[:, 1:4])).sum(axis=0) / mass
 
     def CalcCenterOfMassTranslationalAccelerationInWorld(
@@ -238,13 +238,14 @@ class Queries:
     ) -> np.ndarray:
         """a_WScm expressed in W, of all bodies or of those of some model instances [m/s²], shape (3,)."""
         call = "CalcCenterOfMassTranslationalAccelerationInWorld"
-        view, rows, mass = self._com_rows(call, context, model_instances)
+        view, rows, mass, _ = self._com_rows(call, context, model_instances)
         return self._com_acceleration(view, rows, mass, self._accelerations(context, self._vdot(context)))
 
     def _com_acceleration(self, view: Any, rows: np.ndarray, mass: Any, A_WB: np.ndarray) -> np.ndarray:
         """Acceleration of a centre of mass, given those of the body origins."""
-        inertia, V, A = view.work.inertia[rows], view.velocities().V[rows], A_WB[rows]
-        h = inertia[:, 1:4] + inertia[:, :1] * (self._roots(view, rows) - view.work.X_WB[rows, 9:])
+        work = view.velocities()
+        inertia, V, A = work.inertia[rows], work.V[rows], A_WB[rows]
+        h = inertia[:, 1:4] + inertia[:, :1] * (self._roots(work, rows) - work.X_WB[rows, 9:])
         w = V[:, :3]
         a = inertia[:, :1] * A[:, 3:] + np.cross(A[:, :3], h) + np.cross(w, np.cross(w, h))
         return a.sum(axis=0) / mass
@@ -293,16 +294,6 @@ class Queries:
         return total
 
     # --- energy
-
-    def _gravity_forces(self, view: Any) -> np.ndarray:
-        """Spatial forces of gravity at the body origins, by row, shape (num_bodies, 6)."""
-        inertia, g = view.positions().inertia, view.model.gravity
-        all_rows = np.arange(len(inertia))
-        h = inertia[:, 1:4] + inertia[:, :1] * (self._roots(view, all_rows) - view.work.X_WB[:, 9:])
-        F = view.zeros(len(inertia), 6)
-        F[1:, :3] = np.cross(h, g)[1:]
-        F[1:, 3:] = (inertia[:, :1] * g)[1:]
-        return F
 
     def CalcPotentialEnergy(self, context: Any) -> float:
         """Energy of gravity (zero at the world's origin) and springs [J]."""

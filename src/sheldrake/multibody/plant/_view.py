@@ -117,29 +117,32 @@ class View:
         """Runs a kernel on arrays that are new at each call."""
         return (kernel.native if self.native else kernel)(*args) or 0
 
-    def run(self, kernel: Any, *args: Any) -> int:
-        """Runs a kernel on arrays that are always the same for this view."""
-        call = self._bound.get(kernel)
-        if call is None:
-            call = self._bound[kernel] = self.calls.query(kernel, *args)
-        return call()
+    def query(self, kernel: Any, *args: Any, given: tuple[str, ...], needs: int, answer: np.ndarray) -> Query:
+        """As `Calls.query`, on arrays that are always the same for this view; made once."""
+        ask = self._bound.get(kernel)
+        if ask is None:
+            ask = self._bound[kernel] = self.calls.query(kernel, *args, given=given, needs=needs, answer=answer)
+        return ask
 
     # --- stages
 
     def positions(self) -> Any:
-        """The workspace with `X_WB`, `S` and `inertia`."""
+        """The workspace with `X_WB`, `S` and `inertia`; for duals what it would hold, to be read only."""
+        if self.T is AutoDiffXd:
+            return self.calls.results(self.POSES | self.INERTIAS, self.work)
         self._ask_positions()
         return self.work
 
     def velocities(self) -> Any:
-        """The workspace with `V` and `A` too."""
+        """The workspace with `V` and `A` too; for duals what it would hold, to be read only."""
+        if self.T is AutoDiffXd:
+            return self.calls.results(self.POSES | self.INERTIAS | self.VELOCITIES, self.work)
         self._ask_velocities()
         return self.work
 
     def body_velocities(self) -> np.ndarray:
         """Spatial velocities of the body origins, by row, shape (num_bodies, 6)."""
-        self._ask_body_velocities()
-        return self.V_WB
+        return self._ask_body_velocities()
 
     @cached_property
     def _ask_positions(self) -> Query:
@@ -151,7 +154,7 @@ class View:
 
     @cached_property
     def _ask_body_velocities(self) -> Query:
-        return self.calls.stages(self.POSES | self.VELOCITIES | self.ORIGINS)
+        return self.calls.stages(self.POSES | self.VELOCITIES | self.ORIGINS, answer=self.V_WB)
 
     # --- writing
 
@@ -239,6 +242,28 @@ class View:
         """Potential energy of gravity, shape (1,)."""
         E, needs = self.zeros(1), self.POSES | self.INERTIAS
         return self.calls.query(queries.calc_gravity_energy, self.model, self.work, E, needs=needs, answer=E)
+
+    def ask_accelerations(self, vdot: np.ndarray) -> Any:
+        """A_WB of the body origins by row for given vdot; an int where it is no vector of the context's scalar."""
+        A = self.buffer("A_WB", self.nb, 6)
+        arguments = self.model, self.work, np.zeros(self.nv), A
+        needs = self.POSES | self.INERTIAS | self.VELOCITIES
+        return self.query(queries.calc_accelerations, *arguments, given=("vdot",), needs=needs, answer=A)(vdot)
+
+    def ask_generalized_forces(self, F_Bo_W: np.ndarray) -> Any:
+        """Generalized forces of spatial forces at the body origins, by row; an int where they do not fit."""
+        tau = self.buffer("tau_F", self.nv)
+        arguments = self.model, self.work, np.zeros((self.nb, 6)), tau
+        ask = self.query(queries.calc_generalized_forces, *arguments, given=("F_Bo_W",), needs=self.POSES, answer=tau)
+        return ask(F_Bo_W)
+
+    def ask_element_forces(self, force_model: Any) -> Query:
+        """Spatial forces of all force elements at the body origins, by row, then their generalized forces; flat."""
+        answer = self.buffer("element forces", 6 * self.nb + self.nv)
+        F_Bo_W, tau = answer[: 6 * self.nb].reshape(-1, 6), answer[6 * self.nb :]
+        arguments = self.model, force_model, self.p, self.work, self.q, self.v, F_Bo_W, tau
+        needs = self.POSES | self.INERTIAS | self.VELOCITIES
+        return self.query(queries.calc_element_forces, *arguments, given=(), needs=needs, answer=answer)
 
     # --- frames
 

@@ -108,7 +108,10 @@ class Frame(NamedElement):
     def CalcSpatialVelocity(self, context: Any, frame_M: Frame, frame_E: Frame) -> Any:
         """V_MF expressed in E, a SpatialVelocity."""
         owner = self._finalized("CalcSpatialVelocity")
-        V_WF, V_WM = owner._velocity_of_frame(context, self), owner._velocity_of_frame(context, frame_M)
+        V_WF = owner._velocity_of_frame(context, self)
+        if frame_M.is_world_frame():
+            return _express(context, V_WF, frame_E)
+        V_WM = owner._velocity_of_frame(context, frame_M)
         p_MoFo_W = self.CalcPoseInWorld(context).translation() - frame_M.CalcPoseInWorld(context).translation()
         return _express(context, V_WF - V_WM.Shift(p_MoFo_W), frame_E)
 

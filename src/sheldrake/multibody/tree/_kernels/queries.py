@@ -144,16 +144,20 @@ def calc_element_forces(
     F_Bo_W: Matrix,
     tau: Vector,
 ) -> None:
-    """Adds springs and struts to spatial forces at the body origins and to tau; needs `calc_velocities`."""
+    """Forces of gravity, springs, struts and bushings: spatial ones at the body origins, and tau; all stages."""
+    for k in range(tau.shape[0]):
+        tau[k] = 0.0
+    for body in range(model.body.shape[0]):
+        for c in range(6):
+            work.F[body, c] = 0.0
+            F_Bo_W[body, c] = 0.0
+    dynamics.gravity_forces(model, work, work.F)
     forces.add_dof_springs(force_model, p, q, tau)
     forces.add_hinges(force_model, p, q, v, tau)
     if forces.has_body_forces(force_model):
-        for body in range(model.body.shape[0]):
-            for c in range(6):
-                work.F[body, c] = 0.0
         forces.add_struts(model, force_model, p, work, work.F)
         forces.add_bushings(model, force_model, p, work, work.F)
-        forces.add_at_body_origins(model, work, work.F, F_Bo_W)
+    forces.add_at_body_origins(model, work, work.F, F_Bo_W)
 
 
 @kernel(top=True)
