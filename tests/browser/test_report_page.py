@@ -92,6 +92,48 @@ def test_zoom_is_in_step_and_can_be_undone(page):
     assert page.evaluate("[report.from, report.to]") == pytest.approx([0.0, 1.0])
 
 
+def test_the_buttons_of_the_stretch_of_time(page):
+    page.evaluate("document.querySelector('.seek').click()")
+    for _ in range(3):
+        page.click_on("document.getElementById('closer')")
+    moment, begin, end = page.evaluate("[report.time, report.from, report.to]")
+    assert end - begin == pytest.approx(1 / 8, abs=1e-6) and begin < moment < end
+    limits = page.evaluate("['min', 'max'].map((end) => Number(document.getElementById('time')[end]))")
+    assert limits == pytest.approx([begin, end])
+    page.evaluate("document.getElementById('play').click()")
+    page.wait_for(f"report.time > {end} + 0.05")  # what is shown goes along
+    page.evaluate("report.playing && document.getElementById('play').click()")
+    assert page.evaluate("report.from <= report.time && report.time <= report.to")
+    page.click_on("document.getElementById('farther')")
+    assert page.evaluate("report.to - report.from") > 0.15
+    page.click_on("document.getElementById('all')")
+    assert page.evaluate("[report.from, report.to]") == pytest.approx([0.0, 1.0])
+
+
+def test_lines_can_be_hidden(page):
+    page.evaluate("document.querySelector('.plots').scrollTo(0, 0)")
+    scale = "report.plots[1].Y(0) - report.plots[1].Y(0.01)"  # the rest moves less: it is drawn larger
+    before = page.evaluate(scale)
+    button = "[...document.querySelectorAll('.legend')[1].querySelectorAll('button')][2]"
+    page.click_on(button)
+    assert page.evaluate(f"{button}.getAttribute('aria-pressed')") == "false"
+    assert page.evaluate(scale) > 2 * before
+    page.click_on(button)
+    assert page.evaluate(scale) == pytest.approx(before)
+
+
+@pytest.mark.parametrize(("width", "height", "dark"), [(1280, 800, False), (1280, 800, True), (390, 844, False)])
+def test_it_fits_a_laptop_a_phone_and_the_dark(page, pictures, width, height, dark):
+    scheme = "dark" if dark else "light"
+    page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    page.call("Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 500)
+    page.wait_for(f"document.documentElement.scrollWidth <= {width}")
+    background = page.evaluate("getComputedStyle(document.body).backgroundColor")
+    assert (background == "rgb(255, 255, 255)") is not dark
+    page.screenshot(pictures / f"report-{width}-{scheme}.png", width, height)
+    page.call("Emulation.setEmulatedMedia", features=[])
+
+
 def test_everything_has_a_name_for_those_who_do_not_see_it(page):
     nameless = page.evaluate(
         "[...document.querySelectorAll('input, select, button, iframe, [role=img], [role=region], table')].filter((e) "

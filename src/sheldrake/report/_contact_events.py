@@ -11,6 +11,7 @@ from ._replay import StateLog
 RATE = 1000.0  # [Hz] at which contact is looked at, at most
 MOST = 3000  # looks, at most
 _APART = 0.02  # [s] pauses shorter than this are one touch
+_NOTHING = 1e-9  # of a plant's weight and its largest force: less is rounding of bodies that nearly touch
 
 
 class ContactEvent(NamedTuple):
@@ -46,8 +47,16 @@ def find_contact_events(context: Any, logs: list[StateLog]) -> tuple[list[Contac
         looks = times[::every]
         if len(looks) > 1:
             step = max(step, float(np.median(np.diff(looks))))
-        events += _touches(plant, own, root, looks)
+        touches = _touches(plant, own, root, looks)
+        least = _least_force(plant, touches)
+        events += [event for event in touches if event.peak > least]
     return sorted(events, key=lambda event: (event.begin, event.bodies)), step
+
+
+def _least_force(plant: Any, events: list[ContactEvent]) -> float:
+    """The peak of a touch that is worth telling [N]."""
+    weight = plant.CalcTotalMass(plant.CreateDefaultContext()) * np.linalg.norm(plant.gravity_field().gravity_vector())
+    return _NOTHING * max(float(weight), *(event.peak for event in events), 0.0)
 
 
 def _mean_rate(times: np.ndarray) -> float:

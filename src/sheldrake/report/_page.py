@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-import base64
 import html
 import json
 from dataclasses import dataclass, field
 from importlib import resources
 from typing import Any
 
-import numpy as np
-
 from ._contact_events import ContactEvent
+from ._plots import packed, plots_of
 from ._replay import Replay
 from ._summary import Table
 from ._timing import Timing, timing_section
 
-_MOST_POINTS = 2000  # of a line; of more, the least and the largest of each stretch are kept
-_MOST_LINES = 40  # of a plot
+_LONG = 8  # rows; a longer table is folded
+_MOST_EVENTS = 300
 
 
 @dataclass
@@ -25,6 +23,7 @@ class Report:
     """What a page shows."""
 
     title: str
+    facts: list[str] = field(default_factory=list)
     replay: Replay | None = None
     logs: Any = None
     events: list[ContactEvent] = field(default_factory=list)
@@ -42,8 +41,8 @@ def make_page(report: Report) -> str:
     if report.replay is not None:
         data["replay"] = {
             "paths": report.replay.paths,
-            "times": _packed(report.replay.times),
-            "poses": _packed(report.replay.poses.reshape(-1)),
+            "times": packed(report.replay.times),
+            "poses": packed(report.replay.poses.reshape(-1)),
             "camera": None if report.replay.camera is None else report.replay.camera.tolist(),
         }
     scene = json.dumps(report.replay.html) if report.replay is not None else "null"
@@ -54,7 +53,7 @@ def make_page(report: Report) -> str:
             '<meta name="viewport" content="width=device-width, initial-scale=1">',
             f"<title>{html.escape(report.title)}</title>",
             f"<style>{(files / 'page.css').read_text(encoding='utf-8')}</style></head><body>",
-            f"<header><h1>{html.escape(report.title)}</h1></header>",
+            f"<header><h1>{html.escape(report.title)}</h1>{_facts(report.facts)}</header>",
             _main(report, bool(plots)),
             f'<script type="application/json" id="data">{_script_text(json.dumps(data))}</script>',
             f'<script type="application/json" id="scene-page">{_script_text(scene)}</script>',
@@ -69,11 +68,6 @@ def _script_text(text: str) -> str:
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
 
 
-def _packed(values: Any) -> str:
-    """Numbers in single precision, as the script unpacks them."""
-    return base64.b64encode(np.ascontiguousarray(values, dtype="<f4").tobytes()).decode("ascii")
-
-
 def _span(report: Report) -> list[float]:
     ends = []
     if report.replay is not None:
@@ -83,65 +77,6 @@ def _span(report: Report) -> list[float]:
         if len(times):
             ends.append((times.min(), times.max()))
     return [float(min(a for a, _ in ends)), float(max(b for _, b in ends))] if ends else [0.0, 0.0]
-
-
-def plots_of(logs: Any) -> list[dict[str, Any]]:
-    """Plots as the script draws them: title, unit, lines with label, times and values."""
-    from sheldrake.systems.primitives._log_units import quantity
-    from sheldrake.visualization._roll_pitch_yaw import with_roll_pitch_yaw
-
-    plots = []
-    for title, log in logs.items():
-        if not log.num_samples():
-            continue
-        names = log.names()
-        if log.get_input_size() == 1 and names == ["y0"]:
-            names = [title.rpartition("/")[2]]
-        names, rows = with_roll_pitch_yaw(names, log.data())
-        times = log.sample_times()
-        panels: dict[tuple[str, str], list[tuple[str, np.ndarray]]] = {}
-        for name, row in zip(names, rows):
-            kind, unit, label = quantity(name)
-            if unit == "rad" and "roll" in kind:
-                unit, row = "deg", np.degrees(row)
-            panels.setdefault((kind, unit), []).append((label, row))
-        for (kind, unit), lines in panels.items():
-            plots.append(_plot(title, kind, unit, times, lines))
-    return plots
-
-
-def _plot(title: str, kind: str, unit: str, times: np.ndarray, lines: list) -> dict[str, Any]:
-    stems = {label.rpartition(" ")[0] for label, _ in lines}
-    if len(stems) == 1 and stems != {""}:
-        lines = [(label.rpartition(" ")[2], row) for label, row in lines]
-    about = f"{title}: {kind}" if kind not in ("", "value") else title
-    packed = []
-    for label, row in lines[:_MOST_LINES]:
-        t, y = thinned(times, row)
-        packed.append({"label": label, "t": _packed(t), "y": _packed(y)})
-    hidden = len(lines) - len(packed)
-    return {
-        "title": about + (f" (first {_MOST_LINES} of {len(lines)})" if hidden else ""),
-        "unit": unit,
-        "lines": packed,
-    }
-
-
-def thinned(times: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """A line with fewer points that looks the same: of each stretch, its first, least and largest value."""
-    n = len(times)
-    if n <= _MOST_POINTS:
-        return times, values
-    stretches = np.array_split(np.arange(n), _MOST_POINTS // 3)
-    kept = {n - 1}
-    for stretch in stretches:
-        part = values[stretch]
-        if np.isnan(part).all():
-            kept.add(int(stretch[0]))
-            continue
-        kept |= {int(stretch[0]), int(stretch[np.nanargmin(part)]), int(stretch[np.nanargmax(part)])}
-    order = sorted(kept)
-    return times[order], values[order]
 
 
 # Plain HTML.
@@ -182,31 +117,42 @@ def _main(report: Report, has_plots: bool) -> str:
     return "\n".join(parts)
 
 
+def _facts(facts: list[str]) -> str:
+    return '<ul class="facts">' + "".join(f"<li>{html.escape(fact)}</li>" for fact in facts) + "</ul>" if facts else ""
+
+
 _PLAYER = """<div class="player" role="group" aria-label="Player">
 <button id="play" type="button">Play</button>
-<label for="time">Time</label><input id="time" type="range" min="0" max="1" step="any" value="0">
+<label for="time" class="away">Time</label><input id="time" type="range" min="0" max="1" step="any" value="0">
 <output id="now" for="time">0 s</output>
-<label for="speed">Speed</label><select id="speed"><option>0.1</option><option>0.25</option><option>0.5</option>
-<option selected>1</option><option>2</option><option>5</option></select></div>"""
+<span class="choices"><label for="speed">Speed</label><select id="speed"><option>0.01</option><option>0.1</option>
+<option>0.25</option><option>0.5</option><option selected>1</option><option>2</option><option>5</option></select></span>
+<span class="choices" role="group" aria-label="Stretch of time that is shown">
+<button id="closer" type="button" title="A shorter stretch of time" aria-label="A shorter stretch of time">+</button>
+<button id="farther" type="button" title="A longer stretch of time" aria-label="A longer stretch of time">−</button>
+<button id="all" type="button" title="The whole run" aria-label="The whole run">All</button></span></div>"""
 
 
 def _events(report: Report) -> str:
     rows = []
-    for event in report.events:
+    last = _span(report)[1]
+    for event in report.events[:_MOST_EVENTS]:
         end = "still touching" if event.end is None else f"{event.end:.4g}"
-        lasted = "" if event.end is None else f"{event.end - event.begin:.3g}"
+        lasted = (last if event.end is None else event.end) - event.begin
         bodies = html.escape(" and ".join(event.bodies))
         button = f'<button type="button" class="seek" data-time="{event.begin!r}">{event.begin:.4g}</button>'
-        rows.append(
-            f"<tr><td>{bodies}</td><td>{button}</td><td>{end}</td><td>{lasted}</td><td>{event.peak:.4g}</td></tr>"
-        )
-    names = ("bodies", "from [s]", "to [s]", "for [s]", "largest normal force [N]")
+        cells = (button, end, f"{lasted:.3g}", f"{event.peak:.4g}", f"{event.last:.4g}")
+        rows.append(f'<tr><th scope="row">{bodies}</th>' + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>")
+    names = ("bodies", "from [s]", "to [s]", "for [s]", "largest normal force [N]", "last one [N]")
     head = "".join(f'<th scope="col">{name}</th>' for name in names)
     note = f"Looked at every {report.look:.3g} s; what is shorter may be missing." if report.look else ""
+    if len(report.events) > _MOST_EVENTS:
+        note += f" The first {_MOST_EVENTS} of {len(report.events)}."
     body = "".join(rows) or f'<tr><td colspan="{len(names)}">No bodies touched.</td></tr>'
     return (
-        f'<section><h2>Contacts</h2><p class="hint">{note}</p><div class="wide" tabindex="0" role="region" '
-        f'aria-label="Contacts"><table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div></section>'
+        f'<section><h2>Contacts</h2><p class="hint">{note}</p><div class="wide tall" tabindex="0" role="region" '
+        f'aria-label="Contacts"><table class="events"><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table></div>'
+        "</section>"
     )
 
 
@@ -222,8 +168,9 @@ def _table(table: Table) -> str:
         first, *rest = (html.escape(cell) for cell in row)
         body += f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in rest)}</tr>'
     thead = f"<thead><tr>{head}</tr></thead>" if has_head else ""
-    caption = html.escape(table.title)
+    title = html.escape(table.title)
+    unfolded = "" if len(table.rows) > _LONG else " open"
     return (
-        f'<div class="wide" tabindex="0" role="region" aria-label="{caption}">'
-        f"<table><caption>{caption}</caption>{thead}<tbody>{body}</tbody></table></div>"
+        f'<details{unfolded}><summary>{title}</summary><div class="wide" tabindex="0" role="region" '
+        f'aria-label="{title}"><table>{thead}<tbody>{body}</tbody></table></div></details>'
     )

@@ -8,7 +8,7 @@ from typing import Any
 from ._contact_events import find_contact_events
 from ._page import Report, make_page
 from ._replay import all_systems, find_meshcat, find_state_logs, replay_of_recording, replay_of_states
-from ._summary import model_tables, run_table, versions_table
+from ._summary import facts_of_run, model_tables, run_table, versions_table
 from ._timing import timing_of_run
 
 _MOST_BODIES = 100  # in a picture of bodies and joints
@@ -54,6 +54,7 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
     if logs:
         report.events, report.look = find_contact_events(context, logs)
     report.timing = timing_of_run(simulator, logs, sinks)
+    report.facts = facts_of_run(simulator, report.timing)
     # Logs would be half of the picture.
     report.diagram = DrawDiagram(diagram, leave_out=lambda system: isinstance(system, VectorLogSink))
     plants = [s for s in systems if hasattr(s, "GetJointActuatorIndices") and hasattr(s, "is_finalized")]

@@ -89,18 +89,27 @@ def _actuator_row(actuator: Any) -> list[str]:
     return [actuator.name(), actuator.joint().name(), effort, f"{actuator.default_gear_ratio():.4g}"]
 
 
+def facts_of_run(simulator: Any, timing: Any) -> list[str]:
+    """The run in a line: how far, how fast, in how many steps, when, with what."""
+    from sheldrake import __version__
+
+    facts = [f"{timing.simulated:.6g} s simulated"]
+    if timing.seconds > 0.0 and timing.simulated > 0.0:
+        facts[0] += f" in {timing.seconds:.3g} s, {timing.simulated / timing.seconds:.3g} times real time"
+    today = datetime.date.today()
+    return [*facts, f"{simulator.get_num_steps_taken()} steps", f"{today}", f"sheldrake {__version__}"]
+
+
 def run_table(simulator: Any) -> Table:
-    """How far and how fast the simulation went."""
+    """What the simulation did, counted."""
     context = simulator.get_context()
     integrator = simulator.get_integrator()
-    rate = simulator.get_actual_realtime_rate()
     rows = [
         ["simulated time", f"{context.get_time():.9g} s"],
         ["steps", str(simulator.get_num_steps_taken())],
         ["discrete updates", str(simulator.get_num_discrete_updates())],
         ["unrestricted updates", str(simulator.get_num_unrestricted_updates())],
         ["publishes", str(simulator.get_num_publishes())],
-        ["speed", f"{rate:.3g} times real time" if np.isfinite(rate) and rate > 0 else "not known"],
     ]
     if context.num_continuous_states():
         rows.append(["integrator", type(integrator).__name__])

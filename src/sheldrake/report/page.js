@@ -75,7 +75,10 @@
   };
 
   // Plots.
-  const colours = ["#1f6fc4", "#c8501e", "#2e8540", "#9a3fb5", "#b07d00", "#007d8a", "#c2185b", "#6d6d6d"];
+  const inLight = ["#1f6fc4", "#c8501e", "#2e8540", "#9a3fb5", "#b07d00", "#007d8a", "#c2185b", "#6d6d6d"];
+  const inDark = ["#5aa6f5", "#ff8a57", "#5fc27a", "#cf8be3", "#e0b13c", "#3fc1cf", "#ff79a8", "#b0b0b0"];
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const colour = (i) => (dark.matches ? inDark : inLight)[i % inLight.length];
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
   const left = 52, right = 8, top = 8, bottom = 20; // [px] around a plot
 
@@ -91,7 +94,7 @@
   class Plot {
     constructor(parent, about) {
       this.lines = about.lines.map((line, i) => ({
-        label: line.label, t: unpack(line.t), y: unpack(line.y), colour: colours[i % colours.length],
+        number: i, label: line.label, t: unpack(line.t), y: unpack(line.y), shown: true,
       }));
       const figure = document.createElement("figure");
       const caption = document.createElement("figcaption");
@@ -106,9 +109,20 @@
       const legend = document.createElement("ul");
       legend.className = "legend";
       this.values = this.lines.map((line) => {
-        const item = document.createElement("li"), mark = document.createElement("i"), value = document.createElement("b");
-        mark.style.background = line.colour;
-        item.append(mark, line.label + " ", value);
+        const item = document.createElement("li"), button = document.createElement("button");
+        const value = document.createElement("b");
+        line.mark = document.createElement("i");
+        button.type = "button";
+        button.title = "Show or hide";
+        button.setAttribute("aria-pressed", "true");
+        button.append(line.mark, line.label + " ", value);
+        button.addEventListener("click", () => {
+          line.shown = !line.shown;
+          button.setAttribute("aria-pressed", String(line.shown));
+          this.draw();
+          this.cursor();
+        });
+        item.append(button);
         legend.append(item);
         return value;
       });
@@ -130,12 +144,9 @@
       this.box.addEventListener("wheel", (event) => {
         if (!event.ctrlKey && !event.shiftKey) return; // an ordinary wheel scrolls the plots
         event.preventDefault();
-        const t = timeAt(event), zoom = Math.exp(0.0015 * (event.deltaY || event.deltaX));
-        state.from = Math.max(first, t - (t - state.from) * zoom);
-        state.to = Math.min(last, t + (state.to - t) * zoom);
-        redraw();
+        zoom(timeAt(event), Math.exp(0.0015 * (event.deltaY || event.deltaX)));
       }, { passive: false });
-      this.box.addEventListener("dblclick", () => { [state.from, state.to] = [first, last]; redraw(); });
+      this.box.addEventListener("dblclick", () => showStretch(first, last));
     }
 
     context(canvas) {
@@ -152,7 +163,7 @@
     draw() {
       const [c, width, height] = this.context(this.base);
       let low = Infinity, high = -Infinity;
-      for (const { t, y } of this.lines) {
+      for (const { t, y } of this.lines.filter((line) => line.shown)) {
         for (let i = before(t, state.from); i < t.length; ++i) {
           if (Number.isFinite(y[i])) { low = Math.min(low, y[i]); high = Math.max(high, y[i]); }
           if (t[i] > state.to) break;
@@ -172,7 +183,7 @@
       c.lineWidth = 1;
       c.textAlign = "right";
       c.textBaseline = "middle";
-      for (const value of ticks(low, high, 4)) {
+      for (const value of ticks(low, high, 5)) {
         c.beginPath(); c.moveTo(left, Y(value)); c.lineTo(width - right, Y(value)); c.stroke();
         c.fillText(short(value), left - 6, Y(value));
       }
@@ -184,8 +195,9 @@
       c.save();
       c.beginPath(); c.rect(left, 0, width - left - right, height); c.clip();
       c.lineWidth = 1.4;
-      for (const { t, y, colour } of this.lines) {
-        c.strokeStyle = colour;
+      for (const { t, y, number, mark, shown } of this.lines) {
+        mark.style.background = c.strokeStyle = colour(number);
+        if (!shown) continue;
         c.beginPath();
         let pen = false;
         for (let i = before(t, state.from); i < t.length; ++i) {
@@ -208,11 +220,11 @@
         c.strokeStyle = style("--ink");
         c.beginPath(); c.moveTo(x, top); c.lineTo(x, height - bottom); c.stroke();
       }
-      this.lines.forEach(({ t, y, colour }, i) => {
+      this.lines.forEach(({ t, y, shown }, i) => {
         const value = t.length ? y[before(t, state.time)] : NaN;
         this.values[i].textContent = Number.isFinite(value) ? Number(value.toFixed(this.digits)) : "–";
-        if (!Number.isFinite(value) || !this.Y) return;
-        c.fillStyle = colour;
+        if (!Number.isFinite(value) || !this.Y || !shown) return;
+        c.fillStyle = colour(i);
         c.beginPath(); c.arc(x, this.Y(value), 3, 0, 7); c.fill();
       });
     }
@@ -222,11 +234,22 @@
   state.plots = plots;
   const redraw = () => { plots.forEach((plot) => { plot.draw(); plot.cursor(); }); };
 
-  // Time.
+  // Time: the stretch that plots and slider show, and the moment.
+  const showStretch = (from, to) => {
+    [state.from, state.to] = [from, to];
+    if (slider) [slider.min, slider.max, slider.value] = [from, to, state.time];
+    redraw();
+  };
+  const zoom = (t, factor) => {
+    showStretch(Math.max(first, t - (t - state.from) * factor), Math.min(last, t + (state.to - t) * factor));
+  };
   const slider = find("time"), now = find("now"), button = find("play");
   const show = (time) => {
     state.time = Math.min(Math.max(time, first), last);
     state.changed = true;
+    const width = state.to - state.from; // what is shown goes along
+    if (state.time > state.to) showStretch(Math.min(state.time, last - width), Math.min(state.time, last - width) + width);
+    if (state.time < state.from) showStretch(Math.max(first, state.time), Math.max(first, state.time) + width);
     if (slider) {
       slider.value = state.time;
       now.textContent = `${state.time.toFixed(3)} s`;
@@ -242,6 +265,9 @@
     [slider.min, slider.max, slider.value] = [first, last, first];
     slider.addEventListener("input", () => { play(false); show(Number(slider.value)); });
     button.addEventListener("click", () => play(!state.playing));
+    find("closer").addEventListener("click", () => zoom(state.time, 0.5));
+    find("farther").addEventListener("click", () => zoom(state.time, 2));
+    find("all").addEventListener("click", () => showStretch(first, last));
   }
   document.querySelectorAll(".seek").forEach((seek) => {
     seek.addEventListener("click", () => { play(false); show(Number(seek.dataset.time)); });
@@ -258,7 +284,7 @@
     requestAnimationFrame(tick);
   };
   new ResizeObserver(redraw).observe(document.body);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", redraw);
+  dark.addEventListener("change", redraw);
   redraw();
   show(first);
   requestAnimationFrame(tick);

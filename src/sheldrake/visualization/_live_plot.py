@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.geometry import Meshcat
 from sheldrake.geometry._meshcat.charts import Charts, Panel
 from sheldrake.systems.framework import LeafSystem
-from sheldrake.systems.primitives._log_units import quantity
+from sheldrake.systems.primitives._log_units import quantity, short_labels
 
 from ._roll_pitch_yaw import with_roll_pitch_yaw
 
@@ -93,8 +93,7 @@ class LivePlot(LeafSystem):
 
     def _panel(self, kind: str, unit: str, lines: list[tuple[str, np.ndarray]], times: np.ndarray) -> Panel:
         about = ": ".join(word for word in (self._title, kind if kind != "value" else "") if word) or "value"
-        stems = {label.rpartition(" ")[0] for label, _ in lines}
-        labels = [label.rpartition(" ")[2] if len(stems) == 1 else label for label, _ in lines][:_MOST_LINES]
+        labels = short_labels([label for label, _ in lines])[1][:_MOST_LINES]
         hidden = len(lines) - len(labels)
         title = f"{about} [{unit}]" if unit else about
         title += f" (first {_MOST_LINES} of {len(lines)})" if hidden else ""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.systems.primitives._log_set import LogSet, column_name
-from sheldrake.systems.primitives._log_units import quantity
+from sheldrake.systems.primitives._log_units import quantity, short_labels
 from sheldrake.visualization._roll_pitch_yaw import with_roll_pitch_yaw
 
 
@@ -54,7 +54,7 @@ def PlotLog(
     if len(names) != len(data):
         raise ValueError(f"PlotLog(): the log has {len(data)} elements, but {len(names)} names were given.")
     panels = _panels(times, data, names, rpy, degrees)
-    _drop_common_stem(panels)
+    _shorten_labels(panels)
     return _plot(panels, title)
 
 
@@ -66,7 +66,7 @@ def _panels_of_set(logs: LogSet, rpy: bool, degrees: bool) -> dict:
         if log.get_input_size() == 1 and names == ["y0"]:
             names = [column_name(title, "y0", log)]
         found = _panels(log.sample_times(), log.data(), names, rpy, degrees)
-        _drop_common_stem(found)
+        _shorten_labels(found)
         for (kind, unit), lines in found.items():
             panels[title if kind in ("", "value") else f"{title}: {kind}", unit] = lines
     return panels
@@ -110,9 +110,7 @@ def _plot(panels: dict, title: str | None) -> Any:
     return figure
 
 
-def _drop_common_stem(panels: dict) -> None:
-    """Shortens labels "block_body x" to "x" where all of them start with the same words."""
-    stems = {label.rpartition(" ")[0] for lines in panels.values() for label, _, _ in lines}
-    if len(stems) == 1 and stems != {""}:
-        for key, lines in panels.items():
-            panels[key] = [(label.rpartition(" ")[2], times, row) for label, times, row in lines]
+def _shorten_labels(panels: dict) -> None:
+    for key, lines in panels.items():
+        _, labels = short_labels([label for label, _, _ in lines])
+        panels[key] = [(label, times, row) for label, (_, times, row) in zip(labels, lines)]

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 import sheldrake
-from sheldrake.geometry import HalfSpace
+from sheldrake.geometry import Box, HalfSpace
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.multibody.parsing import Parser
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+from sheldrake.multibody.tree import SpatialInertia
 from sheldrake.report import SaveLogReport, SaveReport
-from sheldrake.report._page import thinned
+from sheldrake.report._plots import thinned
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 from sheldrake.systems.primitives import Integrator, LogAll, LogSet, LogVectorOutput, Sine, VectorLog
@@ -132,10 +133,10 @@ def test_the_plots_are_the_log(block):
     _, data = read(path)
     titles = [(plot["title"], plot["unit"]) for plot in data["plots"]]
     assert titles == [
-        ("plant/state: orientation (roll, pitch, yaw)", "deg"),
-        ("plant/state: position", "m"),
-        ("plant/state: angular velocity", "rad/s"),
-        ("plant/state: velocity", "m/s"),
+        ("plant/state: orientation (roll, pitch, yaw) of two_hole_block_body", "deg"),
+        ("plant/state: position of two_hole_block_body", "m"),
+        ("plant/state: angular velocity of two_hole_block_body", "rad/s"),
+        ("plant/state: velocity of two_hole_block_body", "m/s"),
     ]
     yaw = data["plots"][0]["lines"][2]
     assert yaw["label"] == "yaw" and unpack(yaw["y"])[0] == pytest.approx(np.degrees(0.3), rel=1e-6)
@@ -259,9 +260,47 @@ def test_thinned_lines_keep_their_extremes():
     times = np.linspace(0.0, 1.0, 100_000)
     values = np.sin(40.0 * times)
     values[33_333], values[77_777], values[:50] = 9.0, -9.0, np.nan
-    t, y = thinned(times, values)
-    assert len(t) < 2100 and np.nanmax(y) == 9.0 and np.nanmin(y) == -9.0
+    t, y = thinned(times, values, 2000)
+    assert len(t) <= 2000 and np.nanmax(y) == 9.0 and np.nanmin(y) == -9.0
     assert t[0] == 0.0 and t[-1] == 1.0 and (np.diff(t) > 0).all()
+
+
+def test_thinned_lines_are_exact_where_little_happens_and_much():
+    """A bounce of 50 ms in a minute: looked at closely, it has no corners."""
+    times = np.arange(60_001) * 1e-3
+    values = 0.1 * np.exp(-200.0 * (times - 30.0) ** 2) * np.sin(300.0 * times)
+    t, y = thinned(times, values, 2000)
+    np.testing.assert_allclose(np.interp(times, t, y), values, atol=2e-6)
+    assert len(t) < 1000
+
+
+def test_legends_do_not_repeat_what_all_lines_share():
+    from sheldrake.systems.primitives._log_units import short_labels
+
+    assert short_labels(["DefaultModelInstance_hip", "DefaultModelInstance_knee"]) == ("", ["hip", "knee"])
+    assert short_labels(["iiwa_joint_1", "iiwa_joint_2"]) == ("iiwa", ["joint_1", "joint_2"])
+    assert short_labels(["block_body x", "block_body y"]) == ("block_body", ["x", "y"])
+    assert short_labels(["left_hip"]) == ("", ["left_hip"])
+    assert short_labels(["y0", "y1"]) == ("", ["y0", "y1"])
+    assert short_labels(["arm_elbow", "arm"]) == ("", ["arm_elbow", "arm"])
+
+
+def test_bodies_that_nearly_touch_are_no_contact(tmp_path):
+    """A box 10 micrometres above the ground, without gravity: seen by the search for contacts, but no touch."""
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 1e-3)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+    material = CoulombFriction(0.5, 0.5)
+    plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform(), HalfSpace(), "ground", material)
+    body = plant.AddRigidBody("box", SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.1, 0.1))
+    plant.RegisterCollisionGeometry(body, RigidTransform(), Box(0.1, 0.1, 0.1), "box", material)
+    plant.SetDefaultFloatingBaseBodyPose(body, RigidTransform([0.0, 0.0, 0.05001]))
+    plant.Finalize()
+    LogVectorOutput(plant.get_state_output_port(), builder)
+    simulator = Simulator(builder.Build())
+    simulator.AdvanceTo(0.1)
+    SaveReport(simulator, tmp_path / "box.html")
+    assert "No bodies touched." in (tmp_path / "box.html").read_text(encoding="utf-8")
 
 
 # The command.

@@ -44,3 +44,20 @@ def quantity(name: str) -> Quantity:
             part = found.expand(label)
             return Quantity(kind, unit or usual, f"{stem} {part}".strip() if part else stem)
     return Quantity("", unit, plain) if unit else Quantity("value", "", plain)
+
+
+def short_labels(labels: list[str]) -> tuple[str, list[str]]:
+    """What all labels of a plot begin with, in whole words, and the labels without it.
+
+    The model instance for what belongs to no model is never worth a word. Numbers keep the word before them.
+    """
+    words = [re.split(r"(?<=[_ /])(?=.)", label.removeprefix("DefaultModelInstance_")) for label in labels]
+    same = 0
+    if len(words) > 1:
+        most = min(map(len, words)) - 1
+        while same < most and len({word[same] for word in words}) == 1:
+            same += 1
+        while same and any(word[same][0].isdigit() for word in words):
+            same -= 1
+    start = "".join(words[0][:same]).rstrip("_ /") if words else ""
+    return start, ["".join(word[same:]) for word in words]
