@@ -16,6 +16,7 @@ from ._timing import Timing, timing_section
 
 _LONG = 8  # rows; a longer table is folded
 _MOST_EVENTS = 300
+_SPEEDS = (0.01, 0.1, 0.25, 0.5, 1, 2, 5)  # of the replay
 
 
 @dataclass
@@ -100,7 +101,10 @@ def _main(report: Report, has_plots: bool) -> str:
         parts.append('<h2>Plots</h2><div id="plots"></div></section>')
     parts.append("</div>")
     if report.replay is not None or has_plots:
-        parts.append(_PLAYER)
+        speeds = "".join(
+            f'<option value="{speed}"{" selected" if speed == 1 else ""}>{speed}×</option>' for speed in _SPEEDS
+        )
+        parts.append(_PLAYER.replace("{speeds}", speeds))
     if report.events or report.look:
         parts.append(_events(report))
     if report.timing is not None:
@@ -125,8 +129,7 @@ _PLAYER = """<div class="player" role="group" aria-label="Player">
 <button id="play" type="button">Play</button>
 <label for="time" class="away">Time</label><input id="time" type="range" min="0" max="1" step="any" value="0">
 <output id="now" for="time">0 s</output>
-<span class="choices"><label for="speed">Speed</label><select id="speed"><option>0.01</option><option>0.1</option>
-<option>0.25</option><option>0.5</option><option selected>1</option><option>2</option><option>5</option></select></span>
+<label for="speed" class="away">Speed</label><select id="speed">{speeds}</select>
 <span class="choices" role="group" aria-label="Stretch of time that is shown">
 <button id="closer" type="button" title="A shorter stretch of time" aria-label="A shorter stretch of time">+</button>
 <button id="farther" type="button" title="A longer stretch of time" aria-label="A longer stretch of time">−</button>

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import heapq
+import itertools
 from typing import Any
 
 import numpy as np
@@ -85,7 +86,7 @@ def thinned(times: np.ndarray, values: np.ndarray, most: int) -> tuple[np.ndarra
     edges = np.flatnonzero(np.diff(known)) if not known.all() else np.array([], dtype=int)
     kept = sorted({0, n - 1, *edges.tolist(), *(edges + 1).tolist(), int(np.argmin(y)), int(np.argmax(y))})
     enough = _EXACT * float(np.ptp(y))
-    stretches = [_farthest(times, y, a, b) for a, b in zip(kept, kept[1:])]
+    stretches = [_farthest(times, y, a, b) for a, b in itertools.pairwise(kept)]
     heapq.heapify(stretches)
     while len(kept) < most and stretches and -stretches[0][0] > enough:
         _, a, middle, b = heapq.heappop(stretches)
