@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,8 @@ from sheldrake.common.kernel import Kernel
 
 PATIENCE = 200
 """Calls as Python before machine code is made."""
+
+Copies = Sequence[tuple[np.ndarray, np.ndarray]]
 
 _ALL_OF_MEMORY = 2**60  # [doubles]
 _MOST_PLANS = 16
@@ -82,24 +85,26 @@ class Sweep:
     Args:
         rows: Kernels on complex arrays and their arguments, in the order in which they run.
         outputs: Imaginary parts of the numbers whose derivatives are wanted (`imaginary_parts`).
-        copies: Pairs of arrays: what the first holds whenever the rows start is the second.
+        resets: Pairs of arrays: the second is copied to the first before the first direction. (What rows leave in
+            scratch in one direction is nothing to the next, as what one step leaves is nothing to the next step.)
+        copies: The same, before each direction.
     """
 
     def __init__(
         self,
         rows: list[tuple[Kernel, tuple]],
         outputs: np.ndarray,
-        copies: list[tuple[np.ndarray, np.ndarray]] = (),  # type: ignore[assignment]
+        resets: Copies = (),
+        copies: Copies = (),
     ):
         bound = [kernel.on_complex.bind(*arguments) for kernel, arguments in rows]
         words = [b.keep[0] for b in bound]
         ends = np.cumsum([len(w) for w in words])
         self._rows = np.array([kernel.on_complex.address for kernel, _ in rows], np.int64)
         self._words, self._at = np.concatenate(words), np.array([0, *ends[:-1]], np.int64)
-        table = [(address(to) >> 3, address(start) >> 3, to.nbytes >> 3) for to, start in copies]
-        self._copies = np.array(table, np.int64).reshape(-1, 3)
+        self._resets, self._copies = _table(resets), _table(copies)
         self._outputs = outputs
-        self._keep = bound, copies
+        self._keep = bound, resets, copies
         self._plans: dict[Any, tuple[Any, np.ndarray, np.ndarray]] = {}
 
     def run(self, t: float, places: np.ndarray, by_inputs: list[np.ndarray], n: int) -> np.ndarray | int:
@@ -125,7 +130,7 @@ class Sweep:
             self._plans.clear()
         kernel, memory = sweep_kernel.sweep, np.zeros(1)
         given, slopes = np.zeros((len(places), n)), np.zeros((len(self._outputs), n))
-        table = self._rows, self._words, self._at, self._copies
+        table = self._rows, self._words, self._at, self._resets, self._copies
         call = kernel.bind(0.0, memory, *table, places, given, self._outputs, slopes)
         first = first_words(kernel)["memory"]
         call.keep[0][first : first + 2] = 0, _ALL_OF_MEMORY
@@ -153,6 +158,11 @@ def sweep_sources(sweep: Sweep, sources: list[Source], t: float = 0.0) -> np.nda
     else:
         places = np.concatenate([s.places for s in having]) if having else np.zeros(0, np.int64)
     return sweep.run(t, places, [s.slopes for s in having], n)
+
+
+def _table(copies: Copies) -> np.ndarray:
+    rows = [(address(to) >> 3, address(start) >> 3, to.nbytes >> 3) for to, start in copies]
+    return np.array(rows, np.int64).reshape(-1, 3)
 
 
 def address(array: np.ndarray) -> int:

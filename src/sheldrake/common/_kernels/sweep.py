@@ -15,6 +15,7 @@ def sweep(
     rows: IntVector,
     words: IntVector,
     at: IntVector,
+    resets: IntMatrix,
     copies: IntMatrix,
     places: IntVector,
     by_inputs: Matrix,
@@ -32,7 +33,8 @@ def sweep(
         rows: Address of each row.
         words: Words of all rows.
         at: Where in `words` each row's begin.
-        copies: Where to, where from and how many words: what is copied before the rows run.
+        resets: Where to, where from and how many words: what is copied at the beginning.
+        copies: The same, before each run.
         places: Imaginary parts of the inputs.
         by_inputs: Derivatives of each input.
         outputs: Imaginary parts of the outputs.
@@ -42,6 +44,7 @@ def sweep(
     n = by_inputs.shape[1]
     alone = inputs <= n
     ran = 0
+    copy_all(memory, resets)
     for i in range(outputs.shape[0]):
         for j in range(n):
             slopes[i, j] = 0.0
@@ -72,12 +75,18 @@ def sweep(
 
 @kernel(outline=True)
 def run_rows(t, memory, rows, words, at, copies):
-    """One run of all rows, from what they find at first."""
-    for c in range(copies.shape[0]):
-        for i in range(copies[c, 2]):
-            memory[copies[c, 0] + i] = memory[copies[c, 1] + i]
+    """One run of all rows."""
+    copy_all(memory, copies)
     status = 0
     for r in range(rows.shape[0]):
         if status == 0:
             status = call_row(rows, r, t, memory, words, at[r])
     return status
+
+
+@kernel
+def copy_all(memory, copies):
+    """Copies parts of memory: where to, where from and how many words."""
+    for c in range(copies.shape[0]):
+        for i in range(copies[c, 2]):
+            memory[copies[c, 0] + i] = memory[copies[c, 1] + i]

@@ -62,10 +62,9 @@ class ComplexChain:
         self._spans = [(0, 1), *sorted(span for span in spans if span[1] > span[0])]
         self._inputs = [_complex_step.Source(store.S[a:b], None, self._T[a:b]) for a, b in self._spans]
         self._out = a, b = found[-1].out
-        copies = [(view, as_complex(initial, view)) for view, initial in initial_scratch]
+        resets = [(view, as_complex(initial, view)) for view, initial in initial_scratch]
         # An update finds x in x+ and need not fill all of it.
-        plus = store.layout.plus
-        self._before = None
+        plus, copies, self._before = store.layout.plus, [], None
         if found[-1].kind != DERIVATIVES:
             self._before = store.S[a - plus : b - plus]
             copies.append((self._T[a:b], self._T[a - plus : b - plus]))
@@ -73,7 +72,7 @@ class ComplexChain:
             (row.calc, tuple(0.0 if a is None else a for a in store.arguments_of(row, self._T, scratch)))
             for row in found
         ]
-        self._sweep = _complex_step.Sweep(made, _complex_step.imaginary_parts(self._T[a:b]), copies)
+        self._sweep = _complex_step.Sweep(made, _complex_step.imaginary_parts(self._T[a:b]), resets, copies)
 
     def run(self) -> bool:
         """Fills the last row's place in the slab; False, and nothing done, where only Python can say what is wrong."""

@@ -152,9 +152,9 @@ class ByComplexSteps(RowDerivatives):
         found = self._sweeps.get(wanted.tobytes())
         if found is None:
             (a, b), plus = self._store.layout.xd, self._store.layout.plus
-            copies = [(view, _complex_rows.as_complex(initial, view)) for view, initial in self._initial]
-            copies.append((self._T[a + plus : b + plus], self._T[a:b]))
-            found = self._sweeps[wanted.tobytes()] = Sweep(self._made, self._places[wanted], copies)
+            resets = [(view, _complex_rows.as_complex(initial, view)) for view, initial in self._initial]
+            copies = [(self._T[a + plus : b + plus], self._T[a:b])]
+            found = self._sweeps[wanted.tobytes()] = Sweep(self._made, self._places[wanted], resets, copies)
         return found
 
     def _evaluate(self, seeds: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
