@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.autodiffutils._matrices import alike
 from sheldrake.common._kernels import sweep as sweep_kernel
 from sheldrake.common._native.words import first_words
 from sheldrake.common.kernel import Kernel
@@ -19,6 +20,7 @@ Copies = Sequence[tuple[np.ndarray, np.ndarray]]
 
 _ALL_OF_MEMORY = 2**60  # [doubles]
 _MOST_PLANS = 16
+_NONE = np.zeros((0, 0))
 
 
 class Source:
@@ -39,7 +41,7 @@ class Source:
         self.duals, self.counter = duals, counter
         self.numbers = np.zeros(duals.shape, complex) if numbers is None else numbers
         self.seen: Any = None
-        self.n, self.slopes = 0, np.zeros((0, 0))
+        self.n, self.slopes = 0, _NONE
         self._all_places = imaginary_parts(self.numbers)
         self.places = self._all_places[:0]
 
@@ -52,31 +54,24 @@ class Source:
             self.seen = now
         found = self.duals.ravel().tolist()
         if self.duals.dtype != object:
-            self._set(found, [], self._all_places[:0])
+            self._set(found, _NONE, self._all_places[:0])
             return 0
-        try:
-            values, slopes = [a._v for a in found], [a._d for a in found]
-            sizes = set(map(len, slopes))
-        except (AttributeError, TypeError):  # some are numbers, or have no derivatives
-            pass
-        else:
-            self._set(values, slopes, self._all_places)
-            if len(sizes) > 1:
-                self.n = -1
+        same = alike(found)
+        if same is not None:
+            self._set(*same, self._all_places)
             return self.n
         having = [i for i, a in enumerate(found) if type(a) is AutoDiffXd and a._d is not None]
         slopes = [found[i]._d for i in having]
-        same = len(set(map(len, slopes))) < 2
-        self._set([getattr(a, "_v", a) for a in found], slopes if same else [], self._all_places[having])
-        if not same:
+        as_many = len(set(map(len, slopes))) < 2
+        gradient = np.array(slopes) if as_many and having else _NONE
+        self._set([getattr(a, "_v", a) for a in found], gradient, self._all_places[having])
+        if not as_many:
             self.n = -1
         return self.n
 
-    def _set(self, values: list[float], slopes: list[np.ndarray], places: np.ndarray) -> None:
+    def _set(self, values: list[float], slopes: np.ndarray, places: np.ndarray) -> None:
         self.numbers.reshape(-1)[:] = values
-        self.places, self.n = places, len(slopes[0]) if slopes else 0
-        if slopes and len(slopes) * self.n == sum(map(len, slopes)):
-            self.slopes = np.concatenate(slopes).reshape(len(slopes), self.n)
+        self.places, self.slopes, self.n = places, slopes, slopes.shape[1]
 
 
 class Sweep:

@@ -53,6 +53,16 @@ def filled(value: np.ndarray, gradient: np.ndarray) -> np.ndarray:
     return out.reshape(value.shape)
 
 
+def alike(found: list) -> tuple[list[float], np.ndarray] | None:
+    """Values of AutoDiffXd, and their derivatives, one row each; None unless all have as many derivatives, and some."""
+    try:
+        values, rows = [x._v for x in found], [x._d for x in found]
+        sizes = set(map(len, rows))
+    except (AttributeError, TypeError):  # some are numbers, or have no derivatives
+        return None
+    return (values, np.concatenate(rows).reshape(len(rows), -1)) if len(sizes) == 1 else None
+
+
 def InitializeAutoDiffTuple(*args):
     """Returns each argument as a matrix of AutoDiffXd, the partial derivatives numbered across all of them."""
     total = sum(np.asarray(arg).size for arg in args)
@@ -86,6 +96,9 @@ def ExtractGradient(auto_diff_matrix):
         RuntimeError: if elements carry different, non-zero numbers of derivatives.
     """
     matrix = _autodiff_matrix("ExtractGradient", auto_diff_matrix)
+    found = alike(matrix.ravel().tolist())
+    if found is not None:
+        return found[1]
     rows = [x._d if x.__class__ is AutoDiffXd else None for x in matrix.flat]
     sizes = list(dict.fromkeys(d.size for d in rows if d is not None))
     if len(sizes) > 1:
@@ -144,7 +157,7 @@ def _float_matrix(call: str, name: str, value):
 
 def _autodiff_matrix(call: str, value):
     matrix = _as_matrix(call, "auto_diff_matrix", np.asarray(value, dtype=object))
-    for x in matrix.flat:
+    for x in matrix.ravel().tolist():
         if x.__class__ is not AutoDiffXd and not isinstance(x, _REAL):
             raise TypeError(f"{call}(): expected AutoDiffXd elements, got {x!r} of type {type(x).__name__}.")
     return matrix

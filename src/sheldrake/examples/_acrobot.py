@@ -52,6 +52,8 @@ class AcrobotPlant(LeafSystem):
 
     _generic = True
 
+    _complex_rows = True
+
     def __init__(self) -> None:
         super().__init__()
         self.DeclareNumericParameter(AcrobotParams())

@@ -39,6 +39,8 @@ class PendulumPlant(LeafSystem):
 
     _generic = True
 
+    _complex_rows = True
+
     def __init__(self) -> None:
         super().__init__()
         self.DeclareNumericParameter(PendulumParams())

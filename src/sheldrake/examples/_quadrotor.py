@@ -29,6 +29,8 @@ class QuadrotorPlant(LeafSystem):
 
     _generic = True
 
+    _complex_rows = True
+
     def __init__(
         self, m_arg: float = 0.775, L_arg: float = 0.15, I_arg: Any = None, kF_arg: float = 1.0, kM_arg: float = 0.0245
     ):

@@ -19,6 +19,8 @@ class VanDerPolOscillator(LeafSystem):
 
     _generic = True
 
+    _complex_rows = True
+
     def __init__(self) -> None:
         super().__init__()
         state = self.DeclareContinuousState(1, 1, 0)

@@ -60,8 +60,8 @@ class DirectCollocationConstraint(Constraint):
 
     def _split(self, z: np.ndarray) -> tuple[Any, ...]:
         nx, nu = self._nx, self._nu
-        at = np.cumsum([1, nx, nx, nu])
-        return (z[0], *np.split(z, at)[1:])
+        X1, U0, U1 = 1 + nx, 1 + 2 * nx, 1 + 2 * nx + nu
+        return z[0], z[1:X1], z[X1:U0], z[U0:U1], z[U1:]
 
     def _eval(self, z: np.ndarray) -> np.ndarray:
         h, x0, x1, u0, u1 = self._split(z)
@@ -75,27 +75,24 @@ class DirectCollocationConstraint(Constraint):
         nx = self._nx
         f0, J0 = self._dynamics.value_and_slope(x0, u0)
         f1, J1 = self._dynamics.value_and_slope(x1, u1)
-        H, X0, X1, U0, U1 = (slice(a, b) for a, b in zip(*self._edges()))
-        F0, F1 = np.zeros((nx, z.size)), np.zeros((nx, z.size))
-        F0[:, X0], F0[:, U0], F1[:, X1], F1[:, U1] = J0[:, :nx], J0[:, nx:], J1[:, :nx], J1[:, nx:]
-        M = h / 8.0 * (F0 - F1)
-        M[:, H] += (f0 - f1)[:, None] / 8.0
-        M[:, X0] += 0.5 * np.eye(nx)
-        M[:, X1] += 0.5 * np.eye(nx)
-        fm, Jm = self._dynamics.value_and_slope(0.5 * (x0 + x1) + h / 8.0 * (f0 - f1), 0.5 * (u0 + u1))
-        S = -0.25 * (F0 + F1)
-        S[:, H] += (1.5 * (x0 - x1) / h**2)[:, None]
-        S[:, X0] -= 1.5 / h * np.eye(nx)
-        S[:, X1] += 1.5 / h * np.eye(nx)
-        D = S - Jm[:, :nx] @ M
-        D[:, U0] -= 0.5 * Jm[:, nx:]
-        D[:, U1] -= 0.5 * Jm[:, nx:]
-        return -1.5 * (x0 - x1) / h - 0.25 * (f0 + f1) - fm, D
-
-    def _edges(self) -> tuple[list[int], list[int]]:
-        nx, nu = self._nx, self._nu
-        starts = [0, 1, 1 + nx, 1 + 2 * nx, 1 + 2 * nx + nu]
-        return starts, [*starts[1:], 1 + 2 * nx + 2 * nu]
+        difference, step = f0 - f1, x0 - x1
+        fm, Jm = self._dynamics.value_and_slope(0.5 * (x0 + x1) + h / 8.0 * difference, 0.5 * (u0 + u1))
+        A, half_B = Jm[:, :nx], 0.5 * Jm[:, nx:]
+        # By x0 and x1: what the samples' slopes do to the defect, then what the samples themselves do.
+        by_f0 = (-h / 8.0) * A
+        by_f1 = -by_f0
+        diagonal = np.arange(nx)
+        by_f0[diagonal, diagonal] -= 0.25
+        by_f1[diagonal, diagonal] -= 0.25
+        by_0, by_1 = by_f0 @ J0, by_f1 @ J1
+        D = np.empty((nx, z.size))
+        X0, X1, U0, U1 = self._split(D.T)[1:]
+        D[:, 0] = 1.5 / (h * h) * step - A @ difference / 8.0
+        X0[:], X1[:] = (by_0[:, :nx] - 0.5 * A).T, (by_1[:, :nx] - 0.5 * A).T
+        X0[diagonal, diagonal] -= 1.5 / h
+        X1[diagonal, diagonal] += 1.5 / h
+        U0[:], U1[:] = (by_0[:, nx:] - half_B).T, (by_1[:, nx:] - half_B).T
+        return -1.5 / h * step - 0.25 * (f0 + f1) - fm, D
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         return self._eval_with_jacobian(x)[1]

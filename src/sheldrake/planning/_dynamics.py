@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.systems.framework import InputPortSelection
+from sheldrake.systems.framework._linear_rows import ByComplexSteps, rows_of_motion
 
 _KEPT = 256  # Values kept, so that neighbouring constraints share those of a sample.
 
@@ -56,23 +58,30 @@ class Dynamics:
         self._context = system.CreateDefaultContext()
         self._context.SetTimeStateAndParametersFrom(context)
         system.FixInputPortsFrom(system, context, self._context)
+        self._time = context.get_time()
         self._duals = system.ToAutoDiffXd()
         self._dual_context = self._duals.CreateDefaultContext()
         self._dual_context.SetTimeStateAndParametersFrom(context)
         self._duals.FixInputPortsFrom(system, context, self._dual_context)
         self.num_states = context.num_total_states() if discrete else context.num_continuous_states()
+        self._function: Callable[..., Any] | None = None
         self._known: OrderedDict[bytes, tuple[np.ndarray, np.ndarray]] = OrderedDict()
         self._values: OrderedDict[bytes, np.ndarray] = OrderedDict()
 
-    def _at(self, system: Any, context: Any, t: Any, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def _set(self, system: Any, context: Any, t: Any, x: np.ndarray, u: np.ndarray) -> None:
         if t is not None:
             context.SetTime(t)
         if self._place is not None and self.num_inputs:
             system.get_input_port(self._place).FixValue(context, u)
         if self._discrete:
             context.SetDiscreteState(x)
+        else:
+            context.SetContinuousState(x)
+
+    def _at(self, system: Any, context: Any, t: Any, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+        self._set(system, context, t, x, u)
+        if self._discrete:
             return system.EvalUniquePeriodicDiscreteUpdate(context).value()
-        context.SetContinuousState(x)
         return system.EvalTimeDerivatives(context).CopyToVector()
 
     def value(self, x: np.ndarray, u: np.ndarray, t: float | None = None) -> np.ndarray:
@@ -80,7 +89,7 @@ class Dynamics:
         key = _key(x, u, t)
         found = self._values.get(key)
         if found is None:
-            found = self._values[key] = np.array(self._at(self._system, self._context, t, x, u))
+            found = self._values[key] = self._value(x, u, t)
             if len(self._values) > _KEPT:
                 self._values.popitem(last=False)
         return found
@@ -90,12 +99,36 @@ class Dynamics:
         key = _key(x, u, t)
         found = self._known.get(key)
         if found is None:
-            duals = _arrays.variables_at(np.concatenate((x, u)))
-            time = None if t is None else _arrays.duals(np.array([t]), np.zeros((1, duals.size)))[0]
-            y = self._at(self._duals, self._dual_context, time, duals[: x.size], duals[x.size :])
-            values, J = _arrays.values_and_gradient(np.asarray(y, dtype=object))
-            found = (values, J if J.size else np.zeros((values.size, duals.size)))
+            found = self._by_rows(x, u, t) or self._by_duals(x, u, t)
             self._known[key] = found
             if len(self._known) > _KEPT:
                 self._known.popitem(last=False)
         return found
+
+    def _value(self, x: np.ndarray, u: np.ndarray, t: float | None) -> np.ndarray:
+        if self._function is not None:
+            found = self._function(self._time if t is None else t, np.concatenate((x, u)), False)
+            if found is not None:
+                return found[0]
+        return np.array(self._at(self._system, self._context, t, x, u))
+
+    def _by_rows(self, x: np.ndarray, u: np.ndarray, t: float | None) -> tuple[np.ndarray, np.ndarray] | None:
+        """The same from the kernels on the context of floats; None where others than kernels move the system."""
+        if self._function is not None:
+            return self._function(self._time if t is None else t, np.concatenate((x, u)), True)
+        self._set(self._system, self._context, t, x, u)
+        place = self._place if u.size else None
+        found = rows_of_motion(self._system, self._context, self.num_states, place, None, self._discrete)
+        if found is None:
+            return None
+        rows, seeds, wanted = found
+        if isinstance(rows, ByComplexSteps):  # it stays what it is
+            self._function = rows.function(seeds, wanted)
+        return rows.evaluate(seeds, wanted)
+
+    def _by_duals(self, x: np.ndarray, u: np.ndarray, t: float | None) -> tuple[np.ndarray, np.ndarray]:
+        duals = _arrays.variables_at(np.concatenate((x, u)))
+        time = None if t is None else _arrays.duals(np.array([t]), np.zeros((1, duals.size)))[0]
+        y = self._at(self._duals, self._dual_context, time, duals[: x.size], duals[x.size :])
+        values, J = _arrays.values_and_gradient(np.asarray(y, dtype=object))
+        return values, J if J.size else np.zeros((values.size, duals.size))

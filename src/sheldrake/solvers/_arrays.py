@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.autodiffutils import AutoDiffXd, ExtractGradient
+from sheldrake.autodiffutils._matrices import alike, filled
 from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as symbolic_build
@@ -184,18 +185,16 @@ def affine(A: Any, x: np.ndarray, b: Any) -> np.ndarray:
 
 def values_and_gradient(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Values of a vector of AutoDiffXd and numbers, shape `(n,)`, and their derivatives, shape `(n, d)`."""
-    from sheldrake.autodiffutils import ExtractGradient
-
+    found = alike(x.tolist())
+    if found is not None:
+        return np.array(found[0]), found[1]
     values = np.array([v._v if isinstance(v, AutoDiffXd) else float(v) for v in x])
     return values, ExtractGradient(x)
 
 
 def duals(values: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """AutoDiffXd of given values and derivatives."""
-    out = np.empty(len(values), dtype=object)
-    for i, v in enumerate(values):
-        out[i] = AutoDiffXd(float(v), gradient[i])
-    return out
+    """AutoDiffXd of given values and derivatives, whose rows they keep."""
+    return filled(np.asarray(values, float), np.asarray(gradient, float))
 
 
 def variables_at(x: np.ndarray) -> np.ndarray:

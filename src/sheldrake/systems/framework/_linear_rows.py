@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,47 @@ import numpy as np
 from sheldrake.autodiffutils._complex_step import Sweep, imaginary_parts
 from sheldrake.common._scalars import autodiff_class
 from sheldrake.systems.framework import _complex_rows, _scratch
-from sheldrake.systems.framework._declarations import DERIVATIVES
+from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE
+
+
+def motion_by_rows(
+    system: Any, context: Any, n: int, i: int | None, j: int | None, period: float
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """x' or x+ and y, and their derivatives by x and u, from the kernels that compute them.
+
+    Args:
+        system: The system, of floats.
+        context: Its root context.
+        n: How many numbers x has; 0: neither x' nor x+ is wanted.
+        i: Number of the input port u, or None.
+        j: Number of the output port y, or None.
+        period: Whether x is discrete.
+
+    Returns:
+        Shapes (n + ny,) and (n + ny, n + nu); None where others than kernels, or kernels not for every scalar, compute
+        them.
+    """
+    found = rows_of_motion(system, context, n, i, j, period)
+    return None if found is None else found[0].evaluate(*found[1:])
+
+
+def rows_of_motion(
+    system: Any, context: Any, n: int, i: int | None, j: int | None, period: float
+) -> tuple[RowDerivatives, np.ndarray, np.ndarray] | None:
+    """What `motion_by_rows` evaluates: the rows, and the places of (x, u) and of (x' or x+, y) in the slab."""
+    store = context._store
+    if store.systems[0] is not system or (i is not None and store.layout.input_slot(0, i).free < 0):
+        return None
+    kind = None if not n else DISCRETE if period else DERIVATIVES
+    rows = linear_rows(store, kind, j)
+    if rows is None:
+        return None
+    layout = store.layout
+    x = np.arange(*(layout.xd if period else layout.xc))
+    u = np.arange(*layout.input_slot(0, i).span) if i is not None else np.empty(0, int)
+    y = np.arange(*layout.output_slot(0, j)[2].span) if j is not None else np.empty(0, int)
+    moved = x + layout.plus if period else x + layout.xdot[0] - layout.xc[0]
+    return rows, np.concatenate([x, u]), np.concatenate([moved, y])
 
 
 def linear_rows(store: Any, kind: int | None, output: int | None) -> RowDerivatives | None:
@@ -156,6 +197,25 @@ class ByComplexSteps(RowDerivatives):
             copies = [(self._T[a + plus : b + plus], self._T[a:b])]
             found = self._sweeps[wanted.tobytes()] = Sweep(self._made, self._places[wanted], resets, copies)
         return found
+
+    def function(self, seeds: np.ndarray, wanted: np.ndarray) -> Callable[[float, np.ndarray, bool], Any]:
+        """The numbers `wanted` as a function of time and of the numbers `seeds`; all others are as they are now.
+
+        It gives as `evaluate`, or no derivatives, shape (len(wanted), 0), if its last argument is False.
+        """
+        for row in self.rows:
+            self._store.check_inputs(row)
+        T, sweep, places = self._T, self._sweep_for(wanted), self._places[seeds]
+        none, unit = places[:0], np.eye(len(seeds))
+        others = self._store.S.astype(complex)
+
+        def evaluate(t: float, numbers: np.ndarray, slopes: bool) -> tuple[np.ndarray, np.ndarray] | None:
+            T[:] = others
+            T[0], T[seeds] = t, numbers
+            found = sweep.run(t, places, [unit], len(unit)) if slopes else sweep.run(t, none, [], 0)
+            return None if isinstance(found, int) else (T.real[wanted], found)
+
+        return evaluate
 
     def _evaluate(self, seeds: np.ndarray, wanted: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
         n, S = len(seeds), self._store.S

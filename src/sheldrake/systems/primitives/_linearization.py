@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, PortDataType, System
-from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE
-from sheldrake.systems.framework._linear_rows import linear_rows, split
+from sheldrake.systems.framework._linear_rows import motion_by_rows, split
 from sheldrake.systems.primitives._affine_system import AffineSystem, LinearSystem
 
 
@@ -78,7 +77,7 @@ def _taylor(system: System, context: Any, input_index: Any, output_index: Any, t
     )
     u0 = system.get_input_port(i).Eval(context) if i is not None else np.empty(0)
     n = len(x0)
-    found = _by_rows(system, context, n, i, j, period) or _by_conversion(system, context, x0, u0, i, j, period)
+    found = motion_by_rows(system, context, n, i, j, period) or _by_conversion(system, context, x0, u0, i, j, period)
     values, slopes = found
     f, y = values[:n], values[n:]
     if tolerance is not None:
@@ -90,25 +89,6 @@ def _taylor(system: System, context: Any, input_index: Any, output_index: Any, t
             )
     A, B, C, D = slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:]
     return A, B, f - A @ x0 - B @ u0, C, D, y - C @ x0 - D @ u0, period
-
-
-def _by_rows(
-    system: System, context: Any, n: int, i: int | None, j: int | None, period: float
-) -> tuple[np.ndarray, np.ndarray] | None:
-    """x' or x+ and y, and their derivatives by x and u, from the kernels that compute them; None if others do too."""
-    store = context._store
-    if store.systems[0] is not system or (i is not None and store.layout.input_slot(0, i).free < 0):
-        return None
-    kind = None if not n else DISCRETE if period else DERIVATIVES
-    rows = linear_rows(store, kind, j)
-    if rows is None:
-        return None
-    layout = store.layout
-    x = np.arange(*(layout.xd if period else layout.xc))
-    u = np.arange(*layout.input_slot(0, i).span) if i is not None else np.empty(0, int)
-    y = np.arange(*layout.output_slot(0, j)[2].span) if j is not None else np.empty(0, int)
-    moved = x + layout.plus if period else x + layout.xdot[0] - layout.xc[0]
-    return rows.evaluate(np.concatenate([x, u]), np.concatenate([moved, y]))
 
 
 def _by_conversion(

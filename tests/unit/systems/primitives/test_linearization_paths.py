@@ -107,7 +107,7 @@ def matrices(model):
 
 def by_conversion(monkeypatch, *arguments):
     with monkeypatch.context() as patch:
-        patch.setattr(_linearization, "_by_rows", lambda *_: None)
+        patch.setattr(_linearization, "motion_by_rows", lambda *_: None)
         return matrices(FirstOrderTaylorApproximation(*arguments))
 
 
