@@ -38,8 +38,6 @@ class RimlessWheel(LeafSystem):
     STANDING_RATE = 1e-2
     """Slower than this at a step [rad/s], the wheel stays on two spokes."""
 
-    _complex_rows = True
-
     def __init__(self) -> None:
         super().__init__()
         self.DeclareContinuousState(RimlessWheelContinuousState(), 1, 1, 0)

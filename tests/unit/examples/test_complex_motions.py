@@ -10,7 +10,6 @@ from sheldrake.examples import (
     CompassGait,
     PendulumPlant,
     QuadrotorPlant,
-    RimlessWheel,
     VanDerPolOscillator,
 )
 from sheldrake.systems.framework._linear_rows import ByComplexSteps, rows_of_motion
@@ -18,9 +17,7 @@ from sheldrake.systems.framework._linear_rows import ByComplexSteps, rows_of_mot
 pytestmark = pytest.mark.skipif(not jit_enabled(), reason="asks about machine code; SHELDRAKE_JIT=0 switches it off")
 
 
-@pytest.mark.parametrize(
-    "make", [AcrobotPlant, CompassGait, PendulumPlant, QuadrotorPlant, RimlessWheel, VanDerPolOscillator]
-)
+@pytest.mark.parametrize("make", [AcrobotPlant, CompassGait, PendulumPlant, QuadrotorPlant, VanDerPolOscillator])
 def test_machine_code_and_duals(make, monkeypatch):
     system, rng, found = make(), np.random.default_rng(3), []
     i = 0 if system.num_input_ports() else None
