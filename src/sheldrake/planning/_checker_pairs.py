@@ -6,7 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.multibody.tree import BodyIndex
+from sheldrake.common._kinds import anything, instance_of
+from sheldrake.common._overloads import Overload, overload, overloaded
+from sheldrake.multibody.tree import BodyIndex, RigidBody
+from sheldrake.solvers import _kinds as kinds
+
+
+def _pair_and(**more: Any) -> tuple[Overload, Overload]:
+    """How calls about a pair of bodies are made: with their indices, or themselves."""
+    index, body = instance_of(BodyIndex, int), instance_of(RigidBody)
+    return overload(bodyA_index=index, bodyB_index=index, **more), overload(bodyA=body, bodyB=body, **more)
 
 
 class CheckedPairs:
@@ -68,19 +77,19 @@ class CheckedPairs:
 
     # Padding
 
-    def GetPaddingBetween(self, bodyA: Any = None, bodyB: Any = None, **indices: Any) -> float:
+    @overloaded(*_pair_and())
+    def GetPaddingBetween(self, bodyA: Any, bodyB: Any) -> float:
         """Returns the padding of a pair of bodies, given themselves or by indices [m]."""
-        bodies = (indices.get("bodyA_index", bodyA), indices.get("bodyB_index", bodyB))
-        i, j = (self._index("GetPaddingBetween", b) for b in bodies)
+        i, j = (self._index("GetPaddingBetween", b) for b in (bodyA, bodyB))
         return float(self._padding[i, j])
 
-    def SetPaddingBetween(self, *args: Any, **kwargs: Any) -> None:
+    @overloaded(*_pair_and(padding=kinds.number))
+    def SetPaddingBetween(self, a: Any, b: Any, padding: float) -> None:
         """Sets the padding of a pair [m]: `(bodyA, bodyB, padding)` with bodies or their indices.
 
         Raises:
             RuntimeError: they are one body, both of the environment, or the padding is not finite.
         """
-        a, b, padding = [*args, *kwargs.values()]
         i, j = self._pair("SetPaddingBetween", (a, b))
         self._padding[i, j] = self._padding[j, i] = _finite("SetPaddingBetween", padding)
 
@@ -169,19 +178,19 @@ class CheckedPairs:
         """Returns the filters of the model itself."""
         return self._nominal.copy()
 
-    def IsCollisionFilteredBetween(self, bodyA: Any = None, bodyB: Any = None, **indices: Any) -> bool:
+    @overloaded(*_pair_and())
+    def IsCollisionFilteredBetween(self, bodyA: Any, bodyB: Any) -> bool:
         """Tells whether a pair, given as bodies or by indices, is not looked at."""
-        bodies = (indices.get("bodyA_index", bodyA), indices.get("bodyB_index", bodyB))
-        i, j = (self._index("IsCollisionFilteredBetween", b) for b in bodies)
+        i, j = (self._index("IsCollisionFilteredBetween", b) for b in (bodyA, bodyB))
         return bool(self._filter[i, j] != 0)
 
-    def SetCollisionFilteredBetween(self, *args: Any, **kwargs: Any) -> None:
+    @overloaded(*_pair_and(filter_collision=anything))
+    def SetCollisionFilteredBetween(self, a: Any, b: Any, filtered: bool) -> None:
         """Sets whether a pair is left out: `(bodyA, bodyB, filter_collision)` with bodies or their indices.
 
         Raises:
             RuntimeError: they are one body, or both of the environment.
         """
-        a, b, filtered = [*args, *kwargs.values()]
         i, j = self._pair("SetCollisionFilteredBetween", (a, b))
         matrix = self._filter.copy()
         matrix[i, j] = matrix[j, i] = int(bool(filtered))

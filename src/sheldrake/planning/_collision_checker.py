@@ -5,13 +5,15 @@ from __future__ import annotations
 import copy
 import math
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from sheldrake.common import Parallelism
+from sheldrake.common._kinds import anything, instance_of, text
 from sheldrake.common._options import Options
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.planning._body_shapes import BodyShapeDescription
 from sheldrake.planning._checker_pairs import CheckedPairs
 from sheldrake.planning._clearance import EdgeMeasure, RobotClearance, RobotCollisionType
@@ -241,12 +243,12 @@ class CollisionChecker(CheckedPairs):
         body = plant.GetBodyByName(description.body_name(), instance)
         return self.AddCollisionShapeToBody(group_name, body, description.shape(), description.pose_in_body())
 
-    def AddCollisionShapes(self, *args: Any, **kwargs: Any) -> Any:
+    @overloaded(overload(group_name=text, descriptions=anything), overload(geometry_groups=instance_of(Mapping)))
+    def AddCollisionShapes(self, group: Any, descriptions: Any = None) -> Any:
         """Adds shapes, returns how many: `(group_name, descriptions)`, or `(geometry_groups)`, a dict by group."""
-        values = [*args, *kwargs.values()]
-        if len(values) == 1:
-            return {name: self.AddCollisionShapes(name, shapes) for name, shapes in values[0].items()}
-        return sum(self.AddCollisionShape(values[0], description) for description in values[1])
+        if descriptions is None:
+            return {name: self.AddCollisionShapes(name, shapes) for name, shapes in group.items()}
+        return sum(self.AddCollisionShape(group, description) for description in descriptions)
 
     def AddCollisionShapeToFrame(self, group_name: str, frameA: Any, shape: Any, X_AG: Any) -> bool:
         """Adds a shape at a pose in a frame to the frame's body; tells whether it could."""

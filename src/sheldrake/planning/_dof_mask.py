@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
+
+from sheldrake.common._kinds import anything, count, instance_of
+from sheldrake.common._overloads import overload, overloaded
 
 
 class DofMask:
@@ -17,12 +20,13 @@ class DofMask:
         RuntimeError: sizes differ, or velocities of a plant are not the derivatives of its positions.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        values = [*args, *(kwargs[n] for n in ("size", "value", "values") if n in kwargs)]
-        if len(values) == 2:
-            self._selected = (bool(values[1]),) * int(values[0])
-        else:
-            self._selected = tuple(bool(v) for v in (values[0] if values else ()))
+    @overloaded(
+        overload(lambda self: self.__init__([])),
+        overload(lambda self, size, value: self.__init__([value] * size), size=count, value=anything),
+        overload(values=instance_of(Iterable)),
+    )
+    def __init__(self, values: Iterable):
+        self._selected = tuple(bool(v) for v in values)
 
     @staticmethod
     def MakeFromModel(plant: Any, model_index: Any = None, *, model_name: str | None = None) -> DofMask:

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry.optimization._gcs_elements import ALL, Transcription
+from sheldrake.common._overloads import overloaded
+from sheldrake.geometry.optimization._gcs_elements import ALL, COSTS, Transcription, constraints
 from sheldrake.planning._gcs_pieces import (
     NonlinearContinuityConstraint,
     NonlinearDerivativeConstraint,
@@ -177,25 +178,25 @@ class Part:
         stand_ins = [*self._xu.ravel(order="F"), self._tu, *self._xv.ravel(order="F"), self._tv]
         return {p.get_id(): (p, v) for p, v in zip(stand_ins, (*edge.xu(), *edge.xv()))}
 
-    def AddEdgeCost(self, *args: Any, use_in_transcription: Iterable = ALL, **kwargs: Any) -> None:
+    @overloaded(*COSTS)
+    def AddEdgeCost(self, what: Any, use_in_transcription: Iterable) -> None:
         """Adds a cost to each edge, written in `edge_constituent_vertex_...`; called as `(e)` or `(binding)`.
 
         Raises:
             RuntimeError: it has other variables.
         """
-        (what, *rest) = [*args, *kwargs.values()]
         for edge in self._edges:
-            edge.AddCost(renamed(what, self._of_edge(edge)), rest[0] if rest else use_in_transcription)
+            edge.AddCost(renamed(what, self._of_edge(edge)), use_in_transcription)
 
-    def AddEdgeConstraint(self, *args: Any, use_in_transcription: Iterable = ALL, **kwargs: Any) -> None:
+    @overloaded(*constraints("e"))
+    def AddEdgeConstraint(self, what: Any, use_in_transcription: Iterable) -> None:
         """Adds a constraint to each edge, written in `edge_constituent_vertex_...`; called as `(e)` or `(binding)`.
 
         Raises:
             RuntimeError: it has other variables.
         """
-        (what, *rest) = [*args, *kwargs.values()]
         for edge in self._edges:
-            edge.AddConstraint(renamed(what, self._of_edge(edge)), rest[0] if rest else use_in_transcription)
+            edge.AddConstraint(renamed(what, self._of_edge(edge)), use_in_transcription)
 
     # What holds where two curves meet
 

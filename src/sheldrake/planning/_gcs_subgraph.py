@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import overloaded
 from sheldrake.geometry.optimization import CartesianProduct, ConvexSet, HPolyhedron
-from sheldrake.geometry.optimization._gcs_elements import ALL
+from sheldrake.geometry.optimization._gcs_elements import COSTS, constraints
 from sheldrake.planning._gcs_parts import (
     Part,
     add_derivative_bounds,
@@ -103,25 +104,25 @@ class Subgraph(Part):
         stand_ins = [*self._x.ravel(order="F"), self._t]
         return {p.get_id(): (p, v) for p, v in zip(stand_ins, vertex.x())}
 
-    def AddVertexCost(self, *args: Any, use_in_transcription: Iterable = ALL, **kwargs: Any) -> None:
+    @overloaded(*COSTS)
+    def AddVertexCost(self, what: Any, use_in_transcription: Iterable) -> None:
         """Adds a cost to each vertex, written in `vertex_duration` and `vertex_control_points`.
 
         Raises:
             RuntimeError: it has other variables.
         """
-        (what, *rest) = [*args, *kwargs.values()]
         for vertex in self._vertices:
-            vertex.AddCost(renamed(what, self._of_vertex(vertex)), rest[0] if rest else use_in_transcription)
+            vertex.AddCost(renamed(what, self._of_vertex(vertex)), use_in_transcription)
 
-    def AddVertexConstraint(self, *args: Any, use_in_transcription: Iterable = ALL, **kwargs: Any) -> None:
+    @overloaded(*constraints("e"))
+    def AddVertexConstraint(self, what: Any, use_in_transcription: Iterable) -> None:
         """Adds a constraint to each vertex, written in `vertex_duration` and `vertex_control_points`.
 
         Raises:
             RuntimeError: it has other variables.
         """
-        (what, *rest) = [*args, *kwargs.values()]
         for vertex in self._vertices:
-            vertex.AddConstraint(renamed(what, self._of_vertex(vertex)), rest[0] if rest else use_in_transcription)
+            vertex.AddConstraint(renamed(what, self._of_vertex(vertex)), use_in_transcription)
 
     def AddTimeCost(self, weight: float = 1.0) -> None:
         """Adds the duration of each curve, times a weight, to the cost."""

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import in_order, incompatible
+from sheldrake.common._kinds import anything, count, instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.math import BsplineBasis, KnotVectorType
 from sheldrake.planning._path_constraints import (
     DerivativeConstraint,
@@ -14,7 +15,8 @@ from sheldrake.planning._path_constraints import (
     PathConstraint,
     WrappedVelocityConstraint,
 )
-from sheldrake.solvers import Cost, MathematicalProgram
+from sheldrake.solvers import Constraint, Cost, MathematicalProgram
+from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._bindings import BindingBase, as_kind
 from sheldrake.symbolic import Variable
 from sheldrake.symbolic import _traverse as traverse
@@ -28,22 +30,13 @@ class KinematicTrajectoryOptimization:
     number of control points and initial guess from a BsplineTrajectory.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        first = args[0] if args else kwargs.get("trajectory")
-        if hasattr(first, "control_points"):
-            self._set_up(first.rows(), first.num_control_points(), first.basis().order(), 1.0)
-            self.SetInitialGuess(first)
-            return
-        names = ("num_positions", "num_control_points", "spline_order", "duration")
-        values = in_order(names, args, kwargs, {"spline_order": 4, "duration": 1.0})
-        if values is None:
-            accepted = ["(num_positions, num_control_points, spline_order=4, duration=1.0)", "(trajectory)"]
-            raise incompatible("KinematicTrajectoryOptimization", accepted, args, kwargs, constructor=True)
-        self._set_up(*values)
-
-    def _set_up(self, num_positions: int, num_control_points: int, order: int, duration: float) -> None:
-        self._nq, self._n = int(num_positions), int(num_control_points)
-        self._basis = BsplineBasis(int(order), self._n, KnotVectorType.kClampedUniform, 0.0, 1.0)
+    @overloaded(
+        overload(num_positions=count, num_control_points=count, spline_order=(count, 4), duration=(kinds.number, 1.0)),
+        overload(lambda self, trajectory: self._set_up_like(trajectory), trajectory=instance_of(BsplineTrajectory)),
+    )
+    def __init__(self, num_positions: int, num_control_points: int, order: int, duration: float):
+        self._nq, self._n = num_positions, num_control_points
+        self._basis = BsplineBasis(order, self._n, KnotVectorType.kClampedUniform, 0.0, 1.0)
         self._prog = MathematicalProgram()
         self._points = self._prog.NewContinuousVariables(self._nq, self._n, "control_point").reshape(self._nq, self._n)
         self._T = self._prog.NewContinuousVariables(1, "duration")[0]
@@ -54,11 +47,15 @@ class KinematicTrajectoryOptimization:
         positive = self._prog.AddBoundingBoxConstraint(0.0, np.inf, self._T)
         positive.evaluator().set_description("positive duration constraint")
         self._prog.SetInitialGuess(self._points, np.zeros((self._nq, self._n)))
-        self._prog.SetInitialGuess(self._T, float(duration))
+        self._prog.SetInitialGuess(self._T, duration)
         # Derivatives by control points: column k of _slopes[d] @ C is the k-th control point of the d-th derivative.
         unit = BsplineTrajectory(self._basis, [np.zeros((1, 1)) for _ in range(self._n)])
-        self._slopes = [_dense(unit.AsLinearInControlPoints(d)) for d in range(int(order))]
+        self._slopes = [_dense(unit.AsLinearInControlPoints(d)) for d in range(order)]
         self._unit = unit
+
+    def _set_up_like(self, trajectory: BsplineTrajectory) -> None:
+        self.__init__(trajectory.rows(), trajectory.num_control_points(), trajectory.basis().order())  # type: ignore[misc]
+        self.SetInitialGuess(trajectory)
 
     # What there is
 
@@ -154,17 +151,22 @@ class KinematicTrajectoryOptimization:
             raise RuntimeError(f"{call}(): expected {self._nq} values, got {v.size}.")
         return v
 
-    def AddPathPositionConstraint(self, *args: Any, **kwargs: Any) -> Any:
+    @overloaded(
+        overload(
+            lambda self, lb, ub, s: self._add_linear("AddPathPositionConstraint", lb, ub, s, 0, "position"),
+            lb=anything,
+            ub=anything,
+            s=kinds.number,
+        ),
+        overload(constraint=instance_of(Constraint), s=kinds.number),
+    )
+    def AddPathPositionConstraint(self, constraint: Constraint, s: float) -> Any:
         """Adds lb <= r(s) <= ub, called as `(lb, ub, s)`; or a constraint of positions, called as `(constraint, s)`.
 
         Raises:
             RuntimeError: s is not in [0, 1], or sizes differ.
-        """  # fmt: skip
-        given = [*args, *(kwargs[n] for n in ("lb", "ub", "constraint", "s") if n in kwargs)]
+        """
         call = "AddPathPositionConstraint"
-        if len(given) == 3:
-            return self._add_linear(call, *given, 0, "position")
-        constraint, s = given
         if constraint.num_vars() != self._nq:
             raise RuntimeError(f"{call}(): the constraint has {constraint.num_vars()} variables, not {self._nq}.")
         active, weights = self._weights(call, s, 0)
@@ -180,20 +182,21 @@ class KinematicTrajectoryOptimization:
         """Adds lb <= rddot(s) <= ub for the second derivative by s."""
         return self._add_linear("AddPathAccelerationConstraint", lb, ub, s, 2, "acceleration")
 
-    def AddVelocityConstraintAtNormalizedTime(self, *args: Any, **kwargs: Any) -> Any:
+    @overloaded(
+        overload(lambda self, binding, s: self._linear_velocity(binding, s), binding=kinds.binding, s=kinds.number),
+        overload(constraint=instance_of(Constraint), s=kinds.number),
+    )
+    def AddVelocityConstraintAtNormalizedTime(self, constraint: Constraint, s: float) -> Any:
         """Adds a constraint on (q, qdot) at t = s T, called as `(constraint, s)`; or linear bounds on placeholders
         qdot, called as `(binding, s)`, which returns a list.
 
         Raises:
             RuntimeError: s is not in [0, 1], sizes differ, or the binding has other variables.
         """
-        what, s = [*args, *(kwargs[n] for n in ("constraint", "binding", "s") if n in kwargs)]
         call = "AddVelocityConstraintAtNormalizedTime"
-        if isinstance(what, BindingBase):
-            return self._linear_velocity(call, what, s)
-        if what.num_vars() != 2 * self._nq:
-            raise RuntimeError(f"{call}(): the constraint has {what.num_vars()} variables, not {2 * self._nq}.")
-        new = WrappedVelocityConstraint(what, *(self._path_matrix(call, s, d) for d in (0, 1)))
+        if constraint.num_vars() != 2 * self._nq:
+            raise RuntimeError(f"{call}(): the constraint has {constraint.num_vars()} variables, not {2 * self._nq}.")
+        new = WrappedVelocityConstraint(constraint, *(self._path_matrix(call, s, d) for d in (0, 1)))
         new.set_description(f"velocity constraint at s={s:g}")
         return self._prog.AddConstraint(new, self._all())
 
@@ -207,7 +210,8 @@ class KinematicTrajectoryOptimization:
         row[active] = weights
         return np.kron(row.reshape(1, -1), np.eye(self._nq))
 
-    def _linear_velocity(self, call: str, binding: BindingBase, s: float) -> list:
+    def _linear_velocity(self, binding: BindingBase, s: float) -> list:
+        call = "AddVelocityConstraintAtNormalizedTime"
         places = {v: i for i, v in enumerate(self._qdot)}
         columns = []
         for v in binding._variables:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers import (
     BoundingBoxConstraint,
     Constraint,
@@ -15,8 +17,9 @@ from sheldrake.solvers import (
     MathematicalProgram,
     _arrays,
 )
+from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._bindings import as_kind, bind
-from sheldrake.symbolic import Expression, Formula, Variable
+from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _traverse as traverse
 
 _UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
@@ -169,29 +172,24 @@ class MultipleShooting:
             raise RuntimeError(f"AddFinalCost(): expected one expression, got shape {e.shape}.")
         return self._prog.AddCost(self._substituted(e.reshape(-1)[0], self._N - 1))
 
-    def AddConstraintToAllKnotPoints(self, *args: Any, **kwargs: Any) -> list:
+    @overloaded(
+        overload(lambda self, f: [self._prog.AddConstraint(f.Substitute(self._at(i))) for i in range(self._N)],
+                 f=kinds.formula),
+        overload(lambda self, fs: [b for f in fs for b in self.AddConstraintToAllKnotPoints(f)], f=kinds.formulas),
+        overload(constraint=instance_of(Constraint), vars=kinds.vars),
+    )  # fmt: skip
+    def AddConstraintToAllKnotPoints(self, constraint: Constraint, vars: np.ndarray) -> list:
         """Adds a constraint at each sample; called with a formula of placeholders, an array of them, or
         `(constraint, vars)`.
         """
-        given = [*args, *(kwargs[n] for n in ("f", "constraint", "vars") if n in kwargs)]
-        if len(given) == 2:
-            return self._add_evaluator(*given)
-        if isinstance(given[0], Formula):
-            return [self._prog.AddConstraint(given[0].Substitute(self._at(i))) for i in range(self._N)]
-        out = []
-        for f in np.asarray(given[0], dtype=object).ravel():
-            out += self.AddConstraintToAllKnotPoints(f)
-        return out
-
-    def _add_evaluator(self, constraint: Constraint, vars: Any) -> list:
-        kinds = (BoundingBoxConstraint, LinearEqualityConstraint, LinearConstraint, Constraint)
-        kind = next(k for k in kinds if isinstance(constraint, k))
+        classes = (BoundingBoxConstraint, LinearEqualityConstraint, LinearConstraint, Constraint)
+        cls = next(c for c in classes if isinstance(constraint, c))
         out = []
         for i in range(self._N):
             places = self._at(i)
-            found = [places.get(v, v) for v in _arrays.variable_vector(vars)]
-            binding = bind(kind, constraint, _arrays.variable_vector(traverse.object_array(found)))
-            out.append(as_kind(kind, self._prog.AddConstraint(binding)))
+            found = [places.get(v, v) for v in vars]
+            binding = bind(cls, constraint, _arrays.variable_vector(traverse.object_array(found)))
+            out.append(as_kind(cls, self._prog.AddConstraint(binding)))
         return out
 
     def AddTimeIntervalBounds(self, lower_bound: float, upper_bound: float) -> Any:

@@ -14,10 +14,14 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common import Parallelism
+from sheldrake.common._kinds import count, instance_of
 from sheldrake.common._options import Options
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
 from sheldrake.geometry.optimization._iris import tangent
+from sheldrake.multibody.rational import RationalForwardKinematics
 from sheldrake.solvers import _arrays
+from sheldrake.solvers import _kinds as kinds
 
 _MOST_BISECTED = 100  # Of the samples in collision, the nearest: more would cost checks, and make faces hardly better.
 
@@ -79,23 +83,17 @@ class IrisParameterizationFunction:
     variables)`; or `(kin, q_star_val)` with a RationalForwardKinematics.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        values = [*args, *kwargs.values()]
-        self._dimension: int | None = None
-        self._function: Callable[[np.ndarray], np.ndarray] = lambda x: x
-        if len(values) == 2 and callable(values[0]):
-            self._function, self._dimension = values[0], int(values[1])
-        elif len(values) == 2 and hasattr(values[0], "ComputeQValue"):
-            kin, q_star = values
-            self._function = lambda s: kin.ComputeQValue(s, q_star)
-            self._dimension = len(kin.s())
-        elif len(values) == 2:
-            self._set_expressions(np.ravel(values[0]), np.ravel(values[1]))
-        elif values:
-            raise TypeError("IrisParameterizationFunction(): incompatible constructor arguments.")
-
-    def _set_expressions(self, expressions: np.ndarray, variables: np.ndarray) -> None:
-        self._dimension = len(variables)
+    @overloaded(
+        overload(lambda self: self._set(lambda x: x, None)),
+        overload(lambda self, *given: self._set(*given), parameterization=instance_of(Callable), dimension=count),
+        overload(
+            lambda self, kin, q_star: self._set(lambda s: kin.ComputeQValue(s, q_star), len(kin.s())),
+            kin=instance_of(RationalForwardKinematics),
+            q_star_val=kinds.vector,
+        ),
+        overload(expression_parameterization=kinds.expressions, variables=kinds.vars),
+    )
+    def __init__(self, expressions: np.ndarray, variables: np.ndarray):
 
         def evaluate(x: np.ndarray) -> np.ndarray:
             x = np.asarray(x)
@@ -107,7 +105,10 @@ class IrisParameterizationFunction:
             J = np.array([[e.Differentiate(v).Evaluate(at) for v in variables] for e in expressions])
             return _arrays.duals(q, J @ gradient)
 
-        self._function = evaluate
+        self._set(evaluate, len(variables))
+
+    def _set(self, function: Callable[[np.ndarray], np.ndarray], dimension: int | None) -> None:
+        self._function, self._dimension = function, dimension
 
     def get_parameterization_double(self) -> Callable[[np.ndarray], np.ndarray]:
         """Returns the function of floats."""

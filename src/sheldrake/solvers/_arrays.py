@@ -11,6 +11,7 @@ from sheldrake.autodiffutils._matrices import alike, filled
 from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as symbolic_build
+from sheldrake.symbolic._arguments import expression
 
 FLOATS, DUALS, SYMBOLS = "float", "AutoDiffXd", "Expression"
 
@@ -98,6 +99,19 @@ def float_matrix(value: Any) -> Any:
     return array
 
 
+@kind("float array of shape (1, n)")
+def float_row(value: Any) -> Any:
+    """The coefficients of one row, shape `(1, n)`.
+
+    Raises:
+        Mismatch: they are none.
+    """
+    A = float_matrix(value)
+    if A.shape[0] != 1 and A.shape[1] != 1:
+        raise Mismatch
+    return A.reshape(1, -1)
+
+
 @kind("float")
 def number(value: Any) -> float:
     """A float.
@@ -110,19 +124,6 @@ def number(value: Any) -> float:
     if isinstance(value, (float, int, np.floating, np.integer)):
         return float(value)
     raise Mismatch
-
-
-@kind("Expression")
-def expression(value: Any) -> Expression:
-    """An expression, from a variable or a number too.
-
-    Raises:
-        Mismatch: it is none.
-    """
-    e = symbolic_build.as_expression(value)
-    if e is None:
-        raise Mismatch
-    return e
 
 
 @kind("array of Expression")

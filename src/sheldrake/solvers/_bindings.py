@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import _MangledName
-from sheldrake.common._overloads import Mismatch, incompatible
+from sheldrake.common._overloads import dispatch, overload
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.solvers import _arrays
 from sheldrake.solvers import _cone_constraints as cones
@@ -28,22 +29,17 @@ class BindingBase:
     _kind: type = evaluators.EvaluatorBase
 
     def __init__(self, *args: Any, **kwargs: Any):
-        given = [*args, *(kwargs[n] for n in ("c", "v") if n in kwargs)]
-        if len(given) == 1 and isinstance(given[0], BindingBase) and self._takes_other:
-            if not isinstance(given[0].evaluator(), self._kind):
-                raise RuntimeError(f"Unable to cast {given[0].evaluator()!r} to {self._kind.__name__}.")
-            self._evaluator, self._variables = given[0]._evaluator, given[0]._variables
-            return
-        try:
-            if len(given) != 2 or not isinstance(given[0], self._kind):
-                raise Mismatch
-            vars = _arrays.variable_vector(given[1])
-        except Mismatch:
-            accepted = [f"(c: {self._kind.__name__}, v: numpy.ndarray of Variable)"]
-            raise incompatible(type(self).__name__, accepted, args, kwargs, constructor=True) from None
-        self._set(given[0], vars)
+        ways = [overload(BindingBase._set, c=instance_of(self._kind), v=_arrays.variable_vector)]
+        if self._takes_other:
+            ways.append(overload(BindingBase._set_like, other=instance_of(BindingBase)))
+        dispatch(type(self).__name__, ways, self, args, kwargs, constructor=True)
 
     _takes_other = False
+
+    def _set_like(self, other: BindingBase) -> None:
+        if not isinstance(other.evaluator(), self._kind):
+            raise RuntimeError(f"Unable to cast {other.evaluator()!r} to {self._kind.__name__}.")
+        self._evaluator, self._variables = other._evaluator, other._variables
 
     def _set(self, evaluator: Any, vars: np.ndarray) -> None:
         if evaluator.num_vars() not in (evaluators.ANY, len(vars)):

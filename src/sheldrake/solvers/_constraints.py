@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._costs import is_semidefinite, quadratic_symbols, symmetric
 from sheldrake.solvers._evaluators import Constraint
@@ -125,13 +126,12 @@ class LinearEqualityConstraint(LinearConstraint):
         beq: Shape `(m,)`.
     """
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = [*args, *(kwargs[n] for n in ("Aeq", "a", "beq") if n in kwargs)]
-        A = _arrays.float_matrix(given[0])
-        b = _arrays.float_vector(np.atleast_1d(given[1]))
-        if np.ndim(given[1]) == 0 and A.shape[0] != 1:
-            A = A.reshape(1, -1)
-        self._set_linear(A, b, b)
+    @overloaded(
+        overload(Aeq=_arrays.float_matrix, beq=_arrays.float_vector),
+        overload(lambda self, a, beq: self.__init__(a, [beq]), a=_arrays.float_row, beq=_arrays.number),
+    )
+    def __init__(self, Aeq: Any, beq: np.ndarray):
+        self._set_linear(Aeq, beq, beq)
 
     def UpdateCoefficients(self, Aeq: Any, beq: Any) -> None:  # type: ignore[override]
         """Sets matrix and right hand side."""

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._kinds import instance_of, text
+from sheldrake.common._overloads import Mismatch, incompatible, kind, overload, overloaded
 
 
 class SolverType(BoundEnum):
@@ -150,6 +151,14 @@ def id_of_type(solver_type: SolverType) -> SolverId:
 _COMMON = "Drake"  # The name under which options that all solvers understand are kept.
 
 
+@kind("float | int | str")
+def option_value(value: Any) -> Any:
+    """Kind: a value of an option, as plain Python."""
+    if isinstance(value, bool) or not isinstance(value, (float, int, str, np.integer, np.floating)):
+        raise Mismatch
+    return value.item() if isinstance(value, np.generic) else value
+
+
 class SolverOptions:
     """Options by name of solver and name of option.
 
@@ -172,23 +181,23 @@ class SolverOptions:
     def options(self, values: dict[str, dict[str, Any]]) -> None:
         self._options = {solver: dict(of_one) for solver, of_one in values.items()}
 
-    def SetOption(self, *args: Any, **kwargs: Any) -> None:
+    @overloaded(
+        overload(solver_id=instance_of(SolverId), key=text, value=option_value),
+        overload(
+            lambda self, *given: self._set_common(*given), key=instance_of(CommonSolverOption), value=option_value
+        ),
+    )
+    def SetOption(self, solver_id: SolverId, key: str, value: Any) -> None:
         """Sets one option; called as `SetOption(solver_id, key, value)` or `SetOption(CommonSolverOption, value)`.
 
         Raises:
             RuntimeError: the value does not fit a common option.
         """
-        given = [*args, *(kwargs[n] for n in ("solver_id", "key", "value") if n in kwargs)]
-        number = not isinstance(given[-1], bool) and isinstance(given[-1], (float, int, str, np.integer, np.floating))
-        if len(given) == 3 and isinstance(given[0], SolverId) and isinstance(given[1], str) and number:
-            self._put(given[0].name(), given[1], _plain(given[2]))
-        elif len(given) == 2 and isinstance(given[0], CommonSolverOption) and number:
-            value = _plain(given[1])
-            _check_common(given[0], value)
-            self._put(_COMMON, given[0].name, value)
-        else:
-            accepted = ["(solver_id: SolverId, key: str, value: float | int | str)", "(key: CommonSolverOption, value)"]
-            raise incompatible("SetOption", accepted, args, kwargs)
+        self._put(solver_id.name(), key, value)
+
+    def _set_common(self, key: CommonSolverOption, value: Any) -> None:
+        _check_common(key, value)
+        self._put(_COMMON, key.name, value)
 
     def _put(self, solver: str, key: str, value: Any) -> None:
         """Keeps one value; solvers and keys stay in alphabetical order."""
@@ -224,10 +233,6 @@ class SolverOptions:
     def __repr__(self) -> str:
         ordered = {solver: dict(sorted(values.items())) for solver, values in sorted(self.options.items())}
         return f"SolverOptions(options={ordered})"
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
 
 
 def _check_common(option: CommonSolverOption, value: Any) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.solvers import _arrays
+from sheldrake.solvers._bindings import BindingBase
 from sheldrake.solvers._evaluators import takes_vector_function
 from sheldrake.symbolic import Formula, Polynomial, Variable, Variables
 
@@ -37,17 +38,9 @@ def formulas(value: Any) -> list[Formula]:
     return [formula(f) for f in np.asarray(value, dtype=object).ravel(order="F")]
 
 
-@kind("float array of shape (1, n)")
-def row(value: Any) -> Any:
-    """Kind: the coefficients of one row, shape `(1, n)`."""
-    A = _arrays.float_matrix(value)
-    if A.shape[0] != 1 and A.shape[1] != 1:
-        raise Mismatch
-    return A.reshape(1, -1)
-
-
+binding = kind("Binding")(instance_of(BindingBase))
 variable = instance_of(Variable)
 variables = instance_of(Variables)
 polynomial = instance_of(Polynomial)
-vector, matrix, number, vars = _arrays.float_vector, _arrays.float_matrix, _arrays.number, _arrays.variable_vector
-expression, expressions = _arrays.expression, _arrays.expression_array
+vector, row, matrix, number = _arrays.float_vector, _arrays.float_row, _arrays.float_matrix, _arrays.number
+vars, expression, expressions = _arrays.variable_vector, _arrays.expression, _arrays.expression_array

@@ -6,12 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import expect, incompatible
+from sheldrake.common._kinds import anything, instance_of
+from sheldrake.common._overloads import expect, incompatible, overload, overloaded
+from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._bindings import BindingBase, as_kind
 from sheldrake.solvers._constraints import LinearConstraint
 from sheldrake.solvers._costs import Cost
 from sheldrake.solvers._evaluators import Constraint
-from sheldrake.solvers._ids import ProgramAttribute, SolverId, SolverOptions, SolverType, id_of_type
+from sheldrake.solvers._ids import ProgramAttribute, SolverId, SolverOptions, SolverType, id_of_type, option_value
 from sheldrake.solvers._program_cones import ProgramCones
 from sheldrake.solvers._program_constraints import ProgramConstraints
 from sheldrake.solvers._program_costs import ProgramCosts
@@ -19,6 +21,7 @@ from sheldrake.solvers._program_polynomials import ProgramPolynomials
 from sheldrake.solvers._program_variables import ProgramVariables
 from sheldrake.symbolic import ToLatex, Variable
 
+_SOLVER = instance_of(SolverId, SolverType)
 _COSTS = ("generic_costs", "linear_costs", "quadratic_costs", "l2norm_costs")
 _CONSTRAINTS = (
     "generic_constraints",
@@ -139,30 +142,29 @@ class MathematicalProgram(ProgramVariables, ProgramCosts, ProgramConstraints, Pr
         """Returns the value at the initial guess."""
         return self.EvalBinding(binding, self.initial_guess())
 
-    def CheckSatisfied(self, *args: Any, **kwargs: Any) -> bool:
+    @overloaded(
+        overload(binding=kinds.binding, prog_var_vals=anything, tol=(kinds.number, 1e-6)),
+        overload(bindings=anything, prog_var_vals=anything, tol=(kinds.number, 1e-6)),
+    )
+    def CheckSatisfied(self, bindings: Any, values: Any, tol: float) -> bool:
         """Tells whether one or several constraints are satisfied; called as `(binding(s), prog_var_vals, tol=1e-6)`."""
-        names = ("binding", "bindings", "prog_var_vals", "tol")
-        given = [*args, *(kwargs[n] for n in names if n in kwargs)]
-        bindings, values = given[:2]
-        tol = given[2] if len(given) > 2 else 1e-6
         bindings = [bindings] if isinstance(bindings, BindingBase) else bindings
         return all(bool(b._evaluator.CheckSatisfied(self.GetBindingVariableValues(b, values), tol)) for b in bindings)
 
-    def CheckSatisfiedAtInitialGuess(self, *args: Any, **kwargs: Any) -> bool:
+    @overloaded(
+        overload(binding=kinds.binding, tol=(kinds.number, 1e-6)),
+        overload(bindings=anything, tol=(kinds.number, 1e-6)),
+    )
+    def CheckSatisfiedAtInitialGuess(self, bindings: Any, tol: float) -> bool:
         """Tells whether one or several constraints are satisfied at the guess; called as `(binding(s), tol=1e-6)`."""
-        given = [*args, *(kwargs[n] for n in ("binding", "bindings", "tol") if n in kwargs)]
-        return self.CheckSatisfied(given[0], self.initial_guess(), *given[1:])
+        return self.CheckSatisfied(bindings, self.initial_guess(), tol)
 
     # Options
 
-    def SetSolverOption(self, *args: Any, **kwargs: Any) -> None:
+    @overloaded(overload(solver_id=_SOLVER, solver_option=instance_of(str), option_value=option_value))
+    def SetSolverOption(self, solver: SolverId | SolverType, name: str, value: Any) -> None:
         """Sets an option of one solver; called as `(solver_id or SolverType, name, value)`."""
-        given = [*args, *(kwargs[n] for n in ("solver_id", "solver_option", "option_value") if n in kwargs)]
-        if len(given) != 3 or not isinstance(given[0], (SolverId, SolverType)):
-            accepted = ["(solver_id: SolverId | SolverType, solver_option: str, option_value: float | int | str)"]
-            raise incompatible("SetSolverOption", accepted, args, kwargs)
-        solver = given[0] if isinstance(given[0], SolverId) else id_of_type(given[0])
-        self._options.SetOption(solver, given[1], given[2])
+        self._options.SetOption(solver if isinstance(solver, SolverId) else id_of_type(solver), name, value)
 
     def SetSolverOptions(self, arg0: SolverOptions) -> None:
         """Replaces all options."""

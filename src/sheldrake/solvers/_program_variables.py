@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._kinds import count, text
-from sheldrake.common._overloads import Mismatch, dispatch, incompatible, overload
+from sheldrake.common._kinds import anything, count, instance_of, text
+from sheldrake.common._overloads import Mismatch, dispatch, incompatible, overload, overloaded
 from sheldrake.solvers import _arrays
 from sheldrake.symbolic import Expression, Variable, Variables
 
@@ -255,7 +255,11 @@ class ProgramVariables:
             )
         self._guess = [float(v) for v in values]
 
-    def SetDecisionVariableValueInVector(self, *args: Any, **kwargs: Any) -> None:
+    @overloaded(
+        overload(decision_variable=anything, decision_variable_new_value=anything, values=instance_of(np.ndarray)),
+        overload(decision_variables=anything, decision_variables_new_values=anything, values=instance_of(np.ndarray)),
+    )
+    def SetDecisionVariableValueInVector(self, vars: Any, new: Any, values: np.ndarray) -> None:
         """Writes the value of one or several decision variables into a vector of the values of all.
 
         Called as `(decision_variable(s), new_value(s), values)`; `values` has shape `(num_vars,)` and is changed.
@@ -263,10 +267,7 @@ class ProgramVariables:
         Raises:
             RuntimeError: a variable is no decision variable, or sizes differ.
         """
-        names = ("decision_variable", "decision_variables", "decision_variable_new_value")
-        given = [*args, *(kwargs[n] for n in (*names, "decision_variables_new_values", "values") if n in kwargs)]
-        vars, new, values = given
-        if not isinstance(values, np.ndarray) or values.size != self.num_vars():
+        if values.size != self.num_vars():
             raise RuntimeError(
                 f"SetDecisionVariableValueInVector(): values must be an array of {self.num_vars()} floats."
             )

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as build
@@ -58,29 +60,39 @@ _ALLOWED = {
 }
 
 
-def MakeSemidefiniteRelaxation(prog: MathematicalProgram, *args: Any, **kwargs: Any) -> MathematicalProgram:
+def _refuse_groups(*_given: Any) -> None:
+    raise NotImplementedError("MakeSemidefiniteRelaxation(): variable_groups are not supported.")
+
+
+@overloaded(
+    overload(prog=instance_of(MathematicalProgram), options=(instance_of(SemidefiniteRelaxationOptions), None)),
+    overload(
+        _refuse_groups,
+        prog=instance_of(MathematicalProgram),
+        variable_groups=instance_of(list, tuple),
+        options=(instance_of(SemidefiniteRelaxationOptions), None),
+    ),
+)
+def MakeSemidefiniteRelaxation(
+    prog: MathematicalProgram, options: SemidefiniteRelaxationOptions | None
+) -> MathematicalProgram:
     """Returns a program in y and Y, with [Y, y; y', 1] positive semidefinite, where products y_i y_j are Y_ij.
 
     Args:
         prog: A program with linear and quadratic costs and constraints.
-        args: Options, at most.
-        kwargs: `options`.
+        options: What is added beyond the relaxation itself.
 
     Raises:
         RuntimeError: the program has other costs or constraints.
         NotImplementedError: groups of variables are given.
     """
-    given = [*args, *(kwargs[n] for n in ("variable_groups", "options") if n in kwargs)]
-    if any(isinstance(g, (list, tuple)) for g in given):
-        raise NotImplementedError("MakeSemidefiniteRelaxation(): variable_groups are not supported.")
-    options = given[0] if given else SemidefiniteRelaxationOptions()
     for name, bindings in prog._lists.items():
         if bindings and name not in _ALLOWED:
             raise RuntimeError(
                 "MakeSemidefiniteRelaxation() does not (yet) support this program: it has "
                 f"{name.replace('_', ' ')}, and only linear and quadratic costs and constraints can be relaxed."
             )
-    return _Relaxation(prog, options).program
+    return _Relaxation(prog, options or SemidefiniteRelaxationOptions()).program
 
 
 class _Relaxation:

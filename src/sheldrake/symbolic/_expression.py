@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import overloaded
 from sheldrake.symbolic import _kinds as k
+from sheldrake.symbolic._arguments import SUBSTITUTIONS
 from sheldrake.symbolic._operators import Operators
 from sheldrake.symbolic._variable import Variable, Variables
 
@@ -78,12 +80,13 @@ class Expression(Operators):
         """Returns the expression with values in the place of some variables."""
         return _traverse.substitute([self], _traverse.numbers_by_variable("EvaluatePartial", env))[0]
 
-    def Substitute(self, *args: Any, **kwargs: Any) -> Expression:
+    @overloaded(*SUBSTITUTIONS)
+    def Substitute(self, what: Any, e: Any = None) -> Expression:
         """Returns the expression with others in the place of variables, all at once.
 
         Called as `Substitute(var, e)` or `Substitute({var: e, ...})`.
         """
-        return _traverse.substitute([self], _traverse.substitution("Substitute", args, kwargs))[0]
+        return _traverse.substitute([self], _traverse.substitution("Substitute", what, e))[0]
 
     def Expand(self) -> Expression:
         """Returns it with products of sums, and integer powers of them, multiplied out."""

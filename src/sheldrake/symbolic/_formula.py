@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import overloaded
 from sheldrake.symbolic import _build
+from sheldrake.symbolic._arguments import SUBSTITUTIONS
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._kinds import FormulaKind as K
 from sheldrake.symbolic._variable import Variable, Variables
@@ -93,12 +95,13 @@ class Formula:
         """
         return self._evaluate(_traverse.numbers_by_variable("Evaluate", env))
 
-    def Substitute(self, *args: Any, **kwargs: Any) -> Formula:
+    @overloaded(*SUBSTITUTIONS)
+    def Substitute(self, what: Any, e: Any = None) -> Formula:
         """Returns the formula with expressions in the place of variables, all at once.
 
         Called as `Substitute(var, e)` or `Substitute({var: e, ...})`.
         """
-        return self._substitute(_traverse.substitution("Substitute", args, kwargs))
+        return self._substitute(_traverse.substitution("Substitute", what, e))
 
     def Unapply(self) -> tuple[Any, list]:
         """Returns a function and its arguments that give this formula when called."""

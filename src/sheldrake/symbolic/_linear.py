@@ -8,8 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import anything
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _differentiate, _traverse
 from sheldrake.symbolic import _kinds as k
+from sheldrake.symbolic._arguments import by_variable, expression, variable
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._polynomial import Polynomial
@@ -46,7 +49,13 @@ def Evaluate(m: Any, env: Any = None, generator: Any = None) -> np.ndarray:
     return np.array(_traverse.evaluate(_flat("Evaluate", matrix), env, generator), dtype=float).reshape(matrix.shape)
 
 
-def Substitute(*args: Any, **kwargs: Any) -> Any:
+@overloaded(
+    overload(m=anything, subst=by_variable),
+    overload(m=anything, var=variable, e=anything),
+    overload(e=anything, subs=by_variable),
+    overload(m=anything, subs=by_variable),
+)
+def Substitute(m: Any, places: Any, e: Any = None) -> Any:
     """Returns expressions with others in the place of variables.
 
     Called as `Substitute(m, {var: e})` or `Substitute(m, var, e)` with a matrix of expressions; or with a dict of
@@ -54,17 +63,11 @@ def Substitute(*args: Any, **kwargs: Any) -> Any:
     """
     from sheldrake.symbolic import _sin_cos
 
-    given = [*args, *(kwargs[n] for n in ("m", "e", "subst", "subs", "var") if n in kwargs and n != "e")]
-    if "e" in kwargs:
-        given.append(kwargs["e"])
-    if "subs" in kwargs and "e" in kwargs:
-        given = [kwargs["e"], kwargs["subs"]]
-    target, rest = given[0], given[1:]
-    if len(rest) == 1 and any(isinstance(v, _sin_cos.SinCos) for v in rest[0].values()):
-        return _sin_cos.substitute(target, rest[0])
-    matrix = _as_matrix("Substitute", target)
-    places = _traverse.substitution("Substitute", tuple(rest), {})
-    return object_array(_traverse.substitute(_flat("Substitute", matrix), places), matrix.shape)
+    if e is None and any(isinstance(v, _sin_cos.SinCos) for v in places.values()):
+        return _sin_cos.substitute(m, places)
+    matrix = _as_matrix("Substitute", m)
+    found = _traverse.substitute(_flat("Substitute", matrix), _traverse.substitution("Substitute", places, e))
+    return object_array(found, matrix.shape)
 
 
 def Jacobian(f: Any, vars: Any) -> np.ndarray:
@@ -108,10 +111,10 @@ def GetVariableVector(expressions: Any) -> np.ndarray:
     return object_array(out)
 
 
-def ExtractVariablesFromExpression(*args: Any, **kwargs: Any) -> tuple[np.ndarray, dict[int, int]]:
+@overloaded(overload(e=expression), overload(expressions=anything))
+def ExtractVariablesFromExpression(expressions: Any) -> tuple[np.ndarray, dict[int, int]]:
     """Returns the variables of one or several expressions, and their places in that vector by identity number."""
-    given = [*args, *kwargs.values()][0]
-    wanted = _sorted(set().union(*(variables_of(e) for e in _flat("ExtractVariablesFromExpression", given))))
+    wanted = _sorted(set().union(*(variables_of(e) for e in _flat("ExtractVariablesFromExpression", expressions))))
     return object_array(wanted), {v.get_id(): i for i, v in enumerate(wanted)}
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import anything, count, instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.symbolic import _build
+from sheldrake.symbolic._arguments import by_variable, variable, variables
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._traverse import numbers_by_variable, object_array, variable_list
 from sheldrake.symbolic._variable import Variable, Variables
@@ -27,23 +30,17 @@ class Monomial:
     __slots__ = ("_powers",)
     _powers: dict[Variable, int]
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = [*args, *(kwargs[n] for n in ("powers", "var", "vars", "exponent", "exponents") if n in kwargs)]
-        pairs: Iterable[tuple[Variable, Any]] = ()
-        if len(given) == 1 and hasattr(given[0], "items"):
-            pairs = given[0].items()
-        elif len(given) == 1:
-            pairs = [(given[0], 1)]
-        elif len(given) == 2 and isinstance(given[0], Variable):
-            pairs = [(given[0], given[1])]
-        elif len(given) == 2:
-            if len(given[0]) != len(given[1]):
-                raise RuntimeError(f"Monomial(): {len(given[0])} variables but {len(given[1])} exponents.")
-            pairs = zip(given[0], given[1])
-        elif given:
-            raise TypeError(f"Monomial(): incompatible constructor arguments; got {given!r}.")
+    @overloaded(
+        overload(lambda self: self.__init__((), ())),
+        overload(lambda self, var, exponent: self.__init__((var,), (exponent,)), var=variable, exponent=(anything, 1)),
+        overload(lambda self, powers: self.__init__(tuple(powers), tuple(powers.values())), powers=by_variable),
+        overload(vars=instance_of(Sequence, np.ndarray), exponents=instance_of(Sequence, np.ndarray)),
+    )
+    def __init__(self, vars: Any, exponents: Any):
+        if len(vars) != len(exponents):
+            raise RuntimeError(f"Monomial(): {len(vars)} variables but {len(exponents)} exponents.")
         powers: dict[Variable, int] = {}
-        for v, exponent in pairs:
+        for v, exponent in zip(vars, exponents):
             if not isinstance(v, Variable) or int(exponent) != exponent:
                 raise TypeError(
                     f"Monomial(): incompatible constructor arguments; expected variables and whole exponents, got "
@@ -88,7 +85,11 @@ class Monomial:
         """Tells whether both are the same."""
         return self == other
 
-    def Evaluate(self, *args: Any, **kwargs: Any) -> Any:
+    @overloaded(
+        overload(env=by_variable),
+        overload(lambda self, *many: self._evaluate_many(*many), vars=anything, vars_values=anything),
+    )
+    def Evaluate(self, env: Any) -> Any:
         """Returns the value for given values of its variables.
 
         Called as `Evaluate(env)`, or as `Evaluate(vars, vars_values)` for many: values as columns, shape
@@ -98,10 +99,7 @@ class Monomial:
             RuntimeError: a variable has no value.
             ValueError: in the second form.
         """
-        given = [*args, *(kwargs[n] for n in ("env", "vars", "vars_values") if n in kwargs)]
-        if len(given) == 2:
-            return self._evaluate_many(variable_list("Evaluate", given[0]), np.asarray(given[1], dtype=float))
-        env = numbers_by_variable("Evaluate", given[0])
+        env = numbers_by_variable("Evaluate", env)
         out = 1.0
         for v, exponent in self._powers.items():
             if v not in env:
@@ -112,7 +110,8 @@ class Monomial:
             out *= env[v] ** exponent
         return out
 
-    def _evaluate_many(self, vars: list[Variable], values: np.ndarray) -> np.ndarray:
+    def _evaluate_many(self, vars: Any, values: Any) -> np.ndarray:
+        vars, values = variable_list("Evaluate", vars), np.asarray(values, dtype=float)
         rows = {v: row for v, row in zip(vars, np.atleast_2d(values))}
         out = np.ones(np.atleast_2d(values).shape[1])
         for v, exponent in self._powers.items():
@@ -223,16 +222,16 @@ def _of_degrees(vars: Any, degrees: Iterable[int]) -> np.ndarray:
     return _in_order(m for d in degrees for m in _of_degree(variables, d))
 
 
-def MonomialBasis(*args: Any, **kwargs: Any) -> np.ndarray:
+@overloaded(
+    overload(lambda vars, degree: _of_degrees(vars, range(degree + 1)), vars=variables, degree=count),
+    overload(vars_degree=by_variable),
+)
+def MonomialBasis(sets: Mapping[Variables, int]) -> np.ndarray:
     """Returns all monomials up to a total degree, the highest first.
 
     Called as `MonomialBasis(vars, degree)`, or as `MonomialBasis({vars: degree, ...})` for the products of monomials of
     several sets of variables that share none.
     """
-    given = [*args, *(kwargs[n] for n in ("vars", "degree", "vars_degree") if n in kwargs)]
-    if len(given) == 2:
-        return _of_degrees(given[0], range(int(given[1]) + 1))
-    sets = given[0]
     if sum(len(v) for v in sets) != len(Variables([x for v in sets for x in v])):
         raise RuntimeError("MonomialBasis(): the sets of variables must not share any.")
     factors = [[m for d in range(n + 1) for m in _of_degree(list(v), d)] for v, n in sets.items()]

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._kinds import anything, instance_of
+from sheldrake.common._overloads import expect, overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _formula, _functions
 from sheldrake.symbolic import _kinds as k
+from sheldrake.symbolic._arguments import by_variable, expression, variable, variables
 from sheldrake.symbolic._decompose import add_to, is_zero
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
@@ -35,6 +37,10 @@ class SubstituteAndExpandCacheData:
         return self._data
 
 
+def _expressions_of(map: Mapping[Monomial, Any]) -> dict[Monomial, Expression]:
+    return {m: _build.expect("Polynomial", c) for m, c in map.items()}
+
+
 class Polynomial:
     """A sum of monomials in the *indeterminates*, with coefficients in other variables, the *decision variables*.
 
@@ -51,21 +57,14 @@ class Polynomial:
     _indeterminates: Variables
     _map: dict[Monomial, Expression]
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = [*args, *(kwargs[n] for n in ("map", "m", "e", "indeterminates") if n in kwargs)]
-        first = given[0] if given else {}
-        if len(given) == 1 and isinstance(first, Monomial):
-            first = {first: _build.ONE}
-        if len(given) < 2 and hasattr(first, "items"):
-            self._set_map({m: _build.expect("Polynomial", c) for m, c in first.items()})
-            return
-        e = _build.as_expression(first)
-        if e is None or len(given) > 2:
-            raise TypeError(
-                "Polynomial(): incompatible constructor arguments; expected a dict of Monomial to Expression, a "
-                f"Monomial, or an Expression and its indeterminates; got {given!r}."
-            )
-        chosen = set(variables_of(e)) if len(given) == 1 else set(Variables(given[1]))
+    @overloaded(
+        overload(lambda self: self._set_map({})),
+        overload(lambda self, map: self._set_map(_expressions_of(map)), map=by_variable),
+        overload(lambda self, m: self._set_map({m: _build.ONE}), m=instance_of(Monomial)),
+        overload(e=expression, indeterminates=(variables, None)),
+    )
+    def __init__(self, e: Expression, indeterminates: Variables | None):
+        chosen = set(variables_of(e)) if indeterminates is None else set(indeterminates)
         found = _decompose.decompose(e, chosen)
         self._map = {m: c.Expand() if is_polynomial(c) else c for m, c in found.items()}
         self._map = {m: c for m, c in self._map.items() if not is_zero(c)}
@@ -138,10 +137,13 @@ class Polynomial:
         """
         return sum(c.Evaluate(env) * m.Evaluate(env) for m, c in self._map.items()) * 1.0
 
-    def EvaluatePartial(self, *args: Any, **kwargs: Any) -> Polynomial:
+    @overloaded(
+        overload(env=by_variable),
+        overload(lambda self, var, c: self.EvaluatePartial({var: c}), var=variable, c=anything),
+    )
+    def EvaluatePartial(self, env: Any) -> Polynomial:
         """Returns it with values in the place of some variables; called with a dict, or with a variable and a value."""
-        given = [*args, *(kwargs[n] for n in ("env", "var", "c") if n in kwargs)]
-        env = numbers_by_variable("EvaluatePartial", {given[0]: given[1]} if len(given) == 2 else given[0])
+        env = numbers_by_variable("EvaluatePartial", env)
         out: dict[Monomial, Expression] = {}
         for m, c in self._map.items():
             value, rest = m.EvaluatePartial(env)

@@ -6,11 +6,20 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._polynomial import Polynomial
 from sheldrake.symbolic._variable import Variable, Variables
+
+
+@kind("Polynomial")
+def _polynomial(value: Any) -> Polynomial:
+    p = _as_polynomial(value)
+    if p is None:
+        raise Mismatch
+    return p
 
 
 class RationalFunction:
@@ -27,13 +36,14 @@ class RationalFunction:
     __slots__ = ("_denominator", "_numerator")
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, *args: Any, **kwargs: Any):
-        given = [*args, *(kwargs[n] for n in ("numerator", "p", "m", "c", "denominator") if n in kwargs)]
-        parts = [_as_polynomial(p) for p in given] or [Polynomial()]
-        if any(p is None for p in parts) or len(parts) > 2:
-            raise TypeError(f"RationalFunction(): incompatible constructor arguments; got {given!r}.")
-        self._numerator: Polynomial = parts[0].__copy__()  # type: ignore[union-attr]
-        self._denominator: Polynomial = (parts[1] if len(parts) == 2 else Polynomial(1.0)).__copy__()  # type: ignore
+    @overloaded(
+        overload(lambda self: self.__init__(Polynomial())),
+        *(overload(**{name: _polynomial}) for name in ("p", "m", "c")),
+        overload(numerator=_polynomial, denominator=_polynomial),
+    )
+    def __init__(self, numerator: Polynomial, denominator: Polynomial | None = None):
+        self._numerator: Polynomial = numerator.__copy__()
+        self._denominator: Polynomial = Polynomial(1.0) if denominator is None else denominator.__copy__()
         if not self._denominator._map:
             raise RuntimeError("RationalFunction(): the denominator must not be zero.")
 

@@ -150,27 +150,17 @@ def _value(e: Expression, done: dict[int, float], env: dict[Variable, float], la
 # Substitution
 
 
-def substitution(call: str, args: tuple, kwargs: dict) -> dict[Variable, Expression]:
+def substitution(call: str, what: Any, e: Any = None) -> dict[Variable, Expression]:
     """What a user gave as `(var, e)` or `({var: e})`.
 
     Raises:
         TypeError: it is neither.
     """
-    given = [*args, *(kwargs[name] for name in ("s", "subst", "var", "e") if name in kwargs)]
-    if len(given) == 2 and isinstance(given[0], Variable):
-        pairs: Iterable[tuple[Any, Any]] = [(given[0], given[1])]
-    elif len(given) == 1 and hasattr(given[0], "items"):
-        pairs = given[0].items()
-    else:
-        raise TypeError(
-            f"{call}(): incompatible function arguments; expected (var, e) or a dict of Variable to Expression, got "
-            f"{given!r}."
-        )
     out = {}
-    for v, e in pairs:
+    for v, new in [(what, e)] if isinstance(what, Variable) else what.items():
         if not isinstance(v, Variable):
             raise TypeError(f"{call}(): incompatible function arguments; {v!r} is no Variable.")
-        out[v] = _build.expect(call, e)
+        out[v] = _build.expect(call, new)
     return out
 
 

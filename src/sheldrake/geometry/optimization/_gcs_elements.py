@@ -8,9 +8,12 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.common._kinds import anything
+from sheldrake.common._overloads import Overload, overload, overloaded
 from sheldrake.geometry._ids import _Identifier
 from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.solvers import Constraint, Cost, MathematicalProgram
+from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._bindings import BindingBase, as_kind
 from sheldrake.symbolic import MakeVectorContinuousVariable, Variable
 
@@ -36,6 +39,14 @@ class Transcription(BoundEnum):
 
 
 ALL = frozenset(Transcription)
+_USE = {"use_in_transcription": (anything, ALL)}
+# How costs are given to vertices and edges.
+COSTS = (overload(binding=kinds.binding, **_USE), overload(e=kinds.expression, **_USE))
+
+
+def constraints(name: str) -> tuple[Overload, ...]:
+    """How constraints are given to vertices and edges; formulas under one name or another."""
+    return overload(binding=kinds.binding, **_USE), overload(**{name: kinds.formula, **_USE})
 
 
 class Element:
@@ -74,15 +85,15 @@ class Element:
         prog.AddDecisionVariables(self._allowed)
         return prog
 
-    def AddCost(self, *args: Any, use_in_transcription: Iterable = ALL, **kwargs: Any) -> Any:
+    @overloaded(*COSTS)
+    def AddCost(self, what: Any, use_in_transcription: Iterable) -> Any:
         """Adds a cost and returns it; called as `(e)` or `(binding)`, and `use_in_transcription`.
 
         Raises:
             RuntimeError: it has other variables, or no transcription to be used in.
         """
-        (what, *rest) = [*args, *kwargs.values()]
         binding = what if isinstance(what, BindingBase) else self._parsed_cost(what)
-        chosen = self._checked("AddCost", binding, rest[0] if rest else use_in_transcription)
+        chosen = self._checked("AddCost", binding, use_in_transcription)
         ell = Variable(f"{self._name}ell{len(self._costs)}")
         self._costs.append((binding, ell, chosen))
         return as_kind(Cost, binding)
@@ -90,7 +101,8 @@ class Element:
     def _parsed_cost(self, e: Any) -> BindingBase:
         return self._parser().AddCost(e)
 
-    def AddConstraint(self, *args: Any, use_in_transcription: Iterable = ALL, **kwargs: Any) -> Any:
+    @overloaded(*constraints("f"))
+    def AddConstraint(self, what: Any, use_in_transcription: Iterable) -> Any:
         """Adds a constraint and returns it; called as `(f)` or `(binding)`, and `use_in_transcription`.
 
         Raises:
@@ -98,9 +110,8 @@ class Element:
         """
         if not len(self._allowed):
             raise RuntimeError(f"AddConstraint(): {self._name} has no variables.")
-        (what, *rest) = [*args, *kwargs.values()]
         binding = what if isinstance(what, BindingBase) else self._parser().AddConstraint(what)
-        chosen = self._checked("AddConstraint", binding, rest[0] if rest else use_in_transcription)
+        chosen = self._checked("AddConstraint", binding, use_in_transcription)
         self._constraints.append((binding, chosen))
         return as_kind(Constraint, binding)
 
