@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._kinds import anything
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.math import RigidTransform, RotationMatrix
 
 from ._meshes.triangle_mesh import TriangleSurfaceMesh
@@ -90,19 +91,17 @@ class Plane:
         return copy.copy(self)
 
 
-_OVERLAP = (
-    ("a_G", "aabb_G", "obb_G", "bv_H"),
-    ("b_H", "aabb_H", "obb_H", "hs_C", "plane_P"),
-    ("X_GH", "X_CH", "X_PH"),
+# Names of the arguments of `HasOverlap`.
+_OVERLAPS = tuple(
+    overload(**{name: anything for name in names})
+    for names in (
+        ("a_G", "b_H", "X_GH"),
+        ("aabb_G", "obb_H", "X_GH"),
+        ("obb_G", "aabb_H", "X_GH"),
+        ("bv_H", "hs_C", "X_CH"),
+        ("bv_H", "plane_P", "X_PH"),
+    )
 )
-"""Names of the arguments of `HasOverlap`, by place."""
-
-
-def _overlap_arguments(args: tuple, kwargs: dict) -> list:
-    rest = [[kwargs[name] for name in names if name in kwargs] for names in _OVERLAP[len(args) :]]
-    if len(args) + len(kwargs) != 3 or any(len(found) != 1 for found in rest):
-        raise incompatible("HasOverlap", ["(a_G, b_H, X_GH)", "(bv_H, hs_C, X_CH)"], args, kwargs)
-    return [*args, *(found[0] for found in rest)]
 
 
 class _Bounds:
@@ -127,13 +126,13 @@ class _Bounds:
         return float(8.0 * np.prod(self._half_width))
 
     @staticmethod
-    def HasOverlap(*args: Any, **kwargs: Any) -> bool:
+    @overloaded(*_OVERLAPS)
+    def HasOverlap(a: Any, b: Any, X: RigidTransform) -> bool:
         """True if a bounding box and another one, a HalfSpace or a Plane overlap.
 
         Called as `(a_G, b_H, X_GH)` for two boxes, `(bv_H, hs_C, X_CH)` for a half space, `(bv_H, plane_P, X_PH)`;
         by name, boxes of different kinds are `aabb_G`, `obb_G`, `aabb_H`, `obb_H`.
         """
-        a, b, X = _overlap_arguments(args, kwargs)
         if isinstance(b, (HalfSpace, Plane)):
             X_FB = X @ a.pose()
             if isinstance(b, Plane):
@@ -144,15 +143,8 @@ class _Bounds:
         return _boxes_overlap(a._half_width, b._half_width, X_AB)
 
 
-def _overlap(*args: Any, **kwargs: Any) -> bool:
-    a, b, X = (*args, *kwargs.values())
-    return _Bounds.HasOverlap(a, b, X)
-
-
 class Aabb(_Bounds):
     """A box along the axes of its hierarchy's frame H."""
-
-    HasOverlap = staticmethod(_overlap)
 
     def __init__(self, p_HoBo: Any, half_width: Any) -> None:
         self._center, self._half_width = _vector(p_HoBo), _vector(half_width)
@@ -183,8 +175,6 @@ class Aabb(_Bounds):
 
 class Obb(_Bounds):
     """A box in any pose in its hierarchy's frame H."""
-
-    HasOverlap = staticmethod(_overlap)
 
     def __init__(self, X_HB: RigidTransform, half_width: Any) -> None:
         self._pose, self._half_width = copy.copy(X_HB), _vector(half_width)

@@ -8,7 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._options import typed_fields
+from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface
 from sheldrake.lcm._viewer_messages import (
@@ -18,7 +20,7 @@ from sheldrake.lcm._viewer_messages import (
     lcmt_viewer_load_robot,
 )
 from sheldrake.math import RigidTransform
-from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from ._meshcat.drawables import _triangulated
 from ._meshcat.tree import as_float
@@ -28,7 +30,7 @@ from ._rgba import Rgba
 from ._roles import Role
 from ._scene_graph import SceneGraph
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
-from ._visualizer_arguments import visualizer_arguments
+from ._visualizer_arguments import of_scene, query_port_of
 
 LOAD_CHANNEL, DRAW_CHANNEL = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
 _SUFFIXES = {Role.kIllustration: "_ILLUSTRATION", Role.kProximity: "_PROXIMITY", Role.kPerception: "_PERCEPTION"}
@@ -89,28 +91,24 @@ class DrakeVisualizer(LeafSystem):
         self.DeclareForcedPublishEvent(publish=self._publish)
 
     @classmethod
-    def AddToBuilder(cls, builder: DiagramBuilder, *args: Any, **kwargs: Any) -> DrakeVisualizer:
+    @overloaded(*of_scene(lcm=(anything, None), params=(instance_of(DrakeVisualizerParams), None)))
+    def AddToBuilder(cls, builder: DiagramBuilder, source: Any, lcm: Any, params: Any) -> DrakeVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
         Args:
             builder: The diagram in the making.
-            *args: A SceneGraph (or its query port) and, optionally, where to publish and DrakeVisualizerParams.
-            **kwargs: The same by name: scene_graph or query_object_port, lcm, params.
+            source: A SceneGraph; or its query port, called `query_object_port`.
+            lcm: Where to publish.
+            params: Options.
 
         Raises:
             TypeError: when an argument is missing or of another type.
         """
-        port, source, given = visualizer_arguments("DrakeVisualizer.AddToBuilder", "lcm", args, kwargs)
-        if not isinstance(port, OutputPort):
-            raise TypeError(
-                f"DrakeVisualizer.AddToBuilder(): expected a SceneGraph (or its query port), got "
-                f"{type(source).__name__}."
-            )
-        visualizer: Any = builder.AddSystem(cls(given.get("lcm"), given.get("params")))
+        visualizer: Any = builder.AddSystem(cls(lcm, params))
         name = f"drake_visualizer({_SUFFIXES[visualizer._params.role][1:].lower()})"
         if not builder.HasSubsystemNamed(name):
             visualizer.set_name(name)
-        builder.Connect(port, visualizer.query_object_input_port())
+        builder.Connect(query_port_of(source), visualizer.query_object_input_port())
         return visualizer
 
     @staticmethod

@@ -8,7 +8,8 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Any
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import overload, overloaded
 
 from ._collision_filter import Pair
 from ._geometry_set import GeometrySet
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
     from ._meshes.polygon_mesh import PolygonSurfaceMesh
     from ._meshes.triangle_mesh import TriangleSurfaceMesh
     from ._meshes.volume_mesh import VolumeMesh
+
+_SOURCE, _FRAME, _GEOMETRY = (instance_of(cls) for cls in (SourceId, FrameId, GeometryId))
 
 
 class SceneGraphInspector:
@@ -119,9 +122,9 @@ class SceneGraphInspector:
         """The frames a source registered."""
         return set(self._state.source(source_id).frames)
 
-    def BelongsToSource(self, *args: Any, **kwargs: Any) -> bool:
+    @overloaded(overload(frame_id=_FRAME, source_id=_SOURCE), overload(geometry_id=_GEOMETRY, source_id=_SOURCE))
+    def BelongsToSource(self, target: FrameId | GeometryId, source_id: SourceId) -> bool:
         """True if a frame or geometry (first argument) was registered by a source (second argument)."""
-        target, source_id = _target_and(args, kwargs, "source_id", "BelongsToSource")
         state = self._state
         if isinstance(target, FrameId):
             owner = state.frame(target).source
@@ -130,9 +133,9 @@ class SceneGraphInspector:
         state.source(source_id)
         return owner == source_id
 
-    def GetOwningSourceName(self, *args: Any, **kwargs: Any) -> str:
+    @overloaded(overload(frame_id=_FRAME), overload(geometry_id=_GEOMETRY))
+    def GetOwningSourceName(self, target: FrameId | GeometryId) -> str:
         """The name of the source that registered a frame or geometry."""
-        (target,) = (*args, *kwargs.values())
         state = self._state
         if isinstance(target, FrameId):
             return state.sources[state.frame(target).source].name
@@ -140,15 +143,14 @@ class SceneGraphInspector:
             raise RuntimeError(f"Geometry id {number_of(target, GeometryId)} does not map to a registered geometry")
         return state.sources[state.geometries[target].source].name
 
-    def GetName(self, *args: Any, **kwargs: Any) -> str:
+    @overloaded(overload(source_id=_SOURCE), overload(frame_id=_FRAME), overload(geometry_id=_GEOMETRY))
+    def GetName(self, target: SourceId | FrameId | GeometryId) -> str:
         """The name of a source, frame or geometry.
 
         Raises:
             RuntimeError: the id is not registered.
         """
-        (target,) = (*args, *kwargs.values())
-        state = self._state
-        value = expect("GetName", target, (SourceId, FrameId, GeometryId)).get_value()
+        state, value = self._state, target.get_value()
         if isinstance(target, SourceId):
             if target not in state.sources:
                 raise RuntimeError(f"Querying source name for an invalid source id: {value}.")
@@ -302,14 +304,3 @@ class SceneGraphInspector:
     def GetReferenceMesh(self, geometry_id: GeometryId) -> None:
         """None: only deformable geometry has a reference mesh."""
         self._geometry(geometry_id)
-
-
-def _target_and(args: tuple, kwargs: dict, second: str, call: str) -> tuple[Any, Any]:
-    """Resolves `(frame_id | geometry_id, <second>)` given by position or name."""
-    given = dict(kwargs)
-    rest = list(args)
-    other = given.pop(second) if second in given else rest.pop()
-    target = rest.pop() if rest else given.pop("frame_id", given.pop("geometry_id", None))
-    if not isinstance(target, (FrameId, GeometryId)) or given or rest:
-        raise TypeError(f"{call}(): expected (frame_id | geometry_id, {second}).")
-    return target, other

@@ -6,7 +6,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._ids import FrameId
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import overload, overloaded
+
+from ._ids import FrameId, GeometryId
 from ._inspector import SceneGraphInspector
 from ._numbers import values_of
 from ._records import WORLD_FRAME_ID
@@ -148,13 +151,13 @@ class Poses:
             return RigidTransform()
         return self._poses([frame_id])[frame_id]
 
-    def GetPoseInWorld(self, *args: Any, **kwargs: Any) -> RigidTransform:
+    @overloaded(overload(frame_id=instance_of(FrameId)), overload(geometry_id=instance_of(GeometryId)))
+    def GetPoseInWorld(self, target: FrameId | GeometryId) -> RigidTransform:
         """Pose of a frame or a geometry in W: `(frame_id)` or `(geometry_id)`.
 
         Raises:
             RuntimeError: the id is not registered, or its source has not published the pose.
         """
-        (target,) = (*args, *kwargs.values())
         if isinstance(target, FrameId):
             self._state.frame(target)
             return self._world_poses([target])[target]

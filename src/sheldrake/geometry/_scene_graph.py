@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from typing import Any
 
+from sheldrake.common._kinds import anything, instance_of, text
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework import Context, LeafSystem
 
 from ._collision_filter import CollisionFilterManager
 from ._compile import compile_proximity
@@ -28,6 +31,18 @@ from ._state import GeometryState
 
 _STATE = 0  # abstract parameters
 _CONFIG = 1
+
+_SOURCE, _FRAME, _GEOMETRY = (instance_of(cls) for cls in (SourceId, FrameId, GeometryId))
+
+
+def _of_model_or_context(*forms: dict[str, Any]) -> Callable[[Callable[..., Any]], Any]:
+    """Decorates a method that changes or asks the model, or, with a context before the rest, that context."""
+
+    def decorate(body: Callable[..., Any]) -> Any:
+        of_model = [overload(lambda self, *values: body(self, None, *values), **form) for form in forms]
+        return overloaded(*of_model, *(overload(context=instance_of(Context), **form) for form in forms))(body)
+
+    return decorate
 
 
 class SceneGraph(LeafSystem):
@@ -192,18 +207,21 @@ class SceneGraph(LeafSystem):
         """True if the source is registered."""
         return source_id in self._model.sources
 
-    def RegisterFrame(self, source_id: SourceId, *args: Any, **kwargs: Any) -> FrameId:
+    @overloaded(
+        overload(source_id=_SOURCE, parent_id=_FRAME, frame=instance_of(GeometryFrame)),
+        overload(
+            lambda self, source_id, frame: self.RegisterFrame(source_id, WORLD_FRAME_ID, frame),
+            source_id=_SOURCE,
+            frame=instance_of(GeometryFrame),
+        ),
+    )
+    def RegisterFrame(self, source_id: SourceId, parent_id: FrameId, frame: GeometryFrame) -> FrameId:
         """Registers a frame: `(source_id, frame)`, or `(source_id, parent_id, frame)` for one that moves with another.
 
         Raises:
             RuntimeError: unknown source or parent, or a name that is taken.
         """
-        given = [*args]
-        frame = kwargs.pop("frame") if "frame" in kwargs else given.pop()
-        parent = kwargs.pop("parent_id") if "parent_id" in kwargs else (given.pop() if given else WORLD_FRAME_ID)
-        if given or kwargs or not isinstance(frame, GeometryFrame) or not isinstance(parent, FrameId):
-            raise TypeError("RegisterFrame(): expected (source_id, frame) or (source_id, parent_id, frame).")
-        return self._model.register_frame(source_id, parent, frame)
+        return self._model.register_frame(source_id, parent_id, frame)
 
     def RenameFrame(self, frame_id: FrameId, name: str) -> None:
         """Renames a frame."""
@@ -211,17 +229,13 @@ class SceneGraph(LeafSystem):
 
     # ---- geometries
 
-    def RegisterGeometry(self, *args: Any, **kwargs: Any) -> GeometryId:
+    @_of_model_or_context({"source_id": _SOURCE, "frame_id": _FRAME, "geometry": instance_of(GeometryInstance)})
+    def RegisterGeometry(self, context: Any, source_id: SourceId, frame_id: FrameId, geometry: Any) -> GeometryId:
         """Registers a geometry with a frame: `([context,] source_id, frame_id, geometry)`.
 
         Raises:
             RuntimeError: unknown source or frame, or a name that is taken within frame and role.
         """
-        context, (source_id, frame_id, geometry) = _arguments(
-            "RegisterGeometry", args, kwargs, ("source_id", "frame_id", "geometry")
-        )
-        if not isinstance(geometry, GeometryInstance):
-            raise TypeError(f"RegisterGeometry(): geometry must be a GeometryInstance, got {geometry!r}.")
         geometry_id = self._mutable_state(context).register_geometry(source_id, frame_id, geometry)
         self._fill_defaults(context, geometry_id)
         return geometry_id
@@ -240,46 +254,49 @@ class SceneGraph(LeafSystem):
         """Not available: all geometry is rigid."""
         raise NotImplementedError("SceneGraph.RegisterDeformableGeometry(): deformable geometry is not supported.")
 
-    def RemoveGeometry(self, *args: Any, **kwargs: Any) -> None:
+    @_of_model_or_context({"source_id": _SOURCE, "geometry_id": _GEOMETRY})
+    def RemoveGeometry(self, context: Any, source_id: SourceId, geometry_id: GeometryId) -> None:
         """Removes a geometry: `([context,] source_id, geometry_id)`."""
-        context, (source_id, geometry_id) = _arguments("RemoveGeometry", args, kwargs, ("source_id", "geometry_id"))
         self._mutable_state(context).remove_geometry(source_id, geometry_id)
 
     def RenameGeometry(self, geometry_id: GeometryId, name: str) -> None:
         """Renames a geometry."""
         self._model.rename_geometry(geometry_id, name)
 
-    def ChangeShape(self, *args: Any, **kwargs: Any) -> None:
+    @_of_model_or_context(
+        {"source_id": _SOURCE, "geometry_id": _GEOMETRY, "shape": instance_of(Shape), "X_FG": (anything, None)}
+    )
+    def ChangeShape(self, context: Any, source_id: SourceId, geometry_id: GeometryId, shape: Shape, X_FG: Any) -> None:
         """Gives a geometry another shape: `([context,] source_id, geometry_id, shape, X_FG=None)`."""
-        context, (source_id, geometry_id, shape, X_FG) = _arguments(
-            "ChangeShape", args, kwargs, ("source_id", "geometry_id", "shape", "X_FG"), X_FG=None
-        )
-        if not isinstance(shape, Shape):
-            raise TypeError(f"ChangeShape(): shape must be a Shape, got {shape!r}.")
         self._mutable_state(context).change_shape(source_id, geometry_id, shape, X_FG)
 
     # ---- roles
 
-    def AssignRole(self, *args: Any, **kwargs: Any) -> None:
+    @_of_model_or_context(
+        {
+            "source_id": _SOURCE,
+            "geometry_id": _GEOMETRY,
+            "properties": instance_of(GeometryProperties),
+            "assign": (instance_of(RoleAssign), RoleAssign.kNew),
+        }
+    )
+    def AssignRole(
+        self, context: Any, source_id: SourceId, geometry_id: GeometryId, properties: Any, assign: RoleAssign
+    ) -> None:
         """Gives a geometry a role: `([context,] source_id, geometry_id, properties, assign=RoleAssign.kNew)`.
 
         Raises:
             RuntimeError: it has the role already (kNew), or has it not (kReplace).
         """
-        context, (source_id, geometry_id, properties, assign) = _arguments(
-            "AssignRole", args, kwargs, ("source_id", "geometry_id", "properties", "assign"), assign=RoleAssign.kNew
-        )
-        if not isinstance(properties, GeometryProperties):
-            raise TypeError(f"AssignRole(): properties must be those of a role, got {properties!r}.")
         self._mutable_state(context).assign_role(source_id, geometry_id, properties, assign)
         self._fill_defaults(context, geometry_id)
 
-    def RemoveRole(self, *args: Any, **kwargs: Any) -> int:
+    @_of_model_or_context(
+        {"source_id": _SOURCE, "frame_id": _FRAME, "role": instance_of(Role)},
+        {"source_id": _SOURCE, "geometry_id": _GEOMETRY, "role": instance_of(Role)},
+    )
+    def RemoveRole(self, context: Any, source_id: SourceId, what: FrameId | GeometryId, role: Role) -> int:
         """Takes a role away, `([context,] source_id, frame_id | geometry_id, role)`; from how many geometries."""
-        target = "frame_id" if "frame_id" in kwargs else "geometry_id"
-        context, (source_id, what, role) = _arguments("RemoveRole", args, kwargs, ("source_id", target, "role"))
-        if not isinstance(role, Role):
-            raise TypeError(f"RemoveRole(): expected a Role, got {role!r}.")
         return self._mutable_state(context).remove_role(source_id, what, role)
 
     # ---- looking and filtering
@@ -297,7 +314,8 @@ class SceneGraph(LeafSystem):
 
     # ---- renderers
 
-    def AddRenderer(self, *args: Any, **kwargs: Any) -> None:
+    @_of_model_or_context({"name": text, "renderer": instance_of(RenderEngine)})
+    def AddRenderer(self, context: Any, name: str, renderer: Any) -> None:
         """Adds a clone of a render engine: `([context,] name, renderer)`.
 
         It is told of all geometry with the perception role, or of that which names it in the set of names that is the
@@ -306,20 +324,15 @@ class SceneGraph(LeafSystem):
         Raises:
             RuntimeError: the name is taken, or the engine refuses a geometry.
         """
-        context, (name, renderer) = _with_context("AddRenderer", args, kwargs, ("name", "renderer"))
-        if not isinstance(renderer, RenderEngine):
-            raise TypeError(
-                f"AddRenderer(): incompatible arguments; renderer must be a RenderEngine, not {renderer!r}."
-            )
         self._mutable_state(context).add_renderer(name, renderer)
 
-    def RemoveRenderer(self, *args: Any, **kwargs: Any) -> None:
+    @_of_model_or_context({"name": text})
+    def RemoveRenderer(self, context: Any, name: str) -> None:
         """Removes a render engine: `([context,] name)`.
 
         Raises:
             RuntimeError: there is none of the name.
         """
-        context, (name,) = _with_context("RemoveRenderer", args, kwargs, ("name",))
         self._mutable_state(context).remove_renderer(name)
 
     def _renderers(self, context: Any | None) -> Renderers:
@@ -333,45 +346,19 @@ class SceneGraph(LeafSystem):
         """Names of the render engines, sorted."""
         return self._renderers(context).names()
 
-    def HasRenderer(self, *args: Any, **kwargs: Any) -> bool:
+    @_of_model_or_context({"name": text})
+    def HasRenderer(self, context: Any, name: str) -> bool:
         """True if there is a render engine of the name: `([context,] name)`."""
-        context, (name,) = _with_context("HasRenderer", args, kwargs, ("name",))
         return self._renderers(context).find(name) is not None
 
-    def GetRendererParameterYaml(self, *args: Any, **kwargs: Any) -> str:
+    @_of_model_or_context({"name": text})
+    def GetRendererParameterYaml(self, context: Any, name: str) -> str:
         """The options of a render engine, `([context,] name)`, as YAML; empty if there is none of the name."""
-        context, (name,) = _with_context("GetRendererParameterYaml", args, kwargs, ("name",))
         engine = self._renderers(context).find(name)
         return "" if engine is None else engine.GetParameterYaml()
 
-    def GetRendererTypeName(self, *args: Any, **kwargs: Any) -> str:
+    @_of_model_or_context({"name": text})
+    def GetRendererTypeName(self, context: Any, name: str) -> str:
         """What kind of render engine, `([context,] name)`, it is; empty if there is none of the name."""
-        context, (name,) = _with_context("GetRendererTypeName", args, kwargs, ("name",))
         engine = self._renderers(context).find(name)
         return "" if engine is None else engine._type_name()
-
-
-def _arguments(call: str, args: tuple, kwargs: dict, names: tuple[str, ...], **defaults: Any) -> tuple[Any, tuple]:
-    """Splits `([context,] ...)` into the context, or None, and the values of `names`."""
-    rest = list(args)
-    given = dict(kwargs)
-    context = given.pop("context", None)
-    if context is None and rest and not isinstance(rest[0], SourceId):
-        context = rest.pop(0)
-    if len(rest) <= len(names):
-        given = {**defaults, **dict(zip(names, rest)), **given}
-    if len(rest) > len(names) or set(given) != set(names) or not isinstance(given[names[0]], SourceId):
-        raise TypeError(f"{call}(): incompatible arguments; expected ([context,] {', '.join(names)}).")
-    return context, tuple(given[name] for name in names)
-
-
-def _with_context(call: str, args: tuple, kwargs: dict, names: tuple[str, ...]) -> tuple[Any, tuple]:
-    """Splits `([context,] name, ...)` in the same way, where a text comes first."""
-    rest, given = list(args), dict(kwargs)
-    context = given.pop("context", None)
-    if context is None and rest and not isinstance(rest[0], str):
-        context = rest.pop(0)
-    values = {**dict(zip(names, rest)), **given}
-    if len(rest) + len(given) != len(names) or set(values) != set(names) or not isinstance(values["name"], str):
-        raise TypeError(f"{call}(): incompatible arguments; expected ([context,] {', '.join(names)}).")
-    return context, tuple(values[name] for name in names)

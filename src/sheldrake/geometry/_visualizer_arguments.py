@@ -1,31 +1,25 @@
-"""What `AddToBuilder()` of a visualizer of geometry is given, by place or by name."""
+"""How `AddToBuilder()` of a visualizer of geometry is called."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import Overload, overload
+from sheldrake.systems.framework import DiagramBuilder, OutputPort
+
 from ._scene_graph import SceneGraph
 
 
-def visualizer_arguments(call: str, target: str, args: tuple, kwargs: dict) -> tuple[Any, Any, dict[str, Any]]:
-    """The arguments behind `builder`: a SceneGraph (or its query port), where to draw, options.
+def of_scene(**more: Any) -> tuple[Overload, Overload]:
+    """With a SceneGraph or its query port, and more parameters."""
+    builder = instance_of(DiagramBuilder)
+    return (
+        overload(builder=builder, scene_graph=instance_of(SceneGraph), **more),
+        overload(builder=builder, query_object_port=instance_of(OutputPort), **more),
+    )
 
-    Args:
-        call: Name of the call, for the error.
-        target: Name of the argument that says where to draw.
-        args: Positional arguments.
-        kwargs: Named arguments.
 
-    Returns:
-        The query port as far as one was given, what was given for it, and everything given by name.
-
-    Raises:
-        TypeError: there are too many arguments, or one has an unknown name.
-    """
-    names = ["query_object_port" if "query_object_port" in kwargs else "scene_graph", target, "params"]
-    free = [name for name in names if name not in kwargs]
-    if len(args) > len(free) or set(kwargs) - set(names):
-        raise TypeError(f"{call}(): expected (builder, {', '.join(names)}).")
-    given = {**dict(zip(free, args)), **kwargs}
-    source = given.get(names[0])
-    return source.get_query_output_port() if isinstance(source, SceneGraph) else source, source, given
+def query_port_of(source: SceneGraph | OutputPort) -> OutputPort:
+    """The port that tells of the scene."""
+    return source.get_query_output_port() if isinstance(source, SceneGraph) else source

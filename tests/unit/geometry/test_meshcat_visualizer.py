@@ -218,7 +218,9 @@ def test_wrong_arguments():
         MeshcatVisualizer(meshcat, MeshcatVisualizerParams(publish_period=0))
     with pytest.raises(RuntimeError, match="role must not be kUnassigned"):
         MeshcatVisualizer(meshcat, MeshcatVisualizerParams(role=Role.kUnassigned))
-    with pytest.raises(TypeError, match="got str and Meshcat"):
+    with pytest.raises(
+        TypeError, match=r"Got \(DiagramBuilder, str, Meshcat\); accepted: \(builder: DiagramBuilder, scene_graph"
+    ):
         MeshcatVisualizer.AddToBuilder(builder, "graph", meshcat)
     visualizer = MeshcatVisualizer(meshcat)
     with pytest.raises(RuntimeError, match="input port 'query_object' is not connected"):

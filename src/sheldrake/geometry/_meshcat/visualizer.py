@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import logging
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from .._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from .._query_object import QueryObject
 from .._roles import Role
-from .._scene_graph import SceneGraph
-from .._visualizer_arguments import visualizer_arguments
+from .._visualizer_arguments import of_scene, query_port_of
 from .animation import MeshcatAnimation
 from .drawables import _triangulated
 from .meshcat import Meshcat
@@ -62,48 +63,25 @@ class MeshcatVisualizer(LeafSystem):
         if params.enable_alpha_slider:
             meshcat.AddSlider(self._alpha_slider, _ALPHA_STEP, 1.0, _ALPHA_STEP, params.initial_alpha_slider_value)
 
-    @overload
     @classmethod
-    def AddToBuilder(
-        cls,
-        builder: DiagramBuilder,
-        scene_graph: SceneGraph,
-        meshcat: Meshcat,
-        params: MeshcatVisualizerParams = ...,
-    ) -> MeshcatVisualizer: ...
-    @overload
-    @classmethod
-    def AddToBuilder(
-        cls,
-        builder: DiagramBuilder,
-        query_object_port: OutputPort,
-        meshcat: Meshcat,
-        params: MeshcatVisualizerParams = ...,
-    ) -> MeshcatVisualizer: ...
-    @classmethod
-    def AddToBuilder(cls, builder: DiagramBuilder, *args: Any, **kwargs: Any) -> MeshcatVisualizer:
+    @overloaded(*of_scene(meshcat=instance_of(Meshcat), params=(instance_of(MeshcatVisualizerParams), None)))
+    def AddToBuilder(cls, builder: DiagramBuilder, source: Any, meshcat: Meshcat, params: Any) -> MeshcatVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
 
         Args:
             builder: The diagram in the making.
-            *args: A SceneGraph (or its query port), a Meshcat and, optionally, MeshcatVisualizerParams.
-            **kwargs: The same by name: scene_graph or query_object_port, meshcat, params.
+            source: A SceneGraph; or its query port, called `query_object_port`.
+            meshcat: Where to draw.
+            params: Options.
 
         Raises:
             TypeError: when an argument is missing or of another type.
         """
-        port, source, given = visualizer_arguments("MeshcatVisualizer.AddToBuilder", "meshcat", args, kwargs)
-        meshcat = given.get("meshcat")
-        if not isinstance(port, OutputPort) or not isinstance(meshcat, Meshcat):
-            raise TypeError(
-                f"MeshcatVisualizer.AddToBuilder(): expected a SceneGraph (or its query port) and a Meshcat, got "
-                f"{type(source).__name__} and {type(meshcat).__name__}."
-            )
-        visualizer = builder.AddSystem(cls(meshcat, given.get("params")))
+        visualizer: Any = builder.AddSystem(cls(meshcat, params))
         name = f"meshcat_visualizer({visualizer._params.prefix})"
         if not builder.HasSubsystemNamed(name):
             visualizer.set_name(name)
-        builder.Connect(port, visualizer.query_object_input_port())
+        builder.Connect(query_port_of(source), visualizer.query_object_input_port())
         return visualizer
 
     def query_object_input_port(self) -> InputPort:

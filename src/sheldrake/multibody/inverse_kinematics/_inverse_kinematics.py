@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import Any
 
-from sheldrake.common._overloads import in_order, incompatible
+from sheldrake.common._kinds import flag, instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.multibody.inverse_kinematics import _distance as distance
 from sheldrake.multibody.inverse_kinematics import _orientation as orientation
 from sheldrake.multibody.inverse_kinematics import _position as position
+from sheldrake.multibody.inverse_kinematics._kinematic import FRAME, PLANT, POINT, POSE
 from sheldrake.multibody.inverse_kinematics._plant_constraints import add_limits_and_quaternions
 from sheldrake.solvers import MathematicalProgram
+from sheldrake.systems.framework import Context
 
 
 class InverseKinematics:
@@ -20,15 +23,13 @@ class InverseKinematics:
     locked in it stay where they are. Solving changes the positions in the context.
     """
 
-    def __init__(self, plant: Any, *args: Any, **kwargs: Any):
-        context = kwargs.pop("plant_context", None)
-        rest = list(args)
-        if context is None and rest and not isinstance(rest[0], bool):
-            context = rest.pop(0)
-        limits = kwargs.pop("with_joint_limits", rest.pop(0) if rest else True)
-        if rest or kwargs or not isinstance(limits, bool):
-            accepted = ["(plant, with_joint_limits: bool = True)", "(plant, plant_context, with_joint_limits = True)"]
-            raise incompatible("InverseKinematics", accepted, (plant, *args), kwargs, constructor=True)
+    @overloaded(
+        overload(
+            lambda self, plant, limits: self.__init__(plant, None, limits), plant=PLANT, with_joint_limits=(flag, True)
+        ),
+        overload(plant=PLANT, plant_context=(instance_of(Context), None), with_joint_limits=(flag, True)),
+    )
+    def __init__(self, plant: Any, context: Any, limits: bool):
         self._plant = plant
         self._own_context = None if context is not None else plant.CreateDefaultContext()
         self._context = self._own_context if context is None else context
@@ -56,23 +57,22 @@ class InverseKinematics:
         """Returns the context of the plant."""
         return self._context
 
-    def AddPositionConstraint(self, *args: Any, **kwargs: Any) -> Any:
+    @overloaded(
+        overload(
+            lambda self, B, p_BQ, A, *box: self.AddPositionConstraint(B, p_BQ, A, None, *box),
+            frameB=FRAME,
+            p_BQ=POINT,
+            frameA=FRAME,
+            **position.BOX,
+        ),
+        overload(frameB=FRAME, p_BQ=POINT, frameAbar=FRAME, X_AbarA=POSE, **position.BOX),
+    )
+    def AddPositionConstraint(self, B: Any, p_BQ: Any, A: Any, X_AbarA: Any, lower: Any, upper: Any) -> Any:
         """Adds that a point Q of frame B is in a box of frame A.
 
         Called as `(frameB, p_BQ, frameA, p_AQ_lower, p_AQ_upper)`, or as
         `(frameB, p_BQ, frameAbar, X_AbarA, p_AQ_lower, p_AQ_upper)` with A fixed to Abar.
         """
-        long = in_order(("frameB", "p_BQ", "frameAbar", "X_AbarA", "p_AQ_lower", "p_AQ_upper"), args, kwargs)
-        short = in_order(("frameB", "p_BQ", "frameA", "p_AQ_lower", "p_AQ_upper"), args, kwargs)
-        if long is None:
-            if short is None:
-                accepted = [
-                    "(frameB, p_BQ, frameA, p_AQ_lower, p_AQ_upper)",
-                    "(frameB, p_BQ, frameAbar, X_AbarA, p_AQ_lower, p_AQ_upper)",
-                ]
-                raise incompatible("AddPositionConstraint", accepted, args, kwargs)
-            long = [*short[:3], None, *short[3:]]
-        B, p_BQ, A, X_AbarA, lower, upper = long
         return self._add(position.PositionConstraint(self._plant, A, X_AbarA, lower, upper, B, p_BQ, self._context))
 
     def _add(self, constraint: Any) -> Any:

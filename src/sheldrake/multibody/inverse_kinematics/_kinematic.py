@@ -7,12 +7,16 @@ from typing import Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common._kinds import called, instance_of
 from sheldrake.common._overloads import incompatible
-from sheldrake.multibody.tree import JacobianWrtVariable
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.tree import Frame, JacobianWrtVariable
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._evaluators import EvaluatorBase
 
 QDOT = JacobianWrtVariable.kQDot
+PLANT, FRAME = instance_of(MultibodyPlant), instance_of(Frame)
+POSE, POINT = called("RigidTransform"), called("float array of shape (3,)")
 
 
 class KinematicFunction:

@@ -6,10 +6,23 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import in_order, incompatible
+from sheldrake.common._kinds import anything
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction, unit3, vector3
+from sheldrake.multibody.inverse_kinematics._kinematic import (
+    FRAME,
+    PLANT,
+    POINT,
+    POSE,
+    KinematicFunction,
+    unit3,
+    vector3,
+)
 from sheldrake.solvers import Constraint, Cost, _arrays
+
+# A box in frame A; a point of frame B, and where positions are put.
+BOX = {"p_AQ_lower": POINT, "p_AQ_upper": POINT}
+_IN_B = {"frameB": FRAME, "p_BQ": POINT, "plant_context": anything}
 
 
 class PositionConstraint(KinematicFunction, Constraint):
@@ -19,19 +32,18 @@ class PositionConstraint(KinematicFunction, Constraint):
     the place of `frameA`, where A is fixed to Abar. With None for `p_BQ` the point is a decision variable too, after q.
     """
 
-    _SHORT = ("plant", "frameA", "p_AQ_lower", "p_AQ_upper", "frameB", "p_BQ", "plant_context")
-    _LONG = ("plant", "frameAbar", "X_AbarA", "p_AQ_lower", "p_AQ_upper", "frameB", "p_BQ", "plant_context")
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        long, short = in_order(self._LONG, args, kwargs), in_order(self._SHORT, args, kwargs)
-        if long is None and short is None:
-            raise incompatible(
-                "PositionConstraint", [str(self._SHORT), str(self._LONG)], args, kwargs, constructor=True
-            )
-        if long is None:
-            assert short is not None
-            long = [*short[:2], None, *short[2:]]
-        plant, self._A, X_AbarA, lower, upper, self._B, p_BQ, context = long
+    @overloaded(
+        overload(
+            lambda self, plant, A, *rest: self.__init__(plant, A, None, *rest),
+            plant=PLANT,
+            frameA=FRAME,
+            **BOX,
+            **_IN_B,
+        ),
+        overload(plant=PLANT, frameAbar=FRAME, X_AbarA=POSE, **BOX, **_IN_B),
+    )
+    def __init__(self, plant: Any, A: Any, X_AbarA: Any, lower: Any, upper: Any, B: Any, p_BQ: Any, context: Any):
+        self._A, self._B = A, B
         call = "PositionConstraint"
         X_AAbar = (RigidTransform() if X_AbarA is None else X_AbarA).inverse()
         self._R, self._p = X_AAbar.rotation().matrix(), X_AAbar.translation()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from typing import Any, overload
+from typing import Any
 
-from sheldrake.common._overloads import in_order, incompatible
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import kind, overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Meshcat, QueryObject
 from sheldrake.geometry._meshcat.tree import as_float
@@ -19,6 +20,31 @@ from ._hydroelastic_arrows import _HydroelasticContactVisualizer
 from ._point_contact_arrows import _PointContactVisualizer
 
 _NAME = "meshcat_contact_visualizer"
+
+
+def _ports_of(builder: DiagramBuilder, plant: MultibodyPlant) -> tuple[OutputPort, OutputPort]:
+    """Returns a plant's contact results port and the query port it is connected to."""
+    port = plant.get_geometry_query_input_port()
+    source = builder.connection_map().get((plant, port.get_index()))
+    if source is None:
+        raise RuntimeError(
+            f"ContactVisualizer.AddToBuilder(): the geometry query port of plant '{plant.get_name()}' is not "
+            "connected in this builder; use AddMultibodyPlantSceneGraph(), or pass the two ports."
+        )
+    return plant.get_contact_results_output_port(), source[0].get_output_port(source[1])
+
+
+def _of_plant(cls: Any, builder: DiagramBuilder, plant: MultibodyPlant, *drawn: Any) -> Any:
+    return cls.AddToBuilder(builder, *_ports_of(builder, plant), *drawn)
+
+
+def _without_query(cls: Any, builder: DiagramBuilder, results: OutputPort, *drawn: Any) -> Any:
+    return cls.AddToBuilder(builder, results, None, *drawn)
+
+
+_BUILDER, _PORT = instance_of(DiagramBuilder), instance_of(OutputPort)
+_QUERY = kind("OutputPort")(instance_of(OutputPort, type(None)))
+_DRAWN = {"meshcat": instance_of(Meshcat), "params": (instance_of(ContactVisualizerParams), None)}
 
 
 class ContactVisualizer(LeafSystem):
@@ -53,45 +79,31 @@ class ContactVisualizer(LeafSystem):
         self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._update)
         self.DeclareForcedPublishEvent(publish=self._update)
 
-    @overload
     @classmethod
+    @overloaded(
+        overload(_of_plant, builder=_BUILDER, plant=instance_of(MultibodyPlant), **_DRAWN),
+        overload(builder=_BUILDER, contact_results_port=_PORT, query_object_port=_QUERY, **_DRAWN),
+        overload(_without_query, builder=_BUILDER, contact_results_port=_PORT, **_DRAWN),
+    )
     def AddToBuilder(
-        cls, builder: DiagramBuilder, plant: MultibodyPlant, meshcat: Meshcat, params: ContactVisualizerParams = ...
-    ) -> ContactVisualizer: ...
-    @overload
-    @classmethod
-    def AddToBuilder(
-        cls,
-        builder: DiagramBuilder,
-        contact_results_port: OutputPort,
-        query_object_port: OutputPort,
-        meshcat: Meshcat,
-        params: ContactVisualizerParams = ...,
-    ) -> ContactVisualizer: ...
-    @overload
-    @classmethod
-    def AddToBuilder(
-        cls,
-        builder: DiagramBuilder,
-        contact_results_port: OutputPort,
-        meshcat: Meshcat,
-        params: ContactVisualizerParams = ...,
-    ) -> ContactVisualizer: ...
-    @classmethod
-    def AddToBuilder(cls, builder: DiagramBuilder, *args: Any, **kwargs: Any) -> ContactVisualizer:
+        cls, builder: DiagramBuilder, results: OutputPort, query: OutputPort | None, meshcat: Meshcat, params: Any
+    ) -> ContactVisualizer:
         """Adds a visualizer to a diagram, connects it and returns it.
+
+        Called with a plant that is connected to a SceneGraph; or with its contact results port and, optionally, the
+        SceneGraph's query port.
 
         Args:
             builder: The diagram in the making.
-            *args: A plant that is connected to a SceneGraph; or its contact results port and, optionally, the
-                SceneGraph's query port; then a Meshcat and, optionally, ContactVisualizerParams.
-            **kwargs: The same by name: plant, contact_results_port, query_object_port, meshcat, params.
+            results: The plant; or its port, called `contact_results_port`.
+            query: The SceneGraph's port, called `query_object_port`.
+            meshcat: Where to draw.
+            params: Options.
 
         Raises:
             RuntimeError: when the plant's geometry query port is not connected.
-            TypeError: when the arguments fit no overload.
+            TypeError: when the arguments fit no form.
         """
-        results, query, meshcat, params = _sources(builder, args, kwargs)
         visualizer: Any = builder.AddSystem(cls(meshcat, params))
         if not builder.HasSubsystemNamed(_NAME):
             visualizer.set_name(_NAME)
@@ -140,43 +152,3 @@ class ContactVisualizer(LeafSystem):
 
 def _below(params: ContactVisualizerParams, name: str) -> ContactVisualizerParams:
     return dataclasses.replace(params, prefix=f"{params.prefix}/{name}")
-
-
-def _sources(builder: DiagramBuilder, args: tuple, kwargs: dict) -> tuple[Any, Any, Meshcat, Any]:
-    """Returns contact results port, query port (or None), Meshcat and options of AddToBuilder()'s overloads."""
-    names = ("contact_results_port", "query_object_port", "meshcat", "params")
-    default = {"params": None}
-    for values in (
-        in_order(names, args, kwargs, default),
-        in_order((names[0], *names[2:]), args, kwargs, default),
-        in_order(("plant", *names[2:]), args, kwargs, default),
-    ):
-        if values is None or not isinstance(values[-2], Meshcat):
-            continue
-        *sources, meshcat, params = values
-        if all(isinstance(port, OutputPort) for port in sources):
-            return sources[0], sources[1] if len(sources) == 2 else None, meshcat, params
-        if len(sources) == 1 and isinstance(sources[0], MultibodyPlant):
-            return *_ports_of(builder, sources[0]), meshcat, params
-    raise incompatible(
-        "ContactVisualizer.AddToBuilder",
-        [
-            "(builder, plant, meshcat, params)",
-            "(builder, contact_results_port, query_object_port, meshcat, params)",
-            "(builder, contact_results_port, meshcat, params)",
-        ],
-        args,
-        kwargs,
-    )
-
-
-def _ports_of(builder: DiagramBuilder, plant: MultibodyPlant) -> tuple[OutputPort, OutputPort]:
-    """Returns a plant's contact results port and the query port it is connected to."""
-    port = plant.get_geometry_query_input_port()
-    source = builder.connection_map().get((plant, port.get_index()))
-    if source is None:
-        raise RuntimeError(
-            f"ContactVisualizer.AddToBuilder(): the geometry query port of plant '{plant.get_name()}' is not "
-            "connected in this builder; use AddMultibodyPlantSceneGraph(), or pass the two ports."
-        )
-    return plant.get_contact_results_output_port(), source[0].get_output_port(source[1])

@@ -7,7 +7,12 @@ the plant (`_build`).
 import os
 import warnings
 
+from sheldrake.common._kinds import instance_of, text
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.deprecation import DrakeDeprecationWarning
+from sheldrake.geometry import SceneGraph
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.systems.framework import DiagramBuilder
 
 from ._build import ModelBuilder
 from ._collision_filter_groups import CollisionFilterGroups, FilterGroupCollector
@@ -16,6 +21,8 @@ from ._files.package_map import PackageMap, resolve_uri
 from ._model.description import FilterGroupDescription, ModelDescription
 from ._reading.reading import Reading
 
+_PLANT = instance_of(MultibodyPlant)
+_SCENE = (instance_of(SceneGraph), None)
 _FORMATS = (".urdf", ".sdf", ".xml", ".dmd.yaml", ".obj")
 
 
@@ -34,8 +41,28 @@ class Parser:
             given.
     """
 
-    def __init__(self, *args, **kwargs) -> None:
-        plant, scene_graph, prefix, builder = _sort_arguments(args, kwargs)
+    @overloaded(
+        overload(plant=_PLANT, scene_graph=_SCENE, model_name_prefix=(text, "")),
+        overload(lambda self, plant, prefix: self._set_up(plant, None, prefix), plant=_PLANT, model_name_prefix=text),
+        overload(
+            lambda self, builder, *rest: self._set_up_in(builder, *rest),
+            builder=instance_of(DiagramBuilder),
+            plant=(_PLANT, None),
+            scene_graph=_SCENE,
+            model_name_prefix=(text, ""),
+        ),
+    )
+    def __init__(self, plant, scene_graph, prefix) -> None:
+        self._set_up(plant, scene_graph, prefix)
+
+    def _set_up_in(self, builder, plant, scene_graph, prefix: str) -> None:
+        if plant is None:
+            plant = _find_system(builder, "plant")
+        if scene_graph is None and builder.HasSubsystemNamed("scene_graph"):
+            scene_graph = _find_system(builder, "scene_graph")
+        self._set_up(plant, scene_graph, prefix, builder)
+
+    def _set_up(self, plant, scene_graph, prefix: str, builder=None) -> None:
         if plant.is_finalized():
             raise RuntimeError("Parser(): the plant is already finalized; parse before Finalize().")
         if scene_graph is not None and not plant.geometry_source_is_registered():
@@ -266,37 +293,6 @@ def read_models(kind: str, reading: Reading, text: "str | None", model_name: str
         models = [read_mesh_model(reading, model_name)]
     reading.warn_unchecked()
     return models
-
-
-def _sort_arguments(args: tuple, kwargs: dict):
-    """plant, scene_graph, prefix, builder from pydrake's three call forms."""
-    names = ("builder", "plant", "scene_graph", "model_name_prefix")
-    unknown = [name for name in kwargs if name not in names]
-    if unknown or len(args) > 4:
-        raise TypeError(f"Parser() takes {', '.join(names)}; got {', '.join(unknown) or f'{len(args)} arguments'}.")
-    given = dict(kwargs)
-    positional = list(args)
-    if positional and hasattr(positional[0], "AddSystem"):
-        order = list(names)
-    elif len(positional) == 2 and isinstance(positional[1], str):
-        order = ["plant", "model_name_prefix"]
-    else:
-        order = ["plant", "scene_graph", "model_name_prefix"]
-    for name, value in zip(order, positional):
-        if name in given:
-            raise TypeError(f"Parser() got two values for '{name}'.")
-        given[name] = value
-    builder, plant, scene_graph = given.get("builder"), given.get("plant"), given.get("scene_graph")
-    prefix = given.get("model_name_prefix", "")
-    if not isinstance(prefix, str):
-        raise TypeError(f"Parser(): model_name_prefix must be a str, not {prefix!r}.")
-    if plant is None and builder is not None:
-        plant = _find_system(builder, "plant")
-        if scene_graph is None and builder.HasSubsystemNamed("scene_graph"):
-            scene_graph = _find_system(builder, "scene_graph")
-    if plant is None:
-        raise TypeError("Parser() needs a plant, or a builder with a system named 'plant'.")
-    return plant, scene_graph, prefix, builder
 
 
 def _find_system(builder, name: str):

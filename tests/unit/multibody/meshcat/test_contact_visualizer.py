@@ -151,7 +151,7 @@ def test_parameters_that_must_be_positive(name):
 
 def test_wrong_arguments_say_what_is_expected():
     builder, meshcat = DiagramBuilder(), Meshcat(port=0)
-    with pytest.raises(TypeError, match=r"Got \(Meshcat\); accepted: \(builder, plant, meshcat, params\)"):
+    with pytest.raises(TypeError, match=r"Meshcat\); accepted: \(builder: DiagramBuilder, plant: Mu"):
         ContactVisualizer.AddToBuilder(builder, meshcat)
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 1e-3)
     plant.Finalize()
