@@ -337,9 +337,10 @@ def contact_errors(batch: Batch, phi: np.ndarray) -> np.ndarray:
     """By how much the deepest contact of each pair differs from its distance [m]; infinite where there should be none.
 
     Two boxes may show a face instead of two edges that are up to 5 % less deep. Several points a pair are those of the
-    faces or edges that face each other up to 0.02 rad, and caps are polygons: they are as deep as the pair only nearly,
-    and only while it is not deep; then they must exist.
+    faces or edges that face each other up to 0.02 rad: as deep as the pair to 1 %, a cap's polygon to 4e-4 of its
+    radius, while that is not deep, and then at least half as deep.
     """
+    caps = np.where(batch.kind == columns.CYLINDER, batch.size[:, :, columns.RADIUS], 0.0).sum(axis=1)
     errors = np.zeros(batch.n)
     for multi in (False, True):
         count, table = batch.contacts(multi)
@@ -348,9 +349,9 @@ def contact_errors(batch: Batch, phi: np.ndarray) -> np.ndarray:
         deepest = np.zeros(batch.n)
         np.maximum.at(deepest, table.pair[:rows, 0] // 2, table.point[:rows, 9])
         depth = np.maximum(-phi, 0.0)
-        slack = 0.06 * depth if (batch.kind[0] == columns.BOX).all() else multi * (0.01 * depth + 5e-4 * batch.bound())
+        slack = 0.06 * depth if (batch.kind[0] == columns.BOX).all() else multi * (0.01 * depth + 4e-4 * caps)
         if multi:
-            deepest = np.where((depth > 1e-3 * batch.bound()) & (count > 0), depth, deepest)
+            deepest = np.where((depth > 1e-3 * batch.bound()) & (deepest > 0.5 * depth), depth, deepest)
         errors = np.maximum(errors, np.maximum(np.abs(deepest - depth) - slack, 0.0))
     return errors
 

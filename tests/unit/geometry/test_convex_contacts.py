@@ -190,6 +190,20 @@ def test_partly_overlapping_boxes_share_a_rectangle():
     assert sorted(map(tuple, np.round(rows[:, 2:4], 12))) == [(0.1, 0.2), (0.1, 0.5), (0.5, 0.2), (0.5, 0.5)]
 
 
+@pytest.mark.parametrize("lower", ["box", "hull"])
+@pytest.mark.parametrize("tilt", [-0.012, -0.001, 0.001, 0.012])
+def test_the_end_of_a_capsule_at_an_edge_is_as_deep_as_it_is(lower, tilt):
+    """Seen along the face's normal the lowest point of its ball is beyond the edge, and so would be cut off."""
+    cube = PointHull([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    scene = Scene([g.Box(1, 1, 1) if lower == "box" else cube, g.Capsule(0.3, 0.4)])
+    R = RollPitchYaw(0, -0.9, 0).ToRotationMatrix()  # rising over the face
+    depth = 4e-3
+    low_end = np.array([0.5, 0.1, 0.5]) + (0.3 - depth) * np.array([np.sin(tilt), 0.0, np.cos(tilt)])
+    rows = scene.contacts(RigidTransform(), RigidTransform(R, low_end + R.multiply([0, 0, 0.2])))
+    exact = depth if tilt > 0 else 0.3 - (0.3 - depth) * np.cos(tilt)
+    assert rows[:, 11].max() == pytest.approx(exact, rel=0.01)
+
+
 def test_crossed_edges_touch_at_one_point():
     X = RigidTransform(RollPitchYaw(np.pi / 4, 0, 0).ToRotationMatrix(), [0, 0, 0])
     Y = RigidTransform(RollPitchYaw(0, np.pi / 4, 0).ToRotationMatrix(), [0, 0, np.sqrt(2) - 1e-3])

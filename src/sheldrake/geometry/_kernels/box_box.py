@@ -113,7 +113,7 @@ def edge_edge(model, table, a, b, t, i, j, depth):
 def face_of_box(model, table, ref, inc, axis, t):
     """Contacts on the face of `ref` across `axis` that looks at `inc`, which is t away."""
     out = scale3(axis, sign_of(dot3(axis, t)))
-    count = face_candidates(model, table, ref, inc, out)
+    count = face_candidates(model, table, ref, inc, out, out)
     if model.geometry[ref, MULTI_POINT] + model.geometry[inc, MULTI_POINT] == 2:
         emit_four(model, table, inc, ref, out, count)
     elif count > 0:

@@ -8,6 +8,7 @@ from sheldrake.common.kernel import kernel
 
 from .half_space import cylinder_on_plane_multi
 from .model import (
+    BOUND,
     CANDIDATE,
     CYLINDER,
     HALF_LENGTH,
@@ -27,6 +28,11 @@ from .table import MIN_DEPTH, absolute, column, emit, least_depth, position_of, 
 # 1 - cosine of 0.02 rad: a face that looks this well along the normal is what touches. The exact normal of two nearly
 # parallel faces is that of two crossing edges as often as not, and a body can not rest on the one point of those.
 FLAT = 2e-4
+_SHORT = (
+    0.01  # of the depth and of the margin: a face touches if its deepest point is less deep than the shapes by this
+)
+_LEVEL = 1e-9  # the same, of the size
+_FACETED = 4e-4  # the same, of the radius of a cap, which is a polygon of 16 corners tilted by up to 0.02 rad
 _ROWS = 63  # of a polygon
 
 
@@ -38,7 +44,7 @@ def convex_contacts(model, table, i, j):
     if -phi <= least:
         return
     if model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2:
-        if touching_features(model, table, i, j, nhat_ji) > 0:
+        if touching_features(model, table, i, j, nhat_ji, -phi) > 0:
             return
     emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, -phi)
 
@@ -52,7 +58,7 @@ def emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, depth):
 
 
 @kernel(outline=True)
-def touching_features(model, table, i, j, nhat_ji):
+def touching_features(model, table, i, j, nhat_ji, depth):
     """Contacts of a face with what lies on it, or of two edges side by side; how many."""
     along_i = 0.0
     along_j = 0.0
@@ -70,11 +76,35 @@ def touching_features(model, table, i, j, nhat_ji):
         return cap_contacts(model, table, j, i, out_j)
     if flat_i and stands_within(model, table, i, j, out_i):
         return cap_contacts(model, table, i, j, out_i)
+    emitted = 0
     if flat_j:
-        return emit_four(model, table, i, j, out_j, face_candidates(model, table, j, i, out_j))
-    if flat_i:
-        return emit_four(model, table, j, i, out_i, face_candidates(model, table, i, j, out_i))
+        emitted = face_contacts(model, table, j, i, out_j, nhat_ji, depth)
+    if flat_i and emitted == 0:
+        emitted = face_contacts(model, table, i, j, out_i, scale3(nhat_ji, -1.0), depth)
+    if flat_i or flat_j:
+        return emitted
     return edge_contacts(model, table, i, j, nhat_ji)
+
+
+@kernel(outline=True)
+def face_contacts(model, table, ref, inc, out, nhat, depth):
+    """Contacts of what `inc` shows along -nhat with the face of `ref`; how many, 0 if none is as deep as the shapes.
+
+    The deepest point of a slender hull may belong to another face than the one that looks along the normal most.
+    """
+    count = face_candidates(model, table, ref, inc, out, nhat)
+    deepest = -1e300
+    for k in range(count):
+        if table.work[CANDIDATE + k, 3] > deepest:
+            deepest = table.work[CANDIDATE + k, 3]
+    short = _SHORT * (absolute(depth) + model.margin[0]) + _LEVEL * (model.size[ref, BOUND] + model.size[inc, BOUND])
+    if model.geometry[ref, KIND] == CYLINDER:
+        short += _FACETED * model.size[ref, RADIUS]
+    if model.geometry[inc, KIND] == CYLINDER:
+        short += _FACETED * model.size[inc, RADIUS]
+    if deepest < depth - short:
+        return 0
+    return emit_four(model, table, inc, ref, out, count)
 
 
 @kernel(outline=True)
@@ -108,10 +138,10 @@ def cap_contacts(model, table, ref, inc, out):
 
 
 @kernel(outline=True)
-def face_candidates(model, table, ref, inc, out):
-    """Points of what `inc` shows to the face of `ref` with outward normal `out`, within and below it; how many."""
+def face_candidates(model, table, ref, inc, out, nhat):
+    """Points of what `inc` shows along -nhat, within and below the face of `ref` with outward normal out; how many."""
     sides = shown_feature(model, table, ref, out, POLYGON_A)
-    corners = shown_feature(model, table, inc, scale3(out, -1.0), POLYGON_B)
+    corners = shown_feature(model, table, inc, scale3(nhat, -1.0), POLYGON_B)
     source = POLYGON_B
     for k in range(sides):
         target = POLYGON_C if source == POLYGON_B else POLYGON_B
