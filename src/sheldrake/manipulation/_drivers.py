@@ -17,7 +17,7 @@ from sheldrake.manipulation._iiwa_messages import (
     position_enabled,
     torque_enabled,
 )
-from sheldrake.multibody.parsing import Parser
+from sheldrake.multibody.parsing import GetScopedFrameByName, Parser
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.systems.controllers import InverseDynamics, InverseDynamicsController
 from sheldrake.systems.framework import Diagram, DiagramBuilder
@@ -202,7 +202,7 @@ def _controller_plant(sim_plant: Any, arm: Any, hand: Any, config: IiwaDriver) -
     child = plant.GetFrameByName(config.arm_child_frame_name or arm.child_frame_name, instances[0])
     plant.WeldFrames(plant.world_frame(), child, _weld(sim_plant, arm, config))
     if hand is not None:
-        _add_hand(plant, instances[0], sim_plant, hand, config)
+        _add_hand(plant, arm, sim_plant, hand, config)
     plant.mutable_gravity_field().set_gravity_vector(sim_plant.gravity_field().gravity_vector())
     plant.Finalize()
     return plant
@@ -214,15 +214,22 @@ def _weld(sim_plant: Any, arm: Any, config: IiwaDriver) -> Any:
     return frame.CalcPoseInWorld(sim_plant.CreateDefaultContext())
 
 
-def _add_hand(plant: Any, instance: Any, sim_plant: Any, hand: Any, config: IiwaDriver) -> None:
+def _add_hand(plant: Any, arm: Any, sim_plant: Any, hand: Any, config: IiwaDriver) -> None:
+    """Adds a rigid body with the hand's mass to the arm's body that carries the hand."""
     context = sim_plant.CreateDefaultContext()
-    bodies = sim_plant.GetBodyIndices(hand.model_instance)
-    name = config.gripper_parent_frame_name or hand.parent_frame_name.split("::")[-1]
-    arm_instance = sim_plant.GetModelInstanceByName(plant.GetModelInstanceName(instance))
-    wrist = sim_plant.GetFrameByName(name, arm_instance)
-    inertia = sim_plant.CalcSpatialInertia(context, wrist, bodies)
-    body = plant.AddRigidBody(f"{hand.model_name}_equivalent", instance, inertia)
-    plant.WeldFrames(plant.GetFrameByName(name, instance), body.body_frame())
+    wrist = _wrist(sim_plant, arm, config.gripper_parent_frame_name or hand.parent_frame_name)
+    inertia = sim_plant.CalcSpatialInertia(context, wrist, sim_plant.GetBodyIndices(hand.model_instance))
+    carrier = plant.GetBodyByName(wrist.body().name())
+    body = plant.AddRigidBody(f"{hand.model_name}_equivalent", carrier.model_instance(), inertia)
+    plant.WeldFrames(carrier.body_frame(), body.body_frame(), wrist.GetFixedPoseInBodyFrame())
+
+
+def _wrist(sim_plant: Any, arm: Any, name: str) -> Any:
+    """The frame that carries the hand: of the arm, or another that is fixed to it."""
+    unscoped = name.split("::")[-1]
+    if sim_plant.HasFrameNamed(unscoped, arm.model_instance):
+        return sim_plant.GetFrameByName(unscoped, arm.model_instance)
+    return GetScopedFrameByName(sim_plant, name)
 
 
 def ApplyDriverConfig(

@@ -17,6 +17,7 @@ from sheldrake.geometry import (
     Role,
 )
 from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
+from sheldrake.multibody.plant import ConnectContactResultsToDrakeVisualizer
 from sheldrake.systems.lcm import LcmBuses
 
 from ._inertia_visualizer import PREFIX as INERTIA_PREFIX
@@ -84,7 +85,7 @@ def ApplyVisualizationConfig(
     Args:
         config: What to show.
         builder: The diagram in the making.
-        lcm_buses: Where looks and collision shapes are published for viewers in other processes, by the
+        lcm_buses: Where looks, collision shapes and contacts are published for viewers in other processes, by the
             configuration's `lcm_bus`; nowhere when both this and `lcm` are left out.
         plant: The finalized plant; the system named "plant" when left out.
         scene_graph: Its scene graph; the system named "scene_graph" when left out.
@@ -106,6 +107,8 @@ def ApplyVisualizationConfig(
     if lcm is not None and lcm.get_lcm_url() != LcmBuses.kLcmUrlMemqNull:
         for told in _messenger_params(config):
             DrakeVisualizer.AddToBuilder(builder, scene_graph, lcm, told)
+        if config.publish_contacts:
+            ConnectContactResultsToDrakeVisualizer(builder, plant, scene_graph, lcm, config.publish_period)
     if meshcat is None:
         if not config.enable_meshcat_creation:
             return

@@ -104,3 +104,44 @@ def test_what_is_missing_says_so():
         m.SchunkWsgDriver(gains=[1.0])
     with pytest.raises(RuntimeError, match="must be positive"):
         m.SchunkWsgPositionController(default_force_limit=0.0)
+
+
+def test_an_arm_with_another_name_carries_its_hand_on_a_frame_of_the_scenario(tmp_path):
+    """The driver's own model of the arm, which has the file's name, gets the hand's mass at the right place."""
+    import sheldrake.all as lib
+
+    link = '<link name="{0}"><inertial><origin xyz="{2} 0 0"/><mass value="{1}"/></inertial></link>'
+    arm = "".join(link.format(f"l{i}", 1.0, 0.0) for i in range(8)) + "".join(
+        f'<joint name="j{i}" type="revolute"><parent link="l{i}"/><child link="l{i + 1}"/><axis xyz="0 0 1"/>'
+        f'<limit effort="9"/></joint><transmission name="t{i}"><type>SimpleTransmission</type><joint name="j{i}"/>'
+        f'<actuator name="m{i}"/></transmission>'
+        for i in range(7)
+    )
+    (tmp_path / "arm.urdf").write_text(f'<robot name="of_the_file">{arm}</robot>', encoding="utf-8")
+    hand = f'<robot name="hand">{link.format("palm", 5.0, 0.25)}</robot>'
+    (tmp_path / "hand.urdf").write_text(hand, encoding="utf-8")
+    directives = lib.LoadModelDirectivesFromString(f"""
+directives:
+- add_model: {{name: iiwa, file: 'file://{tmp_path}/arm.urdf'}}
+- add_weld: {{parent: world, child: iiwa::l0}}
+- add_frame: {{name: mount, X_PF: {{base_frame: iiwa::l7, translation: [0.5, 0, 0]}}}}
+- add_model: {{name: hand, file: 'file://{tmp_path}/hand.urdf'}}
+- add_weld: {{parent: mount, child: hand::palm}}
+""")
+    builder = lib.DiagramBuilder()
+    plant, _ = lib.AddMultibodyPlantSceneGraph(builder, 0.001)
+    infos = lib.ProcessModelDirectives(directives, lib.Parser(plant))
+    plant.Finalize()
+    buses = lib.LcmBuses()
+    buses.Add("default", lib.DrakeLcm("memq://"))
+    lib.ApplyDriverConfigs(
+        driver_configs={"iiwa": m.IiwaDriver(hand_model_name="hand")},
+        sim_plant=plant,
+        models_from_directives=infos,
+        lcm_buses=buses,
+        builder=builder,
+    )
+    alone = builder.GetSubsystemByName("iiwa_controller_plant").get()
+    context = alone.CreateDefaultContext()
+    assert alone.CalcTotalMass(context) == 13.0
+    assert alone.CalcCenterOfMassPositionInWorld(context)[0] == pytest.approx(5 * 0.75 / 13.0, rel=1e-12)

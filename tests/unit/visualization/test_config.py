@@ -83,7 +83,7 @@ def test_config_is_a_value():
         VisualizationConfig(nothing=1)
 
 
-def test_looks_and_collisions_are_published_where_a_bus_is_given():
+def test_looks_collisions_and_contacts_are_published_where_a_bus_is_given():
     lcm, buses, channels = DrakeLcm("memq://"), LcmBuses(), set()
     lcm.SubscribeAllChannels(lambda channel, _: channels.add(channel))
     buses.Add("mine", lcm)
@@ -96,7 +96,9 @@ def test_looks_and_collisions_are_published_where_a_bus_is_given():
         while lcm.HandleSubscriptions(0):
             pass
         assert channels == {
-            f"DRAKE_VIEWER_{what}_{role}" for what in ("LOAD_ROBOT", "DRAW") for role in ("ILLUSTRATION", "PROXIMITY")
+            "CONTACT_RESULTS",
+            *(f"DRAKE_VIEWER_{what}_ILLUSTRATION" for what in ("LOAD_ROBOT", "DRAW")),
+            *(f"DRAKE_VIEWER_{what}_PROXIMITY" for what in ("LOAD_ROBOT", "DRAW")),
         }
         channels.clear()
 

@@ -177,3 +177,12 @@ def test_functions_of_complex_numbers_are_those_of_duals():
     all_functions(np.array([AutoDiffXd(0.4, [1.0])], object), duals)
     np.testing.assert_allclose(y.real, [d.value() for d in duals], rtol=1e-15)
     np.testing.assert_allclose(y.imag / h, [d.derivatives()[0] for d in duals], rtol=1e-14)
+
+
+def test_a_mass_matrix_by_inverse_dynamics_of_a_moving_plant_is_the_mass_matrix(plant, state):
+    dual = plant.ToAutoDiffXd()
+    context = dual.CreateDefaultContext()
+    dual.SetPositionsAndVelocities(context, InitializeAutoDiff(state).ravel())
+    M, slow = dual.CalcMassMatrix(context), dual.CalcMassMatrixViaInverseDynamics(context)
+    np.testing.assert_allclose(ExtractValue(slow), ExtractValue(M), atol=1e-12)
+    np.testing.assert_allclose(ExtractGradient(slow), ExtractGradient(M), atol=1e-10)
