@@ -14,6 +14,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import anything, count, text
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry.optimization import (
     ComputePairwiseIntersections,
     ConvexSet,
@@ -27,9 +29,12 @@ from sheldrake.geometry.optimization._angles import check_joints
 from sheldrake.planning import _gcs_parts as parts
 from sheldrake.planning._gcs_edges import EdgesBetweenSubgraphs
 from sheldrake.planning._gcs_subgraph import Subgraph
+from sheldrake.solvers._kinds import number
 from sheldrake.trajectories import BezierCurve, CompositeTrajectory
 
 _TURN = 2.0 * math.pi
+
+_DURATIONS = {"h_min": (number, 1e-6), "h_max": (number, 20.0), "name": (text, "")}
 
 
 class GcsTrajectoryOptimization:
@@ -84,7 +89,20 @@ class GcsTrajectoryOptimization:
 
     # The graph
 
-    def AddRegions(self, *args: Any, **kwargs: Any) -> Subgraph:
+    @overloaded(
+        overload(
+            lambda self, regions, order, *rest: self.AddRegions(regions, None, order, *rest),
+            regions=anything,
+            order=count,
+            **_DURATIONS,
+        ),
+        overload(
+            regions=anything, edges_between_regions=anything, order=count, **_DURATIONS, edge_offsets=(anything, None)
+        ),
+    )
+    def AddRegions(
+        self, regions: Any, pairs: Any, order: int, h_min: float, h_max: float, name: str, offsets: Any = None
+    ) -> Subgraph:
         """Adds regions and edges between those that meet, and returns them.
 
         Called as `(regions, order, h_min=1e-6, h_max=20, name="")`, or as `(regions, edges_between_regions, order,
@@ -94,25 +112,12 @@ class GcsTrajectoryOptimization:
         Raises:
             RuntimeError: a region has another dimension, or the shortest duration is longer than the longest.
         """
-        names = ["regions", "order", "h_min", "h_max", "name"]
-        if "edges_between_regions" in kwargs or (len(args) > 1 and not hasattr(args[1], "__index__")):
-            names = ["regions", "edges_between_regions", "order", "h_min", "h_max", "name", "edge_offsets"]
-        values: dict[str, Any] = {"h_min": 1e-6, "h_max": 20.0, "name": "", "edge_offsets": None}
-        values.update(zip(names, args))
-        values.update(kwargs)
-        unknown = set(values) - set(names) - {"edge_offsets"}
-        if unknown or not set(names[:-3]) <= set(values) or len(args) > len(names):
-            raise TypeError(f"AddRegions(): incompatible function arguments. Accepted: ({', '.join(names)}).")
-        regions, offsets = list(values["regions"]), values["edge_offsets"]
-        if "edges_between_regions" in names:
-            pairs = [tuple(p) for p in values["edges_between_regions"]]
-        elif len(regions) > 1:
-            pairs, offsets = ComputePairwiseIntersections(regions, self._joints)
-        else:
-            pairs = []
-        name = values["name"] or f"Subgraph{len(self._subgraphs)}"
-        h_min, h_max = float(values["h_min"]), float(values["h_max"])
-        subgraph = Subgraph._make(self, regions, pairs, values["order"], h_min, h_max, name, offsets)
+        regions = list(regions)
+        if pairs is None:
+            pairs, offsets = ComputePairwiseIntersections(regions, self._joints) if len(regions) > 1 else ([], None)
+        pairs = [tuple(pair) for pair in pairs]
+        name = name or f"Subgraph{len(self._subgraphs)}"
+        subgraph = Subgraph._make(self, regions, pairs, order, h_min, h_max, name, offsets)
         self._subgraphs.append(subgraph)
         for least, apply in self._for_subgraphs:
             if subgraph.order() >= least:

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import anything, flag
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._composed_sets import Intersection
 from sheldrake.geometry.optimization._convex_set import ConvexSet
@@ -114,7 +117,56 @@ def _intervals(low: float, high: float, epsilon: float) -> list[tuple[float, flo
         start += step
 
 
-def ComputePairwiseIntersections(*args: Any, **kwargs: Any) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
+@kind("list of ConvexSet")
+def _sets(value: Any) -> list[ConvexSet]:
+    sets = list(value) if isinstance(value, Iterable) else [None]
+    if not all(isinstance(one, ConvexSet) for one in sets):
+        raise Mismatch
+    return sets
+
+
+@kind("list of int")
+def _places(value: Any) -> list[int]:
+    if not isinstance(value, Iterable) or not all(isinstance(place, (int, np.integer)) for place in value):
+        raise Mismatch
+    return list(value)
+
+
+@kind("list of Hyperrectangle")
+def _boxes(value: Any) -> list[Hyperrectangle]:
+    boxes = list(value) if isinstance(value, Iterable) else [None]
+    if not all(isinstance(box, Hyperrectangle) for box in boxes):
+        raise Mismatch
+    return boxes
+
+
+_TWO_LISTS = {"convex_sets_A": _sets, "convex_sets_B": _sets}
+_TIME = {"preprocess_bbox": (flag, True), "parallelism": (anything, None)}
+_JOINTS = {"continuous_revolute_joints": _places}
+
+
+@overloaded(
+    overload(
+        lambda A, B, joints, *_: _between(A, B, joints), convex_sets_A=_sets, convex_sets_B=_sets, **_JOINTS, **_TIME
+    ),
+    overload(
+        lambda A, B, joints, boxes_A, boxes_B, _: _between(A, B, joints, boxes_A, boxes_B),
+        **_TWO_LISTS,
+        **_JOINTS,
+        bboxes_A=_boxes,
+        bboxes_B=_boxes,
+        parallelism=_TIME["parallelism"],
+    ),
+    overload(lambda A, joints, *_: _between(A, None, joints), convex_sets=_sets, **_JOINTS, **_TIME),
+    overload(
+        lambda A, joints, boxes, _: _between(A, None, joints, boxes),
+        convex_sets=_sets,
+        **_JOINTS,
+        bboxes=(_boxes, None),
+        parallelism=_TIME["parallelism"],
+    ),
+)
+def ComputePairwiseIntersections(*_: Any) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
     """Returns which sets meet, if angles may be changed by whole turns, and by how much the first has to be moved.
 
     Called as `(convex_sets, continuous_revolute_joints)` within a list, each pair in both orders; or as
@@ -124,33 +176,32 @@ def ComputePairwiseIntersections(*args: Any, **kwargs: Any) -> tuple[list[tuple[
     Raises:
         RuntimeError: a list is empty, dimensions differ, or a place of an angle is repeated or out of range.
     """
-    values = list(args)
-    names = ("convex_sets", "convex_sets_A", "convex_sets_B", "continuous_revolute_joints", "bboxes_A", "bboxes_B")
-    values += [kwargs[n] for n in names if n in kwargs]
-    between = len(values) > 1 and len(values[1]) > 0 and isinstance(values[1][0], ConvexSet)
-    A = list(values[0])
-    B = list(values[1]) if between else A
-    rest = values[2:] if between else values[1:]
-    boxes = [v for v in (*rest[1:], kwargs.get("bboxes")) if isinstance(v, (list, tuple)) and len(v)]
+
+
+def _between(
+    A: list[ConvexSet], others: list[ConvexSet] | None, joints: Any, boxes_A: Any = None, boxes_B: Any = None
+) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
+    """Pairs within a list, or between two, and offsets."""
+    B = A if others is None else others
     if not A or not B:
         raise RuntimeError("ComputePairwiseIntersections(): a list of sets is empty.")
     if len({s.ambient_dimension() for s in (*A, *B)}) > 1:
         raise RuntimeError("ComputePairwiseIntersections(): the sets are in spaces of different dimensions.")
-    joints = check_joints(rest[0] if rest else (), A[0].ambient_dimension())
+    joints = check_joints(joints, A[0].ambient_dimension())
     box = Hyperrectangle.MaybeCalcAxisAlignedBoundingBox
-    boxes_A = list(boxes[0]) if boxes else [box(s) for s in A]
-    boxes_B = boxes_A if not between else (list(boxes[1]) if len(boxes) > 1 else [box(s) for s in B])
+    boxes_A = boxes_A or [box(s) for s in A]
+    boxes_B = boxes_A if others is None else (boxes_B or [box(s) for s in B])
     if len(boxes_A) != len(A) or len(boxes_B) != len(B):
         raise RuntimeError("ComputePairwiseIntersections(): there must be one bounding box for each set.")
     edges, offsets = [], []
     for i in range(len(A)):
-        for j in range(0 if between else i + 1, len(B)):
+        for j in range(i + 1 if others is None else 0, len(B)):
             offset = _offset(boxes_A[i], boxes_B[j], joints)
             if offset is None or not _meet(A[i], B[j], offset):
                 continue
             edges.append((i, j))
             offsets.append(offset)
-            if not between:
+            if others is None:
                 edges.append((j, i))
                 offsets.append(-offset)
     return edges, offsets

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
-from sheldrake.common._overloads import incompatible
+from sheldrake.common._kinds import anything, called, instance_of
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.math import RigidTransform
+from sheldrake.multibody.inverse_kinematics._kinematic import FRAME, PLANT
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
+from sheldrake.solvers._kinds import matrix, vector
 
 
 class DifferentialInverseKinematicsStatus(BoundEnum):
@@ -308,10 +312,47 @@ def _from_pose(
     return _from_velocity(robot, context, V, frame_A, frame_E, parameters)
 
 
-_BY_VECTORS = ("q_current", "v_current", "V", "J", "parameters", "N", "Nplus")
+def _from_vectors(
+    q: np.ndarray, v: np.ndarray, V: np.ndarray, J: np.ndarray, parameters: Any, N: Any, Nplus: Any
+) -> DifferentialInverseKinematicsResult:
+    return _from_jacobian(q, v, V, J.reshape(V.size, -1), parameters, N, Nplus)
 
 
-def DoDifferentialInverseKinematics(*args: Any, **kwargs: Any) -> DifferentialInverseKinematicsResult:
+def _in_world(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function with the world in the place of frame A."""
+    return lambda robot, context, desired, *rest: function(robot, context, desired, robot.world_frame(), *rest)
+
+
+@kind("SpatialVelocity | float array of shape (6,)")
+def _spatial_velocity(value: Any) -> np.ndarray:
+    try:
+        return np.asarray(value.get_coeffs() if hasattr(value, "get_coeffs") else value, dtype=float).reshape(6)
+    except (TypeError, ValueError):
+        raise Mismatch from None
+
+
+_ROBOT = {"robot": PLANT, "context": anything}
+_POSE = instance_of(RigidTransform)
+_PARAMETERS = {"parameters": called("DifferentialInverseKinematicsParameters")}
+
+
+@overloaded(
+    overload(
+        lambda *given: _from_vectors(*given),
+        q_current=vector,
+        v_current=vector,
+        V=vector,
+        J=matrix,
+        **_PARAMETERS,
+        N=(anything, None),
+        Nplus=(anything, None),
+    ),
+    overload(_in_world(_from_pose), **_ROBOT, X_WE_desired=_POSE, frame_E=FRAME, **_PARAMETERS),
+    overload(_in_world(_from_velocity), **_ROBOT, V_WE_desired=_spatial_velocity, frame_E=FRAME, **_PARAMETERS),
+    overload(_from_pose, **_ROBOT, X_AE_desired=_POSE, frame_A=FRAME, frame_E=FRAME, **_PARAMETERS),
+    overload(_from_velocity, **_ROBOT, V_AE_desired=_spatial_velocity, frame_A=FRAME, frame_E=FRAME, **_PARAMETERS),
+)
+def DoDifferentialInverseKinematics(*_: Any) -> DifferentialInverseKinematicsResult:
     """Returns velocities of joints that move an end effector E in a wanted direction, as fast as limits allow.
 
     Called as
@@ -325,32 +366,3 @@ def DoDifferentialInverseKinematics(*args: Any, **kwargs: Any) -> DifferentialIn
         TypeError: the arguments are none of these.
         RuntimeError: sizes differ.
     """
-    if (not args and "robot" not in kwargs) or (args and not hasattr(args[0], "num_positions")):
-        return _with_vectors(args, kwargs)
-    names: tuple[str, ...] = ("robot", "context", "desired", "frame_A", "frame_E", "parameters")
-    values = {n: v for n, v in kwargs.items()}
-    for word in ("V_WE_desired", "V_AE_desired", "X_WE_desired", "X_AE_desired"):
-        if word in values:
-            values["desired"] = values.pop(word)
-    if len(args) + len(values) == 5:
-        names = ("robot", "context", "desired", "frame_E", "parameters")
-    values.update(zip(names, args))
-    if set(values) != set(names):
-        accepted = ["(robot, context, V_WE_desired or X_WE_desired, frame_E, parameters)", str(_BY_VECTORS)]
-        raise incompatible("DoDifferentialInverseKinematics", accepted, args, kwargs)
-    robot, desired = values["robot"], values["desired"]
-    frame_A = values.get("frame_A", robot.world_frame())
-    rest = (frame_A, values["frame_E"], values["parameters"])
-    if isinstance(desired, RigidTransform):
-        return _from_pose(robot, values["context"], desired, *rest)
-    V = np.asarray(desired.get_coeffs() if hasattr(desired, "get_coeffs") else desired, dtype=float).reshape(6)
-    return _from_velocity(robot, values["context"], V, *rest)
-
-
-def _with_vectors(args: tuple, kwargs: dict) -> DifferentialInverseKinematicsResult:
-    values: dict[str, Any] = {"N": None, "Nplus": None, **kwargs, **dict(zip(_BY_VECTORS, args))}
-    if set(values) != set(_BY_VECTORS):
-        raise incompatible("DoDifferentialInverseKinematics", [str(_BY_VECTORS)], args, kwargs)
-    q, v, V = (np.atleast_1d(np.array(values[n], dtype=float)) for n in ("q_current", "v_current", "V"))
-    J = np.array(values["J"], dtype=float).reshape(V.size, -1)
-    return _from_jacobian(q, v, V, J, values["parameters"], values["N"], values["Nplus"])
