@@ -159,6 +159,17 @@ def test_a_changed_helper_constant_or_annotation_is_another_kernel():
     assert len({make(1.0, Vector), make(2.0, Vector), make(1.0, IntVector)}) == 3
 
 
+def test_a_changed_docstring_is_the_same_kernel():
+    def make(docstring, constant="2.0"):
+        text = f"def entry(x: Vector):\n    {docstring}\n    x[0] = {constant} * x[0]\n"
+        scope = {"Vector": Vector}
+        exec(text, scope)
+        return store.fingerprint(kernel(scope["entry"], top=True))
+
+    assert make('"""One."""') == make('"""Another,\n    longer."""')
+    assert make('"""One."""') != make('"""One."""', "3.0")
+
+
 def test_a_changed_kernel_of_another_module_is_another_kernel():
     def make(constant):
         @kernel

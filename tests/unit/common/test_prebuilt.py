@@ -11,7 +11,7 @@ import sys
 
 import pytest
 
-from sheldrake.common._native import build, builtin, instances, prebuilt
+from sheldrake.common._native import build, builtin, instances, prebuilt, source
 from sheldrake.common._native.target import Target
 from sheldrake.common.kernel import MISFIT, jit_enabled
 
@@ -52,7 +52,7 @@ def tree(tmp_path_factory):
     """A copy of the library with one more kernel, whose library is built."""
     root = tmp_path_factory.mktemp("copy")
     package = root / "src" / "sheldrake"
-    shutil.copytree(prebuilt.PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "_prebuilt"))
+    shutil.copytree(source.PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "_prebuilt"))
     (package / "common" / "_kernels" / "probe.py").write_text(PROBE)
     out = root / "built"
     build = [sys.executable, "-m", "sheldrake.common._native.build", str(out), "--only", "probe"]
@@ -103,6 +103,22 @@ def test_an_edit_is_seen_at_once_in_every_tier(tree):
     finally:
         file.write_text(PROBE)
     assert probe(tree)[:2] == (before, "prebuilt")
+
+
+def test_an_edited_docstring_or_comment_changes_nothing(tree):
+    file = tree / "src" / "sheldrake" / "common" / "_kernels" / "probe.py"
+    before = probe(tree)
+    assert before[1] == "prebuilt"
+    assert probe(tree, SHELDRAKE_PREBUILT="0")[1] in ("compiled", "cache")
+    told = PROBE.replace("-> int:\n", '-> int:\n    """One line.\n\n    And another.\n    """\n    # Why.\n')
+    try:
+        for text in (told, told.replace("One", "Some").replace("Why", "Why not"), PROBE.replace("A kernel", "Kernels")):
+            file.write_text(text)
+            assert probe(tree) == before
+        file.write_text(told.replace("3.0", "4.0"))
+        assert probe(tree)[1] == "compiled"
+    finally:
+        file.write_text(PROBE)
 
 
 def test_a_damaged_library_is_not_used(tree):
@@ -159,10 +175,10 @@ def test_two_processes_may_compile_at_once(tree):
 
 
 def test_the_hash_covers_every_kernel_file():
-    files = {p.relative_to(prebuilt.PACKAGE).as_posix() for p in prebuilt.source_files()}
+    files = {p.relative_to(source.PACKAGE).as_posix() for p in source.source_files()}
     kernels = {
-        p.relative_to(prebuilt.PACKAGE).as_posix()
-        for p in pathlib.Path(prebuilt.PACKAGE).rglob("*.py")
+        p.relative_to(source.PACKAGE).as_posix()
+        for p in pathlib.Path(source.PACKAGE).rglob("*.py")
         if "\n@kernel" in p.read_text(encoding="utf-8")
     }
     assert kernels <= files, f"kernels outside of _kernels folders: {sorted(kernels - files)}"
@@ -182,6 +198,34 @@ print(json.dumps([builtin.available(), ask(given), ask(np.ones(4)), bool(given[0
     command = [sys.executable, "-c", code]
     done = subprocess.run(command, env=environment(tree), capture_output=True, text=True, check=True, cwd=tree)
     assert json.loads(done.stdout) == [True, 4, MISFIT, True, False]
+
+
+def test_code_alone_has_no_docstrings_and_comments_and_nothing_else_is_gone():
+    text = '''"""Module."""
+# A line.
+WORDS = """not
+# a docstring
+"""  # why
+
+
+class C:
+    """Class
+    of things."""
+
+    def f(self):
+        """Of it."""
+        return "# no comment", f"{self} # none"  # one
+'''
+    left = '''WORDS = """not
+# a docstring
+"""
+
+
+class C:
+
+    def f(self):
+        return "# no comment", f"{self} # none"'''
+    assert source.code_alone(text) == left
 
 
 @pytest.mark.parametrize("name", build.PLATFORMS)

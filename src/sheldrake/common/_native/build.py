@@ -25,6 +25,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from sheldrake.common._native import builtin, instances, lower, prebuilt
+from sheldrake.common._native.source import PACKAGE, source_hashes
 from sheldrake.common._native.target import X86_LEVELS, Target
 from sheldrake.common.kernel import Kernel
 
@@ -91,8 +92,8 @@ def entries() -> dict[str, Kernel]:
         RuntimeError: if two entries have the same name.
     """
     found: dict[str, Kernel] = {}
-    for path in sorted(prebuilt.PACKAGE.rglob("_kernels/*.py")):
-        name = ".".join(["sheldrake", *path.relative_to(prebuilt.PACKAGE).with_suffix("").parts])
+    for path in sorted(PACKAGE.rglob("_kernels/*.py")):
+        name = ".".join(["sheldrake", *path.relative_to(PACKAGE).with_suffix("").parts])
         loaded = importlib.import_module(name.removesuffix(".__init__"))
         for value in vars(loaded).values():
             if isinstance(value, Kernel) and value.top and value.__module__ == name:
@@ -143,7 +144,7 @@ def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) ->
         library = _build_one(out / name, PLATFORMS[name], name, lowered)
         manifest = {
             "platform": name,
-            "source": prebuilt.source_hash(),
+            "sources": source_hashes(),
             "sha256": hashlib.sha256(library.read_bytes()).hexdigest(),
             "levels": sorted(PLATFORMS[name].levels),
             "entries": {prebuilt.qualified(k): symbol for symbol, k in kernels.items()},

@@ -1,6 +1,6 @@
 """Kernels from the library that the wheel brings: neither numba nor llvmlite is imported.
 
-The library serves only if it was made from the very sources that are installed; an edited kernel is compiled instead.
+The library serves only if it was made from the code that is installed; an edited kernel is compiled instead.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ import functools
 import hashlib
 import json
 import os
-import pathlib
 import sys
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+from sheldrake.common._native.source import PACKAGE, is_made_from
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-PACKAGE = pathlib.Path(__file__).resolve().parents[2]
 FOLDER = PACKAGE / "_prebuilt"
 ENDING = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
 PROTOTYPE = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_double, ctypes.c_void_p, ctypes.c_void_p)
@@ -36,23 +36,6 @@ def qualified(kernel: Kernel) -> str:
     return f"{kernel.__module__}:{kernel.__qualname__}"
 
 
-def source_files(package: pathlib.Path = PACKAGE) -> list[pathlib.Path]:
-    """Every file that decides what the kernels' machine code is."""
-    native = "arrays.py builtin.py instances.py lower.py overloads.py pipeline.py target.py words.py".split()
-    fixed = [package / "common" / name for name in ("kernel.py", "rows.py")]
-    fixed += [package / "common" / "_native" / name for name in native]
-    return sorted([*fixed, *package.rglob("_kernels/*.py")])
-
-
-def source_hash(package: pathlib.Path = PACKAGE) -> str:
-    """One hash over `source_files`, the same on every platform."""
-    digest = hashlib.sha256()
-    for path in source_files(package):
-        digest.update(path.relative_to(package).as_posix().encode() + b"\0")
-        digest.update(path.read_bytes().replace(b"\r\n", b"\n") + b"\0")
-    return digest.hexdigest()[:20]
-
-
 @functools.cache
 def library() -> tuple[Library | None, str]:
     """The library of this installation, or None, and in words why."""
@@ -63,7 +46,7 @@ def library() -> tuple[Library | None, str]:
     path, manifest_path = FOLDER / f"kernels{ENDING}", FOLDER / "kernels.json"
     try:
         manifest = json.loads(manifest_path.read_text(encoding="utf-8"))
-        if manifest["source"] != source_hash():
+        if not is_made_from(manifest["sources"]):
             return None, "the library was built from other sources than those installed"
         if manifest["sha256"] != hashlib.sha256(path.read_bytes()).hexdigest():
             return None, f"{path.name} is damaged"

@@ -1,8 +1,8 @@
 """Compiled kernels on disk: one object file an entry, named by the content of the kernel and of all it calls.
 
-A changed constant, helper or annotation is another name, so nothing is ever stale. Files are written beside their
-place and renamed, so processes may race; a folder that cannot be written only costs time. Imports llvmlite when a
-kernel is loaded, numba when one must be compiled.
+A changed constant, helper or annotation is another name, so nothing is ever stale; docstrings and comments do not
+count. Files are written beside their place and renamed, so processes may race; a folder that cannot be written only
+costs time. Imports llvmlite when a kernel is loaded, numba when one must be compiled.
 """
 
 from __future__ import annotations
@@ -155,7 +155,7 @@ def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
         return
     seen.add(id(kernel))
     digest.update(f"{kernel.__name__}{kernel.top}{kernel.outline}{kernel.strict}".encode())
-    _visit_code(kernel.py_func.__code__, digest)
+    _visit_code(kernel.py_func.__code__, digest, _has_docstring(kernel.py_func.__code__))
     for name, value in _mentioned(kernel.py_func):
         if isinstance(value, Kernel):
             _visit(value, digest, seen)
@@ -178,10 +178,20 @@ def _mentioned(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
             yield from ((f"{name}.{n}", getattr(value, n)) for n in code.co_names if hasattr(value, n))
 
 
-def _visit_code(code: types.CodeType, digest: Any) -> None:
+def _has_docstring(code: types.CodeType) -> bool:
+    """Whether the first constant of a function is its docstring; a flag says so since Python 3.14.
+
+    Before that, the first constant is the docstring, or None where there is none.
+    """
+    if sys.version_info >= (3, 14):
+        return bool(code.co_flags & 0x4000000)  # inspect.CO_HAS_DOCSTRING
+    return bool(code.co_consts) and isinstance(code.co_consts[0], str)
+
+
+def _visit_code(code: types.CodeType, digest: Any, has_docstring: bool = False) -> None:
     digest.update(code.co_code)
     digest.update(repr((code.co_names, code.co_varnames)).encode())
-    for constant in code.co_consts:
+    for constant in code.co_consts[has_docstring:]:
         if isinstance(constant, types.CodeType):
             _visit_code(constant, digest)
         else:

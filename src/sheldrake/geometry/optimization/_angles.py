@@ -117,27 +117,28 @@ def _intervals(low: float, high: float, epsilon: float) -> list[tuple[float, flo
         start += step
 
 
+def _list_of(cls: Any, value: Any) -> list:
+    if not isinstance(value, Iterable):
+        raise Mismatch
+    items = list(value)
+    if not all(isinstance(item, cls) for item in items):
+        raise Mismatch
+    return items
+
+
 @kind("list of ConvexSet")
 def _sets(value: Any) -> list[ConvexSet]:
-    sets = list(value) if isinstance(value, Iterable) else [None]
-    if not all(isinstance(one, ConvexSet) for one in sets):
-        raise Mismatch
-    return sets
+    return _list_of(ConvexSet, value)
 
 
 @kind("list of int")
 def _places(value: Any) -> list[int]:
-    if not isinstance(value, Iterable) or not all(isinstance(place, (int, np.integer)) for place in value):
-        raise Mismatch
-    return list(value)
+    return _list_of((int, np.integer), value)
 
 
 @kind("list of Hyperrectangle")
 def _boxes(value: Any) -> list[Hyperrectangle]:
-    boxes = list(value) if isinstance(value, Iterable) else [None]
-    if not all(isinstance(box, Hyperrectangle) for box in boxes):
-        raise Mismatch
-    return boxes
+    return _list_of(Hyperrectangle, value)
 
 
 _TWO_LISTS = {"convex_sets_A": _sets, "convex_sets_B": _sets}
@@ -150,7 +151,6 @@ _JOINTS = {"continuous_revolute_joints": _places}
         lambda A, B, joints, *_: _between(A, B, joints), convex_sets_A=_sets, convex_sets_B=_sets, **_JOINTS, **_TIME
     ),
     overload(
-        lambda A, B, joints, boxes_A, boxes_B, _: _between(A, B, joints, boxes_A, boxes_B),
         **_TWO_LISTS,
         **_JOINTS,
         bboxes_A=_boxes,
@@ -166,7 +166,9 @@ _JOINTS = {"continuous_revolute_joints": _places}
         parallelism=_TIME["parallelism"],
     ),
 )
-def ComputePairwiseIntersections(*_: Any) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
+def ComputePairwiseIntersections(
+    A: list[ConvexSet], B: list[ConvexSet], joints: list[int], boxes_A: Any, boxes_B: Any, _parallelism: Any
+) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
     """Returns which sets meet, if angles may be changed by whole turns, and by how much the first has to be moved.
 
     Called as `(convex_sets, continuous_revolute_joints)` within a list, each pair in both orders; or as
@@ -176,6 +178,7 @@ def ComputePairwiseIntersections(*_: Any) -> tuple[list[tuple[int, int]], list[n
     Raises:
         RuntimeError: a list is empty, dimensions differ, or a place of an angle is repeated or out of range.
     """
+    return _between(A, B, joints, boxes_A, boxes_B)
 
 
 def _between(

@@ -312,12 +312,6 @@ def _from_pose(
     return _from_velocity(robot, context, V, frame_A, frame_E, parameters)
 
 
-def _from_vectors(
-    q: np.ndarray, v: np.ndarray, V: np.ndarray, J: np.ndarray, parameters: Any, N: Any, Nplus: Any
-) -> DifferentialInverseKinematicsResult:
-    return _from_jacobian(q, v, V, J.reshape(V.size, -1), parameters, N, Nplus)
-
-
 def _in_world(function: Callable[..., Any]) -> Callable[..., Any]:
     """The function with the world in the place of frame A."""
     return lambda robot, context, desired, *rest: function(robot, context, desired, robot.world_frame(), *rest)
@@ -338,7 +332,6 @@ _PARAMETERS = {"parameters": called("DifferentialInverseKinematicsParameters")}
 
 @overloaded(
     overload(
-        lambda *given: _from_vectors(*given),
         q_current=vector,
         v_current=vector,
         V=vector,
@@ -352,7 +345,9 @@ _PARAMETERS = {"parameters": called("DifferentialInverseKinematicsParameters")}
     overload(_from_pose, **_ROBOT, X_AE_desired=_POSE, frame_A=FRAME, frame_E=FRAME, **_PARAMETERS),
     overload(_from_velocity, **_ROBOT, V_AE_desired=_spatial_velocity, frame_A=FRAME, frame_E=FRAME, **_PARAMETERS),
 )
-def DoDifferentialInverseKinematics(*_: Any) -> DifferentialInverseKinematicsResult:
+def DoDifferentialInverseKinematics(
+    q: np.ndarray, v: np.ndarray, V: np.ndarray, J: np.ndarray, parameters: Any, N: Any, Nplus: Any
+) -> DifferentialInverseKinematicsResult:
     """Returns velocities of joints that move an end effector E in a wanted direction, as fast as limits allow.
 
     Called as
@@ -366,3 +361,4 @@ def DoDifferentialInverseKinematics(*_: Any) -> DifferentialInverseKinematicsRes
         TypeError: the arguments are none of these.
         RuntimeError: sizes differ.
     """
+    return _from_jacobian(q, v, V, J.reshape(V.size, -1), parameters, N, Nplus)
