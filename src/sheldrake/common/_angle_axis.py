@@ -1,0 +1,135 @@
+"""Rotations by an angle about an axis, under Eigen's names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common import _rotations as rotations
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Overload, overload
+from sheldrake.common._quaternion import Quaternion_
+from sheldrake.common._scalars import (
+    ScalarBase,
+    ScalarTemplate,
+    as_array,
+    as_scalar,
+    matrix,
+    new_array,
+    scalar,
+    vector,
+)
+from sheldrake.common._turning import check_unit
+
+
+class AngleAxis(ScalarBase):
+    """A rotation by an angle [rad] about a unit vector."""
+
+    __slots__ = ("_angle", "_axis")
+    _FIELDS = ("_angle", "_axis")
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """
+        `AngleAxis()`, `AngleAxis(angle, axis)`, `AngleAxis(quaternion)`, `AngleAxis(rotation)`, `AngleAxis(other)`.
+
+        Raises:
+            RuntimeError: the length of the axis is not one (to 1e-5).
+        """
+        self._choose("init", args, kwargs)
+
+    @staticmethod
+    def _ways_init(cls: Any) -> list[Overload]:
+        T = cls._T
+
+        def set_both(self: Any, angle: Any, axis: np.ndarray) -> None:
+            check_unit(T, axis, "Axis")
+            self._angle, self._axis = angle, axis
+
+        def copy_of(self: Any, other: Any) -> None:
+            self._angle, self._axis = other._angle, other._axis
+
+        return [
+            overload(lambda self: set_both(self, as_scalar(T, 0.0), as_array(T, [1.0, 0.0, 0.0], (3,)))),
+            overload(set_both, angle=scalar(T), axis=vector(T, 3)),
+            overload(cls._set_quaternion, quaternion=instance_of(Quaternion_[T])),
+            overload(cls._set_rotation, rotation=matrix(T, 3, 3)),
+            overload(copy_of, other=instance_of(cls)),
+        ]
+
+    def _set_quaternion(self, quaternion: Any) -> None:
+        angle, *axis = rotations.quaternion_to_angle_axis(quaternion._wxyz.tolist())
+        self._angle, self._axis = angle, new_array(self._T, axis)
+
+    def _set_rotation(self, R: np.ndarray) -> None:
+        wxyz = rotations.matrix_to_quaternion(R)
+        check_unit(self._T, new_array(self._T, wxyz), "Quaternion of the rotation matrix")
+        self._set_quaternion(Quaternion_[self._T]._make(wxyz))
+
+    @classmethod
+    def Identity(cls) -> Any:
+        """The rotation by zero."""
+        return cls._plain_class()()
+
+    def angle(self) -> Any:
+        """The angle [rad]."""
+        return self._angle
+
+    def axis(self) -> np.ndarray:
+        """The unit vector turned about, shape (3,)."""
+        return self._axis.copy()
+
+    def quaternion(self) -> Any:
+        """The same rotation as a quaternion."""
+        return Quaternion_[self._T]._make(rotations.angle_axis_to_quaternion(self._angle, self._axis.tolist()))
+
+    def rotation(self) -> np.ndarray:
+        """The rotation matrix, shape (3, 3)."""
+        return rotations.angle_axis_to_matrix(self._T, self._angle, self._axis.tolist()).copy()
+
+    def set_angle(self, angle: Any) -> None:
+        """Replace the angle [rad]."""
+        self._angle = self._argument("set_angle", scalar(self._T), angle=angle)
+
+    def set_axis(self, axis: Any) -> None:
+        """Replace the axis, a unit vector (to 1e-5), shape (3,)."""
+        axis = self._argument("set_axis", vector(self._T, 3), axis=axis)
+        check_unit(self._T, axis, "Axis")
+        self._axis = axis
+
+    def set_quaternion(self, q: Any) -> None:
+        """Replace by the rotation of a quaternion."""
+        self._set_quaternion(self._argument("set_quaternion", instance_of(Quaternion_[self._T]), q=q))
+
+    def set_rotation(self, rotation: Any) -> None:
+        """Replace by the rotation of a matrix, shape (3, 3)."""
+        self._set_rotation(self._argument("set_rotation", matrix(self._T, 3, 3), rotation=rotation))
+
+    def multiply(self, other: Any) -> Any:
+        """The product with another rotation, as a quaternion."""
+        other = self._argument("multiply", instance_of(self._plain_class()), other=other)
+        return self.quaternion().multiply(other.quaternion())
+
+    def __matmul__(self, other: Any) -> Any:
+        return self.multiply(other)
+
+    def inverse(self) -> Any:
+        """The rotation by the opposite angle."""
+        new: Any = object.__new__(self._plain_class())
+        new._angle, new._axis = -self._angle, self._axis
+        return new
+
+    def __getstate__(self) -> Any:
+        return (self._angle, self._axis.copy())
+
+    def __setstate__(self, state: Any) -> None:
+        self._angle, self._axis = state[0], as_array(self._T, state[1], (3,))
+
+    def __str__(self) -> str:
+        return f"{pretty_class_name(type(self))}(angle={self._angle}, axis={self._axis})"
+
+    __repr__ = __str__
+
+
+AngleAxis_ = ScalarTemplate("AngleAxis_", AngleAxis, scope="sheldrake.common.eigen_geometry")

@@ -1,0 +1,181 @@
+"""Quaternions under Eigen's names."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common import _rotations as rotations
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Overload, overload
+from sheldrake.common._scalars import (
+    ScalarBase,
+    ScalarTemplate,
+    acos,
+    as_array,
+    matrix,
+    new_array,
+    scalar,
+    select,
+    sin,
+    vector,
+)
+from sheldrake.common._turning import check_unit, only_argument, turn
+
+
+class Quaternion(ScalarBase):
+    """A unit quaternion, scalar part first."""
+
+    __slots__ = ("_wxyz",)
+    _FIELDS = ("_wxyz",)
+
+    def __init__(self, *args: Any, **kwargs: Any):
+        """
+        `Quaternion()`, `Quaternion(wxyz)`, `Quaternion(w, x, y, z)`, `Quaternion(rotation)`, `Quaternion(other)`.
+
+        Raises:
+            RuntimeError: its length is not one (to 1e-5).
+        """
+        self._choose("init", args, kwargs)
+
+    @staticmethod
+    def _ways_init(cls: Any) -> list[Overload]:
+        T = cls._T
+
+        def from_rotation(self: Any, R: np.ndarray) -> None:
+            self._set(new_array(T, rotations.matrix_to_quaternion(R)))
+
+        def copy_of(self: Any, other: Any) -> None:
+            self._wxyz = other._wxyz
+
+        return [
+            overload(lambda self: self._set(as_array(T, [1.0, 0.0, 0.0, 0.0], (4,)))),
+            overload(cls._set, wxyz=vector(T, 4)),
+            overload(cls._set_four, w=scalar(T), x=scalar(T), y=scalar(T), z=scalar(T)),
+            overload(from_rotation, rotation=matrix(T, 3, 3)),
+            overload(copy_of, other=instance_of(cls)),
+        ]
+
+    def _set(self, wxyz: np.ndarray) -> None:
+        check_unit(self._T, wxyz, "Quaternion")
+        self._wxyz = wxyz
+
+    def _set_four(self, *wxyz: Any) -> None:
+        self._set(new_array(self._T, wxyz))
+
+    @classmethod
+    def _make(cls, wxyz: Any) -> Any:
+        """Unchecked, from four numbers of the right type."""
+        new: Any = object.__new__(cls._plain_class())
+        new._wxyz = wxyz if isinstance(wxyz, np.ndarray) else new_array(cls._T, wxyz)
+        return new
+
+    @classmethod
+    def Identity(cls) -> Any:
+        """The quaternion that does not turn."""
+        return cls._plain_class()()
+
+    def w(self) -> Any:
+        """The scalar part."""
+        return self._wxyz.item(0)
+
+    def x(self) -> Any:
+        """The first component of the vector part."""
+        return self._wxyz.item(1)
+
+    def y(self) -> Any:
+        """The second component of the vector part."""
+        return self._wxyz.item(2)
+
+    def z(self) -> Any:
+        """The third component of the vector part."""
+        return self._wxyz.item(3)
+
+    def wxyz(self) -> np.ndarray:
+        """All components, scalar part first, shape (4,)."""
+        return self._wxyz.copy()
+
+    def xyz(self) -> np.ndarray:
+        """The vector part, shape (3,)."""
+        return self._wxyz[1:].copy()
+
+    def set_wxyz(self, *args: Any, **kwargs: Any) -> None:
+        """Replace all components: `set_wxyz(wxyz)` or `set_wxyz(w, x, y, z)`.
+
+        Raises:
+            RuntimeError: the new length is not one (to 1e-5).
+        """
+        self._choose("set_wxyz", args, kwargs)
+
+    @staticmethod
+    def _ways_set_wxyz(cls: Any) -> list[Overload]:
+        T = cls._T
+        return [
+            overload(cls._set, wxyz=vector(T, 4)),
+            overload(cls._set_four, w=scalar(T), x=scalar(T), y=scalar(T), z=scalar(T)),
+        ]
+
+    def rotation(self) -> np.ndarray:
+        """The rotation matrix, shape (3, 3)."""
+        return rotations.unit_quaternion_to_matrix(self._T, self._wxyz).copy()
+
+    def set_rotation(self, rotation: Any, /) -> None:
+        """Replace by the quaternion of a rotation matrix, shape (3, 3)."""
+        R = self._argument("set_rotation", matrix(self._T, 3, 3), rotation=rotation)
+        self._set(new_array(self._T, rotations.matrix_to_quaternion(R)))
+
+    def multiply(self, *args: Any, **kwargs: Any) -> Any:
+        """The product with another quaternion, or a vector (3,) or several (3, n) turned by this one."""
+        value = only_argument(self, "multiply", ("other", "vector"), args, kwargs)
+        if isinstance(value, self._plain_class()):
+            return self._make(rotations.quaternion_product(self._wxyz.tolist(), value._wxyz.tolist()))
+        q = self._wxyz.tolist()
+        return turn(self, "multiply", "vector", value, lambda v: rotations.rotate_by_unit_quaternion(q, v))
+
+    def __matmul__(self, other: Any) -> Any:
+        return self.multiply(other)
+
+    def inverse(self) -> Any:
+        """The quaternion of the opposite rotation."""
+        w, x, y, z = self._wxyz.tolist()
+        n = rotations.norm2(x, y, z, w)
+        return self._make((w / n, -x / n, -y / n, -z / n))
+
+    def conjugate(self) -> Any:
+        """The quaternion with the opposite vector part."""
+        w, x, y, z = self._wxyz.tolist()
+        return self._make((w, -x, -y, -z))
+
+    def slerp(self, t: Any, other: Any) -> Any:
+        """Spherical interpolation, from this one at t = 0 to `other` at t = 1, the short way round."""
+        cls, T = self._plain_class(), self._T
+        t = self._argument("slerp", scalar(T), t=t)
+        other = self._argument("slerp", instance_of(cls), other=other)
+        a, b = self._wxyz.tolist(), other._wxyz.tolist()
+        d = (a[1] * b[1] + a[3] * b[3]) + (a[2] * b[2] + a[0] * b[0])
+        cosine = abs(d)
+
+        def along_arc() -> tuple:
+            theta = acos(cosine)
+            return (sin((1.0 - t) * theta) / sin(theta), sin(t * theta) / sin(theta))
+
+        one = 1.0 - np.finfo(float).eps
+        k0, k1 = select(cosine >= one, lambda: (1.0 - t, t), along_arc)
+        k1 = select(d < 0.0, lambda: -k1, lambda: k1)
+        return self._make([k0 * x + k1 * y for x, y in zip(a, b)])
+
+    def __getstate__(self) -> Any:
+        return self._wxyz.copy()
+
+    def __setstate__(self, state: Any) -> None:
+        self._wxyz = as_array(self._T, state, (4,))
+
+    def __str__(self) -> str:
+        return f"{pretty_class_name(type(self))}(w={self.w()}, x={self.x()}, y={self.y()}, z={self.z()})"
+
+    __repr__ = __str__
+
+
+Quaternion_ = ScalarTemplate("Quaternion_", Quaternion, scope="sheldrake.common.eigen_geometry")
