@@ -9,6 +9,7 @@ from sheldrake.common.kernel import kernel
 from .epa import epa, make_tetrahedron, some_normal
 from .gjk import add_vertex, combine3, gjk, triangle_weights
 from .model import BOUND, CYLINDER, ELLIPSOID, KIND, ON_I, ON_J, SIMPLEX
+from .polish import NARROW, SQUARE, face_against, polish
 from .support import margin_of
 
 _EPA_GAP = 1e-13  # the same for EPA on polytopes
@@ -92,6 +93,17 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
 
     The error of the direction shrinks by depth / radius of curvature each time; a direction that is no better ends it.
     """
+    limit = depth + _ROUNDING * size
+    found, d, least, a, b = face_against(model, table, i, j, out)
+    if found and least <= limit:
+        return d, least, a, b
+    found, d, least, b, a = face_against(model, table, j, i, scale3(out, -1.0))
+    if found and least <= limit:
+        return scale3(d, -1.0), least, a, b
+    for k in range(2):
+        found, d, least, a, b = polish(model, table, i, j, size, out, SQUARE if k == 0 else NARROW)
+        if found and least <= limit:
+            return d, least, a, b
     for _ in range(_REFINEMENTS):
         shift = scale3(out, depth + _CLEARANCE * size)
         _n, v, overlap, a, b = gjk(model, table, i, j, size, 1e300, shift)

@@ -1,0 +1,311 @@
+"""The last digits of a distance between curved shapes, by Newton's method on the direction.
+
+The direction d out of a difference of shapes is right where its farthest point w(d) lies along d itself. With the
+support h(d) = d . w(d) that is where h has no slope along the unit sphere, and the slope changes by the radii of
+curvature of the shapes less h (Schneider 2014, section 2.5: the Hessian of a support function holds the radii of
+curvature). GJK and EPA come near such a direction in few steps, but need some forty for every digit of a round rim;
+Newton's method needs three for all of them.
+
+A shape is as far along a whole edge as at its ends where d is square to the edge: there h has a kink, and the best
+direction is usually in one. So edges that are nearly square to d are taken to be exactly square to it: with none d is
+free, with one it turns about the edge, with two it is given. The points of the answer tell whether that was right.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, store3, sub3
+from sheldrake.common.kernel import kernel
+
+from .half_space import lowest_vertex
+from .model import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    ELLIPSOID,
+    HALF_LENGTH,
+    HULL,
+    KIND,
+    POLYGON_A,
+    RADIUS,
+    X_AXIS,
+    Y_AXIS,
+    Z_AXIS,
+)
+from .support import best_face, has_faces, shown_feature, support
+from .table import absolute, column, position_of, rotation_of
+
+SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
+NARROW = 3e-4  # the same where many edges are
+_EXACT = 1e-13  # the same where a point of the edge stands for its end
+_CAP = 0.1  # of these: sine of the angle between d and a cap's normal where the cap, not its rim, is meant
+_STEPS = 8
+_FARTHEST = 0.3  # a Newton step turns d by no more [rad]
+_STILL = 4e-16  # a step that turns d by no more is the last [rad]
+_PARALLEL = 1e-6  # sine of the angle between edges that give no direction
+_LOOSE = 1e-12  # relative to the size: how far the points of the answer may be from where d and depth say they are
+_BEYOND = 1e-9  # relative to an edge: how far behind its end a point may be
+
+# Scratch, in rows that polygons use later
+EDGE = POLYGON_A  # of a shape's feature, from its farthest point to the other end; of j reversed; column 3: 1.0 for i
+BEND = POLYGON_A + 4  # radii of curvature of the difference, two rows: xx, yy, zz; xy, xz, yz [m]
+_MOST = np.int64(3)  # edges that are written
+_TOO_MANY = np.int64(9)  # edges: of a cap, which has none; its middle stands for its farthest point
+_0 = np.int64(0)
+
+
+@kernel
+def add_dyad(table, s, v):
+    """Adds s v vᵀ to BEND."""
+    store3(table.work, BEND, add3(load3(table.work, BEND), (s * v[0] * v[0], s * v[1] * v[1], s * v[2] * v[2])))
+    mixed = (s * v[0] * v[1], s * v[0] * v[2], s * v[1] * v[2])
+    store3(table.work, BEND + 1, add3(load3(table.work, BEND + 1), mixed))
+
+
+@kernel
+def bend_between(table, u, v):
+    """uᵀ BEND v."""
+    straight = load3(table.work, BEND)
+    mixed = load3(table.work, BEND + 1)
+    return (
+        u[0] * (straight[0] * v[0] + mixed[0] * v[1] + mixed[1] * v[2])
+        + u[1] * (mixed[0] * v[0] + straight[1] * v[1] + mixed[2] * v[2])
+        + u[2] * (mixed[1] * v[0] + mixed[2] * v[1] + straight[2] * v[2])
+    )
+
+
+@kernel
+def add_edge(table, count, edge, sign):
+    """Writes an edge unless there are too many already; how many there are."""
+    if count < _MOST:
+        store3(table.work, EDGE + count, scale3(edge, sign))
+        table.work[EDGE + count, 3] = sign
+    return count + 1
+
+
+@kernel
+def hull_edges(model, table, g, d_G, square, sign, count):
+    """Farthest vertex of a hull along d, and its edges square to d."""
+    R_WG = rotation_of(table, g)
+    v = lowest_vertex(model, g, scale3(d_G, -1.0))
+    p = load3(model.vertex, v)
+    for k in range(model.topology[v], model.topology[v + 1]):
+        edge = sub3(load3(model.vertex, model.topology[k]), p)
+        if -dot3(edge, d_G) < square * sqrt(dot3(edge, edge)):
+            count = add_edge(table, count, rotate(R_WG, edge), sign)
+    return rotate(R_WG, p), count
+
+
+@kernel
+def cylinder_rim(model, table, g, d, square, sign, count):
+    """Farthest point of a cylinder from its centre along d, and its side if that is square to d."""
+    axis = column(rotation_of(table, g), Z_AXIS)
+    along = dot3(axis, d)
+    half = scale3(axis, model.size[g, HALF_LENGTH] * (1.0 if along >= 0.0 else -1.0))
+    out = sub3(d, scale3(axis, along))
+    slope = sqrt(dot3(out, out))
+    if slope < _CAP * square:
+        return half, _TOO_MANY
+    radius = model.size[g, RADIUS]
+    if absolute(along) < square * slope:
+        count = add_edge(table, count, scale3(half, -2.0), sign)
+    tangent = scale3(cross3(axis, out), 1.0 / slope)
+    add_dyad(table, radius / slope, tangent)
+    return add3(half, scale3(out, radius / slope)), count
+
+
+@kernel
+def ellipsoid_point(model, table, g, d_G):
+    """Farthest point of an ellipsoid from its centre along d."""
+    R_WG = rotation_of(table, g)
+    h = load3(model.size, g)
+    e = (h[0] * d_G[0], h[1] * d_G[1], h[2] * d_G[2])
+    support = sqrt(dot3(e, e))
+    p = rotate(R_WG, (h[0] * e[0] / support, h[1] * e[1] / support, h[2] * e[2] / support))
+    add_dyad(table, h[0] * h[0] / support, column(R_WG, X_AXIS))
+    add_dyad(table, h[1] * h[1] / support, column(R_WG, Y_AXIS))
+    add_dyad(table, h[2] * h[2] / support, column(R_WG, Z_AXIS))
+    add_dyad(table, -1.0 / support, p)
+    return p
+
+
+@kernel(outline=True)
+def show(model, table, g, d, square, sign, count):
+    """Farthest point of the core of a shape along d; its edges square to d and its curvature go to EDGE and BEND.
+
+    Edges have the sign that they have in the difference.
+    """
+    R_WG = rotation_of(table, g)
+    d_G = rotate_back(R_WG, d)
+    kind = model.geometry[g, KIND]
+    p = (0.0, 0.0, 0.0)
+    if kind == BOX:
+        for k in range(3):
+            along = dot3(column(R_WG, k), d)
+            half = scale3(column(R_WG, k), model.size[g, k] * (1.0 if along >= 0.0 else -1.0))
+            p = add3(p, half)
+            if absolute(along) < square:
+                count = add_edge(table, count, scale3(half, -2.0), sign)
+    elif kind == HULL:
+        p, count = hull_edges(model, table, g, d_G, square, sign, count)
+    elif kind == CAPSULE:
+        axis = column(R_WG, Z_AXIS)
+        p = scale3(axis, model.size[g, HALF_LENGTH] * (1.0 if d_G[2] >= 0.0 else -1.0))
+        if absolute(d_G[2]) < square:
+            count = add_edge(table, count, scale3(p, -2.0), sign)
+    elif kind == CYLINDER:
+        p, count = cylinder_rim(model, table, g, d, square, sign, count)
+    elif kind == ELLIPSOID:
+        p = ellipsoid_point(model, table, g, d_G)
+    return add3(position_of(table, g), p), count
+
+
+@kernel(outline=True)
+def inside_face(model, table, g, n, x):
+    """Whether x, in the plane of the face of g with normal n, is within the face (of a cap: its polygon)."""
+    sides = shown_feature(model, table, g, n, POLYGON_A)
+    for k in range(sides):
+        a = load3(table.work, POLYGON_A + k)
+        outward = cross3(sub3(load3(table.work, POLYGON_A + (k + 1) % sides), a), n)
+        if dot3(outward, sub3(x, a)) > 0.0:
+            return False
+    return True
+
+
+@kernel(outline=True)
+def face_against(model, table, g, other, d):
+    """From a direction d out of g: (whether a face of g meets the other shape, its normal, depth, points on g, other)."""
+    face = np.int64(0)
+    n = d
+    if has_faces(model, g):
+        face, n = best_face(model, table, g, d)
+    if not has_faces(model, g) or dot3(n, d) < 1.0 - 0.5 * SQUARE * SQUARE:
+        return False, d, 0.0, d, d
+    p, count = show(model, table, other, scale3(n, -1.0), _EXACT, 1.0, _0)
+    if count < _TOO_MANY:
+        written = count if count < _MOST else _MOST
+        for k in range(written):  # to some point of what the other shape shows, so that ends may stick out
+            p = add3(p, scale3(load3(table.work, EDGE + k), 0.5 / written))
+    depth = dot3(n, sub3(support(model, table, g, n), p))
+    p_g = add3(p, scale3(n, depth))
+    return inside_face(model, table, g, n, p_g), n, depth, p_g, p
+
+
+@kernel
+def show_both(model, table, i, j, d, square):
+    """Farthest points of i along d and of j along -d, and how many edges they have square to d."""
+    store3(table.work, BEND, (0.0, 0.0, 0.0))
+    store3(table.work, BEND + 1, (0.0, 0.0, 0.0))
+    p_i, count = show(model, table, i, d, square, 1.0, _0)
+    p_j, count = show(model, table, j, scale3(d, -1.0), square, -1.0, count)
+    return p_i, p_j, count
+
+
+@kernel
+def unit(v):
+    return scale3(v, 1.0 / sqrt(dot3(v, v)))
+
+
+@kernel
+def square_to_edges(table, count, d):
+    """(whether there is one, the direction nearest to d square to all edges)."""
+    if count == 0:
+        return True, d
+    e = unit(load3(table.work, EDGE))
+    if count == 1:
+        return True, unit(sub3(d, scale3(e, dot3(e, d))))
+    across = cross3(e, unit(load3(table.work, EDGE + 1)))
+    if dot3(across, across) < _PARALLEL * _PARALLEL:
+        return False, d
+    across = unit(across)
+    return True, across if dot3(across, d) > 0.0 else scale3(across, -1.0)
+
+
+@kernel(outline=True)
+def newton_turn(table, count, d, w):
+    """(whether h is convex here, the small vector to add to d): along the circle square to an edge, or free."""
+    depth = dot3(d, w)
+    if count == 1:
+        t = cross3(unit(load3(table.work, EDGE)), d)
+        slope = bend_between(table, t, t) - depth
+        if slope <= 0.0:
+            return False, t
+        return True, scale3(t, -dot3(t, w) / slope)
+    t = cross3(d, (1.0, 0.0, 0.0) if absolute(d[0]) < 0.6 else (0.0, 1.0, 0.0))
+    t = unit(t)
+    u = cross3(d, t)
+    a = bend_between(table, t, t) - depth
+    b = bend_between(table, t, u)
+    c = bend_between(table, u, u) - depth
+    determinant = a * c - b * b
+    if a <= 0.0 or determinant <= 0.0:
+        return False, t
+    x = dot3(t, w)
+    y = dot3(u, w)
+    return True, add3(scale3(t, (b * y - c * x) / determinant), scale3(u, (b * x - a * y) / determinant))
+
+
+@kernel
+def meet(table, count, r):
+    """(s, t) so that r + s EDGE[0] + t EDGE[1] is as short as can be."""
+    if count == 0:
+        return 0.0, 0.0
+    e = load3(table.work, EDGE)
+    ee = dot3(e, e)
+    if count == 1:
+        return -dot3(r, e) / ee, 0.0
+    f = load3(table.work, EDGE + 1)
+    ef = dot3(e, f)
+    ff = dot3(f, f)
+    determinant = ee * ff - ef * ef
+    re = dot3(r, e)
+    rf = dot3(r, f)
+    return (ef * rf - ff * re) / determinant, (ef * re - ee * rf) / determinant
+
+
+@kernel
+def within(t):
+    return t > -_BEYOND and t < 1.0 + _BEYOND
+
+
+@kernel(outline=True)
+def polish(model, table, i, j, size, d, square):
+    """From a direction d out of i - j near the best one: (whether it was found, it, depth along it, points on i and j).
+
+    Depth is negative for shapes that are apart. Needs shapes of which one at least is curved where they meet, or an
+    edge against an edge; the rest (faces) is found by GJK and EPA as quickly.
+    """
+    p_i, p_j, count = show_both(model, table, i, j, d, square)
+    edges = count
+    if edges > 2:
+        return False, d, 0.0, p_i, p_j
+    for _ in range(_STEPS):
+        known, d = square_to_edges(table, edges, d)
+        p_i, p_j, count = show_both(model, table, i, j, d, square)
+        if not known or count != edges:
+            return False, d, 0.0, p_i, p_j
+        if edges == 2:
+            break
+        convex, turn = newton_turn(table, edges, d, sub3(p_i, p_j))
+        angle2 = dot3(turn, turn)
+        if not convex or angle2 > _FARTHEST * _FARTHEST:
+            return False, d, 0.0, p_i, p_j
+        if angle2 <= _STILL * _STILL:
+            break
+        d = unit(add3(d, turn))
+    w = sub3(p_i, p_j)
+    depth = dot3(d, w)
+    r = sub3(w, scale3(d, depth))
+    s, t = meet(table, edges, r)
+    if not within(s) or not within(t):
+        return False, d, depth, p_i, p_j
+    for k in range(edges):
+        part = scale3(load3(table.work, EDGE + k), s if k == 0 else t)
+        r = add3(r, part)
+        if table.work[EDGE + k, 3] > 0.0:
+            p_i = add3(p_i, part)
+        else:
+            p_j = sub3(p_j, part)
+    return dot3(r, r) <= _LOOSE * _LOOSE * size * size, d, depth, p_i, p_j
