@@ -13,11 +13,11 @@ import numpy as np
 
 from . import _defaults
 from . import _proximity_properties as proximity
+from ._compile_hulls import Hulls
 from ._ids import FrameId, GeometryId
 from ._kernels import model as columns
 from ._kernels.cells import cell_width
 from ._kernels.model import GeometryModel
-from ._meshes.polygon_mesh import PolygonSurfaceMesh
 from ._records import GeometryRecord
 from ._roles import Role
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
@@ -45,7 +45,7 @@ def compile_proximity(
     ids = state.ids_with_role(Role.kProximity)
     rows = {geometry_id: row for row, geometry_id in enumerate(ids)}
     records = [state.geometries[geometry_id] for geometry_id in ids]
-    hulls = _Hulls()
+    hulls = Hulls()
     geometry = np.zeros((len(ids), columns.GEOMETRY_COLUMNS), np.int64)
     size = np.zeros((len(ids), columns.SIZE_COLUMNS))
     material = np.zeros((len(ids), columns.MATERIAL_COLUMNS))
@@ -144,25 +144,25 @@ def _material(record: GeometryRecord) -> tuple[float, ...]:
     return (*numbers, friction.static_friction(), friction.dynamic_friction())
 
 
-def _fill_shape(geometry: np.ndarray, size: np.ndarray, record: GeometryRecord, hulls: _Hulls) -> None:
+def _fill_shape(geometry: np.ndarray, size: np.ndarray, record: GeometryRecord, hulls: Hulls) -> None:
     """Kind, measures and bounding sphere of one geometry."""
     shape: Shape = record.shape
     if isinstance(shape, Sphere):
-        kind, measures, bound = columns.SPHERE, (shape.radius(), 0.0, 0.0), shape.radius()
+        kind, measures, bound = columns.SPHERE, (shape.radius(),) * 3, shape.radius()
     elif isinstance(shape, Box):
         half = shape.size() / 2.0
         kind, measures, bound = columns.BOX, tuple(half), float(np.linalg.norm(half))
     elif isinstance(shape, (Cylinder, Capsule)):
         r, h = shape.radius(), shape.length() / 2.0
         kind = columns.CYLINDER if isinstance(shape, Cylinder) else columns.CAPSULE
-        measures, bound = (r, 0.0, h), (math.hypot(r, h) if kind == columns.CYLINDER else r + h)
+        measures, bound = (r, r, h), (math.hypot(r, h) if kind == columns.CYLINDER else r + h)
     elif isinstance(shape, Ellipsoid):
         kind, measures = columns.ELLIPSOID, (shape.a(), shape.b(), shape.c())
         bound = max(measures)
     elif isinstance(shape, (Convex, Mesh)):
         mesh = shape.GetConvexHull()
-        kind, measures = columns.HULL, (0.0, 0.0, 0.0)
-        centre, _ = mesh.CalcBoundingBox()
+        centre, extents = mesh.CalcBoundingBox()
+        kind, measures = columns.HULL, tuple(np.asarray(extents) / 2.0)
         size[columns.CENTRE : columns.CENTRE + 3] = centre
         bound = float(np.linalg.norm(mesh._vertices - centre, axis=1).max())
         hulls.add(geometry, mesh)
@@ -173,85 +173,3 @@ def _fill_shape(geometry: np.ndarray, size: np.ndarray, record: GeometryRecord, 
     geometry[columns.KIND] = kind
     size[:3] = measures
     size[columns.BOUND] = bound
-
-
-class _Hulls:
-    """Collects the hulls of a model; equal hulls share their rows."""
-
-    def __init__(self) -> None:
-        self._rows: dict[int, np.ndarray] = {}
-        self._meshes: list[PolygonSurfaceMesh] = []
-        self._num_vertices = self._num_faces = 0
-
-    def add(self, geometry: np.ndarray, mesh: PolygonSurfaceMesh) -> None:
-        """Reserves rows for a hull and writes where they are; FIRST_EXTREME is the number of the hull for now."""
-        if id(mesh) not in self._rows:
-            row = np.zeros(columns.GEOMETRY_COLUMNS, np.int64)
-            row[columns.FIRST_VERTEX], row[columns.NUM_VERTICES] = self._num_vertices, mesh.num_vertices()
-            row[columns.FIRST_FACE], row[columns.NUM_FACES] = self._num_faces, mesh.num_faces()
-            row[columns.FIRST_EXTREME] = len(self._meshes)
-            self._rows[id(mesh)] = row
-            self._meshes.append(mesh)
-            self._num_vertices += mesh.num_vertices()
-            self._num_faces += mesh.num_faces()
-        geometry[columns.FIRST_VERTEX :] = self._rows[id(mesh)][columns.FIRST_VERTEX :]
-
-    def arrays(self, geometry: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """vertex, face, loop, topology; FIRST_EXTREME becomes what it says."""
-        vertex = np.zeros((self._num_vertices, 3))
-        face = np.zeros((self._num_faces, 4))
-        loop = np.zeros((self._num_faces, 3), np.int64)
-        topology: list[int] = [0] * (self._num_vertices + 1)
-        v0 = f0 = 0
-        for mesh in self._meshes:
-            vertex[v0 : v0 + mesh.num_vertices()] = mesh._vertices
-            for v, neighbours in enumerate(_neighbours(mesh)):
-                topology[v0 + v] = len(topology)
-                topology.extend(v0 + n for n in neighbours)
-                topology[v0 + v + 1] = len(topology)
-            v0 += mesh.num_vertices()
-        extremes = []
-        v0 = 0
-        for mesh in self._meshes:
-            for f, corners in enumerate(mesh._faces):
-                face[f0, :3] = mesh._normals[f]
-                face[f0, 3] = float((mesh._vertices[list(corners)] @ mesh._normals[f]).mean())
-                loop[f0, columns.FIRST_CORNER], loop[f0, columns.NUM_CORNERS] = len(topology), len(corners)
-                topology.extend(v0 + v for v in corners)
-                loop[f0, columns.FIRST_FOOT] = len(topology) if len(corners) > 3 else -1
-                topology.extend(v0 + v for v in _feet(mesh._vertices, corners))
-                f0 += 1
-            extremes.append(len(topology))
-            for k in range(3):
-                topology.extend((v0 + int(mesh._vertices[:, k].argmin()), v0 + int(mesh._vertices[:, k].argmax())))
-            v0 += mesh.num_vertices()
-        for row in geometry:
-            if row[columns.KIND] == columns.HULL:
-                row[columns.FIRST_EXTREME] = extremes[row[columns.FIRST_EXTREME]]
-        return vertex, face, loop, np.array(topology, np.int64)
-
-
-def _neighbours(mesh: PolygonSurfaceMesh) -> list[list[int]]:
-    """The vertices joined to each vertex by an edge, sorted."""
-    joined: list[set[int]] = [set() for _ in range(mesh.num_vertices())]
-    for corners in mesh._faces:
-        for a, b in zip(corners, (*corners[1:], corners[0])):
-            joined[a].add(b)
-            joined[b].add(a)
-    return [sorted(found) for found in joined]
-
-
-def _feet(vertices: np.ndarray, corners: tuple[int, ...]) -> list[int]:
-    """Four corners that span a face: the two farthest apart, and the farthest on either side of their line."""
-    if len(corners) <= 4:
-        return list(corners) if len(corners) == 4 else []
-    p = vertices[list(corners)]
-    apart = np.linalg.norm(p[:, None] - p[None], axis=2)
-    a, b = divmod(int(apart.argmax()), len(corners))
-    line = p[b] - p[a]
-    normal = np.cross(p[1] - p[0], p[2] - p[0])
-    side = (p - p[a]) @ np.cross(normal, line)
-    chosen = sorted({a, b, int(side.argmax()), int(side.argmin())})
-    while len(chosen) < 4:
-        chosen.append(next(k for k in range(len(corners)) if k not in chosen))
-    return [corners[k] for k in sorted(chosen)]

@@ -15,7 +15,7 @@ from sheldrake.common._kernels.generic import whole
 from sheldrake.common.kernel import IntMatrix, IntVector, kernel
 
 from .box_box import box_box_contacts
-from .contacts import ordered, spheres_apart
+from .contacts import boxes_apart, ordered, spheres_apart
 from .convex import convex_contacts
 from .model import (
     BODY,
@@ -229,4 +229,5 @@ def close_convex_pairs(geometry_model: GeometryModel, table: ContactTable, cells
     for k in range(cells.count[0]):
         if cells.candidate[k, FAMILY] == CONVEX:
             i, j = ordered(geometry_model, cells.candidate[k, FIRST], cells.candidate[k, SECOND])
-            convex_contacts(geometry_model, table, i, j)
+            if not boxes_apart(geometry_model, table, i, j):
+                convex_contacts(geometry_model, table, i, j)

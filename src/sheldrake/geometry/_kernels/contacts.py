@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import dot3, sub3
+from sheldrake.common._kernels.vec import compose, dot3, load3, rotate_back, sub3, transpose
 from sheldrake.common.kernel import Matrix, kernel
 
 from .box_box import box_box_contacts
@@ -11,6 +11,7 @@ from .half_space import half_space_contacts
 from .model import (
     BOUND,
     BOXES,
+    CAPSULE,
     CONVEX,
     HALF_SPACES,
     KIND,
@@ -20,7 +21,7 @@ from .model import (
     GeometryModel,
 )
 from .sphere import sphere_contacts
-from .table import bounding_centre, column, place_geometry, position_of, rotation_of
+from .table import absolute, bounding_centre, column, place_geometry, position_of, rotation_of
 
 
 @kernel
@@ -29,6 +30,35 @@ def spheres_apart(model, table, a, b):
     r = sub3(bounding_centre(table, a), bounding_centre(table, b))
     reach = model.size[a, BOUND] + model.size[b, BOUND] + model.margin[0]
     return dot3(r, r) > reach * reach
+
+
+@kernel
+def half_extents(model, g):
+    """Of the box around a shape, in the axes of its frame, about the centre of its bounding sphere [m]."""
+    h = load3(model.size, g)
+    if model.geometry[g, KIND] == CAPSULE:
+        return (h[0], h[0], h[0] + h[2])
+    return h
+
+
+@kernel(outline=True)
+def boxes_apart(model, table, a, b):
+    """True if a plane parallel to two axes of the boxes around a and b is between them (Gottschalk et al. 1996)."""
+    R_WA = rotation_of(table, a)
+    R = compose(transpose(R_WA), rotation_of(table, b))
+    t = rotate_back(R_WA, sub3(bounding_centre(table, b), bounding_centre(table, a)))
+    h = half_extents(model, b)
+    g = half_extents(model, a)
+    g = (g[0] + model.margin[0], g[1] + model.margin[0], g[2] + model.margin[0])
+    for k in range(3):
+        row = (R[3 * k], R[3 * k + 1], R[3 * k + 2])
+        if absolute(t[k]) > g[k] + absolute(row[0]) * h[0] + absolute(row[1]) * h[1] + absolute(row[2]) * h[2]:
+            return True
+        axis = column(R, k)
+        reach = absolute(axis[0]) * g[0] + absolute(axis[1]) * g[1] + absolute(axis[2]) * g[2]
+        if absolute(dot3(t, axis)) > reach + h[k]:
+            return True
+    return False
 
 
 @kernel
@@ -101,6 +131,6 @@ def convex_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     for k in range(model.family[CONVEX], model.family[CONVEX + 1]):
         a = model.pair[k, 0]
         b = model.pair[k, 1]
-        if not spheres_apart(model, table, a, b):
+        if not spheres_apart(model, table, a, b) and not boxes_apart(model, table, a, b):
             i, j = ordered(model, a, b)
             convex_contacts(model, table, i, j)

@@ -12,20 +12,18 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
+from .hull import lowest_vertex, steepest_face
 from .model import (
     BOX,
     CAPSULE,
     CYLINDER,
     ELLIPSOID,
-    FIRST_EXTREME,
-    FIRST_FACE,
     FIRST_FOOT,
     FIRST_VERTEX,
     HALF_LENGTH,
     HULL,
     KIND,
     MULTI_POINT,
-    NUM_FACES,
     NUM_VERTICES,
     RADIUS,
     SPHERE,
@@ -35,7 +33,6 @@ from .model import (
 from .table import MIN_DEPTH, absolute, column, emit, least_depth, position_of, rotation_of
 
 ALIGNED = 1e-7  # Drake's tolerance for an axis that is (not) along the normal
-LINEAR_SEARCH = 24  # hulls with at most so many vertices are searched one by one
 
 
 @kernel(outline=True)
@@ -233,46 +230,6 @@ def ellipsoid_on_plane(model, table, i, j, nhat, height):
 # ---- hull
 
 
-@kernel(outline=True)
-def lowest_vertex(model, g, n_G):
-    """The vertex (row of model.vertex) of a hull with the least height along n_G.
-
-    Small hulls: the first of equal ones. Large hulls: steepest descent along edges from the extreme vertex of the
-    nearest axis (exact, because convex).
-    """
-    first = model.geometry[g, FIRST_VERTEX]
-    count = model.geometry[g, NUM_VERTICES]
-    k = first
-    if count <= LINEAR_SEARCH:
-        least = dot3(load3(model.vertex, k), n_G)
-        for v in range(first + 1, first + count):
-            z = dot3(load3(model.vertex, v), n_G)
-            if z < least:
-                least = z
-                k = v
-        return k
-    axis = 0
-    if absolute(n_G[1]) > absolute(n_G[0]):
-        axis = 1
-    if absolute(n_G[2]) > absolute(n_G[0]) and absolute(n_G[2]) > absolute(n_G[1]):
-        axis = 2
-    along = n_G[0] if axis == 0 else (n_G[1] if axis == 1 else n_G[2])
-    k = model.topology[model.geometry[g, FIRST_EXTREME] + 2 * axis + (0 if along > 0.0 else 1)]
-    least = dot3(load3(model.vertex, k), n_G)
-    for _ in range(count):
-        best = k
-        for e in range(model.topology[k], model.topology[k + 1]):
-            v = model.topology[e]
-            z = dot3(load3(model.vertex, v), n_G)
-            if z < least:
-                least = z
-                best = v
-        if best == k:
-            break
-        k = best
-    return k
-
-
 @kernel
 def emit_vertex(model, table, i, j, v, nhat, depth):
     p_WQ = add3(position_of(table, i), rotate(rotation_of(table, i), load3(model.vertex, v)))
@@ -312,10 +269,7 @@ def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
     depended on the state would change with every small tilt. Otherwise the lowest vertex, the one farthest from it,
     and the farthest on either side of the line between them.
     """
-    face = model.geometry[i, FIRST_FACE]
-    for f in range(face, face + model.geometry[i, NUM_FACES]):
-        if dot3(load3(model.face, f), n_G) < dot3(load3(model.face, face), n_G):
-            face = f
+    face = steepest_face(model, low, scale3(n_G, -1.0))
     least = least_depth(model, i, j)
     foot = model.loop[face, FIRST_FOOT]
     if foot >= 0:

@@ -36,12 +36,12 @@ FIRST_VERTEX = np.int64(3)  # hulls: rows of `vertex`
 NUM_VERTICES = np.int64(4)
 FIRST_FACE = np.int64(5)  # hulls: rows of `face` and of `loop`
 NUM_FACES = np.int64(6)
-FIRST_EXTREME = np.int64(7)  # hulls: index in `topology` of the vertices extreme along -x, +x, -y, +y, -z, +z of G
+FIRST_START = np.int64(7)  # hulls: index in `topology` of vertices to start a search from, see START_CELLS
 GEOMETRY_COLUMNS = 8
 
 # Columns of GeometryModel.size
 RADIUS = np.int64(0)  # [m] sphere, cylinder, capsule
-HALF_LENGTH = np.int64(2)  # [m] cylinder, capsule; a box has its half sizes, an ellipsoid its semi-axes in 0, 1, 2
+HALF_LENGTH = np.int64(2)  # [m] cylinder, capsule; a box, ellipsoid and hull have half their extents in 0, 1, 2
 CENTRE = np.int64(3)  # centre of the bounding sphere in G [m], 3 columns
 BOUND = np.int64(6)  # radius of the bounding sphere [m]; infinite for a half space
 SIZE_COLUMNS = 7
@@ -53,6 +53,10 @@ RELAXATION_TIME = np.int64(2)  # [s]; NaN as above
 FRICTION_STATIC = np.int64(3)
 FRICTION_DYNAMIC = np.int64(4)
 MATERIAL_COLUMNS = 5
+
+# Directions from the middle of a hull go through the six sides of a cube with so many cells along each edge; the
+# vertex farthest along the middle of a cell is near the one farthest along any direction through the cell.
+START_CELLS = np.int64(4)
 
 # Columns of GeometryModel.loop: a face of a hull
 FIRST_CORNER = np.int64(0)  # index in `topology` of its vertices, counter-clockwise seen from outside
@@ -98,7 +102,8 @@ class GeometryModel(NamedTuple):
         face: outward unit normal and offset [m] of hull faces in G (normal . x <= offset inside), shape (num_faces, 4).
         loop: where the corners and feet of hull faces are, shape (num_faces, 3).
         topology: vertex numbers (rows of `vertex`): per vertex v, `topology[v]` is where its neighbours start and
-            `topology[v + 1]` where they end; then neighbours, face corners, feet, extremes.
+            `topology[v + 1]` where they end; the same for the faces around v (rows of `face`) from num_vertices + 1 on;
+            then neighbours, faces, face corners, feet, and of each hull the vertices to start from.
         cell: width of the cells in which close pairs are sought at each step [m], shape (1,), see `cells`; then only
             pairs with half spaces are listed in `pair`. Of no size when all pairs are listed.
         partner: with cells, `partner[partner[a]:partner[a + 1]]` are the geometries b > a on other bodies that a must
@@ -198,7 +203,7 @@ def empty_geometry_model() -> GeometryModel:
         vertex=np.zeros((0, 3)),
         face=np.zeros((0, 4)),
         loop=np.zeros((0, 3), np.int64),
-        topology=np.zeros(1, np.int64),
+        topology=np.zeros(2, np.int64),
         cell=np.zeros(0),
         partner=np.zeros(0, np.int64),
     )

@@ -19,7 +19,7 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, store3, sub3
 from sheldrake.common.kernel import kernel
 
-from .half_space import lowest_vertex
+from .hull import lowest_vertex
 from .model import (
     BOX,
     CAPSULE,
@@ -39,7 +39,7 @@ from .table import absolute, column, position_of, rotation_of
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
 NARROW = 3e-4  # the same where many edges are
-_EXACT = 1e-13  # the same where a point of the edge stands for its end
+_EXACT = 1e-11  # the same where a point of the edge stands for its end
 _CAP = 0.1  # of these: sine of the angle between d and a cap's normal where the cap, not its rim, is meant
 _STEPS = 8
 _FARTHEST = 0.3  # a Newton step turns d by no more [rad]
@@ -176,12 +176,11 @@ def inside_face(model, table, g, n, x):
 
 @kernel(outline=True)
 def face_against(model, table, g, other, d):
-    """From a direction d out of g: (whether a face of g meets the other shape, its normal, depth, points on g, other)."""
-    face = np.int64(0)
-    n = d
-    if has_faces(model, g):
-        face, n = best_face(model, table, g, d)
-    if not has_faces(model, g) or dot3(n, d) < 1.0 - 0.5 * SQUARE * SQUARE:
+    """From a direction d out of g: (whether a face of g touches, its normal, depth, points on g and other)."""
+    if not has_faces(model, g):
+        return False, d, 0.0, d, d
+    _face, n = best_face(model, table, g, d)
+    if dot3(n, d) < 1.0 - 0.5 * SQUARE * SQUARE:
         return False, d, 0.0, d, d
     p, count = show(model, table, other, scale3(n, -1.0), _EXACT, 1.0, _0)
     if count < _TOO_MANY:

@@ -6,20 +6,18 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, store3
 from sheldrake.common.kernel import kernel
 
-from .half_space import lowest_vertex
+from .hull import lowest_vertex, steepest_face
 from .model import (
     BOX,
     CAPSULE,
     CYLINDER,
     ELLIPSOID,
     FIRST_CORNER,
-    FIRST_FACE,
     HALF_LENGTH,
     HULL,
     KIND,
     MAX_CORNERS,
     NUM_CORNERS,
-    NUM_FACES,
     RADIUS,
     SPHERE,
     X_AXIS,
@@ -83,7 +81,8 @@ def has_faces(model, g):
 def best_face(model, table, g, n_W):
     """Of a shape with flat faces: the number of the face that looks along n_W most, and its outward normal in W.
 
-    Box: 2 axis + (1 if on the positive side). Cylinder: 0 or 1, the caps. Hull: row of model.face.
+    Box: 2 axis + (1 if on the positive side). Cylinder: 0 or 1, the caps. Hull: row of model.face, of those around
+    the vertex farthest along n_W.
     """
     R_WG = rotation_of(table, g)
     n = rotate_back(R_WG, n_W)
@@ -106,14 +105,7 @@ def best_face(model, table, g, n_W):
         if along >= 0.0:
             return 2 * k + 1, axis
         return 2 * k, scale3(axis, -1.0)
-    first = model.geometry[g, FIRST_FACE]
-    best = first
-    most = dot3(load3(model.face, first), n)
-    for f in range(first + 1, first + model.geometry[g, NUM_FACES]):
-        along = dot3(load3(model.face, f), n)
-        if along > most:
-            most = along
-            best = f
+    best = steepest_face(model, lowest_vertex(model, g, scale3(n, -1.0)), n)
     return best, rotate(R_WG, load3(model.face, best))
 
 

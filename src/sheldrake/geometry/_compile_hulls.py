@@ -1,0 +1,128 @@
+"""Hulls as arrays of the contact kernels: vertices, faces, and what is next to what."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ._kernels import model as columns
+from ._meshes.polygon_mesh import PolygonSurfaceMesh
+
+
+class Hulls:
+    """Collects the hulls of a model; equal hulls share their rows."""
+
+    def __init__(self) -> None:
+        self._rows: dict[int, np.ndarray] = {}
+        self._meshes: list[PolygonSurfaceMesh] = []
+        self._num_vertices = self._num_faces = 0
+
+    def add(self, geometry: np.ndarray, mesh: PolygonSurfaceMesh) -> None:
+        """Reserves rows for a hull and writes where they are; FIRST_START is the number of the hull for now."""
+        if id(mesh) not in self._rows:
+            row = np.zeros(columns.GEOMETRY_COLUMNS, np.int64)
+            row[columns.FIRST_VERTEX], row[columns.NUM_VERTICES] = self._num_vertices, mesh.num_vertices()
+            row[columns.FIRST_FACE], row[columns.NUM_FACES] = self._num_faces, mesh.num_faces()
+            row[columns.FIRST_START] = len(self._meshes)
+            self._rows[id(mesh)] = row
+            self._meshes.append(mesh)
+            self._num_vertices += mesh.num_vertices()
+            self._num_faces += mesh.num_faces()
+        geometry[columns.FIRST_VERTEX :] = self._rows[id(mesh)][columns.FIRST_VERTEX :]
+
+    def arrays(self, geometry: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """vertex, face, loop, topology; FIRST_START becomes what it says."""
+        vertex = np.zeros((self._num_vertices, 3))
+        face = np.zeros((self._num_faces, 4))
+        loop = np.zeros((self._num_faces, 3), np.int64)
+        topology = _lists(
+            [[v0 + v for v in near] for v0, _, mesh in self._placed() for near in _neighbours(mesh)],
+            [[f0 + f for f in around] for _, f0, mesh in self._placed() for around in _faces_around(mesh)],
+        )
+        starts = []
+        for v0, f0, mesh in self._placed():
+            vertices = mesh._vertices
+            vertex[v0 : v0 + len(vertices)] = vertices
+            for f, corners in enumerate(mesh._faces):
+                face[f0 + f, :3] = mesh._normals[f]
+                face[f0 + f, 3] = float((vertices[list(corners)] @ mesh._normals[f]).mean())
+                loop[f0 + f, columns.FIRST_CORNER], loop[f0 + f, columns.NUM_CORNERS] = len(topology), len(corners)
+                topology.extend(v0 + v for v in corners)
+                loop[f0 + f, columns.FIRST_FOOT] = len(topology) if len(corners) > 3 else -1
+                topology.extend(v0 + v for v in _feet(vertices, corners))
+            starts.append(len(topology))
+            topology.extend(int(v0 + v) for v in (start_directions() @ vertices.T).argmax(axis=1))
+        for row in geometry:
+            if row[columns.KIND] == columns.HULL:
+                row[columns.FIRST_START] = starts[row[columns.FIRST_START]]
+        return vertex, face, loop, np.array(topology, np.int64)
+
+    def _placed(self) -> Iterator[tuple[int, int, PolygonSurfaceMesh]]:
+        """First row of the vertices and of the faces of each hull, and it."""
+        v0 = f0 = 0
+        for mesh in self._meshes:
+            yield v0, f0, mesh
+            v0 += mesh.num_vertices()
+            f0 += mesh.num_faces()
+
+
+def start_directions() -> np.ndarray:
+    """Middles of the cells of a cube around the origin, in the order of `start_cell`, shape (cells, 3)."""
+    n = int(columns.START_CELLS)
+    middles = (2.0 * np.arange(n) + 1.0) / n - 1.0
+    directions = np.zeros((3, 2, n, n, 3))
+    for axis in range(3):
+        directions[axis, 0, :, :, axis], directions[axis, 1, :, :, axis] = -1.0, 1.0
+        directions[axis, ..., (axis + 1) % 3] = middles[:, None]
+        directions[axis, ..., (axis + 2) % 3] = middles
+    return directions.reshape(-1, 3)
+
+
+def _lists(*tables: list[list[int]]) -> list[int]:
+    """Tables of lists in a row: of each table where its lists start and the last ends, then all lists."""
+    flat = [0] * sum(len(table) + 1 for table in tables)
+    place = 0
+    for table in tables:
+        for rows in table:
+            flat[place] = len(flat)
+            flat.extend(rows)
+            place += 1
+        flat[place] = len(flat)
+        place += 1
+    return flat
+
+
+def _faces_around(mesh: PolygonSurfaceMesh) -> list[list[int]]:
+    """The faces that have each vertex as a corner, in order."""
+    around: list[list[int]] = [[] for _ in range(mesh.num_vertices())]
+    for f, corners in enumerate(mesh._faces):
+        for v in corners:
+            around[v].append(f)
+    return around
+
+
+def _neighbours(mesh: PolygonSurfaceMesh) -> list[list[int]]:
+    """The vertices joined to each vertex by an edge, sorted."""
+    joined: list[set[int]] = [set() for _ in range(mesh.num_vertices())]
+    for corners in mesh._faces:
+        for a, b in zip(corners, (*corners[1:], corners[0])):
+            joined[a].add(b)
+            joined[b].add(a)
+    return [sorted(found) for found in joined]
+
+
+def _feet(vertices: np.ndarray, corners: tuple[int, ...]) -> list[int]:
+    """Four corners that span a face: the two farthest apart, and the farthest on either side of their line."""
+    if len(corners) <= 4:
+        return list(corners) if len(corners) == 4 else []
+    p = vertices[list(corners)]
+    apart = np.linalg.norm(p[:, None] - p[None], axis=2)
+    a, b = divmod(int(apart.argmax()), len(corners))
+    line = p[b] - p[a]
+    normal = np.cross(p[1] - p[0], p[2] - p[0])
+    side = (p - p[a]) @ np.cross(normal, line)
+    chosen = sorted({a, b, int(side.argmax()), int(side.argmin())})
+    while len(chosen) < 4:
+        chosen.append(next(k for k in range(len(corners)) if k not in chosen))
+    return [corners[k] for k in sorted(chosen)]

@@ -1,0 +1,82 @@
+"""Vertices and faces of hulls found by walking; boxes around shapes that rule pairs out."""
+
+import itertools
+
+import numpy as np
+import pytest
+from proximity_scenes import HULL_POINTS, SHAPES, Scene, random_pose, row_of
+from test_half_space_contacts import PointHull
+
+from sheldrake.geometry._kernels.contacts import boxes_apart, half_extents
+from sheldrake.geometry._kernels.hull import lowest_vertex, steepest_face
+from sheldrake.geometry._kernels.model import BOUND, FIRST_FACE, FIRST_VERTEX, NUM_FACES, NUM_VERTICES
+from sheldrake.geometry._kernels.separation import separation
+from sheldrake.geometry._kernels.table import place_geometry
+
+ON_SPHERE = np.random.default_rng(3).normal(size=(200, 3))
+ROUND = PointHull(ON_SPHERE / np.linalg.norm(ON_SPHERE, axis=1)[:, None] * [0.1, 0.2, 0.3])
+CONVEX = {**{name: shape for name, shape in SHAPES.items() if name != "half_space"}, "hull": PointHull(HULL_POINTS)}
+
+
+@pytest.fixture(scope="module")
+def hulls():
+    return Scene([ROUND, SHAPES["box"], PointHull(HULL_POINTS)])
+
+
+def directions(count, seed=0):
+    n = np.random.default_rng(seed).normal(size=(count, 3))
+    n[: count // 3] = np.sign(np.round(n[: count // 3]))  # along axes, edges and corners of the cells
+    n = n[np.linalg.norm(n, axis=1) > 0]
+    return n / np.linalg.norm(n, axis=1)[:, None]
+
+
+@pytest.mark.parametrize("g", [0, 2])
+def test_no_vertex_is_lower_than_the_one_that_is_found(hulls, g):
+    model = hulls.model
+    first = model.geometry[g, FIRST_VERTEX]
+    vertices = model.vertex[first : first + model.geometry[g, NUM_VERTICES]]
+    assert len(vertices) == (200 if g == 0 else 15)  # searched by walking, and one by one
+    for n in directions(300):
+        found = lowest_vertex(model, g, tuple(n))
+        assert model.vertex[found] @ n == pytest.approx((vertices @ n).min(), abs=1e-15)
+
+
+@pytest.mark.parametrize("g", [0, 2])
+def test_the_steepest_face_has_the_vertex_as_a_corner_and_no_other_of_its_faces_is_steeper(hulls, g):
+    model = hulls.model
+    first = model.geometry[g, FIRST_FACE]
+    faces = model.face[first : first + model.geometry[g, NUM_FACES]]
+    for n in directions(200):
+        v = lowest_vertex(model, g, tuple(-n))
+        around = np.abs(faces[:, :3] @ model.vertex[v] - faces[:, 3]) < 1e-12
+        assert around.sum() >= 3
+        found = steepest_face(model, v, tuple(n)) - first
+        assert around[found]
+        assert faces[found, :3] @ n == pytest.approx((faces[around, :3] @ n).max(), abs=1e-15)
+
+
+@pytest.mark.parametrize("first, second", [*itertools.combinations_with_replacement(CONVEX, 2)])
+def test_boxes_are_never_apart_where_shapes_are_near(first, second):
+    rng = np.random.default_rng(5)
+    scene = Scene([CONVEX[first], CONVEX[second]])
+    scene.model.margin[0] = 1e-3
+    apart = {False: 0, True: 0}
+    for _ in range(60):
+        scene.X_WB[1], scene.X_WB[2] = row_of(random_pose(rng, 1.0)), row_of(random_pose(rng, 1.0))
+        place_geometry(scene.model, scene.X_WB, scene.table)
+        found = boxes_apart(scene.model, scene.table, 0, 1)
+        apart[bool(found)] += 1
+        if found:
+            assert separation(scene.model, scene.table, 0, 1, 1e9)[0] > 1e-3
+    assert min(apart.values()) > 3
+
+
+def test_the_box_around_a_shape_fits(hulls):
+    """It reaches no farther than the bounding sphere, and as far as the hull."""
+    for g in (0, 2):
+        model = hulls.model
+        first = model.geometry[g, FIRST_VERTEX]
+        vertices = model.vertex[first : first + model.geometry[g, NUM_VERTICES]]
+        extents = vertices.max(axis=0) - vertices.min(axis=0)
+        np.testing.assert_allclose(half_extents(model, g), extents / 2, atol=1e-15)
+        assert max(half_extents(model, g)) <= model.size[g, BOUND]

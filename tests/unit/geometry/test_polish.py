@@ -1,0 +1,115 @@
+"""Newton's method on the direction between curved shapes: what it finds is exact, and it finds nearly all."""
+
+import itertools
+
+import numpy as np
+import pytest
+from proximity_scenes import HULL_POINTS, SHAPES, Scene, random_pose, row_of
+from test_half_space_contacts import PointHull
+
+from sheldrake import geometry as g
+from sheldrake.geometry._kernels import separation as stage
+from sheldrake.geometry._kernels.polish import NARROW, SQUARE, face_against, polish
+from sheldrake.geometry._kernels.support import support
+from sheldrake.geometry._kernels.table import place_geometry
+from sheldrake.math import RigidTransform, RollPitchYaw
+
+CONVEX = {name: SHAPES[name] for name in ("box", "cylinder", "capsule", "ellipsoid")} | {"hull": PointHull(HULL_POINTS)}
+CURVED = ("cylinder", "ellipsoid")
+PAIRS = [p for p in itertools.combinations_with_replacement(CONVEX, 2) if set(p) & set(CURVED)]
+
+
+def placed(first, second, X, Y):
+    scene = Scene([first, second])
+    scene.X_WB[1], scene.X_WB[2] = row_of(X), row_of(Y)
+    place_geometry(scene.model, scene.X_WB, scene.table)
+    return scene
+
+
+def extent(scene, d):
+    """Of the difference of the two shapes' cores along d."""
+    a = support(scene.model, scene.table, 0, tuple(d))
+    b = support(scene.model, scene.table, 1, tuple(-np.asarray(d)))
+    return float(np.dot(np.subtract(a, b), d))
+
+
+@pytest.mark.parametrize("first, second", PAIRS)
+def test_an_answer_is_a_minimum_with_points_that_show_it(first, second, monkeypatch):
+    """Points lie apart by the depth along the direction, and no direction nearby has less of it."""
+    rng = np.random.default_rng(11)
+    answers = []
+
+    def kept(find):
+        def call(*args):
+            found = find(*args)
+            answers.append(found)
+            return found
+
+        return call
+
+    monkeypatch.setattr(stage, "polish", kept(polish))
+    found = asked = 0
+    for _ in range(25):
+        scene = placed(CONVEX[first], CONVEX[second], random_pose(rng, 0.35), random_pose(rng, 0.35))
+        answers.clear()
+        stage.separation(scene.model, scene.table, 0, 1, 1e9)
+        if not answers:
+            continue
+        asked += 1
+        exact, d, depth, p_A, p_B = answers[-1]
+        if not exact:
+            continue
+        found += 1
+        assert np.linalg.norm(d) == pytest.approx(1.0, abs=1e-14)
+        assert depth == pytest.approx(extent(scene, d), abs=1e-13)
+        np.testing.assert_allclose(np.subtract(p_A, p_B), depth * np.asarray(d), atol=3e-12)
+        for turn in rng.normal(size=(30, 3)) * 1e-4:
+            near = (np.asarray(d) + turn) / np.linalg.norm(np.asarray(d) + turn)
+            assert extent(scene, near) >= depth - 1e-12
+    assert asked >= 4
+    assert found >= 0.7 * asked
+
+
+def test_a_rim_against_an_edge_touches_where_the_textbook_says():
+    """A cylinder lies with its rim on a box: the distance is that of the lowest point of a circle."""
+    radius, tilt = 0.3, 0.4
+    X = RigidTransform(RollPitchYaw(0.0, tilt, 0.0), [0.0, 0.0, 0.9])
+    scene = placed(g.Cylinder(radius, 0.2), g.Box(2.0, 0.2, 0.5), X, RigidTransform())
+    down = (0.0, 0.0, -1.0)
+    exact, d, depth, p_A, _p_B = polish(scene.model, scene.table, 0, 1, 1.0, down, SQUARE)
+    rim = 0.9 - 0.1 * np.cos(tilt) - radius * np.sin(tilt)
+    assert exact
+    assert depth == pytest.approx(-(rim - 0.25), abs=1e-14)
+    np.testing.assert_allclose(d, down, atol=1e-14)
+    assert p_A[2] == pytest.approx(rim, abs=1e-14)
+
+
+def test_a_cap_overhanging_a_table_is_no_face_against_a_point():
+    """The lowest point of a cap that is tilted towards a table's border is beside the table: the face is refused."""
+    X = RigidTransform(RollPitchYaw(0.0, 1e-3, 0.0), [0.45, 0.0, 0.6])
+    table, can = g.Box(1.0, 1.0, 1.0), g.Cylinder(0.2, 0.2)
+    scene = placed(table, can, RigidTransform(), X)
+    assert not face_against(scene.model, scene.table, 0, 1, (0.0, 0.0, 1.0))[0]
+    inside = placed(table, can, RigidTransform(), RigidTransform(X.rotation(), [0.1, 0.0, 0.6]))
+    met, n, depth, p_table, p_can = face_against(inside.model, inside.table, 0, 1, (0.0, 1e-4, 1.0))
+    assert met
+    np.testing.assert_allclose(n, (0.0, 0.0, 1.0), atol=1e-15)
+    assert depth == pytest.approx(0.5 - (0.6 - 0.1 * np.cos(1e-3) - 0.2 * np.sin(1e-3)), abs=1e-14)
+    np.testing.assert_allclose(np.subtract(p_table, p_can), (0.0, 0.0, depth), atol=1e-14)
+
+
+def test_from_any_direction_it_finds_a_minimum_or_says_that_it_has_none():
+    rng = np.random.default_rng(2)
+    scene = placed(SHAPES["ellipsoid"], SHAPES["cylinder"], RigidTransform(), RigidTransform([0.7, 0.5, 0.6]))
+    outcomes = {True: 0, False: 0}
+    for start in rng.normal(size=(60, 3)) + [-1.0, -1.0, -1.0]:
+        exact, d, depth, p_A, p_B = polish(
+            scene.model, scene.table, 0, 1, 1.0, tuple(start / np.linalg.norm(start)), NARROW
+        )
+        outcomes[bool(exact)] += 1
+        if exact:
+            np.testing.assert_allclose(np.subtract(p_A, p_B), depth * np.asarray(d), atol=3e-12)
+            for turn in rng.normal(size=(20, 3)) * 1e-4:
+                near = (np.asarray(d) + turn) / np.linalg.norm(np.asarray(d) + turn)
+                assert extent(scene, near) >= depth - 1e-12
+    assert min(outcomes.values()) > 0
