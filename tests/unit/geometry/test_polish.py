@@ -102,7 +102,7 @@ def test_from_any_direction_it_finds_a_minimum_or_says_that_it_has_none():
     rng = np.random.default_rng(2)
     scene = placed(SHAPES["ellipsoid"], SHAPES["cylinder"], RigidTransform(), RigidTransform([0.7, 0.5, 0.6]))
     outcomes = {True: 0, False: 0}
-    for start in rng.normal(size=(60, 3)) + [-1.0, -1.0, -1.0]:
+    for start in rng.normal(scale=0.5, size=(60, 3)) + np.array([0.7, 0.5, 0.6]):
         exact, d, depth, p_A, p_B = polish(
             scene.model, scene.table, 0, 1, 1.0, tuple(start / np.linalg.norm(start)), NARROW
         )
