@@ -35,6 +35,9 @@ from sheldrake.systems.framework._vector import BasicVector
 _VECTOR, _ABSTRACT = PortDataType.kVectorValued, PortDataType.kAbstractValued
 
 
+_NO_STATE = BasicVector([])
+
+
 class LeafSystem(LeafEvents):
     """Base of systems with their own behaviour.
 
@@ -53,7 +56,7 @@ class LeafSystem(LeafEvents):
     def __init__(self, converter: Any = None):
         super().__init__()
         self._scalar_converter = converter
-        self._xc_model, self._xc_counts = BasicVector([]), (0, 0, 0)
+        self._xc_model, self._xc_counts = _NO_STATE, (0, 0, 0)
         self._xd_models: list[BasicVector] = []
         self._xa_models: list[AbstractValue] = []
         self._pn_models: list[BasicVector] = []

@@ -200,6 +200,14 @@ class System(ScalarConversion, SystemPorts):
 
     # Periodic updates.
 
+    def _motion_and_slopes(self, context: Any, x: Any, u: Any, i: int | None, j: int | None) -> Any:
+        """x' or x+ and output j, and their derivatives by x and input i = u, where a system knows them.
+
+        Returns:
+            Shapes (n + ny,) and (n + ny, n + nu); None where it does not.
+        """
+        return None
+
     def _periodic_discrete(self) -> set[tuple[float, float]]:
         return {
             (event.period, event.offset)

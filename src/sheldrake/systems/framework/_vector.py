@@ -26,12 +26,17 @@ def _filled(v: np.ndarray, values: list) -> bool:
     return True
 
 
+_FLOAT64 = np.dtype(np.float64)
+
+
 def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
     """`value` as a fresh 1-D array of floats, or of objects where it holds other scalars.
 
     Raises:
         TypeError: it cannot be read as numbers.
     """
+    if type(value) is np.ndarray and value.dtype is _FLOAT64 and value.ndim == 1 and dtype is None:
+        return value.copy()
     if isinstance(value, VectorBase):
         return value.CopyToVector()
     try:

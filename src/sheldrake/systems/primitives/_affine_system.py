@@ -25,6 +25,7 @@ class AffineSystem(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(
         self,
@@ -38,6 +39,16 @@ class AffineSystem(LeafSystem):
     ):
         super().__init__()
         self._set_up(_sized(A, B, f0, C, D, y0), float(time_period))
+
+    @classmethod
+    def _of(
+        cls, A: np.ndarray, B: np.ndarray, f0: np.ndarray, C: np.ndarray, D: np.ndarray, y0: np.ndarray, period: float
+    ) -> Any:
+        """A system of arrays of doubles that fit, which it keeps where they are contiguous."""
+        system = object.__new__(cls)
+        LeafSystem.__init__(system)
+        system._set_up(blocks.Affine(*map(np.ascontiguousarray, (A, B, f0, C, D, y0))), period)
+        return system
 
     def _set_up(self, coefficients: blocks.Affine, period: float) -> None:
         if not period >= 0:
@@ -56,11 +67,25 @@ class AffineSystem(LeafSystem):
             self.DeclareContinuousState(n)
             self._declare_time_derivatives(blocks.affine_derivatives if m else blocks.autonomous_derivatives)
         if k:
-            through = np.any(coefficients.D != 0)
+            through = coefficients.D.any()
             self.DeclareVectorOutputPort("y0", k, blocks.affine_output if through else blocks.affine_output_of_state)
 
     def _kernel_models(self, root: Any) -> dict:
         return {"model": self._coefficients}
+
+    def _motion_and_slopes(
+        self, context: Any, x: np.ndarray, u: np.ndarray, i: int | None, j: int | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        A, B, f0, C, D, y0 = self._coefficients
+        if i is None and B.size + D.size:
+            u = self.get_input_port(0).Eval(context) if B.any() or D.any() else np.zeros(D.shape[1])
+        n, end = len(x), len(x) + (len(y0) if j is not None else 0)
+        slopes, values = np.empty((end, n + len(u))), np.empty(end)
+        slopes[:n, :n], slopes[:n, n:], values[:n] = A, B, f0
+        if j is not None:
+            slopes[n:, :n], slopes[n:, n:], values[n:] = C, D, y0
+        values += slopes @ np.concatenate((x, u))
+        return values, slopes if i is not None else slopes[:, :n]
 
     def UpdateCoefficients(
         self, A: Any = None, B: Any = None, f0: Any = None, C: Any = None, D: Any = None, y0: Any = None

@@ -25,6 +25,7 @@ class Adder(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, num_inputs: int, size: int):
         super().__init__()
@@ -42,6 +43,7 @@ class Gain(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, k: Any, size: int | None = None):
         super().__init__()
@@ -63,6 +65,7 @@ class Saturation(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, min_value: Any, max_value: Any):
         super().__init__()
@@ -89,6 +92,7 @@ class Multiplexer(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, num_scalar_inputs: Any = None, *, input_sizes: Any = None, model_vector: Any = None):
         super().__init__()
@@ -113,6 +117,7 @@ class Demultiplexer(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, size: Any = None, output_ports_size: int = 1, *, output_ports_sizes: Any = None):
         super().__init__()
@@ -147,6 +152,7 @@ class ConstantVectorSource(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, source_value: Any):
         super().__init__()
@@ -194,6 +200,7 @@ class PassThrough(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, *args: Any, **kwargs: Any):
         super().__init__()

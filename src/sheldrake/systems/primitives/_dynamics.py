@@ -21,6 +21,7 @@ class Integrator(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, *args: Any, **kwargs: Any):
         super().__init__()
@@ -51,6 +52,7 @@ class FirstOrderLowPassFilter(LeafSystem):
     """
 
     _generic = True
+    _complex_rows = True
 
     def __init__(self, time_constant: Any = None, size: int = 1, *, time_constants: Any = None):
         super().__init__()

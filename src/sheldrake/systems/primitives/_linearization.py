@@ -31,9 +31,16 @@ def Linearize(
     Raises:
         RuntimeError: `context` is no equilibrium, or the system does not convert.
     """
-    approximation = _taylor(system, context, input_port_index, output_port_index, equilibrium_check_tolerance)
-    A, B, _, C, D, _, period = approximation
-    return LinearSystem(A, B, C, D, period)
+    values, slopes, x0, _, period = _taylor(system, context, input_port_index, output_port_index)
+    n = len(x0)
+    f = values[:n] - x0 if period else values[:n]
+    if n and np.abs(f).max() > equilibrium_check_tolerance:
+        raise RuntimeError(
+            "The nominal operating point (x0,u0) is not an equilibrium point of the system.  Without additional "
+            "information, a time-invariant linearization of this system is not well defined."
+        )
+    A, B, C, D = slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:]
+    return LinearSystem._of(A, B, np.zeros(n), C, D, np.zeros(len(C)), period)
 
 
 def FirstOrderTaylorApproximation(
@@ -43,7 +50,10 @@ def FirstOrderTaylorApproximation(
     output_port_index: Any = OutputPortSelection.kUseFirstOutputIfItExists,
 ) -> AffineSystem:
     """The affine system that agrees with a system to first order; arguments as of `Linearize`."""
-    return AffineSystem(*_taylor(system, context, input_port_index, output_port_index, None))
+    values, slopes, x0, u0, period = _taylor(system, context, input_port_index, output_port_index)
+    n = len(x0)
+    A, B, C, D = slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:]
+    return AffineSystem._of(A, B, values[:n] - A @ x0 - B @ u0, C, D, values[n:] - C @ x0 - D @ u0, period)
 
 
 def _chosen(selection: Any, ports: list, none: Any, first: Any) -> int | None:
@@ -55,8 +65,8 @@ def _chosen(selection: Any, ports: list, none: Any, first: Any) -> int | None:
     return operator.index(selection)
 
 
-def _taylor(system: System, context: Any, input_index: Any, output_index: Any, tolerance: float | None) -> tuple:
-    """A, B, f0, C, D, y0 and the period [s], 0 for continuous state."""
+def _taylor(system: System, context: Any, input_index: Any, output_index: Any) -> tuple:
+    """x' or x+ and y, their derivatives by x and u, x, u, and the period [s], 0 for continuous state."""
     system.ValidateContext(context)
     periods = system._periodic_discrete()
     if not context.has_only_continuous_state() and not context.is_stateless():
@@ -77,18 +87,12 @@ def _taylor(system: System, context: Any, input_index: Any, output_index: Any, t
     )
     u0 = system.get_input_port(i).Eval(context) if i is not None else np.empty(0)
     n = len(x0)
-    found = motion_by_rows(system, context, n, i, j, period) or _by_conversion(system, context, x0, u0, i, j, period)
-    values, slopes = found
-    f, y = values[:n], values[n:]
-    if tolerance is not None:
-        still = np.max(np.abs(f - x0), initial=0.0) if period else np.max(np.abs(f), initial=0.0)
-        if still > tolerance:
-            raise RuntimeError(
-                "The nominal operating point (x0,u0) is not an equilibrium point of the system.  Without additional "
-                "information, a time-invariant linearization of this system is not well defined."
-            )
-    A, B, C, D = slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:]
-    return A, B, f - A @ x0 - B @ u0, C, D, y - C @ x0 - D @ u0, period
+    values, slopes = (
+        system._motion_and_slopes(context, x0, u0, i, j)
+        or motion_by_rows(system, context, n, i, j, period)
+        or _by_conversion(system, context, x0, u0, i, j, period)
+    )
+    return values, slopes, x0, u0, period
 
 
 def _by_conversion(

@@ -43,6 +43,8 @@ class SymbolicVectorSystem(LeafSystem):
         n = len(self._variables[0])
         if len(self._dynamics) != n:
             raise RuntimeError(f"SymbolicVectorSystem: {n} states need as many dynamics, not {len(self._dynamics)}.")
+        everything = [v for group in ([] if time is None else [time], *self._variables) for v in group]
+        self._functions = [_Function(e, everything, self._variables[1]) for e in (self._dynamics, self._output)]
         if self._variables[1]:
             self.DeclareVectorInputPort("u0", len(self._variables[1]))
         if self._variables[2]:
@@ -76,55 +78,94 @@ class SymbolicVectorSystem(LeafSystem):
                 return expression
         raise IndexError(f"SymbolicVectorSystem: {var} is no state variable.")
 
-    def _values(self, context: Any, used: set[int]) -> dict:
-        values = {}
-        if self._time is not None:
-            values[self._time] = context.get_time()
+    def _numbers(self, context: Any, by_inputs: bool) -> list:
+        """Time, state, input and parameters in a context, as `_all_variables`; the input only if it counts."""
         state, inputs, parameters = self._variables
+        numbers = [] if self._time is None else [context.get_time()]
         if state:
             x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()
-            values.update(zip(state, x.CopyToVector()))
-        if inputs and any(v.get_id() in used for v in inputs):
-            values.update(zip(inputs, self.get_input_port(0).Eval(context)))
+            numbers += x.CopyToVector().tolist()
+        if inputs:
+            numbers += self.get_input_port(0).Eval(context).tolist() if by_inputs else [0.0] * len(inputs)
         if parameters:
-            values.update(zip(parameters, context.get_numeric_parameter(0).CopyToVector()))
-        return {k: v for k, v in values.items() if k.get_id() in used}
-
-    def _evaluate(self, context: Any, expressions: list) -> list:
-        used = {v.get_id() for e in expressions for v in _variables_of(e)}
-        values = self._values(context, used)
-        return [_at(e, values) for e in expressions]
+            numbers += context.get_numeric_parameter(0).CopyToVector().tolist()
+        return numbers
 
     def _calc(self, context: Any, output: Any) -> None:
-        output.SetFromVector(self._evaluate(context, self._output))
+        output.SetFromVector(self._functions[1].at(self._numbers(context, self._functions[1].by_inputs)))
 
     def _update(self, context: Any, x_next: Any) -> None:
-        x_next.set_value(self._evaluate(context, self._dynamics))
+        x_next.set_value(self._functions[0].at(self._numbers(context, self._functions[0].by_inputs)))
 
     def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
-        derivatives.SetFromVector(self._evaluate(context, self._dynamics))
+        derivatives.SetFromVector(self._functions[0].at(self._numbers(context, self._functions[0].by_inputs)))
+
+    def _motion_and_slopes(
+        self, context: Any, x: np.ndarray, u: np.ndarray, i: int | None, j: int | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        functions = [f for f, wanted in zip(self._functions, (len(x), j is not None)) if wanted]
+        numbers = self._numbers(context, i is not None or any(f.by_inputs for f in functions))
+        begin = self._time is not None
+        end = begin + len(self._variables[0]) + (len(self._variables[1]) if i is not None else 0)
+        values = [f.at(numbers) for f in functions]
+        slopes = [f.slopes(numbers)[:, begin:end] for f in functions]
+        return (np.concatenate(values), np.concatenate(slopes)) if functions else (u[:0], np.zeros((0, end - begin)))
+
+
+class _Function:
+    """Expressions as a function of all variables of a system.
+
+    Args:
+        expressions: Expressions, variables or numbers.
+        variables: Time, state, input, parameters.
+        inputs: Those of the input.
+    """
+
+    def __init__(self, expressions: list, variables: list, inputs: list):
+        from sheldrake.symbolic import Expression
+        from sheldrake.symbolic._compiled import Compiled
+
+        self._expressions = [Expression(e) for e in expressions]
+        self._variables, self._plain = variables, Compiled(self._expressions, variables)
+        self._slopes: Any = None
+        used = {v.get_id() for e in expressions for v in _variables_of(e)}
+        self.by_inputs = any(v.get_id() in used for v in inputs)
+        self._used = [v.get_id() in used for v in variables]
+
+    def at(self, numbers: list) -> Any:
+        """The values, of floats, dual numbers or expressions."""
+        from sheldrake.common._scalars import autodiff_class, expression_class
+
+        kinds = {type(x) for x, used in zip(numbers, self._used) if used}
+        if autodiff_class() in kinds:
+            plain = [x.value() if hasattr(x, "derivatives") else float(x) for x in numbers]
+            duals = [(k, x.derivatives()) for k, x in enumerate(numbers) if hasattr(x, "derivatives")]
+            moving = [(k, d) for k, d in duals if len(d)]
+            values = self._plain(plain)
+            if not moving:
+                return [autodiff_class()(v) for v in values]
+            slopes = self.slopes(plain)[:, [k for k, _ in moving]] @ np.array([d for _, d in moving])
+            return [autodiff_class()(v, slope) for v, slope in zip(values, slopes)]
+        if expression_class() in kinds:
+            at = {v: expression_class()(x) for v, x, used in zip(self._variables, numbers, self._used) if used}
+            return [e.Substitute(at) for e in self._expressions]
+        for v, x, used in zip(self._variables, numbers, self._used):
+            if used and x != x:
+                raise RuntimeError(f"SymbolicVectorSystem: the value of {v} is nan.")
+        return np.array(self._plain(numbers), dtype=float)
+
+    def slopes(self, numbers: list[float]) -> np.ndarray:
+        """Derivatives by all variables, shape (expressions, variables)."""
+        from sheldrake.symbolic import Jacobian
+        from sheldrake.symbolic._compiled import Compiled
+
+        shape = len(self._expressions), len(self._variables)
+        if self._slopes is None:
+            self._slopes = Compiled(Jacobian(self._expressions, self._variables).ravel(), self._variables)
+        return np.array(self._slopes(numbers), dtype=float).reshape(shape)
 
 
 def _variables_of(expression: Any) -> list:
     if hasattr(expression, "GetVariables"):
         return list(expression.GetVariables())
     return [expression] if hasattr(expression, "get_id") else []
-
-
-def _at(expression: Any, values: dict) -> Any:
-    """An expression where its variables have these values: floats, dual numbers or expressions."""
-    from sheldrake.common._scalars import autodiff_class, expression_class
-
-    if not isinstance(expression, expression_class()):
-        expression = expression_class()(expression)
-    if all(isinstance(v, (float, int)) for v in values.values()):
-        return expression.Evaluate(values)
-    if any(isinstance(v, autodiff_class()) for v in values.values()):
-        plain = {k: v.value() if hasattr(v, "derivatives") else float(v) for k, v in values.items()}
-        slopes: Any = 0.0
-        for variable, value in values.items():
-            if hasattr(value, "derivatives") and len(value.derivatives()):
-                slopes = slopes + expression.Differentiate(variable).Evaluate(plain) * value.derivatives()
-        number = expression.Evaluate(plain)
-        return autodiff_class()(number) if np.ndim(slopes) == 0 else autodiff_class()(number, slopes)
-    return expression.Substitute({k: expression_class()(v) for k, v in values.items()})
