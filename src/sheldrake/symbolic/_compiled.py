@@ -70,7 +70,8 @@ def compiled(
     order = nodes(*expressions)
     if len(order) > _MOST_PARTS:
         return None
-    lines, names = [], {}
+    lines: list[str] = []
+    names: dict[int, str] = {}
     for e in order:
         text = _text_of(e, names, places)
         if text is None:

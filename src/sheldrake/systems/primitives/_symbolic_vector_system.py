@@ -161,7 +161,7 @@ class _Function:
 
         shape = len(self._expressions), len(self._variables)
         if self._slopes is None:
-            self._slopes = Compiled(Jacobian(self._expressions, self._variables).ravel(), self._variables)
+            self._slopes = Compiled(Jacobian(self._expressions, self._variables).ravel().tolist(), self._variables)
         return np.array(self._slopes(numbers), dtype=float).reshape(shape)
 
 
