@@ -18,7 +18,8 @@ def some_expressions():
         x + 2.0 * y - 3.5, x * y * z, x**2 / (y**2 + 1), sym.sin(x) * sym.cos(y) + sym.tan(z), sym.exp(x * y),
         sym.sqrt(x**2 + 1) ** 3, sym.log(x**2 + 2), sym.atan2(x, y), sym.min(x, y) - sym.max(y, z), sym.abs(x - y),
         sym.asin(x / 10) + sym.acos(y / 10) + sym.atan(z), sym.sinh(x) + sym.cosh(y) - sym.tanh(z),
-        sym.ceil(3 * x) + sym.floor(3 * y), sym.pow(x**2 + 1, y), -x, sym.Expression(2.5), sym.Expression(x), x**-2, -1e300 * x,
+        sym.ceil(3 * x) + sym.floor(3 * y), sym.pow(x**2 + 1, y), -x, sym.Expression(2.5),
+        sym.Expression(x), x**-2, -1e300 * x,
     ]  # fmt: skip
 
 
