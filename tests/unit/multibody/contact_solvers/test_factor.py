@@ -53,7 +53,7 @@ class Island:
             contacts.J[3 * c : 3 * c + 3, : len(dofs)] = J
             X = rng.normal(size=(3, 3))
             G = X @ X.T
-            contacts.state[c, columns.G_XX :] = G[0, 0], G[0, 1], G[1, 1], G[0, 2], G[1, 2], G[2, 2]
+            contacts.state[c, columns.G_XX : columns.DUAL_X] = G[0, 0], G[0, 1], G[1, 1], G[0, 2], G[1, 2], G[2, 2]
             self.H[np.ix_(dofs, dofs)] += J.T @ G @ J
         for r, (a, b) in enumerate(row_pairs):
             dofs = self._put(rows.index, r, columns.ROW_DOFS, a, b, first, sizes)

@@ -99,6 +99,29 @@ def test_full_steps_and_line_searches_find_the_same_minimum(name):
         np.testing.assert_allclose(results[0], results[1], atol=1e-9)
 
 
+def sliding_problem(seed, settle):
+    """Free bodies that slide fast at first, and hardly at all in the end."""
+    problem = RandomProblem(
+        np.random.default_rng(seed), sizes=(6,) * 12, contacts=40, settle=settle, relative_tolerance=1e-9
+    )
+    problem.work.problem.x[columns.V_STAR] *= 1e-3
+    problem.work.problem.x[columns.P_STAR] = problem.A @ (problem.work.problem.x[columns.V_STAR] - problem.v0)
+    problem.work.contacts.law[:40, 4] = 1e-2
+    assert problem.solve() == codes.SOLVED
+    return problem
+
+
+def test_friction_duals_save_iterations_and_change_no_solution():
+    """Less than two thirds of the iterations of Newton's method with a line search, for the same velocities."""
+    iterations = {False: 0, True: 0}
+    for seed in range(10):
+        found = {settle: sliding_problem(seed, settle) for settle in iterations}
+        for settle, problem in found.items():
+            iterations[settle] += problem.work.problem.count[columns.ITERATIONS]
+        np.testing.assert_allclose(found[True].v, found[False].v, atol=1e-6)
+    assert iterations[True] < 0.67 * iterations[False]
+
+
 def test_where_steps_settle_sap_expects_the_slip_it_ends_with():
     """A mass that slides on the spring that carries it: Drake's lifts off at mu vt, ours stays."""
     for settle, rises in ((True, 0.0), (False, 0.5)):

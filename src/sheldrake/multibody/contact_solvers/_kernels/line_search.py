@@ -81,13 +81,6 @@ def constraint_slope(model, problem, contacts, rows, alpha):
     return slope, curvature
 
 
-@kernel
-def full_step_does(model, problem, contacts, rows, slope0, slope_A, curvature_A):
-    """1 when the slope of the cost at alpha = 1 is a tenth of what it was, or negative: no search is needed; else 0."""
-    slope, _ = constraint_slope(model, problem, contacts, rows, 1.0 + 0.0 * slope0)
-    return 1 if slope + slope_A + curvature_A <= -FULL_STEP * slope0 else 0
-
-
 @kernel(outline=True)
 def line_search(model, problem, contacts, rows, slope0, slope_A, curvature_A, momentum_cost, cost0):
     """Step length in (0, 1.5].

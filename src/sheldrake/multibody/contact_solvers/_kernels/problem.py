@@ -53,8 +53,8 @@ class Contacts(NamedTuple):
         index: Shape (capacity, 4 + width): `WIDTH`, `TREE_A`, `TREE_B`, `ORDER`, then the dofs that move it.
         J: Shape (3 capacity, width): rows 3 c .. 3 c + 2, a column for each of those dofs.
         law: Numbers of the contact law, shape (capacity, 9), columns `STIFFNESS` .. `DELASSUS`.
-        state: Shape (capacity, 15): vc [m/s] (3), its change along the search direction (3), gamma [N s] (3),
-            G = -dgamma/dvc [kg] as xx, xy, yy, xz, yz, zz (6).
+        state: Shape (capacity, 17): vc [m/s] (3), its change along the search direction (3), gamma [N s] (3),
+            G = -dgamma/dvc [kg] as xx, xy, yy, xz, yz, zz (6), the dual of friction (2, see `friction_dual`).
     """
 
     index: IntMatrix
@@ -207,7 +207,9 @@ G_YY = np.int64(11)
 G_XZ = np.int64(12)
 G_YZ = np.int64(13)
 G_ZZ = np.int64(14)
-NUM_STATE = 15
+DUAL_X = np.int64(15)
+DUAL_Y = np.int64(16)
+NUM_STATE = 17
 
 # Rows.law
 ROW_R = np.int64(0)

@@ -10,6 +10,7 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.elimination import number_in_order
+from sheldrake.multibody.contact_solvers._kernels.gradient import mul_A
 from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
 from sheldrake.multibody.contact_solvers._kernels.line_search import magnitude
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -55,7 +56,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     P,
     V,
 )
-from sheldrake.multibody.contact_solvers._kernels.sap import mul_A
 from sheldrake.multibody.contact_solvers._kernels.status import FACTOR_CAPACITY, SOLVED, TAMSI_FAILED
 from sheldrake.multibody.contact_solvers._kernels.tamsi_limit import TOLERANCE, root, step_limit
 from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities
