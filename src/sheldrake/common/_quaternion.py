@@ -10,18 +10,8 @@ from sheldrake.common import _rotations as rotations
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Overload, overload
-from sheldrake.common._scalars import (
-    ScalarBase,
-    ScalarTemplate,
-    acos,
-    as_array,
-    matrix,
-    new_array,
-    scalar,
-    select,
-    sin,
-    vector,
-)
+from sheldrake.common._scalar_math import acos, select, sin
+from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, matrix, new_array, scalar, vector
 from sheldrake.common._turning import check_unit, only_argument, turn
 
 

@@ -7,7 +7,8 @@ from typing import Any
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import incompatible
-from sheldrake.common._scalars import Mismatch, all_of, any_array, scalar_types, select
+from sheldrake.common._scalar_math import all_of, select
+from sheldrake.common._scalars import Mismatch, any_array, scalar_types
 
 _TWO_32 = 4294967296.0
 

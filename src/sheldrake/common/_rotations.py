@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._scalars import all_of, atan2, cos, new_array, select, sin, sqrt
+from sheldrake.common._scalar_math import all_of, atan2, cos, select, sin, sqrt
+from sheldrake.common._scalars import new_array
 
 
 def norm2(x: Any, y: Any, z: Any, w: Any) -> Any:

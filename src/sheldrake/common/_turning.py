@@ -8,13 +8,8 @@ import numpy as np
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import incompatible
-from sheldrake.common._scalars import (
-    Mismatch,
-    any_array,
-    as_array,
-    is_symbolic,
-    sqrt,
-)
+from sheldrake.common._scalar_math import sqrt
+from sheldrake.common._scalars import Mismatch, any_array, as_array, is_symbolic
 
 TOLERANCE = 1e-5  # how far from a unit quaternion, unit axis or rotation an argument may be, as in pydrake
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._rotations import quaternion_product
-from sheldrake.common._scalars import all_of, as_array, at_most, is_symbolic, select, sqrt
+from sheldrake.common._scalar_math import all_of, at_most, select, sqrt
+from sheldrake.common._scalars import as_array, is_symbolic
 from sheldrake.common.eigen_geometry import Quaternion_
 
 __all__ = [

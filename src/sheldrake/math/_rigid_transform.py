@@ -13,17 +13,14 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, incompatible, kind, overload
+from sheldrake.common._scalar_math import all_equal, all_of, at_most, largest_magnitude
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
-    all_equal,
-    all_of,
     any_array,
     as_array,
-    at_most,
     frozen,
     is_symbolic,
-    largest_magnitude,
     matrix,
     scalar,
     vector,

@@ -11,20 +11,15 @@ from sheldrake.common import _rotations as rotations
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Overload, overload
+from sheldrake.common._scalar_math import all_of, atan2, cos, select, sin, sqrt
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
-    all_of,
     as_array,
-    atan2,
-    cos,
     is_symbolic,
     matrix,
     new_array,
     scalar,
-    select,
-    sin,
-    sqrt,
     vector,
 )
 from sheldrake.common.eigen_geometry import Quaternion_

@@ -13,22 +13,16 @@ from sheldrake.common import _rotations as rotations
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, incompatible, overload
+from sheldrake.common._scalar_math import all_equal, all_of, at_most, cos, largest_magnitude, sin, sqrt
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
-    all_equal,
-    all_of,
     any_array,
     as_array,
-    at_most,
-    cos,
     identity,
     is_symbolic,
-    largest_magnitude,
     matrix,
     scalar,
-    sin,
-    sqrt,
     vector,
 )
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._scalars import acos, as_scalar, atan2, is_symbolic, select, sin, sqrt
+from sheldrake.common._scalar_math import acos, atan2, select, sin, sqrt
+from sheldrake.common._scalars import as_scalar, is_symbolic
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
 from sheldrake.math import RigidTransform_, RotationMatrix_
 from sheldrake.trajectories._base import holds

@@ -6,7 +6,8 @@ import bisect
 import itertools
 from typing import Any
 
-from sheldrake.common._scalars import all_of, is_symbolic
+from sheldrake.common._scalar_math import all_of
+from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
 
 EPSILON_TIME = 2.220446049250313e-16

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, overload
+from sheldrake.common._scalar_math import largest_magnitude
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
@@ -17,7 +18,6 @@ from sheldrake.common._scalars import (
     as_array,
     as_scalar,
     is_symbolic,
-    largest_magnitude,
     new_array,
     scalar,
     vector,

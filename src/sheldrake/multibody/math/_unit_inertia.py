@@ -8,7 +8,8 @@ import numpy as np
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Overload, overload
-from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, sqrt, vector
+from sheldrake.common._scalar_math import sqrt
+from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, vector
 from sheldrake.multibody.math._retired_arguments import retired_arguments
 from sheldrake.multibody.math._rotational_inertia import RotationalInertia, RotationalInertia_, point_mass
 

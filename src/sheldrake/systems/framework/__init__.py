@@ -1,7 +1,8 @@
 """Systems, diagrams, contexts, ports, events: the framework that models are built in."""
 
 from sheldrake.systems.framework._cache import CacheEntry, CacheEntryValue, ValueProducer
-from sheldrake.systems.framework._context import Context, ContextBase, LeafContext
+from sheldrake.systems.framework._context import Context, LeafContext
+from sheldrake.systems.framework._context_base import ContextBase
 from sheldrake.systems.framework._diagram import Diagram
 from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 from sheldrake.systems.framework._event import (
@@ -38,16 +39,11 @@ from sheldrake.systems.framework._port import FixedInputPortValue, InputPort, Le
 from sheldrake.systems.framework._port_values import BusValue, SystemOutput
 from sheldrake.systems.framework._saving import LoadContext, SaveContext
 from sheldrake.systems.framework._scalar_conversion import SystemScalarConverter
+from sheldrake.systems.framework._state import Parameters, State
 from sheldrake.systems.framework._system import System, SystemVisitor
 from sheldrake.systems.framework._system_base import SystemBase
 from sheldrake.systems.framework._templates import SystemTemplate
-from sheldrake.systems.framework._values import (
-    AbstractValues,
-    ContinuousState,
-    DiscreteValues,
-    Parameters,
-    State,
-)
+from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
 from sheldrake.systems.framework._vector import BasicVector, Subvector, Supervector, VectorBase
 from sheldrake.systems.framework._vector_system import VectorSystem
 

@@ -14,9 +14,11 @@ import numpy as np
 from sheldrake.common._overloads import expect
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import _context_text
+from sheldrake.systems.framework._context_base import ContextBase
+from sheldrake.systems.framework._state import Parameters, State
 from sheldrake.systems.framework._store import CONSTANT, CONTINUOUS, SAMPLED, Store
-from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues, Parameters, State
-from sheldrake.systems.framework._vector import BasicVector, lifted, plain
+from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
+from sheldrake.systems.framework._vector import BasicVector, converted
 
 
 class _Toucher:
@@ -29,72 +31,6 @@ class _Toucher:
 
     def __call__(self) -> None:
         self.store.touch(self.level, self.source)
-
-
-class ContextBase:
-    """What all contexts have in common: ports and the cache."""
-
-    _store: Store
-    _node: int
-    _system: Any
-    _place: Any
-    _kept: Any = None
-    """What the system keeps for this context, made of its memory; forgotten when the memory moves."""
-    _reads: dict[int, Any]
-    """Functions that read vector ports, by number; output ports count down from -1. Forgotten when the memory moves."""
-    _groups: list[BasicVector] | None = None
-    """The groups of discrete state, once they were asked for; forgotten when the memory moves."""
-
-    def __init__(self, *args: Any, **kwargs: Any):
-        raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
-
-    @classmethod
-    def _make(cls, store: Store, node: int, system: Any) -> Any:
-        context = object.__new__(cls)
-        context._store, context._node, context._system = store, node, system
-        context._place, context._reads = store.layout.places[node], {}
-        return context
-
-    def num_input_ports(self) -> int:
-        """How many input ports the system has."""
-        return self._system.num_input_ports()
-
-    def num_output_ports(self) -> int:
-        """How many output ports the system has."""
-        return self._system.num_output_ports()
-
-    def GetSystemName(self) -> str:
-        """Name of the system this context was made for."""
-        return self._system.get_name()
-
-    def GetSystemPathname(self) -> str:
-        """Path of the system this context was made for."""
-        return self._system.GetSystemPathname()
-
-    def DisableCaching(self) -> None:
-        """Computes everything anew whenever it is asked for."""
-        self._store.uncached = True
-        self._store.forget_readers()
-
-    def EnableCaching(self) -> None:
-        """Undoes `DisableCaching`."""
-        self._store.uncached = False
-
-    def SetAllCacheEntriesOutOfDate(self) -> None:
-        """Computes everything anew once."""
-        self._store.out_of_date()
-
-    def FreezeCache(self) -> None:
-        """Keeps all computed values as they are; what is out of date then raises."""
-        self._store.frozen = True
-
-    def UnfreezeCache(self) -> None:
-        """Undoes `FreezeCache`."""
-        self._store.frozen = False
-
-    def is_cache_frozen(self) -> bool:
-        """Whether `FreezeCache` is in force."""
-        return self._store.frozen
 
 
 class Context(ContextBase):
@@ -419,7 +355,7 @@ class Context(ContextBase):
         store, other = self._store, source._store
         for name in ("xc", "xd", "p"):
             numbers = other.S[slice(*getattr(its, name))]
-            store.S[slice(*getattr(mine, name))] = _converted(numbers, store.scalar)
+            store.S[slice(*getattr(mine, name))] = converted(numbers, store.scalar)
         for name, values, others in (
             ("abstract", store.abstract, other.abstract),
             ("abstract_parameters", store.parameters, other.parameters),
@@ -433,7 +369,7 @@ class Context(ContextBase):
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
         """Copies time, state and parameters of a context of the same system, or of one built alike."""
         self._must_be_root("SetTimeStateAndParametersFrom")
-        self._store.S[0] = _converted(source._store.S[:1], self._store.scalar)[0]
+        self._store.S[0] = converted(source._store.S[:1], self._store.scalar)[0]
         self.SetStateAndParametersFrom(source)
 
     def __str__(self) -> str:
@@ -458,10 +394,3 @@ def _scalar(store: Store, value: Any, call: str) -> Any:
         return float(value)
     except (TypeError, ValueError):
         raise TypeError(f"{call}(): incompatible function arguments: expected a number, got {value!r}") from None
-
-
-def _converted(values: np.ndarray, scalar: Any) -> np.ndarray:
-    """Values for a slab of another scalar: floats go in as they are, other scalars give their value."""
-    if scalar is float:
-        return values if values.dtype == float else np.array([plain(x) for x in values], float)
-    return lifted(np.array([x if isinstance(x, scalar) else plain(x) for x in values.tolist()], object), scalar)

@@ -93,7 +93,7 @@ class _Port:
                 return context._node
         except AttributeError:
             pass
-        from sheldrake.systems.framework._context import ContextBase
+        from sheldrake.systems.framework._context_base import ContextBase
 
         if not isinstance(context, ContextBase):
             raise TypeError(f"Eval(): incompatible function arguments: expected a Context, got {context!r}")

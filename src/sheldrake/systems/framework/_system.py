@@ -17,9 +17,10 @@ from sheldrake.systems.framework._index import PortDataType
 from sheldrake.systems.framework._layout import Layout
 from sheldrake.systems.framework._port_values import SystemOutput
 from sheldrake.systems.framework._scalar_conversion import ScalarConversion
+from sheldrake.systems.framework._state import State
 from sheldrake.systems.framework._store import Store, tree_of
 from sheldrake.systems.framework._system_ports import SystemPorts
-from sheldrake.systems.framework._values import ContinuousState, DiscreteValues, State
+from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
 
 @contextlib.contextmanager
