@@ -143,7 +143,8 @@ class Polynomial:
             tol: Largest difference; relative to the larger coefficient with `ToleranceType.kRelative`.
             tol_type: `ToleranceType.kAbsolute` (the default) or `kRelative`.
         """
-        from sheldrake.common._scalars import all_of, is_symbolic
+        from sheldrake.common._scalar_math import all_of
+        from sheldrake.common._scalars import is_symbolic
 
         n = max(self._c.size, other._c.size)
         relative = tol_type is not None and tol_type.name == "kRelative"

@@ -23,15 +23,7 @@ from sheldrake.solvers._constraints import (
     LinearEqualityConstraint,
     QuadraticConstraint,
 )
-from sheldrake.solvers._costs import (
-    ExpressionCost,
-    L1NormCost,
-    L2NormCost,
-    LinearCost,
-    LInfNormCost,
-    PerspectiveQuadraticCost,
-    QuadraticCost,
-)
+from sheldrake.solvers._costs import ExpressionCost, LinearCost, QuadraticCost
 from sheldrake.solvers._engines.augmented_lagrangian import AugmentedLagrangianNonsmooth, AugmentedLagrangianSmooth
 from sheldrake.solvers._engines.branch_and_bound import MixedIntegerBranchAndBound
 from sheldrake.solvers._engines.choose import (
@@ -83,6 +75,7 @@ from sheldrake.solvers._ids import (
 )
 from sheldrake.solvers._minimum_value import MinimumValueLowerBoundConstraint, MinimumValueUpperBoundConstraint
 from sheldrake.solvers._mixed_integer_rotation import MixedIntegerRotationConstraintGenerator
+from sheldrake.solvers._norm_costs import L1NormCost, L2NormCost, LInfNormCost, PerspectiveQuadraticCost
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
 from sheldrake.solvers._result import MathematicalProgramResult

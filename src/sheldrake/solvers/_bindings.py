@@ -16,6 +16,7 @@ from sheldrake.solvers import _constraints as constraints
 from sheldrake.solvers import _costs as costs
 from sheldrake.solvers import _evaluators as evaluators
 from sheldrake.solvers import _minimum_value as minimum_value
+from sheldrake.solvers import _norm_costs as norms
 
 
 class BindingBase:
@@ -81,10 +82,10 @@ _KINDS: list[type] = [
     evaluators.VisualizationCallback,
     costs.LinearCost,
     costs.QuadraticCost,
-    costs.L1NormCost,
-    costs.L2NormCost,
-    costs.LInfNormCost,
-    costs.PerspectiveQuadraticCost,
+    norms.L1NormCost,
+    norms.L2NormCost,
+    norms.LInfNormCost,
+    norms.PerspectiveQuadraticCost,
     costs.ExpressionCost,
     constraints.LinearConstraint,
     constraints.LinearEqualityConstraint,

@@ -50,6 +50,7 @@ from sheldrake.symbolic._functions import (
     tanh,
     uninterpreted_function,
 )
+from sheldrake.symbolic._gram import CalcPolynomialWLowerTriangularPart
 from sheldrake.symbolic._kinds import ExpressionKind, FormulaKind
 from sheldrake.symbolic._latex import ToLatex
 from sheldrake.symbolic._linear import (
@@ -75,13 +76,10 @@ from sheldrake.symbolic._monomial import (
     MonomialBasis,
     OddDegreeMonomialBasis,
 )
-from sheldrake.symbolic._polynomial import (
-    CalcPolynomialWLowerTriangularPart,
-    Polynomial,
-    SubstituteAndExpandCacheData,
-)
+from sheldrake.symbolic._polynomial import Polynomial
 from sheldrake.symbolic._rational import RationalFunction
 from sheldrake.symbolic._sin_cos import SinCos, SinCosSubstitutionType, SubstituteStereographicProjection
+from sheldrake.symbolic._substitute_and_expand import SubstituteAndExpandCacheData
 from sheldrake.symbolic._sympy import from_sympy, to_sympy
 from sheldrake.symbolic._variable import (
     MakeMatrixBinaryVariable,

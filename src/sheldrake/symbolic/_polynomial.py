@@ -15,6 +15,7 @@ from sheldrake.symbolic._arguments import by_variable, expression, variable, var
 from sheldrake.symbolic._decompose import add_to, is_zero
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
+from sheldrake.symbolic._substitute_and_expand import SubstituteAndExpandCacheData, substituted
 from sheldrake.symbolic._traverse import (
     is_polynomial,
     numbers_by_variable,
@@ -24,17 +25,6 @@ from sheldrake.symbolic._traverse import (
     variables_of,
 )
 from sheldrake.symbolic._variable import Variable, Variables
-
-
-class SubstituteAndExpandCacheData:
-    """What `Polynomial.SubstituteAndExpand` found for monomials, kept for calls with the same substitution."""
-
-    def __init__(self) -> None:
-        self._data: dict[Monomial, Polynomial] = {}
-
-    def get_data(self) -> dict[Monomial, Polynomial]:
-        """Returns what each monomial becomes."""
-        return self._data
 
 
 def _expressions_of(map: Mapping[Monomial, Any]) -> dict[Monomial, Expression]:
@@ -272,7 +262,7 @@ class Polynomial:
         cache.setdefault(Monomial(), Polynomial._of({Monomial(): _build.ONE}))
         out: dict[Monomial, Expression] = {}
         for m, c in self._map.items():
-            for n, d in _substituted(m, indeterminate_substitution, cache)._map.items():
+            for n, d in substituted(m, indeterminate_substitution, cache)._map.items():
                 add_to(out, n, _build.multiply(c, d))
         return Polynomial._of(_decompose.expanded(out))
 
@@ -393,41 +383,3 @@ class Polynomial:
 
     def __repr__(self) -> str:
         return f'<Polynomial "{self}">'
-
-
-def _substituted(m: Monomial, places: dict[Variable, Polynomial], cache: dict[Monomial, Polynomial]) -> Polynomial:
-    """What a monomial becomes: one factor times what the rest becomes."""
-    if m not in cache:
-        v, n = next(iter(m._powers.items()))
-        if m.total_degree() == 1:
-            cache[m] = places[v].Expand()
-        else:
-            rest = Monomial({**m._powers, v: n - 1})
-            factor = _substituted(Monomial(v), places, cache)
-            cache[m] = (factor * _substituted(rest, places, cache)).Expand()
-    return cache[m]
-
-
-def CalcPolynomialWLowerTriangularPart(monomial_basis: Any, gram_lower: Any) -> Polynomial:
-    """Returns m' Q m for a vector of monomials m and a symmetric matrix Q, given by the columns of its lower half.
-
-    Args:
-        monomial_basis: Shape `(n,)`.
-        gram_lower: Numbers, variables or expressions, shape `(n * (n + 1) / 2,)`.
-
-    Raises:
-        RuntimeError: the lengths do not fit.
-    """
-    basis, lower = list(monomial_basis), list(gram_lower)
-    n = len(basis)
-    if len(lower) != n * (n + 1) // 2:
-        raise RuntimeError(
-            f"CalcPolynomialWLowerTriangularPart(): {n} monomials need {n * (n + 1) // 2} numbers, got {len(lower)}."
-        )
-    out: dict[Monomial, Expression] = {}
-    entries = iter(lower)
-    for j in range(n):
-        for i in range(j, n):
-            c = _build.expect("CalcPolynomialWLowerTriangularPart", next(entries))
-            add_to(out, basis[i] * basis[j], c if i == j else _build.scale(2.0, c))
-    return Polynomial._of(out)

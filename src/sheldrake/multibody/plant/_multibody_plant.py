@@ -20,19 +20,19 @@ from sheldrake.multibody.plant._dynamics import Dynamics
 from sheldrake.multibody.plant._enums import DiscreteContactApproximation
 from sheldrake.multibody.plant._explain_contact import ContactInWords
 from sheldrake.multibody.plant._finalize import Finalization
+from sheldrake.multibody.plant._force_registration import ForceRegistration
 from sheldrake.multibody.plant._free_bodies import FreeBodies
 from sheldrake.multibody.plant._geometry import PlantGeometry
 from sheldrake.multibody.plant._ports import Ports
 from sheldrake.multibody.plant._queries import Queries
 from sheldrake.multibody.plant._reactions import Reactions
-from sheldrake.multibody.plant._registration import Registration
 from sheldrake.multibody.plant._state import State
 from sheldrake.multibody.plant._topology import Topology
 from sheldrake.systems.framework import BasicVector, LeafSystem
 
 
 class MultibodyPlant(
-    Registration, PlantGeometry, Constraints, ContactSettings, Finalization, Topology, ContextAccess, State,
+    ForceRegistration, PlantGeometry, Constraints, ContactSettings, Finalization, Topology, ContextAccess, State,
     FreeBodies, Queries, Dynamics, AppliedForces, DiscreteUpdate, ContinuousDynamics, Reactions, ContactInWords, Ports,
     LeafSystem,
 ):  # fmt: skip

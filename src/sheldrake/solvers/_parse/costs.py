@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from sheldrake.solvers._bindings import bind
-from sheldrake.solvers._costs import ExpressionCost, L2NormCost, LinearCost, PolynomialCost, QuadraticCost
+from sheldrake.solvers._costs import ExpressionCost, LinearCost, PolynomialCost, QuadraticCost
 from sheldrake.solvers._evaluators import Cost
+from sheldrake.solvers._norm_costs import L2NormCost
 from sheldrake.solvers._parse.coefficients import coefficients, quadratic
 from sheldrake.symbolic import DecomposeL2NormExpression, Expression
 from sheldrake.symbolic import _kinds as k
