@@ -57,7 +57,7 @@ class Chromium:
             command += ["--proxy-server=127.0.0.1:9", "--proxy-bypass-list=<-loopback>"]
         silent = subprocess.DEVNULL
         self._process = subprocess.Popen([*command, "about:blank"], stdout=silent, stderr=silent)
-        self._port = self._wait_for_port()
+        self._address = f"http://127.0.0.1:{self._wait_for_port()}"
         self._pages = []
 
     def _wait_for_port(self):
@@ -70,19 +70,29 @@ class Chromium:
             time.sleep(0.05)
         raise TimeoutError("chromium did not start")
 
-    def open(self, url, script=""):
+    def open(self, url, script="", is_shown=True):
         """Opens a page in a new tab; a script runs before the page's own, in its frames too."""
-        request = urllib.request.Request(f"http://127.0.0.1:{self._port}/json/new?about:blank", method="PUT")
-        target = json.load(urllib.request.urlopen(request))
-        page = Page(target["webSocketDebuggerUrl"])
+        page = Page(self._new_tab() if is_shown else self._tab_behind())
         self._pages.append(page)
         page.call("Page.enable")
         page.call("Runtime.enable")
         page.call("Network.enable")
         page.call("Page.addScriptToEvaluateOnNewDocument", source=script)
-        page.call("Page.bringToFront")
+        if is_shown:
+            page.call("Page.bringToFront")
         page.call("Page.navigate", url=url)
         return page
+
+    def _new_tab(self):
+        request = urllib.request.Request(f"{self._address}/json/new?about:blank", method="PUT")
+        return json.load(urllib.request.urlopen(request))["webSocketDebuggerUrl"]
+
+    def _tab_behind(self):
+        """A tab that was never in front."""
+        browser = Page(json.load(urllib.request.urlopen(f"{self._address}/json/version"))["webSocketDebuggerUrl"])
+        number = browser.call("Target.createTarget", url="about:blank", background=True)["targetId"]
+        browser.close()
+        return f"{self._address.replace('http', 'ws')}/devtools/page/{number}"
 
     def close_pages(self):
         """Closes all tabs that open() made."""

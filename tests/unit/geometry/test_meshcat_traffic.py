@@ -1,5 +1,6 @@
 """Many pages, slow pages, long sessions: what a Meshcat's server does under traffic, seen by bare websocket clients."""
 
+import contextlib
 import gc
 import mmap
 import threading
@@ -81,6 +82,41 @@ def test_a_page_that_never_reads_holds_up_nobody(meshcat):
             meshcat._hub.page.sync()
             receive_until(page, height_is(float(k)))
         assert len(buffer.message_from_id) < 200, "what is outdated is not kept for who does not read"
+    stalled.close()
+
+
+def test_a_page_that_never_reads_is_let_go_before_much_is_kept_for_it(meshcat):
+    """What comes and goes under ever new names, while one page reads along and one reads nothing."""
+    meshcat.SetObject("box", Box(1, 1, 1))
+    kept = meshcat._hub.server._websock_server._broadcast_buffer.message_from_id
+    stalled, sizes, over = Stalled(meshcat), [], threading.Event()
+    with join(meshcat, max_size=None) as page:
+        receive_until(page, done)
+        wait_until(lambda: meshcat.GetNumActiveConnections() == 2)
+
+        def read():
+            while not over.is_set():
+                with contextlib.suppress(TimeoutError):
+                    page.recv(timeout=0.2)
+
+        reader = threading.Thread(target=read)
+        reader.start()
+        letters = np.random.default_rng(1)
+        for k in range(6000):
+            name = letters.bytes(1000).hex()  # soon more than the sockets hold
+            meshcat.SetObject(name, Box(1, 1, 1))
+            meshcat._hub.page.sync()
+            meshcat.Delete(name)
+            meshcat._hub.page.sync()
+            sizes.append(len(kept))
+            if k % 20 == 0:
+                time.sleep(0.01)  # the page reads up
+        over.set()
+        reader.join()
+        assert meshcat.GetNumActiveConnections() == 1, "the page that reads stays"
+    assert 1000 < max(sizes) < 5000, max(sizes)
+    with join(meshcat) as again:
+        assert any(m["type"] == "BoxMessage" and m["name"] == "/drake/box/<object>" for m in receive_until(again, done))
     stalled.close()
 
 

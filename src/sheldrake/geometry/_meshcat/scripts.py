@@ -35,10 +35,54 @@ GRID_BEHIND = """
 """
 EVERY_PAGE = NO_SHADOWS_IN_SOFTWARE + GRID_BEHIND
 
+# A page that does not draw still gets messages. viser's applies them at once where the tab is hidden. In a frame out of
+# sight, as of a notebook scrolled away, it would keep them for the next picture, and in a tab that was never shown for
+# the first: too many are applied at once here; where nothing can be applied yet they are dropped, and the first picture
+# begins with the whole scene anew ("retry" connects the page's worker again).
+KEEP_UP = """
+(() => {
+  const own = (window.__sheldrake = window.__sheldrake || { channel: null, keys: [] });
+  const most = own.most || 20000, mostBytes = 64e6;
+  let worker = null, bytes = 0, dropped = false;
+  const post = Worker.prototype.postMessage;
+  Worker.prototype.postMessage = function (message, ...rest) {
+    if (message && message.type === "set_server") worker = this;
+    return post.call(this, message, ...rest);
+  };
+  const size = (message) => Object.values(message.props || {}).reduce((n, v) => n + ((v && v.byteLength) || 0), 0);
+  const watch = (viewer) => {
+    const queue = viewer.messageQueue;
+    queue.push = (message) => {
+      if (!queue.length) bytes = 0;
+      bytes += size(message);
+      if (dropped || queue.length >= most || bytes > mostBytes) {
+        if (!viewer.drainMessageQueue) {
+          queue.length = 0;
+          dropped = true;
+          return 0;
+        }
+        if (!dropped && viewer.getRenderRequestState === "ready") viewer.drainMessageQueue();
+      }
+      return Array.prototype.push.call(queue, message);
+    };
+  };
+  let watched = null;
+  setInterval(() => {
+    const viewer = window.__viserMutable;
+    if (viewer && watched !== viewer.messageQueue) watch(viewer, (watched = viewer.messageQueue));
+    if (dropped && viewer.drainMessageQueue) {
+      dropped = false;
+      worker.postMessage({ type: "retry" });
+    }
+  }, 200);
+})();
+"""
+
 # Keys of any name, gamepads, and saying that this page's camera is to be reported. They are told through a
 # text field that nobody sees, "the channel"; Controls._send_keys() says which it is and which keys count.
 LIVE_PAGE = (
     EVERY_PAGE
+    + KEEP_UP
     + """
 (() => {
   const own = (window.__sheldrake = window.__sheldrake || { channel: null, keys: [] });

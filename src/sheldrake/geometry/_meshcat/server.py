@@ -252,11 +252,15 @@ def start_viser(listener: socket.socket, site: Site) -> Any:
 class Sweeper:
     """Has a server forget what it keeps for late joiners about things that are gone.
 
+    That something is gone is kept until every page has read it. A page that reads nothing any more is let go before
+    that becomes much; when it wakes up it connects again and gets the scene as it is then.
+
     Args:
         server: A viser.ViserServer.
     """
 
     _ROOM = 256  # messages, besides as many as there were after the last sweep
+    _HELD_BACK = 2000  # messages about what is gone, kept for the slowest page
 
     def __init__(self, server: Any):
         self._server = server
@@ -267,7 +271,21 @@ class Sweeper:
         """Sweeps when there is more than twice of what was needed the last time."""
         if len(self._buffer.message_from_id) > 2 * self._kept + self._ROOM:
             self._server._run_garbage_collector()
+            self._let_go_of_stalled_pages()
             self._kept = len(self._buffer.message_from_id)
+
+    def _let_go_of_stalled_pages(self) -> None:
+        buffer, server = self._buffer, self._server._websock_server
+        with buffer.buffer_lock:
+            gone = [n for n, message in buffer.message_from_id.items() if message.lifecycle_phase == "remove"]
+        if len(gone) <= self._HELD_BACK:
+            return
+        middle = gone[len(gone) // 2]
+        for client, cursor in list(buffer.generator_cursors.items()):
+            connection = server._live_connections.get(client)
+            if cursor < middle and connection is not None:
+                log.info("closed the connection of a page that does not read")
+                self._server.get_event_loop().call_soon_threadsafe(connection.transport.abort)
 
     def drop(self, message: Any) -> None:
         """Forgets one message."""
