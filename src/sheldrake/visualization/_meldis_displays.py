@@ -17,6 +17,7 @@ from sheldrake.lcm._point_cloud_messages import lcmt_point_cloud, lcmt_point_clo
 from sheldrake.lcm._viewer_messages import lcmt_viewer_draw
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.meshcat import ContactVisualizerParams
+from sheldrake.multibody.meshcat._contact_items import fan, name_of_side
 from sheldrake.multibody.meshcat._hydroelastic_arrows import (
     _HydroelasticContactVisualizer,
     _HydroelasticContactVisualizerItem,
@@ -85,7 +86,7 @@ def _surface_item(surface: lcmt_hydroelastic_contact_surface_for_viz) -> _Hydroe
         ring = data[at + 1 : at + 1 + data[at]]
         if len(ring) != data[at] or len(ring) < 3 or min(ring) < 0 or max(ring) >= surface.num_vertices:
             raise ValueError(f"a contact surface of {surface.num_vertices} vertices has the polygon {ring}")
-        faces += [(ring[0], ring[i], ring[i + 1]) for i in range(1, len(ring) - 1)]
+        faces += fan(ring)
         at += 1 + len(ring)
     return _HydroelasticContactVisualizerItem(
         _side(surface, 1),
@@ -100,13 +101,11 @@ def _surface_item(surface: lcmt_hydroelastic_contact_surface_for_viz) -> _Hydroe
 
 
 def _side(surface: lcmt_hydroelastic_contact_surface_for_viz, i: int) -> str:
-    """Name of a body in contact; also its model's and its geometry's where it has others."""
-    name = getattr(surface, f"body{i}_name")
-    if not getattr(surface, f"body{i}_unique"):
-        name = f"{getattr(surface, f'model{i}_name')}.{name}"
-    if getattr(surface, f"collision_count{i}") > 1:
-        name = f"{name}.{getattr(surface, f'geometry{i}_name').rpartition('::')[2]}"
-    return name
+    return name_of_side(
+        getattr(surface, f"body{i}_name"),
+        None if getattr(surface, f"body{i}_unique") else getattr(surface, f"model{i}_name"),
+        getattr(surface, f"geometry{i}_name") if getattr(surface, f"collision_count{i}") > 1 else None,
+    )
 
 
 class CloudDisplay:

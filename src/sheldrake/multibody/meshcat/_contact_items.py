@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,23 @@ from sheldrake.multibody.plant import ContactResults
 
 from ._hydroelastic_arrows import _HydroelasticContactVisualizerItem
 from ._point_contact_arrows import _PointContactVisualizerItem
+
+
+def name_of_side(body: str, model: str | None, geometry: str | None) -> str:
+    """The name of one side of a contact: that of a body, with its model's and its geometry's where they are needed.
+
+    Args:
+        body: Name of the body.
+        model: Name of its model instance; None where no other body is called so.
+        geometry: Name of its geometry, scoped or not; None where it is the body's only one.
+    """
+    own = None if geometry is None else geometry.rpartition("::")[2]
+    return ".".join(part for part in (model, body, own) if part is not None)
+
+
+def fan(ring: Sequence[int]) -> list[tuple[int, int, int]]:
+    """The triangles of a polygon, all with its first vertex."""
+    return [(ring[0], ring[i], ring[i + 1]) for i in range(1, len(ring) - 1)]
 
 
 class Names:
@@ -36,13 +54,13 @@ class Names:
     def _find(self, index: Any, geometry: Any) -> str:
         plant = self._plant
         body = plant.get_body(index)
-        name = body.name()
-        if plant.NumBodiesWithName(name) > 1:
-            name = f"{plant.GetModelInstanceName(body.model_instance())}.{name}"
-        geometries = plant.GetCollisionGeometriesForBody(body)
-        if len(geometries) > 1:
-            name = f"{name}.{self.of_geometry(geometry)}"
-        return name
+        is_unique = plant.NumBodiesWithName(body.name()) == 1
+        is_only = len(plant.GetCollisionGeometriesForBody(body)) <= 1
+        return name_of_side(
+            body.name(),
+            None if is_unique else plant.GetModelInstanceName(body.model_instance()),
+            None if is_only else self.of_geometry(geometry),
+        )
 
     def of_geometry(self, geometry: Any) -> str:
         """Returns a geometry's name without its model's, or its number."""
@@ -83,8 +101,7 @@ def surface_item(info: Any, names: Names) -> _HydroelasticContactVisualizerItem:
     faces = []
     for f in range(surface.num_faces()):
         element = mesh.element(f)
-        ring = [element.vertex(i) for i in range(3 if surface.is_triangle() else element.num_vertices())]
-        faces += [(ring[0], ring[i], ring[i + 1]) for i in range(1, len(ring) - 1)]
+        faces += fan([element.vertex(i) for i in range(3 if surface.is_triangle() else element.num_vertices())])
     force = info.F_Ac_W()
     return _HydroelasticContactVisualizerItem(
         names.of_geometries_body(surface.id_M()),

@@ -2,12 +2,41 @@
 
 from __future__ import annotations
 
+import operator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.multibody.tree._element import finite, vector
+
+_NAMES = {"q": "q", "v": "v", "qv": "q_v"}
+_WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
+
+
+def _setter(call: str, parts: str, quick: str) -> Callable[..., None]:
+    """A method that sets positions, velocities or both; its quick way asks the view's builtin function `quick`."""
+    writer = operator.attrgetter(quick)
+
+    def set_values(self: Any, context: Any, values: Any = None, *rest: Any, **named: Any) -> None:
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._family and not (rest or named or writer(view)(values)):
+                return
+        except AttributeError:
+            pass
+        self._write(call, context, parts, (values, *rest), named)
+
+    set_values.__name__, set_values.__qualname__ = call, f"MultibodyPlant.{call}"
+    set_values.__doc__ = f"""Sets {_WORDS[parts]}: those of all, or of one model instance.
+
+        Called as `(context, {_NAMES[parts]})` or `(context, model_instance, {_NAMES[parts]})`.
+
+        Raises:
+            RuntimeError: the size is wrong or a number is not finite.
+        """
+    return set_values
 
 
 class State:
@@ -234,7 +263,7 @@ class State:
         instance = kwargs.pop("model_instance", None)
         if len(rest) == 2 or (rest and isinstance(rest[0], ModelInstanceIndex)):
             instance = rest.pop(0)
-        values = rest.pop(0) if rest else kwargs.pop({"q": "q", "v": "v", "qv": "q_v"}[parts], None)
+        values = rest.pop(0) if rest else kwargs.pop(_NAMES[parts], None)
         if rest or kwargs or values is None or not (instance is None or isinstance(instance, ModelInstanceIndex)):
             raise TypeError(
                 f"{call}(): incompatible function arguments. Takes (context, values) or (context, model_instance, "
@@ -247,8 +276,9 @@ class State:
         array = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
         if array.shape != (size,):
             whose = "the plant" if instance is None else f"model instance '{self.GetModelInstanceName(instance)}'"
-            words = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}[parts]
-            raise RuntimeError(f"{call}(): {whose} has {size} {words}, but the given array has shape {array.shape}.")
+            raise RuntimeError(
+                f"{call}(): {whose} has {size} {_WORDS[parts]}, but the given array has shape {array.shape}."
+            )
         finite(call, "the values", array)
         if "q" in parts:
             view.q[at[0]] = array[: len(at[0])]
@@ -256,47 +286,9 @@ class State:
             view.v[at[-1]] = array[size - len(at[-1]) :]
         context._store.touch(view.level, view.source)
 
-    def SetPositions(self, context: Any, values: Any = None, *rest: Any, **named: Any) -> None:
-        """Sets positions: `(context, q)` all, `(context, model_instance, q)` those of one model instance.
-
-        Raises:
-            RuntimeError: the size is wrong or a number is not finite.
-        """
-        try:  # the one that has to be quick
-            view = context._kept
-            if view.family is self._family and not (rest or named or view.write_q(values)):
-                return
-        except AttributeError:
-            pass
-        self._write("SetPositions", context, "q", (values, *rest), named)
-
-    def SetVelocities(self, context: Any, values: Any = None, *rest: Any, **named: Any) -> None:
-        """Sets velocities: `(context, v)` all, `(context, model_instance, v)` those of one model instance.
-
-        Raises:
-            RuntimeError: the size is wrong or a number is not finite.
-        """
-        try:  # the one that has to be quick
-            view = context._kept
-            if view.family is self._family and not (rest or named or view.write_v(values)):
-                return
-        except AttributeError:
-            pass
-        self._write("SetVelocities", context, "v", (values, *rest), named)
-
-    def SetPositionsAndVelocities(self, context: Any, values: Any = None, *rest: Any, **named: Any) -> None:
-        """Sets both: `(context, q_v)` all, `(context, model_instance, q_v)` those of one model instance.
-
-        Raises:
-            RuntimeError: the size is wrong or a number is not finite.
-        """
-        try:  # the one that has to be quick
-            view = context._kept
-            if view.family is self._family and not (rest or named or view.write_x(values)):
-                return
-        except AttributeError:
-            pass
-        self._write("SetPositionsAndVelocities", context, "qv", (values, *rest), named)
+    SetPositions = _setter("SetPositions", "q", "write_q")
+    SetVelocities = _setter("SetVelocities", "v", "write_v")
+    SetPositionsAndVelocities = _setter("SetPositionsAndVelocities", "qv", "write_x")
 
     def GetPositionsFromArray(self, model_instance: ModelInstanceIndex, q: Any) -> np.ndarray:
         """The positions of a model instance among all."""
