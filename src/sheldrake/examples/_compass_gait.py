@@ -42,6 +42,8 @@ class CompassGait(LeafSystem):
     stance toe along the slope [m]; the abstract state tells whether the left leg stands.
     """
 
+    _generic = True
+
     _complex_rows = True
 
     def __init__(self) -> None:

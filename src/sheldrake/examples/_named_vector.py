@@ -11,6 +11,8 @@ from sheldrake.systems.framework import BasicVector
 class NamedVector(BasicVector):
     """A BasicVector with `name()`, `set_name(value)` and `with_name(value)` for each of the class's elements."""
 
+    _any_scalar = True
+
     elements: ClassVar[dict[str, float]] = {}
     """Names and default values, in order."""
 

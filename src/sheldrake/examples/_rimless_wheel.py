@@ -35,6 +35,9 @@ class RimlessWheel(LeafSystem):
     is the place of the stance toe along the slope [m]; the abstract state tells whether the wheel stands on two spokes.
     """
 
+    _generic = True
+    _symbolic = False
+
     STANDING_RATE = 1e-2
     """Slower than this at a step [rad/s], the wheel stays on two spokes."""
 

@@ -70,6 +70,9 @@ class DrakeVisualizer(LeafSystem):
         RuntimeError: when the publish period is not positive or the role is kUnassigned.
     """
 
+    _generic = True
+    _symbolic = False
+
     def __init__(self, lcm: DrakeLcmInterface | None = None, params: DrakeVisualizerParams | None = None):
         super().__init__()
         params = DrakeVisualizerParams() if params is None else copy.deepcopy(params)

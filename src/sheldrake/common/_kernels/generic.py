@@ -65,3 +65,17 @@ def whole(x: Any) -> int:
     if isinstance(x, (float, int, complex)):
         return math.floor(x.real)
     return math.floor(x.value())
+
+
+def clip(x: Any, low: float, high: float) -> Any:
+    """The number between `low` and `high` that is nearest to x; an expression for expressions."""
+    if hasattr(x, "GetVariables"):
+        return type(x)(high).min(type(x)(low).max(x))
+    return high if x > high else low if x < low else x
+
+
+def floor(x: Any) -> Any:
+    """The largest whole number that is not above x, as a float, or an expression of an expression; it has no slope."""
+    if isinstance(x, (float, int, complex)):
+        return float(math.floor(x.real))
+    return x.floor()

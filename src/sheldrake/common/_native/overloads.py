@@ -25,6 +25,8 @@ def register() -> None:
     overload(generic.is_positive)(_is_positive)
     overload(generic.is_finite)(lambda x: lambda x: abs(x.real) < math.inf)
     overload(generic.whole)(lambda x: lambda x: math.floor(x.real))
+    overload(generic.clip)(_clip)
+    overload(generic.floor)(_floor)
     for compare in (operator.gt, operator.ge, operator.lt, operator.le):
         _of_real_parts(compare)
     overload(rows.call_row)(_call_row)
@@ -70,6 +72,18 @@ def _atan2(y, x):
             (x.real * y.imag - y.real * x.imag) / (x.real * x.real + y.real * y.real),
         )
     return lambda y, x: math.atan2(y, x)
+
+
+def _clip(x, low, high):
+    if isinstance(x, types.Complex):
+        return lambda x, low, high: complex(high) if x.real > high else complex(low) if x.real < low else x
+    return lambda x, low, high: high if x > high else low if x < low else x
+
+
+def _floor(x):
+    if isinstance(x, types.Complex):
+        return lambda x: complex(math.floor(x.real))
+    return lambda x: float(math.floor(x))
 
 
 def _is_positive(x):

@@ -33,6 +33,8 @@ class ContactResultsToLcmSystem(LeafSystem):
             `ConnectContactResultsToDrakeVisualizer` knows their names.
     """
 
+    _generic = True
+
     def __init__(self, plant: Any):
         super().__init__()
         plant._require_finalized("ContactResultsToLcmSystem")

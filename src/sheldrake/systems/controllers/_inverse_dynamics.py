@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.multibody.plant import MultibodyPlant
-from sheldrake.multibody.tree import MultibodyForces
+from sheldrake.multibody.tree import MultibodyForces_
 from sheldrake.systems.controllers._pid import PidController, _vector
 from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
@@ -32,6 +32,9 @@ class InverseDynamicsMode(enum.Enum):
 class _PlantKeeper(LeafSystem):
     """A system that computes with a plant, in a context of its own."""
 
+    _generic = True
+    _kept_systems = (("_plant", "_plant_context"),)
+
     _plant: MultibodyPlant
 
     def _keep(self, plant: MultibodyPlant, plant_context: Any = None) -> None:
@@ -43,8 +46,8 @@ class _PlantKeeper(LeafSystem):
         self._plant.SetPositionsAndVelocities(self._plant_context, x)
         return self._plant_context
 
-    def _applied_forces(self, context: Any) -> MultibodyForces:
-        forces = MultibodyForces(self._plant)
+    def _applied_forces(self, context: Any) -> Any:
+        forces = MultibodyForces_[self._plant._scalar](self._plant)
         self._plant.CalcForceElementsContribution(context, forces)
         return forces
 

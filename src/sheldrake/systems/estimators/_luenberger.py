@@ -26,6 +26,9 @@ class LuenbergerObserver(LeafSystem):
         RuntimeError: the gain has another shape, or the system is of another kind.
     """
 
+    _generic = True
+    _kept_systems = (("_system", "_context"),)
+
     def __init__(self, observed_system: System, observed_system_context: Any, observer_gain: Any):
         super().__init__()
         observed_system.ValidateContext(observed_system_context)

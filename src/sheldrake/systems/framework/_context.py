@@ -136,8 +136,10 @@ class Context(ContextBase):
         memory = self._store.S[a:b]
         model = getattr(self._system, models, None)  # a diagram has none
         model = model[k] if isinstance(model, list) else model
-        if model is None or type(model) is BasicVector or memory.dtype == object:
+        if model is None or type(model) is BasicVector:
             return BasicVector._view(memory, on_write)
+        if memory.dtype == object:
+            return model._on_objects(memory, on_write, self._system._scalar)
         return model._on_memory(memory, on_write)
 
     def _continuous_view(self, at: int | None = None, on_write: Any = None) -> ContinuousState:

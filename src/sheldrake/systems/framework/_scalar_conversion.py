@@ -6,12 +6,15 @@ callbacks and kernels run on them as Python.
 
 from __future__ import annotations
 
+import copy
 import functools
+import types
 import weakref
 from collections.abc import Callable
 from typing import Any, ClassVar
 
 from sheldrake.common._scalars import autodiff_class, expression_class, scalar_types
+from sheldrake.systems.framework._event import Event, WitnessFunction
 
 
 class _OfClass:
@@ -63,6 +66,10 @@ class ScalarConversion:
 
     _scalar: Any = float
     _generic = False
+    _symbolic = True
+    """Whether a generic system converts to symbolic expressions too."""
+    _kept_systems: tuple[tuple[str, str], ...] = ()
+    """Names of attributes: systems that it computes with, and of the context it has of each ("": none)."""
     _scalar_converter: SystemScalarConverter | None = None
 
     def _convert(self: Any, scalar: Any) -> Any:
@@ -72,9 +79,11 @@ class ScalarConversion:
         return self._converted(scalar)
 
     def _converted(self: Any, scalar: Any) -> Any:
-        if not self._generic:
+        if not self._generic or not (self._symbolic or scalar is not expression_class()):
             return None
         new = self._copy()
+        if not all(self._convert_kept(new, scalar, *names) for names in self._kept_systems):
+            return None
         new._name = ""
         template = type(self).__dict__.get("_template")
         if template is not None:
@@ -82,14 +91,25 @@ class ScalarConversion:
         new._scalar = scalar
         return new
 
+    def _convert_kept(self: Any, new: Any, scalar: Any, system_name: str, context_name: str) -> bool:
+        system, context = getattr(self, system_name), getattr(self, context_name, None)
+        converted = system if scalar is system._scalar else system._convert(scalar)
+        if converted is None:
+            return False
+        setattr(new, system_name, converted)
+        if context is not None:
+            own = converted.CreateDefaultContext()
+            own.SetTimeStateAndParametersFrom(context)
+            setattr(new, context_name, own)
+        return True
+
     def _copy(self: Any) -> Any:
         from sheldrake.systems.framework._system_base import _ids as system_ids
 
         new = object.__new__(type(self))
         new.__dict__.update(self.__dict__)
         for name, value in self.__dict__.items():
-            if isinstance(value, (list, dict)):
-                new.__dict__[name] = value.copy()
+            new.__dict__[name] = _rebound(value, self, new)
         new._system_id, new._parent_ref = next(system_ids), None
         new._ports, new._layouts = weakref.WeakValueDictionary(), {}
         return new
@@ -149,6 +169,21 @@ class ScalarConversion:
     def ToSymbolicMaybe(self: Any) -> Any:
         """This system on symbolic Expression, or None."""
         return self._to(expression_class(), False)
+
+
+def _rebound(value: Any, old: Any, new: Any) -> Any:
+    """What a copy has for an attribute: lists and dicts of its own, its own methods and witness functions."""
+    if isinstance(value, list):
+        return [_rebound(v, old, new) for v in value]
+    if isinstance(value, dict):
+        return {k: _rebound(v, old, new) for k, v in value.items()}
+    if isinstance(value, types.MethodType) and value.__self__ is old:
+        return types.MethodType(value.__func__, new)
+    if isinstance(value, (WitnessFunction, Event)):
+        own = copy.copy(value)
+        own.__dict__.update({name: new if v is old else _rebound(v, old, new) for name, v in vars(value).items()})
+        return own
+    return value
 
 
 def _converted_to(scalar: Any, system: Any) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import operator
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -221,6 +222,8 @@ class BasicVector(VectorBase):
     """
 
     _scalar: Any = float
+    _any_scalar = False
+    """Whether a derived class is one of this name for other scalars too, where a context has these."""
 
     def __init__(self, data: Any = None, *, size: int | None = None):
         if data is None and size is None:
@@ -257,6 +260,12 @@ class BasicVector(VectorBase):
         new.__dict__.update(self.__dict__)
         new._v, new._on_write = memory, on_write
         return new
+
+    def _on_objects(self, memory: np.ndarray, on_write: Callable[[], None] | None, scalar: Any) -> BasicVector:
+        """A vector on memory of another scalar."""
+        if not self._any_scalar:
+            return BasicVector._view(memory, on_write)
+        return _of_scalar(type(self), scalar)._view(memory, on_write)
 
     def Clone(self) -> BasicVector:
         """A copy with its own memory."""
@@ -332,3 +341,8 @@ def converted(values: np.ndarray, scalar: Any) -> np.ndarray:
     if scalar is float:
         return values if values.dtype == float else np.array([plain(x) for x in values], float)
     return lifted(np.array([x if isinstance(x, scalar) else plain(x) for x in values.tolist()], object), scalar)
+
+
+@functools.cache
+def _of_scalar(cls: type[BasicVector], scalar: Any) -> type[BasicVector]:
+    return type(cls.__name__, (cls,), {"_scalar": scalar, "__doc__": cls.__doc__, "__module__": cls.__module__})

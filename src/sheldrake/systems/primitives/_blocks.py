@@ -227,6 +227,8 @@ class PortSwitch(LeafSystem):
         vector_size: Size of the inputs and of the output.
     """
 
+    _generic = True
+
     def __init__(self, vector_size: int):
         from sheldrake.common.value import Value
         from sheldrake.systems.framework import InputPortIndex

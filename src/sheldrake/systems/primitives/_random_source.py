@@ -62,6 +62,9 @@ class RandomSource(LeafSystem):
         sampling_interval_sec: Period [s].
     """
 
+    _generic = True
+    _symbolic = False
+
     def __init__(self, distribution: RandomDistribution, num_outputs: int, sampling_interval_sec: float):
         super().__init__()
         self._distribution, self._seed = distribution, next(_seeds)

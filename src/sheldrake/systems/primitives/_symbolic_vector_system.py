@@ -146,7 +146,7 @@ class _Function:
                 return [autodiff_class()(v) for v in values]
             slopes = self.slopes(plain)[:, [k for k, _ in moving]] @ np.array([d for _, d in moving])
             return [autodiff_class()(v, slope) for v, slope in zip(values, slopes)]
-        if expression_class() in kinds:
+        if not all(issubclass(T, (float, int)) for T in kinds):
             at = {v: expression_class()(x) for v, x, used in zip(self._variables, numbers, self._used) if used}
             return [e.Substitute(at) for e in self._expressions]
         for v, x, used in zip(self._variables, numbers, self._used):

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.autodiffutils._matrices import filled
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._vector import as_vector
@@ -54,13 +55,26 @@ class TrajectorySource(LeafSystem):
 
     def _calc(self, context: Any, output: Any) -> None:
         t = context.get_time()
-        time = t if isinstance(t, float) else t.value() if hasattr(t, "value") else t.Evaluate()
-        value = self._trajectory.value(time).ravel()
-        parts = [value]
+        time = number_of(t)
+        parts = [value_at(self._trajectory, t).ravel()]
         inside = self._trajectory.start_time() <= time <= self._trajectory.end_time()
         for derivative in self._derivatives:
-            parts.append(np.zeros_like(value) if self._zero and not inside else derivative.value(time).ravel())
+            parts.append(np.zeros(len(parts[0])) if self._zero and not inside else value_at(derivative, t).ravel())
         output.SetFromVector(np.concatenate(parts))
+
+
+def number_of(t: Any) -> float:
+    """A time without derivatives; an expression has no variables."""
+    return t if isinstance(t, float) else t.value() if hasattr(t, "value") else t.Evaluate()
+
+
+def value_at(trajectory: Any, t: Any) -> np.ndarray:
+    """The value at a time [s], a float, a dual number or an expression without variables."""
+    value = trajectory.value(number_of(t))
+    if not hasattr(t, "derivatives") or not len(t.derivatives()):
+        return value
+    slope = trajectory.EvalDerivative(t.value())
+    return filled(np.asarray(value, float), np.multiply.outer(np.asarray(slope, float).ravel(), t.derivatives()))
 
 
 class TrajectoryAffineSystem(LeafSystem):
@@ -75,6 +89,9 @@ class TrajectoryAffineSystem(LeafSystem):
         y0: Trajectory of shape (k, 1).
         time_period: Period of the discrete update [s]; 0: continuous.
     """
+
+    _generic = True
+    _symbolic = False
 
     def __init__(self, A: Any, B: Any, f0: Any, C: Any, D: Any, y0: Any, time_period: float = 0.0):
         super().__init__()
@@ -105,7 +122,7 @@ class TrajectoryAffineSystem(LeafSystem):
         trajectory = self._of[name]
         if trajectory is None:
             return np.zeros((self._of["B" if name == "f0" else "C"].rows(), 1))
-        return trajectory.value(t)
+        return value_at(trajectory, t)
 
     def _state(self, context: Any) -> np.ndarray:
         x = context.get_discrete_state_vector() if self._period > 0 else context.get_continuous_state_vector()

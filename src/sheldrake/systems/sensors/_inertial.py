@@ -20,6 +20,8 @@ class _OnBody(LeafSystem):
         X_BS: Pose of the sensor's frame S in B.
     """
 
+    _generic = True
+
     def __init__(self, body: Any, X_BS: RigidTransform):
         super().__init__()
         self._body, self._X_BS = body.index(), RigidTransform(X_BS)

@@ -20,6 +20,8 @@ class RotaryEncoders(LeafSystem):
     input_vector_indices)` without rounding; `(input_port_size, input_vector_indices, ticks_per_revolution)`.
     """
 
+    _generic = True
+
     def __init__(self, *args: Any, **kwargs: Any):
         super().__init__()
         names = ("input_port_size", "input_vector_indices", "ticks_per_revolution")

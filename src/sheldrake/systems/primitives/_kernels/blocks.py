@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sheldrake.common._kernels.generic import sin
+from sheldrake.common._kernels.generic import clip, sin
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, Vectors, kernel
 
 
@@ -55,12 +55,7 @@ class Limits(NamedTuple):
 def saturate(model: Limits, u: Vectors, y: Vector) -> None:
     """The input, limited element-wise."""
     for i in range(y.shape[0]):
-        if u[0][i] > model.high[i]:
-            y[i] = model.high[i]
-        elif u[0][i] < model.low[i]:
-            y[i] = model.low[i]
-        else:
-            y[i] = u[0][i]
+        y[i] = clip(u[0][i], model.low[i], model.high[i])
 
 
 @kernel(top=True)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from sheldrake.common._kernels.generic import floor
 from sheldrake.common.kernel import Matrix, Vector, Vectors, kernel
 
 INDEX, TICKS_PER_RADIAN = np.int64(0), np.int64(1)
@@ -14,6 +15,5 @@ def encode(model: Matrix, p: Vector, u: Vectors, y: Vector) -> None:
         angle = u[0][int(model[i, INDEX])] - p[i]
         ticks = model[i, TICKS_PER_RADIAN]
         if ticks > 0.0:
-            angle = angle * ticks
-            angle = (angle - angle % 1.0) / ticks
+            angle = floor(angle * ticks) / ticks
         y[i] = angle

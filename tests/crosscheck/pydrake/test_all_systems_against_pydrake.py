@@ -1,0 +1,141 @@
+"""Every system of the library: copies, and what it does on AutoDiffXd and Expression, as in pydrake."""
+
+from __future__ import annotations
+
+import functools
+import gc
+import importlib
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pydrake")
+
+from all_systems import SYSTEMS, Library
+
+pytestmark = pytest.mark.peer
+OURS, DRAKE = Library("sheldrake"), Library("pydrake")
+MORE = {"WrapToSystem", "LinearTransformDensity"}
+"""Those that convert to more scalars here."""
+
+
+@functools.cache
+def made(name):
+    return SYSTEMS[name](OURS), SYSTEMS[name](DRAKE)
+
+
+def can(call):
+    try:
+        return call() is not None
+    except RuntimeError:
+        return False
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_what_can_be_done_with_it(name):
+    ours, theirs = ([can(s.Clone), can(s.ToAutoDiffXdMaybe), can(s.ToSymbolicMaybe)] for s in made(name))
+    assert ours == theirs or (name in MORE and all(a >= b for a, b in zip(ours, theirs)))
+
+
+def ports_of(system):
+    if "Image" in type(system).__name__:  # their own get_input_port() takes other arguments
+        return [("images", "kAbstractValued", 0)]
+    inputs = [system.get_input_port(i) for i in range(system.num_input_ports())]
+    outputs = [system.get_output_port(i) for i in range(system.num_output_ports())]
+    return [(p.get_name(), p.get_data_type().name, p.size()) for p in [*inputs, *outputs]]
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_a_copy_is_complete(name):
+    """It outlives the first, and its contexts go the same way."""
+    system = SYSTEMS[name](OURS)
+    if not can(system.Clone):
+        return
+    clone = system.Clone()
+    assert ports_of(clone) == ports_of(system) and clone.get_name() == system.get_name()
+    expected = results(OURS, system, float) if only_vectors(system) else None
+    del system
+    gc.collect()
+    clone.AllocateContext()
+    if expected is not None:
+        found = results(OURS, clone, float)
+        for a, b in zip(found, expected):
+            np.testing.assert_array_equal(a, b)
+
+
+def only_vectors(system):
+    return all(kind == "kVectorValued" for _, kind, _ in ports_of(system))
+
+
+def results(lib, system, scalar):
+    """Vector outputs, time derivatives and periodic updates at some inputs, state and time."""
+    rng, ad = np.random.default_rng(3), importlib.import_module(f"{lib.package}.autodiffutils")
+    context = system.CreateDefaultContext()
+    sizes = [system.get_input_port(i).size() for i in range(system.num_input_ports())]
+    n, m = context.num_continuous_states(), sum(sizes)
+    z = rng.uniform(-0.7, 0.9, n + m)
+    if scalar is not float:
+        z = ad.InitializeAutoDiff(z).ravel()
+    context.SetTime(0.5)
+    if n:
+        context.SetContinuousState(z[:n])
+    at = n
+    for i, size in enumerate(sizes):
+        system.get_input_port(i).FixValue(context, z[at : at + size])
+        at += size
+    out = [system.get_output_port(i).Eval(context) for i in range(system.num_output_ports())]
+    if n:
+        out.append(system.EvalTimeDerivatives(context).CopyToVector())
+    if system.IsDifferenceEquationSystem()[0]:
+        out.append(system.EvalUniquePeriodicDiscreteUpdate(context).get_vector(0).CopyToVector())
+    return [np.array(v) for v in out]
+
+
+RANDOM = {"RandomSource"}
+"""Their numbers are others than Drake's from the start."""
+
+
+OTHER_SIGN = {"RimlessWheel"}
+"""Drake's wheel says that it moves backward while its position goes forward; here velocity is the rate of position."""
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_duals(name):
+    if name in RANDOM | OTHER_SIGN or not only_vectors(made(name)[0]) or not can(made(name)[1].ToAutoDiffXdMaybe):
+        return
+    found = []
+    for lib, system in zip((OURS, DRAKE), made(name)):
+        ad = importlib.import_module(f"{lib.package}.autodiffutils")
+        values = results(lib, system.ToAutoDiffXd(), "duals")
+        found.append([(ad.ExtractValue(v), ad.ExtractGradient(v)) for v in values if len(v)])
+    for (value, gradient), (value_2, gradient_2) in zip(*found, strict=True):
+        np.testing.assert_allclose(value, value_2, rtol=1e-9, atol=1e-12)
+        if gradient.size or gradient_2.size:
+            full = [g if g.size else np.zeros((len(value), 1)) for g in (gradient, gradient_2)]
+            np.testing.assert_allclose(*np.broadcast_arrays(*full), rtol=1e-9, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_symbols(name):
+    """Outputs and derivatives in symbols have the values that numbers give."""
+    system = made(name)[0]
+    if name in RANDOM or not only_vectors(system) or not can(made(name)[1].ToSymbolicMaybe):
+        return
+    symbolic, rng = system.ToSymbolic(), np.random.default_rng(3)
+    context = symbolic.CreateDefaultContext()
+    sizes = [symbolic.get_input_port(i).size() for i in range(symbolic.num_input_ports())]
+    n = context.num_continuous_states()
+    names = OURS.MakeVectorVariable(n + sum(sizes), "z")
+    at = dict(zip(names, rng.uniform(-0.7, 0.9, n + sum(sizes))))
+    context.SetTime(0.5)
+    if n:
+        context.SetContinuousState(names[:n])
+    start = n
+    for i, size in enumerate(sizes):
+        symbolic.get_input_port(i).FixValue(context, names[start : start + size])
+        start += size
+    out = [symbolic.get_output_port(i).Eval(context) for i in range(symbolic.num_output_ports())]
+    if n:
+        out.append(symbolic.EvalTimeDerivatives(context).CopyToVector())
+    for found, expected in zip(out, results(OURS, system, float)):
+        np.testing.assert_allclose([OURS.Expression(e).Evaluate(at) for e in found], expected, rtol=1e-9, atol=1e-12)
