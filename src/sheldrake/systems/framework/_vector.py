@@ -344,5 +344,5 @@ def converted(values: np.ndarray, scalar: Any) -> np.ndarray:
 
 
 @functools.cache
-def _of_scalar(cls: type[BasicVector], scalar: Any) -> type[BasicVector]:
+def _of_scalar(cls: Any, scalar: Any) -> Any:
     return type(cls.__name__, (cls,), {"_scalar": scalar, "__doc__": cls.__doc__, "__module__": cls.__module__})
