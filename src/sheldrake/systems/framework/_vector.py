@@ -265,7 +265,8 @@ class BasicVector(VectorBase):
         """A vector on memory of another scalar."""
         if not self._any_scalar:
             return BasicVector._view(memory, on_write)
-        return _of_scalar(type(self), scalar)._view(memory, on_write)
+        own: Any = type(self)
+        return _of_scalar(own, scalar)._view(memory, on_write)
 
     def Clone(self) -> BasicVector:
         """A copy with its own memory."""
