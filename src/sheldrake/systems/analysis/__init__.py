@@ -8,25 +8,24 @@ from sheldrake.systems.analysis._config import (
     SimulatorConfig,
 )
 from sheldrake.systems.analysis._discrete_time import DiscreteTimeApproximation
+from sheldrake.systems.analysis._explicit import (
+    BogackiShampine3Integrator,
+    ExplicitEulerIntegrator,
+    RungeKutta2Integrator,
+    RungeKutta3Integrator,
+    RungeKutta5Integrator,
+)
 from sheldrake.systems.analysis._implicit import (
     ImplicitEulerIntegrator,
     Radau1Integrator,
     Radau3Integrator,
     VelocityImplicitEulerIntegrator,
 )
-from sheldrake.systems.analysis._integrator import (
-    BogackiShampine3Integrator,
-    ExplicitEulerIntegrator,
-    GetIntegrationSchemes,
-    IntegratorBase,
-    ResetIntegratorFromFlags,
-    RungeKutta2Integrator,
-    RungeKutta3Integrator,
-    RungeKutta5Integrator,
-)
+from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._monte_carlo import MonteCarloSimulation, RandomSimulation, RandomSimulationResult
 from sheldrake.systems.analysis._python_steps import SemiExplicitEulerIntegrator
 from sheldrake.systems.analysis._region_of_attraction import RegionOfAttraction, RegionOfAttractionOptions
+from sheldrake.systems.analysis._schemes import GetIntegrationSchemes, ResetIntegratorFromFlags
 from sheldrake.systems.analysis._simulator import InitializeParams, Simulator
 from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.framework._templates import SystemTemplate

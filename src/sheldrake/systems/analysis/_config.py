@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 from sheldrake.common._options import Options
-from sheldrake.systems.analysis._integrator import ResetIntegratorFromFlags
+from sheldrake.systems.analysis._schemes import ResetIntegratorFromFlags
 from sheldrake.systems.analysis._simulator import Simulator
 
 

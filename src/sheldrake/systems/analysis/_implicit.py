@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.analysis._integrator import _SCHEMES
 from sheldrake.systems.analysis._python_steps import PythonIntegrator
+from sheldrake.systems.analysis._schemes import SCHEMES
 
 NEWTON_STEPS = 10
 KAPPA = 0.05  # by how much Newton's method is more exact than the step: Hairer and Wanner (1996), IV.8, below (8.11)
@@ -343,7 +343,7 @@ class VelocityImplicitEulerIntegrator(HalvesIntegrator):
         return self._solve(self._newton, h, guess, lambda: self._calc_jacobian(lambda y: f_y(t, q0, y), y0), increment)
 
 
-_SCHEMES.update(
+SCHEMES.update(
     {
         cls._name: cls
         for cls in (

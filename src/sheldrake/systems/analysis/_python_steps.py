@@ -6,8 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.analysis._integrator import _SCHEMES, IntegratorBase
+from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._rates import Rates
+from sheldrake.systems.analysis._schemes import SCHEMES
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
 
@@ -94,4 +95,4 @@ class SemiExplicitEulerIntegrator(PythonIntegrator):
         return moved, 0.0
 
 
-_SCHEMES[SemiExplicitEulerIntegrator._name] = SemiExplicitEulerIntegrator
+SCHEMES[SemiExplicitEulerIntegrator._name] = SemiExplicitEulerIntegrator

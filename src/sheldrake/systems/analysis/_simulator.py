@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 import weakref
 from typing import Any
@@ -10,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._overloads import expect
-from sheldrake.systems.analysis._integrator import IntegratorBase, RungeKutta3Integrator
+from sheldrake.systems.analysis._explicit import RungeKutta3Integrator
+from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._progress import Progress
+from sheldrake.systems.analysis._simulator_settings import SimulatorSettings
 from sheldrake.systems.analysis._span import Span, note_status
 from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.analysis._witness import WitnessWatch
@@ -53,7 +54,7 @@ class InitializeParams:
         return self.__copy__()
 
 
-class Simulator:
+class Simulator(SimulatorSettings):
     """Advances a system in time.
 
     Args:
@@ -132,79 +133,6 @@ class Simulator:
         integrator._context = self._context
         self._integrator, self._span, self._ready = integrator, None, False
         integrator.ResetStatistics()
-
-    # Settings.
-
-    def set_target_realtime_rate(self, realtime_rate: float) -> None:
-        """Runs at most this many seconds of simulation in a second; 0 or less: as fast as it goes."""
-        self._rate = max(float(realtime_rate), 0.0)
-
-    def get_target_realtime_rate(self) -> float:
-        """The rate asked for."""
-        return self._rate
-
-    def get_actual_realtime_rate(self) -> float:
-        """Simulation time over real time since the statistics were reset."""
-        if self._last_time is None:
-            return math.nan
-        real = time.monotonic() - self._real0
-        return float(self._context._store.S[0] - self._time0) / real if real > 0 else 0.0
-
-    def set_publish_every_time_step(self, publish: bool) -> None:
-        """Whether to force a publish after every step."""
-        self._publish_every_step = bool(publish)
-
-    def get_publish_every_time_step(self) -> bool:
-        """Whether to force a publish after every step."""
-        return self._publish_every_step
-
-    def set_publish_at_initialization(self, publish: bool) -> None:
-        """Whether to force a publish in `Initialize`."""
-        self._publish_at_initialization = bool(publish)
-
-    def set_monitor(self, monitor: Any) -> None:
-        """`monitor(context)` is called after `Initialize` and every step; it may return an EventStatus."""
-        if not callable(monitor):
-            raise TypeError(f"set_monitor(): incompatible function arguments: {monitor!r} cannot be called")
-        self._monitor = monitor
-
-    def clear_monitor(self) -> None:
-        """Forgets the monitor."""
-        self._monitor = None
-
-    def get_monitor(self) -> Any:
-        """The monitor, or None."""
-        return self._monitor
-
-    def set_progress(self, shown: bool) -> None:
-        """Whether a long `AdvanceTo` shows a line of progress on a terminal or in a notebook."""
-        self._show = bool(shown)
-
-    # Counts.
-
-    def ResetStatistics(self) -> None:
-        """Begins counting anew."""
-        self._N[[_program.STEPS, _program.PUBLISHES, _program.DISCRETES, _program.UNRESTRICTEDS]] = 0
-        self._integrator.ResetStatistics()
-        self._seconds = 0.0  # spent in steps, without pauses
-        self._real0 = time.monotonic()
-        self._time0 = 0.0 if self._context is None else float(plain(self._context._store.S[0]))
-
-    def get_num_steps_taken(self) -> int:
-        """How many steps were taken."""
-        return int(self._N[_program.STEPS])
-
-    def get_num_publishes(self) -> int:
-        """How many times anything was published."""
-        return int(self._N[_program.PUBLISHES])
-
-    def get_num_discrete_updates(self) -> int:
-        """How many times discrete state was updated."""
-        return int(self._N[_program.DISCRETES])
-
-    def get_num_unrestricted_updates(self) -> int:
-        """How many times unrestricted updates were made."""
-        return int(self._N[_program.UNRESTRICTEDS])
 
     # Running.
 
