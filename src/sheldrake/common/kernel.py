@@ -71,8 +71,9 @@ class Kernel:
     __name__: str
     __qualname__: str
 
-    def __init__(self, function: Callable, top: bool, outline: bool, strict: bool):
+    def __init__(self, function: Callable, top: bool, outline: bool, strict: bool, short_loops: bool = False):
         self.py_func, self.top, self.outline, self.strict = function, top, outline, strict
+        self.short_loops = short_loops
         functools.update_wrapper(self, function)
 
     def __call__(self, *args: Any) -> Any:
@@ -175,7 +176,7 @@ class ComplexKernel(Kernel):
     """
 
     def __init__(self, kernel: Kernel):
-        super().__init__(kernel.py_func, kernel.top, kernel.outline, kernel.strict)
+        super().__init__(kernel.py_func, kernel.top, kernel.outline, kernel.strict, kernel.short_loops)
         self.real, self.__qualname__ = kernel, f"{kernel.__qualname__}.on_complex"
 
     @functools.cached_property
@@ -234,7 +235,14 @@ def _array(hint: Any, absolute: bool) -> ArraySpec | None:
     return ArraySpec(meta[0], meta[1], absolute)
 
 
-def kernel(function: Callable | None = None, *, top: bool = False, outline: bool = False, strict: bool = False) -> Any:
+def kernel(
+    function: Callable | None = None,
+    *,
+    top: bool = False,
+    outline: bool = False,
+    strict: bool = False,
+    short_loops: bool = False,
+) -> Any:
     """Makes a kernel of a function in plain loops; see the module's text for the kinds.
 
     Args:
@@ -242,9 +250,11 @@ def kernel(function: Callable | None = None, *, top: bool = False, outline: bool
         top: an entry, which Python may bind.
         outline: an inner kernel that is compiled once and called, rather than inlined.
         strict: no contraction or reordering of floating point: the bits of the Python source.
+        short_loops: an entry whose loops run some ten times, as often as a robot has joints: they are neither unrolled
+            nor given vector instructions, whose beginning and end would cost more than the rest.
     """
     if function is None:
-        return lambda f: Kernel(f, top, outline, strict)
+        return lambda f: Kernel(f, top, outline, strict, short_loops)
     if not isinstance(function, types.FunctionType):
         raise TypeError(f"@kernel takes a Python function, not {function!r}.")
-    return Kernel(function, top, outline, strict)
+    return Kernel(function, top, outline, strict, short_loops)

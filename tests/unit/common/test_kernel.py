@@ -170,6 +170,20 @@ def test_a_changed_docstring_is_the_same_kernel():
     assert make('"""One."""') != make('"""One."""', "3.0")
 
 
+def test_short_loops_are_another_kernel_of_the_same_bits():
+    def entry(x: Vector, y: Vector):
+        for i in range(x.shape[0]):
+            y[i] += sin(x[i]) * x[i]
+
+    plain, short = kernel(entry, top=True), kernel(entry, top=True, short_loops=True)
+    assert store.fingerprint(plain) != store.fingerprint(short)
+    x = np.linspace(-3.0, 3.0, 37)
+    y, z = np.ones(37), np.ones(37)
+    plain.native(x, y)
+    short.native(x, z)
+    assert np.array_equal(y, z)
+
+
 def test_a_changed_kernel_of_another_module_is_another_kernel():
     def make(constant):
         @kernel

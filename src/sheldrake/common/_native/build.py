@@ -155,7 +155,7 @@ def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) ->
     say(f"built in {time.perf_counter() - start:.1f} s", flush=True)
 
 
-def _build_one(folder: pathlib.Path, target: Platform, name: str, lowered: dict[str, bytes]) -> pathlib.Path:
+def _build_one(folder: pathlib.Path, target: Platform, name: str, lowered: dict[str, lower.Lowered]) -> pathlib.Path:
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     objects: list[str] = []
@@ -167,8 +167,8 @@ def _build_one(folder: pathlib.Path, target: Platform, name: str, lowered: dict[
 
     for level, cpu in target.levels.items():
         machine = Target(target.triple, level, cpu)
-        for symbol, bitcode in lowered.items():
-            keep(f"{symbol}_{level}", lower.emit(bitcode, symbol, machine, rename=f"{symbol}_{level}"))
+        for symbol, code in lowered.items():
+            keep(f"{symbol}_{level}", lower.emit(code, symbol, machine, rename=f"{symbol}_{level}"))
     if "x86_64" in target.triple:
         keep("cpu_level", builtin.assemble(CPU_LEVEL, Target(target.triple, 1, "x86-64")))
     for title, text in (("call", builtin.CODE), ("instance", instances.CODE)):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import gc
 import os
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import llvmlite.binding as llvm
 import numba
@@ -136,8 +136,15 @@ def _lower(kernel: Kernel, symbol: str) -> Any:
         return library.linked()
 
 
-def lower(kernel: Kernel, symbol: str) -> bytes:
-    """LLVM bitcode of an entry kernel, not yet optimised and free of any platform.
+class Lowered(NamedTuple):
+    """An entry kernel before it is optimised: LLVM's bitcode, free of any platform, and what its loops are."""
+
+    bitcode: bytes
+    short_loops: bool
+
+
+def lower(kernel: Kernel, symbol: str) -> Lowered:
+    """An entry kernel in LLVM's language.
 
     Raises:
         numba.core.errors.NumbaError: if the source is not what numba can type.
@@ -147,23 +154,23 @@ def lower(kernel: Kernel, symbol: str) -> bytes:
     gc.freeze()
     gc.disable()  # the compiler makes millions of small objects that all stay alive
     try:
-        return _lower(kernel, symbol).as_bitcode()
+        return Lowered(_lower(kernel, symbol).as_bitcode(), kernel.short_loops)
     finally:
         gc.unfreeze()
         if was_enabled:
             gc.enable()
 
 
-def emit(bitcode: bytes, symbol: str, target: Target, rename: str | None = None) -> bytes:
+def emit(lowered: Lowered, symbol: str, target: Target, rename: str | None = None) -> bytes:
     """Object file with machine code for `target` of what `lower` gave; the function is called `rename` in it.
 
     Raises:
         TypeError: if the code needs anything but libm, memset, memcpy and memmove.
     """
-    module = llvm.parse_bitcode(bitcode)
+    module = llvm.parse_bitcode(lowered.bitcode)
     machine = target.machine()
     module.triple, module.data_layout = target.triple, str(machine.target_data)
-    _optimise(module, symbol, machine)
+    _optimise(module, symbol, machine, lowered.short_loops)
     foreign = {f.name for f in module.functions if f.is_declaration and not f.name.startswith("llvm.")} - LIBM
     if foreign:
         raise TypeError(f"kernel {symbol} needs {sorted(foreign)}: a kernel may call libm and nothing else.")
@@ -172,7 +179,7 @@ def emit(bitcode: bytes, symbol: str, target: Target, rename: str | None = None)
     return machine.emit_object(module)
 
 
-def _optimise(module: Any, symbol: str, machine: Any) -> None:
+def _optimise(module: Any, symbol: str, machine: Any, short_loops: bool) -> None:
     for f in module.functions:
         if not f.is_declaration:
             f.linkage = "external" if f.name == symbol else "internal"
@@ -181,6 +188,7 @@ def _optimise(module: Any, symbol: str, machine: Any) -> None:
             g.linkage = "internal"
 
     options = llvm.PipelineTuningOptions(speed_level=3)
-    options.loop_vectorization, options.slp_vectorization = True, True
+    options.loop_vectorization = options.loop_unrolling = not short_loops
+    options.slp_vectorization = True
     passes = llvm.create_pass_builder(machine, options)
     passes.getModulePassManager().run(module, passes)

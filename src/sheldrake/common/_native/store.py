@@ -154,7 +154,7 @@ def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
     if id(kernel) in seen:
         return
     seen.add(id(kernel))
-    digest.update(f"{kernel.__name__}{kernel.top}{kernel.outline}{kernel.strict}".encode())
+    digest.update(f"{kernel.__name__}{kernel.top}{kernel.outline}{kernel.strict}{kernel.short_loops}".encode())
     _visit_code(kernel.py_func.__code__, digest, _has_docstring(kernel.py_func.__code__))
     for name, value in _mentioned(kernel.py_func):
         if isinstance(value, Kernel):

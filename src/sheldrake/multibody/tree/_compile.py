@@ -87,12 +87,16 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
                               mobilizer.inertia)  # fmt: skip
         joint[row, : len(mobilizer.constants)] = mobilizer.constants
         body[row, m.AXIS] = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
+        body[row, m.DIRECT] = all(
+            f < 0 or description.frames[f][m.FRAME_PARENT] < 0 for f in (mobilizer.frame_F, mobilizer.frame_M)
+        )
         gravity[row] = mobilizer.gravity
         above = last_dof[parent]
         for k in range(nv):
             depth = dofs[above][m.DEPTH] + 1 if above >= 0 else 0
             position = q + k if nq == nv and mobilizer.type_name not in ("ball_rpy", "rpy_floating") else -1
-            dofs.append((above, row, int(tree), depth, packed, mobilizer.damping[k], position))
+            run = dofs[above][m.RUN] if 0 <= above == len(dofs) - 1 else len(dofs)
+            dofs.append((above, row, int(tree), depth, packed, mobilizer.damping[k], position, run))
             packed += depth + 1
             above = len(dofs) - 1
         body[row, m.TIP] = last_dof[row] = above
@@ -108,5 +112,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
 
 
 def _axis_of_frame(axis: tuple[float, ...]) -> int:
-    """1, 2, 3 for x, y, z; 0 for another direction."""
-    return next((i + 1 for i in range(3) if tuple(axis) == tuple(np.eye(3)[i])), 0)
+    """1, 2, 3 for x, y, z, negative for their opposites; 0 for another direction."""
+    along = int(np.abs(axis).argmax())
+    sign = int(np.sign(axis[along]))
+    return sign * (along + 1) if np.array_equal(axis, sign * np.eye(3)[along]) else 0

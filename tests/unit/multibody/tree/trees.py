@@ -20,7 +20,11 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
         p.extend(numbers)
         return len(p) - len(numbers)
 
-    def frame(parent=-1):
+    def frame():
+        parent = fixed_frame() if rng.random() < 0.3 else -1
+        return fixed_frame(parent)
+
+    def fixed_frame(parent=-1):
         d.frames.append((parent, put(*random_rotation(rng).ravel(), *rng.normal(size=3))))
         return len(d.frames) - 1
 
@@ -31,7 +35,7 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
         c, A = rng.normal(size=3) * 0.3, rng.normal(size=(3, 3))
         G = A @ A.T
         G = np.trace(G) * np.eye(3) - G + c @ c * np.eye(3) - np.outer(c, c)
-        axis = rng.normal(size=3) if rng.random() < 0.5 else np.eye(3)[rng.integers(3)]
+        axis = rng.normal(size=3) if rng.random() < 0.5 else rng.choice((-1.0, 1.0)) * np.eye(3)[rng.integers(3)]
         axis /= np.linalg.norm(axis)
         lead = {"prismatic": 1.0, "screw": 0.3}.get(kind, 0.0)
         constants = (*random_rotation(rng).ravel(), *rng.normal(size=3)) if kind == "weld" else (*axis, lead)
@@ -41,7 +45,7 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
             Mobilizer(
                 parent=path[-1], type_name=kind,
                 inertia=put(rng.uniform(0.5, 2), *c, G[0, 0], G[1, 1], G[2, 2], G[0, 1], G[0, 2], G[1, 2]),
-                frame_F=-1 if free or rng.random() < 0.2 else frame(frame() if rng.random() < 0.3 else -1),
+                frame_F=-1 if free or rng.random() < 0.2 else frame(),
                 frame_M=-1 if free or not offset_M or rng.random() < 0.5 else frame(),
                 constants=constants, damping=damping, gravity=(0.0, 0.0, -9.81),
             )

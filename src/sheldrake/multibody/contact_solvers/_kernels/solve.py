@@ -38,7 +38,7 @@ def move_free_trees(model, problem):
                 problem.x[V, k] = problem.x[V_STAR, k]
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def prepare_problem(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
     """What the laws need of contacts and rows, and which trees take part."""
     if problem.count[NUM_CONTACTS] + problem.count[NUM_ROWS] == 0:
@@ -47,7 +47,7 @@ def prepare_problem(solver_model: SolverModel, problem: Problem, contacts: Conta
         prepare(solver_model, problem, contacts, rows)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
     """x[V] of all dofs of a prepared problem under kLagged, kSimilar or kSap. Returns a status."""
     status = SOLVED
@@ -57,7 +57,7 @@ def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows:
     return status
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def solve_tamsi(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
     """x[V] of all dofs of a prepared problem under kTamsi, which knows contacts alone. Returns a status."""
     status = SOLVED

@@ -170,7 +170,7 @@ def add_projected(tree_model, flow, tree, tau):
         tau[k] += flow.qdot[k]
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def smooth_forces(
     xc: Vector,
     p: Vector,
@@ -200,7 +200,7 @@ def smooth_forces(
     begin_contacts(geometry_model, tree.X_WB, table)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def contact_forces(
     tree: TreeWork,
     table: ContactTable,
@@ -221,7 +221,7 @@ def contact_forces(
     return SOLVED
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def plant_derivatives(
     xc: Vector,
     p: Vector,

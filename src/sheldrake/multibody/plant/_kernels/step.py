@@ -108,7 +108,7 @@ def move_freely(
     return free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, step.force, not tamsi)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def smooth_motion(
     xd: Vector,
     p: Vector,
@@ -129,7 +129,7 @@ def smooth_motion(
     )
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def smooth_motion_tamsi(
     xd: Vector,
     p: Vector,
@@ -150,7 +150,7 @@ def smooth_motion_tamsi(
     )
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def contact_constraints(
     p: Vector,
     tree: TreeWork,
@@ -171,7 +171,7 @@ def contact_constraints(
     return SOLVED
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def joint_constraints(
     xd: Vector,
     p: Vector,
@@ -191,7 +191,7 @@ def joint_constraints(
     lock_rows(plant_model, p, rows, problem.count)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def next_state(
     xd: Vector,
     problem: Problem,

@@ -45,6 +45,7 @@ from sheldrake.multibody.tree._kernels.model import (
     ROOT,
     ROTOR,
     ROW,
+    RUN,
     TreeModel,
     TreeWork,
     V,
@@ -191,21 +192,27 @@ def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
             store_free_rows(work.M, model.dof[dof, ROW], I)
         else:
             for k in range(dof, dof + model.body[body, NV]):
-                F = mul_inertia(I, load6(work.S, k))
-                row = model.dof[k, ROW]
-                j = k
-                while j >= 0:
-                    work.M[row + model.dof[j, DEPTH]] = dot6(load6(work.S, j), F)
-                    j = model.dof[j, DOF_PARENT]
+                store_row(model, work, k, mul_inertia(I, load6(work.S, k)))
         parent = model.body[body, PARENT]
         if parent == body - 1:
             outboard = I
         elif model.body[parent, ROOT] > 0:
-            for c in range(10):
-                work.composite[parent, c] += work.composite[body, c]
+            store_inertia(work.composite, parent, add_inertia(load_inertia(work.composite, parent), I))
     for i in range(model.actuator.shape[0]):
         k = model.actuator[i, ACTUATOR_DOF]
         work.M[model.dof[k, ROW] + model.dof[k, DEPTH]] += reflected_inertia(model, p, i)
+
+
+@kernel
+def store_row(model, work, k, F):
+    """The packed row of dof k, which at unit acceleration needs the spatial force F."""
+    end = k
+    while end >= 0:
+        first = model.dof[end, RUN]
+        shift = model.dof[k, ROW] + model.dof[first, DEPTH] - first
+        for j in range(first, end + 1):
+            work.M[shift + j] = dot6(load6(work.S, j), F)
+        end = model.dof[first, DOF_PARENT]
 
 
 @kernel

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sheldrake.common._kernels.generic import is_positive
 from sheldrake.common.kernel import Matrix, Vector, kernel
-from sheldrake.multibody.tree._kernels.model import DEPTH, DOF_BODY, DOF_PARENT, FREE, KIND, ROW, TreeModel
+from sheldrake.multibody.tree._kernels.model import DEPTH, DOF_BODY, DOF_PARENT, FREE, KIND, ROW, RUN, TreeModel
 
 
 @kernel
@@ -33,32 +33,98 @@ def ltdl(model: TreeModel, L: Vector) -> int:
             while i >= 0:
                 row_i = model.dof[i, ROW]
                 depth = model.dof[i, DEPTH]
-                a = L[row_k + depth] * r
-                for j in range(depth + 1):
-                    L[row_i + j] -= a * L[row_k + j]
-                L[row_k + depth] = a
-                i = model.dof[i, DOF_PARENT]
+                first = model.dof[i, RUN]
+                for _ in range(first, i + 1):  # from the end of the run to its beginning
+                    a = L[row_k + depth] * r
+                    for j in range(depth + 1):
+                        L[row_i + j] -= a * L[row_k + j]
+                    L[row_k + depth] = a
+                    row_i -= depth
+                    depth -= 1
+                i = model.dof[first, DOF_PARENT]
             k -= 1
     return bad
 
 
 @kernel
 def ltdl_of_6(L, start):
-    """The six rows of a free body, with constant bounds so that the compiler unrolls all of it."""
+    """The six rows of a free body, without loops: they would cost more than what is in them."""
     bad = -1
-    for k in range(5, -1, -1):
-        row_k = start + k * (k + 1) // 2
-        if not is_positive(L[row_k + k]):
-            bad = k
-        r = 1.0 / L[row_k + k]
-        L[row_k + k] = r
-        for i in range(k - 1, -1, -1):
-            row_i = start + i * (i + 1) // 2
-            a = L[row_k + i] * r
-            for j in range(i + 1):
-                L[row_i + j] -= a * L[row_k + j]
-            L[row_k + i] = a
+    bad = invert_pivot(L, start + 20, 5, bad)
+    eliminate_5(L, start, start + 15, L[start + 20])
+    bad = invert_pivot(L, start + 14, 4, bad)
+    eliminate_4(L, start, start + 10, L[start + 14])
+    bad = invert_pivot(L, start + 9, 3, bad)
+    eliminate_3(L, start, start + 6, L[start + 9])
+    bad = invert_pivot(L, start + 5, 2, bad)
+    eliminate_2(L, start, start + 3, L[start + 5])
+    bad = invert_pivot(L, start + 2, 1, bad)
+    eliminate_1(L, start, start + 1, L[start + 2])
+    return invert_pivot(L, start, 0, bad)
+
+
+@kernel
+def invert_pivot(L, at, k, bad):
+    """Puts 1/D in the place of the pivot of row k; k if it is not positive, else `bad`."""
+    if not is_positive(L[at]):
+        bad = k
+    L[at] = 1.0 / L[at]
     return bad
+
+
+@kernel
+def eliminate_1(L, start, row, r):
+    """Takes a row from the first row, in proportion; r is 1/D of the row."""
+    a = L[row] * r
+    L[start] -= a * L[row]
+    L[row] = a
+
+
+@kernel
+def eliminate_2(L, start, row, r):
+    """Takes a row from the first two rows."""
+    a = L[row + 1] * r
+    subtract_2(L, start + 1, a, row)
+    L[row + 1] = a
+    eliminate_1(L, start, row, r)
+
+
+@kernel
+def eliminate_3(L, start, row, r):
+    a = L[row + 2] * r
+    subtract_3(L, start + 3, a, row)
+    L[row + 2] = a
+    eliminate_2(L, start, row, r)
+
+
+@kernel
+def eliminate_4(L, start, row, r):
+    a = L[row + 3] * r
+    subtract_3(L, start + 6, a, row)
+    L[start + 9] -= a * L[row + 3]
+    L[row + 3] = a
+    eliminate_3(L, start, row, r)
+
+
+@kernel
+def eliminate_5(L, start, row, r):
+    a = L[row + 4] * r
+    subtract_3(L, start + 10, a, row)
+    subtract_2(L, start + 13, a, row + 3)
+    L[row + 4] = a
+    eliminate_4(L, start, row, r)
+
+
+@kernel
+def subtract_2(L, at, a, row):
+    L[at] -= a * L[row]
+    L[at + 1] -= a * L[row + 1]
+
+
+@kernel
+def subtract_3(L, at, a, row):
+    subtract_2(L, at, a, row)
+    L[at + 2] -= a * L[row + 2]
 
 
 @kernel
@@ -76,18 +142,21 @@ def ltdl_solve_span(model: TreeModel, L: Vector, start: int, end: int, x: Vector
         x_k = x[shift + k]
         i = model.dof[k, DOF_PARENT]
         while i >= 0:
-            x[shift + i] -= L[row + model.dof[i, DEPTH]] * x_k
-            i = model.dof[i, DOF_PARENT]
+            first = model.dof[i, RUN]
+            column = row + model.dof[first, DEPTH] - first
+            for j in range(first, i + 1):
+                x[shift + j] -= L[column + j] * x_k
+            i = model.dof[first, DOF_PARENT]
     for k in range(start, end):
         row = model.dof[k, ROW]
         x_k = x[shift + k] * L[row + model.dof[k, DEPTH]]
-        parent = model.dof[k, DOF_PARENT]
-        if parent >= 0:
-            i = model.dof[parent, DOF_PARENT]
-            while i >= 0:
-                x_k -= L[row + model.dof[i, DEPTH]] * x[shift + i]
-                i = model.dof[i, DOF_PARENT]
-            x_k -= L[row + model.dof[parent, DEPTH]] * x[shift + parent]  # last: it was computed just before
+        i = model.dof[k, DOF_PARENT]
+        while i >= 0:
+            first = model.dof[i, RUN]
+            column = row + model.dof[first, DEPTH] - first
+            for j in range(first, i + 1):
+                x_k -= L[column + j] * x[shift + j]
+            i = model.dof[first, DOF_PARENT]
         x[shift + k] = x_k
 
 

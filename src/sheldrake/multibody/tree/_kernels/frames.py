@@ -58,12 +58,18 @@ def relative_pose(X_WA, X_WB):
 
 
 @kernel
+def fixed_pose(model, p, frame):
+    """Pose of a row of `TreeModel.frame` on what it is fixed to."""
+    at = model.frame[frame, FRAME_POSE]
+    return (read9(p, at), read3(p, at + 9))
+
+
+@kernel
 def frame_pose(model, p, frame):
     """X_BF of a row of `TreeModel.frame` on its body."""
-    at = model.frame[frame, FRAME_POSE]
     if model.frame[frame, FRAME_PARENT] >= 0:
         return pose_through_frames(model, p, frame)
-    return (read9(p, at), read3(p, at + 9))
+    return fixed_pose(model, p, frame)
 
 
 @kernel(outline=True)

@@ -36,7 +36,7 @@ def add_body_jacobian(model: TreeModel, work: TreeWork, body: int, p_WQ, sign: f
         k = model.dof[k, DOF_PARENT]
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_relative_jacobian(model: TreeModel, work: TreeWork, bodies: IntVector, point: Vector, J: Matrix) -> None:
     """Spatial velocity Jacobian of a point Q of body B measured in body A, expressed in W; needs `calc_positions`.
 
@@ -55,7 +55,7 @@ def calc_relative_jacobian(model: TreeModel, work: TreeWork, bodies: IntVector, 
     add_body_jacobian(model, work, bodies[1], p_WQ, -1.0, J)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_frame_jacobian(model: TreeModel, p: Vector, work: TreeWork, ends: IntVector, point: Vector, J: Matrix) -> None:
     """Spatial velocity Jacobian of a point of frame B measured in frame A, expressed in E; needs `calc_positions`.
 
@@ -81,7 +81,7 @@ def calc_frame_jacobian(model: TreeModel, p: Vector, work: TreeWork, ends: IntVe
             store_column3(J, 3, k, rotate_back(R_WE, column3(J, 3, k)))
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_relative_pose(model: TreeModel, p: Vector, work: TreeWork, ends: IntVector, X: Matrix) -> None:
     """X_AB of frame B in frame A, shape (1, 12); needs `calc_positions`.
 
@@ -92,7 +92,7 @@ def calc_relative_pose(model: TreeModel, p: Vector, work: TreeWork, ends: IntVec
     store_pose(X, 0, R_AB, p_AB)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_momentum_jacobian(model: TreeModel, work: TreeWork, mask: IntVector, J: Matrix) -> None:
     """Jacobian of the linear momentum of the masked bodies, in W [kg, kg m], shape (3, nv); needs `calc_positions`."""
     for k in range(model.dof.shape[0]):

@@ -24,14 +24,13 @@ from sheldrake.common._kernels.vec import (
     rotation_of_quaternion,
     scale3,
     scale6,
-    store3_at,
     store6,
-    store9,
     sub3,
 )
 from sheldrake.common.kernel import Matrix, Vector, kernel
 from sheldrake.multibody.tree._kernels.frames import (
     compose_pose,
+    fixed_pose,
     frame_pose,
     load_pose,
     pose_of_frame,
@@ -41,6 +40,7 @@ from sheldrake.multibody.tree._kernels.frames import (
 from sheldrake.multibody.tree._kernels.model import (
     AXIS,
     BALL,
+    DIRECT,
     FRAME_F,
     FRAME_M,
     FREE,
@@ -72,70 +72,98 @@ def position_kinematics(model: TreeModel, p: Vector, work: TreeWork, q: Vector) 
         at = model.body[body, Q]
         if kind == FREE:
             store_pose(work.X_WB, body, rotation_of_quaternion(read4(q, at)), read3(q, at + 4))
-        elif kind <= SCREW:
+        elif kind <= SCREW and model.body[body, DIRECT] == 1:
             position_of_axis_joint(model, p, work, q, body)
         else:
-            position_of_wide_joint(model, p, work, q, body)
+            position_of_any_joint(model, p, work, q, body)
 
 
 @kernel
 def position_of_axis_joint(model, p, work, q, body):
-    """Revolute, prismatic, screw, weld."""
+    """Revolute, prismatic, screw, weld, between frames that are fixed to the bodies themselves."""
     kind = model.body[body, KIND]
-    dof = model.body[body, V]
-    X_WF = pose_of_frame(model, p, work.X_WB, model.body[body, PARENT], model.body[body, FRAME_F])
-    R_WF, p_WF = X_WF
-    axis_F = load3(model.joint, body)
-    axis_W = rotate(R_WF, axis_F)
-    if kind == WELD:
-        R_WM, p_WM = compose_pose(X_WF, (load9(model.joint, body), load3_at(model.joint, body, 9)))
-        store_pose(work.X_WB, body, R_WM, p_WM)
-    else:
-        position = q[model.body[body, Q]]
-        store_pose(work.X_WB, body, R_WF, p_WF)
+    angle = 0.0  # before poses are loaded, which would have to wait in memory for the calls of libm
+    s = 0.0
+    c = 1.0
+    if kind != WELD:
+        angle = q[model.body[body, Q]]
         if kind != PRISMATIC:
-            turn_frame(work.X_WB, body, axis_F, model.body[body, AXIS], position)
+            s = sin(angle)
+            c = cos(angle)
+    R_WF, p_WF = load_pose(work.X_WB, model.body[body, PARENT])
+    if model.body[body, FRAME_F] >= 0:
+        R_WF, p_WF = compose_pose((R_WF, p_WF), fixed_pose(model, p, model.body[body, FRAME_F]))
+    if kind == WELD:
+        R_WM, p_WM = compose_pose((R_WF, p_WF), (load9(model.joint, body), load3_at(model.joint, body, 9)))
+        store_pose(work.X_WB, body, R_WM, p_WM)
+        to_body_frame(model, p, work, body)
+    else:
+        axis_F = load3(model.joint, body)
+        axis_W = rotate(R_WF, axis_F)
+        p_WM = p_WF
         if kind != REVOLUTE:
-            store3_at(work.X_WB, body, 9, add3(p_WF, scale3(axis_W, model.joint[body, LEAD] * position)))
-    p_WM = load3_at(work.X_WB, body, 9)
-    to_body_frame(model, p, work, body)
-    if kind == PRISMATIC:
-        store6(work.S, dof, (scale3(axis_W, 0.0), axis_W))
-    elif kind != WELD:
-        p_RootM = sub3(p_WM, load3_at(work.X_WB, model.body[body, ROOT], 9))
-        along = scale3(axis_W, model.joint[body, LEAD])
-        store6(work.S, dof, (axis_W, add3(cross3(p_RootM, axis_W), along)))
+            p_WM = add3(p_WF, scale3(axis_W, model.joint[body, LEAD] * angle))
+        along = model.body[body, AXIS]
+        if kind == PRISMATIC:
+            store_pose(work.X_WB, body, R_WF, p_WM)
+        elif along == 0:
+            store_pose(work.X_WB, body, compose(R_WF, rotation_about(axis_F, angle)), p_WM)
+        else:
+            store_turned(work.X_WB, body, R_WF, p_WM, along, s, c)
+        to_body_frame(model, p, work, body)
+        store_axis(model, work, body, axis_W, p_WM)
 
 
 @kernel
-def turn_frame(X, row, axis, along, angle):
-    """Turns the frame in a row about an axis of its own; quick when it is x, y or z (1, 2, 3), as it mostly is."""
-    if along == 0:
-        store9(X, row, compose(load9(X, row), rotation_about(axis, angle)))
+def store_turned(X, row, R, p, along, s, c):
+    """A pose whose frame is turned about an axis of its own, x, y or z (1, 2, 3; negative when opposite)."""
+    x, y, z = (R[0], R[3], R[6]), (R[1], R[4], R[7]), (R[2], R[5], R[8])
+    if along < 0:
+        along = -along
+        s = -s
+    if along == 3:
+        x, y = turn(x, y, s, c)
+        store_pose(X, row, (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), p)
+    elif along == 2:
+        z, x = turn(z, x, s, c)
+        store_pose(X, row, (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), p)
     else:
-        s = sin(angle)
-        c = cos(angle)
-        i = along % 3  # the two axes that move
-        j = (along + 1) % 3
-        for k in range(3):
-            a = X[row, 3 * k + i]
-            b = X[row, 3 * k + j]
-            X[row, 3 * k + i] = a * c + b * s
-            X[row, 3 * k + j] = b * c - a * s
+        y, z = turn(y, z, s, c)
+        store_pose(X, row, (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), p)
+
+
+@kernel
+def turn(x, y, s, c):
+    """Both turned from x towards y, by an angle of sine s and cosine c."""
+    return add3(scale3(x, c), scale3(y, s)), sub3(scale3(y, c), scale3(x, s))
+
+
+@kernel
+def store_axis(model, work, body, axis_W, p_WM):
+    """The row of `S` of a revolute, prismatic or screw joint."""
+    kind = model.body[body, KIND]
+    dof = model.body[body, V]
+    if kind == PRISMATIC:
+        store6(work.S, dof, (scale3(axis_W, 0.0), axis_W))
+    else:
+        u = cross3(sub3(p_WM, load3_at(work.X_WB, model.body[body, ROOT], 9)), axis_W)
+        if kind == SCREW:
+            u = add3(u, scale3(axis_W, model.joint[body, LEAD]))
+        store6(work.S, dof, (axis_W, u))
 
 
 @kernel
 def to_body_frame(model, p, work, body):
-    """From the pose of the joint's outboard frame M in `X_WB` to that of the body."""
+    """From the pose of the joint's outboard frame M in `X_WB` to that of the body; M is fixed to the body itself."""
     frame = model.body[body, FRAME_M]
     if frame >= 0:
-        R_WB, p_WB = remove_pose(load_pose(work.X_WB, body), frame_pose(model, p, frame))
+        R_WB, p_WB = remove_pose(load_pose(work.X_WB, body), fixed_pose(model, p, frame))
         store_pose(work.X_WB, body, R_WB, p_WB)
 
 
 @kernel(outline=True)
-def position_of_wide_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector, body: int) -> None:
-    """Joints of two to six degrees of freedom."""
+def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector, body: int) -> None:
+    """Joints of two to six degrees of freedom, and those whose frames are fixed to other frames."""
     kind = model.body[body, KIND]
     at = model.body[body, Q]
     dof = model.body[body, V]
@@ -144,27 +172,42 @@ def position_of_wide_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vecto
     x_W = (R_WF[0], R_WF[3], R_WF[6])
     y_W = (R_WF[1], R_WF[4], R_WF[7])
     z_W = (R_WF[2], R_WF[5], R_WF[8])
-    store3_at(work.X_WB, body, 9, p_WF)
-    if kind == QUATERNION:
-        store9(work.X_WB, body, compose(R_WF, rotation_of_quaternion(read4(q, at))))
-        store3_at(work.X_WB, body, 9, add3(p_WF, rotate(R_WF, read3(q, at + 4))))
+    R_WM, p_WM = X_WF
+    if kind == WELD:
+        R_WM, p_WM = compose_pose(X_WF, (load9(model.joint, body), load3_at(model.joint, body, 9)))
+    elif kind <= SCREW:
+        axis_F = load3(model.joint, body)
+        x_W = rotate(R_WF, axis_F)
+        if kind != PRISMATIC:
+            R_WM = compose(R_WF, rotation_about(axis_F, q[at]))
+        if kind != REVOLUTE:
+            p_WM = add3(p_WF, scale3(x_W, model.joint[body, LEAD] * q[at]))
+    elif kind == QUATERNION:
+        R_WM = compose(R_WF, rotation_of_quaternion(read4(q, at)))
+        p_WM = add3(p_WF, rotate(R_WF, read3(q, at + 4)))
     elif kind == RPY:
-        store9(work.X_WB, body, compose(R_WF, rotation_of_rpy(read3(q, at))))
-        store3_at(work.X_WB, body, 9, add3(p_WF, rotate(R_WF, read3(q, at + 3))))
+        R_WM = compose(R_WF, rotation_of_rpy(read3(q, at)))
+        p_WM = add3(p_WF, rotate(R_WF, read3(q, at + 3)))
     elif kind == BALL:
-        store9(work.X_WB, body, compose(R_WF, rotation_of_rpy(read3(q, at))))
+        R_WM = compose(R_WF, rotation_of_rpy(read3(q, at)))
     elif kind == PLANAR:
-        store9(work.X_WB, body, compose(R_WF, rotation_about((0.0, 0.0, 1.0), q[at + 2])))
-        store3_at(work.X_WB, body, 9, add3(p_WF, add3(scale3(x_W, q[at]), scale3(y_W, q[at + 1]))))
+        R_WM = compose(R_WF, rotation_about((0.0, 0.0, 1.0), q[at + 2]))
+        p_WM = add3(p_WF, add3(scale3(x_W, q[at]), scale3(y_W, q[at + 1])))
     else:
         y_W = add3(scale3(y_W, cos(q[at])), scale3(z_W, sin(q[at])))
         about_x = rotation_about((1.0, 0.0, 0.0), q[at])
-        store9(work.X_WB, body, compose(R_WF, compose(about_x, rotation_about((0.0, 1.0, 0.0), q[at + 1]))))
-    p_WM = load3_at(work.X_WB, body, 9)
-    to_body_frame(model, p, work, body)
+        R_WM = compose(R_WF, compose(about_x, rotation_about((0.0, 1.0, 0.0), q[at + 1])))
+    R_WB, p_WB = R_WM, p_WM
+    if model.body[body, FRAME_M] >= 0:
+        R_WB, p_WB = remove_pose((R_WM, p_WM), frame_pose(model, p, model.body[body, FRAME_M]))
+    store_pose(work.X_WB, body, R_WB, p_WB)
     p_RootM = sub3(p_WM, load3_at(work.X_WB, model.body[body, ROOT], 9))
     still = (0.0, 0.0, 0.0)
-    if kind == PLANAR:
+    if kind == WELD:
+        return
+    if kind <= SCREW:
+        store_axis(model, work, body, x_W, p_WM)
+    elif kind == PLANAR:
         store6(work.S, dof, (still, x_W))
         store6(work.S, dof + 1, (still, y_W))
         store6(work.S, dof + 2, (z_W, cross3(p_RootM, z_W)))

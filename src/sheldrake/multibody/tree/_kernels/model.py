@@ -32,8 +32,9 @@ FRAME_F = np.int64(7)  # joint frame on the inboard body: row of TreeModel.frame
 FRAME_M = np.int64(8)  # joint frame on this body: row of TreeModel.frame, -1 is the body frame
 INERTIA = np.int64(9)  # where in p its ten inertia numbers start
 TIP = np.int64(10)  # last dof that moves the body, -1 when none does; its ancestors are the others
-AXIS = np.int64(11)  # the axis of F that is the axis of the joint: 1, 2, 3; 0 when none is
-BODY_COLUMNS = 12
+AXIS = np.int64(11)  # the axis of F that is the axis of the joint: 1, 2, 3, negative when opposite; 0 when none is
+DIRECT = np.int64(12)  # 1 when the joint's frames are fixed to their bodies, not to other frames
+BODY_COLUMNS = 13
 
 # Kinds of joints.
 WELD = np.int64(0)
@@ -59,7 +60,8 @@ DEPTH = np.int64(3)  # number of ancestors
 ROW = np.int64(4)  # where its row of a packed matrix starts
 DAMPING = np.int64(5)  # where in p its damping is
 DOF_Q = np.int64(6)  # its position when the joint has as many positions as velocities and qdot = v, else -1
-DOF_COLUMNS = 7
+RUN = np.int64(7)  # where the run that it ends begins: dofs each of which is the parent of the next
+DOF_COLUMNS = 8
 
 # Columns of TreeModel.frame: frames fixed to a body, other than body frames.
 FRAME_PARENT = np.int64(0)  # the frame it is fixed to, -1 is the body frame

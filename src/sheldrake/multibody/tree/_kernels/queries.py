@@ -23,32 +23,32 @@ from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import ACTUATOR_DOF, DAMPING, ROOT, TreeModel, TreeWork
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_positions(model: TreeModel, p: Vector, work: TreeWork, q: Vector) -> None:
     """`X_WB` and `S`."""
     kinematics.position_kinematics(model, p, work, q)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
     """`inertia`; needs `calc_positions`."""
     dynamics.body_inertias(model, p, work)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_velocities(model: TreeModel, p: Vector, work: TreeWork, q: Vector, v: Vector) -> None:
     """`V` and `A`; needs `calc_positions`."""
     kinematics.velocity_kinematics(model, p, work, q, v)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Matrix) -> None:
     """`work.M` and the dense mass matrix, shape (nv, nv), zeroed before; needs `calc_inertias`."""
     dynamics.mass_matrix(model, p, work)
     factor.unpack(model, work.M, M)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_bias(model: TreeModel, work: TreeWork, bias: Vector) -> None:
     """C(q, v) v, shape (nv,); needs `calc_velocities`."""
     dynamics.bias_term(model, work, 0.0)
@@ -56,14 +56,14 @@ def calc_bias(model: TreeModel, work: TreeWork, bias: Vector) -> None:
         bias[k] = work.bias[k]
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_gravity(model: TreeModel, work: TreeWork, tau: Vector) -> None:
     """tau_g(q), shape (nv,); needs `calc_positions`."""
     dynamics.gravity_forces(model, work, work.F)
     dynamics.project_forces(model, work, tau)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_inverse_dynamics(
     model: TreeModel,
     p: Vector,
@@ -88,7 +88,7 @@ def calc_inverse_dynamics(
         tau[k] += dynamics.reflected_inertia(model, p, i) * vdot[k]
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_forward_dynamics(
     model: TreeModel, p: Vector, work: TreeWork, q: Vector, v: Vector, tau: Vector, dt: float, vdot: Vector
 ) -> int:
@@ -110,20 +110,20 @@ def calc_forward_dynamics(
     return bad + 1
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_body_velocities(model: TreeModel, work: TreeWork, V_WB: Matrix) -> None:
     """Spatial velocities of the body origins, shape (num_bodies, 6); needs `calc_velocities`."""
     kinematics.body_velocities(model, work, V_WB)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_accelerations(model: TreeModel, work: TreeWork, vdot: Vector, A_WB: Matrix) -> None:
     """Spatial accelerations of the body origins for given vdot, shape (num_bodies, 6); needs `calc_velocities`."""
     dynamics.accelerations(model, work, vdot, A_WB)
     dynamics.body_accelerations(model, work, A_WB)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_generalized_forces(model: TreeModel, work: TreeWork, F_Bo_W: Matrix, tau: Vector) -> None:
     """Generalized forces of spatial forces at the body origins, shape (num_bodies, 6); needs `calc_positions`."""
     for body in range(model.body.shape[0]):
@@ -133,7 +133,7 @@ def calc_generalized_forces(model: TreeModel, work: TreeWork, F_Bo_W: Matrix, ta
     dynamics.project_forces(model, work, tau)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_element_forces(
     model: TreeModel,
     force_model: ForceModel,
@@ -160,19 +160,19 @@ def calc_element_forces(
     forces.add_at_body_origins(model, work, work.F, F_Bo_W)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_qdot(model: TreeModel, q: Vector, v: Vector, qdot: Vector) -> None:
     """qdot = N(q) v."""
     integrate.qdot_of_velocity(model, q, v, qdot)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_velocity(model: TreeModel, q: Vector, qdot: Vector, v: Vector) -> None:
     """v = N⁺(q) qdot."""
     integrate.velocity_of_qdot(model, q, qdot, v)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_centre_of_mass(model: TreeModel, work: TreeWork, centre: Vector) -> int:
     """Centre of mass [m] of all bodies, in W, shape (3,); needs `calc_inertias`.
 
@@ -201,7 +201,7 @@ def first_moment(model, work, body):
     return add3(scale3(root, work.inertia[body, 0]), load3_at(work.inertia, body, 1))
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vector, L: Vector) -> None:
     """Spatial momentum of the masked bodies about a point of W [kg m²/s, kg m/s], in W, shape (6,).
 
@@ -223,7 +223,7 @@ def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vect
             L[5] += l[2]
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_kinetic_energy(model: TreeModel, p: Vector, work: TreeWork, v: Vector, energy: Vector) -> None:
     """Energy of motion [J], that of rotors too, shape (1,); needs `calc_inertias` and `calc_velocities`."""
     energy[0] = 0.0
@@ -235,7 +235,7 @@ def calc_kinetic_energy(model: TreeModel, p: Vector, work: TreeWork, v: Vector, 
         energy[0] += 0.5 * dynamics.reflected_inertia(model, p, i) * rate * rate
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def calc_gravity_energy(model: TreeModel, work: TreeWork, energy: Vector) -> None:
     """Potential energy of gravity [J], zero at the world's origin, shape (1,); needs `calc_inertias`."""
     energy[0] = 0.0

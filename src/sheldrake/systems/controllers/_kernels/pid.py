@@ -42,7 +42,7 @@ def effort(model: Pid, xc: Vector, u: Vectors, i: int) -> float:
     return model.gains[0, i] * e_q + model.gains[1, i] * xc[i] + model.gains[2, i] * e_v
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def control(model: Pid, xc: Vector, u: Vectors, y: Vector) -> None:
     """The control; the inputs are the state and the desired state."""
     n = model.gains.shape[1]
@@ -58,7 +58,7 @@ def control(model: Pid, xc: Vector, u: Vectors, y: Vector) -> None:
             y[i] = effort(model, xc, u, i)
 
 
-@kernel(top=True)
+@kernel(top=True, short_loops=True)
 def integral(model: Pid, u: Vectors, xdot: Vector) -> None:
     """Derivative of the integral of the error in position."""
     for i in range(xdot.shape[0]):

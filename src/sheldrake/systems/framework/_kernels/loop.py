@@ -166,7 +166,7 @@ def logs_full(P, I):
     return False
 
 
-@kernel(top=True, strict=True)
+@kernel(top=True, strict=True, short_loops=True)
 def advance(
     program_model: Program,
     N: IntVector,
