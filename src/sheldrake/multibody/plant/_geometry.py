@@ -168,17 +168,15 @@ class PlantGeometry:
             elif not isinstance(illustration, IllustrationProperties):
                 illustration = MakePhongIllustrationProperties(np.ravel(np.asarray(illustration, float)))
             instance.set_illustration_properties(illustration)
+            instance.set_perception_properties(PerceptionProperties(illustration))
         else:
             instance.set_name(self._full_name(body, instance.name()))
-        illustration = instance.illustration_properties()
-        if illustration is None and instance.perception_properties() is None:
-            illustration = IllustrationProperties()
-            instance.set_illustration_properties(illustration)
-        if instance.perception_properties() is None:
-            perception = PerceptionProperties(illustration)
-            if not perception.HasProperty("label", "id"):
-                perception.AddProperty("label", "id", RenderLabel(int(body.index())))
-            instance.set_perception_properties(perception)
+            if instance.illustration_properties() is None and instance.perception_properties() is None:
+                instance.set_illustration_properties(IllustrationProperties())
+                instance.set_perception_properties(PerceptionProperties())
+        perception = instance.mutable_perception_properties()
+        if perception is not None and not perception.HasProperty("label", "id"):
+            perception.AddProperty("label", "id", RenderLabel(int(body.index())))
         geometry_id = self._scene_graph.RegisterGeometry(
             self._source_id, self._frame_of_body[int(body.index())], instance
         )
