@@ -43,18 +43,16 @@ class VanDerPolOscillator(LeafSystem):
 
     @staticmethod
     def CalcLimitCycle() -> np.ndarray:
-        """The limit cycle for mu = 1: states (q, q') at even intervals of time, once around, shape (2, n)."""
+        """The limit cycle for mu = 1: states (q, q') at the steps of a simulation once around, shape (2, n)."""
         from sheldrake.systems.analysis import Simulator
+        from sheldrake.systems.framework import DiagramBuilder
+        from sheldrake.systems.primitives import LogVectorOutput
 
-        # A point of the cycle, which attracts: found once by simulating long.
-        start, period, step = np.array([-0.1144, 2.0578]), 6.667, 0.04
-        system = VanDerPolOscillator()
-        simulator = Simulator(system)
+        builder = DiagramBuilder()
+        system = builder.AddSystem(VanDerPolOscillator())
+        logger = LogVectorOutput(system.get_output_port(1), builder)
+        simulator = Simulator(builder.Build())
         context = simulator.get_mutable_context()
-        context.SetContinuousState(start)
-        context.SetAccuracy(1e-6)
-        states = [start]
-        for t in np.append(np.arange(step, period, step), period):
-            simulator.AdvanceTo(float(t))
-            states.append(context.get_continuous_state_vector().CopyToVector())
-        return np.array(states).T
+        context.SetContinuousState([-0.1144, 2.0578])  # A point of the cycle, which attracts.
+        simulator.AdvanceTo(6.667)
+        return logger.FindLog(context).data()

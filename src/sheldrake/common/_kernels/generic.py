@@ -49,6 +49,13 @@ def is_positive(x: Any) -> bool:
     return bool(len(x.GetVariables())) or x.Evaluate() > 0.0
 
 
+def is_zero(x: Any) -> bool:
+    """Whether a number is zero; what cannot be said before variables have values is not."""
+    if isinstance(x, (float, int)) or not hasattr(x, "GetVariables"):
+        return x == 0.0
+    return not len(x.GetVariables()) and x.Evaluate() == 0.0
+
+
 def is_finite(x: Any) -> bool:
     """Whether a number is neither infinite nor NaN; what cannot be said before variables have values passes."""
     if isinstance(x, (float, int)):

@@ -23,6 +23,7 @@ def register() -> None:
         _unary(getattr(generic, name), getattr(math, name), _TO_FIRST_ORDER[name])
     overload(generic.atan2)(_atan2)
     overload(generic.is_positive)(_is_positive)
+    overload(generic.is_zero)(lambda x: lambda x: x == 0.0)
     overload(generic.is_finite)(lambda x: lambda x: abs(x.real) < math.inf)
     overload(generic.whole)(lambda x: lambda x: math.floor(x.real))
     overload(generic.clip)(_clip)

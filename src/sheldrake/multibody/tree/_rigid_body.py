@@ -15,6 +15,7 @@ from sheldrake.multibody.math import RotationalInertia, SpatialForce, SpatialFor
 from sheldrake.multibody.tree._element import NamedElement, vector
 from sheldrake.multibody.tree._frame import Frame, RigidBodyFrame
 from sheldrake.multibody.tree._index import BodyIndex, ModelInstanceIndex, default_model_instance
+from sheldrake.systems.framework._vector import lifted
 
 
 class RigidBody(NamedElement):
@@ -102,7 +103,7 @@ class RigidBody(NamedElement):
     def _change(self, context: Any, call: str, start: int, values: Any) -> None:
         owner = self._finalized(call)
         numbers = np.array(owner._numbers(context, self._group))
-        numbers[start : start + len(values)] = values
+        numbers[start : start + len(values)] = lifted(np.array(values), context._system._scalar)
         if numbers.dtype != object and not (np.all(np.isfinite(numbers)) and numbers[0] >= 0.0):
             raise RuntimeError(
                 f"RigidBody.{call}(): body {self._name!r} needs a finite inertia and a mass of at least zero, "

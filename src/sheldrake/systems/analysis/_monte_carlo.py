@@ -38,7 +38,7 @@ def RandomSimulation(make_simulator: Callable, output: Callable, final_time: flo
     system, context = simulator.get_system(), simulator.get_mutable_context()
     system.SetRandomContext(context, generator)
     simulator.AdvanceTo(final_time)
-    return output(system, context)
+    return float(output(system, context))
 
 
 def MonteCarloSimulation(

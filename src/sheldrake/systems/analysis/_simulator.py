@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._overloads import expect, incompatible
 from sheldrake.systems.analysis._explicit import RungeKutta3Integrator
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._progress import Progress
@@ -245,8 +245,12 @@ class Simulator(SimulatorSettings):
             interruptible: Let Ctrl-C stop it at the end of a step; the context is then as after any step.
 
         Raises:
+            TypeError: the time is no number.
             RuntimeError: the time lies in the past, or an event handler reported failure.
         """
+        if isinstance(boundary_time, str):
+            ways = ["(boundary_time: float, interruptible: bool = True)"]
+            raise incompatible("Simulator.AdvanceTo", ways, (boundary_time,), {})
         T = float(boundary_time)
         self._get_ready()
         store = self._context._store

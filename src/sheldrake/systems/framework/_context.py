@@ -292,15 +292,17 @@ class Context(ContextBase):
 
     def get_parameters(self) -> Parameters:
         """The parameters."""
-        store, numeric = self._store, object.__new__(DiscreteValues)
+        store = self._store
         first, last = self._place.parameters
-        numeric._groups = [
-            self._vector(a, b, _Toucher(store, CONSTANT, "pn", first + k), "_pn_models", k)
-            for k, (a, b) in enumerate(store.layout.parameter_groups[first:last])
-        ]
+        numeric = DiscreteValues._view([self._numeric_parameter(k) for k in range(last - first)])
         first, last = self._place.abstract_parameters
         touch = _Toucher(store, CONSTANT, "pa", self._node)
         return Parameters._view(numeric, AbstractValues._view(store.parameters[first:last], touch))
+
+    def _numeric_parameter(self, k: int) -> BasicVector:
+        group = self._place.parameters[0] + k
+        a, b = self._store.layout.parameter_groups[group]
+        return self._vector(a, b, _Toucher(self._store, CONSTANT, "pn", group), "_pn_models", k)
 
     def get_mutable_parameters(self) -> Parameters:
         """The parameters, to be changed."""
@@ -309,6 +311,9 @@ class Context(ContextBase):
 
     def get_numeric_parameter(self, index: int) -> BasicVector:
         """Group `index` of the numeric parameters."""
+        first, last = self._place.parameters
+        if type(index) is int and 0 <= index < last - first:  # without making all the others
+            return self._numeric_parameter(index)
         return self.get_parameters().get_numeric_parameter(index)
 
     def get_mutable_numeric_parameter(self, index: int) -> BasicVector:

@@ -5,7 +5,7 @@ import pytest
 
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
-from sheldrake.systems.primitives import LogVectorOutput
+from sheldrake.systems.primitives import ConstantVectorSource, LogVectorOutput
 
 
 class Plant(LeafSystem):
@@ -105,3 +105,11 @@ def test_unconnected_input_is_named_with_its_path():
     diagram = builder.Build()
     with pytest.raises(RuntimeError, match=r"InputPort\[0\] \(u\) of System ::_::plant .* is not connected"):
         Simulator(diagram).AdvanceTo(1.0)
+
+
+@pytest.mark.parametrize("time", ["1.0", "x", None, [1.0]])
+def test_a_time_that_is_no_number_is_a_type_error(time):
+    simulator = Simulator(ConstantVectorSource([1.0]))
+    with pytest.raises(TypeError):
+        simulator.AdvanceTo(time)
+    assert simulator.get_context().get_time() == 0.0

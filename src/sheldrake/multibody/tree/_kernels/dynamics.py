@@ -6,6 +6,7 @@ tree so that nothing is transformed between bodies.
 
 from __future__ import annotations
 
+from sheldrake.common._kernels.generic import is_zero
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
@@ -58,7 +59,7 @@ def body_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
     for body in range(1, model.body.shape[0]):
         at = model.body[body, INERTIA]
         mass = p[at]
-        if mass == 0.0:
+        if is_zero(mass):
             store_inertia(work.inertia, body, (mass, (mass, mass, mass), (mass, mass, mass, mass, mass, mass)))
         else:
             R_WB = load9(work.X_WB, body)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from sheldrake.common._kernels.generic import is_zero
 from sheldrake.common._kernels.vec import (
     add3,
     cross3,
@@ -186,7 +187,7 @@ def calc_centre_of_mass(model: TreeModel, work: TreeWork, centre: Vector) -> int
     for body in range(2, model.body.shape[0]):
         mass += work.inertia[body, 0]
         moment = add3(moment, first_moment(model, work, body))
-    if mass == 0.0:
+    if is_zero(mass):
         return 1
     centre[0] = moment[0] / mass
     centre[1] = moment[1] / mass
