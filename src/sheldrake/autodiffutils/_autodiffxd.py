@@ -6,37 +6,11 @@ import math
 
 import numpy as np
 
+from sheldrake.common._ieee import divide, power, real
+
 _REAL = (float, int, np.floating, np.integer, np.bool_)
 _EMPTY = np.zeros(0)
 _ARRAY = np.ndarray
-
-
-def _real(name: str, x: float) -> float:
-    """`math.<name>(x)` with the IEEE answer (nan, inf) where `math` raises."""
-    try:
-        return getattr(math, name)(x)
-    except (ValueError, OverflowError):
-        with np.errstate(all="ignore"):
-            return float(getattr(np, _NUMPY_NAME.get(name, name))(np.float64(x)))
-
-
-_NUMPY_NAME = {"asin": "arcsin", "acos": "arccos", "atan": "arctan"}
-
-
-def _divide(a: float, b: float) -> float:
-    try:
-        return a / b
-    except ZeroDivisionError:
-        with np.errstate(all="ignore"):
-            return float(np.float64(a) / np.float64(b))
-
-
-def _power(a: float, b: float) -> float:
-    try:
-        return math.pow(a, b)
-    except (ValueError, OverflowError):
-        with np.errstate(all="ignore"):
-            return float(np.power(np.float64(a), np.float64(b)))
 
 
 def _scaled(d, s: float):
@@ -175,19 +149,19 @@ class AutoDiffXd:
         if other.__class__ is AutoDiffXd:
             b = other._v
             if other._d is None:
-                return _make(_divide(self._v, b), _scaled(self._d, _divide(1.0, b)))
+                return _make(divide(self._v, b), _scaled(self._d, divide(1.0, b)))
             # (a'b - ab') / b^2, in this order so that division by zero gives the signs IEEE arithmetic gives.
             numerator = _sum(_scaled(self._d, b), _scaled(other._d, -self._v))
-            return _make(_divide(self._v, b), _scaled(numerator, _divide(1.0, b * b)))
+            return _make(divide(self._v, b), _scaled(numerator, divide(1.0, b * b)))
         if isinstance(other, _REAL):
             other = float(other)
-            return _make(_divide(self._v, other), _scaled(self._d, _divide(1.0, other)))
+            return _make(divide(self._v, other), _scaled(self._d, divide(1.0, other)))
         return NotImplemented
 
     def __rtruediv__(self, other):
         if isinstance(other, _REAL):
             other, b = float(other), self._v
-            return _make(_divide(other, b), _scaled(self._d, _divide(-other, b * b)))
+            return _make(divide(other, b), _scaled(self._d, divide(-other, b * b)))
         return NotImplemented
 
     def __neg__(self):
@@ -200,16 +174,16 @@ class AutoDiffXd:
         if isinstance(other, _REAL):
             return self.pow(other)
         if other.__class__ is AutoDiffXd:
-            value = _power(self._v, other._v)
-            d_base = None if self._d is None else _scaled(self._d, other._v * _power(self._v, other._v - 1.0))
-            d_exponent = None if other._d is None else _scaled(other._d, value * _real("log", self._v))
+            value = power(self._v, other._v)
+            d_base = None if self._d is None else _scaled(self._d, other._v * power(self._v, other._v - 1.0))
+            d_exponent = None if other._d is None else _scaled(other._d, value * real("log", self._v))
             return _make(value, _sum(d_base, d_exponent))
         return NotImplemented
 
     def __rpow__(self, other):
         if isinstance(other, _REAL):
-            value = _power(float(other), self._v)
-            return _make(value, None if self._d is None else _scaled(self._d, value * _real("log", float(other))))
+            value = power(float(other), self._v)
+            return _make(value, None if self._d is None else _scaled(self._d, value * real("log", float(other))))
         return NotImplemented
 
     def __abs__(self):
@@ -251,51 +225,51 @@ class AutoDiffXd:
 
     def sin(self):
         """Returns the sine."""
-        return self._chain(_real("sin", self._v), lambda x, y: _real("cos", x))
+        return self._chain(real("sin", self._v), lambda x, y: real("cos", x))
 
     def cos(self):
         """Returns the cosine."""
-        return self._chain(_real("cos", self._v), lambda x, y: -_real("sin", x))
+        return self._chain(real("cos", self._v), lambda x, y: -real("sin", x))
 
     def tan(self):
         """Returns the tangent."""
-        return self._chain(_real("tan", self._v), lambda x, y: 1.0 + y * y)
+        return self._chain(real("tan", self._v), lambda x, y: 1.0 + y * y)
 
     def asin(self):
         """Returns the arc sine [rad]."""
-        return self._chain(_real("asin", self._v), lambda x, y: _divide(1.0, _real("sqrt", 1.0 - x * x)))
+        return self._chain(real("asin", self._v), lambda x, y: divide(1.0, real("sqrt", 1.0 - x * x)))
 
     def acos(self):
         """Returns the arc cosine [rad]."""
-        return self._chain(_real("acos", self._v), lambda x, y: _divide(-1.0, _real("sqrt", 1.0 - x * x)))
+        return self._chain(real("acos", self._v), lambda x, y: divide(-1.0, real("sqrt", 1.0 - x * x)))
 
     def atan(self):
         """Returns the arc tangent [rad]."""
-        return self._chain(_real("atan", self._v), lambda x, y: 1.0 / (1.0 + x * x))
+        return self._chain(real("atan", self._v), lambda x, y: 1.0 / (1.0 + x * x))
 
     def sinh(self):
         """Returns the hyperbolic sine."""
-        return self._chain(_real("sinh", self._v), lambda x, y: _real("cosh", x))
+        return self._chain(real("sinh", self._v), lambda x, y: real("cosh", x))
 
     def cosh(self):
         """Returns the hyperbolic cosine."""
-        return self._chain(_real("cosh", self._v), lambda x, y: _real("sinh", x))
+        return self._chain(real("cosh", self._v), lambda x, y: real("sinh", x))
 
     def tanh(self):
         """Returns the hyperbolic tangent."""
-        return self._chain(_real("tanh", self._v), lambda x, y: 1.0 - y * y)
+        return self._chain(real("tanh", self._v), lambda x, y: 1.0 - y * y)
 
     def exp(self):
         """Returns the exponential."""
-        return self._chain(_real("exp", self._v), lambda x, y: y)
+        return self._chain(real("exp", self._v), lambda x, y: y)
 
     def log(self):
         """Returns the natural logarithm."""
-        return self._chain(_real("log", self._v), lambda x, y: _divide(1.0, x))
+        return self._chain(real("log", self._v), lambda x, y: divide(1.0, x))
 
     def sqrt(self):
         """Returns the square root."""
-        return self._chain(_real("sqrt", self._v), lambda x, y: _divide(0.5, y))
+        return self._chain(real("sqrt", self._v), lambda x, y: divide(0.5, y))
 
     def abs(self):
         """Returns the absolute value; its slope at zero is taken as +1."""
@@ -306,14 +280,14 @@ class AutoDiffXd:
         if not isinstance(exponent, _REAL):
             return self.__pow__(exponent)
         exponent = float(exponent)
-        return self._chain(_power(self._v, exponent), lambda x, y: exponent * _power(x, exponent - 1.0))
+        return self._chain(power(self._v, exponent), lambda x, y: exponent * power(x, exponent - 1.0))
 
     def atan2(self, x):
         """Returns the angle [rad] of the point (x, self)."""
         x = _as_autodiff("atan2", x)
         value = math.atan2(self._v, x._v)
         square = self._v * self._v + x._v * x._v
-        d = _sum(_scaled(self._d, _divide(x._v, square)), _scaled(x._d, _divide(-self._v, square)))
+        d = _sum(_scaled(self._d, divide(x._v, square)), _scaled(x._d, divide(-self._v, square)))
         return _make(value, d)
 
     def max(self, other):

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common import _ieee as ieee
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._scalars import autodiff_class
 
@@ -60,30 +61,22 @@ def _symbolic(name: str, *args: Any) -> Any:
     return getattr(importlib.import_module("sheldrake.symbolic"), name)(*args)
 
 
-def _ieee(name: str, real: Callable[..., float], *args: Any) -> float:
-    """`real(*args)`, with C's answer where Python raises."""
-    numbers = [float(x) for x in args]
-    try:
-        return float(real(*numbers))
-    except (ValueError, OverflowError, ZeroDivisionError):
-        with np.errstate(all="ignore"):
-            return float(getattr(np, name)(*(np.float64(x) for x in numbers)))
-
-
 def _refuse(name: str, *args: Any) -> TypeError:
     return incompatible(name, ["(float)", "(AutoDiffXd)", "(Expression)"], args, {})
 
 
-def _unary(name: str, real: Callable[[float], float], numpy_name: str, what: str) -> Callable[[Any], Any]:
+def _unary(name: str, what: str) -> Callable[[Any], Any]:
+    exact = getattr(math, name)
+
     def function(x: Any, /) -> Any:
         if type(x) is float:
             try:
-                return real(x)
+                return exact(x)
             except (ValueError, OverflowError):
-                return _ieee(numpy_name, real, x)
+                return ieee.real(name, x)
         kind = _kind(x)
         if kind is _FLOAT:
-            return _ieee(numpy_name, real, x)
+            return ieee.real(name, float(x))
         if kind is _DUAL:
             return getattr(x, name)()
         if kind is _SYMBOL:
@@ -95,18 +88,18 @@ def _unary(name: str, real: Callable[[float], float], numpy_name: str, what: str
     return function
 
 
-sin = _unary("sin", math.sin, "sin", "Sine")
-cos = _unary("cos", math.cos, "cos", "Cosine")
-tan = _unary("tan", math.tan, "tan", "Tangent")
-asin = arcsin = _unary("asin", math.asin, "arcsin", "Arc sine")
-acos = arccos = _unary("acos", math.acos, "arccos", "Arc cosine")
-atan = arctan = _unary("atan", math.atan, "arctan", "Arc tangent")
-sinh = _unary("sinh", math.sinh, "sinh", "Hyperbolic sine")
-cosh = _unary("cosh", math.cosh, "cosh", "Hyperbolic cosine")
-tanh = _unary("tanh", math.tanh, "tanh", "Hyperbolic tangent")
-exp = _unary("exp", math.exp, "exp", "Exponential")
-log = _unary("log", math.log, "log", "Natural logarithm")
-sqrt = _unary("sqrt", math.sqrt, "sqrt", "Square root")
+sin = _unary("sin", "Sine")
+cos = _unary("cos", "Cosine")
+tan = _unary("tan", "Tangent")
+asin = arcsin = _unary("asin", "Arc sine")
+acos = arccos = _unary("acos", "Arc cosine")
+atan = arctan = _unary("atan", "Arc tangent")
+sinh = _unary("sinh", "Hyperbolic sine")
+cosh = _unary("cosh", "Hyperbolic cosine")
+tanh = _unary("tanh", "Hyperbolic tangent")
+exp = _unary("exp", "Exponential")
+log = _unary("log", "Natural logarithm")
+sqrt = _unary("sqrt", "Square root")
 
 
 def abs(x: Any, /) -> Any:
@@ -194,7 +187,7 @@ def pow(base: Any, exponent: Any, /) -> Any:
     """`base` to the power of `exponent`; the exponent of an AutoDiffXd is a float."""
     kind = _pair(base, exponent)
     if kind is _FLOAT:
-        return _ieee("power", math.pow, base, exponent)
+        return ieee.power(float(base), float(exponent))
     if kind is _DUAL and _kind(exponent) is _FLOAT:
         return base ** float(exponent)
     if kind is _SYMBOL:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 
-import numpy as np
-
+from sheldrake.common import _ieee as ieee
 from sheldrake.symbolic import _kinds as k
 
 
@@ -54,11 +54,7 @@ def power(a: float, b: float) -> float:
             f"pow({a:g}, {b:g}) : numerical argument out of domain. {a:g} is finite negative and {b:g} is finite "
             "non-integer."
         )
-    try:
-        return math.pow(a, b)
-    except (ValueError, OverflowError):
-        with np.errstate(all="ignore"):
-            return float(np.power(np.float64(a), np.float64(b)))
+    return ieee.power(a, b)
 
 
 def divide(a: float, b: float) -> float:
@@ -72,36 +68,22 @@ def divide(a: float, b: float) -> float:
     return a / b
 
 
-def _quiet(name: str) -> Callable[[float], float]:
-    """IEEE's answer where `math` raises (overflow, an infinite angle)."""
-    exact, general = getattr(math, name), getattr(np, name)
-
-    def function(x: float) -> float:
-        try:
-            return float(exact(x))
-        except (ValueError, OverflowError):
-            with np.errstate(all="ignore"):
-                return float(general(x))
-
-    return function
-
-
 UNARY: dict[int, Callable[[float], float]] = {
     k.LOG: _log,
     k.ABS: abs,
-    k.EXP: _quiet("exp"),
+    k.EXP: functools.partial(ieee.real, "exp"),
     k.SQRT: _sqrt,
-    k.SIN: _quiet("sin"),
-    k.COS: _quiet("cos"),
-    k.TAN: _quiet("tan"),
+    k.SIN: functools.partial(ieee.real, "sin"),
+    k.COS: functools.partial(ieee.real, "cos"),
+    k.TAN: functools.partial(ieee.real, "tan"),
     k.ASIN: _asin,
     k.ACOS: _acos,
     k.ATAN: math.atan,
-    k.SINH: _quiet("sinh"),
-    k.COSH: _quiet("cosh"),
+    k.SINH: functools.partial(ieee.real, "sinh"),
+    k.COSH: functools.partial(ieee.real, "cosh"),
     k.TANH: math.tanh,
-    k.CEIL: _quiet("ceil"),
-    k.FLOOR: _quiet("floor"),
+    k.CEIL: functools.partial(ieee.real, "ceil"),
+    k.FLOOR: functools.partial(ieee.real, "floor"),
 }
 
 BINARY: dict[int, Callable[[float, float], float]] = {

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
+from sheldrake.common import _ieee as ieee
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._expression import Expression
@@ -62,8 +61,7 @@ class RationalFunction:
 
     def Evaluate(self, env: dict[Variable, float]) -> float:
         """Returns the value; infinite or nan where the denominator is zero."""
-        with np.errstate(all="ignore"):
-            return float(np.float64(self._numerator.Evaluate(env)) / np.float64(self._denominator.Evaluate(env)))
+        return ieee.divide(self._numerator.Evaluate(env), self._denominator.Evaluate(env))
 
     def ToExpression(self) -> Expression:
         """Returns it as an expression."""

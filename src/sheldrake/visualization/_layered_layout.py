@@ -11,7 +11,7 @@ import dataclasses
 import itertools
 import math
 
-from ._wire_routing import Channel, lanes_below, order_tracks
+from ._wire_routing import Channel, lanes_below, order_tracks, simplified
 
 GAP = 26.0  # between boxes of one layer
 LANE = 12.0  # between wires that pass
@@ -348,7 +348,7 @@ class Layout:
                 out, back = channels[source.layer + 1].x[wire.source], channels[target.layer].x[wire.source]
                 lane = lanes[wire.source]
                 points += [(out, y_source), (out, lane), (back, lane), (back, y_target)]
-            wire.points = _simplified([*points, (target.x, y_target)])
+            wire.points = simplified([*points, (target.x, y_target)])
 
 
 def _mean(values: list[float], otherwise: float) -> float:
@@ -386,17 +386,3 @@ def nearest_with_gaps(wanted: list[float], weights: list[float], gaps: list[floa
             last[1], last[2] = last[1] + w, last[2] + count
     flat = [mean for mean, _, count in blocks for _ in range(int(count))]
     return [y + shift for y, shift in zip(flat, shifts)]
-
-
-def _simplified(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Returns a path of horizontal and vertical pieces without the points that are no corners."""
-    corners: list[tuple[float, float]] = []
-    for point in points:
-        if corners and abs(corners[-1][0] - point[0]) + abs(corners[-1][1] - point[1]) < 1e-9:
-            continue
-        if len(corners) > 1 and any(
-            abs(corners[-2][k] - point[k]) < 1e-9 and abs(corners[-1][k] - point[k]) < 1e-9 for k in (0, 1)
-        ):
-            corners.pop()
-        corners.append(point)
-    return corners

@@ -101,3 +101,17 @@ def lanes_below(bottoms: list[float], spans: list[tuple[Net, int, int]], spacing
         for layer in range(first, last + 1):
             below[layer] = lanes[net]
     return lanes
+
+
+def simplified(points: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Returns a path of horizontal and vertical pieces without the points that are no corners."""
+    corners: list[tuple[float, float]] = []
+    for point in points:
+        if corners and abs(corners[-1][0] - point[0]) + abs(corners[-1][1] - point[1]) < 1e-9:
+            continue
+        if len(corners) > 1 and any(
+            abs(corners[-2][k] - point[k]) < 1e-9 and abs(corners[-1][k] - point[k]) < 1e-9 for k in (0, 1)
+        ):
+            corners.pop()
+        corners.append(point)
+    return corners

@@ -17,11 +17,10 @@ from sheldrake.systems.analysis._span import Span, note_status
 from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.analysis._witness import WitnessWatch
 from sheldrake.systems.framework import _evaluate, _logs
-from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._event import EventStatus, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
-from sheldrake.systems.framework._store import checked_status
 from sheldrake.systems.framework._system import System
 from sheldrake.systems.framework._vector import plain
 

@@ -12,11 +12,11 @@ from sheldrake.common._native.parallel import prepare
 from sheldrake.systems.analysis._first_calls import FirstCalls
 from sheldrake.systems.framework import _logs, _python_rows
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
-from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._event import EventStatus, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
-from sheldrake.systems.framework._store import FAILED, Store, checked_status
+from sheldrake.systems.framework._store import FAILED, Store
 
 _ROW = ctypes.CFUNCTYPE(ctypes.c_int64)  # the caller hands over t, slab and words in registers: nobody looks
 _STATUS, _TERMINATE = int(_program.STATUS), int(_program.TERMINATE)

@@ -9,10 +9,9 @@ import numpy as np
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._span import Span
 from sheldrake.systems.framework import _python_rows
-from sheldrake.systems.framework._event import EventStatus, WitnessFunction
+from sheldrake.systems.framework._event import EventStatus, WitnessFunction, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
-from sheldrake.systems.framework._store import checked_status
 
 
 class WitnessWatch:

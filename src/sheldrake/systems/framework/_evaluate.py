@@ -7,10 +7,10 @@ from typing import Any
 
 from sheldrake.systems.framework import _logs
 from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED, EventDeclaration
-from sheldrake.systems.framework._event import EventStatus
+from sheldrake.systems.framework._event import EventStatus, checked_status
 from sheldrake.systems.framework._layout import NO_ROW
 from sheldrake.systems.framework._state import State
-from sheldrake.systems.framework._store import Store, checked_status
+from sheldrake.systems.framework._store import Store
 from sheldrake.systems.framework._values import DiscreteValues
 
 Select = Callable[[EventDeclaration], bool]

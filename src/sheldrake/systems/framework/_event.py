@@ -236,3 +236,14 @@ class WitnessFunction:
             WitnessFunctionDirection.kNegativeThenNonNegative: rises,
             WitnessFunctionDirection.kCrossesZero: falls or rises,
         }[self._direction]
+
+
+def checked_status(result: Any) -> EventStatus:
+    """What an event's handler returned, if it is an EventStatus.
+
+    Raises:
+        RuntimeError: it is not.
+    """
+    if not isinstance(result, EventStatus):
+        raise RuntimeError(f"An event handler must return None or an EventStatus, not {result!r}.")
+    return result

@@ -383,17 +383,6 @@ class Store:
         return new
 
 
-def checked_status(result: Any) -> EventStatus:
-    """What an event's handler returned, if it is an EventStatus.
-
-    Raises:
-        RuntimeError: it is not.
-    """
-    if not isinstance(result, EventStatus):
-        raise RuntimeError(f"An event handler must return None or an EventStatus, not {result!r}.")
-    return result
-
-
 def not_connected(system: Any, i: int, exported: Any = None) -> RuntimeError:
     """The error for an input port without a value."""
     also = ""
@@ -405,4 +394,4 @@ def not_connected(system: Any, i: int, exported: Any = None) -> RuntimeError:
     )
 
 
-__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "Store", "checked_status", "not_connected", "tree_of"]
+__all__ = ["CONSTANT", "CONTINUOUS", "FAILED", "SAMPLED", "Store", "not_connected", "tree_of"]
