@@ -75,7 +75,7 @@ def compile_proximity(
     pair, family = _by_family(_that_may_touch(pairs, excluded, kind, body), kind)
     vertex, face, loop, topology = hulls.arrays(geometry)
     model = GeometryModel(
-        geometry, size, material, X_BG, pair, np.zeros(1), family, vertex, face, loop, topology, cell, partner
+        geometry, size, material, X_BG, pair, np.zeros(2), family, vertex, face, loop, topology, cell, partner
     )
     return model, ids
 

@@ -15,7 +15,7 @@ from sheldrake.common._kernels.generic import whole
 from sheldrake.common.kernel import IntMatrix, IntVector, kernel
 
 from .box_box import box_box_contacts
-from .contacts import boxes_apart, ordered, spheres_apart
+from .contacts import boxes_apart, ordered, spheres_apart, widest_margin
 from .convex import convex_contacts
 from .model import (
     BODY,
@@ -93,7 +93,7 @@ def bucket_of(cells, x, y, z):
 @kernel
 def put_cell(model, table, cells, g):
     """Cell and bucket of a geometry."""
-    width = model.cell[0] + model.margin[0]
+    width = model.cell[0] + widest_margin(model)
     for axis in range(3):
         cells.cell[g, axis] = whole(table.X_WG[g, CENTRE_W + axis] / width)
     if model.geometry[g, KIND] == HALF_SPACE or 2.0 * model.size[g, BOUND] > model.cell[0]:

@@ -13,8 +13,10 @@ from .model import (
     BOXES,
     CAPSULE,
     CONVEX,
+    ELASTIC,
     HALF_SPACES,
     KIND,
+    SEVERAL,
     SPHERES,
     Z_AXIS,
     ContactTable,
@@ -25,10 +27,15 @@ from .table import absolute, bounding_centre, column, place_geometry, position_o
 
 
 @kernel
+def widest_margin(model):
+    return model.margin[SEVERAL] + model.margin[ELASTIC]
+
+
+@kernel
 def spheres_apart(model, table, a, b):
     """True if the bounding spheres of a and b do not meet."""
     r = sub3(bounding_centre(table, a), bounding_centre(table, b))
-    reach = model.size[a, BOUND] + model.size[b, BOUND] + model.margin[0]
+    reach = model.size[a, BOUND] + model.size[b, BOUND] + widest_margin(model)
     return dot3(r, r) > reach * reach
 
 
@@ -49,7 +56,8 @@ def boxes_apart(model, table, a, b):
     t = rotate_back(R_WA, sub3(bounding_centre(table, b), bounding_centre(table, a)))
     h = half_extents(model, b)
     g = half_extents(model, a)
-    g = (g[0] + model.margin[0], g[1] + model.margin[0], g[2] + model.margin[0])
+    margin = widest_margin(model)
+    g = (g[0] + margin, g[1] + margin, g[2] + margin)
     for k in range(3):
         row = (R[3 * k], R[3 * k + 1], R[3 * k + 2])
         if absolute(t[k]) > g[k] + absolute(row[0]) * h[0] + absolute(row[1]) * h[1] + absolute(row[2]) * h[2]:
@@ -65,7 +73,8 @@ def boxes_apart(model, table, a, b):
 def above(model, table, i, j):
     """True if the bounding sphere of i does not reach half space j."""
     nhat = column(rotation_of(table, j), Z_AXIS)
-    return dot3(nhat, sub3(bounding_centre(table, i), position_of(table, j))) > model.size[i, BOUND] + model.margin[0]
+    reach = model.size[i, BOUND] + widest_margin(model)
+    return dot3(nhat, sub3(bounding_centre(table, i), position_of(table, j))) > reach
 
 
 @kernel

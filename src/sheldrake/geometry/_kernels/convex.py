@@ -19,6 +19,7 @@ from .model import (
     POLYGON_B,
     POLYGON_C,
     RADIUS,
+    SEVERAL,
     Z_AXIS,
 )
 from .separation import separation
@@ -97,7 +98,9 @@ def face_contacts(model, table, ref, inc, out, nhat, depth):
     for k in range(count):
         if table.work[CANDIDATE + k, 3] > deepest:
             deepest = table.work[CANDIDATE + k, 3]
-    short = _SHORT * (absolute(depth) + model.margin[0]) + _LEVEL * (model.size[ref, BOUND] + model.size[inc, BOUND])
+    short = _SHORT * (absolute(depth) + model.margin[SEVERAL]) + _LEVEL * (
+        model.size[ref, BOUND] + model.size[inc, BOUND]
+    )
     if model.geometry[ref, KIND] == CYLINDER:
         short += _FACETED * model.size[ref, RADIUS]
     if model.geometry[inc, KIND] == CYLINDER:
@@ -214,7 +217,7 @@ def emit_four(model, table, i, j, nhat_ji, count):
                 far = dot3(r, r)
                 first = e
                 second = k
-    if least < 0.5 * table.work[CANDIDATE + deepest, 3] - model.margin[0]:
+    if least < 0.5 * table.work[CANDIDATE + deepest, 3] - model.margin[SEVERAL]:
         first = deepest
         far = -1.0
         for k in range(count):

@@ -30,7 +30,7 @@ from .model import (
     X_AXIS,
     Z_AXIS,
 )
-from .table import MIN_DEPTH, absolute, column, emit, least_depth, position_of, rotation_of
+from .table import MIN_DEPTH, absolute, column, elastic_reach, emit, least_depth, position_of, rotation_of
 
 ALIGNED = 1e-7  # Drake's tolerance for an axis that is (not) along the normal
 
@@ -74,7 +74,7 @@ def emit_below(model, table, i, j, p_WQ, nhat, depth):
 def sphere_on_plane(model, table, i, j, nhat, height):
     radius = model.size[i, RADIUS]
     p_WGo = position_of(table, i)
-    if radius - height >= 0.0:
+    if radius - height >= -elastic_reach(model, i, j):
         p_WCi = sub3(p_WGo, scale3(nhat, radius))
         emit(model, table, i, j, p_WCi, sub3(p_WGo, scale3(nhat, height)), nhat, radius - height)
 
@@ -220,7 +220,7 @@ def ellipsoid_on_plane(model, table, i, j, nhat, height):
     an = (a[0] * n[0], a[1] * n[1], a[2] * n[2])
     reach = sqrt(dot3(an, an))
     depth = reach - height
-    if depth > MIN_DEPTH:
+    if depth > MIN_DEPTH - elastic_reach(model, i, j):
         s = rotate(R_WG, (a[0] * an[0] / reach, a[1] * an[1] / reach, a[2] * an[2] / reach))
         p_WM = add3(position_of(table, i), scale3(s, 0.5 * depth / reach - 1.0))
         half = scale3(nhat, 0.5 * depth)

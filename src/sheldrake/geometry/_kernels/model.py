@@ -58,6 +58,10 @@ MATERIAL_COLUMNS = 5
 # vertex farthest along the middle of a cell is near the one farthest along any direction through the cell.
 START_CELLS = np.int64(4)
 
+# GeometryModel.margin
+SEVERAL = np.int64(0)
+ELASTIC = np.int64(1)
+
 # Columns of GeometryModel.loop: a face of a hull
 FIRST_CORNER = np.int64(0)  # index in `topology` of its vertices, counter-clockwise seen from outside
 NUM_CORNERS = np.int64(1)
@@ -95,8 +99,8 @@ class GeometryModel(NamedTuple):
         material: shape (n, MATERIAL_COLUMNS).
         X_BG: pose in the body, R row-major then p [m], shape (n, 12).
         pair: geometries A < B that may touch, by family and then by A and B, shape (num_pairs, 2).
-        margin: distance from which on pairs with several points are seen before they touch [m], shape (1,); see
-            `least_depth`.
+        margin: distance from which on pairs with several points are seen before they touch [m], and those without
+            dissipation, shape (2,); see `least_depth`.
         family: first pair of each family of pair kernels, and the number of pairs, shape (NUM_FAMILIES + 1,).
         vertex: hull vertices in G [m], shape (num_vertices, 3).
         face: outward unit normal and offset [m] of hull faces in G (normal . x <= offset inside), shape (num_faces, 4).
@@ -198,7 +202,7 @@ def empty_geometry_model() -> GeometryModel:
         material=np.zeros((0, MATERIAL_COLUMNS)),
         X_BG=np.zeros((0, 12)),
         pair=np.zeros((0, 2), np.int64),
-        margin=np.zeros(1),
+        margin=np.zeros(2),
         family=np.zeros(NUM_FAMILIES + 1, np.int64),
         vertex=np.zeros((0, 3)),
         face=np.zeros((0, 4)),

@@ -7,7 +7,7 @@ from sheldrake.common.kernel import kernel
 
 from .distance import point_box, point_capsule, point_cylinder, point_ellipsoid, point_sphere
 from .model import BOX, CAPSULE, CYLINDER, ELLIPSOID, HALF_LENGTH, KIND, RADIUS
-from .table import emit, position_of, rotation_of
+from .table import elastic_reach, emit, position_of, rotation_of
 
 
 @kernel
@@ -34,7 +34,7 @@ def sphere_contacts(model, table, i, j):
     p_WS = position_of(table, i)
     phi, gradient, nearest = point_shape(model, j, rotate_back(R_WG, sub3(p_WS, p_WG)))
     depth = radius - phi
-    if depth >= 0.0:
+    if depth >= -elastic_reach(model, i, j):
         nhat_ji_W = rotate(R_WG, gradient)
         p_WCj = add3(p_WG, rotate(R_WG, nearest))
         emit(model, table, i, j, sub3(p_WS, scale3(nhat_ji_W, radius)), p_WCj, nhat_ji_W, depth)

@@ -5,7 +5,24 @@ from __future__ import annotations
 from sheldrake.common._kernels.vec import add3, compose, load3_at, load9, rotate, scale3, store3_at, store9
 from sheldrake.common.kernel import kernel
 
-from .model import BODY, CAPACITY_EXCEEDED, CENTRE, CENTRE_W, DEPTH, MULTI_POINT, NHAT_BA_W, P_WCA, P_WCB, POSITION
+from .model import (
+    BODY,
+    CAPACITY_EXCEEDED,
+    CENTRE,
+    CENTRE_W,
+    DEPTH,
+    DISSIPATION,
+    ELASTIC,
+    HALF_SPACE,
+    KIND,
+    MULTI_POINT,
+    NHAT_BA_W,
+    P_WCA,
+    P_WCB,
+    POSITION,
+    SEVERAL,
+    SPHERE,
+)
 
 MIN_DEPTH = 2.220446049250313e-16  # [m] polytopes and round shapes must overlap by more; spheres may just touch
 
@@ -16,11 +33,27 @@ def least_depth(model, i, j):
 
     Where a pair has several points, those that are not yet touching count too, a little before they do: else a stiff
     and light body hops from one corner to the other, as each corner is free while the step that lands it is solved.
-    The contact law gives such a point no force unless it is about to touch within the step.
+    The contact law gives such a point no force unless it is about to touch within the step. Pairs without dissipation
+    are seen so early that the law can account for all of their energy.
     """
     if model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2:
-        return MIN_DEPTH - model.margin[0]
+        return MIN_DEPTH - model.margin[SEVERAL] - elastic_reach(model, i, j)
     return MIN_DEPTH
+
+
+@kernel
+def elastic_reach(model, i, j):
+    """How far ahead a pair is seen because neither of its shapes dissipates [m]; 0 if it is no such pair.
+
+    One shape is a ball or a half space: points of other pairs jump from edge to edge, and can not account for energy.
+    """
+    if model.margin[ELASTIC] > 0.0:
+        if model.material[i, DISSIPATION] == 0.0 and model.material[j, DISSIPATION] == 0.0:
+            kind_i = model.geometry[i, KIND]
+            kind_j = model.geometry[j, KIND]
+            if kind_i == SPHERE or kind_j == SPHERE or kind_i == HALF_SPACE or kind_j == HALF_SPACE:
+                return model.margin[ELASTIC]
+    return 0.0 * model.margin[ELASTIC]
 
 
 @kernel

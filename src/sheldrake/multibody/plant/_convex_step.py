@@ -46,7 +46,7 @@ class ConvexStep:
             raise plant._explain_status(GEOMETRY_NOT_CONNECTED, context)
         models = plant._models(connected, self._compiled)
         geometry = models["geometry_model"]
-        models["geometry_model"] = geometry = geometry._replace(margin=np.array([_step.CONTACT_MARGIN]))
+        models["geometry_model"] = geometry = geometry._replace(margin=np.array([_step.CONTACT_MARGIN, 0.0]))
         models["plant_model"] = self._plant_model = plant_model = self._with_limits(models["plant_model"])
         models["solver_model"] = self._solver = solver = _step.solver_model_of(
             plant._tree_model, geometry, 1.0, "lagged", stiction_tolerance=plant._stiction_tolerance

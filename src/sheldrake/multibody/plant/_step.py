@@ -48,8 +48,7 @@ def solver_model_of(
         approximation: "lagged", "similar", "sap" or "tamsi".
         options: more of `make_solver_model`.
     """
-    multi = geometry_model.geometry[:, geometry_columns.MULTI_POINT] == 1
-    several = bool(np.any(multi[geometry_model.pair].all(axis=1))) or (len(geometry_model.cell) > 0 and multi.sum() > 1)
+    several = touches_at_several_points(geometry_model)
     options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
     options.setdefault("settle", several)
     tree = tree_model.tree[:, [tree_columns.TREE_DOF, tree_columns.TREE_NV]]
@@ -74,14 +73,28 @@ GLIDE = 2.0
 """Speed of sliding times friction up to which kSimilar glides on its gap instead of hopping [m/s]."""
 
 
+BOUNCE = 10.0
+"""Half the speed up to which bodies without dissipation bounce to the height from which they fell [m/s]."""
+
+
 def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
     """Lets the contact search look ahead where the contact law has no force at a distance: all but kSap.
 
     What slides with kSimilar floats dt mu v above the ground (Castro, Han, Masterjohn 2023): its points must be seen
-    there. kSap's gap is (dt + tau) mu v, and its force reaches as far.
+    there. kSap's gap is (dt + tau) mu v, and its force reaches as far. What does not dissipate has to be seen before
+    its spring has taken energy (see `contact_solvers._kernels.elastic`).
     """
     margins = {"sap": 0.0, "similar": CONTACT_MARGIN + GLIDE * dt}
-    model.margin[0] = margins.get(approximation, CONTACT_MARGIN)
+    model.margin[geometry_columns.SEVERAL] = margins.get(approximation, CONTACT_MARGIN)
+    elastic = model.material[:, geometry_columns.DISSIPATION] == 0.0
+    if approximation in ("lagged", "similar") and elastic.sum() > 1 and touches_at_several_points(model):
+        model.margin[geometry_columns.ELASTIC] = BOUNCE * dt
+
+
+def touches_at_several_points(model: GeometryModel) -> bool:
+    """Whether there is a pair of geometries that may touch at several points."""
+    multi = model.geometry[:, geometry_columns.MULTI_POINT] == 1
+    return bool(np.any(multi[model.pair].all(axis=1))) or (len(model.cell) > 0 and multi.sum() > 1)
 
 
 def stages(

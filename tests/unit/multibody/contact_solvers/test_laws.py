@@ -13,12 +13,20 @@ from sheldrake.multibody.contact_solvers._kernels.similar import similar_cost, s
 DT, K, D, FE0, N0, EPS = 1e-3, 5e5, 20.0, 30.0, 0.02, 1e-3
 LAWS = {
     "lagged": (
-        lambda mu, vc: lagged_cost(K, D, mu, FE0, N0, EPS, DT, vc),
-        lambda mu, vc: lagged_impulse(K, D, mu, FE0, N0, EPS, DT, vc),
+        lambda mu, vc: lagged_cost(K, D, mu, FE0, 0.0, N0, EPS, DT, vc),
+        lambda mu, vc: lagged_impulse(K, D, mu, FE0, 0.0, N0, EPS, DT, vc),
     ),
     "similar": (
-        lambda mu, vc: similar_cost(K, D, mu, FE0, EPS, DT, vc),
-        lambda mu, vc: similar_impulse(K, D, mu, FE0, EPS, DT, vc),
+        lambda mu, vc: similar_cost(K, D, mu, FE0, 0.0, EPS, DT, vc),
+        lambda mu, vc: similar_impulse(K, D, mu, FE0, 0.0, EPS, DT, vc),
+    ),
+    "elastic, was in": (
+        lambda mu, vc: lagged_cost(K, 0.0, mu, FE0, -0.3 * FE0, N0, EPS, DT, vc),
+        lambda mu, vc: lagged_impulse(K, 0.0, mu, FE0, -0.3 * FE0, N0, EPS, DT, vc),
+    ),
+    "elastic, was out": (
+        lambda mu, vc: similar_cost(K, 0.0, mu, FE0, -1.5 * FE0, EPS, DT, vc),
+        lambda mu, vc: similar_impulse(K, 0.0, mu, FE0, -1.5 * FE0, EPS, DT, vc),
     ),
     "sap": (
         lambda mu, vc: sap_cone_cost(mu, 0.05, 0.4, 0.02, vc),
@@ -74,7 +82,7 @@ def test_friction_opposes_slip_and_stays_in_its_cone(law):
     mu = 0.7
     for vc in velocities(2):
         gamma, _ = LAWS[law][1](mu, vc)
-        normal = N0 if law == "lagged" else gamma[2]  # lagged: the cone of the step's start
+        normal = N0 if law in ("lagged", "elastic, was in") else gamma[2]  # lagged: the cone of the step's start
         assert gamma[2] >= 0.0
         assert np.hypot(gamma[0], gamma[1]) <= mu * normal * (1 + 1e-12) + 1e-15
         assert gamma[0] * vc[0] + gamma[1] * vc[1] <= 0.0

@@ -4,6 +4,7 @@ from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.lagged import lagged_cost, lagged_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     APPROXIMATION,
+    BACK,
     DISSIPATION,
     DT,
     EPS,
@@ -28,9 +29,13 @@ def contact_impulse(model, law, c, vc):
     mu = law[c, FRICTION]
     kind = model.setting[APPROXIMATION]
     if kind == LAGGED:
-        return lagged_impulse(law[c, STIFFNESS], law[c, DISSIPATION], mu, law[c, FE0], law[c, N0], law[c, EPS], dt, vc)
+        return lagged_impulse(
+            law[c, STIFFNESS], law[c, DISSIPATION], mu, law[c, FE0], law[c, BACK], law[c, N0], law[c, EPS], dt, vc
+        )
     if kind == SIMILAR:
-        return similar_impulse(law[c, STIFFNESS], law[c, DISSIPATION], mu, law[c, FE0], law[c, EPS], dt, vc)
+        return similar_impulse(
+            law[c, STIFFNESS], law[c, DISSIPATION], mu, law[c, FE0], law[c, BACK], law[c, EPS], dt, vc
+        )
     return sap_cone_impulse(mu, law[c, R_T], law[c, R_N], law[c, VHAT_N], vc)
 
 
@@ -41,7 +46,9 @@ def contact_cost(model, law, c, vc):
     mu = law[c, FRICTION]
     kind = model.setting[APPROXIMATION]
     if kind == LAGGED:
-        return lagged_cost(law[c, STIFFNESS], law[c, DISSIPATION], mu, law[c, FE0], law[c, N0], law[c, EPS], dt, vc)
+        return lagged_cost(
+            law[c, STIFFNESS], law[c, DISSIPATION], mu, law[c, FE0], law[c, BACK], law[c, N0], law[c, EPS], dt, vc
+        )
     if kind == SIMILAR:
-        return similar_cost(law[c, STIFFNESS], law[c, DISSIPATION], mu, law[c, FE0], law[c, EPS], dt, vc)
+        return similar_cost(law[c, STIFFNESS], law[c, DISSIPATION], mu, law[c, FE0], law[c, BACK], law[c, EPS], dt, vc)
     return sap_cone_cost(mu, law[c, R_T], law[c, R_N], law[c, VHAT_N], vc)

@@ -1,6 +1,10 @@
-"""Normal impulse of a Hunt-Crossley spring-damper (Castro, Han, Masterjohn 2023, section IV)."""
+"""Normal impulse of a Hunt-Crossley spring-damper (Castro, Han, Masterjohn 2023, section IV), or of an elastic spring.
+
+`back` is zero for the former, see `elastic.half_a_step_back`.
+"""
 
 from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.elastic import elastic_impulse, elastic_integral
 
 
 @kernel
@@ -10,28 +14,22 @@ def elastic_force(k, fe0, dt, z):
 
 
 @kernel
-def normal_impulse(k, d, fe0, dt, z):
-    """n(z) = dt (fe0 - dt k z)+ (1 - d z)+ [N s]."""
+def normal_impulse(k, d, fe0, back, dt, z):
+    """n(z) = dt (fe0 - dt k z)+ (1 - d z)+ [N s] and its derivative, which is never positive [kg]."""
+    if back != 0.0:
+        return elastic_impulse(k, fe0, back, dt, z)
     force = elastic_force(k, fe0, dt, z)
     damping = 1.0 - d * z
     if force <= 0.0 or damping <= 0.0:
-        return 0.0 * z
-    return dt * force * damping
+        return 0.0 * z, 0.0 * z
+    return dt * force * damping, -dt * (k * dt * damping + d * force)
 
 
 @kernel
-def normal_impulse_slope(k, d, fe0, dt, z):
-    """Derivative of `normal_impulse`, never positive [kg]."""
-    force = elastic_force(k, fe0, dt, z)
-    damping = 1.0 - d * z
-    if force <= 0.0 or damping <= 0.0:
-        return 0.0 * z
-    return -dt * (k * dt * damping + d * force)
-
-
-@kernel
-def normal_impulse_integral(k, d, fe0, dt, z):
+def normal_impulse_integral(k, d, fe0, back, dt, z):
     """N(z), an antiderivative of `normal_impulse`, constant once contact is lost [J]."""
+    if back != 0.0:
+        return elastic_integral(k, fe0, back, dt, z)
     open_spring = fe0 / dt / (k + 1e-20)
     open_damper = 1.0 / (d + 1e-20)
     s = z

@@ -8,20 +8,19 @@ from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.hunt_crossley import (
     normal_impulse,
     normal_impulse_integral,
-    normal_impulse_slope,
 )
 
 
 @kernel
-def lagged_cost(k, d, mu, fe0, n0, eps, dt, vc):
+def lagged_cost(k, d, mu, fe0, back, n0, eps, dt, vc):
     """l(vc) = -N(vn) + mu n0 s(vt) [J]."""
     vx, vy, vn = vc
     slip = sqrt(vx * vx + vy * vy + eps * eps) - eps
-    return mu * n0 * slip - normal_impulse_integral(k, d, fe0, dt, vn)
+    return mu * n0 * slip - normal_impulse_integral(k, d, fe0, back, dt, vn)
 
 
 @kernel
-def lagged_impulse(k, d, mu, fe0, n0, eps, dt, vc):
+def lagged_impulse(k, d, mu, fe0, back, n0, eps, dt, vc):
     """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz)."""
     vx, vy, vn = vc
     soft = 1.0 / sqrt(vx * vx + vy * vy + eps * eps)
@@ -29,7 +28,8 @@ def lagged_impulse(k, d, mu, fe0, n0, eps, dt, vc):
     ty = vy * soft
     friction = mu * n0
     stiffness = friction * soft
-    gamma = (-friction * tx, -friction * ty, normal_impulse(k, d, fe0, dt, vn))
+    n, slope = normal_impulse(k, d, fe0, back, dt, vn)
+    gamma = (-friction * tx, -friction * ty, n)
     zero = 0.0 * vn
     G = (
         stiffness * (1.0 - tx * tx),
@@ -37,6 +37,6 @@ def lagged_impulse(k, d, mu, fe0, n0, eps, dt, vc):
         stiffness * (1.0 - ty * ty),
         zero,
         zero,
-        -normal_impulse_slope(k, d, fe0, dt, vn),
+        -slope,
     )
     return gamma, G

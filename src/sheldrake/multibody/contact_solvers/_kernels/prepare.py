@@ -5,10 +5,12 @@ import numpy as np
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import dot3, load3_at
 from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.elastic import half_a_step_back
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTIVE,
     ACTUATOR,
     APPROXIMATION,
+    BACK,
     DELASSUS,
     DEPTH,
     DEPTH_OF,
@@ -126,6 +128,8 @@ def prepare_hunt_crossley(model, contacts, c, w, vn0):
     law[c, FE0] = fe0
     law[c, N0] = n0
     law[c, EPS] = eps
+    if law[c, BACK] > 0.0:
+        law[c, BACK] = half_a_step_back(law[c, STIFFNESS], law[c, DEPTH], model.option[DT], law[c, BACK], vn0)
 
 
 @kernel

@@ -52,7 +52,7 @@ class Contacts(NamedTuple):
     Attributes:
         index: Shape (capacity, 4 + width): `WIDTH`, `TREE_A`, `TREE_B`, `ORDER`, then the dofs that move it.
         J: Shape (3 capacity, width): rows 3 c .. 3 c + 2, a column for each of those dofs.
-        law: Numbers of the contact law, shape (capacity, 9), columns `STIFFNESS` .. `DELASSUS`.
+        law: Numbers of the contact law, shape (capacity, 10), columns `STIFFNESS` .. `BACK`.
         state: Shape (capacity, 17): vc [m/s] (3), its change along the search direction (3), gamma [N s] (3),
             G = -dgamma/dvc [kg] as xx, xy, yy, xz, yz, zz (6), the dual of friction (2, see `friction_dual`).
     """
@@ -195,7 +195,9 @@ R_T = FE0
 R_N = N0
 VHAT_N = EPS
 DELASSUS = np.int64(8)  # w [1/kg]
-NUM_LAW = 9
+BACK = np.int64(9)  # elastic contacts: how much larger the force was half a step back [N], see `elastic`; else 0.
+# The plant leaves there how far ahead an elastic contact is seen [m], else 0.
+NUM_LAW = 10
 
 # Contacts.state
 VC = np.int64(0)

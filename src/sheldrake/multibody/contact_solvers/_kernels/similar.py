@@ -8,28 +8,26 @@ from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.hunt_crossley import (
     normal_impulse,
     normal_impulse_integral,
-    normal_impulse_slope,
 )
 
 
 @kernel
-def similar_cost(k, d, mu, fe0, eps, dt, vc):
+def similar_cost(k, d, mu, fe0, back, eps, dt, vc):
     """l(vc) = -N(vn - mu s(vt)) [J]."""
     vx, vy, vn = vc
     slip = sqrt(vx * vx + vy * vy + eps * eps) - eps
-    return -normal_impulse_integral(k, d, fe0, dt, vn - mu * slip)
+    return -normal_impulse_integral(k, d, fe0, back, dt, vn - mu * slip)
 
 
 @kernel
-def similar_impulse(k, d, mu, fe0, eps, dt, vc):
+def similar_impulse(k, d, mu, fe0, back, eps, dt, vc):
     """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz)."""
     vx, vy, vn = vc
     norm = sqrt(vx * vx + vy * vy + eps * eps)
     tx = vx / norm
     ty = vy / norm
     z = vn - mu * (norm - eps)
-    n = normal_impulse(k, d, fe0, dt, z)
-    slope = normal_impulse_slope(k, d, fe0, dt, z)
+    n, slope = normal_impulse(k, d, fe0, back, dt, z)
     gamma = (-mu * n * tx, -mu * n * ty, n)
     along = -mu * mu * slope
     across = mu * n / norm

@@ -6,7 +6,9 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3_at, load6, scale3, store_column3, sub3
 from sheldrake.common.kernel import kernel
 from sheldrake.geometry._kernels import model as geometry
+from sheldrake.geometry._kernels.table import elastic_reach
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    BACK,
     DEPTH,
     DISSIPATION,
     DOFS,
@@ -189,6 +191,7 @@ def put_contacts(tree_model, geometry_model, tree_work, table, contacts, count):
     tree_b = np.int64(-1)
     stop = np.int64(-1)
     material = (0.0, 0.0, 0.0, 0.0, 0.0)
+    reach = 0.0
     nhat = (0.0, 0.0, 0.0)
     frame = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
     for c in range(count):
@@ -198,6 +201,7 @@ def put_contacts(tree_model, geometry_model, tree_work, table, contacts, count):
             a = table.pair[c, GEOMETRY_A]
             b = table.pair[c, GEOMETRY_B]
             material = combined_material(geometry_model.material, a, b)
+            reach = elastic_reach(geometry_model, a, b)
             tree_a = side_tree(tree_model, body_a)
             tree_b = side_tree(tree_model, body_b)
             stop = np.int64(-1)
@@ -222,3 +226,4 @@ def put_contacts(tree_model, geometry_model, tree_work, table, contacts, count):
         contacts.law[c, RELAXATION] = tau
         contacts.law[c, FRICTION] = mu
         contacts.law[c, DEPTH] = table.point[c, PAIR_DEPTH]
+        contacts.law[c, BACK] = reach

@@ -14,6 +14,7 @@ from sheldrake.geometry._kernels import model as geometry
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    BACK,
     DEPTH,
     DISSIPATION,
     FRICTION,
@@ -143,6 +144,7 @@ def put_faces(tree_model, geometry_model, hydro_model, tree, surfaces, problem, 
             contacts.law[c, RELAXATION] = tau
             contacts.law[c, FRICTION] = mu
             contacts.law[c, DEPTH] = surfaces.value[f, PRESSURE] / g
+            contacts.law[c, BACK] = 0.0
             surfaces.contact[f] = c
             c += 1
     problem.count[NUM_CONTACTS] = c
