@@ -14,7 +14,7 @@ from sheldrake.common._kernels.vec import cross3, dot3, load3, scale3, store3, s
 from sheldrake.common.kernel import kernel
 
 from .gjk import add_vertex
-from .model import CORNER, FACE, HORIZON, MAX_FACES, MAX_VERTICES, SIMPLEX, STACK
+from .model import ACROSS, CORNER, FACE, HORIZON, MAX_EDGES, MAX_FACES, MAX_VERTICES, SIMPLEX, STACK
 from .table import absolute
 
 _EPA_STEPS = 120
@@ -125,15 +125,46 @@ def make_tetrahedron(model, table, i, j, n, size):
 
 
 @kernel
-def face_across(table, faces, a, b):
-    """The existing face with the directed edge ab, or -1."""
-    for f in range(faces):
-        if table.work[FACE + f, 4] > 0.0:
-            c0 = table.iwork[CORNER + 3 * f]
-            c1 = table.iwork[CORNER + 3 * f + 1]
-            c2 = table.iwork[CORNER + 3 * f + 2]
-            if (c0 == a and c1 == b) or (c1 == a and c2 == b) or (c2 == a and c0 == b):
-                return f
+def join(table, f, first, second, third):
+    """Writes which faces are across the edges of face f, from its first corner on."""
+    table.iwork[ACROSS + 3 * f] = first
+    table.iwork[ACROSS + 3 * f + 1] = second
+    table.iwork[ACROSS + 3 * f + 2] = third
+
+
+@kernel
+def make_faces(table):
+    """The four faces of the tetrahedron of the first four vertices, seen from outside."""
+    p = load3(table.work, SIMPLEX)
+    q = load3(table.work, SIMPLEX + 1)
+    r = load3(table.work, SIMPLEX + 2)
+    s = load3(table.work, SIMPLEX + 3)
+    if dot3(cross3(sub3(q, p), sub3(r, p)), sub3(s, p)) > 0.0:
+        set_face(table, _0, _0, _2, _1)
+        set_face(table, _1, _0, _1, _3)
+        set_face(table, _2, _1, _2, _3)
+        set_face(table, _3, _2, _0, _3)
+        join(table, _0, _3, _2, _1)
+        join(table, _1, _0, _2, _3)
+        join(table, _2, _0, _3, _1)
+        join(table, _3, _0, _1, _2)
+    else:
+        set_face(table, _0, _0, _1, _2)
+        set_face(table, _1, _0, _3, _1)
+        set_face(table, _2, _1, _3, _2)
+        set_face(table, _3, _2, _3, _0)
+        join(table, _0, _1, _2, _3)
+        join(table, _1, _3, _2, _0)
+        join(table, _2, _1, _3, _0)
+        join(table, _3, _2, _1, _0)
+
+
+@kernel
+def edge_from(table, start, edges):
+    """The edge of HORIZON that starts at a vertex, or -1."""
+    for e in range(edges):
+        if table.iwork[HORIZON + 4 * e] == start:
+            return e
     return -1
 
 
@@ -142,17 +173,16 @@ def is_loop(table, edges):
     """Whether the edges of HORIZON are one closed loop."""
     at = table.iwork[HORIZON]
     for passed in range(edges):
-        for e in range(edges):
-            if table.iwork[HORIZON + 2 * e] == at:
-                at = table.iwork[HORIZON + 2 * e + 1]
-                break
+        e = edge_from(table, at, edges)
+        if e >= 0:
+            at = table.iwork[HORIZON + 4 * e + 1]
         if at == table.iwork[HORIZON]:
             return passed + 1 == edges
     return False
 
 
 @kernel(outline=True)
-def remove_seen_faces(table, faces, start, w, slack):
+def remove_seen_faces(table, start, w, slack):
     """Removes the connected faces that w is more than `slack` in front of; the number of edges of the hole.
 
     They go to HORIZON. 0 if the hole is not a disc: rounding has broken the polytope.
@@ -165,20 +195,45 @@ def remove_seen_faces(table, faces, start, w, slack):
         waiting -= 1
         f = table.iwork[STACK + waiting]
         for k in range(3):
-            a = table.iwork[CORNER + 3 * f + k]
-            b = table.iwork[CORNER + 3 * f + (k + 1) % 3]
-            g = face_across(table, faces, b, a)
-            if g < 0:
+            g = table.iwork[ACROSS + 3 * f + k]
+            if table.work[FACE + g, 4] <= 0.0:
                 continue
             if dot3(load3(table.work, FACE + g), w) > table.work[FACE + g, 3] + slack:
                 table.work[FACE + g, 4] = 0.0
                 table.iwork[STACK + waiting] = g
                 waiting += 1
-            elif edges < 127:
-                table.iwork[HORIZON + 2 * edges] = a
-                table.iwork[HORIZON + 2 * edges + 1] = b
+            elif edges < MAX_EDGES:
+                table.iwork[HORIZON + 4 * edges] = table.iwork[CORNER + 3 * f + k]
+                table.iwork[HORIZON + 4 * edges + 1] = table.iwork[CORNER + 3 * f + (k + 1) % 3]
+                table.iwork[HORIZON + 4 * edges + 2] = g
                 edges += 1
     return edges if is_loop(table, edges) else _0
+
+
+@kernel(outline=True)
+def fill_hole(table, faces, edges, vertex):
+    """Joins a vertex to the edges of HORIZON by new faces, in free places; how many places are in use then."""
+    free = 0
+    for e in range(edges):
+        while free < faces and table.work[FACE + free, 4] > 0.0:
+            free += 1
+        at = HORIZON + 4 * e
+        set_face(table, free, table.iwork[at], table.iwork[at + 1], vertex)
+        table.iwork[at + 3] = free
+        if free == faces:
+            faces += 1
+    for e in range(edges):
+        at = HORIZON + 4 * e
+        f = table.iwork[at + 3]
+        g = table.iwork[at + 2]
+        after = table.iwork[HORIZON + 4 * edge_from(table, table.iwork[at + 1], edges) + 3]
+        table.iwork[ACROSS + 3 * f] = g
+        table.iwork[ACROSS + 3 * f + 1] = after
+        table.iwork[ACROSS + 3 * after + 2] = f
+        for k in range(3):
+            if table.iwork[CORNER + 3 * g + k] == table.iwork[at + 1]:
+                table.iwork[ACROSS + 3 * g + k] = f
+    return faces
 
 
 @kernel(outline=True)
@@ -188,20 +243,7 @@ def epa(model, table, i, j, size, gap):
     Of all directions tried it gives the one with the least support, which is the depth along it, until depth and
     distance of the nearest face differ by less than `gap`.
     """
-    p = load3(table.work, SIMPLEX)
-    q = load3(table.work, SIMPLEX + 1)
-    r = load3(table.work, SIMPLEX + 2)
-    s = load3(table.work, SIMPLEX + 3)
-    if dot3(cross3(sub3(q, p), sub3(r, p)), sub3(s, p)) > 0.0:
-        set_face(table, _0, _0, _2, _1)
-        set_face(table, _1, _0, _1, _3)
-        set_face(table, _2, _1, _2, _3)
-        set_face(table, _3, _2, _0, _3)
-    else:
-        set_face(table, _0, _0, _1, _2)
-        set_face(table, _1, _0, _3, _1)
-        set_face(table, _2, _1, _3, _2)
-        set_face(table, _3, _2, _3, _0)
+    make_faces(table)
     faces = _4
     vertices = _4
     c0 = _0
@@ -228,16 +270,9 @@ def epa(model, table, i, j, size, gap):
             c2 = table.iwork[CORNER + 3 * best + 2]
         if dot3(d, w) - offset <= gap or depth - offset <= gap or vertices + 1 >= MAX_VERTICES:
             break
-        edges = remove_seen_faces(table, faces, best, w, _LEVEL * size)
-        if edges == 0:
+        edges = remove_seen_faces(table, best, w, _LEVEL * size)
+        if edges == 0 or faces + edges > MAX_FACES:
             break
-        free = 0
-        for e in range(edges):
-            while free < faces and table.work[FACE + free, 4] > 0.0:
-                free += 1
-            if free < MAX_FACES:
-                set_face(table, free, table.iwork[HORIZON + 2 * e], table.iwork[HORIZON + 2 * e + 1], vertices)
-                if free == faces:
-                    faces += 1
+        faces = fill_hole(table, faces, edges, vertices)
         vertices += 1
     return c0, c1, c2, n, depth

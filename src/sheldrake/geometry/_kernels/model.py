@@ -166,9 +166,11 @@ MAX_VERTICES = 128
 MAX_FACES = 256
 # Parts of ContactTable.iwork
 CORNER = np.int64(0)  # three vertices per face of EPA
-HORIZON = np.int64(768)  # pairs of vertices
-STACK = np.int64(1024)  # faces
-IWORK_SIZE = 1024 + 256
+ACROSS = np.int64(768)  # faces across the three edges of each face
+HORIZON = np.int64(1536)  # edges: two vertices, the face that stays and the one that is new
+STACK = np.int64(2048)  # faces
+IWORK_SIZE = 2048 + 256
+MAX_EDGES = 127  # in HORIZON
 
 
 def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactTable:

@@ -39,7 +39,7 @@ from .table import absolute, column, position_of, rotation_of
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
 NARROW = 3e-4  # the same where many edges are
-_EXACT = 1e-11  # the same where a point of the edge stands for its end
+_EXACT = 1e-10  # the same where a point of the edge stands for its end
 _CAP = 0.1  # of these: sine of the angle between d and a cap's normal where the cap, not its rim, is meant
 _STEPS = 8
 _FARTHEST = 0.3  # a Newton step turns d by no more [rad]
