@@ -189,6 +189,9 @@ class IntegratorBase:
         """Takes up what an integrator of the same class knew; arrays may have become lists."""
         self._Z[H_IDEAL] = memory[0]
 
+    def _join(self, span: Any) -> None:
+        """Gives a new event loop what this integrator has of its own."""
+
     def _make_step(self, span: Any) -> None:
         """Makes a step in Python, for schemes that are not in the event loop."""
         raise NotImplementedError

@@ -173,6 +173,7 @@ class Simulator(SimulatorSettings):
         self._watch: Any = None
         if store.layout.witness_nodes:
             self._watch = WitnessWatch(self._system, self._span, self._integrator)
+        self._integrator._join(self._span)
 
     def _witness_before(self) -> None:
         self._watch.before()

@@ -100,13 +100,33 @@ class Span:
         """Row r was timed often enough."""
         self.python[r] = self.first_calls[r].run
         if self.native:
-            self.table[r] = self._address(self.python[r])
+            self.table[r] = self.address_of(self.python[r])
 
     def set_row(self, r: int, function: Any) -> None:
         """Gives a row that belongs to no leaf its Python function; before the first advance."""
         self.python[r] = _guard(function, self.outcome, self.store, None, "")
         if self.native:
             self._bind()
+
+    def set_step(self, function: Any, native: tuple[int, np.ndarray] | None) -> None:
+        """Has a kernel make the steps of the continuous state.
+
+        Args:
+            function: Calls it from Python.
+            native: Its address and its words.
+        """
+        r = len(self.layout.rows) + int(_program.PYTHON_STEP)
+        self.python[r] = function
+        if native is not None:
+            self.table[r], words = native
+            at = self.program.at.copy()
+            at[r] = len(self.program.words)
+            self.program = self.program._replace(at=at, words=np.concatenate([self.program.words, words]))
+            self._logs = None  # to be bound anew
+
+    def guard(self, function: Any) -> Any:
+        """A call that stops the span with the error of the function."""
+        return _guard(function, self.outcome, self.store, None, "")
 
     def _bind(self) -> None:
         prepare([*(row.calc for row in self.layout.rows if row.native), _loop.advance])
@@ -116,11 +136,12 @@ class Span:
             if self._is_native(r):
                 table[r] = self.layout.rows[r].calc.address
             elif function is not None:
-                table[r] = self._address(function)
+                table[r] = self.address_of(function)
         self.table = table
         self._logs = None
 
-    def _address(self, function: Any) -> int | None:
+    def address_of(self, function: Any) -> int | None:
+        """Address of a function without arguments that gives a status."""
         callback = _ROW(function)
         self._callbacks.append(callback)
         return ctypes.c_void_p.from_buffer(callback).value  # `ctypes.cast` would make a cycle

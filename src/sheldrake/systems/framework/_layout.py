@@ -160,9 +160,8 @@ class Layout(Memory):
             at.append(len(words))
             if row.native:
                 words.extend(self._words(row))
-        num_special = int(_program.NUM_SPECIAL)
-        at += [len(words)] * (num_special + 1)
-        self._make_groups()
+        self._make_groups()  # adds the rows of witness functions
+        at += [len(words)] * (len(self.rows) - len(at) + int(_program.NUM_SPECIAL) + 1)
         pre = [self._prerequisites(rows) for _, _, rows, _ in self.group_list]
         seg = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
         n_rows, n_groups, n_clocks = len(self.rows), len(self.group_list), len(self.clocks)

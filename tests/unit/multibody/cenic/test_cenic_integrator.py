@@ -10,6 +10,7 @@ import pytest
 import sheldrake.all as ours
 from sheldrake.multibody.cenic import CenicIntegrator
 from sheldrake.multibody.contact_solvers import IcfSolverParameters
+from sheldrake.systems.framework import PublishEvent, WitnessFunctionDirection
 
 G = 9.81
 
@@ -231,6 +232,111 @@ def test_other_systems_go_along():
     found = integral.GetMyContextFromRoot(simulator.get_context()).get_continuous_state_vector().CopyToVector()
     np.testing.assert_allclose(plant.GetPositionsAndVelocities(context), [2.5, 2.0], rtol=1e-12)
     assert found[1] == pytest.approx(2.0, rel=1e-12) and found[0] == pytest.approx(1.5, abs=0.06)
+
+
+class Breeze(ours.LeafSystem):
+    """Pushes a body against its velocity, as the wind does."""
+
+    def __init__(self, plant, body, drag):
+        ours.LeafSystem.__init__(self)
+        self.body, self.drag = body, drag
+        self.state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
+        alloc = ours.Value[list[ours.ExternallyAppliedSpatialForce]]
+        self.DeclareAbstractOutputPort("force", alloc, self.blow)
+
+    def blow(self, context, output):
+        force = ours.ExternallyAppliedSpatialForce()
+        force.body_index = self.body.index()
+        force.F_Bq_W = ours.SpatialForce([0.0] * 3, -self.drag * self.state.Eval(context)[-3:])
+        output.set_value([force])
+
+
+@pytest.mark.parametrize("native", [True, False])
+def test_spatial_forces_of_other_systems_are_implicit(native):
+    """A drag with a time constant of 1 ms, steps of 20 ms: by implicit Euler v falls to 1 / 21 in each."""
+    builder = ours.DiagramBuilder()
+    plant, _ = ours.AddMultibodyPlantSceneGraph(builder, 0.0)
+    plant.mutable_gravity_field().set_gravity_vector([0.0, 0.0, 0.0])
+    body = plant.AddRigidBody("body", ours.SpatialInertia.SolidSphereWithMass(1.0, 0.05))
+    plant.Finalize()
+    breeze = builder.AddSystem(Breeze(plant, body, 1000.0))
+    builder.Connect(plant.get_state_output_port(), breeze.state)
+    builder.Connect(breeze.get_output_port(), plant.get_applied_spatial_force_input_port())
+    simulator = ours.Simulator(builder.Build())
+    simulator._native = native
+    context = plant.GetMyContextFromRoot(simulator.get_context())
+    plant.SetVelocities(context, [0.0, 0.0, 0.0, 1.0, -2.0, 0.0])
+    cenic(simulator, max_step=0.02)
+    simulator.AdvanceTo(0.04)
+    np.testing.assert_allclose(
+        plant.GetVelocities(context), np.array([0, 0, 0, 1.0, -2.0, 0]) / 21**2, rtol=1e-4, atol=1e-12
+    )
+
+
+def test_the_loop_in_python_makes_the_same_steps():
+    found = []
+    for native in (True, False):
+        simulator, plant, context, body = falling(height=0.0505)
+        plant.SetFreeBodySpatialVelocity(context, body, ours.SpatialVelocity([0.0] * 3, [1.0, 0.5, 0.0]))
+        simulator._native = native
+        integrator = cenic(simulator, accuracy=1e-6)
+        simulator.AdvanceTo(0.02)
+        found.append((plant.GetPositionsAndVelocities(context), integrator.get_num_steps_taken()))
+    assert found[0][1] == found[1][1] > 5
+    np.testing.assert_allclose(found[0][0], found[1][0], rtol=0, atol=1e-12)
+
+
+class Line(ours.LeafSystem):
+    """Ends the simulation when a body falls through a height."""
+
+    def __init__(self, plant, height):
+        ours.LeafSystem.__init__(self)
+        self.state = self.DeclareVectorInputPort("state", plant.num_multibody_states())
+        event = PublishEvent(
+            system_callback=lambda system, context, event: ours.EventStatus.ReachedTermination(self, "there")
+        )
+        self.witness = self.MakeWitnessFunction(
+            "line", WitnessFunctionDirection.kPositiveThenNonPositive, lambda c: self.state.Eval(c)[6] - height, event
+        )
+
+    def DoGetWitnessFunctions(self, context):
+        return [self.witness]
+
+
+def test_witness_functions_find_their_moment():
+    """Steps of which only a part is wanted are made from Python."""
+    builder = ours.DiagramBuilder()
+    plant, _ = ours.AddMultibodyPlantSceneGraph(builder, 0.0)
+    plant.AddRigidBody("body", ours.SpatialInertia.SolidSphereWithMass(1.0, 0.05))
+    plant.Finalize()
+    line = builder.AddSystem(Line(plant, -1.0))
+    builder.Connect(plant.get_state_output_port(), line.state)
+    simulator = ours.Simulator(builder.Build())
+    cenic(simulator, accuracy=1e-6)
+    simulator.AdvanceTo(1.0)
+    assert simulator.get_context().get_time() == pytest.approx(np.sqrt(2.0 / G), abs=1e-3)
+
+
+def test_settings_may_change_between_advances():
+    """Accuracy, fixed steps and the solver's limits are those of the moment."""
+    simulator, plant, context, body = falling(height=0.0505)
+    start = plant.GetPositionsAndVelocities(context)
+    integrator = cenic(simulator, accuracy=1e-2)
+    simulator.AdvanceTo(0.1)
+    few = integrator.get_num_steps_taken()
+    integrator.set_target_accuracy(1e-6)
+    plant.SetPositionsAndVelocities(context, start)
+    simulator.AdvanceTo(0.2)
+    many = integrator.get_num_steps_taken() - few
+    assert many > 3 * few
+    integrator.set_maximum_step_size(0.01)
+    integrator.set_fixed_step_mode(True)
+    simulator.AdvanceTo(0.3)
+    assert integrator.get_num_steps_taken() - few - many == 10
+    plant.SetFreeBodySpatialVelocity(context, body, ours.SpatialVelocity([9.0] * 3, [5.0] * 3))
+    integrator.SetSolverParameters(IcfSolverParameters(max_iterations=0))
+    with pytest.raises(RuntimeError, match="has not converged"):
+        simulator.AdvanceTo(0.4)
 
 
 def test_what_it_is_given_is_checked():

@@ -1,0 +1,110 @@
+"""CENIC's step as a row of the event loop: its arrays, and what it calls."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.kernel import Kernel
+from sheldrake.geometry._kernels.cells import make_cells
+from sheldrake.geometry._kernels.model import contact_table
+from sheldrake.multibody.cenic._kernels import step as columns
+from sheldrake.multibody.cenic._kernels.step import Calls, Convex, cenic_step
+from sheldrake.multibody.contact_solvers import IcfSolverParameters
+from sheldrake.multibody.contact_solvers._kernels.problem import MAX_ITERATIONS
+from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
+from sheldrake.multibody.plant import _step
+from sheldrake.multibody.plant._enums import ContactModel
+from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED
+from sheldrake.multibody.plant._kernels.stribeck import static_friction
+from sheldrake.systems.analysis._kernel_steps import Arguments, callees, prepare, set_step
+
+
+class ConvexStep:
+    """Solves the convex problems of steps from the state of a plant's context, with arrays of its own.
+
+    Joint limits, constraints and PD gains are part of the problem, as in a discrete plant. Forces that come from other
+    systems of the diagram are linearized in the velocity of the joint they act on, and are implicit in so far as they
+    brake it, so that stiff controllers need no short steps.
+
+    Args:
+        plant: a finalized plant with time_step = 0.
+        context: its context.
+        span: the event loop of its root context.
+
+    Raises:
+        RuntimeError: the plant has collision geometry, but is connected to no SceneGraph.
+    """
+
+    def __init__(self, plant: Any, context: Any, span: Any):
+        self._plant, self._context = plant, context
+        compiled = plant._geometry_of(context)
+        connected = plant.get_geometry_query_input_port().HasValue(context)
+        if plant._misses_geometry(connected):
+            raise plant._explain_status(GEOMETRY_NOT_CONNECTED, context)
+        models = plant._models(connected, compiled)
+        geometry, hydro = models["geometry_model"], models["hydro_model"]
+        models["geometry_model"] = geometry = geometry._replace(margin=np.array([_step.CONTACT_MARGIN, 0.0]))
+        models["plant_model"] = plant_model = self._with_limits(models["plant_model"])
+        models["solver_model"] = self._solver = _step.solver_model_of(
+            plant._tree_model, geometry, 1.0, "lagged", stiction_tolerance=plant._stiction_tolerance
+        )
+        table, cells = contact_table(geometry), make_cells(geometry)
+        work = _step.make_step_work(plant._tree_model, self._solver, plant_model, table, hydro_model=hydro, cells=cells)
+        strict = plant._contact_model is ContactModel.kHydroelastic
+        stages = _step.stages(geometry, plant_model, False, hydro, strict)
+        stages.insert(stages.index(prepare_problem), static_friction)
+        self._work = work
+        self._convex = self._memory(len(context._system._view(context).p))
+        self._models = models
+        self._add_to(span, stages, {**work._asdict(), **models, "convex": self._convex})
+
+    def _with_limits(self, model: Any) -> Any:
+        """Position limits, which derivatives do without."""
+        joints = [j for j in self._plant._joints if j.num_velocities() == 1 and self._plant._has_limits(j)]
+        rows = [(j, *j._limits["position"]) for j in joints]
+        limits = [dict(dof=j._v_start, q=j._q_start, lower=low[0], upper=high[0]) for j, low, high in rows]
+        made = _step.make_plant_model(limits=limits)
+        return model._replace(limit=made.limit, bound=made.bound)
+
+    def _memory(self, num_parameters: int) -> Convex:
+        n, nv = self._plant.num_multibody_states(), self._plant.num_velocities()
+        xd, out, whole, p, gain, tolerance = (np.zeros(size) for size in (n, n, n, num_parameters, nv, 1))
+        return Convex(xd, out, whole, p, gain, self._solver.option, tolerance)
+
+    def _add_to(self, span: Any, stages: list[Kernel], values: dict[str, Any]) -> None:
+        """Has the span make its steps so."""
+        plant, place, layout = self._plant, self._context._place, span.layout
+        prepare([*stages, cenic_step])
+        u = [slot.span for slot in place.inputs]
+        memory = {name: getattr(self._convex, name) for name in ("xd", "out", "p")}
+        spatial = [self._find_applied_force] if plant._uses_spatial_forces() else []
+        called = callees(span, stages, Arguments(span, {**values, **memory}, {"u": u}), spatial)
+        rows = layout.stages(place.derivatives)
+        facts = np.zeros(columns.NUM_PLANT, np.int64)
+        facts[columns.BEGIN] = place.xc[0] - layout.xc[0]
+        facts[columns.NUM_Q], facts[columns.NUM_V] = plant.num_positions(), plant.num_velocities()
+        facts[columns.FED] = bool(spatial) or self._is_fed()
+        facts[columns.SPATIAL] = len(stages) if spatial else -1
+        facts[columns.ROW_BEGIN], facts[columns.ROW_END] = rows[0], rows[-1] + 1
+        starts = [j._q_start for j in plant._joints if j.type_name() == "quaternion_floating"]
+        self._calls = Calls(*called, facts, np.array(starts, np.int64))
+        set_step(span, cenic_step, Arguments(span, {**values, "calls": self._calls}, {"u": u, "p": place.p}))
+
+    def _is_fed(self) -> bool:
+        """Whether other systems of the diagram give forces."""
+        plant = self._plant
+        parent = plant._parent()
+        me = next(k for k, system in enumerate(parent._systems) if system is plant)
+        given = {"actuation", "generalized_force"}
+        forces = [n for key, n in plant._port_numbers.items() if key in given or key[0] in given]
+        return any((me, n) in parent._wires for n in forces)
+
+    def _find_applied_force(self) -> None:
+        self._work.step.applied_force[:] = self._plant._applied_as_generalized(self._context)
+
+    def use(self, parameters: IcfSolverParameters) -> None:
+        """Settings of the solver."""
+        self._solver.setting[MAX_ITERATIONS] = parameters.max_iterations
+        self._convex.tolerance[0] = parameters.min_tolerance
