@@ -47,6 +47,7 @@ from sheldrake.multibody.tree._kernels.model import (
     ROTOR,
     ROW,
     RUN,
+    TREE,
     TreeModel,
     TreeWork,
     V,
@@ -104,8 +105,9 @@ def bias_term(model: TreeModel, work: TreeWork, gravity_scale: float) -> None:
     With scale 1 the equation of motion reads M vdot + bias = applied forces; with 0 it is Drake's CalcBiasTerm.
     """
     for body in range(1, model.body.shape[0]):
-        A_WB = load6(work.A, body)
-        store6(work.F, body, inertial_force(model, work, body, A_WB, gravity_scale))
+        if model.body[body, TREE] >= 0:
+            A_WB = load6(work.A, body)
+            store6(work.F, body, inertial_force(model, work, body, A_WB, gravity_scale))
     project_forces(model, work, work.bias)
 
 
@@ -184,6 +186,8 @@ def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
     outboard = load_inertia(work.composite, 0)  # of the body after this one, when this is its parent
     parent = -1
     for body in range(model.body.shape[0] - 1, 0, -1):
+        if model.body[body, TREE] < 0:
+            continue
         dof = model.body[body, V]
         I = load_inertia(work.composite, body)
         if parent == body:

@@ -55,6 +55,7 @@ from sheldrake.multibody.tree._kernels.model import (
     ROOT,
     RPY,
     SCREW,
+    TREE,
     UNIVERSAL,
     WELD,
     Q,
@@ -241,8 +242,10 @@ def rotation_of_rpy(rpy):
 
 @kernel
 def velocity_kinematics(model: TreeModel, p: Vector, work: TreeWork, q: Vector, v: Vector) -> None:
-    """Fills `V` and `A` from `X_WB` and `S`."""
+    """Fills `V` and `A` from `X_WB` and `S`; those of bodies welded to the world stay zero."""
     for body in range(1, model.body.shape[0]):
+        if model.body[body, TREE] < 0:
+            continue
         kind = model.body[body, KIND]
         dof = model.body[body, V]
         if kind == FREE:
