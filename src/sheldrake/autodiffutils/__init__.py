@@ -8,6 +8,7 @@ from sheldrake.autodiffutils._matrices import (
     InitializeAutoDiffTuple,
     autodiff_equal_to,
 )
+from sheldrake.common._refuse_none import refuse_none
 
 __all__ = [
     "AutoDiffXd",
@@ -16,3 +17,5 @@ __all__ = [
     "InitializeAutoDiff",
     "InitializeAutoDiffTuple",
 ]
+
+refuse_none(__name__)

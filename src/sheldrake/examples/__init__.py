@@ -1,5 +1,7 @@
 """Small systems that textbooks are written about: pendulums, walkers, a quadrotor."""
 
+from sheldrake.common._refuse_none import refuse_none
+
 from ._acrobot import (
     AcrobotGeometry,
     AcrobotInput,
@@ -43,3 +45,5 @@ __all__ = [
     "StabilizingLQRController",
     "VanDerPolOscillator",
 ]
+
+refuse_none(__name__)

@@ -7,6 +7,7 @@ method.
 
 import sys
 
+from sheldrake.common._refuse_none import refuse_none
 from sheldrake.solvers._bindings import Binding
 from sheldrake.solvers._cone_constraints import (
     ExponentialConeConstraint,
@@ -176,3 +177,5 @@ Binding._scope = sys.modules[__name__]
 for _name in __all__:
     if _name != "Binding":
         globals()[_name].__module__ = __name__
+
+refuse_none(__name__)

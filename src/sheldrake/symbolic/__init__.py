@@ -1,5 +1,6 @@
 """Symbolic computation: variables, expressions, formulas, polynomials."""
 
+from sheldrake.common._refuse_none import refuse_none
 from sheldrake.symbolic import (
     _build,
     _differentiate,
@@ -184,3 +185,5 @@ _monomial._polynomial = _polynomial
 for _name in (*__all__, "_reduce_add", "_reduce_mul"):
     if hasattr(globals()[_name], "__module__"):
         globals()[_name].__module__ = __name__
+
+refuse_none(__name__)

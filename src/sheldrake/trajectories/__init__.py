@@ -3,6 +3,7 @@
 from typing import Any
 
 from sheldrake.common._names import _MangledName
+from sheldrake.common._refuse_none import refuse_none
 from sheldrake.common._scalars import ScalarTemplate
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.trajectories._base import Trajectory
@@ -84,3 +85,6 @@ ExponentialPlusPiecewisePolynomial_.add_instantiation(float, ExponentialPlusPiec
 
 def __getattr__(name: str) -> Any:
     return _MangledName.module_getattr(module_name=__name__, module_globals=globals(), name=name)
+
+
+refuse_none(__name__)

@@ -1,5 +1,6 @@
 """Convex sets, and programs about them."""
 
+from sheldrake.common._refuse_none import refuse_none
 from sheldrake.geometry.optimization._affine_subspace import AffineSubspace
 from sheldrake.geometry.optimization._angles import (
     CheckIfSatisfiesConvexityRadius,
@@ -82,3 +83,5 @@ __all__ = [
 
 for _name in __all__:
     globals()[_name].__module__ = __name__
+
+refuse_none(__name__)

@@ -1,5 +1,6 @@
 """MultibodyPlant: bodies, joints, geometry and contact as a system."""
 
+from sheldrake.common._refuse_none import refuse_none
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
@@ -84,3 +85,5 @@ __all__ = [
     "Wing",
     "Wing_",
 ]
+
+refuse_none(__name__)

@@ -30,6 +30,8 @@ class ContextAccess:
 
     def _new_view(self, context: Any) -> View:
         system = getattr(context, "_system", None)
+        if system is None:
+            self.ValidateContext(context)  # It is none at all.
         if system is not self and getattr(system, "_family", None) is not self._family:
             self._require_finalized("ValidateContext")
             self.ValidateContext(context)

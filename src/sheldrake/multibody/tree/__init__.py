@@ -1,5 +1,6 @@
 """Bodies, frames, joints, actuators and force elements, and the algorithms on trees of them."""
 
+from sheldrake.common._refuse_none import refuse_none
 from sheldrake.multibody.math import (
     RotationalInertia,
     RotationalInertia_,
@@ -150,3 +151,5 @@ __all__ = [
     "world_index",
     "world_model_instance",
 ]
+
+refuse_none(__name__)

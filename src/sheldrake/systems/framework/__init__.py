@@ -1,5 +1,6 @@
 """Systems, diagrams, contexts, ports, events: the framework that models are built in."""
 
+from sheldrake.common._refuse_none import refuse_none
 from sheldrake.systems.framework._cache import CacheEntry, CacheEntryValue, ValueProducer
 from sheldrake.systems.framework._context import Context, LeafContext
 from sheldrake.systems.framework._context_base import ContextBase
@@ -160,3 +161,5 @@ __all__ = [
 for _name in __all__:
     if isinstance(globals()[_name], type) and not hasattr(globals()[_name], "__dataclass_fields__"):
         globals()[_name].__module__ = __name__
+
+refuse_none(__name__)

@@ -42,6 +42,8 @@ def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
         return value.CopyToVector()
     try:
         a = np.asarray(value)
+        if value is None:
+            raise TypeError
         if a.dtype != object:
             a = a.astype(float)
         elif dtype is None and all(isinstance(x, (int, float, np.number)) for x in a.ravel()):
