@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._kernels.generic import cos
+from sheldrake.common._overloads import overloaded
 from sheldrake.geometry import Box, Cylinder
 from sheldrake.math import RigidTransform, RotationMatrix, wrap_to
 from sheldrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
 
-from ._geometry import ExampleGeometry
+from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
 from ._named_vector import NamedVector
 
@@ -220,24 +221,7 @@ class AcrobotGeometry(ExampleGeometry):
         ]
 
     @classmethod
-    def AddToBuilder(
-        cls, builder: Any, acrobot_state_port: Any, *args: Any, acrobot_params: Any = None, scene_graph: Any = None
-    ) -> AcrobotGeometry:
+    @overloaded(*drawn_in_scene("acrobot_state_port", "acrobot_params", AcrobotParams))
+    def AddToBuilder(cls, builder: Any, state_port: Any, params: AcrobotParams, scene_graph: Any) -> AcrobotGeometry:
         """Adds one to a diagram: `(builder, acrobot_state_port, [acrobot_params,] scene_graph)`."""
-        params, scene_graph = params_and_scene_graph(args, acrobot_params, scene_graph, AcrobotParams)
-        return cls(params, scene_graph)._add(builder, acrobot_state_port, scene_graph)
-
-
-def params_and_scene_graph(args: tuple, params: Any, scene_graph: Any, default: type) -> tuple[Any, Any]:
-    """What an AddToBuilder got as `[params,] scene_graph`, by place or by name."""
-    given = list(args)
-    if given and isinstance(given[0], default):
-        params = given.pop(0)
-    if given and scene_graph is None:
-        scene_graph = given.pop(0)
-    if given or scene_graph is None:
-        raise TypeError(
-            f"AddToBuilder(): incompatible function arguments: expected (builder, state port, [{default.__name__},] "
-            f"scene_graph), got {args!r} in place of the last two."
-        )
-    return params if params is not None else default(), scene_graph
+        return cls(params, scene_graph)._add(builder, state_port, scene_graph)

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._kernels.generic import cos, sin
+from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Box, Cylinder, Sphere
 from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from sheldrake.systems.framework import LeafSystem, UnrestrictedUpdateEvent, WitnessFunctionDirection
 
-from ._acrobot import params_and_scene_graph
-from ._geometry import ExampleGeometry
+from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
 from ._named_vector import NamedVector
 
@@ -168,14 +168,9 @@ class CompassGaitGeometry(ExampleGeometry):
         return [left, RigidTransform(RotationMatrix.MakeYRotation(state[6]))]
 
     @classmethod
+    @overloaded(*drawn_in_scene("floating_base_state_port", "compass_gait_params", CompassGaitParams))
     def AddToBuilder(
-        cls,
-        builder: Any,
-        floating_base_state_port: Any,
-        *args: Any,
-        compass_gait_params: Any = None,
-        scene_graph: Any = None,
+        cls, builder: Any, state_port: Any, params: CompassGaitParams, scene_graph: Any
     ) -> CompassGaitGeometry:
         """Adds one to a diagram: `(builder, floating_base_state_port, [compass_gait_params,] scene_graph)`."""
-        params, scene_graph = params_and_scene_graph(args, compass_gait_params, scene_graph, CompassGaitParams)
-        return cls(params, scene_graph)._add(builder, floating_base_state_port, scene_graph)
+        return cls(params, scene_graph)._add(builder, state_port, scene_graph)

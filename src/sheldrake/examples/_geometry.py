@@ -5,10 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import Overload, overload
 from sheldrake.common.value import AbstractValue
-from sheldrake.geometry import FramePoseVector, GeometryFrame, GeometryInstance, MakePhongIllustrationProperties
+from sheldrake.geometry import (
+    FramePoseVector,
+    GeometryFrame,
+    GeometryInstance,
+    MakePhongIllustrationProperties,
+    SceneGraph,
+)
 from sheldrake.math import RigidTransform
-from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
 
 class ExampleGeometry(LeafSystem):
@@ -59,3 +67,13 @@ class ExampleGeometry(LeafSystem):
         builder.Connect(self.get_output_port(0), scene_graph.get_source_pose_port(self._source))
         del self._scene_graph
         return self
+
+
+def drawn_in_scene(port: str, params_name: str, params: type) -> tuple[Overload, Overload]:
+    """How `AddToBuilder` of a drawing is called: `(builder, port, [params,] scene_graph)`, with default parameters."""
+    source = {"builder": instance_of(DiagramBuilder), port: instance_of(OutputPort)}
+    scene = {"scene_graph": instance_of(SceneGraph)}
+    return (
+        overload(**source, **{params_name: instance_of(params)}, **scene),
+        overload(lambda cls, *where: cls.AddToBuilder(*where[:2], params(), where[2]), **source, **scene),
+    )

@@ -6,13 +6,13 @@ import math
 from typing import Any
 
 from sheldrake.common._kernels.generic import cos, sin
+from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import Box, Cylinder
 from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 from sheldrake.systems.framework import LeafSystem, UnrestrictedUpdateEvent, WitnessFunctionDirection
 
-from ._acrobot import params_and_scene_graph
-from ._geometry import ExampleGeometry
+from ._geometry import ExampleGeometry, drawn_in_scene
 from ._named_vector import NamedVector
 
 
@@ -149,14 +149,9 @@ class RimlessWheelGeometry(ExampleGeometry):
         return [RigidTransform(RollPitchYaw(state[3:6]), state[:3])]
 
     @classmethod
+    @overloaded(*drawn_in_scene("floating_base_state_port", "rimless_wheel_params", RimlessWheelParams))
     def AddToBuilder(
-        cls,
-        builder: Any,
-        floating_base_state_port: Any,
-        *args: Any,
-        rimless_wheel_params: Any = None,
-        scene_graph: Any = None,
+        cls, builder: Any, state_port: Any, params: RimlessWheelParams, scene_graph: Any
     ) -> RimlessWheelGeometry:
         """Adds one to a diagram: `(builder, floating_base_state_port, [rimless_wheel_params,] scene_graph)`."""
-        params, scene_graph = params_and_scene_graph(args, rimless_wheel_params, scene_graph, RimlessWheelParams)
-        return cls(params, scene_graph)._add(builder, floating_base_state_port, scene_graph)
+        return cls(params, scene_graph)._add(builder, state_port, scene_graph)

@@ -74,8 +74,8 @@ class IiwaCommandReceiver(LeafSystem):
         self._n = n = num_joints
         self.DeclareAbstractInputPort("lcmt_iiwa_command", AbstractValue.Make(lcmt_iiwa_command()))
         self.DeclareVectorInputPort("position_measured", n)
-        self._held = self.DeclareDiscreteState(n)
-        self._is_held = self.DeclareDiscreteState(1)
+        self.DeclareDiscreteState(n)  # where the arm was at first, and whether that is known
+        self.DeclareDiscreteState(1)
         self.DeclarePerStepDiscreteUpdateEvent(self._hold)
         self.DeclareForcedDiscreteUpdateEvent(self._hold)
         self.DeclareInitializationDiscreteUpdateEvent(self._hold)

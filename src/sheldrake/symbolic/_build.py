@@ -87,7 +87,6 @@ def expect(call: str, x: Any) -> Expression:
 
 NOT_A_NUMBER = _node((k.NAN,), (), (k.NAN,))
 ZERO, ONE, MINUS_ONE, TWO = (constant(v) for v in (0.0, 1.0, -1.0, 2.0))
-_ALWAYS = (NOT_A_NUMBER, ZERO, ONE, MINUS_ONE, TWO)
 
 
 # Sums

@@ -206,25 +206,6 @@ def cross_force(V, F):
 
 
 @kernel
-def spatial_inertia(mass, c, I_com):
-    """Inertia about a point from which the centre of mass is seen at c."""
-    x, y, z = c
-    xx, yy, zz, xy, xz, yz = I_com
-    return (
-        mass,
-        scale3(c, mass),
-        (
-            xx + mass * (y * y + z * z),
-            yy + mass * (x * x + z * z),
-            zz + mass * (x * x + y * y),
-            xy - mass * x * y,
-            xz - mass * x * z,
-            yz - mass * y * z,
-        ),
-    )
-
-
-@kernel
 def mul_symmetric(I, w):
     xx, yy, zz, xy, xz, yz = I
     return (
@@ -265,11 +246,6 @@ def load6(A, i):
 
 
 @kernel
-def load_symmetric(A, i):
-    return (A[i, 0], A[i, 1], A[i, 2], A[i, 3], A[i, 4], A[i, 5])
-
-
-@kernel
 def load9(A, i):
     return (A[i, 0], A[i, 1], A[i, 2], A[i, 3], A[i, 4], A[i, 5], A[i, 6], A[i, 7], A[i, 8])
 
@@ -281,31 +257,9 @@ def load3_at(A, i, k):
 
 
 @kernel
-def load6_at(A, i, k):
-    """Columns k to k + 5 of row i as a Vec6."""
-    return ((A[i, k], A[i, k + 1], A[i, k + 2]), (A[i, k + 3], A[i, k + 4], A[i, k + 5]))
-
-
-@kernel
 def load_symmetric_at(A, i, k):
     """Columns k to k + 5 of row i as a Sym3."""
     return (A[i, k], A[i, k + 1], A[i, k + 2], A[i, k + 3], A[i, k + 4], A[i, k + 5])
-
-
-@kernel
-def load9_at(A, i, k):
-    """Columns k to k + 8 of row i."""
-    return (
-        A[i, k],
-        A[i, k + 1],
-        A[i, k + 2],
-        A[i, k + 3],
-        A[i, k + 4],
-        A[i, k + 5],
-        A[i, k + 6],
-        A[i, k + 7],
-        A[i, k + 8],
-    )
 
 
 @kernel
@@ -409,13 +363,3 @@ def write4(q, k, a):
     q[k + 1] = a[1]
     q[k + 2] = a[2]
     q[k + 3] = a[3]
-
-
-@kernel
-def write6(v, k, a):
-    v[k] = a[0][0]
-    v[k + 1] = a[0][1]
-    v[k + 2] = a[0][2]
-    v[k + 3] = a[1][0]
-    v[k + 4] = a[1][1]
-    v[k + 5] = a[1][2]

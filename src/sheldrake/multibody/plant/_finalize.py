@@ -106,7 +106,6 @@ class Finalization:
         self._parameter_models: list[np.ndarray] = []
         self._parameter_starts: list[int] = []
         self._num_parameters = 0
-        self._group_owners: list[Any] = []
 
         def take(element: Any, values: Any) -> int:
             self._parameter_models.append(np.asarray(values, float))

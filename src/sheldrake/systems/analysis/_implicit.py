@@ -32,8 +32,6 @@ TITLES = (
 EVALUATIONS, JACOBIANS, JACOBIAN_EVALUATIONS, FACTORIZATIONS, ITERATIONS = range(5)
 RESULT, ESTIMATE = 0, 1
 
-Increment = Callable[[np.ndarray, np.ndarray], np.ndarray]
-
 
 class Newton:
     """The matrices of one kind of step, which stay in use until Newton's method fails with them.

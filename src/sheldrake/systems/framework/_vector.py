@@ -84,13 +84,6 @@ def lifted(values: np.ndarray, scalar: Any) -> np.ndarray:
     return new
 
 
-def read_only(a: np.ndarray) -> np.ndarray:
-    """A view of `a` that cannot be written."""
-    view = a.view()
-    view.flags.writeable = False
-    return view
-
-
 class VectorBase:
     """A vector with `size()`, indexing and element access. Memory is an array, owned or a view of a context's slab."""
 

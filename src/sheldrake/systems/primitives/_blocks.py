@@ -235,7 +235,6 @@ class PortSwitch(LeafSystem):
 
         super().__init__()
         self._n = int(vector_size)
-        self._selector_index = 0
         self.DeclareAbstractInputPort("port_selector", Value[object](InputPortIndex(0)))
         self.DeclareVectorOutputPort("value", self._n, self._calc)
 

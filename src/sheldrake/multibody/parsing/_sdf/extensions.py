@@ -8,12 +8,12 @@ from .._files.xml import Element
 from .._model.description import (
     BallConstraintDescription,
     BushingDescription,
-    FilterGroupDescription,
     FrameReference,
     ModelDescription,
     SpringDamperDescription,
     TendonDescription,
 )
+from .._reading.filter_groups import read_filter_group
 from .._reading.joints import check_spring_damper
 from .._reading.reading import Reading
 from .children import child_number, child_vector
@@ -22,19 +22,7 @@ from .prepare import PreparedModel
 
 
 def _read_filter_group(element: Element, description: ModelDescription, model: PreparedModel) -> None:
-    reading = model.reading
-    if not reading.wants_geometry:
-        reading.pass_over(element)
-        return
-    name = reading.name(element, f"<{element.tag}>")
-    ignore = element.get("ignore")
-    if ignore is not None and reading.parse_bool(ignore, element.where_attribute("ignore"), "attribute 'ignore'"):
-        reading.pass_over(element)
-        return
-    tags = ("drake:member", "drake:member_group", "drake:ignored_collision_filter_group")
-    reading.warn_unknown(element, tags, ("name", "ignore"))
-    lists = [[child.text.strip() for child in element.find_all(tag)] for tag in tags]
-    description.filter_groups.append(FilterGroupDescription(element.where, name, *lists))
+    read_filter_group(element, description, model.reading, lambda child: child.text.strip())
 
 
 def _require(element: Element, tag: str, reading: Reading) -> Element:

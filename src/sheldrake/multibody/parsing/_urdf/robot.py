@@ -14,13 +14,13 @@ from .._model.description import (
     BallConstraintDescription,
     BodyDescription,
     BushingDescription,
-    FilterGroupDescription,
     FrameDescription,
     FrameReference,
     ModelDescription,
     SpringDamperDescription,
     TendonDescription,
 )
+from .._reading.filter_groups import MEMBER, read_filter_group
 from .._reading.inertia import make_spatial_inertia
 from .._reading.joints import check_spring_damper
 from .._reading.reading import Reading, make_pose
@@ -152,27 +152,12 @@ def _read_frame(element: Element, model: ModelDescription, reading: Reading) -> 
 
 
 def _read_filter_group(element: Element, model: ModelDescription, reading: Reading) -> None:
-    if not reading.wants_geometry:
-        reading.pass_over(element)
-        return
-    name = reading.name(element, f"<{element.tag}>")
-    ignore = element.get("ignore")
-    if ignore is not None and reading.parse_bool(ignore, element.where_attribute("ignore"), "attribute 'ignore'"):
-        reading.pass_over(element)
-        return
-    tags = ("drake:member", "drake:member_group", "drake:ignored_collision_filter_group")
-    reading.warn_unknown(element, tags, ("name", "ignore"))
-    for child in element.find_all(*tags):
-        reading.warn_unknown(child, attributes=("link",) if child.tag == tags[0] else ("name",))
-    model.filter_groups.append(
-        FilterGroupDescription(
-            element.where,
-            name,
-            [reading.name(child, "<drake:member>", "link") for child in element.find_all(tags[0])],
-            [reading.name(child, "<drake:member_group>") for child in element.find_all(tags[1])],
-            [reading.name(child, f"<{tags[2]}>") for child in element.find_all(tags[2])],
-        )
-    )
+    def name_of(child: Element) -> str:
+        attribute = "link" if child.tag == MEMBER else "name"
+        reading.warn_unknown(child, attributes=(attribute,))
+        return reading.name(child, f"<{child.tag}>", attribute)
+
+    read_filter_group(element, model, reading, name_of)
 
 
 def _child(element: Element, tag: str, reading: Reading) -> Element:
