@@ -244,3 +244,12 @@ def test_feedthrough_of_a_vector_system_may_be_left_out():
     context = system.CreateDefaultContext()
     system.get_input_port().FixValue(context, [3.0])
     assert system.get_output_port().Eval(context) == [9.0]
+
+
+def test_time_steps_had_another_name():
+    system = m.LinearSystem([[0.0]], [[1.0]], [[1.0]], [[0.0]])
+    with pytest.warns(DrakeDeprecationWarning, match="minimum_timestep is now minimum_time_step"):
+        dircol = m.DirectCollocation(
+            system, system.CreateDefaultContext(), num_time_samples=5, minimum_timestep=0.1, maximum_timestep=0.2
+        )
+    assert dircol.prog().num_vars() == 14

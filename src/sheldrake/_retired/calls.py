@@ -202,6 +202,12 @@ KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
     "sheldrake.multibody.plant": {
         "MultibodyPlant": {"WeldFrames": _WELD, "CalcJacobianSpatialVelocity": {"p_BP": "p_BoBp_B"}}
     },
+    "sheldrake.planning": {
+        "DirectCollocation": {
+            "__init__": {"minimum_timestep": "minimum_time_step", "maximum_timestep": "maximum_time_step"}
+        },
+        "DirectTranscription": {"__init__": {"fixed_timestep": "fixed_time_step"}},
+    },
     "sheldrake.systems.sensors": {
         "RgbdSensor": {
             "__init__": {

@@ -19,8 +19,9 @@ class Step(NamedTuple):
 def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint: Callable[[Any], Any]) -> list[Step]:
     """Bodies depth first, each after its inboard body; Drake numbers positions and velocities in this order.
 
-    Trees on the world come first, in the order of its joints; then every other group of joined bodies, with the first
-    body that no joint names as a child as its floating base; then single bodies.
+    Trees on the world come first, in the order of its joints; then every other group of joined bodies, whose floating
+    base is a body that no joint names as a child: of all these, the one that most joints name as parent goes first;
+    then single bodies.
 
     Args:
         bodies: All bodies, the world first.
@@ -67,7 +68,8 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
     grow(bodies[0])
     children = {id(j.child_body()) for j in joints}
     joined = [b for b in bodies if incident[id(b)]]
-    for body in (*(b for b in joined if id(b) not in children), *joined, *bodies):
+    only_parents = sorted((b for b in joined if id(b) not in children), key=lambda b: -len(incident[id(b)]))
+    for body in (*only_parents, *joined, *bodies):
         if id(body) not in seen:
             float_body(body)
     return steps
