@@ -20,6 +20,7 @@ from sheldrake.solvers._ids import ProgramType, SolverId
 from sheldrake.solvers._program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
 from sheldrake.solvers._result import MathematicalProgramResult
+from sheldrake.symbolic import Variable
 
 _P = ProgramType
 _NLP: list[type[SolverInterface]] = [SnoptSolver, IpoptSolver, NloptSolver]
@@ -81,13 +82,25 @@ def ChooseBestSolver(prog: MathematicalProgram) -> SolverId:
         raise ValueError(
             "There is no available solver for the optimization program, please manually instantiate "
             "MixedIntegerBranchAndBound and solve the problem if the problem size is small, typically with less than a "
-            "dozen of binary variables."
+            f"dozen of binary variables. (This is a {kind.name[1:]} with {_number_of_binaries(prog)} of them. For it: "
+            f"search = MixedIntegerBranchAndBound(prog, {_relaxed_solver(kind)}.id()); search.Solve(); "
+            "search.GetSolution(x).)"
         )
     has = ", ".join(sorted(a.name[1:] for a in prog.required_capabilities()))
     raise ValueError(
         f"There is no available solver for the optimization program, a {kind.name[1:]} with {has}. Convex programs "
         "need the package clarabel (pip install sheldrake[solvers])."
     )
+
+
+def _number_of_binaries(prog: MathematicalProgram) -> int:
+    return sum(v.get_type() is Variable.Type.BINARY for v in prog.decision_variables())
+
+
+def _relaxed_solver(kind: ProgramType) -> str:
+    """Who solves the program without its integers."""
+    relaxed = {_P.kMILP: _P.kLP, _P.kMIQP: _P.kQP, _P.kMISOCP: _P.kSOCP, _P.kMISDP: _P.kSDP}[kind]
+    return next((cls.__name__ for cls in _BEST[relaxed] if _usable(cls)), "ClarabelSolver")
 
 
 def MakeSolver(id: SolverId) -> SolverInterface:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._logging import logger
 from sheldrake.math import BarycentricMesh
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import InputPortSelection
@@ -80,7 +81,9 @@ def FittedValueIteration(
     states, inputs = BarycentricMesh(state_grid), BarycentricMesh(input_grid)
     port = _checked(simulator, states, inputs, float(time_step), options)
     x, u = (np.array(mesh.get_all_mesh_points()) for mesh in (states, inputs))
+    logger.info("Computing transition and cost matrices.")
     costs, indices, weights = _transitions(simulator, cost_function, port, states, x, u, float(time_step), options)
+    logger.info("Running value iteration.")
     to_go, policy, iteration = np.zeros(x.shape[1]), np.zeros((u.shape[0], x.shape[1])), 0
     while True:
         iteration += 1
@@ -92,6 +95,7 @@ def FittedValueIteration(
         if options.visualization_callback is not None:
             options.visualization_callback(iteration, states, to_go.copy(), policy.copy())
         if change <= options.convergence_tol:
+            logger.info(f"Value iteration converged to requested tolerance after {iteration} iterations.")
             return BarycentricMeshSystem(states, policy), to_go
 
 

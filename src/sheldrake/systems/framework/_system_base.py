@@ -108,10 +108,11 @@ class SystemBase(Graphviz, metaclass=SystemType):
         return self._name or "_"
 
     def GetSystemType(self) -> str:
-        """Full name of its class."""
-        cls = type(self)
+        """Full name of its class, and in angle brackets its scalar, where that is not float."""
+        cls, scalar = type(self), self._scalar
         module = ".".join(part for part in cls.__module__.split(".") if not part.startswith("_") or part == "__main__")
-        return f"{module}.{cls.__qualname__}"
+        name = cls.__qualname__.partition("_𝓣")[0]
+        return f"{module}.{name}" if scalar is float else f"{module}.{name}<{scalar.__name__}>"
 
     def _parent(self) -> Any:
         return None if self._parent_ref is None else self._parent_ref()
