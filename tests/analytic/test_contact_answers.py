@@ -42,8 +42,8 @@ LIMITS = {
     # Both couple the normal force to sliding: what slides is lifted, unless the slip of a step is foreseen (kSap).
     "similar": LAGGED | {"roll": 4e-4, "spin": 0.3, "spin_patch": 0.1},
     "sap": LAGGED
-    | {"rest_depth": 4e-5, "creep": 3e-6, "sink_1ms": 1e-5, "slide_5ms": 1e-3, "sink_5ms": 2e-4, "roll": 6e-4}
-    | {"spin": 0.3, "spin_patch": 0.1, "grip": 4e-5}
+    | {"rest_depth": 4e-5, "creep": 3e-6, "sink_1ms": 1e-5, "sink_5ms": 2e-5, "roll": 6e-4, "spin": 0.25}
+    | {"spin_patch": 0.1, "grip": 4e-5}
     | BACKWARD_EULER,
     "tamsi": LAGGED | {"creep": 6e-5, "grip": 1.5e-4} | BACKWARD_EULER,
 }
@@ -148,7 +148,7 @@ def test_no_worse_than_drake_with_the_same_approximation(approximation, scene):
     drakes = answers.QUICK[scene](DrakeLike("pydrake", approximation))
     hops = approximation == "sap" and scene.startswith("slide")  # Drake's does, so that it does not sink
     for row, deviation in ours.items():
-        allowed = 2e-4 if hops and row.startswith("sink") else 1.01 * drakes[row] + 5e-6
+        allowed = 2e-5 if hops and row.startswith("sink") else 1.01 * drakes[row] + 5e-6
         assert deviation <= allowed, answers.ROWS[row]
 
 

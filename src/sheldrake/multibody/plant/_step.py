@@ -73,18 +73,22 @@ GLIDE = 2.0
 """Speed of sliding times friction up to which kSimilar glides on its gap instead of hopping [m/s]."""
 
 
+FALL = 10.0
+"""Gravity, of which kSap sees what falls within a step [m/s²]."""
+
+
 BOUNCE = 10.0
 """Half the speed up to which bodies without dissipation bounce to the height from which they fell [m/s]."""
 
 
 def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
-    """Lets the contact search look ahead where the contact law has no force at a distance: all but kSap.
+    """Lets the contact search look ahead.
 
     What slides with kSimilar floats dt mu v above the ground (Castro, Han, Masterjohn 2023): its points must be seen
-    there. kSap's gap is (dt + tau) mu v, and its force reaches as far. What does not dissipate has to be seen before
-    its spring has taken energy (see `contact_solvers._kernels.elastic`).
+    there. With kSap what slides must not fall freely for a step when it loses the ground. What does not dissipate has
+    to be seen before its spring has taken energy (see `contact_solvers._kernels.elastic`).
     """
-    margins = {"sap": 0.0, "similar": CONTACT_MARGIN + GLIDE * dt}
+    margins = {"sap": min(CONTACT_MARGIN, FALL * dt**2), "similar": CONTACT_MARGIN + GLIDE * dt}
     model.margin[geometry_columns.SEVERAL] = margins.get(approximation, CONTACT_MARGIN)
     elastic = model.material[:, geometry_columns.DISSIPATION] == 0.0
     if approximation in ("lagged", "similar") and elastic.sum() > 1 and touches_at_several_points(model):

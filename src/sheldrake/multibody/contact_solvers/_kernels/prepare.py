@@ -24,6 +24,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     FE0,
     FIRST_DOF,
     FRICTION,
+    ISLAND_CONTACTS,
     MOBILITY,
     N0,
     NEAR_RIGID,
@@ -134,7 +135,10 @@ def prepare_hunt_crossley(model, contacts, c, w, vn0):
 
 @kernel
 def prepare_sap_cone(model, contacts, c, w):
-    """kSap: regularisation and the velocity that would close the penetration within dt + tau."""
+    """kSap: regularisation and the velocity that would close the penetration within dt + tau.
+
+    What does not touch yet (see `least_depth`) may come as fast as it touches at the end of the step.
+    """
     law = contacts.law
     dt = model.option[DT]
     beta = model.option[NEAR_RIGID]
@@ -145,6 +149,30 @@ def prepare_sap_cone(model, contacts, c, w):
     law[c, R_T] = model.option[SIGMA] * w
     law[c, R_N] = Rn
     law[c, VHAT_N] = law[c, DEPTH] / (dt + law[c, RELAXATION])
+    if law[c, DEPTH] < 0.0:
+        law[c, VHAT_N] = law[c, DEPTH] / dt
+
+
+@kernel
+def count_contacts(model, problem, contacts, nc):
+    """How many contacts each tree has, into the column that islands need later."""
+    for t in range(model.tree.shape[0]):
+        problem.tree[t, ISLAND_CONTACTS] = 0
+    for c in range(nc):
+        for side in (TREE_A, TREE_B):
+            if contacts.index[c, side] >= 0:
+                problem.tree[contacts.index[c, side], ISLAND_CONTACTS] += 1
+
+
+@kernel
+def contacts_beside(problem, contacts, c):
+    """How many contacts share what stops the trees of contact c."""
+    n = np.int64(1)
+    for side in (TREE_A, TREE_B):
+        t = contacts.index[c, side]
+        if t >= 0 and problem.tree[t, ISLAND_CONTACTS] > n:
+            n = problem.tree[t, ISLAND_CONTACTS]
+    return n
 
 
 @kernel(outline=True)
@@ -152,12 +180,13 @@ def keep_down_what_slides(model, problem, contacts):
     """kSap, where steps are to settle: takes mu times the slip at the end of the step off vhat.
 
     Its cone lets what slides at vt glide away from the surface at mu vt, until the gap is (dt + tau) mu vt and the
-    contact is lost: a box that slides would hop. The slip is estimated: v*, less friction of impulses that are elastic,
-    or what stops the contact if that is less. What hardly slides is left alone.
+    contact is lost: a box that slides would hop. The slip is estimated: v*, less friction of impulses that are elastic;
+    what stops the contact if that is less, its part of that if it does not touch. What hardly slides is left alone.
     """
     x = problem.x
     law = contacts.law
     nc = problem.count[NUM_CONTACTS]
+    count_contacts(model, problem, contacts, nc)
     for t in range(model.tree.shape[0]):
         first = model.tree[t, FIRST_DOF]
         for k in range(first, first + model.tree[t, NUM_DOFS]):
@@ -165,10 +194,12 @@ def keep_down_what_slides(model, problem, contacts):
     for c in range(nc):
         vx, vy, _ = load3_at(contacts.state, c, VC)
         slip2 = vx * vx + vy * vy
-        if slip2 > 0.0 and law[c, DEPTH] > 0.0:
+        if slip2 > 0.0:
             contact_velocity(contacts, c, x, V_STAR, DVC)
             n = model.option[DT] * law[c, STIFFNESS] * law[c, DEPTH]
             stops = (law[c, VHAT_N] - contacts.state[c, DVC + 2]) / (law[c, R_N] + law[c, DELASSUS])
+            if n <= 0.0:
+                n = stops / contacts_beside(problem, contacts, c)
             if stops < n:
                 n = stops
             if n < 0.0:
