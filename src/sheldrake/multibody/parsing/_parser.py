@@ -6,12 +6,14 @@ the plant (`_build`).
 
 import os
 import warnings
+from contextlib import AbstractContextManager
 
 from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.geometry import SceneGraph
 from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.plant._saved_model import all_or_nothing
 from sheldrake.systems.framework import DiagramBuilder
 
 from ._build import ModelBuilder
@@ -132,7 +134,7 @@ class Parser:
             The ModelInstanceIndex of every model added, outer models before the models nested in them.
 
         Raises:
-            RuntimeError: When the file cannot be used.
+            RuntimeError: When the file cannot be used; the plant and its geometry are as before then.
         """
         given = [value is not None for value in (file_name, url, file_contents)]
         if sum(given) != 1 or (file_contents is None) != (file_type is None):
@@ -209,20 +211,26 @@ class Parser:
         return reading
 
     def _add(self, kind: str, reading: Reading, text: "str | None", model_name: str = "") -> list:
-        """Reads everything first, then adds it to the plant."""
+        """Reads everything first, then adds it to the plant, which is as before if that fails."""
         if self._plant.is_finalized():
             raise RuntimeError("Parser: the plant was finalized; add models before Finalize().")
         reading.num_bodies, reading.num_actuators = self._plant.num_bodies(), self._plant.num_actuators()
-        if kind == ".dmd.yaml":
-            instances = self._add_directives(reading, text)
-        else:
-            try:
-                models = read_models(kind, reading, text, model_name)
-            except RecursionError:
-                self._policy.Error(Location(reading.source), "Elements refer to each other, or are nested, too deeply.")
-            instances = self._build(models, self._prefix)
-        self.finish_filters()
+        with self.all_or_nothing():
+            if kind == ".dmd.yaml":
+                instances = self._add_directives(reading, text)
+            else:
+                try:
+                    models = read_models(kind, reading, text, model_name)
+                except RecursionError:
+                    message = "Elements refer to each other, or are nested, too deeply."
+                    self._policy.Error(Location(reading.source), message)
+                instances = self._build(models, self._prefix)
+            self.finish_filters()
         return instances
+
+    def all_or_nothing(self) -> AbstractContextManager:
+        """A block after which, if it raises, plant, geometry and filter groups are as they were."""
+        return all_or_nothing(self._plant, self._filters)
 
     def _add_directives(self, reading: Reading, text: "str | None") -> list:
         """Carries out model directives; the prefix is the namespace of all their names."""

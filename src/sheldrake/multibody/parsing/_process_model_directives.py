@@ -25,7 +25,7 @@ def ProcessModelDirectives(directives: ModelDirectives, plant, parser: "Parser |
         One entry for every model added, in order.
 
     Raises:
-        RuntimeError: When a name or file is not found, or the plant refuses something.
+        RuntimeError: When a name or file is not found, or the plant refuses something; the plant is as before then.
     """
     if parser is None:
         parser = Parser(plant)
@@ -36,6 +36,7 @@ def ProcessModelDirectives(directives: ModelDirectives, plant, parser: "Parser |
 
 def _process(directives: ModelDirectives, parser: Parser) -> "list[ModelInstanceInfo]":
     processor = DirectivesProcessor(parser)
-    processor.process(directives, "", Location("ProcessModelDirectives()"))
-    parser.finish_filters()
+    with parser.all_or_nothing():
+        processor.process(directives, "", Location("ProcessModelDirectives()"))
+        parser.finish_filters()
     return processor.added
