@@ -6,7 +6,23 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    HOLONOMIC,
+    NUM_ROWS,
+    ROW_GAMMA,
+    ROW_GROUP,
+    ROW_KIND,
+    ROW_OWNER,
+)
 from sheldrake.multibody.math import SpatialForce_
+from sheldrake.multibody.plant._kernels.constraint_rows import point_on
+from sheldrake.multibody.plant._kernels.model import (
+    CONSTRAINT_A,
+    CONSTRAINT_B,
+    CONSTRAINT_KIND,
+    CONSTRAINT_P,
+    COUPLER,
+)
 from sheldrake.multibody.tree._kernels import dynamics, forces
 from sheldrake.multibody.tree._kernels.model import PARENT, ROOT, TreeWork
 
@@ -64,10 +80,33 @@ class Reactions:
             for index, sign in ((info.bodyB_index(), 1.0), (info.bodyA_index(), -1.0)):
                 f = tuple(sign * info.contact_force())
                 forces.add_point_force(model, tree, other, self._rows[int(index)], tuple(info.contact_point()), f)
+        if self.is_discrete() and self._constraints:
+            self._add_constraint_forces(self._results(context), p, other)
         F_Bo_W = self._applied_body_forces(context, tree.X_WB)
         if F_Bo_W is not None:
             forces.add_body_forces(model, tree, F_Bo_W, other)
         return F - other
+
+    def _add_constraint_forces(self, work: Any, p: np.ndarray, F: np.ndarray) -> None:
+        """Adds to F what distance, ball and weld constraints exert on both bodies; couplers act along joints."""
+        rows, constraint = work.rows, self._plant_model.constraint
+        for r in range(work.problem.count[NUM_ROWS]):
+            n, owner = int(rows.index[r, ROW_GROUP]), int(rows.index[r, ROW_OWNER])
+            if rows.index[r, ROW_KIND] != HOLONOMIC or n == 0 or constraint[owner, CONSTRAINT_KIND] == COUPLER:
+                continue
+            force = rows.state[r : r + n, ROW_GAMMA] / self._time_step
+            a, b, at = (int(constraint[owner, k]) for k in (CONSTRAINT_A, CONSTRAINT_B, CONSTRAINT_P))
+            first, second = (at, at + 3) if n < 6 else (at + 9, at + 21)  # a weld's positions follow its rotations
+            P = np.array(point_on(work.tree, a, tuple(p[first : first + 3])))
+            Q = np.array(point_on(work.tree, b, tuple(p[second : second + 3])))
+            if n == 1:
+                force = force * (Q - P) / np.sqrt((Q - P) @ (Q - P))
+            elif n == 6:
+                F[b, :3] += force[:3]
+                F[a, :3] -= force[:3]
+                P = Q = 0.5 * (P + Q)
+            forces.add_point_force(self._tree_model, work.tree, F, b, tuple(Q), tuple(force[-3:]))
+            forces.add_point_force(self._tree_model, work.tree, F, a, tuple(P), tuple(-force[-3:]))
 
     def _add_surface_force(self, tree: TreeWork, info: Any, F: np.ndarray) -> None:
         """Adds the force of a contact surface to F, on both bodies."""
