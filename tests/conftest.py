@@ -36,6 +36,14 @@ def quiet():
     log.setLevel(level)
 
 
+@pytest.fixture
+def meshcat():
+    """A page of its own, at any free port."""
+    from sheldrake.geometry import Meshcat
+
+    return Meshcat(port=0)
+
+
 def pytest_collection_modifyitems(items):
     for item in items:
         path = item.path.relative_to(TESTS).as_posix()

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import importlib
 import pathlib
 import types
 
 import numpy as np
+from tests.libraries import names_of
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 SLIDER = ROOT.parent / "shared" / "models" / "slider" / "slider-block.urdf"
@@ -15,12 +15,9 @@ SLIDER = ROOT.parent / "shared" / "models" / "slider" / "slider-block.urdf"
 
 def library(name: str) -> types.SimpleNamespace:
     """The names the scene needs, from package `name`: "sheldrake" or "pydrake"."""
-    modules = ("geometry", "math", "multibody.math", "multibody.parsing", "multibody.plant", "systems.analysis",
-               "systems.framework", "systems.primitives")  # fmt: skip
-    names: dict[str, object] = {}
-    for module in modules:
-        names.update(vars(importlib.import_module(f"{name}.{module}")))
-    return types.SimpleNamespace(**names)
+    multibody = ("multibody.math", "multibody.parsing", "multibody.plant")
+    systems = ("systems.analysis", "systems.framework", "systems.primitives")
+    return names_of(name, "geometry", "math", *multibody, *systems)
 
 
 def drop(

@@ -9,18 +9,13 @@ import numpy as np
 import pytest
 from benchmarks import contact
 from benchmarks.engines import DrakeLike, Scene, Solid
-from tests.unit.multibody.plant.free_bodies import FreeBodies, box_inertia
+from tests.unit.multibody.plant.free_bodies import FreeBodies, box_inertia, random_quaternion
 
 from sheldrake import geometry as g
 from sheldrake.math import RollPitchYaw, RotationMatrix
 
 ROOT = pathlib.Path(__file__).parents[2]
 BLOCK = ROOT / "src" / "sheldrake" / "models" / "two_hole_block"
-
-
-def random_quaternion(rng):
-    q = rng.normal(size=4)
-    return q / np.linalg.norm(q)
 
 
 def two_hole_block():

@@ -1,10 +1,10 @@
 """Sliders of a notebook as systems; the same as pydrake's."""
 
 import importlib
-import types
 
 import numpy as np
 import pytest
+from tests.libraries import names_of
 
 pytest.importorskip("ipywidgets")
 pytest.importorskip("IPython")
@@ -21,10 +21,7 @@ LOOSE = """<robot name='loose'><link name='block'><inertial><mass value='1'/>
 
 
 def library(name):
-    names = {}
-    for module in MODULES:
-        names.update(vars(importlib.import_module(f"{name}.{module}")))
-    return types.SimpleNamespace(**names)
+    return names_of(name, *MODULES)
 
 
 @pytest.fixture(params=["sheldrake", pytest.param("pydrake", marks=pytest.mark.peer)])

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-import types
-
 import numpy as np
+from tests.libraries import names_of
+from tests.unit.geometry import hydro_properties
 
 MODULES = ("geometry", "math", "multibody.plant", "multibody.tree", "multibody.math", "systems.framework",
            "systems.analysis")  # fmt: skip
@@ -13,23 +12,11 @@ MODULES = ("geometry", "math", "multibody.plant", "multibody.tree", "multibody.m
 
 def library(name):
     """All public names of a library's modules that plants need."""
-    names = {}
-    for module in MODULES:
-        loaded = importlib.import_module(f"{name}.{module}")
-        names.update({k: getattr(loaded, k) for k in dir(loaded) if not k.startswith("_")})
-    return types.SimpleNamespace(library=name, **names)
+    return names_of(name, *MODULES)
 
 
 def properties(lib, rigid=None, soft=None, slab=None, modulus=1e6, dissipation=10.0, mu=0.5, margin=None, tau=None):
-    p = lib.ProximityProperties()
-    if rigid is not None:
-        lib.AddRigidHydroelasticProperties(rigid, p)
-    if soft is not None:
-        lib.AddCompliantHydroelasticProperties(soft, modulus, p)
-    if slab is not None:
-        lib.AddCompliantHydroelasticPropertiesForHalfSpace(slab, modulus, p)
-    if margin is not None:
-        p.AddProperty("hydroelastic", "margin", margin)
+    p = hydro_properties.properties(lib, rigid, soft, slab, modulus, margin)
     if tau is not None:
         p.AddProperty("material", "relaxation_time", tau)
     lib.AddContactMaterial(dissipation=dissipation, friction=lib.CoulombFriction(mu + 0.1, mu), properties=p)

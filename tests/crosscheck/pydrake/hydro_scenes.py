@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 
 import numpy as np
+from tests.unit.geometry.hydro_properties import properties
 
 TETRAHEDRON = [(0.0, 0.0, 0.0), (1.0, 0.1, 0.0), (0.2, 0.9, 0.1), (0.3, 0.2, 1.1), (0.9, 0.8, 0.9)]
 
@@ -28,21 +29,6 @@ def write_files(folder):
     return {"obj": str(obj), "vtk": str(vtk)}
 
 
-def properties(lib, rigid=None, soft=None, slab=None, modulus=1e6, margin=None):
-    """Proximity properties: resolution hint of a rigid or soft shape, or the thickness of a soft half space."""
-    g = lib["geometry"]
-    p = g.ProximityProperties()
-    if rigid is not None:
-        g.AddRigidHydroelasticProperties(rigid, p)
-    if soft is not None:
-        g.AddCompliantHydroelasticProperties(soft, modulus, p)
-    if slab is not None:
-        g.AddCompliantHydroelasticPropertiesForHalfSpace(slab, modulus, p)
-    if margin is not None:
-        p.AddProperty("hydroelastic", "margin", margin)
-    return p
-
-
 class Pair:
     """Two geometries, each on a frame of its own; the first was registered first."""
 
@@ -55,7 +41,7 @@ class Pair:
         for i, (shape, arguments, what) in enumerate((first, second)):
             frame = self.scene_graph.RegisterFrame(self.source, g.GeometryFrame(f"frame{i}"))
             instance = g.GeometryInstance(lib["math"].RigidTransform(), getattr(g, shape)(*arguments), "geometry")
-            instance.set_proximity_properties(properties(lib, **what))
+            instance.set_proximity_properties(properties(lib["geometry"], **what))
             self.frames.append(frame)
             self.ids.append(self.scene_graph.RegisterGeometry(self.source, frame, instance))
         self.context = self.scene_graph.CreateDefaultContext()
@@ -80,7 +66,7 @@ def mesh_of(lib, shape, arguments, what):
     scene_graph = g.SceneGraph()
     source = scene_graph.RegisterSource("source")
     instance = g.GeometryInstance(lib["math"].RigidTransform(), getattr(g, shape)(*arguments), "geometry")
-    instance.set_proximity_properties(properties(lib, **what))
+    instance.set_proximity_properties(properties(lib["geometry"], **what))
     geometry = scene_graph.RegisterAnchoredGeometry(source, instance)
     context = scene_graph.CreateDefaultContext()
     return scene_graph.get_query_output_port().Eval(context).inspector().maybe_get_hydroelastic_mesh(geometry)

@@ -5,18 +5,13 @@ import itertools
 
 import numpy as np
 import pytest
+from tests.libraries import modules_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
 
-
-class Library:
-    def __init__(self, name):
-        for part in "geometry math planning multibody.plant multibody.tree".split():
-            setattr(self, part.split(".")[-1], importlib.import_module(f"{name}.{part}"))
-
-
-OURS, THEIRS = Library("sheldrake"), Library("pydrake")
+MODULES = ("geometry", "math", "planning", "multibody.plant", "multibody.tree")
+OURS, THEIRS = (modules_of(name, *MODULES) for name in ("sheldrake", "pydrake"))
 KEEP = []  # What pydrake's objects refer to.
 Q = np.array([0.3, 0.5, -0.2])
 

@@ -1,24 +1,17 @@
 """Convex sets made through the same calls in both libraries: same points, same volumes, same programs."""
 
-import importlib
-
 import numpy as np
 import pytest
+from tests.libraries import modules_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
 pytest.importorskip("clarabel")
 
-
-class Library:
-    def __init__(self, name):
-        parts = "autodiffutils common geometry geometry.optimization math solvers symbolic systems.framework"
-        for part in parts.split():
-            setattr(self, part.split(".")[-1], importlib.import_module(f"{name}.{part}"))
-        self.plant = importlib.import_module(f"{name}.multibody.plant")
-
-
-OURS, THEIRS = Library("sheldrake"), Library("pydrake")
+MODULES = (
+    "autodiffutils common geometry geometry.optimization math solvers symbolic systems.framework multibody.plant"
+).split()
+OURS, THEIRS = (modules_of(name, *MODULES) for name in ("sheldrake", "pydrake"))
 KEEP = []  # What pydrake's objects refer to.
 
 H_A = np.array([[1.0, 0.2], [-0.3, 1.0], [-1.0, -0.4], [0.5, -1.0], [0.1, 1.0]])

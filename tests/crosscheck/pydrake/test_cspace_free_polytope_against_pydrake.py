@@ -1,10 +1,8 @@
 """Certificates of polytopes without collisions: the same ones are found, and the same largest scale."""
 
-import importlib
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from tests.libraries import names_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
@@ -24,10 +22,7 @@ KEEP = []
 
 
 def library(name):
-    names = {}
-    for module in MODULES:
-        names.update(vars(importlib.import_module(f"{name}.{module}")))
-    return SimpleNamespace(**names)
+    return names_of(name, *MODULES)
 
 
 OURS, THEIRS = library("sheldrake"), library("pydrake")

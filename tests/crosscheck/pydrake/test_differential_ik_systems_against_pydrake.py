@@ -1,10 +1,8 @@
 """Recipes of differential inverse kinematics: the same velocities, the same motion of the controller."""
 
-import importlib
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from tests.libraries import names_of
 
 pytestmark = [pytest.mark.peer, pytest.mark.usefixtures("quiet")]
 pytest.importorskip("pydrake")
@@ -27,10 +25,7 @@ SOLVER = 3e-5  # OSQP, which Drake takes, stops at 1e-5.
 
 
 def library(name):
-    names = {}
-    for module in MODULES:
-        names.update(vars(importlib.import_module(f"{name}.{module}")))
-    out = SimpleNamespace(**names)
+    out = names_of(name, *MODULES)
     out.D = out.DifferentialInverseKinematicsSystem
     return out
 

@@ -1,23 +1,17 @@
 """Trajectories through regions: the same costs, constraints and solutions in both libraries."""
 
-import importlib
 import math
 
 import numpy as np
 import pytest
+from tests.libraries import modules_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
 pytest.importorskip("clarabel")
 
-
-class Library:
-    def __init__(self, name):
-        for part in ("geometry.optimization", "planning", "solvers", "symbolic", "trajectories"):
-            setattr(self, part.split(".")[-1], importlib.import_module(f"{name}.{part}"))
-
-
-OURS, THEIRS = Library("sheldrake"), Library("pydrake")
+MODULES = ("geometry.optimization", "planning", "solvers", "symbolic", "trajectories")
+OURS, THEIRS = (modules_of(name, *MODULES) for name in ("sheldrake", "pydrake"))
 KEEP = []  # What pydrake's objects refer to.
 
 

@@ -1,11 +1,9 @@
 """Global inverse kinematics: programs of the same optimum, cones that hold for the same values."""
 
-import importlib
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from tests.crosscheck.pydrake.mixed_integer import least
+from tests.libraries import names_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
@@ -23,12 +21,8 @@ Q = [0.7, -1.3]
 
 
 def library(name):
-    names = {}
-    for module in ("math", "solvers", "multibody.inverse_kinematics", "multibody.parsing", "multibody.plant"):
-        names.update(vars(importlib.import_module(f"{name}.{module}")))
-    names["BodyIndex"] = importlib.import_module(f"{name}.multibody.tree").BodyIndex
-    names["Quaternion"] = importlib.import_module(f"{name}.common.eigen_geometry").Quaternion
-    return SimpleNamespace(**names)
+    multibody = ("inverse_kinematics", "parsing", "plant", "tree")
+    return names_of(name, "math", "solvers", "common.eigen_geometry", *(f"multibody.{m}" for m in multibody))
 
 
 OURS, THEIRS = library("sheldrake"), library("pydrake")

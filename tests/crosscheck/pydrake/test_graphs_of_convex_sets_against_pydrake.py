@@ -1,22 +1,15 @@
 """The same graphs of convex sets in both libraries: same relaxations, same samples, same paths."""
 
-import importlib
-
 import numpy as np
 import pytest
+from tests.libraries import modules_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
 pytest.importorskip("clarabel")
 
-
-class Library:
-    def __init__(self, name):
-        for part in ("geometry.optimization", "solvers", "symbolic"):
-            setattr(self, part.split(".")[-1], importlib.import_module(f"{name}.{part}"))
-
-
-OURS, THEIRS = Library("sheldrake"), Library("pydrake")
+MODULES = ("geometry.optimization", "solvers", "symbolic")
+OURS, THEIRS = (modules_of(name, *MODULES) for name in ("sheldrake", "pydrake"))
 
 
 def random_graph(L, seed, kind="quadratic"):

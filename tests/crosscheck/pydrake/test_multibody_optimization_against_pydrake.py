@@ -1,24 +1,19 @@
 """Fastest traversals, and constraints on motion and balance, of the same plants in both libraries."""
 
-import importlib
-
 import numpy as np
 import pytest
+from tests.libraries import modules_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
 
 EYE6 = np.ones(6)
 
-
-class Library:
-    def __init__(self, name):
-        parts = "autodiffutils geometry math trajectories solvers multibody.optimization multibody.plant multibody.tree"
-        for part in (parts + " systems.framework").split():
-            setattr(self, part.split(".")[-1], importlib.import_module(f"{name}.{part}"))
-
-
-OURS, THEIRS = Library("sheldrake"), Library("pydrake")
+MODULES = (
+    "autodiffutils geometry math trajectories solvers "
+    "multibody.optimization multibody.plant multibody.tree systems.framework"
+).split()
+OURS, THEIRS = (modules_of(name, *MODULES) for name in ("sheldrake", "pydrake"))
 KEEP = []  # What pydrake's objects refer to.
 
 

@@ -1,26 +1,20 @@
 """Trajectory optimizations built through the same calls in both libraries: same programs, same solutions."""
 
-import importlib
 import re
 
 import numpy as np
 import pytest
+from tests.libraries import modules_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
 pytest.importorskip("clarabel")
 
-
-class Library:
-    def __init__(self, name):
-        parts = "planning examples solvers symbolic trajectories autodiffutils systems.primitives multibody.tree"
-        for part in parts.split():
-            setattr(self, part.split(".")[-1], importlib.import_module(f"{name}.{part}"))
-        self.plant = importlib.import_module(f"{name}.multibody.plant")
-
-
+MODULES = (
+    "planning examples solvers symbolic trajectories autodiffutils systems.primitives multibody.tree multibody.plant"
+).split()
 KEEP = []  # What pydrake's objects refer to.
-OURS, THEIRS = Library("sheldrake"), Library("pydrake")
+OURS, THEIRS = (modules_of(name, *MODULES) for name in ("sheldrake", "pydrake"))
 
 
 def texts(build):

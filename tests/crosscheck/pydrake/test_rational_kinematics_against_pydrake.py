@@ -1,10 +1,8 @@
 """Rational poses of a chain: the same polynomials, coefficient by coefficient."""
 
-import importlib
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
+from tests.libraries import names_of
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
@@ -15,10 +13,7 @@ Q_STAR, Q = np.array([0.1, 0.2, 0.3]), np.array([0.5, -0.6, 0.7])
 
 
 def library(name):
-    names = {}
-    for module in ("math", "multibody.plant", "multibody.rational", "multibody.tree"):
-        names.update(vars(importlib.import_module(f"{name}.{module}")))
-    return SimpleNamespace(**names)
+    return names_of(name, "math", "multibody.plant", "multibody.rational", "multibody.tree")
 
 
 OURS, THEIRS = library("sheldrake"), library("pydrake")

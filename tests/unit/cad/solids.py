@@ -108,3 +108,12 @@ def threemf(vertices, triangles, unit='unit="inch"', transform=""):
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("3D/3dmodel.model", model)
     return file.getvalue()
+
+
+def write_box(path, *sides):
+    """A .obj file of a box with a corner at the origin; returns its path."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * sides
+    faces = ["1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4"]
+    lines = ["v {} {} {}".format(*corner) for corner in corners] + [f"f {face}" for face in faces]
+    path.write_text("\n".join(lines))
+    return str(path)

@@ -1,7 +1,6 @@
-import importlib
-
 import numpy as np
 import pytest
+from tests.libraries import names_of
 from tests.unit.cad import solids
 
 from sheldrake.cad import ConvertModel, WriteModel
@@ -10,16 +9,13 @@ TOLERANCE = 1e-12  # relative to the largest entry: rounding of poses through ro
 LIBRARIES = ["sheldrake", pytest.param("pydrake", marks=pytest.mark.peer)]
 
 
-class Library:
-    """The modules of sheldrake, or of pydrake."""
-
-    def __init__(self, name):
-        for module in ("multibody.plant", "multibody.parsing", "multibody.tree", "multibody.math", "systems.framework",
-                       "geometry", "math"):  # fmt: skip
-            vars(self).update(vars(importlib.import_module(f"{name}.{module}")))
+def names(name):
+    """The names of sheldrake, or of pydrake."""
+    multibody = ("multibody.plant", "multibody.parsing", "multibody.tree", "multibody.math")
+    return names_of(name, *multibody, "systems.framework", "geometry", "math")
 
 
-S = Library("sheldrake")
+S = names("sheldrake")
 
 
 def load(lib, *paths):
@@ -197,7 +193,7 @@ class Robot:
 @pytest.mark.parametrize("format", ["urdf", "sdf"])
 def test_every_joint_comes_back(tmp_path, format, offsets, library):
     pytest.importorskip(library)
-    lib = Library(library)
+    lib = names(library)
     plant = Robot(offsets).with_all_joints().with_a_free_body().done()
     written = WriteModel(plant, tmp_path / f"robot.{format}")
     other, _ = assert_same_dynamics(plant, lib, written.path, in_order=format == "urdf")
@@ -230,7 +226,7 @@ def test_forces_and_ball_constraints(tmp_path, format, library):
     pytest.importorskip(library)
     plant = Robot(False).with_all_joints().with_forces().done()
     written = WriteModel(plant, tmp_path / f"robot.{format}")
-    other, _ = assert_same_dynamics(plant, Library(library), written.path, in_order=format == "urdf")
+    other, _ = assert_same_dynamics(plant, names(library), written.path, in_order=format == "urdf")
     assert other.num_constraints() == 2
 
 
@@ -276,7 +272,7 @@ def test_geometry_comes_back(tmp_path, format, library):
     robot.done()
     written = WriteModel(plant, tmp_path / f"robot.{format}", robot.scene_graph)
     assert written.losses == []
-    lib = Library(library)
+    lib = names(library)
     other, other_graph, _ = load(lib, written.path)
     assert describe(S, plant, robot.scene_graph, link) == describe(
         lib, other, other_graph, other.GetBodyByName("link1")
@@ -338,7 +334,7 @@ def test_filters_come_back(tmp_path, format, library):
     robot.scene_graph.collision_filter_manager().Apply(declaration)
     written = WriteModel(plant, tmp_path / f"robot.{format}", robot.scene_graph)
     assert not [loss for loss in written.losses if "was added" not in loss]
-    other, graph, _ = load(Library(library), written.path)
+    other, graph, _ = load(names(library), written.path)
     inspector = graph.model_inspector()
     others = [other.GetCollisionGeometriesForBody(other.GetBodyByName(b.name()))[0] for b in robot.bodies[1:]]
     free = {(i, j) for i in range(4) for j in range(i) if not inspector.CollisionFiltered(others[i], others[j])}
@@ -376,7 +372,7 @@ def test_mjcf_becomes_a_description(tmp_path, format, library):
     (tmp_path / "m.xml").write_text(MJCF)
     written = ConvertModel(tmp_path / "m.xml", tmp_path / f"m.{format}")
     plant, _, _ = load(S, tmp_path / "m.xml")
-    other, _ = assert_same_dynamics(plant, Library(library), written.path)
+    other, _ = assert_same_dynamics(plant, names(library), written.path)
     assert other.num_actuators() == 1
 
 
@@ -393,7 +389,7 @@ def test_meshes_that_drake_does_not_read_become_obj(tmp_path, format, library):
     assert "../" not in kept.path.read_text() and "in/part.stl" in kept.path.read_text() and kept.notes
     written = ConvertModel(tmp_path / "in" / "r.urdf", tmp_path / f"r.{format}", obj_meshes=True)
     assert written.files == [tmp_path / "part.obj"] and not written.notes and not written.losses
-    plant, graph, _ = load(Library(library), written.path)
+    plant, graph, _ = load(names(library), written.path)
     (geometry_id,) = plant.GetCollisionGeometriesForBody(plant.GetBodyByName("a"))
     hull = graph.model_inspector().GetConvexHull(geometry_id)
     corners = np.array([hull.vertex(i) for i in range(hull.num_vertices())])

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from tests.unit.geometry.hydro_properties import properties
 
 from sheldrake import geometry as g
 from sheldrake.geometry._hydro_compile import compile_hydro, find_surfaces, make_tree
@@ -12,19 +13,6 @@ from sheldrake.geometry._kernels import hydro_model as columns
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 KINDS = g.HydroelasticContactRepresentation
-
-
-def properties(rigid=None, soft=None, slab=None, modulus=1e6, margin=None):
-    p = g.ProximityProperties()
-    if rigid is not None:
-        g.AddRigidHydroelasticProperties(rigid, p)
-    if soft is not None:
-        g.AddCompliantHydroelasticProperties(soft, modulus, p)
-    if slab is not None:
-        g.AddCompliantHydroelasticPropertiesForHalfSpace(slab, modulus, p)
-    if margin is not None:
-        p.AddProperty("hydroelastic", "margin", margin)
-    return p
 
 
 class Scene:
@@ -37,7 +25,7 @@ class Scene:
         for i, (shape, what) in enumerate(geometries):
             frame = self.scene_graph.RegisterFrame(self.source, g.GeometryFrame(f"frame{i}"))
             instance = g.GeometryInstance(RigidTransform(), shape, "geometry")
-            instance.set_proximity_properties(properties(**what))
+            instance.set_proximity_properties(properties(g, **what))
             self.scene_graph.RegisterGeometry(self.source, frame, instance)
             self.frames.append(frame)
         self.context = self.scene_graph.CreateDefaultContext()

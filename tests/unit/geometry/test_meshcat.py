@@ -40,11 +40,6 @@ class Pose:
         return self._X
 
 
-@pytest.fixture
-def meshcat():
-    return Meshcat(port=0)
-
-
 def join(meshcat, **options):
     """Connects as a page does."""
     return connect(f"ws://localhost:{meshcat.port()}", subprotocols=[f"viser-v{viser.__version__}"], **options)

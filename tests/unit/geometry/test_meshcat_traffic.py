@@ -9,14 +9,9 @@ import numpy as np
 import pytest
 from test_meshcat import join, receive_until, wait_until
 
-from sheldrake.geometry import Box, Meshcat
+from sheldrake.geometry import Box
 
 HOUR = 3600 * 64  # publishes of an hour at the page's rate
-
-
-@pytest.fixture
-def meshcat():
-    return Meshcat(port=0)
 
 
 def done(message):

@@ -1,10 +1,8 @@
 """A simulation as a Gymnasium environment: the rules of Gymnasium, and the same episodes as pydrake's."""
 
-import importlib
-import types
-
 import numpy as np
 import pytest
+from tests.libraries import names_of
 
 pytest.importorskip("gymnasium")
 
@@ -12,10 +10,7 @@ MODULES = ("gym", "systems.analysis", "systems.framework", "systems.primitives",
 
 
 def library(name):
-    names = {}
-    for module in MODULES:
-        names.update(vars(importlib.import_module(f"{name}.{module}")))
-    return types.SimpleNamespace(**names)
+    return names_of(name, *MODULES)
 
 
 def swing(lib, **options):

@@ -1,17 +1,10 @@
 import numpy as np
 import pytest
+from tests.unit.cad.solids import write_box
 
 from sheldrake.multibody import mesh_to_model
 from sheldrake.multibody.parsing import Parser
 from sheldrake.multibody.plant import MultibodyPlant
-
-
-def write_box(path, *sides):
-    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * sides
-    faces = ["1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8 4"]
-    lines = ["v {} {} {}".format(*corner) for corner in corners] + [f"f {face}" for face in faces]
-    path.write_text("\n".join(lines))
-    return str(path)
 
 
 def inertia_of(path, name):

@@ -6,17 +6,11 @@ import weakref
 import numpy as np
 import pytest
 
-from sheldrake.geometry import Meshcat
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 from sheldrake.systems.primitives import ConstantVectorSource, Integrator, TrajectorySource
 from sheldrake.trajectories import PiecewisePolynomial
 from sheldrake.visualization import AddLivePlot, LivePlot
-
-
-@pytest.fixture
-def meshcat():
-    return Meshcat(port=0)
 
 
 def ramp(meshcat, **options):

@@ -3,17 +3,11 @@
 import numpy as np
 import pytest
 
-from sheldrake.geometry import Meshcat
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.systems.analysis import Simulator
 from sheldrake.visualization import MeshcatPoseSliders
 
 POSE = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), [0.4, 0.5, 0.6])
-
-
-@pytest.fixture
-def meshcat():
-    return Meshcat(port=0)
 
 
 def pose_of(sliders, context=None):

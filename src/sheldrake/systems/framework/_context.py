@@ -14,23 +14,11 @@ import numpy as np
 from sheldrake.common._overloads import expect
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import _context_text
-from sheldrake.systems.framework._context_base import ContextBase
+from sheldrake.systems.framework._context_base import ContextBase, Toucher
 from sheldrake.systems.framework._state import Parameters, State
 from sheldrake.systems.framework._store import CONSTANT, CONTINUOUS, SAMPLED, Store
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
 from sheldrake.systems.framework._vector import BasicVector, converted
-
-
-class _Toucher:
-    """Announces writes to one source; a small callable, as vectors hold it."""
-
-    __slots__ = ("level", "source", "store")
-
-    def __init__(self, store: Store, level: int, *source: Any):
-        self.store, self.level, self.source = store, level, source
-
-    def __call__(self) -> None:
-        self.store.touch(self.level, self.source)
 
 
 class Context(ContextBase):
@@ -154,7 +142,7 @@ class Context(ContextBase):
         return DiscreteValues._view(
             [
                 self._vector(
-                    a + shift, b + shift, _Toucher(store, SAMPLED, "xd", first + k) if touch else None, "_xd_models", k
+                    a + shift, b + shift, Toucher(store, SAMPLED, "xd", first + k) if touch else None, "_xd_models", k
                 )
                 for k, (a, b) in enumerate(store.layout.groups[first:last])
             ]
@@ -174,7 +162,7 @@ class Context(ContextBase):
 
     def get_continuous_state(self) -> ContinuousState:
         """The continuous state."""
-        return self._continuous_view(None, _Toucher(self._store, CONTINUOUS, "xc", self._node))
+        return self._continuous_view(None, Toucher(self._store, CONTINUOUS, "xc", self._node))
 
     def get_mutable_continuous_state(self) -> ContinuousState:
         """The continuous state, to be changed."""
@@ -185,7 +173,7 @@ class Context(ContextBase):
     def get_continuous_state_vector(self) -> BasicVector:
         """The continuous state as one vector."""
         a, b = self._place.xc
-        return self._vector(a, b, _Toucher(self._store, CONTINUOUS, "xc", self._node), "_xc_model")
+        return self._vector(a, b, Toucher(self._store, CONTINUOUS, "xc", self._node), "_xc_model")
 
     def get_mutable_continuous_state_vector(self) -> BasicVector:
         """The continuous state as one vector, to be changed."""
@@ -262,9 +250,7 @@ class Context(ContextBase):
     def get_abstract_state(self, index: int | None = None) -> Any:
         """The abstract states, or number `index`."""
         first, last = self._place.abstract
-        values = AbstractValues._view(
-            self._store.abstract[first:last], _Toucher(self._store, SAMPLED, "xa", self._node)
-        )
+        values = AbstractValues._view(self._store.abstract[first:last], Toucher(self._store, SAMPLED, "xa", self._node))
         return values if index is None else values.get_value(index)
 
     def get_mutable_abstract_state(self, index: int | None = None) -> Any:
@@ -296,13 +282,13 @@ class Context(ContextBase):
         first, last = self._place.parameters
         numeric = DiscreteValues._view([self._numeric_parameter(k) for k in range(last - first)])
         first, last = self._place.abstract_parameters
-        touch = _Toucher(store, CONSTANT, "pa", self._node)
+        touch = Toucher(store, CONSTANT, "pa", self._node)
         return Parameters._view(numeric, AbstractValues._view(store.parameters[first:last], touch))
 
     def _numeric_parameter(self, k: int) -> BasicVector:
         group = self._place.parameters[0] + k
         a, b = self._store.layout.parameter_groups[group]
-        return self._vector(a, b, _Toucher(self._store, CONSTANT, "pn", group), "_pn_models", k)
+        return self._vector(a, b, Toucher(self._store, CONSTANT, "pn", group), "_pn_models", k)
 
     def get_mutable_parameters(self) -> Parameters:
         """The parameters, to be changed."""

@@ -16,11 +16,6 @@ def document(body, rest=""):
     return f'<mujoco model="m">{rest}<worldbody>{body}</worldbody></mujoco>'
 
 
-@pytest.fixture
-def plant():
-    return MultibodyPlant(1e-3)
-
-
 def add(plant, text):
     return Parser(plant).AddModelsFromString(text, "xml")
 
@@ -169,11 +164,9 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_explained_and_leaves_the_plant_alone(plant, name):
+def test_bad_input_is_explained_and_leaves_the_plant_alone(refused, name):
     text, message = BAD[name]
-    with pytest.raises(ParseError, match=message):
-        add(plant, text)
-    assert plant.num_bodies() == 1 and plant.num_model_instances() == 2
+    refused(text, "xml", message)
 
 
 def test_ignored_content_is_reported(plant, caplog):

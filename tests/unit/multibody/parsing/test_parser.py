@@ -29,11 +29,6 @@ def joint(content="", kind="revolute", name="j", parent="a", child="b"):
 
 
 @pytest.fixture
-def plant():
-    return MultibodyPlant(1e-3)
-
-
-@pytest.fixture
 def scene():
     builder = DiagramBuilder()
     return AddMultibodyPlantSceneGraph(builder, 1e-3)

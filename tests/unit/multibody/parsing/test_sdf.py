@@ -18,11 +18,6 @@ def world(body):
     return f'<sdf version="1.9"><world name="w">{body}</world></sdf>'
 
 
-@pytest.fixture
-def plant():
-    return MultibodyPlant(1e-3)
-
-
 def add(plant, text):
     return Parser(plant).AddModelsFromString(text, "sdf")
 
@@ -220,11 +215,9 @@ BAD = {
 
 
 @pytest.mark.parametrize("name", BAD)
-def test_bad_input_is_explained_and_leaves_the_plant_alone(plant, name):
+def test_bad_input_is_explained_and_leaves_the_plant_alone(refused, name):
     text, message = BAD[name]
-    with pytest.raises(ParseError, match=message):
-        add(plant, text)
-    assert plant.num_bodies() == 1 and plant.num_model_instances() == 2
+    refused(text, "sdf", message)
 
 
 def test_ignored_content_is_reported(plant, caplog):

@@ -95,3 +95,9 @@ class FreeBodies:
             self.x[:] = self.next
             states[i] = self.next
         return states
+
+
+def random_quaternion(rng):
+    """A rotation, all alike likely."""
+    q = rng.normal(size=4)
+    return q / np.linalg.norm(q)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from free_bodies import FreeBodies, box_inertia
+from free_bodies import FreeBodies, box_inertia, random_quaternion
 
 from sheldrake import geometry as g
 from sheldrake.multibody.contact_solvers._kernels import problem as columns
@@ -14,11 +14,6 @@ from sheldrake.multibody.contact_solvers._status import explain_solver_status
 CUBE = (g.Box(0.1, 0.1, 0.1), 1.0, [0.0, 0.0, 0.0], box_inertia(1.0, [0.1, 0.1, 0.1]))
 BALL = (g.Sphere(0.1), 1.0, [0.0, 0.0, 0.0], 0.4 * 0.01 * np.eye(3))
 APPROXIMATIONS = ("lagged", "similar", "sap", "tamsi")
-
-
-def random_quaternion(rng):
-    q = rng.normal(size=4)
-    return q / np.linalg.norm(q)
 
 
 def test_free_flight_is_symplectic_euler():
