@@ -60,6 +60,8 @@ from sheldrake.multibody.contact_solvers._kernels.velocity import contact_veloci
 
 DECREMENT = np.float64(1e-28)  # (relative error in the norm of H)^2 that is round-off
 FAR = np.float64(1e-4)  # (gradient over momentum or impulse)^2 from which on v0 tells little of who slides how
+STALLED = np.float64(0.1)  # times the last one: an excess above it got no smaller for round-off, if little is left
+STALLED_DECREMENT = np.float64(1e-22)  # as `DECREMENT`, of steps that gain nothing
 CHORDS = 2  # steps with the factor of an earlier one that are worth a new factor
 
 
@@ -202,8 +204,9 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess):
     """Iterations of a step that is to settle, from an iterate that `judge` has judged; a status.
 
     The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
-    being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse. Where a step was
-    so good that `CHORDS` more like it would do, the next one has its factor: a new one costs twice as much as the rest.
+    being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so
+    where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do, the next one
+    has its factor: a new one costs twice as much as the rest.
     """
     if lay_out(model, problem, contacts, rows, factor) != 0:
         return FACTOR_CAPACITY
@@ -229,7 +232,8 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess):
                 return LINE_SEARCH_FAILED
             advance(model, problem, contacts, rows, alpha)
             excess, momentum, impulse = evaluate(model, problem, contacts, rows)
-        if excess <= 1.0 or -slope <= DECREMENT * (momentum + impulse):
+        left = DECREMENT if excess < STALLED * before else STALLED_DECREMENT
+        if excess <= 1.0 or -slope <= left * (momentum + impulse):
             return SOLVED
         ratio = excess / before
         fresh = np.int64(0 if excess * ratio**CHORDS <= 1.0 else 1)

@@ -21,6 +21,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_GAMMA,
     ROW_KIND,
     ROW_OWNER,
+    SETTLE,
     V0,
     V_STAR,
     Contacts,
@@ -47,6 +48,7 @@ from sheldrake.multibody.plant._kernels.forces import (
 from sheldrake.multibody.plant._kernels.joint_rows import put_actuators, put_dry_friction, put_limits
 from sheldrake.multibody.plant._kernels.locks import lock_contacts, lock_mass_matrix, lock_motion, lock_rows
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors
+from sheldrake.multibody.plant._kernels.spin import hold_back_gyroscopic_torques, shorten_quaternions
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix
 from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
 from sheldrake.multibody.tree._kernels.forces import ForceModel
@@ -95,6 +97,8 @@ def move_freely(
     body_inertias(tree_model, p, tree)
     velocity_kinematics(tree_model, p, tree, xd, v)
     bias_term(tree_model, tree, 1.0)
+    if solver_model.setting[SETTLE] == 1:
+        hold_back_gyroscopic_torques(tree_model, tree, solver_model.option[DT])
     put_passive_forces(tree_model, p, tree.bias, v, step.force)
     add_element_forces(tree_model, force_model, p, tree, xd, v, step.v_next, step.force)
     add_applied_forces(plant_model, u, step.applied_force, step.force)
@@ -212,3 +216,5 @@ def next_state(
         step.v_next[k] = problem.x[V, k]
         out[nq + k] = problem.x[V, k]
     integrate_positions(tree_model, xd, step.v_next, dt, out)
+    if solver_model.setting[SETTLE] == 1:
+        shorten_quaternions(tree_model, out)
