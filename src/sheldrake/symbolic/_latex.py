@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from typing import Any
 
@@ -43,7 +44,17 @@ def _matrix(matrix: np.ndarray, precision: int) -> str:
     return r"\begin{bmatrix} " + r" \\ ".join(rows) + r" \end{bmatrix}"
 
 
+_MOST_TIMES = 1000
+"""Of pi and e, that are written as such."""
+
+
 def _number(x: float, precision: int) -> str:
+    if math.isinf(x):
+        return r"\infty" if x > 0 else r"-\infty"
+    for value, name in ((math.pi, r"\pi"), (math.e, "e")):
+        times = round(x / value) if abs(x) < _MOST_TIMES * value else 0
+        if times and times * value == x:
+            return {1: name, -1: f"-{name}"}.get(times, f"{times}{name}")
     return f"{x:.0f}" if float(x).is_integer() else f"{x:.{precision}f}"
 
 

@@ -38,9 +38,10 @@ class BezierCurve(Trajectory):
         return self._points.copy()
 
     def BernsteinBasis(self, i: int, time: Any, order: int | None = None) -> Any:
-        """Returns the weight of point i at a time [s], for this order or another."""
+        """Returns the weight of point i at a time [s], for this order or another; the polynomial goes on outside."""
         n = self.order() if order is None else int(order)
-        s = self._unit(self._scalar("BernsteinBasis", time))
+        start, end = self._times
+        s = (self._scalar("BernsteinBasis", time) - start) / (end - start)
         return self._weight(i, n, s)
 
     @staticmethod

@@ -30,7 +30,9 @@ def chain_of(store: Any, rows: list[int]) -> ComplexChain | None:
 
 def on_complex(store: Any, rows: list[Any], make: Callable[[], Any]) -> Any:
     """What `make` makes of the machine code of these kernel rows on complex numbers; None if it is not ready."""
-    if not all(row.native and store.systems[row.node]._complex_rows for row in rows) or not jit_enabled():
+    if not rows or not jit_enabled():
+        return None
+    if not all(row.native and store.systems[row.node]._complex_rows for row in rows):
         return None
     key = tuple(row.calc for row in rows)
     calls = _calls.get(key, 0)
