@@ -248,6 +248,8 @@ def hull_on_plane(model, table, i, j, nhat, height, multi):
     if not multi:
         emit_vertex(model, table, i, j, low, nhat, depth)
         return
+    if stands_on_feet(model, table, i, j, low, n_G, nhat, height):
+        return
     first = model.geometry[i, FIRST_VERTEX]
     last = first + model.geometry[i, NUM_VERTICES]
     below = 0
@@ -262,26 +264,28 @@ def hull_on_plane(model, table, i, j, nhat, height, multi):
 
 
 @kernel(outline=True)
-def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
-    """Four of many vertices below the plane.
+def stands_on_feet(model, table, i, j, low, n_G, nhat, height):
+    """Contacts of a hull that lies on a face, at four corners of it chosen once and for all; whether there are any.
 
-    A body that lies on a face rests on four corners of that face chosen once and for all (its feet): a choice that
-    depended on the state would change with every small tilt. Otherwise the lowest vertex, the one farthest from it,
-    and the farthest on either side of the line between them.
+    A choice that depended on the state would change with every small tilt.
     """
-    face = steepest_face(model, low, scale3(n_G, -1.0))
+    foot = model.loop[steepest_face(model, low, scale3(n_G, -1.0)), FIRST_FOOT]
+    if foot < 0:
+        return False
     least = least_depth(model, i, j)
-    foot = model.loop[face, FIRST_FOOT]
-    if foot >= 0:
-        standing = True
-        for k in range(foot, foot + 4):
-            if -(dot3(load3(model.vertex, model.topology[k]), n_G) + height) <= least:
-                standing = False
-        if standing:
-            for k in range(foot, foot + 4):
-                v = model.topology[k]
-                emit_vertex(model, table, i, j, v, nhat, -(dot3(load3(model.vertex, v), n_G) + height))
-            return
+    for k in range(foot, foot + 4):
+        if -(dot3(load3(model.vertex, model.topology[k]), n_G) + height) <= least:
+            return False
+    for k in range(foot, foot + 4):
+        v = model.topology[k]
+        emit_vertex(model, table, i, j, v, nhat, -(dot3(load3(model.vertex, v), n_G) + height))
+    return True
+
+
+@kernel(outline=True)
+def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
+    """Four of many vertices below the plane: the lowest, the one farthest from it, and the farthest on either side."""
+    least = least_depth(model, i, j)
     first = model.geometry[i, FIRST_VERTEX]
     last = first + model.geometry[i, NUM_VERTICES]
     p_low = load3(model.vertex, low)
