@@ -179,12 +179,15 @@ def call_faults(signature: inspect.Signature, one: Overload, source: str) -> Ite
 
 
 def source_of(function: Any) -> str:
-    """The text of the folders in which a function, or a class and its bases, were written."""
+    """The text of the folders in which a function, or a class and its bases, were written; or the ways to call it."""
     if inspect.isclass(function):
         files = {f.co_filename for c in function.__mro__ if (f := getattr(vars(c).get("__init__"), "__code__", None))}
         files |= {inspect.getfile(c) for c in function.__mro__ if c.__module__.startswith("sheldrake")}
     else:
-        code = getattr(inspect.unwrap(getattr(function, "__func__", function)), "__code__", None)
+        function = inspect.unwrap(getattr(function, "__func__", function))
+        if ways := getattr(function, "_ways", None):
+            return " ".join(map(str, ways))
+        code = getattr(function, "__code__", None)
         files = {code.co_filename} if code else set()
     return "".join(map(text_of, {pathlib.Path(f).parent for f in files}))
 

@@ -130,6 +130,7 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
             return dispatch(name, all_ways, args[0], args[1:], kwargs, constructor=constructor)
 
         del call.__wrapped__  # its parameters are not those of the call
+        call._ways = all_ways  # type: ignore[attr-defined]  # for those who compare signatures
         return call
 
     return decorate
