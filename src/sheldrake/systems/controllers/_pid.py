@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import called, count, instance_of
+from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.systems.controllers._kernels import pid
 from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, System
 from sheldrake.systems.primitives import Adder
@@ -33,6 +35,19 @@ def _matrix(call: str, name: str, value: Any) -> np.ndarray:
     return array
 
 
+_PROJECTION = called("float array of shape (m, n)")
+_GAINS = {name: called("float | float array of shape (n,)") for name in ("kp", "ki", "kd")}
+_PORTS = {"state_output_port_index": (count, 0), "plant_input_port_index": (count, 0)}
+
+
+@kind("float array of shape (2 n, m)")
+def _selector(value: Any) -> Any:
+    """A matrix (one column would be gains), or None."""
+    if value is not None and (np.ndim(value) != 2 or np.shape(value)[1] == 1):
+        raise Mismatch
+    return value
+
+
 class PidController(LeafSystem):
     """Proportional, integral and derivative control of positions.
 
@@ -52,27 +67,18 @@ class PidController(LeafSystem):
 
     _generic = True
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    @overloaded(
+        overload(lambda self, *gains: self.__init__(None, None, *gains), **_GAINS),
+        overload(lambda self, P, *gains: self.__init__(P, None, *gains), state_projection=_PROJECTION, **_GAINS),
+        overload(state_projection=_PROJECTION, output_projection=_PROJECTION, **_GAINS),
+    )
+    def __init__(self, P: Any, O: Any, kp: Any, ki: Any, kd: Any):
         super().__init__()
-        names = ("kp", "ki", "kd")
-        if len(args) + sum(n in kwargs for n in names) not in (3, 4, 5) or len(args) > 5:
-            raise TypeError(
-                "PidController(): incompatible constructor arguments; expected (kp, ki, kd), (state_projection, kp, "
-                "ki, kd) or (state_projection, output_projection, kp, ki, kd)."
-            )
-        positional = list(args)
-        gains = {n: kwargs[n] for n in names if n in kwargs}
-        for name in reversed(names):
-            if name not in gains:
-                gains[name] = positional.pop()
-        rest = [*positional, *(kwargs[n] for n in ("state_projection", "output_projection") if n in kwargs)]
-        kp, ki, kd = (_vector("PidController", n, gains[n]) for n in names)
+        kp, ki, kd = (_vector("PidController", n, g) for n, g in (("kp", kp), ("ki", ki), ("kd", kd)))
         if not kp.size == ki.size == kd.size:
             raise RuntimeError(f"Gains must have equal length: |Kp| = {kp.size}, |Ki| = {ki.size}, |Kd| = {kd.size}")
-        self._set_up(np.stack([kp, ki, kd]), *(_matrix("PidController", "projections", m) for m in rest))
-
-    def _set_up(self, gains: np.ndarray, P: np.ndarray | None = None, O: np.ndarray | None = None) -> None:
-        n = gains.shape[1]
+        P, O = (None if m is None else _matrix("PidController", "projections", m) for m in (P, O))
+        gains, n = np.stack([kp, ki, kd]), kp.size
         projects = np.array([P is not None, O is not None], dtype=np.int64)
         P, O = np.eye(2 * n) if P is None else P, np.eye(n) if O is None else O
         if P.shape[0] != 2 * n:
@@ -135,23 +141,21 @@ class PidControlledSystem(Diagram):
         plant_input_port_index: Which input of the plant takes the control.
     """
 
-    def __init__(self, plant: System, *args: Any, **kwargs: Any):
+    @overloaded(
+        overload(plant=instance_of(System), feedback_selector=_selector, **_GAINS, **_PORTS),
+        overload(
+            lambda self, plant, *rest: self.__init__(plant, None, *rest),
+            plant=instance_of(System),
+            **_GAINS,
+            **_PORTS,
+        ),
+    )
+    def __init__(self, plant: System, selector: Any, kp: Any, ki: Any, kd: Any, state_output: int, plant_input: int):
         super().__init__()
-        names = ["kp", "ki", "kd", "state_output_port_index", "plant_input_port_index"]
-        first = kwargs.pop("feedback_selector", None)
-        positional = list(args)
-        if first is None and positional and np.ndim(positional[0]) == 2 and np.shape(positional[0])[1] != 1:
-            first = positional.pop(0)
-        given = {**dict(zip(names, positional)), **kwargs}
-        if not {"kp", "ki", "kd"} <= given.keys() or not given.keys() <= set(names):
-            raise TypeError(
-                f"PidControlledSystem(): incompatible constructor arguments; expected plant, [feedback_selector], kp, "
-                f"ki, kd, state_output_port_index, plant_input_port_index; got {sorted(given)}."
-            )
-        self._state_port = int(given.get("state_output_port_index", 0))
-        target = plant.get_input_port(int(given.get("plant_input_port_index", 0)))
-        gains = [g * np.ones(target.size()) if np.ndim(g) == 0 else g for g in (given[n] for n in names[:3])]
-        controller = PidController(*gains) if first is None else PidController(first, *gains)
+        self._state_port = state_output
+        target = plant.get_input_port(plant_input)
+        gains = [g * np.ones(target.size()) if np.ndim(g) == 0 else g for g in (kp, ki, kd)]
+        controller = PidController(*gains) if selector is None else PidController(selector, *gains)
         self._build(plant, plant.get_output_port(self._state_port), target, controller)
 
     def _build(self, plant: System, state: OutputPort, target: InputPort, controller: PidController) -> None:

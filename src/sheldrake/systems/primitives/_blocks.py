@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import called, count, instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
 from sheldrake.systems.framework._index import Ticket
@@ -202,9 +204,13 @@ class PassThrough(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    @overloaded(
+        overload(vector_size=count),
+        overload(abstract_model_value=instance_of(AbstractValue)),
+        overload(value=called("float array of shape (n,)")),
+    )
+    def __init__(self, model: Any):
         super().__init__()
-        model = next(iter((*args, *kwargs.values())))
         if isinstance(model, AbstractValue):
             self._value = model.Clone()
             self.DeclareAbstractInputPort("u", model)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._kinds import called, count
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.framework._vector import as_vector, is_size
@@ -23,10 +25,10 @@ class Integrator(LeafSystem):
     _generic = True
     _complex_rows = True
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    @overloaded(overload(size=count), overload(initial_value=called("float array of shape (n,)")))
+    def __init__(self, given: Any):
         super().__init__()
-        given = next(iter((*args, *kwargs.values())))
-        initial = np.zeros(int(given)) if is_size(given) else as_vector(given)
+        initial = np.zeros(given) if is_size(given) else as_vector(given)
         self.DeclareVectorInputPort("u0", len(initial))
         self.DeclareStateOutputPort("y0", self.DeclareContinuousState(BasicVector(initial)))
         self._declare_time_derivatives(blocks.copy_input)
