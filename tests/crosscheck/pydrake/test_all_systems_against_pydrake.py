@@ -139,3 +139,55 @@ def test_symbols(name):
         out.append(symbolic.EvalTimeDerivatives(context).CopyToVector())
     for found, expected in zip(out, results(OURS, system, float)):
         np.testing.assert_allclose([OURS.Expression(e).Evaluate(at) for e in found], expected, rtol=1e-9, atol=1e-12)
+
+
+ENDS_PROCESS = set(
+    "DiscreteDerivative RandomSource StateInterpolatorWithDiscreteDerivative SchunkWsgPositionController CompassGait "
+    "RimlessWheel RobotDiagram".split()
+) | {"RotaryEncoders with ticks", "Diagram of an arm"}
+"""Of which a linear model ends the process in pydrake."""
+
+
+def linear_model(lib, system):
+    """Its matrices about some state and input, or None where there is none."""
+    rng, context = np.random.default_rng(5), system.CreateDefaultContext()
+    context.SetTime(0.5)
+    n = context.num_continuous_states()
+    if n:
+        context.SetContinuousState(rng.uniform(-0.7, 0.9, n))
+    for i in range(system.num_input_ports()):
+        system.get_input_port(i).FixValue(context, rng.uniform(-0.7, 0.9, system.get_input_port(i).size()))
+    try:
+        model = lib.FirstOrderTaylorApproximation(system, context)
+    except RuntimeError:
+        return None
+    return [model.A(), model.B(), model.f0(), model.C(), model.D(), model.y0(), model.time_period()]
+
+
+@pytest.mark.parametrize("name", sorted(set(SYSTEMS) - ENDS_PROCESS))
+def test_linear_models(name):
+    ours, theirs = made(name)
+    if only_vectors(ours):
+        expected = linear_model(DRAKE, theirs)
+        if expected is None:
+            return
+        for a, b in zip(linear_model(OURS, ours), expected):
+            np.testing.assert_allclose(np.ravel(a), np.ravel(b), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_saved_contexts(name, tmp_path):
+    """A context that was saved is the same when loaded, for the system and for its copy."""
+    system, rng = made(name)[0], np.random.default_rng(7)
+    context = system.CreateDefaultContext()
+    context.SetTime(0.25)
+    if n := context.num_continuous_states():
+        context.SetContinuousState(rng.uniform(-1.0, 1.0, n))
+    if only_vectors(system):
+        for i in range(system.num_input_ports()):
+            port = system.get_input_port(i)
+            port.FixValue(context, rng.uniform(-1.0, 1.0, port.size()))
+    OURS.SaveContext(context, tmp_path / "context.npz")
+    for owner in [system, system.Clone()] if can(system.Clone) else [system]:
+        loaded = OURS.LoadContext(owner, tmp_path / "context.npz")
+        np.testing.assert_array_equal(loaded._store.S, context._store.S)
