@@ -5,10 +5,13 @@ from __future__ import annotations
 import dataclasses
 from typing import Any, NamedTuple
 
+from sheldrake.common._kinds import instance_of
 from sheldrake.common._options import typed_fields
-from sheldrake.geometry import HydroelasticContactRepresentation
+from sheldrake.common._overloads import overload, overloaded
+from sheldrake.geometry import HydroelasticContactRepresentation, SceneGraph, SceneGraphConfig
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
 from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
+from sheldrake.systems.framework import DiagramBuilder
 
 _CONTACT_MODELS = {
     "point": ContactModel.kPoint,
@@ -136,25 +139,27 @@ def AddMultibodyPlantSceneGraph(
     return PlantAndSceneGraph(plant, scene_graph)
 
 
-def AddMultibodyPlant(*args: Any, **kwargs: Any) -> PlantAndSceneGraph:
+@overloaded(
+    overload(
+        lambda config, builder: AddMultibodyPlant(config, SceneGraphConfig(), builder),
+        config=instance_of(MultibodyPlantConfig),
+        builder=instance_of(DiagramBuilder),
+    ),
+    overload(
+        plant_config=instance_of(MultibodyPlantConfig),
+        scene_graph_config=instance_of(SceneGraphConfig),
+        builder=instance_of(DiagramBuilder),
+    ),
+)
+def AddMultibodyPlant(
+    config: MultibodyPlantConfig, scene_graph_config: SceneGraphConfig, builder: DiagramBuilder
+) -> PlantAndSceneGraph:
     """Adds a plant and a SceneGraph as configured: `(config, builder)` or `(plant_config, scene_graph_config,
     builder)`.
 
     Returns:
         (plant, scene_graph), also by name.
     """
-    from sheldrake.geometry import SceneGraph, SceneGraphConfig
-
-    given = list(args)
-    builder = kwargs.pop("builder", None) or given.pop()
-    config = kwargs.pop("config", None) or kwargs.pop("plant_config", None) or given.pop(0)
-    graph = kwargs.pop("scene_graph_config", None) or (given.pop(0) if given else None)
-    right = isinstance(config, MultibodyPlantConfig) and (graph is None or isinstance(graph, SceneGraphConfig))
-    if given or kwargs or not right:
-        raise TypeError(
-            "AddMultibodyPlant(): incompatible function arguments. Takes (config: MultibodyPlantConfig, builder) or "
-            "(plant_config: MultibodyPlantConfig, scene_graph_config: SceneGraphConfig, builder)."
-        )
     plant = MultibodyPlant(config.time_step)
     ApplyMultibodyPlantConfig(config, plant)
-    return AddMultibodyPlantSceneGraph(builder, plant, SceneGraph() if graph is None else SceneGraph(graph))
+    return AddMultibodyPlantSceneGraph(builder, plant, SceneGraph(scene_graph_config))

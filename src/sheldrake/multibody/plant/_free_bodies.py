@@ -7,10 +7,13 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.common._kinds import anything, instance_of
+from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.deprecation import _warn_deprecated
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import finite
+from sheldrake.systems.framework import Context
 
 
 class FreeBodies:
@@ -81,35 +84,33 @@ class FreeBodies:
         X = X_PB if X_JpJc is None else X_JpJc
         self._free_joint("SetFreeBodyPose", body).SetPose(context, X)
 
-    def SetFreeBodySpatialVelocity(self, *args: Any, **kwargs: Any) -> None:
+    def _set_velocity_in_old_order(self, body: RigidBody, V_PB: Any, context: Any) -> None:
+        _warn_deprecated(
+            "SetFreeBodySpatialVelocity(): the context comes first today: (context, body, V_JpJc).",
+            date="2026-06-01",
+            stacklevel=6,
+        )
+        self._free_joint("SetFreeBodySpatialVelocity", body).SetSpatialVelocity(context, V_PB)
+
+    @overloaded(
+        overload(context=instance_of(Context), body=instance_of(RigidBody), V_JpJc=anything),
+        overload(_set_velocity_in_old_order, body=instance_of(RigidBody), V_PB=anything, context=anything),
+        overload(_set_velocity_in_old_order, body=instance_of(RigidBody), V_WB=anything, context=anything),
+    )
+    def SetFreeBodySpatialVelocity(self, context: Any, body: RigidBody, V_JpJc: Any) -> None:
         """Gives a free body a spatial velocity in its inboard frame.
 
+        The older order `(body, V_PB, context)` still works, with a warning.
+
         Args:
-            args: `context, body, V_JpJc`; the older order `body, V_PB, context` still works, with a warning.
-            kwargs: The same by name.
+            context: Where it is set.
+            body: The body.
+            V_JpJc: Its velocity.
 
         Raises:
             RuntimeError: the body is not free, or the velocity is not finite.
         """
-        named: dict[str, Any] = {k: kwargs.pop(k) for k in ("context", "body", "V_JpJc", "V_PB", "V_WB") if k in kwargs}
-        old = bool(args and isinstance(args[0], RigidBody)) or "V_PB" in named or "V_WB" in named
-        order = ["body", "V", "context"] if old else ["context", "body", "V"]
-        for name in ("V_JpJc", "V_PB", "V_WB"):
-            if name in named:
-                named["V"] = named.pop(name)
-        named |= dict(zip([n for n in order if n not in named], args))
-        if kwargs or set(named) != {"context", "body", "V"}:
-            raise TypeError(
-                "SetFreeBodySpatialVelocity(): incompatible function arguments. Takes (context, body, V_JpJc)."
-            )
-        if old:
-            _warn_deprecated(
-                "SetFreeBodySpatialVelocity(): the context comes first today: (context, body, V_JpJc).",
-                date="2026-06-01",
-                stacklevel=3,
-            )
-        joint = self._free_joint("SetFreeBodySpatialVelocity", named["body"])
-        joint.SetSpatialVelocity(named["context"], named["V"])
+        self._free_joint("SetFreeBodySpatialVelocity", body).SetSpatialVelocity(context, V_JpJc)
 
     def SetFloatingBaseBodyPoseInWorldFrame(self, context: Any, body: RigidBody, X_WB: Any) -> None:
         """Puts a floating base body at X_WB."""
