@@ -3,7 +3,8 @@
     python benchmarks/gradients.py [--rounds 9] [--calls 50]
 
 "derivatives": time derivatives of the state; "step": the next state of a discrete plant; "Linearize": all of it, from
-the plant of numbers. The rest are queries of the plant of duals at new positions and velocities.
+the plant of numbers; "collocation": all constraints of a trajectory optimization of five samples. The rest are queries
+of the plant of duals at new positions and velocities.
 """
 
 from __future__ import annotations
@@ -36,6 +37,7 @@ def calls(package: str) -> dict[str, Callable[[np.ndarray], Any]]:
         "step": motion(lib, 1e-3),
         "Linearize": linear_model(lib),
         **queries(lib),
+        "collocation": collocation(lib),
     }
 
 
@@ -98,6 +100,23 @@ def queries(lib: Any) -> dict[str, Callable[[np.ndarray], Any]]:
             lambda duals: plant.CalcJacobianSpatialVelocity(context, wrt, tip, np.zeros(3), world, world)
         ),
     }
+
+
+def collocation(lib: Any) -> Callable[[np.ndarray], Any]:
+    """All constraints of a direct collocation of five samples, each by its own variables."""
+    plant = arm(lib, 0.0)
+    port = plant.get_actuation_input_port().get_index()
+    trajectory = lib.DirectCollocation(
+        plant, plant.CreateDefaultContext(), 5, 0.05, 0.2, port, assume_non_continuous_states_are_fixed=True
+    )
+    prog = trajectory.prog()
+    parts = [(b.evaluator(), prog.FindDecisionVariableIndices(b.variables())) for b in prog.GetAllConstraints()]
+
+    def constraints(z: np.ndarray) -> Any:
+        everything = 0.1 + 0.05 * np.resize(z, prog.num_vars())
+        return [evaluator.Eval(lib.InitializeAutoDiff(everything[places]).ravel()) for evaluator, places in parts]
+
+    return constraints
 
 
 def linear_model(lib: Any) -> Callable[[np.ndarray], Any]:
