@@ -202,7 +202,7 @@ class Queries:
                 else f"{call}(): This MultibodyPlant only contains the world_body() so its center of mass is undefined."
             )
         work = view.positions()
-        mass = work.inertia[rows, 0].sum()
+        mass = sum(view.p[self._start(self._row_bodies[r])] for r in rows)
         if view.dtype == float and not mass > 0.0:
             raise RuntimeError(f"{call}(): the total mass must be positive, not {mass}.")
         return view, rows, mass, work
@@ -227,11 +227,16 @@ class Queries:
         self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """v_WScm expressed in W, of all bodies or of those of some model instances [m/s], shape (3,)."""
-        view, rows, mass, work = self._com_rows(
-            "CalcCenterOfMassTranslationalVelocityInWorld", context, model_instances
-        )
-        inertia, V = work.inertia[rows], view.velocities().V[rows]
-        return (inertia[:, :1] * V[:, 3:] + np.cross(V[:, :3], inertia[:, 1:4])).sum(axis=0) / mass
+        call = "CalcCenterOfMassTranslationalVelocityInWorld"
+        view, rows, mass, _ = self._com_rows(call, context, model_instances)
+        return self._momentum_of(view, rows, np.zeros(3))[3:] / mass
+
+    def _momentum_of(self, view: Any, rows: Any, p_WoP_W: np.ndarray) -> Any:
+        """Spatial momentum of some bodies about a point; an int where that is no vector of the context's scalar."""
+        ask = view.ask_momentum
+        view.mask[:] = 0
+        view.mask[rows] = 1
+        return ask(p_WoP_W)
 
     def CalcCenterOfMassTranslationalAccelerationInWorld(
         self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
@@ -262,15 +267,10 @@ class Queries:
         if rest or kwargs or point is None:
             raise TypeError(f"{call}(): incompatible function arguments. Takes (context, [model_instances], p_WoP_W).")
         view = self._view(context)
-        ask = view.ask_momentum
-        if instances is None:
-            view.mask[:] = 1
-        else:
-            view.mask[:] = 0
-            view.mask[self._rows_of(call, instances)] = 1
-        L = ask(point)
+        rows = slice(None) if instances is None else self._rows_of(call, instances)
+        L = self._momentum_of(view, rows, point)
         if type(L) is int:
-            L = ask(vector(call, "p_WoP_W", point, 3))
+            L = self._momentum_of(view, rows, vector(call, "p_WoP_W", point, 3))
             if type(L) is int:
                 raise TypeError(f"{call}(): the point must have the scalar type of the context.")
         return view.of(SpatialMomentum_)(L)
