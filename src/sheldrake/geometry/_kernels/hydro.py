@@ -202,7 +202,7 @@ def clip_by_half_space(model, table, surfaces, i, j):
         out = load3_at(model.field, element, GRADIENT)
         if -dot3(out, normal) > ALONG:
             load_triangle(model, surfaces.work, element)
-            n = clip_polygon(surfaces.work, FIRST_POLYGON, 3, SECOND_POLYGON, normal, top)
+            n = clip_polygon(surfaces.work, FIRST_POLYGON, 3, SECOND_POLYGON, normal, top, 1.0)
             if n > 2:
                 into_M = out_of_N(j, i, rotate(R_WI, out))
                 put_polygon(model, surfaces, table.X_WG, i, SECOND_POLYGON, n, into_M, field, gradients)
@@ -228,20 +228,23 @@ def plane_of(model, element, k):
 
 
 @kernel
-def clip_by_tetrahedron(model, work, n, element):
-    """Clips the first polygon by a tetrahedron of the same frame; the corners left are the first polygon again."""
+def clip_by_tetrahedron(model, work, n, out, element):
+    """Clips the first polygon, whose normal is out, by a tetrahedron of the same frame; its corners left.
+
+    They are the first polygon again.
+    """
     source = FIRST_POLYGON
     target = SECOND_POLYGON
     for k in range(4):
         if n > 2:
             normal, offset = plane_of(model, element, k)
-            n = clip_polygon(work, source, n, target, normal, offset)
+            n = clip_polygon(work, source, n, target, normal, offset, dot3(normal, out))
         source, target = target, source
     return n
 
 
 @kernel
-def clip_by_moved_tetrahedron(model, work, n, element, R_IJ, p_IJ):
+def clip_by_moved_tetrahedron(model, work, n, out, element, R_IJ, p_IJ):
     """The same for a tetrahedron of frame J and a polygon in frame I."""
     source = FIRST_POLYGON
     target = SECOND_POLYGON
@@ -249,7 +252,7 @@ def clip_by_moved_tetrahedron(model, work, n, element, R_IJ, p_IJ):
         if n > 2:
             normal, offset = plane_of(model, element, k)
             moved = rotate(R_IJ, normal)
-            n = clip_polygon(work, source, n, target, moved, offset + dot3(moved, p_IJ))
+            n = clip_polygon(work, source, n, target, moved, offset + dot3(moved, p_IJ), dot3(moved, out))
         source, target = target, source
     return n
 
@@ -265,7 +268,7 @@ def triangle_in_tetrahedron(model, table, surfaces, i, j, tetrahedron, triangle,
     for k in range(3):
         p = load3(model.vertex, model.element[triangle, k])
         store3(surfaces.work, FIRST_POLYGON + k, add3(rotate(R_IJ, p), p_IJ))
-    n = clip_by_tetrahedron(model, surfaces.work, 3, tetrahedron)
+    n = clip_by_tetrahedron(model, surfaces.work, 3, out, tetrahedron)
     if n > 2:
         R_WI = rotation_of(table, i)
         g_W = rotate(R_WI, g)
@@ -290,7 +293,7 @@ def tetrahedra_in_balance(model, table, surfaces, i, j, one, other, R_IJ, p_IJ):
     if dot3(normal, g) < ALONG * sqrt(dot3(g, g)) or -dot3(normal, g_j) < ALONG * sqrt(dot3(g_j, g_j)):
         return
     n = slice_tetrahedron(model, surfaces.work, FIRST_POLYGON, one, normal, (c_j - field[3]) / size)
-    n = clip_by_moved_tetrahedron(model, surfaces.work, n, other, R_IJ, p_IJ)
+    n = clip_by_moved_tetrahedron(model, surfaces.work, n, normal, other, R_IJ, p_IJ)
     if n > 2:
         R_WI = rotation_of(table, i)
         into_M = out_of_N(i, j, rotate(R_WI, normal))

@@ -62,9 +62,14 @@ def crossing(inner, outer, d_inner, d_outer):
 
 
 @kernel(outline=True)
-def clip_polygon(work, source, n, target, normal, offset):
-    """Copies the part of a polygon of n corners where normal . x <= offset; its number of corners."""
+def clip_polygon(work, source, n, target, normal, offset, side):
+    """Copies the part of a polygon of n corners where normal . x <= offset; its number of corners.
+
+    A polygon in the plane is kept if `side` is positive. It lies between two tetrahedra and must be counted once: the
+    cosine of its normal and the plane's has another sign in the other one.
+    """
     m = 0
+    inside = 0
     before = load3(work, source + n - 1)
     d_before = height_over(before, normal, offset)
     for i in range(n):
@@ -79,8 +84,12 @@ def clip_polygon(work, source, n, target, normal, offset):
         if d_here <= 0.0:
             store3(work, target + m, here)
             m += 1
+        if d_here < 0.0:
+            inside += 1
         before = here
         d_before = d_here
+    if inside == 0 and side <= 0.0:
+        return 0
     return m
 
 
