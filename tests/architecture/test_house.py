@@ -100,6 +100,19 @@ def test_a_module_says_what_it_is(path):
     assert " " in said, "says nothing, or only its name"
 
 
+@pytest.mark.parametrize("path", FILES, ids=lambda path: path.relative_to(SOURCE).as_posix())
+def test_files_and_functions_are_short(path):
+    """400 and 60 lines are what we aim at; beyond these limits there are two things in one place."""
+    source = path.read_text(encoding="utf-8")
+    assert source.count("\n") <= 450
+    long = [
+        node.name
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.FunctionDef) and node.end_lineno - node.lineno >= 80
+    ]
+    assert not long, f"functions of more than 80 lines: {long}"
+
+
 FORBIDDEN = (ast.Try, ast.Raise, ast.With, ast.Lambda, ast.ListComp, ast.GeneratorExp, ast.DictComp, ast.List, ast.Dict,
              ast.JoinedStr, ast.Global, ast.Yield, ast.FunctionDef, ast.ClassDef, ast.Starred)  # fmt: skip
 

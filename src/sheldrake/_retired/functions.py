@@ -42,20 +42,13 @@ def _geometry() -> dict[str, Any]:
     from sheldrake.geometry import (
         AddCompliantHydroelasticProperties,
         AddCompliantHydroelasticPropertiesForHalfSpace,
-        ClippingRange,
-        ColorRenderCamera,
-        DepthRange,
-        DepthRenderCamera,
         DrakeVisualizer,
         MeshcatPointCloudVisualizer,
         MeshcatVisualizer,
         ReadObjToTriangleSurfaceMesh,
-        RenderCameraCore,
         SurfaceTriangle,
         TriangleSurfaceMesh,
     )
-    from sheldrake.geometry._camera_info import CameraInfo
-    from sheldrake.math import RigidTransform
 
     class SurfaceVertex(np.ndarray):
         """Retired: vertices are positions. The position r_MV [m] of a vertex in the mesh's frame, shape (3,)."""
@@ -89,28 +82,10 @@ def _geometry() -> dict[str, Any]:
         hint("ConnectDrakeVisualizer() is retired: use DrakeVisualizer.AddToBuilder().")
         return DrakeVisualizer.AddToBuilder(builder, scene_graph, *args, **kwargs)
 
-    def core(width: int, height: int, fov_y: float, renderer_name: str, near: float, far: float) -> RenderCameraCore:
-        lens, clipping = CameraInfo(width, height, fov_y), ClippingRange(near, far)
-        return RenderCameraCore(renderer_name, lens, clipping, RigidTransform())
-
-    def CameraProperties(width: int, height: int, fov_y: float, renderer_name: str) -> ColorRenderCamera:
-        """Retired: use `ColorRenderCamera`. A colour camera that sees from 1 cm to 10 m."""
-        hint("CameraProperties() is retired: use ColorRenderCamera().")
-        return ColorRenderCamera(core(width, height, fov_y, renderer_name, 0.01, 10.0), False)
-
-    def DepthCameraProperties(
-        width: int, height: int, fov_y: float, renderer_name: str, z_near: float, z_far: float
-    ) -> DepthRenderCamera:
-        """Retired: use `DepthRenderCamera`. A depth camera that measures from z_near to z_far [m]."""
-        hint("DepthCameraProperties() is retired: use DepthRenderCamera().")
-        seen = core(width, height, fov_y, renderer_name, 0.01, max(10.0, z_far))
-        return DepthRenderCamera(seen, DepthRange(z_near, z_far))
-
     return {
         "MeshcatPointCloudVisualizerCpp": MeshcatPointCloudVisualizerCpp,
         "MeshcatVisualizerCpp": MeshcatVisualizerCpp,
-        "CameraProperties": CameraProperties,
-        "DepthCameraProperties": DepthCameraProperties,
+        **_cameras(),
         "ConnectDrakeVisualizer": ConnectDrakeVisualizer,
         "AddSoftHydroelasticProperties": forwarded(
             AddCompliantHydroelasticProperties,
@@ -129,6 +104,31 @@ def _geometry() -> dict[str, Any]:
         "SurfaceMesh": TriangleSurfaceMesh,
         "SurfaceVertex": SurfaceVertex,
     }
+
+
+def _cameras() -> dict[str, Any]:
+    from sheldrake.geometry import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
+    from sheldrake.geometry._camera_info import CameraInfo
+    from sheldrake.math import RigidTransform
+
+    def core(width: int, height: int, fov_y: float, renderer_name: str, near: float, far: float) -> RenderCameraCore:
+        lens, clipping = CameraInfo(width, height, fov_y), ClippingRange(near, far)
+        return RenderCameraCore(renderer_name, lens, clipping, RigidTransform())
+
+    def CameraProperties(width: int, height: int, fov_y: float, renderer_name: str) -> ColorRenderCamera:
+        """Retired: use `ColorRenderCamera`. A colour camera that sees from 1 cm to 10 m."""
+        hint("CameraProperties() is retired: use ColorRenderCamera().")
+        return ColorRenderCamera(core(width, height, fov_y, renderer_name, 0.01, 10.0), False)
+
+    def DepthCameraProperties(
+        width: int, height: int, fov_y: float, renderer_name: str, z_near: float, z_far: float
+    ) -> DepthRenderCamera:
+        """Retired: use `DepthRenderCamera`. A depth camera that measures from z_near to z_far [m]."""
+        hint("DepthCameraProperties() is retired: use DepthRenderCamera().")
+        seen = core(width, height, fov_y, renderer_name, 0.01, max(10.0, z_far))
+        return DepthRenderCamera(seen, DepthRange(z_near, z_far))
+
+    return {"CameraProperties": CameraProperties, "DepthCameraProperties": DepthCameraProperties}
 
 
 def _inverse_kinematics() -> dict[str, Any]:

@@ -101,9 +101,7 @@ def MakeUrdfFromMesh(
         ValueError: A file is damaged or no solid, or an argument has no meaning.
     """
     paths = [Path(p) for p in ([mesh_files] if isinstance(mesh_files, (str, os.PathLike)) else mesh_files)]
-    _check_arguments(paths, density, mass, collision)
-    if preview is not None and output is None:
-        raise ValueError("MakeUrdfFromMesh(): a preview needs an output.")
+    _check_arguments(paths, density, mass, collision, needs_output=preview is not None and output is None)
     meshes = [read_mesh_file(path) for path in paths]
     pieces = [[piece for solid in mesh.solids for piece in repair(solid)] for mesh in meshes]
     for group in pieces:
@@ -128,7 +126,9 @@ def MakeUrdfFromMesh(
     return model
 
 
-def _check_arguments(paths: list[Path], density: float | None, mass: float | None, collision: str) -> None:
+def _check_arguments(
+    paths: list[Path], density: float | None, mass: float | None, collision: str, needs_output: bool
+) -> None:
     if not paths:
         raise ValueError("MakeUrdfFromMesh(): there is no mesh file.")
     if density is not None and mass is not None:
@@ -138,6 +138,8 @@ def _check_arguments(paths: list[Path], density: float | None, mass: float | Non
             raise ValueError(f"MakeUrdfFromMesh(): the {what} must be positive and finite, not {value!r}.")
     if collision not in ("mesh", "hull", "decompose"):
         raise ValueError(f"MakeUrdfFromMesh(): collision is 'mesh', 'hull' or 'decompose', not {collision!r}.")
+    if needs_output:
+        raise ValueError("MakeUrdfFromMesh(): a preview needs an output.")
 
 
 def _settle_units(model: MeshModel, meshes: list[MeshFile], pieces: list, units: str, mass: float | None) -> None:

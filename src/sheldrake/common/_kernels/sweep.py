@@ -49,11 +49,8 @@ def sweep(
         for j in range(n):
             slopes[i, j] = 0.0
     for k in range(inputs if alone else n):
-        moves = 0
-        for j in range(n if alone else inputs):
-            if (by_inputs[k, j] if alone else by_inputs[j, k]) != 0.0:
-                moves = 1
-        if moves == 0 and (ran == 1 or k + 1 < (inputs if alone else n)):
+        moves = row_is_used(by_inputs, k) if alone else column_is_used(by_inputs, k)
+        if not moves and (ran == 1 or k + 1 < (inputs if alone else n)):
             continue
         ran = 1
         for i in range(inputs):
@@ -71,6 +68,24 @@ def sweep(
     if ran == 0:
         return run_rows(t, memory, rows, words, at, copies)
     return 0
+
+
+@kernel
+def row_is_used(A, i):
+    """Whether a row has a number other than 0."""
+    for j in range(A.shape[1]):
+        if A[i, j] != 0.0:
+            return True
+    return False
+
+
+@kernel
+def column_is_used(A, j):
+    """Whether a column has a number other than 0."""
+    for i in range(A.shape[0]):
+        if A[i, j] != 0.0:
+            return True
+    return False
 
 
 @kernel(outline=True)
