@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.autodiffutils._matrices import alike, filled
 from sheldrake.math import RotationMatrix_
 from sheldrake.multibody.math import SpatialAcceleration_, SpatialInertia_, SpatialMomentum_, SpatialVelocity_
 from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, RigidBody
@@ -158,7 +159,14 @@ class Queries:
     def CalcPointsPositions(self, context: Any, frame_B: Frame, p_BQi: Any, frame_A: Frame) -> np.ndarray:
         """Positions in frame A of points given in frame B [m], shape (3, n)."""
         X_AB = self._relative_pose(context, frame_A, frame_B)
-        return X_AB[:9].reshape(3, 3) @ points("CalcPointsPositions", "p_BQi", p_BQi) + X_AB[9:, None]
+        p_BQi = points("CalcPointsPositions", "p_BQi", p_BQi)
+        duals = alike(X_AB.tolist()) if X_AB.dtype == object and p_BQi.dtype == float else None
+        if duals is None:
+            return X_AB[:9].reshape(3, 3) @ p_BQi + X_AB[9:, None]
+        X, slopes = np.array(duals[0]), duals[1]
+        slopes_R = slopes[:9].reshape(3, 3, -1)
+        slopes_p = p_BQi.T @ slopes_R + slopes[9:, None]  # by row of R: points, derivatives
+        return filled(X[:9].reshape(3, 3) @ p_BQi + X[9:, None], slopes_p.reshape(p_BQi.size, -1))
 
     def CalcPointsVelocities(
         self, context: Any, frame_B: Frame, p_BQi: Any, frame_A: Frame, frame_E: Frame
