@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from sheldrake.common._kinds import anything, instance_of
-from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._overloads import incompatible, overload, overloaded
 from sheldrake.common.deprecation import _warn_deprecated
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
@@ -79,9 +79,12 @@ class FreeBodies:
         """Puts a free body at a pose in its inboard frame, the world's unless a joint says otherwise.
 
         Raises:
+            TypeError: the pose is none.
             RuntimeError: the body is not free, or the pose is not finite.
         """
         X = X_PB if X_JpJc is None else X_JpJc
+        if not hasattr(X, "GetAsMatrix34"):
+            raise incompatible("SetFreeBodyPose", ["(context, body, X_PB: RigidTransform)"], (context, body, X), {})
         self._free_joint("SetFreeBodyPose", body).SetPose(context, X)
 
     def _set_velocity_in_old_order(self, body: RigidBody, V_PB: Any, context: Any) -> None:

@@ -274,6 +274,10 @@ class State:
         size = sum(len(a) for a in at)
         array = np.asarray(values)
         array = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
+        if array.ndim == 0 or array.dtype.kind not in "fiubO":
+            raise TypeError(
+                f"{call}(): incompatible function arguments. Takes a vector of {size} numbers, not {values!r}."
+            )
         if array.shape != (size,):
             whose = "the plant" if instance is None else f"model instance '{self.GetModelInstanceName(instance)}'"
             raise RuntimeError(

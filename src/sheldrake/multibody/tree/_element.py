@@ -120,6 +120,17 @@ def vector(call: str, name: str, value: Any, size: int) -> np.ndarray:
     return array.copy()
 
 
+def require_numbers(call: str, values: Any) -> None:
+    """Makes sure that each value is a number, of whatever type.
+
+    Raises:
+        TypeError: one is text, None or a sequence.
+    """
+    for value in values:
+        if value is None or isinstance(value, (str, list, tuple, np.ndarray)):
+            raise TypeError(f"{call}(): incompatible function arguments. Takes a number, not {value!r}.")
+
+
 def finite(call: str, name: str, value: Any) -> Any:
     """`value`, after making sure that none of its numbers is infinite or nan (symbols pass).
 

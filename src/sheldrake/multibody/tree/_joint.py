@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import NamedElement, finite, vector
+from sheldrake.multibody.tree._element import NamedElement, finite, require_numbers, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._index import JointIndex
 
@@ -368,12 +368,14 @@ class Joint(NamedElement):
 
     def _write_q(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
         owner = self._finalized(call)
+        require_numbers(f"{type(self).__name__}.{call}", values)
         finite(f"{type(self).__name__}.{call}", "the positions", values)
         owner._write_positions(context, self._q_start + at, values)
         return self
 
     def _write_v(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
         owner = self._finalized(call)
+        require_numbers(f"{type(self).__name__}.{call}", values)
         finite(f"{type(self).__name__}.{call}", "the velocities", values)
         owner._write_velocities(context, self._v_start + at, values)
         return self

@@ -7,6 +7,7 @@ import operator
 import weakref
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._overloads import expect
 from sheldrake.systems.framework._cache import CacheEntry, ValueProducer
 from sheldrake.systems.framework._declarations import CacheDeclaration, Callback, InputDeclaration, OutputDeclaration
 from sheldrake.systems.framework._graphviz import Graphviz
@@ -97,7 +98,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
 
     def set_name(self, name: str) -> None:
         """Sets the name; unique among siblings by the time the diagram is built."""
-        self._name = name
+        self._name = expect("set_name", name, str)
 
     def get_name(self) -> str:
         """Name among siblings; "" until given."""

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import expect
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._declarations import InputDeclaration
 from sheldrake.systems.framework._index import PortDataType, UseDefaultName
@@ -75,6 +76,7 @@ class SystemPorts(SystemBase):
         return i
 
     def _named(self, ports: list, name: str, kind: str) -> int:
+        expect(f"Get{kind.title()}Port", name, str)
         for i, port in enumerate(ports):
             if port.name == name:
                 return i

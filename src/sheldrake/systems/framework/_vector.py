@@ -42,7 +42,7 @@ def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
         return value.CopyToVector()
     try:
         a = np.asarray(value)
-        if value is None:
+        if np.iscomplexobj(a) or (a.dtype == object and a.ndim == 0 and not _is_scalar(value)):
             raise TypeError
         if a.dtype != object:
             a = a.astype(float)
@@ -59,6 +59,11 @@ def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
     if a.ndim != 1:
         raise TypeError(f"incompatible function arguments: expected a vector, got an array of shape {a.shape}")
     return np.array(a)
+
+
+def _is_scalar(value: Any) -> bool:
+    """Whether one object is a number: a dual, an expression or a variable, or what Python takes for one."""
+    return hasattr(value, "__float__") or hasattr(value, "derivatives") or hasattr(value, "__add__")
 
 
 def is_size(value: Any) -> bool:
@@ -113,8 +118,19 @@ class VectorBase:
             if self._v.dtype == object:
                 a = lifted(a, self._number_type())
         if a.shape != self._v.shape:
+            if np.ndim(value) == 0 and not isinstance(value, VectorBase):
+                raise TypeError(f"incompatible function arguments: expected a vector, got {value!r}")
             raise IndexError(f"Operand vector size {a.size} does not match {self._describe()} size {self._v.size}")
         return a
+
+    def _number(self, value: Any) -> Any:
+        """A value as one of the numbers in memory."""
+        if self._v.dtype == object:
+            return value if isinstance(value, self._number_type()) else self._number_type()(value)
+        try:
+            return value.__float__()
+        except (AttributeError, TypeError, ValueError):
+            raise TypeError(f"incompatible function arguments: expected a number, got {value!r}") from None
 
     def _number_type(self) -> Any:
         """Type of the numbers in memory of objects."""
@@ -189,8 +205,8 @@ class VectorBase:
         if isinstance(index, slice):
             self._v[index] = value
         else:
-            if self._v.dtype == object and not isinstance(value, self._number_type()):
-                value = self._number_type()(value)
+            if type(value) is not float:
+                value = self._number(value)
             self._v[self._index(index)] = value
         if self._on_write is not None:
             self._on_write()

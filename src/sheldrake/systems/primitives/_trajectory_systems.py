@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.autodiffutils._matrices import filled
+from sheldrake.common._overloads import incompatible
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._vector import as_vector
@@ -28,6 +29,10 @@ class TrajectorySource(LeafSystem):
 
     def __init__(self, trajectory: Any, output_derivative_order: int = 0, zero_derivatives_beyond_limits: bool = True):
         super().__init__()
+        if not hasattr(trajectory, "MakeDerivative"):
+            raise incompatible(
+                "TrajectorySource", ["(trajectory: Trajectory, ...)"], (trajectory,), {}, constructor=True
+            )
         self._order, self._zero = int(output_derivative_order), bool(zero_derivatives_beyond_limits)
         self._set(trajectory)
         size = trajectory.rows() * (1 + self._order)
