@@ -245,9 +245,11 @@ def _set_mass(
 
 
 def _check_mass(model: MeshModel, pieces: list) -> None:
+    least = 1e-9 * model.volume ** (1 / 3)  # [m] less is rounding
+    centre = ", ".join(f"{x if abs(x) > least else 0.0:.4g}" for x in model.p_BoBcm_B)
     model.notes.append(
         f"volume {model.volume:.6g} m^3, mass {model.mass:.6g} kg ({model.mass / model.volume:.4g} kg/m^3), centre of "
-        f"mass ({', '.join(f'{x:.4g}' for x in model.p_BoBcm_B)}) m"
+        f"mass ({centre}) m"
     )
     points = np.concatenate(
         [piece.solid.vertices * belief.metres for belief, group in zip(model.units, pieces) for piece in group]

@@ -116,7 +116,11 @@ class Cameras:
         self._hub.page.stage.reset()
 
     def SetEnvironmentMap(self, image_path: str | os.PathLike) -> None:
-        """Keeps an image for reflections; this page has presets only, so it says that it cannot show it.
+        """Lights the scene by a picture and shows the picture all around.
+
+        Args:
+            image_path: A panorama (equirectangular: all around by from top to bottom), such as PNG or JPEG. Of another
+                file, such as HDR, the page keeps the light it has and says so. "" goes back to the usual light.
 
         Raises:
             RuntimeError: when the file cannot be opened.

@@ -78,21 +78,22 @@ class Player:
         self._timer: Any = None
         gui = page._server.gui
         duration = self._frames.duration()
-        self._folder = gui.add_folder("Recording")
-        with self._folder:
-            self._button = gui.add_button("Play")
-            self._slider = gui.add_slider("Time [s]", 0.0, max(duration, 1e-3), 1e-3, 0.0)
-            self._speed = gui.add_dropdown("Speed", _SPEEDS, initial_value="1x")
+        with page._server.atomic():  # no page gets a button that nobody listens to yet
+            self._folder = gui.add_folder("Recording")
+            with self._folder:
+                self._button = gui.add_button("Play")
+                self._slider = gui.add_slider("Time [s]", 0.0, max(duration, 1e-3), 1e-3, 0.0)
+                self._speed = gui.add_dropdown("Speed", _SPEEDS, initial_value="1x")
 
-        @self._button.on_click
-        async def _(_event: Any) -> None:
-            self.pause() if self._playing else self.play()
+            @self._button.on_click
+            async def _(_event: Any) -> None:
+                self.pause() if self._playing else self.play()
 
-        @self._slider.on_update
-        async def _(event: Any) -> None:
-            if event.client is not None:
-                self.pause()
-                self.show(float(event.target.value))
+            @self._slider.on_update
+            async def _(event: Any) -> None:
+                if event.client is not None:
+                    self.pause()
+                    self.show(float(event.target.value))
 
         if self._frames.num_frames:
             self.show(0.0)

@@ -10,6 +10,7 @@ import numpy as np
 STAGE = ("/Grid", "/Axes", "/Background", "/Lights", "/Cameras", "/Render Settings")
 _FOV = math.radians(40.0)
 _TOP, _BOTTOM = (225, 234, 244), (255, 255, 255)
+_AMBIENT = 0.55  # intensity of the light from all around
 _VIEW_DIRECTION = np.array([0.8, -1.0, 0.55])  # from the scene to the camera
 
 
@@ -43,7 +44,9 @@ class Stage:
         scene, gui = server.scene, server.gui
         gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
         gui.set_panel_label("sheldrake")
-        scene.configure_environment_map("warehouse", environment_intensity=0.55)
+        self._ambient = _AMBIENT
+        self._environment: bytes | None = None  # a JPEG picture of all directions, the user's own
+        self._send_environment()
         scene.configure_default_lights(True, cast_shadow=True)
         # A hair below z = 0, so that a plate at z = 0 hides it.
         self._grid = scene.add_grid(
@@ -152,12 +155,13 @@ class Stage:
             self._show_background()
             return True
         if part == "Background" and name == "environment_map":
-            return not value
+            return self._set_environment(str(value))
         if part == "Lights" and path == "/Lights" and name == "visible":
             self._server.scene.configure_default_lights(bool(value))
             return True
         if part == "Lights" and "AmbientLight" in path and name == "intensity":
-            self._server.scene.configure_environment_map("warehouse", environment_intensity=0.55 * float(value) / 0.6)
+            self._ambient = _AMBIENT * float(value) / 0.6  # 0.6 is Meshcat's own
+            self._send_environment()
             return True
         if part == "Cameras":
             return self._set_camera_property(name, value)
@@ -175,10 +179,54 @@ class Stage:
             return False
         return True
 
+    def _set_environment(self, path: str) -> bool:
+        """Lights the scene by a picture and shows it all around, "" for neither; False when it is no picture."""
+        environment = None
+        if path:
+            try:
+                environment = _as_jpeg(path)
+            except OSError:
+                return False
+        self._environment = environment
+        self._send_environment()
+        self._show_background()
+        return True
+
+    def _send_environment(self) -> None:
+        scene = self._server.scene
+        if self._environment is None:
+            scene.configure_environment_map("warehouse", environment_intensity=self._ambient)
+            return
+        from viser import _messages
+
+        turn = (1.0, 0.0, 0.0, 0.0)
+        self._server._websock_server.queue_message(  # viser's own call knows its presets only
+            _messages.EnvironmentMapMessage(
+                self._environment, self._background["visible"], 0.0, 1.0, turn, self._ambient / _AMBIENT, turn
+            )
+        )
+
     def _show_background(self) -> None:
+        if self._environment is not None:
+            self._send_environment()
+            if self._background["visible"]:
+                self._server.scene.set_background_image(None)
+                return
         shown = self._background["visible"]
         top = np.array(self._background["top_color"] if shown else (255, 255, 255), dtype=float)
         bottom = np.array(self._background["bottom_color"] if shown else (255, 255, 255), dtype=float)
         ramp = np.linspace(0.0, 1.0, 256)[:, None]
         image = np.repeat(np.round(top + ramp * (bottom - top)).astype(np.uint8)[:, None], 4, axis=1)
         self._server.scene.set_background_image(image, format="png")
+
+
+def _as_jpeg(path: str) -> bytes:
+    """A picture file as JPEG, which is what the page reads; OSError when it is none."""
+    import io
+
+    from PIL import Image
+
+    out = io.BytesIO()
+    with Image.open(path) as picture:
+        picture.convert("RGB").save(out, "JPEG", quality=92)
+    return out.getvalue()
