@@ -7,13 +7,15 @@ is linearised instead: w is an iterate of its own, |w| <= 1. The tangential bloc
 
     G_t = mu n0 / s (I - (w t^T + t w^T) / 2),   t = v / s,
 
-which is Newton's where w = t, and positive semidefinite. Gradient and solution are the same.
+which is Newton's where w = t, and positive semidefinite. Gradient and solution are the same. With kSimilar the normal
+impulse n of the iterate stands for n0, and what n does to friction is left as it is; kSap has another law.
 """
 
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import load3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    APPROXIMATION,
     CONTACTS_BEGIN,
     CONTACTS_END,
     DUAL_X,
@@ -24,6 +26,8 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     G_XX,
     G_XY,
     G_YY,
+    GAMMA,
+    LAGGED,
     N0,
     ORDER,
     VC,
@@ -38,33 +42,34 @@ def inverse_soft_norm(contacts, c, x, y):
 
 
 @kernel
-def put_dual(contacts, c, wx, wy):
-    """Takes w for the contact's dual, and makes G_t from it, at the present slip."""
+def put_dual(model, contacts, c, wx, wy):
+    """Takes w for the contact's dual; the G of the law at the present slip becomes that with w."""
     state = contacts.state
     x, y, _ = load3_at(state, c, VC)
     soft = inverse_soft_norm(contacts, c, x, y)
     tx = x * soft
     ty = y * soft
-    stiffness = contacts.law[c, FRICTION] * contacts.law[c, N0] * soft
+    n = contacts.law[c, N0] if model.setting[APPROXIMATION] == LAGGED else state[c, GAMMA + 2]
+    stiffness = contacts.law[c, FRICTION] * n * soft
     state[c, DUAL_X] = wx
     state[c, DUAL_Y] = wy
-    state[c, G_XX] = stiffness * (1.0 - wx * tx)
-    state[c, G_XY] = -0.5 * stiffness * (wx * ty + wy * tx)
-    state[c, G_YY] = stiffness * (1.0 - wy * ty)
+    state[c, G_XX] += stiffness * (tx - wx) * tx
+    state[c, G_XY] += stiffness * (tx * ty - 0.5 * (wx * ty + wy * tx))
+    state[c, G_YY] += stiffness * (ty - wy) * ty
 
 
 @kernel(outline=True)
-def guess_duals(problem, contacts, share):
+def guess_duals(model, problem, contacts, share):
     """First duals: this share of those with which the first step is Newton's; with none of them it is a secant's."""
     for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
         c = contacts.index[place, ORDER]
         x, y, _ = load3_at(contacts.state, c, VC)
         soft = share * inverse_soft_norm(contacts, c, x, y)
-        put_dual(contacts, c, x * soft, y * soft)
+        put_dual(model, contacts, c, x * soft, y * soft)
 
 
 @kernel(outline=True)
-def follow_duals(problem, contacts, alpha):
+def follow_duals(model, problem, contacts, alpha):
     """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1."""
     state = contacts.state
     for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
@@ -84,4 +89,4 @@ def follow_duals(problem, contacts, alpha):
             scale = 1.0 / sqrt(w2)
             wx *= scale
             wy *= scale
-        put_dual(contacts, c, wx, wy)
+        put_dual(model, contacts, c, wx, wy)

@@ -30,7 +30,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     FIRST_DOF,
     GRADIENT,
     ITERATIONS,
-    LAGGED,
     MAX_ITERATIONS,
     NUM_DOFS,
     ORDER,
@@ -41,6 +40,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_VC,
     ROWS_BEGIN,
     ROWS_END,
+    SAP,
     TREE_ORDER,
     TREES_BEGIN,
     TREES_END,
@@ -210,10 +210,10 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess):
     """
     if lay_out(model, problem, contacts, rows, factor) != 0:
         return FACTOR_CAPACITY
-    lagged = model.setting[APPROXIMATION] == LAGGED
-    if lagged:
+    soft = model.setting[APPROXIMATION] != SAP
+    if soft:
         relative = excess * model.option[RELATIVE_TOLERANCE] * model.option[RELATIVE_TOLERANCE]
-        guess_duals(problem, contacts, 0.0 if relative > FAR else 1.0)
+        guess_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
     fresh = np.int64(1)
     for _ in range(model.setting[MAX_ITERATIONS]):
         status = newton(model, problem, contacts, rows, factor, fresh)
@@ -237,8 +237,8 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess):
             return SOLVED
         ratio = excess / before
         fresh = np.int64(0 if excess * ratio**CHORDS <= 1.0 else 1)
-        if fresh == 1 and lagged:
-            follow_duals(problem, contacts, alpha)
+        if fresh == 1 and soft:
+            follow_duals(model, problem, contacts, alpha)
     return ITERATION_LIMIT
 
 
