@@ -105,7 +105,9 @@ def widest(model: SolverModel) -> int:
     return max(sum(longest[-2:]), min(2 * longest[-1], int(model.tree[:, columns.NUM_DOFS].max())))
 
 
-def make_solver_work(model: SolverModel, contacts: int, rows: int, dtype: type = float) -> SolverWork:
+def make_solver_work(
+    model: SolverModel, contacts: int, rows: int, dtype: type = float, least_width: int = 1
+) -> SolverWork:
     """Room for a number of contacts and scalar rows.
 
     Args:
@@ -113,8 +115,9 @@ def make_solver_work(model: SolverModel, contacts: int, rows: int, dtype: type =
         contacts: capacity for contacts.
         rows: capacity for scalar rows.
         dtype: float, or object for duals and symbols.
+        least_width: room for so many dofs in a constraint, if those that bodies may have are fewer.
     """
-    nv, num_trees, width = len(model.dof), len(model.tree), widest(model)
+    nv, num_trees, width = len(model.dof), len(model.tree), max(widest(model), least_width)
     packed = int(np.sum(model.dof[:, columns.DEPTH_OF] + 1))
 
     def numbers(*shape: int) -> np.ndarray:

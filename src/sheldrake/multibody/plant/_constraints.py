@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -103,6 +104,8 @@ class ConstraintRecord:
     B: Any
     numbers: list[float]
     group: int = -1
+    joints: tuple[Joint, ...] = ()
+    """The joints of a tendon."""
     open_point: bool = False
     """p_BQ of a ball is to be found at Finalize()."""
 
@@ -137,6 +140,59 @@ class Constraints:
                     f"joint '{joint.name()}' has {joint.num_velocities()} degrees of freedom."
                 )
         return self._add_constraint("AddCouplerConstraint", "coupler", joint0, joint1, [gear_ratio, offset])
+
+    def AddTendonConstraint(
+        self,
+        joints: Sequence[Joint],
+        a: Any,
+        offset: float | None = None,
+        lower_limit: float | None = None,
+        upper_limit: float | None = None,
+        stiffness: float | None = None,
+        damping: float | None = None,
+    ) -> MultibodyConstraintId:
+        """Keeps the length sum(a_i q_i) + offset of a tendon over joints of one degree of freedom within limits.
+
+        Drake has this in C++ and for the tag `drake:tendon_constraint`, not in pydrake.
+
+        Args:
+            joints: Different joints, of one or two trees (in Drake of any number).
+            a: A coefficient for each joint.
+            offset: 0 by default.
+            lower_limit: Infinite by default, as is the other; one must be finite.
+            upper_limit: Not below the other.
+            stiffness: Positive, in the unit of force per length; infinite by default.
+            damping: Not negative; 0 by default.
+
+        Raises:
+            RuntimeError: an argument is not as said, the plant is continuous, uses TAMSI, or is finalized. Trees are
+                counted by `Finalize()`.
+        """
+        call, joints, coefficients = "AddTendonConstraint", tuple(joints), np.array(a, dtype=float).ravel()
+        lower, upper = (
+            (-np.inf if lower_limit is None else lower_limit),
+            (np.inf if upper_limit is None else upper_limit),
+        )
+        k, d = (np.inf if stiffness is None else stiffness), (0.0 if damping is None else damping)
+        if not joints or len(set(map(id, joints))) != len(joints) or len(coefficients) != len(joints):
+            raise RuntimeError(
+                f"{call}(): needs one coefficient for each of one or more different joints, not {len(coefficients)} "
+                f"for {[joint.name() for joint in joints]}."
+            )
+        for joint in joints:
+            if joint.num_velocities() != 1:
+                raise RuntimeError(
+                    f"{call}(): Tendon constraint can only be defined on single-DOF joints. However joint "
+                    f"'{joint.name()}' has {joint.num_velocities()} degrees of freedom."
+                )
+        if not (lower <= upper and (lower > -np.inf or upper < np.inf) and k > 0.0 and 0.0 <= d < np.inf):
+            raise RuntimeError(
+                f"{call}(): needs lower_limit <= upper_limit, one of them finite, stiffness > 0 and damping >= 0, not "
+                f"{lower}, {upper}, {k} and {d}."
+            )
+        self._require_mine(call, *joints)
+        numbers = [offset or 0.0, lower, upper, k, d, *coefficients]
+        return self._add_constraint(call, "tendon", joints[0], joints[-1], numbers, joints=joints)
 
     def AddDistanceConstraint(
         self,
@@ -271,12 +327,27 @@ class Constraints:
                 self._parameter_models[record.group][4:7] = record.numbers[3:6]
 
     def _constraint_rows(self) -> list[dict[str, Any]]:
-        rows = []
+        rows: list[dict[str, Any]] = []
+        tendons = 0
         for record in self._constraints.values():
             start = self._parameter_starts[record.group]
             if record.kind == "coupler":
                 ends = dict(a=record.A._v_start, b=record.B._v_start, q_a=record.A._q_start, q_b=record.B._q_start)
+            elif record.kind == "tendon":
+                joints = sorted((j._v_start, j._q_start, i) for i, j in enumerate(record.joints))
+                self._require_two_trees(record)
+                ends = dict(a=tendons, b=tendons + len(joints), joints=joints)
+                tendons += len(joints)
             else:
                 ends = dict(a=int(self._rows[int(record.A.index())]), b=int(self._rows[int(record.B.index())]))
             rows.append(dict(kind=record.kind, active=start, p=start + 1, **ends))
         return rows
+
+    def _require_two_trees(self, tendon: ConstraintRecord) -> None:
+        trees = {int(self._tree_model.dof[joint._v_start, tree_columns.DOF_TREE]) for joint in tendon.joints}
+        if len(trees) > 2:
+            names = ", ".join(joint.name() for joint in tendon.joints)
+            raise NotImplementedError(
+                f"Finalize(): the tendon over joints {names} pulls at {len(trees)} trees; more than two are not "
+                "implemented."
+            )

@@ -61,6 +61,7 @@ CONSTRAINT_KINDS = {
     "distance": (columns.DISTANCE, 1),
     "ball": (columns.BALL, 3),
     "weld": (columns.WELD, 6),
+    "tendon": (columns.TENDON, 2),
 }
 """Kind and number of rows of each constraint."""
 
@@ -163,6 +164,7 @@ def make_plant_model(
     gain = np.array([[a.get("effort_limit", np.inf), a.get("p", 0.0), a.get("d", 0.0)] for a in actuators])
     limit = np.array([[a["dof"], a["q"]] for a in limits], np.int64)
     bound = np.array([[a["lower"], a["upper"], a.get("stiffness", 0.0), a.get("damping", 0.0)] for a in limits])
+    tendons = [joint for c in constraints for joint in c.get("joints", ())]
     rows = np.array(
         [
             [CONSTRAINT_KINDS[c["kind"]][0], c["a"], c["b"], c.get("q_a", -1), c.get("q_b", -1), c["p"], c["active"]]
@@ -177,6 +179,7 @@ def make_plant_model(
         bound.reshape(-1, columns.NUM_BOUND_COLUMNS),
         np.array(force_ports, np.int64),
         rows.reshape(-1, columns.NUM_CONSTRAINT_COLUMNS),
+        np.array(tendons, np.int64).reshape(-1, columns.NUM_TENDON_COLUMNS),
         np.array([dof for dof, _ in frictions], np.int64),
         np.array([effort for _, effort in frictions], float),
         np.array(locks, np.int64),
@@ -222,7 +225,8 @@ def make_step_work(
     rows_of = dict(CONSTRAINT_KINDS.values())
     rows = 2 * len(plant_model.limit) + len(plant_model.actuator) + len(plant_model.friction)
     rows += sum(rows_of[kind] for kind in plant_model.constraint[:, columns.CONSTRAINT_KIND])
-    solver = make_solver_work(solver_model, len(table.pair) + len(surfaces.face), rows, dtype)
+    contacts = len(table.pair) + len(surfaces.face)
+    solver = make_solver_work(solver_model, contacts, rows, dtype, least_width=widest_tendon(plant_model))
     nv = len(tree_model.dof)
 
     def numbers(n: int) -> np.ndarray:
@@ -234,6 +238,12 @@ def make_step_work(
     step = StepVectors(numbers(nv), numbers(nv), numbers(nv), numbers(len(plant_model.actuator)), numbers(nv))
     tables = ContactTable(*(convert(a) for a in table)), HydroTable(*(convert(a) for a in surfaces))
     return StepWork(tree, tables[0], *solver, step, tables[1], Cells(*(convert(a) for a in cells)))
+
+
+def widest_tendon(plant_model: PlantModel) -> int:
+    """Most joints that a tendon lies on."""
+    tendons = plant_model.constraint[plant_model.constraint[:, columns.CONSTRAINT_KIND] == columns.TENDON]
+    return int(np.max(tendons[:, columns.CONSTRAINT_B] - tendons[:, columns.CONSTRAINT_A], initial=0))
 
 
 def supply_missing_material(model: GeometryModel, stiffness: float, dissipation: float, relaxation_time: float) -> None:

@@ -1,4 +1,4 @@
-"""Rows of holonomic constraints: couplers of two joints, distances, ball joints and welds between bodies.
+"""Rows of constraints: couplers of two joints, tendons, distances, ball joints and welds between bodies.
 
 A constraint is g(q) = 0 with gdot = J v, as stiff as the time step resolves (Castro, Permenter, Han 2022, section V).
 """
@@ -49,6 +49,10 @@ from sheldrake.multibody.plant._kernels.model import (
     CONSTRAINT_Q_B,
     COUPLER,
     DISTANCE,
+    TENDON,
+    TENDON_COEFFICIENT,
+    TENDON_DOF,
+    TENDON_Q,
 )
 from sheldrake.multibody.tree._kernels.frames import read9
 from sheldrake.multibody.tree._kernels.model import DEPTH, DOF_PARENT, DOF_TREE, ROOT, TIP
@@ -177,6 +181,38 @@ def put_coupler(tree_model, rows, r, owner, a, b, gap, ratio):
 
 
 @kernel
+def put_tendon(tree_model, plant_model, problem, rows, p, q, owner, at):
+    """lower <= sum of a q + offset <= upper: as in Drake, a spring and damper beyond a limit, nothing before it."""
+    begin = plant_model.constraint[owner, CONSTRAINT_A]
+    end = plant_model.constraint[owner, CONSTRAINT_B]
+    length = p[at]
+    for i in range(begin, end):
+        a = p[at + 5 + plant_model.tendon[i, TENDON_COEFFICIENT]]
+        length += a * q[plant_model.tendon[i, TENDON_Q]]
+    if length < p[at + 1]:
+        put_tendon_limit(tree_model, plant_model, problem, rows, p, owner, at, 1.0, length - p[at + 1])
+    if length > p[at + 2]:
+        put_tendon_limit(tree_model, plant_model, problem, rows, p, owner, at, -1.0, p[at + 2] - length)
+
+
+@kernel
+def put_tendon_limit(tree_model, plant_model, problem, rows, p, owner, at, sign, gap):
+    """A row that pushes where the gap closes, in the direction of `sign` times the tendon's coefficients."""
+    r = problem.count[NUM_ROWS]
+    problem.count[NUM_ROWS] = r + 1
+    begin = plant_model.constraint[owner, CONSTRAINT_A]
+    end = plant_model.constraint[owner, CONSTRAINT_B]
+    for i in range(begin, end):
+        rows.index[r, ROW_DOFS + i - begin] = plant_model.tendon[i, TENDON_DOF]
+        rows.J[r, i - begin] = sign * p[at + 5 + plant_model.tendon[i, TENDON_COEFFICIENT]]
+    tree_a = tree_model.dof[plant_model.tendon[begin, TENDON_DOF], DOF_TREE]
+    tree_b = tree_model.dof[plant_model.tendon[end - 1, TENDON_DOF], DOF_TREE]
+    put_row_heads(rows, r, ONE, owner, end - begin, tree_a, tree_b)
+    put_row_law(rows, r, gap, p[at + 3], p[at + 4] / p[at + 3])
+    rows.law[r, ROW_LOWER] = 0.0
+
+
+@kernel
 def point_on(tree, body, p_BP):
     """p_WP of a point fixed to a body [m]."""
     return add3(load3_at(tree.X_WB, body, 9), rotate(load9(tree.X_WB, body), p_BP))
@@ -242,6 +278,8 @@ def put_constraints(tree_model, plant_model, problem, rows, tree, p, q):
             elif kind == DISTANCE:
                 put_distance(tree_model, tree, p, rows, r, i, a, b, at)
                 problem.count[NUM_ROWS] = r + 1
+            elif kind == TENDON:
+                put_tendon(tree_model, plant_model, problem, rows, p, q, i, at)
             elif kind == BALL:
                 put_ball(tree_model, tree, p, rows, r, i, a, b, at)
                 problem.count[NUM_ROWS] = r + 3

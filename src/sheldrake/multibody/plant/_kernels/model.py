@@ -34,6 +34,12 @@ LIMIT_DOF = np.int64(0)
 LIMIT_Q = np.int64(1)
 NUM_LIMIT_COLUMNS = 2
 
+# PlantModel.tendon
+TENDON_DOF = np.int64(0)
+TENDON_Q = np.int64(1)
+TENDON_COEFFICIENT = np.int64(2)  # its number among the tendon's coefficients in p
+NUM_TENDON_COLUMNS = 3
+
 # PlantModel.bound
 LOWER = np.int64(0)  # [m or rad]
 UPPER = np.int64(1)
@@ -43,8 +49,8 @@ NUM_BOUND_COLUMNS = 4
 
 # PlantModel.constraint
 CONSTRAINT_KIND = np.int64(0)
-CONSTRAINT_A = np.int64(1)  # dof of a coupler, else body row
-CONSTRAINT_B = np.int64(2)
+CONSTRAINT_A = np.int64(1)  # dof of a coupler, first row of a tendon, else body row
+CONSTRAINT_B = np.int64(2)  # of a tendon: the row after its last
 CONSTRAINT_Q_A = np.int64(3)  # position of a coupler's dof
 CONSTRAINT_Q_B = np.int64(4)
 CONSTRAINT_P = np.int64(5)  # where in p its numbers start
@@ -55,6 +61,7 @@ NUM_CONSTRAINT_COLUMNS = 7
 COUPLER = np.int64(0)  # gear ratio, offset
 DISTANCE = np.int64(1)  # p_AP, p_BQ, length, stiffness (may be infinite), damping
 BALL = np.int64(2)  # p_AP, p_BQ
+TENDON = np.int64(4)  # offset, lower, upper, stiffness, damping, a coefficient for each joint
 WELD = np.int64(3)  # X_AP, X_BQ: nine numbers of R row-major, then p, each
 
 
@@ -68,6 +75,7 @@ class PlantModel(NamedTuple):
         bound: Lower and upper position limit and TAMSI's penalty, shape (num_limits, 4).
         force_port: Vector input ports that hold generalized forces [N or N m], shape (num_force_ports,).
         constraint: Holonomic constraints, shape (num_constraints, 7).
+        tendon: Joints that tendons lie on, those of a tendon together and in the order of dofs, shape (n, 3).
         friction: Dofs with dry friction, shape (num_frictions,).
         friction_effort: Its largest effort on each [N m or N], shape (num_frictions,).
         lock: Where in p the lock flag of each dof's joint is, shape (nv,); empty when no joint can be locked.
@@ -79,6 +87,7 @@ class PlantModel(NamedTuple):
     bound: Matrix
     force_port: IntVector
     constraint: IntMatrix
+    tendon: IntMatrix
     friction: IntVector
     friction_effort: Vector
     lock: IntVector
