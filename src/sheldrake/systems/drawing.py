@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 from io import BytesIO
 from typing import Any
+
+from sheldrake.common._notebook import in_notebook
 
 __all__ = ["plot_graphviz", "plot_system_graphviz", "running_as_notebook"]
 
 
-def _has_kernel() -> bool:
-    """Whether this is the process of a notebook; IPython is asked only where it is loaded, as notebooks have it."""
-    ipython = sys.modules.get("IPython")
-    shell = ipython.get_ipython() if ipython is not None else None
-    return hasattr(shell, "kernel")
-
-
-running_as_notebook = _has_kernel()
+running_as_notebook = in_notebook()
 
 
 def plot_graphviz(dot_text: str) -> Any:

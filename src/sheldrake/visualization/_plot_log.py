@@ -22,7 +22,7 @@ def PlotLog(
 ) -> Any:
     """Plots a log over time, one panel for each kind of quantity, and returns the matplotlib Figure.
 
-    Works without a display; `matplotlib.pyplot.show()` shows it where there is one.
+    Works without a display; `matplotlib.pyplot.show()` shows it where there is one, and a notebook shows it once.
 
     Args:
         log: A VectorLog, a LogSet (each log has panels of its own), or a VectorLogSink or what LogAll() returned
@@ -92,9 +92,11 @@ def _panels(times: np.ndarray, data: np.ndarray, names: list[str], rpy: bool, de
 def _plot(panels: dict, title: str | None) -> Any:
     import matplotlib.pyplot as plt
 
+    from sheldrake.visualization._notebook_figure import NotebookFigure
+
     count = max(1, len(panels))
-    size = (9, 1.2 + 2.1 * count)
-    figure, axes = plt.subplots(count, 1, sharex=True, squeeze=False, figsize=size, layout="constrained")
+    figure = plt.figure(FigureClass=NotebookFigure, figsize=(9, 1.2 + 2.1 * count), layout="constrained")
+    axes = figure.subplots(count, 1, sharex=True, squeeze=False)
     for ax, ((kind, unit), lines) in zip(axes[:, 0], panels.items()):
         for label, times, row in lines:
             ax.plot(times, row, label=label, linewidth=1.3)

@@ -173,3 +173,12 @@ def test_plot_command(tmp_path, capsys, monkeypatch):
     assert main(["plot", str(path), "--only", "nothing"]) == 1
     assert "there are plant/state, b" in capsys.readouterr().err
     assert main(["plot", str(tmp_path / "absent.npz")]) == 1
+
+
+@pytest.mark.parametrize(("backend", "held"), [("module://matplotlib_inline.backend_inline", False), ("agg", True)])
+def test_a_figure_that_a_notebook_shows_is_not_left_for_the_end_of_the_cell(monkeypatch, backend, held):
+    figure = PlotLog(falling_block())
+    monkeypatch.setattr(matplotlib.pyplot, "get_backend", lambda: backend)
+    assert matplotlib.pyplot.fignum_exists(figure.number)
+    assert figure._repr_mimebundle_() == {}
+    assert matplotlib.pyplot.fignum_exists(figure.number) == held

@@ -106,7 +106,8 @@ def test_progress_is_shown_when_somebody_looks(monkeypatch, capsys):
     monkeypatch.setattr(progress_module.Progress, "EVERY", 0.0)
     diagram, _ = swinging()
     for watched, asked, expected in ((True, True, True), (True, False, False), (False, True, False)):
-        monkeypatch.setattr(progress_module, "_watched", lambda watched=watched: watched)
+        line = progress_module._OnTerminal if watched else lambda: None
+        monkeypatch.setattr(progress_module, "_line", line)
         simulator = Simulator(diagram)
         simulator.set_progress(asked)
         simulator.AdvanceTo(3.0)
