@@ -118,3 +118,31 @@ def test_the_limit_of_iterations_is_kept():
     prog.AddCost(sqrt(1 + (x[0] - 3) ** 2) + (x[1] - x[0] ** 2) ** 2)
     prog.SetSolverOption(SnoptSolver.id(), "Major iterations limit", 2)
     assert SnoptSolver().Solve(prog, [-5.0, 4.0]).get_solution_result() is SolutionResult.kIterationLimit
+
+
+def test_wide_bounds_allow_wide_steps(monkeypatch):
+    """A pendulum swings up with a weak motor: with steps alike for angles and efforts it takes twice as many."""
+    from sheldrake.examples import PendulumPlant
+    from sheldrake.planning import DirectCollocation
+    from sheldrake.solvers._engines import sqp
+    from sheldrake.trajectories import PiecewisePolynomial
+
+    tries = []
+    once = sqp._try
+    monkeypatch.setattr(sqp, "_try", lambda *args: tries.append(1) or once(*args))
+    plant = PendulumPlant()
+    swing = DirectCollocation(plant, plant.CreateDefaultContext(), 21, 0.05, 0.5)
+    program = swing.prog()
+    swing.AddEqualTimeIntervalsConstraints()
+    u = swing.input()[0]
+    swing.AddConstraintToAllKnotPoints(u >= -3.0)
+    swing.AddConstraintToAllKnotPoints(u <= 3.0)
+    program.AddBoundingBoxConstraint([0.0, 0.0], [0.0, 0.0], swing.initial_state())
+    program.AddBoundingBoxConstraint([np.pi, 0.0], [np.pi, 0.0], swing.final_state())
+    swing.AddRunningCost(10.0 * u**2)
+    guess = PiecewisePolynomial.FirstOrderHold([0.0, 4.0], [[0.0, np.pi], [0.0, 0.0]])
+    swing.SetInitialTrajectory(PiecewisePolynomial(), guess)
+    result = SnoptSolver().Solve(program)
+    assert result.is_success()
+    assert result.get_optimal_cost() == pytest.approx(62.12, abs=0.05)
+    assert len(tries) < 70

@@ -23,7 +23,7 @@ class Step(NamedTuple):
 
 
 class QuadraticModel:
-    """min g'd + 1/2 d'B d + penalty * violation of lower <= c + J d <= upper, with |d| <= radius inside the bounds."""
+    """min g'd + 1/2 d'B d + penalty * violation of lower <= c + J d <= upper, |d| <= radius * reach, in bounds."""
 
     def __init__(self, form: NonlinearForm):
         import clarabel
@@ -33,6 +33,9 @@ class QuadraticModel:
         self._form = form
         self._low, self._high = np.isfinite(form.lower), np.isfinite(form.upper)
         self._equal = form.lower == form.upper
+        # A variable that may go far, a motor's effort say, must not be held to steps that suit an angle.
+        reach = 0.5 * (form.x_upper - form.x_lower)
+        self.reach = np.where(np.isfinite(reach), np.clip(reach, 1.0, 1e3), 1.0)
 
     def solve(
         self, y: np.ndarray, g: np.ndarray, B: np.ndarray, c: np.ndarray, J: np.ndarray, penalty: float, radius: float
@@ -45,7 +48,8 @@ class QuadraticModel:
         limits = [form.upper[equal] - c[equal], form.upper[high] - c[high], c[low] - form.lower[low]]
         m_equal, m_rest = len(blocks[0]), len(blocks[1]) + len(blocks[2])
         slacks = 2 * m_equal + m_rest
-        box_low, box_high = np.maximum(form.x_lower - y, -radius), np.minimum(form.x_upper - y, radius)
+        farthest = radius * self.reach
+        box_low, box_high = np.maximum(form.x_lower - y, -farthest), np.minimum(form.x_upper - y, farthest)
         A = self._rows(blocks[0], np.vstack(blocks[1:]), n)
         b = np.concatenate((*limits, np.zeros(slacks), box_high, -box_low))
         P = self._csc(np.triu(B))
@@ -118,8 +122,8 @@ def trust_region_sqp(
 ) -> tuple[np.ndarray, bool, bool]:
     """Sequential quadratic programming with an l1 penalty (Fletcher, Practical Methods of Optimization, 1987, 14.4).
 
-    Steps are inside a box; one that does not reduce the penalty function is corrected to second order, and then made
-    shorter. The penalty grows until violations vanish or cannot.
+    Steps are inside a box, wider for variables with wider bounds; one that does not reduce the penalty function is
+    corrected to second order, and then made shorter. The penalty grows until violations vanish or cannot.
 
     Returns:
         The last point, whether it is a minimum (of the violation, if that is not zero), and whether iterations ran out.
@@ -153,7 +157,7 @@ def trust_region_sqp(
         if predicted <= 1e-10 * max(1.0, abs(f)) or np.abs(step.d).max(initial=0.0) < 1e-10:
             return y, True, False
         trial, accepted, ratio = _try(form, model, step, y, f, v, g, B, c, J, penalty, radius, predicted)
-        length = np.abs(step.d).max()
+        length = np.abs(step.d / model.reach).max()
         if accepted:
             f_new, g_new = form.cost(trial)
             c_new, J_new = form.constraints(trial)
