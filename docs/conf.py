@@ -8,6 +8,8 @@ release = sheldrake.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon"]
 
 html_theme = "furo"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_title = f"sheldrake {release}"
 html_show_copyright = False
 html_show_sphinx = False

@@ -37,6 +37,11 @@ def example_page(path: pathlib.Path) -> str:
     return f"{title}{{download}}`{path.name}`\n\n```python\n{text}```\n"
 
 
+def whole_numbers(text: str) -> str:
+    """Returns a page whose tables have minus signs in exponents: at a hyphen a browser breaks the line."""
+    return re.sub(r"^\|.*$", lambda row: re.sub(r"(?<=\de)-(?=\d)", "\u2212", row[0]), text, flags=re.MULTILINE)
+
+
 def stage(source: pathlib.Path) -> None:
     """Gathers all that Sphinx reads in a folder."""
     import api_pages
@@ -56,7 +61,8 @@ def stage(source: pathlib.Path) -> None:
         file.write("\n" + coming)
     for path in source.glob("*.md"):
         text = path.read_text(encoding="utf-8")
-        path.write_text(re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples/\1.md)", text), encoding="utf-8")
+        text = re.sub(r"\]\(\.\./examples/(\w+)\.py\)", r"](examples/\1.md)", text)
+        path.write_text(whole_numbers(text), encoding="utf-8")
     with open(source / "gallery.md", "a", encoding="utf-8") as file:
         file.write("\n```{toctree}\n:hidden:\n:glob:\nexamples/*\n```\n")
     with open(source / "index.md", "a", encoding="utf-8") as file:

@@ -82,6 +82,12 @@ def test_signatures_say_what_a_parameter_is_or_nothing():
     assert shorter("ContactResults | None") == "ContactResults | None"
 
 
+def test_numbers_of_tables_are_not_broken_at_a_hyphen():
+    from tools.make_docs import whole_numbers
+
+    assert whole_numbers("1e-5\n| one-point | 4.9e-6 |\n") == "1e-5\n| one-point | 4.9e\u22126 |\n"
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory):
     for needed in ("sphinx", "furo", "myst_parser"):
