@@ -14,6 +14,7 @@ from sheldrake.trajectories._composed import (
     PathParameterizedTrajectory,
     StackedTrajectory,
 )
+from sheldrake.trajectories._curvature import PiecewiseConstantCurvatureTrajectory
 from sheldrake.trajectories._exponential import ExponentialPlusPiecewisePolynomial
 from sheldrake.trajectories._functions import (
     DiscreteTimeTrajectory,
@@ -44,6 +45,8 @@ __all__ = [
     "FunctionHandleTrajectory_",
     "PathParameterizedTrajectory",
     "PathParameterizedTrajectory_",
+    "PiecewiseConstantCurvatureTrajectory",
+    "PiecewiseConstantCurvatureTrajectory_",
     "PiecewisePolynomial",
     "PiecewisePolynomial_",
     "PiecewisePose",
@@ -69,6 +72,9 @@ DiscreteTimeTrajectory_ = ScalarTemplate("DiscreteTimeTrajectory_", DiscreteTime
 FunctionHandleTrajectory_ = ScalarTemplate("FunctionHandleTrajectory_", FunctionHandleTrajectory, scope=__name__)
 PathParameterizedTrajectory_ = ScalarTemplate(
     "PathParameterizedTrajectory_", PathParameterizedTrajectory, scope=__name__
+)
+PiecewiseConstantCurvatureTrajectory_ = ScalarTemplate(
+    "PiecewiseConstantCurvatureTrajectory_", PiecewiseConstantCurvatureTrajectory, scope=__name__
 )
 PiecewisePolynomial_ = ScalarTemplate("PiecewisePolynomial_", PiecewisePolynomial, scope=__name__)
 PiecewisePose_ = ScalarTemplate("PiecewisePose_", PiecewisePose, scope=__name__)

@@ -47,7 +47,6 @@ class ModelBuilder:
             ParseError: When the plant refuses something; the message says where it stands in the file.
             NotImplementedError: For an element this version cannot simulate.
         """
-        self._check_supported(model)
         self._frames = {}
         self._scope = ()
         if model.is_world:
@@ -99,18 +98,6 @@ class ModelBuilder:
         while taken(f"{wanted}_{number}"):
             number += 1
         return f"{wanted}_{number}"
-
-    def _check_supported(self, model: ModelDescription) -> None:
-        """Refuses what the plant has no class for, before anything is added."""
-        from sheldrake.multibody import tree
-
-        for element in model.elements:
-            what = element.kind if isinstance(element, JointDescription) else type(element)
-            needed = _AWAITED.get(what)
-            if needed is not None and not hasattr(tree, needed) and not hasattr(self._plant, needed):
-                raise NotImplementedError(f"{element.where}: this needs {needed}, which is not implemented.")
-        for nested in model.nested:
-            self._check_supported(nested)
 
     def _add(self, model: ModelDescription, full_name: str) -> list:
         instance = self._call(model, self._plant.AddModelInstance, full_name)
@@ -328,8 +315,6 @@ _ADDERS: dict[type, Callable] = {
     DistanceConstraintDescription: ModelBuilder._add_distance_constraint,
     TendonDescription: ModelBuilder._add_tendon,
 }
-# Kinds of joints and elements that are read, and built as soon as the plant has what they need.
-_AWAITED: dict[Any, str] = {"curvilinear": "CurvilinearJoint", TendonDescription: "AddTendonConstraint"}
 _LIMITED = ("revolute", "prismatic")
 
 
@@ -370,12 +355,5 @@ def _make_joint(description: JointDescription, frame_F, frame_M):
     if kind == "screw":
         return tree.ScrewJoint(*ends, axis=axis, screw_pitch=description.screw_pitch, damping=damping)
     if kind == "curvilinear":
-        limits = description.limits
-        return tree.CurvilinearJoint(  # type: ignore[attr-defined]
-            *ends,
-            curvilinear_path=description.path,
-            pos_lower_limit=limits.lower,
-            pos_upper_limit=limits.upper,
-            damping=damping,
-        )
+        return tree.CurvilinearJoint(*ends, curvilinear_path=description.path, damping=damping)
     raise AssertionError(f"joint kind {kind!r}")

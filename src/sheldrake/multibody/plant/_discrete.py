@@ -158,7 +158,9 @@ class DiscreteUpdate:
 
     def _limit_row(self, joint: Any) -> dict[str, Any]:
         lower, upper = joint._limits["position"]
-        stiffness, damping = _step.tamsi_limit_penalty(self._limit_inertia(joint), self._time_step)
+        stiffness = damping = 0.0  # as in Drake, whose kTamsi ignores the limits of other joints
+        if joint.type_name() in ("revolute", "prismatic"):
+            stiffness, damping = _step.tamsi_limit_penalty(self._limit_inertia(joint), self._time_step)
         return dict(
             dof=joint._v_start, q=joint._q_start, lower=lower[0], upper=upper[0], stiffness=stiffness, damping=damping
         )

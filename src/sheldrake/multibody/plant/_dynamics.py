@@ -144,7 +144,7 @@ class Dynamics:
 
     @functools.cached_property
     def _v_is_qdot(self) -> bool:
-        same = ("weld", "revolute", "prismatic", "screw", "planar", "universal")
+        same = ("weld", "revolute", "prismatic", "screw", "planar", "universal", "curvilinear")
         return all(j.type_name() in same for j in self._joints)
 
     # --- Jacobians

@@ -161,6 +161,7 @@ class Finalization:
                     frame_F=frame_row(M if backwards else F),
                     frame_M=frame_row(F if backwards else M),
                     constants=constants,
+                    path=joint._path_pieces(),
                     damping=tuple(range(start, start + joint.num_velocities())),
                     gravity=tuple(self._gravity_on(step.body)),
                 )

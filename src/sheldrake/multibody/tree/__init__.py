@@ -36,6 +36,7 @@ from ._index import (
 )
 from ._joint import Joint
 from ._joint_actuator import JointActuator, PdControllerGains
+from ._joint_curvilinear import CurvilinearJoint
 from ._joints_axis import PrismaticJoint, RevoluteJoint, ScrewJoint, WeldJoint
 from ._joints_floating import QuaternionFloatingJoint, RpyFloatingJoint
 from ._joints_wide import BallRpyJoint, PlanarJoint, UniversalJoint
@@ -54,6 +55,7 @@ def _family(cls: type) -> SystemTemplate:
 
 
 BallRpyJoint_ = _family(BallRpyJoint)
+CurvilinearJoint_ = _family(CurvilinearJoint)
 DoorHinge_ = _family(DoorHinge)
 FixedOffsetFrame_ = _family(FixedOffsetFrame)
 ForceElement_ = _family(ForceElement)
@@ -86,6 +88,8 @@ __all__ = [
     "BodyIndex",
     "Body_",
     "CalcSpatialInertia",
+    "CurvilinearJoint",
+    "CurvilinearJoint_",
     "DoorHinge",
     "DoorHingeConfig",
     "DoorHinge_",

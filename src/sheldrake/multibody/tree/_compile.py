@@ -9,11 +9,11 @@ import numpy as np
 from sheldrake.multibody.tree._kernels import model as m
 
 NUM_POSITIONS = {"weld": 0, "revolute": 1, "prismatic": 1, "screw": 1, "quaternion_floating": 7, "rpy_floating": 6,
-                 "ball_rpy": 3, "planar": 3, "universal": 2}  # fmt: skip
+                 "ball_rpy": 3, "planar": 3, "universal": 2, "curvilinear": 1}  # fmt: skip
 NUM_VELOCITIES = NUM_POSITIONS | {"quaternion_floating": 6}
 KINDS = {"weld": m.WELD, "revolute": m.REVOLUTE, "prismatic": m.PRISMATIC, "screw": m.SCREW,
          "quaternion_floating": m.QUATERNION, "rpy_floating": m.RPY, "ball_rpy": m.BALL, "planar": m.PLANAR,
-         "universal": m.UNIVERSAL}  # fmt: skip
+         "universal": m.UNIVERSAL, "curvilinear": m.CURVILINEAR}  # fmt: skip
 
 
 @dataclass
@@ -26,9 +26,11 @@ class Mobilizer:
         inertia: where in p the ten inertia numbers of the body start.
         frame_F: the joint's frame on the inboard body, an index of `frames`, -1 for the body frame.
         frame_M: the joint's frame on the body, likewise.
-        constants: axis in F and lead [m/rad], or the pose X_FM of a weld (nine numbers of R row-major, then p).
+        constants: axis in F and lead [m/rad], or the pose X_FM (nine numbers of R row-major, then p) of a weld, or
+            where a path begins.
         damping: where in p the damping of each velocity is.
         gravity: gravity that acts on the body, in W [m/s²], shape (3,).
+        path: pieces of the path of a curvilinear joint, rows of `TreeModel.joint`.
     """
 
     parent: int
@@ -39,6 +41,7 @@ class Mobilizer:
     constants: tuple[float, ...] = ()
     damping: tuple[int, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    path: list[tuple[float, ...]] = field(default_factory=list)
 
 
 @dataclass
@@ -63,6 +66,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     body[0, [m.PARENT, m.TREE, m.FRAME_F, m.FRAME_M, m.TIP]] = -1
     joint = np.zeros((nb, m.JOINT_COLUMNS))
     gravity = np.zeros((nb, 3))
+    pieces: list[tuple[float, ...]] = []
     dofs: list[tuple[int, ...]] = []
     trees: list[list[int]] = []
     last_dof = {0: -1}
@@ -86,6 +90,8 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         body[row, : m.TIP] = (parent, kind, root, tree, q, len(dofs), nv, mobilizer.frame_F, mobilizer.frame_M,
                               mobilizer.inertia)  # fmt: skip
         joint[row, : len(mobilizer.constants)] = mobilizer.constants
+        body[row, m.PATH], body[row, m.PATH_END] = nb + len(pieces), nb + len(pieces) + len(mobilizer.path)
+        pieces += mobilizer.path
         body[row, m.AXIS] = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
         body[row, m.DIRECT] = all(
             f < 0 or description.frames[f][m.FRAME_PARENT] < 0 for f in (mobilizer.frame_F, mobilizer.frame_M)
@@ -105,8 +111,11 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     def table(rows: list, columns: int) -> np.ndarray:
         return np.array(rows, np.int64).reshape(-1, columns)
 
+    paths = np.zeros((len(pieces), m.JOINT_COLUMNS))
+    for row, piece in enumerate(pieces):
+        paths[row, : len(piece)] = piece
     return m.TreeModel(
-        body, joint, table(dofs, m.DOF_COLUMNS), table(description.frames, m.FRAME_COLUMNS),
+        body, np.concatenate([joint, paths]), table(dofs, m.DOF_COLUMNS), table(description.frames, m.FRAME_COLUMNS),
         table(trees, m.TREE_COLUMNS), table(description.actuators, m.ACTUATOR_COLUMNS), gravity,
     )  # fmt: skip
 

@@ -130,6 +130,10 @@ class Joint(NamedElement):
         """What the kernels need: an axis and a lead, or a pose."""
         return ()
 
+    def _path_pieces(self) -> list[tuple[float, ...]]:
+        """Pieces of the path of a joint that follows one, as rows for the kernels."""
+        return []
+
     # --- limits
 
     def position_lower_limits(self) -> np.ndarray:

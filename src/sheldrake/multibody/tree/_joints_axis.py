@@ -16,33 +16,8 @@ from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joint import Joint
 
 
-class _AxisJoint(Joint):
-    """One position, one velocity, one axis fixed in F and in M."""
-
-    _reversible = True
-
-    def __init__(
-        self,
-        name: str,
-        frame_on_parent: Frame,
-        frame_on_child: Frame,
-        axis: Any,
-        pos_lower_limit: float = -np.inf,
-        pos_upper_limit: float = np.inf,
-        damping: float = 0.0,
-    ):
-        super().__init__(name, frame_on_parent, frame_on_child, [damping])
-        axis = vector(type(self).__name__, "axis", axis, 3).astype(float)
-        length = float(np.linalg.norm(axis))
-        if not length >= np.sqrt(np.finfo(float).eps):
-            raise RuntimeError(f"{self.kTypeName.capitalize()} joint axis vector must have nonzero length.")
-        self._axis = axis / length
-        self._set_limits("position", [pos_lower_limit], [pos_upper_limit])
-
-    def _reversed_constants(self) -> tuple[float, ...]:
-        """Constants for the kernels when the child is the inboard body: the same motion about the opposite axis."""
-        x, y, z, lead = self._constants()
-        return (-x, -y, -z, lead)
+class OneVelocityJoint(Joint):
+    """One position and its rate: limits and damping are numbers."""
 
     def _one(self, kind: str, side: int) -> float:
         return float(self._limits[kind][side][0])
@@ -86,6 +61,35 @@ class _AxisJoint(Joint):
     def SetDamping(self, context: Any, damping: float) -> None:
         """Changes the damping in a context."""
         self.SetDampingVector(context, [damping])
+
+
+class _AxisJoint(OneVelocityJoint):
+    """One position, one velocity, one axis fixed in F and in M."""
+
+    _reversible = True
+
+    def __init__(
+        self,
+        name: str,
+        frame_on_parent: Frame,
+        frame_on_child: Frame,
+        axis: Any,
+        pos_lower_limit: float = -np.inf,
+        pos_upper_limit: float = np.inf,
+        damping: float = 0.0,
+    ):
+        super().__init__(name, frame_on_parent, frame_on_child, [damping])
+        axis = vector(type(self).__name__, "axis", axis, 3).astype(float)
+        length = float(np.linalg.norm(axis))
+        if not length >= np.sqrt(np.finfo(float).eps):
+            raise RuntimeError(f"{self.kTypeName.capitalize()} joint axis vector must have nonzero length.")
+        self._axis = axis / length
+        self._set_limits("position", [pos_lower_limit], [pos_upper_limit])
+
+    def _reversed_constants(self) -> tuple[float, ...]:
+        """Constants for the kernels when the child is the inboard body: the same motion about the opposite axis."""
+        x, y, z, lead = self._constants()
+        return (-x, -y, -z, lead)
 
 
 class RevoluteJoint(_AxisJoint):

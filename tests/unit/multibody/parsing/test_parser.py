@@ -392,10 +392,6 @@ def test_a_missing_package_is_found_beside_the_model(scene, tmp_path):
 @pytest.mark.parametrize("path", sorted(MODELS.glob("*.urdf")), ids=lambda path: path.name)
 def test_own_models_give_no_warnings(path, caplog):
     plant = MultibodyPlant(1e-3)
-    try:
-        with caplog.at_level(logging.WARNING, logger="drake"):
-            Parser(plant).AddModels(path)
-    except NotImplementedError as missing:
-        assert str(path) in str(missing)
-        assert plant.num_bodies() == 1
-    assert [record for record in caplog.records if "not implemented" not in record.getMessage()] == []
+    with caplog.at_level(logging.WARNING, logger="drake"):
+        Parser(plant).AddModels(path)
+    assert caplog.records == []

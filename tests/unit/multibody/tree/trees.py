@@ -39,6 +39,9 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
         axis /= np.linalg.norm(axis)
         lead = {"prismatic": 1.0, "screw": 0.3}.get(kind, 0.0)
         constants = (*random_rotation(rng).ravel(), *rng.normal(size=3)) if kind == "weld" else (*axis, lead)
+        pieces = random_path(rng) if kind == "curvilinear" else []
+        if pieces:
+            constants = (*random_rotation(rng).ravel(), *rng.normal(size=3))
         free = kind == "quaternion_floating" and path[-1] == 0 and rng.random() < 0.7
         damping = tuple(put(rng.random()) for _ in range(NUM_VELOCITIES[kind]))
         d.mobilizers.append(
@@ -47,7 +50,7 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
                 inertia=put(rng.uniform(0.5, 2), *c, G[0, 0], G[1, 1], G[2, 2], G[0, 1], G[0, 2], G[1, 2]),
                 frame_F=-1 if free or rng.random() < 0.2 else frame(),
                 frame_M=-1 if free or not offset_M or rng.random() < 0.5 else frame(),
-                constants=constants, damping=damping, gravity=(0.0, 0.0, -9.81),
+                constants=constants, path=pieces, damping=damping, gravity=(0.0, 0.0, -9.81),
             )
         )  # fmt: skip
         path.append(row)
@@ -56,6 +59,23 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
     if actuators:
         d.actuators = [(k, put(rng.random()), put(rng.normal())) for k in range(0, nv, 2)]
     return d, compile_tree(d), np.array(p), nq, nv
+
+
+def random_path(rng):
+    """Pieces of a path whose tangents are those of the ends of the pieces before."""
+    s, X, pieces = 0.0, np.eye(4), []
+    for rate in (rng.normal(), 0.0, rng.normal()):
+        pieces.append((s, rate, X[0, 3], X[1, 3], X[0, 0], X[1, 0], 0.0))
+        length = rng.uniform(0.1, 0.8)
+        s, X = s + length, X @ along_arc(rate, length)
+    return pieces
+
+
+def along_arc(rate, length):
+    z = np.array([0.0, 0.0, 1.0])
+    if rate == 0.0:
+        return move([length, 0, 0])
+    return move([0, 1 / rate, 0]) @ about(z, rate * length) @ move([0, -1 / rate, 0])
 
 
 def pose(numbers):
@@ -93,6 +113,9 @@ def joint_pose(mobilizer, q):
     kind, c = mobilizer.type_name, np.array(mobilizer.constants)
     if kind == "weld":
         return pose(c)
+    if kind == "curvilinear":
+        start, rate, px, py, cosine, sine, _ = [b for i, b in enumerate(mobilizer.path) if not i or b[0] <= q[0]][-1]
+        return pose(c) @ move([px, py, 0]) @ about(z, np.arctan2(sine, cosine)) @ along_arc(rate, q[0] - start)
     if kind == "revolute":
         return about(c[:3], q[0])
     if kind == "prismatic":

@@ -3,22 +3,25 @@
 import numpy as np
 
 from .._files.xml import Element
-from .._model.description import SpringDamperDescription
+from .._model.description import JointDescription, SpringDamperDescription
 from .reading import Reading
 
 
-def make_path(pieces, initial_tangent, plane_normal, is_periodic: bool):
-    """The trajectory made of pieces (curvature [1/m], length [m])."""
+def make_path(joint: JointDescription, pieces, initial_tangent, plane_normal, is_periodic: bool, reading: Reading):
+    """The path of a curvilinear joint, made of pieces (turning rate [1/m], length [m])."""
     from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory
 
     breaks = np.concatenate([[0.0], np.cumsum([length for _, length in pieces])])
-    return PiecewiseConstantCurvatureTrajectory(
-        breaks=list(breaks),
-        turning_rates=[curvature for curvature, _ in pieces],
-        initial_curve_tangent=initial_tangent,
-        plane_normal=plane_normal,
-        is_periodic=is_periodic,
-    )
+    try:
+        return PiecewiseConstantCurvatureTrajectory(
+            breaks=list(breaks),
+            turning_rates=[rate for rate, _ in pieces],
+            initial_curve_tangent=initial_tangent,
+            plane_normal=plane_normal,
+            is_periodic=is_periodic,
+        )
+    except RuntimeError as wrong:
+        reading.fail(joint, f"The path of joint '{joint.name}': {wrong}")
 
 
 def read_gains(element: Element, owner: str, reading: Reading) -> "tuple[float, float] | None":

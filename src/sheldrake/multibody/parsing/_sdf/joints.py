@@ -332,13 +332,8 @@ def frame_reference(scope: SdfScope, name: str, element: Element) -> FrameRefere
 
 def _read_path(element: Element, joint: JointDescription, reading: Reading) -> None:
     curves = element.find("drake:curves")
-    tangent = child_vector(element, "drake:initial_tangent", 3, reading)
-    normal = child_vector(element, "drake:plane_normal", 3, reading)
-    if curves is None or tangent is None or normal is None:
-        reading.fail(
-            element,
-            f"Curvilinear joint '{joint.name}' needs <drake:curves>, <drake:initial_tangent> and <drake:plane_normal>.",
-        )
+    if curves is None:
+        reading.fail(element, f"Curvilinear joint '{joint.name}' needs <drake:curves>.")
     pieces = []
     reading.warn_unknown(curves, [piece.tag for piece in curves])
     for piece in curves:
@@ -349,14 +344,29 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
         elif piece.tag == "drake:circular_arc":
             radius = _piece_number(piece, "drake:radius", reading)
             angle = child_number(piece, "drake:angle", reading)
-            if angle is None:
-                reading.fail(piece, "A <drake:circular_arc> needs a <drake:angle>.")
+            if not angle:
+                reading.fail(piece, "A <drake:circular_arc> needs a <drake:angle> other than 0.")
             pieces.append((np.sign(angle) / radius, radius * abs(angle)))
         else:
             reading.fail(piece, f"<drake:curves> has line segments and circular arcs, not <{piece.tag}>.")
+    if not pieces:
+        reading.fail(curves, f"Curvilinear joint '{joint.name}': <drake:curves> is empty.")
     periodic = child_text(element, "drake:is_periodic", "false")
     is_periodic = reading.parse_bool(periodic, element.where, "<drake:is_periodic>")
-    joint.path = make_path(pieces, tangent, normal, is_periodic)
+    tangent = _path_vector(element, "drake:initial_tangent", [1.0, 0.0, 0.0], reading)
+    normal = _path_vector(element, "drake:plane_normal", [0.0, 0.0, 1.0], reading)
+    joint.path = make_path(joint, pieces, tangent, normal, is_periodic, reading)
+
+
+def _path_vector(element: Element, tag: str, default: list[float], reading: Reading) -> np.ndarray:
+    """The vector in a child's own child <xyz>, as Drake writes it, or in the child's text."""
+    child = element.find(tag)
+    if child is None:
+        return np.array(default)
+    reading.warn_unknown(child, ["xyz"])
+    if child.find("xyz") is None:
+        return child_vector(element, tag, 3, reading)
+    return child_vector(child, "xyz", 3, reading)
 
 
 def _piece_number(piece: Element, tag: str, reading: Reading) -> float:

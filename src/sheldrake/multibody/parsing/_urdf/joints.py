@@ -74,7 +74,10 @@ def read_joint(element: Element, model: ModelDescription, reading: Reading) -> N
         joint.axis = _read_axis(element, name, reading)
     elif kind == "weld":
         reading.pass_over(*element.find_all("axis"))
-    joint.limits = _read_limits(element, name, reading)
+    if kind == "curvilinear":
+        _pass_over_limits(element, name, reading)
+    else:
+        joint.limits = _read_limits(element, name, reading)
     joint.damping = _read_dynamics(element, joint, reading)
     if kind == "planar":
         _align_plane(joint)
@@ -143,6 +146,13 @@ def _read_limits(element: Element, name: str, reading: Reading) -> JointLimits:
     return limits
 
 
+def _pass_over_limits(element: Element, name: str, reading: Reading) -> None:
+    limit = element.find("limit")
+    if limit is not None:
+        reading.pass_over(limit)
+        reading.warn(limit, f"Joint '{name}' is curvilinear: its limits are the ends of its path, <limit> is ignored.")
+
+
 def _read_dynamics(element: Element, joint: JointDescription, reading: Reading):
     """Damping, one number or, for planar joints, three; notes friction."""
     planar = joint.kind == "planar"
@@ -195,15 +205,12 @@ def _number(element: Element, reading: Reading, attribute: str = "value") -> "fl
 def _read_path(element: Element, joint: JointDescription, reading: Reading) -> None:
     """The planar path of a curvilinear joint: straight and circular pieces, joined smoothly."""
 
-    def vector(tag: str) -> np.ndarray:
+    def vector(tag: str, default: list[float]) -> np.ndarray:
         child = element.find(tag)
-        value = None
-        if child is not None:
-            reading.warn_unknown(child, attributes=("xyz",))
-            value = reading.vector(child, "xyz", 3)
-        if value is None:
-            reading.fail(child or element, f"Curvilinear joint '{joint.name}' needs <{tag} xyz='...'>.")
-        return value
+        if child is None:
+            return np.array(default)
+        reading.warn_unknown(child, attributes=("xyz",))
+        return reading.vector(child, "xyz", 3, np.array(default))
 
     curves = element.find("drake:curves")
     if curves is None:
@@ -218,8 +225,8 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
         elif piece.tag == "drake:circular_arc":
             radius = _piece_number(piece, "radius", joint, reading)
             angle = reading.number(piece, "angle")
-            if angle is None:
-                reading.fail(piece, f"Curvilinear joint '{joint.name}': a circular arc needs the attribute 'angle'.")
+            if not angle:
+                reading.fail(piece, f"Curvilinear joint '{joint.name}': a circular arc needs an 'angle' other than 0.")
             pieces.append((np.sign(angle) / radius, radius * abs(angle)))
         else:
             reading.fail(piece, f"<drake:curves> has line segments and circular arcs, not <{piece.tag}>.")
@@ -229,7 +236,11 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
     is_periodic = periodic is not None and reading.parse_bool(
         reading.name(periodic, periodic.tag, "value"), periodic.where_attribute("value"), "<drake:is_periodic>"
     )
-    joint.path = make_path(pieces, vector("drake:initial_tangent"), vector("drake:plane_normal"), is_periodic)
+    if not pieces:
+        reading.fail(curves, f"Curvilinear joint '{joint.name}': <drake:curves> is empty.")
+    tangent = vector("drake:initial_tangent", [1.0, 0.0, 0.0])
+    normal = vector("drake:plane_normal", [0.0, 0.0, 1.0])
+    joint.path = make_path(joint, pieces, tangent, normal, is_periodic, reading)
 
 
 def _piece_number(piece: Element, attribute: str, joint: JointDescription, reading: Reading) -> float:

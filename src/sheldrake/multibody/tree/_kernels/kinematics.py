@@ -5,7 +5,7 @@ Monogram notation; F is the joint's frame on the inboard body P, M its frame on 
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.generic import cos, sin
+from sheldrake.common._kernels.generic import cos, floor, sin
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
@@ -40,6 +40,7 @@ from sheldrake.multibody.tree._kernels.frames import (
 from sheldrake.multibody.tree._kernels.model import (
     AXIS,
     BALL,
+    CURVILINEAR,
     DIRECT,
     FRAME_F,
     FRAME_M,
@@ -48,6 +49,15 @@ from sheldrake.multibody.tree._kernels.model import (
     LEAD,
     NV,
     PARENT,
+    PATH,
+    PATH_END,
+    PIECE_COS,
+    PIECE_PERIOD,
+    PIECE_RATE,
+    PIECE_SIN,
+    PIECE_START,
+    PIECE_X,
+    PIECE_Y,
     PLANAR,
     PRISMATIC,
     QUATERNION,
@@ -164,7 +174,7 @@ def to_body_frame(model, p, work, body):
 
 @kernel(outline=True)
 def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector, body: int) -> None:
-    """Joints of two to six degrees of freedom, and those whose frames are fixed to other frames."""
+    """Joints along a path or of two to six degrees of freedom, and those whose frames are fixed to other frames."""
     kind = model.body[body, KIND]
     at = model.body[body, Q]
     dof = model.body[body, V]
@@ -174,8 +184,11 @@ def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector
     y_W = (R_WF[1], R_WF[4], R_WF[7])
     z_W = (R_WF[2], R_WF[5], R_WF[8])
     R_WM, p_WM = X_WF
-    if kind == WELD:
+    rate = 0.0
+    if kind == WELD or kind == CURVILINEAR:
         R_WM, p_WM = compose_pose(X_WF, (load9(model.joint, body), load3_at(model.joint, body, 9)))
+        if kind == CURVILINEAR:
+            R_WM, p_WM, rate = along_path(model, body, R_WM, p_WM, q[at])
     elif kind <= SCREW:
         axis_F = load3(model.joint, body)
         x_W = rotate(R_WF, axis_F)
@@ -208,6 +221,9 @@ def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector
         return
     if kind <= SCREW:
         store_axis(model, work, body, x_W, p_WM)
+    elif kind == CURVILINEAR:
+        w = scale3((R_WM[2], R_WM[5], R_WM[8]), rate)
+        store6(work.S, dof, (w, add3((R_WM[0], R_WM[3], R_WM[6]), cross3(p_RootM, w))))
     elif kind == PLANAR:
         store6(work.S, dof, (still, x_W))
         store6(work.S, dof + 1, (still, y_W))
@@ -221,6 +237,38 @@ def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector
             store6(work.S, dof + 3, (still, x_W))
             store6(work.S, dof + 4, (still, y_W))
             store6(work.S, dof + 5, (still, z_W))
+
+
+@kernel(outline=True)
+def along_path(model: TreeModel, body: int, R_0, p_0, s):
+    """Moves a frame from the beginning of a path by a distance; with the turning rate there [1/m].
+
+    Along each piece the joint is a revolute joint about the centre of the arc, or a prismatic joint.
+    """
+    at = model.body[body, PATH]
+    period = model.joint[at, PIECE_PERIOD]
+    if period > 0.0:
+        s = s - period * floor(s / period)
+    for row in range(at + 1, model.body[body, PATH_END]):
+        if floor(s - model.joint[row, PIECE_START]) >= 0.0:  # complex numbers, which carry slopes, have no order
+            at = row
+    rate = model.joint[at, PIECE_RATE]
+    ahead = s - model.joint[at, PIECE_START]
+    angle = rate * ahead
+    aside = 0.0 * ahead
+    turned = sin(angle)
+    straight = cos(angle)
+    if rate != 0.0:
+        ahead = turned / rate
+        aside = (1.0 - straight) / rate
+    c_0 = model.joint[at, PIECE_COS]
+    s_0 = model.joint[at, PIECE_SIN]
+    x_0, y_0 = (R_0[0], R_0[3], R_0[6]), (R_0[1], R_0[4], R_0[7])
+    p_x = model.joint[at, PIECE_X] + c_0 * ahead - s_0 * aside
+    p_y = model.joint[at, PIECE_Y] + s_0 * ahead + c_0 * aside
+    x, y = turn(x_0, y_0, s_0 * straight + c_0 * turned, c_0 * straight - s_0 * turned)
+    R = (x[0], y[0], R_0[2], x[1], y[1], R_0[5], x[2], y[2], R_0[8])
+    return R, add3(p_0, add3(scale3(x_0, p_x), scale3(y_0, p_y))), rate
 
 
 @kernel
@@ -261,7 +309,7 @@ def velocity_kinematics(model: TreeModel, p: Vector, work: TreeWork, q: Vector, 
             if kind == WELD:
                 store6(work.V, body, V_WP)
                 store6(work.A, body, A_WP)
-            elif kind <= SCREW:
+            elif kind <= CURVILINEAR:
                 V_PB = scale6(load6(work.S, dof), v[dof])
                 store6(work.V, body, add6(V_WP, V_PB))
                 store6(work.A, body, add6(A_WP, cross_motion(V_WP, V_PB)))

@@ -34,22 +34,33 @@ INERTIA = np.int64(9)  # where in p its ten inertia numbers start
 TIP = np.int64(10)  # last dof that moves the body, -1 when none does; its ancestors are the others
 AXIS = np.int64(11)  # the axis of F that is the axis of the joint: 1, 2, 3, negative when opposite; 0 when none is
 DIRECT = np.int64(12)  # 1 when the joint's frames are fixed to their bodies, not to other frames
-BODY_COLUMNS = 13
+PATH = np.int64(13)  # row of TreeModel.joint where the path of a curvilinear joint starts
+PATH_END = np.int64(14)  # the row after its last piece
+BODY_COLUMNS = 15
 
 # Kinds of joints.
 WELD = np.int64(0)
 REVOLUTE = np.int64(1)
 PRISMATIC = np.int64(2)
 SCREW = np.int64(3)
-FREE = np.int64(4)  # quaternion floating from the world, both frames being body frames
-QUATERNION = np.int64(5)  # quaternion floating between any frames
-RPY = np.int64(6)
-BALL = np.int64(7)
-PLANAR = np.int64(8)
-UNIVERSAL = np.int64(9)
+CURVILINEAR = np.int64(4)
+FREE = np.int64(5)  # quaternion floating from the world, both frames being body frames
+QUATERNION = np.int64(6)  # quaternion floating between any frames
+RPY = np.int64(7)
+BALL = np.int64(8)
+PLANAR = np.int64(9)
+UNIVERSAL = np.int64(10)
 
-# Columns of TreeModel.joint: an axis in F (0 to 2) and the lead [m/rad] (3), or the pose X_FM of a weld (12 numbers).
+# Columns of TreeModel.joint: an axis in F (0 to 2) and the lead [m/rad] (3), or the pose X_FM of a weld (12 numbers),
+# or X_FM where the path of a curvilinear joint begins. Below the rows of the bodies are the pieces of such paths.
 LEAD = np.int64(3)
+PIECE_START = np.int64(0)  # distance at which a piece begins [m]
+PIECE_RATE = np.int64(1)  # how fast M turns along it [1/m]
+PIECE_X = np.int64(2)  # where it begins, in the plane of the path, from the path's beginning and tangent there
+PIECE_Y = np.int64(3)
+PIECE_COS = np.int64(4)  # its direction there
+PIECE_SIN = np.int64(5)
+PIECE_PERIOD = np.int64(6)  # length after which the path begins anew, 0 when it does not [m]
 JOINT_COLUMNS = 12
 
 # Columns of TreeModel.dof.
@@ -87,7 +98,7 @@ class TreeModel(NamedTuple):
 
     Attributes:
         body: shape (num_bodies, BODY_COLUMNS).
-        joint: constants of the inboard joints, shape (num_bodies, JOINT_COLUMNS).
+        joint: constants of the inboard joints, then pieces of paths, shape (num_bodies + num_pieces, JOINT_COLUMNS).
         dof: shape (nv, DOF_COLUMNS).
         frame: shape (num_offset_frames, FRAME_COLUMNS).
         tree: shape (num_trees, TREE_COLUMNS).
