@@ -212,3 +212,13 @@ for names in _pydrake_names.NOT_PLANNED.values():
         assert _pydrake_names.modules_with(name) or _pydrake_names.is_module(name), name
         assert not hasattr(plant, name) and not hasattr(tree, name), name
 """)
+
+
+@pytest.mark.parametrize("name", ["ManipulationStation", "RigidBodyTree", "SchunkWsgButtons"])
+def test_what_drake_removed_says_what_to_use(name):
+    check(f"""
+from sheldrake.as_pydrake import missing_name
+
+text = missing_name("pydrake.examples", "{name}")
+assert text.startswith("Drake removed {name}: use "), text
+""")

@@ -65,11 +65,3 @@ def test_contacts_clouds_and_triads_are_drawn_into_the_viewers_page():
     m.Simulator(builder.Build()).AdvanceTo(0.1)
     for path in ("triads/frame/x-axis", "point_cloud/cloud", "/drake/contact_forces/point"):
         assert page.meshcat.HasPath(path), path
-
-
-@pytest.mark.parametrize("name", ["ManipulationStation", "RigidBodyTree", "SchunkWsgButtons"])
-def test_what_is_gone_says_what_to_use(name):
-    from sheldrake import as_pydrake
-
-    text = as_pydrake.missing_name("pydrake.examples", name)
-    assert text.startswith(f"Drake removed {name}: use ")

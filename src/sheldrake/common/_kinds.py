@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 from sheldrake.common._names import pretty_class_name
@@ -31,9 +32,15 @@ text = instance_of(str)
 @kind("int")
 def count(value: Any) -> int:
     """Kind: a whole number, not negative."""
-    if isinstance(value, bool) or not hasattr(value, "__index__") or value.__index__() < 0:
+    if isinstance(value, bool):
         raise Mismatch
-    return value.__index__()
+    try:
+        number = operator.index(value)
+    except TypeError:  # an array has __index__, and refuses unless it is one whole number
+        raise Mismatch from None
+    if number < 0:
+        raise Mismatch
+    return number
 
 
 @kind("bool")

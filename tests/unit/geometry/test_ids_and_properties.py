@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from sheldrake import geometry as g
+from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._coulomb_friction import CalcContactFrictionFromSurfaceProperties, CoulombFriction
 
 
@@ -155,7 +156,9 @@ def test_frame_and_instance():
     assert (frame.name(), frame.frame_group(), copy.deepcopy(frame).id()) == ("f", 3, frame.id())
     with pytest.raises(RuntimeError):
         g.GeometryFrame("f", -1)
-    instance = g.GeometryInstance(None, g.Sphere(1), "  a b ")
+    with pytest.raises(TypeError):
+        g.GeometryInstance(None, g.Sphere(1), "a")
+    instance = g.GeometryInstance(RigidTransform(), g.Sphere(1), "  a b ")
     assert instance.name() == "a b" and instance.proximity_properties() is None
     instance.set_illustration_properties(g.MakePhongIllustrationProperties([1, 1, 1, 1]))
     twin = copy.copy(instance)
