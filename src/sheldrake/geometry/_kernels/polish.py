@@ -45,7 +45,7 @@ _STEPS = 8
 _FARTHEST = 0.3  # a Newton step turns d by no more [rad]
 _STILL = 4e-16  # a step that turns d by no more is the last [rad]
 _PARALLEL = 1e-6  # sine of the angle between edges that give no direction
-_LOOSE = 1e-12  # relative to the size: how far the points of the answer may be from where d and depth say they are
+_LOOSE = 1e-10  # relative to the size: how far the points of the answer may be from where d and depth say they are
 _BEYOND = 1e-9  # relative to an edge: how far behind its end a point may be
 
 # Scratch, in rows that polygons use later
@@ -255,13 +255,12 @@ def meet(table, count, r):
     ee = dot3(e, e)
     if count == 1:
         return -dot3(r, e) / ee, 0.0
+    # The second edge's part across the first keeps its digits where the edges are nearly parallel.
     f = load3(table.work, EDGE + 1)
-    ef = dot3(e, f)
-    ff = dot3(f, f)
-    determinant = ee * ff - ef * ef
-    re = dot3(r, e)
-    rf = dot3(r, f)
-    return (ef * rf - ff * re) / determinant, (ef * re - ee * rf) / determinant
+    along = dot3(e, f) / ee
+    across = sub3(f, scale3(e, along))
+    t = -dot3(r, across) / dot3(across, across)
+    return -dot3(r, e) / ee - t * along, t
 
 
 @kernel
