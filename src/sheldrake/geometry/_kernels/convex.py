@@ -23,17 +23,16 @@ from .model import (
     Z_AXIS,
 )
 from .separation import separation
-from .support import best_face, has_faces, shown_feature
+from .support import best_face, has_faces, shown_feature, within_face
 from .table import MIN_DEPTH, absolute, column, emit, least_depth, position_of, rotation_of
 
 # 1 - cosine of 0.02 rad: a face that looks this well along the normal is what touches. The exact normal of two nearly
 # parallel faces is that of two crossing edges as often as not, and a body can not rest on the one point of those.
 FLAT = 2e-4
-_SHORT = (
-    0.01  # of the depth and of the margin: a face touches if its deepest point is less deep than the shapes by this
-)
-_LEVEL = 1e-9  # the same, of the size
-_FACETED = 4e-4  # the same, of the radius of a cap, which is a polygon of 16 corners tilted by up to 0.02 rad
+# A face touches if its deepest point is less deep than the shapes by no more than these parts together:
+_SHORT = 0.01  # of the depth and of the margin
+_LEVEL = 1e-9  # of the size
+_FACETED = 4e-4  # of the radius of a cap, which is a polygon of 16 corners tilted by up to 0.02 rad
 _ROWS = 63  # of a polygon
 
 
@@ -122,13 +121,7 @@ def stands_within(model, table, ref, inc, out):
     radius = model.size[inc, RADIUS]
     half_length = model.size[inc, HALF_LENGTH]
     centre = add3(position_of(table, inc), scale3(axis, -half_length if c > 0.0 else half_length))
-    sides = shown_feature(model, table, ref, out, POLYGON_A)
-    for k in range(sides):
-        a = load3(table.work, POLYGON_A + k)
-        outward = cross3(sub3(load3(table.work, POLYGON_A + (k + 1) % sides), a), out)
-        if dot3(outward, sub3(centre, a)) > -radius * sqrt(dot3(outward, outward)):
-            return False
-    return True
+    return within_face(model, table, ref, out, centre, radius)
 
 
 @kernel(outline=True)

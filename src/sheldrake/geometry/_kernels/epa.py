@@ -125,11 +125,18 @@ def make_tetrahedron(model, table, i, j, n, size):
 
 
 @kernel
-def join(table, f, first, second, third):
-    """Writes which faces are across the edges of face f, from its first corner on."""
-    table.iwork[ACROSS + 3 * f] = first
-    table.iwork[ACROSS + 3 * f + 1] = second
-    table.iwork[ACROSS + 3 * f + 2] = third
+def set_face_among(table, inward, f, a, b, c, over_ab, over_bc, over_ca):
+    """Writes a face, and which are across its edges; its corners the other way round if `inward`."""
+    at = ACROSS + 3 * f
+    table.iwork[at + 1] = over_bc
+    if inward:
+        set_face(table, f, a, c, b)
+        table.iwork[at] = over_ca
+        table.iwork[at + 2] = over_ab
+    else:
+        set_face(table, f, a, b, c)
+        table.iwork[at] = over_ab
+        table.iwork[at + 2] = over_ca
 
 
 @kernel
@@ -139,24 +146,11 @@ def make_faces(table):
     q = load3(table.work, SIMPLEX + 1)
     r = load3(table.work, SIMPLEX + 2)
     s = load3(table.work, SIMPLEX + 3)
-    if dot3(cross3(sub3(q, p), sub3(r, p)), sub3(s, p)) > 0.0:
-        set_face(table, _0, _0, _2, _1)
-        set_face(table, _1, _0, _1, _3)
-        set_face(table, _2, _1, _2, _3)
-        set_face(table, _3, _2, _0, _3)
-        join(table, _0, _3, _2, _1)
-        join(table, _1, _0, _2, _3)
-        join(table, _2, _0, _3, _1)
-        join(table, _3, _0, _1, _2)
-    else:
-        set_face(table, _0, _0, _1, _2)
-        set_face(table, _1, _0, _3, _1)
-        set_face(table, _2, _1, _3, _2)
-        set_face(table, _3, _2, _3, _0)
-        join(table, _0, _1, _2, _3)
-        join(table, _1, _3, _2, _0)
-        join(table, _2, _1, _3, _0)
-        join(table, _3, _2, _1, _0)
+    inward = dot3(cross3(sub3(q, p), sub3(r, p)), sub3(s, p)) > 0.0
+    set_face_among(table, inward, _0, _0, _1, _2, _1, _2, _3)
+    set_face_among(table, inward, _1, _0, _3, _1, _3, _2, _0)
+    set_face_among(table, inward, _2, _1, _3, _2, _1, _3, _0)
+    set_face_among(table, inward, _3, _2, _3, _0, _2, _1, _0)
 
 
 @kernel

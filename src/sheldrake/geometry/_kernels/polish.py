@@ -3,8 +3,8 @@
 The direction d out of a difference of shapes is right where its farthest point w(d) lies along d itself. With the
 support h(d) = d . w(d) that is where h has no slope along the unit sphere, and the slope changes by the radii of
 curvature of the shapes less h (Schneider 2014, section 2.5: the Hessian of a support function holds the radii of
-curvature). GJK and EPA come near such a direction in few steps, but need some forty for every digit of a round rim;
-Newton's method needs three for all of them.
+curvature). GJK and EPA come near such a direction in few steps, but take a hundred to all digits on a round rim;
+Newton's method takes three.
 
 A shape is as far along a whole edge as at its ends where d is square to the edge: there h has a kink, and the best
 direction is usually in one. So edges that are nearly square to d are taken to be exactly square to it: with none d is
@@ -34,7 +34,7 @@ from .model import (
     Y_AXIS,
     Z_AXIS,
 )
-from .support import best_face, has_faces, shown_feature, support
+from .support import best_face, has_faces, support, within_face
 from .table import absolute, column, position_of, rotation_of
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
@@ -163,18 +163,6 @@ def show(model, table, g, d, square, sign, count):
 
 
 @kernel(outline=True)
-def inside_face(model, table, g, n, x):
-    """Whether x, in the plane of the face of g with normal n, is within the face (of a cap: its polygon)."""
-    sides = shown_feature(model, table, g, n, POLYGON_A)
-    for k in range(sides):
-        a = load3(table.work, POLYGON_A + k)
-        outward = cross3(sub3(load3(table.work, POLYGON_A + (k + 1) % sides), a), n)
-        if dot3(outward, sub3(x, a)) > 0.0:
-            return False
-    return True
-
-
-@kernel(outline=True)
 def face_against(model, table, g, other, d):
     """From a direction d out of g: (whether a face of g touches, its normal, depth, points on g and other)."""
     if not has_faces(model, g):
@@ -189,7 +177,7 @@ def face_against(model, table, g, other, d):
             p = add3(p, scale3(load3(table.work, EDGE + k), 0.5 / written))
     depth = dot3(n, sub3(support(model, table, g, n), p))
     p_g = add3(p, scale3(n, depth))
-    return inside_face(model, table, g, n, p_g), n, depth, p_g, p
+    return within_face(model, table, g, n, p_g, 0.0), n, depth, p_g, p
 
 
 @kernel

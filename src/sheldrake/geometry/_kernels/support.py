@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, store3
+from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, store3, sub3
 from sheldrake.common.kernel import kernel
 
 from .hull import lowest_vertex, steepest_face
@@ -18,6 +18,7 @@ from .model import (
     KIND,
     MAX_CORNERS,
     NUM_CORNERS,
+    POLYGON_A,
     RADIUS,
     SPHERE,
     X_AXIS,
@@ -194,3 +195,18 @@ def shown_feature(model, table, g, n_W, row):
         return 2
     store3(table.work, row, add3(support(model, table, g, n_W), scale3(n_W, margin_of(model, g))))
     return 1
+
+
+@kernel(outline=True)
+def within_face(model, table, g, n_W, x, margin):
+    """Whether x is within the face (of a cap: its polygon) of g with normal n_W, a margin away from its edges [m].
+
+    The corners of the face stay in POLYGON_A.
+    """
+    sides = shown_feature(model, table, g, n_W, POLYGON_A)
+    for k in range(sides):
+        a = load3(table.work, POLYGON_A + k)
+        outward = cross3(sub3(load3(table.work, POLYGON_A + (k + 1) % sides), a), n_W)
+        if dot3(outward, sub3(x, a)) > -margin * sqrt(dot3(outward, outward)):
+            return False
+    return True
