@@ -67,25 +67,35 @@ def only_vectors(system):
     return all(kind == "kVectorValued" for _, kind, _ in ports_of(system))
 
 
-def results(lib, system, scalar):
-    """Vector outputs, time derivatives and periodic updates at some inputs, state and time."""
-    rng, ad = np.random.default_rng(3), importlib.import_module(f"{lib.package}.autodiffutils")
-    context = system.CreateDefaultContext()
-    sizes = [system.get_input_port(i).size() for i in range(system.num_input_ports())]
-    n, m = context.num_continuous_states(), sum(sizes)
-    z = rng.uniform(-0.7, 0.9, n + m)
-    if scalar is not float:
-        z = ad.InitializeAutoDiff(z).ravel()
+def input_sizes(system):
+    return [system.get_input_port(i).size() for i in range(system.num_input_ports())]
+
+
+def some_numbers(system, context):
+    """As many as continuous states and inputs."""
+    count = context.num_continuous_states() + sum(input_sizes(system))
+    return np.random.default_rng(3).uniform(-0.7, 0.9, count)
+
+
+def outputs_and_derivatives(system, context, z):
+    """Vector outputs and time derivatives at some continuous states and inputs, in this order in z."""
+    n = at = context.num_continuous_states()
     context.SetTime(0.5)
     if n:
         context.SetContinuousState(z[:n])
-    at = n
-    for i, size in enumerate(sizes):
+    for i, size in enumerate(input_sizes(system)):
         system.get_input_port(i).FixValue(context, z[at : at + size])
         at += size
     out = [system.get_output_port(i).Eval(context) for i in range(system.num_output_ports())]
-    if n:
-        out.append(system.EvalTimeDerivatives(context).CopyToVector())
+    return [*out, system.EvalTimeDerivatives(context).CopyToVector()] if n else out
+
+
+def results(lib, system, scalar):
+    """Vector outputs, time derivatives and periodic updates at some inputs, state and time."""
+    ad = importlib.import_module(f"{lib.package}.autodiffutils")
+    context = system.CreateDefaultContext()
+    z = some_numbers(system, context)
+    out = outputs_and_derivatives(system, context, z if scalar is float else ad.InitializeAutoDiff(z).ravel())
     if system.IsDifferenceEquationSystem()[0]:
         out.append(system.EvalUniquePeriodicDiscreteUpdate(context).get_vector(0).CopyToVector())
     return [np.array(v) for v in out]
@@ -121,22 +131,12 @@ def test_symbols(name):
     system = made(name)[0]
     if name in RANDOM or not only_vectors(system) or not can(made(name)[1].ToSymbolicMaybe):
         return
-    symbolic, rng = system.ToSymbolic(), np.random.default_rng(3)
+    symbolic = system.ToSymbolic()
     context = symbolic.CreateDefaultContext()
-    sizes = [symbolic.get_input_port(i).size() for i in range(symbolic.num_input_ports())]
-    n = context.num_continuous_states()
-    names = OURS.MakeVectorVariable(n + sum(sizes), "z")
-    at = dict(zip(names, rng.uniform(-0.7, 0.9, n + sum(sizes))))
-    context.SetTime(0.5)
-    if n:
-        context.SetContinuousState(names[:n])
-    start = n
-    for i, size in enumerate(sizes):
-        symbolic.get_input_port(i).FixValue(context, names[start : start + size])
-        start += size
-    out = [symbolic.get_output_port(i).Eval(context) for i in range(symbolic.num_output_ports())]
-    if n:
-        out.append(symbolic.EvalTimeDerivatives(context).CopyToVector())
+    values = some_numbers(symbolic, context)
+    names = OURS.MakeVectorVariable(len(values), "z")
+    at = dict(zip(names, values))
+    out = outputs_and_derivatives(symbolic, context, names)
     for found, expected in zip(out, results(OURS, system, float)):
         np.testing.assert_allclose([OURS.Expression(e).Evaluate(at) for e in found], expected, rtol=1e-9, atol=1e-12)
 

@@ -5,7 +5,6 @@ The former is of Castro, Permenter, Han 2022, algorithm 1.
 
 import numpy as np
 
-from sheldrake.common._kernels.vec import add3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.block_cholesky import factorise
 from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
@@ -23,8 +22,6 @@ from sheldrake.multibody.contact_solvers._kernels.line_search import (
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     A_DV,
     APPROXIMATION,
-    CONTACTS_BEGIN,
-    CONTACTS_END,
     DV,
     DVC,
     FIRST_DOF,
@@ -45,7 +42,6 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     TREES_BEGIN,
     TREES_END,
     V_STAR,
-    VC,
     P,
     V,
 )
@@ -56,7 +52,7 @@ from sheldrake.multibody.contact_solvers._kernels.status import (
     LINE_SEARCH_FAILED,
     SOLVED,
 )
-from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities, row_velocities
+from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities, move, row_velocities
 
 DECREMENT = np.float64(1e-28)  # (relative error in the norm of H)^2 that is round-off
 FAR = np.float64(1e-4)  # (gradient over momentum or impulse)^2 from which on v0 tells little of who slides how
@@ -98,17 +94,7 @@ def along_direction(model, problem):
 @kernel
 def advance(model, problem, contacts, rows, alpha):
     """v += alpha dv, and with it momenta and constraint velocities."""
-    x = problem.x
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
-        for k in range(first, first + model.tree[t, NUM_DOFS]):
-            x[V, k] += alpha * x[DV, k]
-            x[P, k] += alpha * x[A_DV, k]
-    state = contacts.state
-    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-        c = contacts.index[place, ORDER]
-        store3_at(state, c, VC, add3(load3_at(state, c, VC), scale3(load3_at(state, c, DVC), alpha)))
+    move(model, problem, contacts, alpha)
     for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
         r = rows.index[place, ORDER]
         rows.state[r, ROW_VC] += alpha * rows.state[r, ROW_DVC]

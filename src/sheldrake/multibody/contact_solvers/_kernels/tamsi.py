@@ -7,10 +7,10 @@ regularized friction". M, the forces and the contact geometry stay frozen over t
 import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at, scale3, store3_at
+from sheldrake.common._kernels.vec import column3, dot3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.elimination import number_in_order
-from sheldrake.multibody.contact_solvers._kernels.gradient import mul_A
+from sheldrake.multibody.contact_solvers._kernels.gradient import mul_A, root
 from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
 from sheldrake.multibody.contact_solvers._kernels.line_search import magnitude
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -57,8 +57,8 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     V,
 )
 from sheldrake.multibody.contact_solvers._kernels.status import FACTOR_CAPACITY, SOLVED, TAMSI_FAILED
-from sheldrake.multibody.contact_solvers._kernels.tamsi_limit import TOLERANCE, root, step_limit
-from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities
+from sheldrake.multibody.contact_solvers._kernels.tamsi_limit import TOLERANCE, step_limit
+from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities, move
 
 NEWTON_LIMIT = np.int64(20)
 SUBSTEP_LIMIT = np.int64(20)
@@ -199,7 +199,6 @@ def eliminate(H, x, n):
 @kernel(outline=True)
 def newton(model, problem, contacts, factor, h):
     """Newton iterations of one sub-step from v in x[V]; 1 when they converge, else 0."""
-    x = problem.x
     state = contacts.state
     tolerance = TOLERANCE * model.option[STICTION]
     change = 2.0 * tolerance
@@ -233,15 +232,7 @@ def newton(model, problem, contacts, factor, h):
         change = root(tangential)
         if root(normal) > change:
             change = root(normal)
-        for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-            t = problem.tree[place, TREE_ORDER]
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                x[V, k] += alpha * x[DV, k]
-                x[P, k] += alpha * x[A_DV, k]
-        for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-            c = contacts.index[place, ORDER]
-            store3_at(state, c, VC, add3(load3_at(state, c, VC), scale3(load3_at(state, c, DVC), alpha)))
+        move(model, problem, contacts, alpha)
         problem.count[ITERATIONS] += 1
     return 0
 

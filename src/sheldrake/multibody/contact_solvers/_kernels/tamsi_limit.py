@@ -4,6 +4,7 @@ import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.gradient import root
 
 COS_MAX = np.float64(0.5)  # a slip velocity may turn by 60 degrees in one iteration
 TOLERANCE = np.float64(0.01)  # slip below this fraction of the stiction tolerance counts as none
@@ -43,13 +44,6 @@ def step_limit(vt, dvt, vs):
     if cosine > COS_MAX:
         return 1.0 + 0.0 * d2
     return turn_limit(slip * slip, along / (vs * vs), d / vs)
-
-
-@kernel
-def root(x):
-    if x > 0.0:
-        return sqrt(x)
-    return 0.0 * x
 
 
 @kernel

@@ -1,16 +1,27 @@
 """Constraint velocities: J times a vector over the dofs, columns only for the dofs that move the constraint."""
 
-from sheldrake.common._kernels.vec import store3_at
+from sheldrake.common._kernels.vec import add3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    A_DV,
     CONTACTS_BEGIN,
     CONTACTS_END,
     DOFS,
+    DV,
+    DVC,
+    FIRST_DOF,
+    NUM_DOFS,
     ORDER,
     ROW_DOFS,
     ROWS_BEGIN,
     ROWS_END,
+    TREE_ORDER,
+    TREES_BEGIN,
+    TREES_END,
+    VC,
     WIDTH,
+    P,
+    V,
 )
 
 
@@ -45,3 +56,19 @@ def row_velocities(problem, rows, row, column):
         for a in range(rows.index[r, WIDTH]):
             u += rows.J[r, a] * problem.x[row, rows.index[r, ROW_DOFS + a]]
         rows.state[r, column] = u
+
+
+@kernel
+def move(model, problem, contacts, alpha):
+    """v += alpha dv, and with it momenta and contact velocities."""
+    x = problem.x
+    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
+        t = problem.tree[place, TREE_ORDER]
+        first = model.tree[t, FIRST_DOF]
+        for k in range(first, first + model.tree[t, NUM_DOFS]):
+            x[V, k] += alpha * x[DV, k]
+            x[P, k] += alpha * x[A_DV, k]
+    state = contacts.state
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
+        store3_at(state, c, VC, add3(load3_at(state, c, VC), scale3(load3_at(state, c, DVC), alpha)))
