@@ -77,42 +77,60 @@ _CALLS: dict[str, dict[str, str]] = {
     "multibody.parsing._parser": {
         "Parser": "AddModelsFromString AddModelsFromUrl",
     },
-    "multibody.plant._constraints": {
+    "multibody.plant._building.constraints": {
         "Constraints": (
             "AddBallConstraint AddCouplerConstraint AddDistanceConstraint AddWeldConstraint "
             "GetConstraintActiveStatus GetDistanceConstraintParams RemoveConstraint SetConstraintActiveStatus "
             "SetDistanceConstraintParams"
         ),
     },
-    "multibody.plant._contact_results": {
-        "ContactResults": "deformable_contact_info",
-    },
-    "multibody.plant._contact_settings": {
+    "multibody.plant._building.contact_settings": {
         "ContactSettings": (
             "GetDefaultContactSurfaceRepresentation set_contact_model set_contact_surface_representation "
             "set_discrete_contact_approximation"
         ),
     },
-    "multibody.plant._dynamics": {
-        "Dynamics": (
-            "CalcBiasSpatialAcceleration CalcBiasTranslationalAcceleration MakeQDotToVelocityMap MakeVelocityToQDotMap"
-        ),
-    },
-    "multibody.plant._force_registration": {
+    "multibody.plant._building.force_registration": {
         "ForceRegistration": (
             "AddForceElement AddJointActuator HasJointActuatorNamed RemoveJointActuator set_gravity_enabled"
         ),
     },
-    "multibody.plant._free_bodies": {
+    "multibody.plant._building.geometry": {
+        "PlantGeometry": (
+            "CollectRegisteredGeometries GetBodyFromFrameId RegisterCollisionGeometry RegisterVisualGeometry"
+        ),
+    },
+    "multibody.plant._building.registration": {
+        "Registration": (
+            "AddFrame AddJoint AddModelInstance AddRigidBody GetModelInstanceByName HasBodyNamed HasFrameNamed "
+            "HasJointNamed HasModelInstanceNamed NumBodiesWithName RemoveJoint RenameModelInstance"
+        ),
+    },
+    "multibody.plant._building.topology": {
+        "Topology": "GetBodiesKinematicallyAffectedBy",
+    },
+    "multibody.plant._contact.results": {
+        "ContactResults": "deformable_contact_info",
+    },
+    "multibody.plant._context.dynamics": {
+        "Dynamics": (
+            "CalcBiasSpatialAcceleration CalcBiasTranslationalAcceleration MakeQDotToVelocityMap MakeVelocityToQDotMap"
+        ),
+    },
+    "multibody.plant._context.free_bodies": {
         "FreeBodies": (
             "GetFreeBodyPose GetUniqueFloatingBaseBodyOrThrow HasUniqueFloatingBaseBody "
             "SetFloatingBaseBodyPoseInAnchoredFrame SetFloatingBaseBodyPoseInWorldFrame SetFreeBodyPose "
             "SetFreeBodySpatialVelocity"
         ),
     },
-    "multibody.plant._geometry": {
-        "PlantGeometry": (
-            "CollectRegisteredGeometries GetBodyFromFrameId RegisterCollisionGeometry RegisterVisualGeometry"
+    "multibody.plant._context.kinematics": {
+        "Kinematics": "CalcNonConservativePower CalcSpatialAccelerationsFromVdot",
+    },
+    "multibody.plant._context.state": {
+        "State": (
+            "GetActuationFromArray GetPositionsFromArray GetVelocitiesFromArray MakeStateSelectorMatrix "
+            "SetActuationInArray SetDefaultPositions SetPositionsInArray SetVelocitiesInArray"
         ),
     },
     "multibody.plant._multibody_plant": {
@@ -120,24 +138,6 @@ _CALLS: dict[str, dict[str, str]] = {
     },
     "multibody.plant._ports": {
         "Ports": "get_desired_state_input_port get_generalized_contact_forces_output_port",
-    },
-    "multibody.plant._queries": {
-        "Queries": "CalcNonConservativePower CalcSpatialAccelerationsFromVdot",
-    },
-    "multibody.plant._registration": {
-        "Registration": (
-            "AddFrame AddJoint AddModelInstance AddRigidBody GetModelInstanceByName HasBodyNamed HasFrameNamed "
-            "HasJointNamed HasModelInstanceNamed NumBodiesWithName RemoveJoint RenameModelInstance"
-        ),
-    },
-    "multibody.plant._state": {
-        "State": (
-            "GetActuationFromArray GetPositionsFromArray GetVelocitiesFromArray MakeStateSelectorMatrix "
-            "SetActuationInArray SetDefaultPositions SetPositionsInArray SetVelocitiesInArray"
-        ),
-    },
-    "multibody.plant._topology": {
-        "Topology": "GetBodiesKinematicallyAffectedBy",
     },
     "multibody.tree._force_element": {
         "UniformGravityFieldElement": "set_enabled",

@@ -1,6 +1,6 @@
 """Looking at things: models and plants in the page, plots of logs."""
 
-from sheldrake.multibody.plant._topology import Topology
+from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.systems.framework import Diagram, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.visualization._block_diagram import DrawDiagram

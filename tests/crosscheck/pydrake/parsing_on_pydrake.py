@@ -42,7 +42,7 @@ def substitute() -> None:
     sys.modules["sheldrake.geometry._meshes.mass_properties"] = types.SimpleNamespace(mass_properties=mass_properties)
     # Drake's plant cannot be put back.
     saved = types.SimpleNamespace(all_or_nothing=lambda plant, *others: contextlib.nullcontext())
-    sys.modules["sheldrake.multibody.plant._saved_model"] = saved
+    sys.modules["sheldrake.multibody.plant._building.saved_model"] = saved
 
 
 def mass_properties(shape):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import sheldrake.all
-from sheldrake.multibody.plant import _dual_calls
+from sheldrake.multibody.plant._context import dual_calls
 
 LINK = """<link name="{0}"><inertial><origin xyz="0.3 0.1 0.05"/><mass value="{1}"/>
   <inertia ixx="0.1" iyy="0.12" izz="0.15" ixy="0.01" ixz="0" iyz="0.02"/></inertial></link>"""
@@ -166,7 +166,7 @@ def test_derivatives(drake):
 
 def test_derivatives_by_compiled_kernels(drake, monkeypatch):
     """Kernels of complex numbers, which stand for duals once a query was asked often."""
-    monkeypatch.setattr(_dual_calls, "PATIENCE", 0)
+    monkeypatch.setattr(dual_calls, "PATIENCE", 0)
 
     def query(lib):
         plant = train(lib).ToAutoDiffXd()

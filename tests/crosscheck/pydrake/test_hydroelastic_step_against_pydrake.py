@@ -10,7 +10,7 @@ pytest.importorskip("pydrake")
 from hydro_plants import SCENES, Scene, library
 
 from sheldrake.geometry import _defaults
-from sheldrake.multibody.plant import _hydroelastic
+from sheldrake.multibody.plant._step import kernel_models
 
 pytestmark = [pytest.mark.peer, pytest.mark.filterwarnings("ignore")]
 
@@ -167,14 +167,14 @@ def test_a_continuous_plant_runs(libraries):
 
 
 def test_a_pressure_off_by_a_thousandth_is_noticed(libraries, monkeypatch):
-    compile_hydro = _hydroelastic.compile_hydro
+    compile_hydro = kernel_models.compile_hydro
 
     def off(*args):
         pairs = compile_hydro(*args)
         pairs.model.field[:, :4] *= 1.001
         return pairs
 
-    monkeypatch.setattr(_hydroelastic, "compile_hydro", off)
+    monkeypatch.setattr(kernel_models, "compile_hydro", off)
     with pytest.raises(AssertionError):
         assert_same(*pair(libraries, "two soft spheres"), steps=1)
 

@@ -8,11 +8,13 @@ import pytest
 pytest.importorskip("pydrake")
 
 from drake_problem import one_step
+from sheldrake.multibody.plant.discrete_stages import discrete_stages
 from test_constraint_rows import INF, mechanism, put
 
 from sheldrake.common.chain import Chain
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
-from sheldrake.multibody.plant import _step
+from sheldrake.multibody.plant._step.arrays import make_plant_model, make_step_work
+from sheldrake.multibody.plant._step.tuning import solver_model_of, tamsi_limit_penalty
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._kernels.forces import empty_force_model
 
@@ -55,7 +57,7 @@ class Mechanism:
             add(0, "quaternion_floating", body, (zero,) * 6)
         d.actuators = [(i, store(0.01 * (i + 1)), store(3.0 + i)) for i in (0, 1, 3)]
         self.dt, self.p, self.tree, self.geometry = dt, np.array(p), compile_tree(d), empty_geometry_model()
-        self.solver = _step.solver_model_of(self.tree, self.geometry, dt, name)
+        self.solver = solver_model_of(self.tree, self.geometry, dt, name)
         actuators, limits = [], []
         for n, dof in enumerate((0, 1, 3)):
             a = {"dof": dof, "q": dof, "port": 0, "element": n, "effort_limit": effort[n]}
@@ -63,20 +65,20 @@ class Mechanism:
                 a |= {"p": gains[n][0], "d": gains[n][1], "desired_port": 2, "desired_q": n, "desired_v": 3 + n}
             actuators.append(a)
         for dof, (lower, upper) in enumerate(BOUNDS):
-            stiffness, damping = _step.tamsi_limit_penalty(self.limit_inertia(m, dof), dt)
+            stiffness, damping = tamsi_limit_penalty(self.limit_inertia(m, dof), dt)
             row = {"dof": dof, "q": dof, "lower": lower, "upper": upper, "stiffness": stiffness, "damping": damping}
             limits.append(row)
         rows = self.constraint_rows(m, constraints, distance_spring, store)
         self.p = np.array(p)
-        self.plant = _step.make_plant_model(actuators, limits, [1], rows)
+        self.plant = make_plant_model(actuators, limits, [1], rows)
         springs = [(2, 2, store(4.0, 0.3)), (3, 3, store(50.0, 0.1))]
         strut = (5, 7, store(0.1, 0.0, 0.0, 0.0, 0.0, 0.1, 0.3, 30.0, 2.0))
         self.forces = empty_force_model()._replace(
             spring=np.array(springs, np.int64), strut=np.array([strut], np.int64)
         )
         self.p = np.array(p)
-        self.work = _step.make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
-        self.chain = Chain(_step.stages(self.geometry, self.plant, name == "tamsi"))
+        self.work = make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
+        self.chain = Chain(discrete_stages(self.geometry, self.plant, name == "tamsi"))
 
     @staticmethod
     def constraint_rows(m, names, distance_spring, store):

@@ -11,7 +11,7 @@ from random_plants import build, pydrake, random_state, sheldrake
 from test_plant_against_pydrake import close
 
 from sheldrake.autodiffutils import _complex_step
-from sheldrake.multibody.plant import _dual_calls
+from sheldrake.multibody.plant._context import dual_calls
 
 pytestmark = pytest.mark.peer
 
@@ -71,10 +71,10 @@ def gradients(lib, seed):
 @pytest.mark.parametrize("compiled", [False, True])
 @pytest.mark.parametrize("seed", range(3))
 def test_gradients(monkeypatch, seed, compiled):
-    for module in (_complex_step, _dual_calls):
+    for module in (_complex_step, dual_calls):
         monkeypatch.setattr(module, "PATIENCE", 0 if compiled else 10**9)
     if not compiled:
-        monkeypatch.setattr(_dual_calls.kernel_store, "is_ready", lambda kernel: False)
+        monkeypatch.setattr(dual_calls.kernel_store, "is_ready", lambda kernel: False)
     ours, theirs = gradients(sheldrake(), seed), gradients(pydrake(), seed)
     for name in theirs:
         close(ours[name], theirs[name], tolerance=1e-11)

@@ -14,10 +14,12 @@ from sheldrake.multibody.cenic._kernels.step import Calls, Convex, cenic_step
 from sheldrake.multibody.contact_solvers import IcfSolverParameters
 from sheldrake.multibody.contact_solvers._kernels.problem import MAX_ITERATIONS
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
-from sheldrake.multibody.plant import _step
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED
 from sheldrake.multibody.plant._kernels.stribeck import static_friction
+from sheldrake.multibody.plant._step.arrays import make_plant_model, make_step_work
+from sheldrake.multibody.plant._step.stages import discrete_stages
+from sheldrake.multibody.plant._step.tuning import CONTACT_MARGIN, solver_model_of
 from sheldrake.systems.analysis._kernel_steps import Arguments, callees, prepare, set_step
 
 
@@ -45,15 +47,15 @@ class ConvexStep:
             raise plant._explain_status(GEOMETRY_NOT_CONNECTED, context)
         models = plant._models(connected, compiled)
         geometry, hydro = models["geometry_model"], models["hydro_model"]
-        models["geometry_model"] = geometry = geometry._replace(margin=np.array([_step.CONTACT_MARGIN, 0.0]))
+        models["geometry_model"] = geometry = geometry._replace(margin=np.array([CONTACT_MARGIN, 0.0]))
         models["plant_model"] = plant_model = self._with_limits(models["plant_model"])
-        models["solver_model"] = self._solver = _step.solver_model_of(
+        models["solver_model"] = self._solver = solver_model_of(
             plant._tree_model, geometry, 1.0, "lagged", stiction_tolerance=plant._stiction_tolerance
         )
         table, cells = contact_table(geometry), make_cells(geometry)
-        work = _step.make_step_work(plant._tree_model, self._solver, plant_model, table, hydro_model=hydro, cells=cells)
+        work = make_step_work(plant._tree_model, self._solver, plant_model, table, hydro_model=hydro, cells=cells)
         strict = plant._contact_model is ContactModel.kHydroelastic
-        stages = _step.stages(geometry, plant_model, False, hydro, strict)
+        stages = discrete_stages(geometry, plant_model, False, hydro, strict)
         stages.insert(stages.index(prepare_problem), static_friction)
         self._work = work
         self._convex = self._memory(len(context._system._view(context).p))
@@ -65,7 +67,7 @@ class ConvexStep:
         joints = [j for j in self._plant._joints if j.num_velocities() == 1 and self._plant._has_limits(j)]
         rows = [(j, *j._limits["position"]) for j in joints]
         limits = [dict(dof=j._v_start, q=j._q_start, lower=low[0], upper=high[0]) for j, low, high in rows]
-        made = _step.make_plant_model(limits=limits)
+        made = make_plant_model(limits=limits)
         return model._replace(limit=made.limit, bound=made.bound)
 
     def _memory(self, num_parameters: int) -> Convex:

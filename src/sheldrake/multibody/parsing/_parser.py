@@ -13,7 +13,7 @@ from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.geometry import SceneGraph
 from sheldrake.multibody.plant import MultibodyPlant
-from sheldrake.multibody.plant._saved_model import all_or_nothing
+from sheldrake.multibody.plant._building.saved_model import all_or_nothing
 from sheldrake.systems.framework import DiagramBuilder
 
 from ._build import ModelBuilder

@@ -5,14 +5,15 @@ from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 
+from ._building.constraints import DistanceConstraintParams
 from ._config import AddMultibodyPlant, AddMultibodyPlantSceneGraph, ApplyMultibodyPlantConfig, MultibodyPlantConfig
-from ._constraints import DistanceConstraintParams
-from ._contact_results import ContactResults, ExternallyAppliedSpatialForce, PointPairContactInfo
-from ._contact_results_to_lcm import ConnectContactResultsToDrakeVisualizer, ContactResultsToLcmSystem
+from ._contact.hydroelastic import HydroelasticContactInfo
+from ._contact.results import ContactResults, PointPairContactInfo
 from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
-from ._force_systems import ExternallyAppliedSpatialForceMultiplexer, Propeller, PropellerInfo, Wing
-from ._hydroelastic import HydroelasticContactInfo
 from ._multibody_plant import MultibodyPlant
+from ._step.applied_forces import ExternallyAppliedSpatialForce
+from ._systems.contact_results_to_lcm import ConnectContactResultsToDrakeVisualizer, ContactResultsToLcmSystem
+from ._systems.forces import ExternallyAppliedSpatialForceMultiplexer, Propeller, PropellerInfo, Wing
 
 MultibodyPlant_ = SystemTemplate("MultibodyPlant_", MultibodyPlant, scope=__name__, own=True, base=LeafSystem_)
 

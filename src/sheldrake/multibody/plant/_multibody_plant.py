@@ -1,7 +1,7 @@
 """MultibodyPlant: bodies and joints as a system with ports.
 
-Put together from one file a subject: registration before `Finalize()`, which makes the model; then state, queries and
-ports, all through one `View` for each context; and the step, discrete or continuous.
+Put together from one file a subject: registration before `Finalize()`, which makes the model (`_building`); then state
+and queries, all through one `View` for each context (`_context`); the step, discrete or continuous (`_step`); ports.
 """
 
 from __future__ import annotations
@@ -10,31 +10,34 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.multibody.plant._applied_forces import AppliedForces
-from sheldrake.multibody.plant._constraints import Constraints
-from sheldrake.multibody.plant._contact_settings import ContactSettings
-from sheldrake.multibody.plant._context_access import ContextAccess
-from sheldrake.multibody.plant._continuous import ContinuousDynamics
-from sheldrake.multibody.plant._discrete import DiscreteUpdate
-from sheldrake.multibody.plant._dynamics import Dynamics
+from sheldrake.multibody.plant._building.constraints import Constraints
+from sheldrake.multibody.plant._building.contact_settings import ContactSettings
+from sheldrake.multibody.plant._building.finalize import Finalization
+from sheldrake.multibody.plant._building.force_registration import ForceRegistration
+from sheldrake.multibody.plant._building.geometry import PlantGeometry
+from sheldrake.multibody.plant._building.topology import Topology
+from sheldrake.multibody.plant._contact.in_words import ContactInWords
+from sheldrake.multibody.plant._context.access import ContextAccess
+from sheldrake.multibody.plant._context.dynamics import Dynamics
+from sheldrake.multibody.plant._context.free_bodies import FreeBodies
+from sheldrake.multibody.plant._context.kinematics import Kinematics
+from sheldrake.multibody.plant._context.state import State
 from sheldrake.multibody.plant._enums import DiscreteContactApproximation
-from sheldrake.multibody.plant._explain_contact import ContactInWords
-from sheldrake.multibody.plant._finalize import Finalization
-from sheldrake.multibody.plant._force_registration import ForceRegistration
-from sheldrake.multibody.plant._free_bodies import FreeBodies
-from sheldrake.multibody.plant._geometry import PlantGeometry
 from sheldrake.multibody.plant._ports import Ports
-from sheldrake.multibody.plant._queries import Queries
-from sheldrake.multibody.plant._reactions import Reactions
-from sheldrake.multibody.plant._state import State
-from sheldrake.multibody.plant._topology import Topology
+from sheldrake.multibody.plant._step.applied_forces import AppliedForces
+from sheldrake.multibody.plant._step.continuous import ContinuousDynamics
+from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
+from sheldrake.multibody.plant._step.kernel_models import KernelModels
+from sheldrake.multibody.plant._step.reactions import Reactions
+from sheldrake.multibody.plant._step.reports import Reports
 from sheldrake.systems.framework import BasicVector, LeafSystem
 
 
 class MultibodyPlant(
-    ForceRegistration, PlantGeometry, Constraints, ContactSettings, Finalization, Topology, ContextAccess, State,
-    FreeBodies, Queries, Dynamics, AppliedForces, DiscreteUpdate, ContinuousDynamics, Reactions, ContactInWords, Ports,
-    LeafSystem,
+    ForceRegistration, PlantGeometry, Constraints, ContactSettings, Finalization, Topology,
+    ContextAccess, State, FreeBodies, Kinematics, Dynamics,
+    AppliedForces, KernelModels, DiscreteUpdate, ContinuousDynamics, Reports, Reactions,
+    ContactInWords, Ports, LeafSystem,
 ):  # fmt: skip
     """Rigid bodies connected by joints, with contact, as a system.
 

@@ -10,8 +10,9 @@ from sheldrake.common.value import AbstractValue, Value
 from sheldrake.geometry import FramePoseVector, GeometryConfigurationVector, QueryObject
 from sheldrake.math import RigidTransform_
 from sheldrake.multibody.math import SpatialAcceleration_, SpatialForce_, SpatialVelocity_
-from sheldrake.multibody.plant._contact_results import ContactResults, ExternallyAppliedSpatialForce
+from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._kernels.ports import select_continuous_state, select_discrete_state
+from sheldrake.multibody.plant._step.applied_forces import ExternallyAppliedSpatialForce
 from sheldrake.multibody.tree import ModelInstanceIndex
 
 _OF_VELOCITIES = {

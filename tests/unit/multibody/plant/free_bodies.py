@@ -12,7 +12,9 @@ from sheldrake.geometry._records import WORLD_FRAME_ID
 from sheldrake.geometry._state import GeometryState
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
-from sheldrake.multibody.plant import _step
+from sheldrake.multibody.plant._step.arrays import make_plant_model, make_step_work
+from sheldrake.multibody.plant._step.stages import discrete_stages
+from sheldrake.multibody.plant._step.tuning import set_margin, solver_model_of
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._kernels.forces import empty_force_model
 
@@ -48,13 +50,13 @@ class FreeBodies:
         self.dt, self.p = dt, np.array(p)
         self.tree = compile_tree(description)
         self.geometry, _ = compile_proximity(state, frames)
-        _step.set_margin(self.geometry, approximation, dt)
-        self.solver = _step.solver_model_of(self.tree, self.geometry, dt, approximation, **options)
+        set_margin(self.geometry, approximation, dt)
+        self.solver = solver_model_of(self.tree, self.geometry, dt, approximation, **options)
         self.forces = empty_force_model()
-        self.plant = _step.make_plant_model()
+        self.plant = make_plant_model()
         self.table = contact_table(self.geometry, capacity)
-        self.chain = Chain(_step.stages(self.geometry, self.plant, approximation == "tamsi"))
-        self.work = _step.make_step_work(self.tree, self.solver, self.plant, self.table)
+        self.chain = Chain(discrete_stages(self.geometry, self.plant, approximation == "tamsi"))
+        self.work = make_step_work(self.tree, self.solver, self.plant, self.table)
         n = len(bodies)
         self.x, self.next = np.zeros(13 * n), np.zeros(13 * n)
         self.q, self.v = self.x[: 7 * n].reshape(n, 7), self.x[7 * n :].reshape(n, 6)

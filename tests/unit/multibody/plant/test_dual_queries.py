@@ -10,7 +10,8 @@ from sheldrake.common._kernels import generic
 from sheldrake.common.kernel import Vector, jit_enabled, kernel
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.multibody.math import SpatialInertia, UnitInertia
-from sheldrake.multibody.plant import MultibodyPlant, _dual_calls
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.plant._context import dual_calls
 from sheldrake.multibody.tree import (
     BallRpyJoint,
     FixedOffsetFrame,
@@ -84,12 +85,12 @@ def answers(plant, x, mass=None):
 
 
 def compiled(monkeypatch):
-    monkeypatch.setattr(_dual_calls, "PATIENCE", 0)
+    monkeypatch.setattr(dual_calls, "PATIENCE", 0)
 
 
 def as_python(monkeypatch):
-    monkeypatch.setattr(_dual_calls, "PATIENCE", 10**9)
-    monkeypatch.setattr(_dual_calls.kernel_store, "is_ready", lambda kernel: False)
+    monkeypatch.setattr(dual_calls, "PATIENCE", 10**9)
+    monkeypatch.setattr(dual_calls.kernel_store, "is_ready", lambda kernel: False)
 
 
 def test_machine_code_and_python_agree(plant, state, monkeypatch):

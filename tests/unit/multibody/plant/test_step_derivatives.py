@@ -8,7 +8,7 @@ from free_bodies import FreeBodies, box_inertia
 
 from sheldrake import geometry as g
 from sheldrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
-from sheldrake.multibody.plant import _step
+from sheldrake.multibody.plant._step.arrays import make_step_work
 
 CUBE = (g.Box(0.1, 0.1, 0.1), 1.0, [0.01, 0.0, 0.0], box_inertia(1.0, [0.1, 0.1, 0.1]))
 
@@ -33,7 +33,7 @@ def test_jacobian_of_a_step(approximation):
     assert scene.work.problem.count[0] >= 1
 
     x = InitializeAutoDiff(x0).ravel()
-    work = _step.make_step_work(scene.tree, scene.solver, scene.plant, scene.table, dtype=object)
+    work = make_step_work(scene.tree, scene.solver, scene.plant, scene.table, dtype=object)
     out = np.full(n, 0.0, dtype=object)
     assert scene.chain(**scene.arguments() | work._asdict() | {"xd": x, "out": out}) == 0
     np.testing.assert_allclose(ExtractValue(out).ravel(), scene.next, rtol=0, atol=1e-7)

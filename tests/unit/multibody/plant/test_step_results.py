@@ -6,7 +6,7 @@ import numpy as np
 from free_bodies import FreeBodies, box_inertia
 
 from sheldrake import geometry as g
-from sheldrake.multibody.plant._step_results import accelerations, generalized_contact_forces, step_contacts
+from sheldrake.multibody.plant._step.results import accelerations, generalized_contact_forces, step_contacts
 
 CUBE = (g.Box(0.1, 0.1, 0.1), 2.0, [0.01, 0.0, 0.0], box_inertia(2.0, [0.1, 0.1, 0.1]))
 

@@ -2,9 +2,9 @@
 
     smooth motion -> contacts -> constraints -> solution -> next state
 
-Each stage is an entry kernel, a row of the event loop: `_step.stages` puts together those a plant needs. Everything but
-the joint damping and the constraints is explicit, taken at the start of the step. Joint damping is implicit: A = M +
-dt D (explicit under kTamsi, whose joint limits are penalties). Without a contact, a limit near, or a PD actuator, the
+Each stage is an entry kernel, a row of the event loop: `_step/stages.py` puts together those a plant needs. Everything
+but the joint damping and the constraints is explicit, taken at the start of the step. Joint damping is implicit: A = M
++ dt D (explicit under kTamsi, whose joint limits are penalties). Without a contact, a limit near, or a PD actuator, the
 solver has nothing to do.
 """
 

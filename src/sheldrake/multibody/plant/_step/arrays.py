@@ -1,60 +1,20 @@
-"""The discrete step's arrays, made once from counts, and its results read back."""
+"""The discrete step's own constants and scratch, made once from counts."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
-from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._hydro_compile import face_capacity
-from sheldrake.geometry._kernels import model as geometry_columns
 from sheldrake.geometry._kernels.cells import Cells, make_cells
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
-from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, empty_geometry_model
-from sheldrake.multibody.contact_solvers import _arrays
+from sheldrake.geometry._kernels.model import ContactTable, empty_geometry_model
+from sheldrake.multibody.contact_solvers._arrays import make_solver_work
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
-from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
-from sheldrake.multibody.plant._hydroelastic import step_stages
 from sheldrake.multibody.plant._kernels import model as columns
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors, StepWork
-from sheldrake.multibody.plant._kernels.step import (
-    contact_constraints,
-    joint_constraints,
-    next_state,
-    smooth_motion,
-    smooth_motion_tamsi,
-)
-from sheldrake.multibody.tree._kernels import model as tree_columns
 from sheldrake.multibody.tree._kernels.model import TreeModel, make_work
-
-make_solver_work = _arrays.make_solver_work
-
-
-def solver_model_of(
-    tree_model: TreeModel, geometry_model: GeometryModel, dt: float, approximation: str = "lagged", **options: Any
-) -> SolverModel:
-    """The solver's constants for a tree and its geometry.
-
-    Where pairs of geometries touch at several points, iterations stop at a smaller residual than Drake's: with Drake's,
-    a body at rest creeps at 1e-8 m/s, with ours its velocity becomes exactly zero. With Drake's single points the
-    tolerance is Drake's too, and so are the numbers.
-
-    Args:
-        tree_model: the tree.
-        geometry_model: the proximity geometry.
-        dt: time step [s].
-        approximation: "lagged", "similar", "sap" or "tamsi".
-        options: more of `make_solver_model`.
-    """
-    several = touches_at_several_points(geometry_model)
-    options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
-    options.setdefault("settle", several)
-    tree = tree_model.tree[:, [tree_columns.TREE_DOF, tree_columns.TREE_NV]]
-    dof = tree_model.dof[:, [tree_columns.DOF_PARENT, tree_columns.DEPTH, tree_columns.ROW]]
-    return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
-
 
 CONSTRAINT_KINDS = {
     "coupler": (columns.COUPLER, 1),
@@ -64,66 +24,6 @@ CONSTRAINT_KINDS = {
     "tendon": (columns.TENDON, 2),
 }
 """Kind and number of rows of each constraint."""
-
-
-CONTACT_MARGIN = 1e-4
-"""Distance at which points of multi-point pairs are seen before they touch [m]."""
-
-
-GLIDE = 2.0
-"""Speed of sliding times friction up to which kSimilar glides on its gap instead of hopping [m/s]."""
-
-
-FALL = 10.0
-"""Gravity, of which kSap sees what falls within a step [m/s²]."""
-
-
-BOUNCE = 10.0
-"""Half the speed up to which bodies without dissipation bounce to the height from which they fell [m/s]."""
-
-
-def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
-    """Lets the contact search look ahead.
-
-    What slides with kSimilar floats dt mu v above the ground (Castro, Han, Masterjohn 2023): its points must be seen
-    there. With kSap what slides must not fall freely for a step when it loses the ground. What does not dissipate has
-    to be seen before its spring has taken energy (see `contact_solvers._kernels.elastic`).
-    """
-    margins = {"sap": min(CONTACT_MARGIN, FALL * dt**2), "similar": CONTACT_MARGIN + GLIDE * dt}
-    model.margin[geometry_columns.SEVERAL] = margins.get(approximation, CONTACT_MARGIN)
-    elastic = model.material[:, geometry_columns.DISSIPATION] == 0.0
-    if approximation in ("lagged", "similar") and elastic.sum() > 1 and touches_at_several_points(model):
-        model.margin[geometry_columns.ELASTIC] = BOUNCE * dt
-
-
-def touches_at_several_points(model: GeometryModel) -> bool:
-    """Whether there is a pair of geometries that may touch at several points."""
-    multi = model.geometry[:, geometry_columns.MULTI_POINT] == 1
-    return bool(np.any(multi[model.pair].all(axis=1))) or (len(model.cell) > 0 and multi.sum() > 1)
-
-
-def stages(
-    geometry_model: GeometryModel,
-    plant_model: PlantModel,
-    tamsi: bool = False,
-    hydro_model: HydroModel | None = None,
-    strict: bool = False,
-) -> list[Kernel]:
-    """The kernels of a plant's step, in their order: those it needs, no others.
-
-    Args:
-        geometry_model: pairs of geometries that touch in points.
-        plant_model: actuators, limits and constraints.
-        tamsi: whether the approximation is kTamsi.
-        hydro_model: pairs of geometries that touch along surfaces.
-        strict: touching in points is an error.
-    """
-    chain: list[Kernel] = [smooth_motion_tamsi if tamsi else smooth_motion]
-    chain += step_stages(geometry_model, hydro_model or empty_hydro_model(), strict, contact_constraints)
-    rows = plant_model.limit, plant_model.actuator, plant_model.constraint, plant_model.friction
-    if not tamsi and any(len(a) for a in rows):
-        chain.append(joint_constraints)
-    return [*chain, prepare_problem, solve_tamsi if tamsi else solve, next_state]
 
 
 def make_plant_model(
@@ -186,18 +86,6 @@ def make_plant_model(
     )
 
 
-def tamsi_limit_penalty(inertia: float, dt: float) -> tuple[float, float]:
-    """(stiffness, damping) of kTamsi's joint limit: critically damped, with a period of about 60 steps.
-
-    Args:
-        inertia: the smaller of parent's and child's [kg or kg m²]: mass for a prismatic joint, inertia about the
-            axis for a revolute one.
-        dt: time step [s].
-    """
-    omega = 0.1 / dt
-    return inertia * omega**2, 2.0 * inertia * omega
-
-
 def make_step_work(
     tree_model: TreeModel,
     solver_model: SolverModel,
@@ -244,10 +132,3 @@ def widest_tendon(plant_model: PlantModel) -> int:
     """Most joints that a tendon lies on."""
     tendons = plant_model.constraint[plant_model.constraint[:, columns.CONSTRAINT_KIND] == columns.TENDON]
     return int(np.max(tendons[:, columns.CONSTRAINT_B] - tendons[:, columns.CONSTRAINT_A], initial=0))
-
-
-def supply_missing_material(model: GeometryModel, stiffness: float, dissipation: float, relaxation_time: float) -> None:
-    """Replaces material numbers that are NaN: no property, and no default of the scene graph."""
-    for column, value in enumerate((stiffness, dissipation, relaxation_time)):
-        values = model.material[:, column]
-        values[np.isnan(values)] = value

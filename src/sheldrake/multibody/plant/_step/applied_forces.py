@@ -7,17 +7,68 @@ forces, put these into the step's scratch, and run the same kernel.
 
 from __future__ import annotations
 
+import copy
 import dataclasses
 from typing import Any
 
 import numpy as np
 
+from sheldrake.common.value import _register_value_type
+from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.plant._kernels.ports import (
     CONSTRAINTS_IN_CONTINUOUS_TIME,
     GEOMETRY_NOT_CONNECTED,
 )
+from sheldrake.multibody.tree import BodyIndex
 from sheldrake.systems.framework import InputPort
 from sheldrake.systems.framework._declarations import Callback, Stages
+
+
+class ExternallyAppliedSpatialForce:
+    """A force from outside on one body B at a point Bq fixed to it."""
+
+    def __init__(self) -> None:
+        self.body_index = BodyIndex()
+        self.p_BoBq_B = np.zeros(3)
+        self.F_Bq_W = SpatialForce(np.zeros(6))
+
+    @property
+    def body_index(self) -> BodyIndex:
+        """The body."""
+        return self._body_index
+
+    @body_index.setter
+    def body_index(self, value: Any) -> None:
+        self._body_index = value if isinstance(value, BodyIndex) else BodyIndex(value)
+
+    @property
+    def p_BoBq_B(self) -> np.ndarray:
+        """The point [m], shape (3,)."""
+        return self._p_BoBq_B
+
+    @p_BoBq_B.setter
+    def p_BoBq_B(self, value: Any) -> None:
+        array = np.asarray(value)
+        self._p_BoBq_B = np.ravel(array.astype(float) if array.dtype != object else array).copy()
+
+    def __copy__(self) -> ExternallyAppliedSpatialForce:
+        new = ExternallyAppliedSpatialForce()
+        new.body_index, new.p_BoBq_B, new.F_Bq_W = self.body_index, self.p_BoBq_B, self.F_Bq_W
+        return new
+
+    def __deepcopy__(self, memo: dict) -> ExternallyAppliedSpatialForce:
+        new = copy.copy(self)
+        new.F_Bq_W = copy.copy(self.F_Bq_W)
+        return new
+
+    def __repr__(self) -> str:
+        return (
+            f"ExternallyAppliedSpatialForce(body_index={self.body_index!r}, p_BoBq_B={self.p_BoBq_B.tolist()}, "
+            f"F_Bq_W={self.F_Bq_W!r})"
+        )
+
+
+_register_value_type(ExternallyAppliedSpatialForce, with_list=True)
 
 
 class SpatialForcePort(InputPort):

@@ -15,8 +15,8 @@ from sheldrake.lcm._contact_messages import (
     lcmt_point,
     lcmt_point_pair_contact_info_for_viz,
 )
-from sheldrake.multibody.plant._contact_results import ContactResults, PointPairContactInfo
-from sheldrake.multibody.plant._hydroelastic import HydroelasticContactInfo
+from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
+from sheldrake.multibody.plant._contact.results import ContactResults, PointPairContactInfo
 from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
 from sheldrake.systems.lcm import LcmPublisherSystem
 

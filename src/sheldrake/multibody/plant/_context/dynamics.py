@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.common._overloads import expect, in_order
 from sheldrake.multibody.math import SpatialAcceleration_
-from sheldrake.multibody.plant._queries import Motion, points, relative_acceleration
+from sheldrake.multibody.plant._context.kinematics import Motion, points, relative_acceleration
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces
 from sheldrake.multibody.tree._element import vector
 from sheldrake.multibody.tree._kernels import jacobians, queries

@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.math import RigidTransform_
 from sheldrake.multibody.math import SpatialInertia_, UnitInertia_
-from sheldrake.multibody.plant._view import View
+from sheldrake.multibody.plant._context.view import View
 
 
 class ContextAccess:

@@ -6,7 +6,7 @@ from typing import Any
 
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math import SpatialInertia
-from sheldrake.multibody.plant._registry import ModelInstances, Registry
+from sheldrake.multibody.plant._building.registry import ModelInstances, Registry
 from sheldrake.multibody.tree import (
     BodyIndex,
     FixedOffsetFrame,

@@ -17,7 +17,7 @@ from sheldrake.common.calls import Calls, Query
 from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import MISFIT
 from sheldrake.math import RigidTransform_
-from sheldrake.multibody.plant._dual_calls import DualCalls
+from sheldrake.multibody.plant._context.dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.state import write_finite
 from sheldrake.multibody.tree._kernels import jacobians, queries
 from sheldrake.multibody.tree._kernels import model as tree_model

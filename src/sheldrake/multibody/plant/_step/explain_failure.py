@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry._hydro_compile import face_capacity
+from sheldrake.geometry._hydro_compile import explain_unsupported, face_capacity
 from sheldrake.multibody.contact_solvers._kernels.problem import V_STAR
 from sheldrake.multibody.contact_solvers._kernels.status import MOTION_NOT_FINITE
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status
-from sheldrake.multibody.plant import _step_results
-from sheldrake.multibody.plant._hydroelastic import explain_refused
 from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_TIME, GEOMETRY_NOT_CONNECTED
+from sheldrake.multibody.plant._step.results import bodies_at_hand
 
 
 def explain_failure(plant: Any, status: int, context: Any) -> Exception:
@@ -31,7 +30,7 @@ def explain_failure(plant: Any, status: int, context: Any) -> Exception:
         )
     if status == HYDRO_UNSUPPORTED_PAIR:
         geometry, table = plant._geometry_of(context), context._store.scratch(context._node).table
-        return explain_refused(plant, geometry.state, table, geometry.ids)
+        return _explain_refused(plant, geometry.state, table, geometry.ids)
     if status == HYDRO_CAPACITY:
         room = face_capacity(plant._geometry_of(context).hydro)
         return RuntimeError(
@@ -48,7 +47,7 @@ def explain_failure(plant: Any, status: int, context: Any) -> Exception:
 
 
 def _bodies_at_hand(plant: Any, context: Any) -> str:
-    rows = _step_results.bodies_at_hand(context._store.scratch(context._node), plant._tree_model)
+    rows = bodies_at_hand(context._store.scratch(context._node), plant._tree_model)
     names = [repr(plant._row_bodies[row].name()) for row in rows]
     return ", ".join(names[:10]) + (f" and {len(names) - 10} more" if len(names) > 10 else "")
 
@@ -72,3 +71,12 @@ def _where_not_finite(plant: Any, context: Any) -> str:
         if not np.all(np.isfinite(v_star[joint.velocity_start() : joint.velocity_start() + joint.num_velocities()]))
     ]
     return f" It happened at the joints {', '.join(names[:10])}."
+
+
+def _explain_refused(plant: Any, state: Any, table: Any, ids: list) -> Exception:
+    """Which geometries overlap that can have no contact surface."""
+    for row in range(int(table.count[0])):
+        if table.point[row, 9] > 0.0:
+            a, b = table.pair[row, :2]
+            return explain_unsupported(state, ids[a], ids[b])
+    return RuntimeError(f"{plant._describe()}: geometries overlap that can have no contact surface.")

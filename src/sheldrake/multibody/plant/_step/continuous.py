@@ -10,9 +10,9 @@ from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.geometry._hydro_compile import face_capacity
 from sheldrake.geometry._kernels.hydro_model import hydro_table
 from sheldrake.geometry._kernels.model import contact_table
-from sheldrake.multibody.plant._contact_results import PointPairContactInfo
+from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
+from sheldrake.multibody.plant._contact.results import PointPairContactInfo
 from sheldrake.multibody.plant._enums import ContactModel
-from sheldrake.multibody.plant._hydroelastic import HydroelasticContactInfo, contact_stages, infos_of
 from sheldrake.multibody.plant._kernels import derivatives as columns
 from sheldrake.multibody.plant._kernels.derivatives import (
     DerivativeVectors,
@@ -23,6 +23,7 @@ from sheldrake.multibody.plant._kernels.derivatives import (
 )
 from sheldrake.multibody.plant._kernels.hydro_forces import surface_forces
 from sheldrake.multibody.plant._kernels.ports import refuse_constraints, refuse_without_geometry
+from sheldrake.multibody.plant._step.stages import contact_stages
 from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.systems.framework._declarations import Stages
 

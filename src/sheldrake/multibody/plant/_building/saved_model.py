@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from sheldrake.multibody.plant._registry import Registry
+from sheldrake.multibody.plant._building.registry import Registry
 
 
 @contextmanager

@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.math import SpatialForce_, SpatialVelocity_
-from sheldrake.multibody.plant._contact_results import ExternallyAppliedSpatialForce
+from sheldrake.multibody.plant._step.applied_forces import ExternallyAppliedSpatialForce
 from sheldrake.multibody.tree import BodyIndex
 from sheldrake.systems.framework import LeafSystem
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sheldrake.multibody.plant._registration import Registration
+from sheldrake.multibody.plant._building.registration import Registration
 from sheldrake.multibody.tree import (
     ForceElement,
     ForceElementIndex,

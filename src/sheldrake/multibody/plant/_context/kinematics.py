@@ -34,7 +34,7 @@ class Motion:
         return self.a + cross(self.alpha, r) + cross(self.w, cross(self.w, r))
 
 
-class Queries:
+class Kinematics:
     """Kinematics and properties of all or of some bodies."""
 
     # --- bodies

@@ -6,8 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from sheldrake.geometry._kernels import hydro_model as hydro
 from sheldrake.geometry._kernels import model as geometry
+from sheldrake.geometry._kernels.hydro_model import HydroModel
 from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
 from sheldrake.multibody.plant._kernels.contact_rows import contact_frame, share
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.tree._kernels import model as tree_columns
@@ -63,6 +66,24 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
     felt = np.array([d > 0.0 or f > 0.0 for d, f in zip(depth, gamma[:, 2])], bool)  # not those only seen ahead
     columns_ = (pair, p_WCa, p_WCb, nhat, depth, middle, force, slip, vc[:, 2])
     return StepContacts(*(column[felt] for column in columns_))
+
+
+def step_surfaces(
+    work: StepWork, hydro_model: HydroModel, ids: list, dt: float, scalar: type = float
+) -> list[HydroelasticContactInfo]:
+    """Contact surfaces of the last step, with the forces at its end."""
+    surfaces = work.surfaces
+    if surfaces.count[hydro.NUM_SURFACES] == 0:
+        return []
+    F_B_W = np.full((int(surfaces.count[hydro.NUM_FACES]), 6), 0.0, dtype=work.contacts.state.dtype)
+    at, normal = int(columns.GAMMA), int(hydro.NORMAL)
+    for f, c in enumerate(surfaces.contact[: len(F_B_W)].tolist()):
+        if c >= 0:
+            z = -surfaces.value[f, normal : normal + 3]
+            x, y = contact_frame(tuple(z))
+            gamma = work.contacts.state[c, at : at + 3]
+            F_B_W[f, 3:] = (gamma[0] * np.array(x) + gamma[1] * np.array(y) + gamma[2] * z) / dt
+    return infos_of(surfaces, hydro_model, ids, F_B_W, scalar)
 
 
 def _tangents(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

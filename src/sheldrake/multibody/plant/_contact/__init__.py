@@ -1,0 +1,1 @@
+"""What a plant reports about contact."""

@@ -1,0 +1,70 @@
+"""Contact along surfaces, as a plant reports it."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import _register_value_type
+from sheldrake.geometry._contact_surface import ContactSurface, surfaces_of
+from sheldrake.geometry._kernels import hydro_model as hydro
+from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
+from sheldrake.multibody.math import SpatialForce, SpatialForce_
+
+
+class HydroelasticContactInfo:
+    """The contact of two geometries along a surface; M belongs to body A, N to body B."""
+
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
+        raise TypeError("HydroelasticContactInfo: No constructor defined! It comes with ContactResults.")
+
+    _surface: ContactSurface
+    _F_Ac_W: SpatialForce
+
+    @classmethod
+    def _make(cls, surface: ContactSurface, F_Ac_W: SpatialForce) -> HydroelasticContactInfo:
+        new = object.__new__(cls)
+        new._surface, new._F_Ac_W = surface, F_Ac_W
+        return new
+
+    def contact_surface(self) -> ContactSurface:
+        """The surface and its pressure, in W."""
+        return self._surface
+
+    def F_Ac_W(self) -> SpatialForce:
+        """The force on body A at C, the centroid of the surface, in W [N m, N]."""
+        return copy.copy(self._F_Ac_W)
+
+    def __copy__(self) -> HydroelasticContactInfo:
+        return HydroelasticContactInfo._make(self._surface, copy.copy(self._F_Ac_W))
+
+    def __deepcopy__(self, memo: dict) -> HydroelasticContactInfo:
+        return copy.copy(self)
+
+
+_register_value_type(HydroelasticContactInfo)
+
+
+def infos_of(
+    surfaces: HydroTable, hydro_model: HydroModel, ids: list, F_B_W: np.ndarray, scalar: type = float
+) -> list[HydroelasticContactInfo]:
+    """Surfaces with the spatial force on A at their centroids.
+
+    Args:
+        surfaces: as they were found.
+        hydro_model: what found them.
+        ids: of the geometries.
+        F_B_W: moment about the centroid and force on B of every face [N m, N], shape (num_faces or more, 6).
+        scalar: of the numbers.
+    """
+    infos, count, first = [], int(surfaces.count[hydro.NUM_FACES]), int(hydro.CENTROID)
+    for s, surface in surfaces_of(surfaces, hydro_model, ids):
+        here = np.flatnonzero(surfaces.face[:count, hydro.SURFACE] == s)
+        arms = surfaces.value[here, first : first + 3] - surface.centroid()
+        F_A_W = -F_B_W[here]
+        moment = F_A_W[:, :3] + np.cross(arms, F_A_W[:, 3:])
+        total = np.concatenate([moment.sum(axis=0), F_A_W[:, 3:].sum(axis=0)])
+        infos.append(HydroelasticContactInfo._make(surface, SpatialForce_[scalar](total)))
+    return infos

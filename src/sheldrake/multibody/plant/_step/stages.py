@@ -1,0 +1,59 @@
+"""Which kernels a step runs: those that its plant and scene need, no others."""
+
+from __future__ import annotations
+
+from sheldrake.common.kernel import Kernel
+from sheldrake.geometry._contact_search import family_kernels, has_pairs
+from sheldrake.geometry._hydro_compile import hydro_kernels
+from sheldrake.geometry._kernels.hydro_model import HydroModel, empty_hydro_model
+from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
+from sheldrake.multibody.plant._kernels.hydro_rows import hydro_constraints, refuse_points
+from sheldrake.multibody.plant._kernels.model import PlantModel
+from sheldrake.multibody.plant._kernels.step import (
+    contact_constraints,
+    joint_constraints,
+    next_state,
+    smooth_motion,
+    smooth_motion_tamsi,
+)
+
+
+def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, points: Kernel) -> list[Kernel]:
+    """The stages that find contacts and make constraints or forces of points.
+
+    Args:
+        model: the pairs that touch in points.
+        hydro_model: those that touch along surfaces.
+        strict: pairs that touch in points are errors.
+        points: what is done with points.
+    """
+    chain = [*family_kernels(model), refuse_points if strict else points] if has_pairs(model) else []
+    return [*chain, *hydro_kernels(hydro_model)]
+
+
+def discrete_stages(
+    geometry_model: GeometryModel,
+    plant_model: PlantModel,
+    tamsi: bool = False,
+    hydro_model: HydroModel | None = None,
+    strict: bool = False,
+) -> list[Kernel]:
+    """The kernels of a plant's step, in their order: those it needs, no others.
+
+    Args:
+        geometry_model: pairs of geometries that touch in points.
+        plant_model: actuators, limits and constraints.
+        tamsi: whether the approximation is kTamsi.
+        hydro_model: pairs of geometries that touch along surfaces.
+        strict: touching in points is an error.
+    """
+    chain: list[Kernel] = [smooth_motion_tamsi if tamsi else smooth_motion]
+    hydro_model = hydro_model or empty_hydro_model()
+    chain += contact_stages(geometry_model, hydro_model, strict, contact_constraints)
+    if len(hydro_model.pair):
+        chain.append(hydro_constraints)
+    rows = plant_model.limit, plant_model.actuator, plant_model.constraint, plant_model.friction
+    if not tamsi and any(len(a) for a in rows):
+        chain.append(joint_constraints)
+    return [*chain, prepare_problem, solve_tamsi if tamsi else solve, next_state]

@@ -1,0 +1,92 @@
+"""How far a step looks ahead for contacts, and how exactly it solves them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.geometry._kernels import model as geometry_columns
+from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.multibody.contact_solvers import _arrays
+from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
+from sheldrake.multibody.tree._kernels import model as tree_columns
+from sheldrake.multibody.tree._kernels.model import TreeModel
+
+CONTACT_MARGIN = 1e-4
+"""Distance at which points of multi-point pairs are seen before they touch [m]."""
+
+
+GLIDE = 2.0
+"""Speed of sliding times friction up to which kSimilar glides on its gap instead of hopping [m/s]."""
+
+
+FALL = 10.0
+"""Gravity, of which kSap sees what falls within a step [m/s²]."""
+
+
+BOUNCE = 10.0
+"""Half the speed up to which bodies without dissipation bounce to the height from which they fell [m/s]."""
+
+
+def solver_model_of(
+    tree_model: TreeModel, geometry_model: GeometryModel, dt: float, approximation: str = "lagged", **options: Any
+) -> SolverModel:
+    """The solver's constants for a tree and its geometry.
+
+    Where pairs of geometries touch at several points, iterations stop at a smaller residual than Drake's: with Drake's,
+    a body at rest creeps at 1e-8 m/s, with ours its velocity becomes exactly zero. With Drake's single points the
+    tolerance is Drake's too, and so are the numbers.
+
+    Args:
+        tree_model: the tree.
+        geometry_model: the proximity geometry.
+        dt: time step [s].
+        approximation: "lagged", "similar", "sap" or "tamsi".
+        options: more of `make_solver_model`.
+    """
+    several = touches_at_several_points(geometry_model)
+    options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
+    options.setdefault("settle", several)
+    tree = tree_model.tree[:, [tree_columns.TREE_DOF, tree_columns.TREE_NV]]
+    dof = tree_model.dof[:, [tree_columns.DOF_PARENT, tree_columns.DEPTH, tree_columns.ROW]]
+    return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
+
+
+def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
+    """Lets the contact search look ahead.
+
+    What slides with kSimilar floats dt mu v above the ground (Castro, Han, Masterjohn 2023): its points must be seen
+    there. With kSap what slides must not fall freely for a step when it loses the ground. What does not dissipate has
+    to be seen before its spring has taken energy (see `contact_solvers._kernels.elastic`).
+    """
+    margins = {"sap": min(CONTACT_MARGIN, FALL * dt**2), "similar": CONTACT_MARGIN + GLIDE * dt}
+    model.margin[geometry_columns.SEVERAL] = margins.get(approximation, CONTACT_MARGIN)
+    elastic = model.material[:, geometry_columns.DISSIPATION] == 0.0
+    if approximation in ("lagged", "similar") and elastic.sum() > 1 and touches_at_several_points(model):
+        model.margin[geometry_columns.ELASTIC] = BOUNCE * dt
+
+
+def touches_at_several_points(model: GeometryModel) -> bool:
+    """Whether there is a pair of geometries that may touch at several points."""
+    multi = model.geometry[:, geometry_columns.MULTI_POINT] == 1
+    return bool(np.any(multi[model.pair].all(axis=1))) or (len(model.cell) > 0 and multi.sum() > 1)
+
+
+def tamsi_limit_penalty(inertia: float, dt: float) -> tuple[float, float]:
+    """(stiffness, damping) of kTamsi's joint limit: critically damped, with a period of about 60 steps.
+
+    Args:
+        inertia: the smaller of parent's and child's [kg or kg m²]: mass for a prismatic joint, inertia about the
+            axis for a revolute one.
+        dt: time step [s].
+    """
+    omega = 0.1 / dt
+    return inertia * omega**2, 2.0 * inertia * omega
+
+
+def supply_missing_material(model: GeometryModel, stiffness: float, dissipation: float, relaxation_time: float) -> None:
+    """Replaces material numbers that are NaN: no property, and no default of the scene graph."""
+    for column, value in enumerate((stiffness, dissipation, relaxation_time)):
+        values = model.material[:, column]
+        values[np.isnan(values)] = value

@@ -1,0 +1,1 @@
+"""Systems that stand around a plant."""
