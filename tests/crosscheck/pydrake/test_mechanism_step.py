@@ -8,12 +8,12 @@ import pytest
 pytest.importorskip("pydrake")
 
 from drake_problem import one_step
-from sheldrake.multibody.plant.discrete_stages import discrete_stages
 from test_constraint_rows import INF, mechanism, put
 
 from sheldrake.common.chain import Chain
 from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
 from sheldrake.multibody.plant._step.arrays import make_plant_model, make_step_work
+from sheldrake.multibody.plant._step.stages import discrete_stages
 from sheldrake.multibody.plant._step.tuning import solver_model_of, tamsi_limit_penalty
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
 from sheldrake.multibody.tree._kernels.forces import empty_force_model
