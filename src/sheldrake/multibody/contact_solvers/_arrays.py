@@ -126,9 +126,9 @@ def make_solver_work(
     def integers(*shape: int) -> np.ndarray:
         return np.zeros(shape, np.int64)
 
-    dense = model.setting[columns.APPROXIMATION] == columns.TAMSI
+    both_sides = model.setting[columns.APPROXIMATION] == columns.TAMSI
     sizes = model.tree[:, columns.NUM_DOFS]
-    size = min(nv * nv if dense else (nv * nv + int(np.sum(sizes**2))) // 2, MAX_FACTOR) if contacts + rows else 0
+    size = min(nv * nv if both_sides else (nv * nv + int(np.sum(sizes**2))) // 2, MAX_FACTOR) if contacts + rows else 0
     blocks = min(num_trees * (num_trees - 1) // 2, MAX_BLOCKS) if contacts + rows else 0
     return SolverWork(
         Problem(

@@ -141,6 +141,32 @@ def test_where_steps_settle_sap_expects_the_slip_it_ends_with():
         assert not settle or problem.v[0] == pytest.approx(1.0 - 0.5 * g * dt, abs=0.05 * g * dt)
 
 
+@pytest.mark.parametrize("name", ["lagged", "similar", "sap", "tamsi"])
+def test_islands_move_as_if_they_were_alone(name):
+    """Two pairs of trees, which one solve holds: bit for bit what two solves give."""
+    rng = np.random.default_rng(2)
+    both = RandomProblem(rng, name, sizes=(6, 6, 6, 6), contacts=6, settle=True)
+    contacts, x = both.work.contacts, both.work.problem.x
+    for c in range(6):
+        first = 2 * (c % 2)
+        contacts.index[c, columns.WIDTH] = 12
+        contacts.index[c, [columns.TREE_A, columns.TREE_B]] = first, first + 1
+        contacts.index[c, columns.DOFS :] = np.arange(6 * first, 6 * first + 12)
+        contacts.J[3 * c : 3 * c + 3] = rng.normal(size=(3, 12))
+    assert both.solve() == codes.SOLVED
+    found = both.v.copy()
+    for k in range(2):
+        alone = RandomProblem(np.random.default_rng(2), name, sizes=(6, 6, 6, 6), contacts=6, settle=True)
+        alone.work.problem.count[columns.NUM_CONTACTS] = 3
+        for own, other in zip(alone.work.contacts[:1] + alone.work.contacts[2:3], contacts[:1] + contacts[2:3]):
+            own[:3] = other[k::2]
+        alone.work.contacts.J[:] = 0.0
+        alone.work.contacts.J[:9] = contacts.J.reshape(6, 3, 12)[k::2].reshape(9, 12)
+        alone.work.problem.x[[columns.V0, columns.V_STAR]] = x[[columns.V0, columns.V_STAR]]
+        assert alone.solve() == codes.SOLVED
+        np.testing.assert_array_equal(alone.v[12 * k : 12 * k + 12], found[12 * k : 12 * k + 12])
+
+
 def test_more_iterations_than_allowed_are_a_status():
     problem = RandomProblem(np.random.default_rng(1))
     problem.model.setting[columns.MAX_ITERATIONS] = 1

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ADDRESS,
+    APPROXIMATION,
     BELOW_BEGIN,
     BELOW_END,
     BELOW_PLACE,
@@ -27,6 +28,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROWS_BEGIN,
     ROWS_END,
     SIZE,
+    TAMSI,
     TREE_A,
     TREE_B,
     TREE_ORDER,
@@ -162,20 +164,34 @@ def put_below(factor, begin, end, row):
     factor.below[at, BELOW_PLACE] = row
 
 
+@kernel
+def lay_out_alone(model, problem, factor):
+    """The only block of an island that is one tree."""
+    t = problem.tree[problem.count[TREES_BEGIN], TREE_ORDER]
+    block = factor.block
+    block[t, PLACE] = 0
+    block[0, BLOCK_TREE] = t
+    block[0, SIZE] = model.tree[t, NUM_DOFS]
+    block[0, DIAGONAL] = 0
+    block[0, BELOW_BEGIN] = 0
+    block[0, BELOW_END] = 0
+    return block[0, SIZE] * block[0, SIZE]
+
+
 @kernel(outline=True)
-def lay_out(model, problem, contacts, rows, factor):
-    """Order, places and addresses of all blocks; 1 when there is no room for them, else 0."""
+def lay_out_trees(model, problem, contacts, rows, factor):
+    """Order, places and addresses of all blocks of several trees; how many numbers they are, -1 if there is no room.
+
+    kTamsi's matrix is not symmetric: the transpose of the block above the diagonal lies behind the one below it.
+    """
     count = problem.count
+    sides = np.int64(2 if model.setting[APPROXIMATION] == TAMSI else 1)
     block = factor.block
     begin = count[TREES_BEGIN]
     n = count[TREES_END] - begin
     for i in range(n):
         block[problem.tree[begin + i, TREE_ORDER], PLACE] = i
-    if n > 1:
-        order_trees(problem, contacts, rows, factor)
-    else:
-        factor.slot[0] = 0
-        factor.graph[0, 0] = 0
+    order_trees(problem, contacts, rows, factor)
     for place in range(n):
         i = factor.slot[place]
         block[place, BLOCK_TREE] = problem.tree[begin + i, TREE_ORDER]
@@ -197,7 +213,7 @@ def lay_out(model, problem, contacts, rows, factor):
         u = next_neighbour(factor.graph, i, NOBODY, words)
         while u >= 0:
             if entries >= factor.below.shape[0]:
-                return 1
+                return NOBODY
             t = problem.tree[begin + u, TREE_ORDER]
             put_below(factor, block[place, BELOW_BEGIN], entries, block[t, PLACE])
             entries += 1
@@ -206,10 +222,23 @@ def lay_out(model, problem, contacts, rows, factor):
         for e in range(block[place, BELOW_BEGIN], entries):
             factor.below[e, ADDRESS] = size
             row = factor.below[e, BELOW_PLACE]
-            size += width * model.tree[block[row, BLOCK_TREE], NUM_DOFS]
+            size += sides * width * model.tree[block[row, BLOCK_TREE], NUM_DOFS]
+    return size
+
+
+@kernel
+def lay_out(model, problem, contacts, rows, factor):
+    """Order, places and addresses of all blocks of an island; 1 when there is no room for them, else 0."""
+    n = problem.count[TREES_END] - problem.count[TREES_BEGIN]
+    if n == 1:
+        size = lay_out_alone(model, problem, factor)
+    else:
+        size = lay_out_trees(model, problem, contacts, rows, factor)
+    if size < 0 or size > factor.L.shape[0]:
+        return 1
     number_dofs(model, problem, factor, n)
-    count[FACTOR_SIZE] = size
-    return 1 if size > factor.L.shape[0] else 0
+    problem.count[FACTOR_SIZE] = size
+    return 0
 
 
 @kernel
@@ -223,13 +252,3 @@ def number_dofs(model, problem, factor, n):
             factor.slot[model.tree[t, FIRST_DOF] + k] = slot
             slot += 1
     problem.count[PARTICIPATING] = slot
-
-
-@kernel
-def number_in_order(model, problem, factor):
-    """Slots without an elimination order, tree after tree, for a dense factor."""
-    begin = problem.count[TREES_BEGIN]
-    n = problem.count[TREES_END] - begin
-    for place in range(n):
-        factor.block[place, BLOCK_TREE] = problem.tree[begin + place, TREE_ORDER]
-    number_dofs(model, problem, factor, n)

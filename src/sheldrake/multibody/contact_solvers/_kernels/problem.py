@@ -81,7 +81,7 @@ class Rows(NamedTuple):
 
 
 class Factor(NamedTuple):
-    """Work of the Hessian's sparse block Cholesky factor: one block row and column for each tree of an island.
+    """Work of a sparse block factor, Cholesky's or (kTamsi) L U: one block row and column for each tree of an island.
 
     Attributes:
         slot: Place of each dof in `rhs`, shape (nv,).
@@ -89,7 +89,8 @@ class Factor(NamedTuple):
         below: Blocks below the diagonal, column after column, rows ascending: place of the row, address in L,
             shape (capacity, 2).
         graph: Who is coupled to whom, a bit for each pair of trees, shape (num_trees, words).
-        L: The blocks, each row after row, shape (capacity,).
+        L: The blocks, each column after column, shape (capacity,); for kTamsi behind each one below the diagonal the
+            transpose of the one above.
         rhs: Right-hand side and solution, shape (nv,).
     """
 

@@ -9,16 +9,18 @@ import numpy as np
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import column3, dot3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.elimination import number_in_order
+from sheldrake.multibody.contact_solvers._kernels.block_lu import eliminate
+from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
 from sheldrake.multibody.contact_solvers._kernels.gradient import mul_A, root
+from sheldrake.multibody.contact_solvers._kernels.hessian import FIRST, ONE, places_of, put_momentum
 from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
-from sheldrake.multibody.contact_solvers._kernels.line_search import magnitude
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     A_DV,
+    BLOCK_TREE,
     CONTACTS_BEGIN,
     CONTACTS_END,
     DEPTH,
-    DEPTH_OF,
+    DIAGONAL,
     DISSIPATION,
     DOFS,
     DT,
@@ -26,6 +28,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
     FE0,
     FIRST_DOF,
+    FIRST_SLOT,
     FRICTION,
     G_XX,
     G_XY,
@@ -38,15 +41,18 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ITERATIONS,
     J_GAMMA,
     NUM_DOFS,
+    NUM_ISLANDS,
     ORDER,
     P_STAR,
-    PARENT_DOF,
-    PARTICIPATING,
+    PLACE,
     POLISH,
-    ROW_START,
+    SETTLE,
+    SIZE,
     STICTION,
     STIFFNESS,
     SUBSTEPS,
+    TREE_A,
+    TREE_B,
     TREE_ORDER,
     TREES_BEGIN,
     TREES_END,
@@ -125,75 +131,62 @@ def momentum_residual(model, problem, contacts):
             x[GRADIENT, contacts.index[c, DOFS + a]] -= dot3(column3(contacts.J, 3 * c, a), gamma)
 
 
-@kernel
-def assemble_dense(model, problem, contacts, factor):
-    """H = A + J^T K J, unsymmetric, n by n in factor.L, and -residual in factor.rhs."""
+@kernel(outline=True)
+def assemble(model, problem, contacts, factor):
+    """H = A + J^T K J, unsymmetric, in the blocks of `block_lu`, and -residual in factor.rhs."""
+    put_momentum(model, problem, factor)
     H = factor.L
-    n = problem.count[PARTICIPATING]
-    for i in range(n * n):
-        H[i] = 0.0
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
-        for dof in range(first, first + model.tree[t, NUM_DOFS]):
-            i = factor.slot[dof]
-            at = model.dof[dof, ROW_START] + model.dof[dof, DEPTH_OF]
-            H[i * n + i] = problem.A[at]
-            other = model.dof[dof, PARENT_DOF]
-            while other >= 0:
-                at -= 1
-                j = factor.slot[other]
-                H[i * n + j] = problem.A[at]
-                H[j * n + i] = problem.A[at]
-                other = model.dof[other, PARENT_DOF]
-            factor.rhs[i] = -problem.x[GRADIENT, dof]
+    for place in range(problem.count[TREES_END] - problem.count[TREES_BEGIN]):
+        n = factor.block[place, SIZE]
+        D = factor.block[place, DIAGONAL]
+        first = model.tree[factor.block[place, BLOCK_TREE], FIRST_DOF]
+        for i in range(n):
+            factor.rhs[factor.block[place, FIRST_SLOT] + i] = -problem.x[GRADIENT, first + i]
+            for j in range(i):
+                H[D + n * i + j] = H[D + n * j + i]
     state = contacts.state
     for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
         c = contacts.index[place, ORDER]
-        for b in range(contacts.index[c, WIDTH]):
-            u = column3(contacts.J, 3 * c, b)
-            K_u = (
-                state[c, G_XX] * u[0] + state[c, G_XY] * u[1] + state[c, G_XZ] * u[2],
-                state[c, G_XY] * u[0] + state[c, G_YY] * u[1] + state[c, G_YZ] * u[2],
-                state[c, G_ZZ] * u[2],
-            )
-            j = factor.slot[contacts.index[c, DOFS + b]]
-            for a in range(contacts.index[c, WIDTH]):
-                i = factor.slot[contacts.index[c, DOFS + a]]
-                H[i * n + j] += dot3(column3(contacts.J, 3 * c, a), K_u)
+        if state[c, G_XX] > 0.0 or state[c, G_ZZ] > 0.0:
+            add_contact(factor, contacts, c, places_of(model, factor, contacts.index, c, DOFS))
 
 
-@kernel(outline=True)
-def eliminate(H, x, n):
-    """Solves H y = x in place, n by n, by Gaussian elimination with partial pivoting; 1 when singular, else 0."""
-    for k in range(n):
-        pivot = k
-        largest = magnitude(H[k * n + k])
-        for i in range(k + 1, n):
-            if magnitude(H[i * n + k]) > largest:
-                largest = magnitude(H[i * n + k])
-                pivot = i
-        if not largest > 0.0:
-            return 1
-        if pivot != k:
-            for j in range(k, n):
-                swap = H[k * n + j]
-                H[k * n + j] = H[pivot * n + j]
-                H[pivot * n + j] = swap
-            swap = x[k]
-            x[k] = x[pivot]
-            x[pivot] = swap
-        for i in range(k + 1, n):
-            f = H[i * n + k] / H[k * n + k]
-            for j in range(k + 1, n):
-                H[i * n + j] -= f * H[k * n + j]
-            x[i] -= f * x[k]
-    for k in range(n - 1, -1, -1):
-        s = x[k]
-        for j in range(k + 1, n):
-            s -= H[k * n + j] * x[j]
-        x[k] = s / H[k * n + k]
-    return 0
+@kernel
+def add_column(contacts, c, begin, end, K_u, H, at, step):
+    """Adds J^T K u to a column of H, where its dof k is at `at` + `step` k, for a contact's columns begin .. end."""
+    for a in range(begin, end):
+        H[at + step * contacts.index[c, DOFS + a]] += dot3(column3(contacts.J, 3 * c, a), K_u)
+
+
+@kernel
+def add_contact(factor, contacts, c, places):
+    """H += J^T K J of a contact."""
+    split, first, second, coupling = places
+    address, step_second, step_first = coupling
+    index = contacts.index
+    width = index[c, WIDTH]
+    below = address  # rows of the second tree, columns of the first
+    above = address
+    if split < width:
+        if factor.block[index[c, TREE_B], PLACE] > factor.block[index[c, TREE_A], PLACE]:
+            above += first[1] * second[1]
+        else:
+            below += first[1] * second[1]
+    state = contacts.state
+    for b in range(width):
+        u = column3(contacts.J, 3 * c, b)
+        K_u = (
+            state[c, G_XX] * u[0] + state[c, G_XY] * u[1] + state[c, G_XZ] * u[2],
+            state[c, G_XY] * u[0] + state[c, G_YY] * u[1] + state[c, G_YZ] * u[2],
+            state[c, G_ZZ] * u[2],
+        )
+        j = index[c, DOFS + b]
+        if b < split:
+            add_column(contacts, c, FIRST, split, K_u, factor.L, first[0] + first[1] * j, ONE)
+            add_column(contacts, c, split, width, K_u, factor.L, below + step_first * j, step_second)
+        else:
+            add_column(contacts, c, FIRST, split, K_u, factor.L, above + step_second * j, step_first)
+            add_column(contacts, c, split, width, K_u, factor.L, second[0] + second[1] * j, ONE)
 
 
 @kernel(outline=True)
@@ -210,8 +203,8 @@ def newton(model, problem, contacts, factor, h):
                 return 1
             polished += 1
         momentum_residual(model, problem, contacts)
-        assemble_dense(model, problem, contacts, factor)
-        if eliminate(factor.L, factor.rhs, problem.count[PARTICIPATING]) != 0:
+        assemble(model, problem, contacts, factor)
+        if eliminate(factor, problem.count[TREES_END] - problem.count[TREES_BEGIN]) != 0:
             return 0
         scatter(model, problem, factor)
         mul_A(model, problem, DV, A_DV)
@@ -298,21 +291,32 @@ def store_impulses(model, problem, contacts, n):
 
 
 @kernel
-def tamsi_solve(model, problem, contacts, rows, factor):
-    """Fills x[V] over the participating dofs, the impulses and x[J_GAMMA]; after `prepare`. Returns a status.
-
-    x[P_STAR] holds dt times the generalized forces; here A = M.
-    """
-    group_islands(model, problem, contacts, rows, 0)
-    select_island(problem, 0)
-    number_in_order(model, problem, factor)
-    n = problem.count[PARTICIPATING]
-    if n * n > factor.L.shape[0]:
+def solve_island(model, problem, contacts, rows, factor):
+    """The island at hand in as few sub-steps as will do; a status."""
+    if lay_out(model, problem, contacts, rows, factor) != 0:
         return FACTOR_CAPACITY
-    problem.count[ITERATIONS] = 0
     for parts in range(1, SUBSTEP_LIMIT + 1):
-        problem.count[SUBSTEPS] = parts
+        if parts > problem.count[SUBSTEPS]:
+            problem.count[SUBSTEPS] = parts
         if substeps(model, problem, contacts, factor, parts) == 1:
             store_impulses(model, problem, contacts, parts)
             return SOLVED
     return TAMSI_FAILED
+
+
+@kernel
+def tamsi_solve(model, problem, contacts, rows, factor):
+    """Fills x[V] over the participating dofs, the impulses and x[J_GAMMA]; after `prepare`. Returns a status.
+
+    x[P_STAR] holds dt times the generalized forces; here A = M. Drake's sub-steps are those of all bodies at once; when
+    settling, each island of trees that contacts connect has its own.
+    """
+    problem.count[ITERATIONS] = 0
+    problem.count[SUBSTEPS] = 0
+    group_islands(model, problem, contacts, rows, model.setting[SETTLE])
+    for island in range(problem.count[NUM_ISLANDS]):
+        select_island(problem, island)
+        status = solve_island(model, problem, contacts, rows, factor)
+        if status != SOLVED:
+            return status
+    return SOLVED
