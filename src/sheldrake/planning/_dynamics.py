@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.systems.framework import InputPortSelection
-from sheldrake.systems.framework._linear_rows import ByComplexSteps, rows_of_motion
+from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
 
 _KEPT = 256  # Values kept, so that neighbouring constraints share those of a sample.
 

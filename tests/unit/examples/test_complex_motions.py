@@ -12,7 +12,7 @@ from sheldrake.examples import (
     QuadrotorPlant,
     VanDerPolOscillator,
 )
-from sheldrake.systems.framework._linear_rows import ByComplexSteps, rows_of_motion
+from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
 
 pytestmark = pytest.mark.skipif(not jit_enabled(), reason="asks about machine code; SHELDRAKE_JIT=0 switches it off")
 
@@ -23,8 +23,10 @@ def test_machine_code_and_duals(make, monkeypatch):
     i = 0 if system.num_input_ports() else None
     for patience in (0, 10**9):
         monkeypatch.setattr(_complex_step, "PATIENCE", patience)
-        monkeypatch.setattr("sheldrake.systems.framework._complex_rows.kernel_store.is_ready", lambda kernel: False)
-        monkeypatch.setattr("sheldrake.systems.framework._complex_rows._calls", {})
+        monkeypatch.setattr(
+            "sheldrake.systems.framework._engine.complex_rows.kernel_store.is_ready", lambda kernel: False
+        )
+        monkeypatch.setattr("sheldrake.systems.framework._engine.complex_rows._calls", {})
         context = system.CreateDefaultContext()
         rng = np.random.default_rng(3)
         n = context.num_continuous_states()

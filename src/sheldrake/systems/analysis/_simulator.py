@@ -16,7 +16,8 @@ from sheldrake.systems.analysis._simulator_settings import SimulatorSettings
 from sheldrake.systems.analysis._span import Span, note_status
 from sheldrake.systems.analysis._status import SimulatorStatus
 from sheldrake.systems.analysis._witness import WitnessWatch
-from sheldrake.systems.framework import _evaluate, _logs
+from sheldrake.systems.framework import _evaluate
+from sheldrake.systems.framework._engine import logs
 from sheldrake.systems.framework._event import EventStatus, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
@@ -326,7 +327,7 @@ class Simulator(SimulatorSettings):
             if code == _program.ERROR:
                 self._raise()
             elif code == _program.ROOM:
-                _logs.grow(store)
+                logs.grow(store)
             elif code != _program.BREAK:
                 return code
             if elapsed < 0.02:
@@ -374,7 +375,7 @@ class Simulator(SimulatorSettings):
         program, I = store.layout.program, store.I
         I[_program.TERMINATE] = 0
         self._N[_program.HAS_COMMIT] = store.layout.num_abstract > 0
-        _logs.grow(store)
+        logs.grow(store)
         _loop.trigger(program, I, _program.PER_STEP)
         for kind in (_program.UNRESTRICTED, _program.DISCRETE):
             span.interpreted(_loop.update, kind)

@@ -10,13 +10,13 @@ import numpy as np
 
 from sheldrake.common._native.parallel import prepare
 from sheldrake.systems.analysis._first_calls import FirstCalls
-from sheldrake.systems.framework import _logs, _python_rows
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
+from sheldrake.systems.framework._engine import logs, python_rows
+from sheldrake.systems.framework._engine.store import FAILED, Store
 from sheldrake.systems.framework._event import EventStatus, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
-from sheldrake.systems.framework._store import FAILED, Store
 
 _ROW = ctypes.CFUNCTYPE(ctypes.c_int64)  # the caller hands over t, slab and words in registers: nobody looks
 _STATUS, _TERMINATE = int(_program.STATUS), int(_program.TERMINATE)
@@ -49,7 +49,7 @@ class Span:
         self.layout, self.program = store.layout, store.layout.program
         self.outcome = Outcome()
         self._inputs_there = False
-        _logs.grow(store)
+        logs.grow(store)
         self._ctrl_c: KeyboardInterrupt | None = None
         self._held: list[Any] = []  # what Python rows ask for again and again
         guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
@@ -77,7 +77,7 @@ class Span:
             return self._checked_kernel(r, row) if row.free else lambda: store._call_kernel(r, row)
         system = store.systems[row.node]
         self._held += [store.context(row.node), *(system._input_port(i) for i in range(system.num_input_ports()))]
-        return _guard(_python_rows.bound(store, r), self.outcome, store, system, KIND_NAMES[row.kind])
+        return _guard(python_rows.bound(store, r), self.outcome, store, system, KIND_NAMES[row.kind])
 
     def _checked_kernel(self, r: int, row: Any) -> Any:
         """A kernel called from Python, by `Initialize` or without a compiler: it must have its inputs."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._span import Span
-from sheldrake.systems.framework import _python_rows
+from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
@@ -107,7 +107,7 @@ class WitnessWatch:
             if event is None or event._kind != ("unrestricted", "discrete", "publish")[kind]:
                 continue
             context = self._context(witness)
-            target = () if kind == 2 else (_python_rows.event_argument(store, kind, context),)
+            target = () if kind == 2 else (python_rows.event_argument(store, kind, context),)
             result = event._call(witness._system, context, *target)
             status.KeepMoreSevere(EventStatus.Succeeded() if result is None else checked_status(result))
         return status

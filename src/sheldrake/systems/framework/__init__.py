@@ -2,8 +2,9 @@
 
 from sheldrake.common._refuse_none import refuse_none
 from sheldrake.systems.framework._cache import CacheEntry, CacheEntryValue, ValueProducer
-from sheldrake.systems.framework._context import Context, LeafContext
-from sheldrake.systems.framework._context_base import ContextBase
+from sheldrake.systems.framework._context.base import ContextBase
+from sheldrake.systems.framework._context.context import Context, LeafContext
+from sheldrake.systems.framework._context.saving import LoadContext, SaveContext
 from sheldrake.systems.framework._diagram import Diagram
 from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 from sheldrake.systems.framework._event import (
@@ -38,7 +39,6 @@ from sheldrake.systems.framework._index import (
 from sheldrake.systems.framework._leaf_system import LeafSystem
 from sheldrake.systems.framework._port import FixedInputPortValue, InputPort, LeafOutputPort, OutputPort
 from sheldrake.systems.framework._port_values import BusValue, SystemOutput
-from sheldrake.systems.framework._saving import LoadContext, SaveContext
 from sheldrake.systems.framework._scalar_conversion import SystemScalarConverter
 from sheldrake.systems.framework._state import Parameters, State
 from sheldrake.systems.framework._system import System, SystemVisitor

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework._freshness import freshness
+from sheldrake.systems.framework._engine.freshness import freshness
 from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
 
 
@@ -110,7 +110,7 @@ class CacheEntry:
         store, key = context._store, (context._node, self._number)
         record = store.cache.get(key)
         if record is None:
-            from sheldrake.systems.framework._topology import expand_tickets
+            from sheldrake.systems.framework._engine.topology import expand_tickets
 
             needs = expand_tickets(self._system, self._declaration.tickets)
             level, keys = freshness(store.layout, context._node, needs)

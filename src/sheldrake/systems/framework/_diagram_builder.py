@@ -11,6 +11,7 @@ from typing import Any
 
 from sheldrake.common._overloads import expect
 from sheldrake.systems.framework._diagram import Diagram
+from sheldrake.systems.framework._engine.topology import Topology
 from sheldrake.systems.framework._index import (
     InputPortIndex,
     OutputPortIndex,
@@ -20,7 +21,6 @@ from sheldrake.systems.framework._index import (
 )
 from sheldrake.systems.framework._port import InputPort, OutputPort
 from sheldrake.systems.framework._system import System
-from sheldrake.systems.framework._topology import Topology
 
 
 class DiagramBuilder:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from sheldrake.systems.framework import _logs
 from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED, EventDeclaration
+from sheldrake.systems.framework._engine import logs
+from sheldrake.systems.framework._engine.layout import NO_ROW
+from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._event import EventStatus, checked_status
-from sheldrake.systems.framework._layout import NO_ROW
 from sheldrake.systems.framework._state import State
-from sheldrake.systems.framework._store import Store
 from sheldrake.systems.framework._values import DiscreteValues
 
 Select = Callable[[EventDeclaration], bool]
@@ -71,7 +71,7 @@ def _run(store: Store, found: list, status: EventStatus) -> None:
         if r == NO_ROW:
             continue
         if r < 0:
-            _logs.append(store, -1 - r)
+            logs.append(store, -1 - r)
             continue
         result = run_stages(store, r)
         if result is not None:

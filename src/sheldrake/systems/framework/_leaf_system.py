@@ -17,6 +17,7 @@ from sheldrake.systems.framework._declarations import (
     OutputDeclaration,
     vector_model,
 )
+from sheldrake.systems.framework._engine.scratch import arrays_of
 from sheldrake.systems.framework._index import (
     AbstractParameterIndex,
     AbstractStateIndex,
@@ -29,7 +30,6 @@ from sheldrake.systems.framework._index import (
 )
 from sheldrake.systems.framework._leaf_events import LeafEvents
 from sheldrake.systems.framework._port import InputPort, LeafOutputPort
-from sheldrake.systems.framework._scratch import arrays_of
 from sheldrake.systems.framework._vector import BasicVector
 
 _VECTOR, _ABSTRACT = PortDataType.kVectorValued, PortDataType.kAbstractValued
@@ -50,8 +50,8 @@ class LeafSystem(LeafEvents):
     """
 
     _complex_rows = False
-    """Whether its kernels may be compiled on complex numbers (see `_complex_rows`): none asks for an absolute value, a
-    minimum, a maximum or an integer of what has derivatives."""
+    """Whether its kernels may be compiled on complex numbers (see `_engine/complex_rows.py`): none asks for an absolute
+    value, a minimum, a maximum or an integer of what has derivatives."""
 
     def __init__(self, converter: Any = None):
         super().__init__()

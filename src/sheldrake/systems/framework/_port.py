@@ -9,8 +9,8 @@ from __future__ import annotations
 from typing import Any
 
 from sheldrake.common.value import AbstractValue, Value
+from sheldrake.systems.framework._engine.store import CONSTANT, SAMPLED, Store, not_connected
 from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex, OutputPortIndex, PortDataType
-from sheldrake.systems.framework._store import CONSTANT, SAMPLED, Store, not_connected
 from sheldrake.systems.framework._vector import BasicVector, as_vector, lifted
 
 
@@ -93,7 +93,7 @@ class _Port:
                 return context._node
         except AttributeError:
             pass
-        from sheldrake.systems.framework._context_base import ContextBase
+        from sheldrake.systems.framework._context.base import ContextBase
 
         if not isinstance(context, ContextBase):
             raise TypeError(f"Eval(): incompatible function arguments: expected a Context, got {context!r}")

@@ -10,15 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework import _defaults, _evaluate
+from sheldrake.systems.framework import _evaluate
+from sheldrake.systems.framework._context import defaults
 from sheldrake.systems.framework._declarations import DISCRETE
+from sheldrake.systems.framework._engine.layout import Layout
+from sheldrake.systems.framework._engine.store import Store, tree_of
 from sheldrake.systems.framework._event import PeriodicEventData
 from sheldrake.systems.framework._index import PortDataType
-from sheldrake.systems.framework._layout import Layout
 from sheldrake.systems.framework._port_values import SystemOutput
 from sheldrake.systems.framework._scalar_conversion import ScalarConversion
 from sheldrake.systems.framework._state import State
-from sheldrake.systems.framework._store import Store, tree_of
 from sheldrake.systems.framework._system_ports import SystemPorts
 from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 
@@ -64,7 +65,7 @@ class System(ScalarConversion, SystemPorts):
     def SetDefaultContext(self, context: Any) -> None:
         """Sets state and parameters to their defaults."""
         self.ValidateContext(context)
-        _defaults.set_defaults(context._store, context._node)
+        defaults.set_defaults(context._store, context._node)
 
     def SetRandomContext(self, context: Any, generator: Any) -> None:
         """Sets state and parameters to random values, as far as systems know how; else to their defaults."""

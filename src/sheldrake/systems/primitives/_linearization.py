@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, PortDataType, System
-from sheldrake.systems.framework._linear_rows import motion_by_rows, split
+from sheldrake.systems.framework._engine.linear_rows import motion_by_rows, split
 from sheldrake.systems.primitives._affine_system import AffineSystem, LinearSystem
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework import _logs
+from sheldrake.systems.framework._engine import logs
 from sheldrake.systems.primitives._log_export import write_csv, write_mcap, write_parquet
 from sheldrake.systems.primitives._log_units import quantity
 
@@ -134,7 +134,7 @@ class _ContextLog(VectorLog):
         self._source_names = source_names
 
     def _record(self) -> np.ndarray:
-        return _logs.record(self._store, self._number)
+        return logs.record(self._store, self._number)
 
     def _names(self) -> list[str]:
         return self._source_names or super()._names()
@@ -143,13 +143,13 @@ class _ContextLog(VectorLog):
         sample = np.asarray(sample)
         if sample.shape != (self._size,):
             raise RuntimeError(f"VectorLog.AddData(): a sample has size {self._size}, got shape {sample.shape}.")
-        _logs.add(self._store, self._number, time, sample)
+        logs.add(self._store, self._number, time, sample)
 
     def Clear(self) -> None:
-        _logs.clear(self._store, self._number)
+        logs.clear(self._store, self._number)
 
     def Reserve(self, capacity: int, /) -> None:
-        _logs.reserve(self._store, self._number, int(capacity))
+        logs.reserve(self._store, self._number, int(capacity))
 
 
 def _need(module: str, call: str, hint: str) -> Any:

@@ -13,7 +13,8 @@ from sheldrake.math import RigidTransform
 from sheldrake.multibody.parsing import Parser
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, DiscreteContactApproximation
 from sheldrake.multibody.tree import PdControllerGains, RevoluteSpring, SpatialInertia
-from sheldrake.systems.framework import DiagramBuilder, _complex_rows
+from sheldrake.systems.framework import DiagramBuilder
+from sheldrake.systems.framework._engine import complex_rows
 from sheldrake.systems.primitives import Linearize
 
 pytestmark = pytest.mark.skipif(not jit_enabled(), reason="asks about machine code; SHELDRAKE_JIT=0 switches it off")
@@ -84,11 +85,11 @@ def both_ways(monkeypatch, scene, x, u=None):
     parts = np.concatenate([x, np.empty(0) if u is None else u])
     duals = InitializeAutoDiff(parts)[:, 0]
     arguments = duals[: len(x)], None if u is None else duals[len(x) :]
-    monkeypatch.setattr(_complex_rows, "_calls", {})
+    monkeypatch.setattr(complex_rows, "_calls", {})
     monkeypatch.setattr(_complex_step, "PATIENCE", 0)
     quick = motion(scene, *arguments)
     assert quick[1]._store.left, "it ran as machine code"
-    monkeypatch.setattr(_complex_rows, "_calls", {})
+    monkeypatch.setattr(complex_rows, "_calls", {})
     monkeypatch.setattr(_complex_step, "PATIENCE", 10**9)
     monkeypatch.setattr(kernel_store, "is_ready", lambda kernel: False)
     slow = motion(scene, *arguments)
@@ -177,10 +178,10 @@ def test_linear_models_use_it(monkeypatch):
     context = plant.GetMyMutableContextFromRoot(diagram.CreateDefaultContext())
     plant.get_actuation_input_port().FixValue(context, U)
     runs = []
-    run = _complex_rows.ComplexChain.run
+    run = complex_rows.ComplexChain.run
     monkeypatch.setattr(_complex_step, "PATIENCE", 0)
-    monkeypatch.setattr(_complex_rows, "_calls", {})
-    monkeypatch.setattr(_complex_rows.ComplexChain, "run", lambda self: (runs.append(1), run(self))[1])
+    monkeypatch.setattr(complex_rows, "_calls", {})
+    monkeypatch.setattr(complex_rows.ComplexChain, "run", lambda self: (runs.append(1), run(self))[1])
     ports = plant.get_actuation_input_port().get_index(), plant.get_state_output_port().get_index()
     model = Linearize(plant, context, *ports, equilibrium_check_tolerance=np.inf)
     assert runs and np.isfinite(model.A()).all()

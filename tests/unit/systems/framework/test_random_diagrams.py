@@ -10,7 +10,7 @@ from tests.unit.systems.framework.oracle import Oracle
 from tests.unit.systems.framework.random_diagrams import random_diagram
 
 from sheldrake.systems.analysis import ResetIntegratorFromFlags, Simulator
-from sheldrake.systems.framework._layout import Layout
+from sheldrake.systems.framework._engine.layout import Layout
 from sheldrake.systems.primitives import VectorLogSink
 
 SCHEMES = ("explicit_euler", "runge_kutta2", "runge_kutta3")

@@ -9,8 +9,9 @@ import numpy as np
 
 from sheldrake.autodiffutils._complex_step import Sweep, imaginary_parts
 from sheldrake.common._scalars import autodiff_class
-from sheldrake.systems.framework import _complex_rows, _scratch
 from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE
+from sheldrake.systems.framework._engine import complex_rows
+from sheldrake.systems.framework._engine.scratch import arrays_of, views_of
 
 
 def motion_by_rows(
@@ -72,7 +73,7 @@ def linear_rows(store: Any, kind: int | None, output: int | None) -> RowDerivati
         found = store.chains[key] = ByDuals(store, [store.layout.rows[r] for r in numbers])
     if isinstance(found, ByDuals):
         rows = found.rows
-        found = store.chains[key] = _complex_rows.on_complex(store, rows, lambda: ByComplexSteps(store, rows)) or found
+        found = store.chains[key] = complex_rows.on_complex(store, rows, lambda: ByComplexSteps(store, rows)) or found
     return found
 
 
@@ -116,11 +117,11 @@ class RowDerivatives:
 
     def _take_scratch(self, n: int) -> Any:
         at, prototype = self._store.layout.places[n].work[0], self._store.layout.prototypes[n]
-        scratch = _scratch.views_of(self._T, at, prototype)
+        scratch = views_of(self._T, at, prototype)
         if isinstance(prototype, int):
             self._initial.append((scratch, 0.0))
         else:
-            self._initial += zip(_scratch.arrays_of(scratch), _scratch.arrays_of(prototype))
+            self._initial += zip(arrays_of(scratch), arrays_of(prototype))
         return scratch
 
     def _bind(self, arguments: list[tuple]) -> None:
@@ -178,7 +179,7 @@ class ByComplexSteps(RowDerivatives):
 
     def _take_scratch(self, n: int) -> Any:
         layout = self._store.layout
-        scratch, initial = _complex_rows.complex_scratch(self._T, layout.places[n].work[0], layout.prototypes[n])
+        scratch, initial = complex_rows.complex_scratch(self._T, layout.places[n].work[0], layout.prototypes[n])
         self._initial += initial
         return scratch
 
@@ -193,7 +194,7 @@ class ByComplexSteps(RowDerivatives):
         found = self._sweeps.get(wanted.tobytes())
         if found is None:
             (a, b), plus = self._store.layout.xd, self._store.layout.plus
-            resets = [(view, _complex_rows.as_complex(initial, view)) for view, initial in self._initial]
+            resets = [(view, complex_rows.as_complex(initial, view)) for view, initial in self._initial]
             copies = [(self._T[a + plus : b + plus], self._T[a:b])]
             found = self._sweeps[wanted.tobytes()] = Sweep(self._made, self._places[wanted], resets, copies)
         return found

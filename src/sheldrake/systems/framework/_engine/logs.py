@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework._store import Store
+from sheldrake.systems.framework._engine.store import Store
 
 
 def _table(store: Store) -> np.ndarray:

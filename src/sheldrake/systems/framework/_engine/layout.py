@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.systems.framework import _scratch
 from sheldrake.systems.framework._declarations import (
     DERIVATIVES,
     DISCRETE,
@@ -19,10 +18,11 @@ from sheldrake.systems.framework._declarations import (
     EventDeclaration,
     Stages,
 )
-from sheldrake.systems.framework._freshness import level_of_needs
+from sheldrake.systems.framework._engine.freshness import level_of_needs
+from sheldrake.systems.framework._engine.memory import Memory, Place, RootView, Span
+from sheldrake.systems.framework._engine.scratch import places_of
+from sheldrake.systems.framework._engine.topology import kernel_needs
 from sheldrake.systems.framework._kernels import program as _program
-from sheldrake.systems.framework._memory import Memory, Place, RootView, Span
-from sheldrake.systems.framework._topology import kernel_needs
 
 NO_ROW = -(10**9)
 """Number of the row of an event without a handler."""
@@ -238,7 +238,7 @@ class Layout(Memory):
         from sheldrake.common._native.words import pack_row
 
         place, found = self.places[row.node], {}
-        scratch = _scratch.places_of(place.work[0], self.prototypes[row.node])
+        scratch = places_of(place.work[0], self.prototypes[row.node])
         last = row.calc.parameters[-1].name
         for parameter in row.calc.parameters:
             name = parameter.name

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sheldrake.systems.framework._store import Store
+from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._vector import BasicVector
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework._store import Store, tree_of
+from sheldrake.systems.framework._engine.store import Store, tree_of
 
 FORMAT = 1
 _PLAIN = (bool, int, float, str, type(None))

@@ -16,8 +16,8 @@ from sheldrake.autodiffutils import _complex_step
 from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._native import store as kernel_store
 from sheldrake.common.kernel import jit_enabled
-from sheldrake.systems.framework import _scratch
 from sheldrake.systems.framework._declarations import DERIVATIVES
+from sheldrake.systems.framework._engine.scratch import size_of
 
 _calls: dict[tuple, int] = {}
 """How often chains of kernels ran as Python; -1: they cannot be compiled on complex numbers."""
@@ -118,7 +118,7 @@ def complex_scratch(T: np.ndarray, at: int, prototype: Any) -> tuple[Any, list[t
         if isinstance(field, tuple):
             view, below = complex_scratch(T, at, field)
             initial += below
-            at += _scratch.size_of(field)
+            at += size_of(field)
         else:
             view = field.copy() if field.dtype == np.int64 else T[at : at + field.size].reshape(field.shape)
             initial.append((view, field))

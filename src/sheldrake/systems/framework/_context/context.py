@@ -13,10 +13,10 @@ import numpy as np
 
 from sheldrake.common._overloads import expect
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework import _context_text
-from sheldrake.systems.framework._context_base import ContextBase, Toucher
+from sheldrake.systems.framework._context import text
+from sheldrake.systems.framework._context.base import ContextBase, Toucher
+from sheldrake.systems.framework._engine.store import CONSTANT, CONTINUOUS, SAMPLED, Store
 from sheldrake.systems.framework._state import Parameters, State
-from sheldrake.systems.framework._store import CONSTANT, CONTINUOUS, SAMPLED, Store
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
 from sheldrake.systems.framework._vector import BasicVector, converted
 
@@ -366,7 +366,7 @@ class Context(ContextBase):
         self.SetStateAndParametersFrom(source)
 
     def __str__(self) -> str:
-        return _context_text.of_one(self)
+        return text.of_one(self)
 
 
 class LeafContext(Context):
@@ -377,7 +377,7 @@ class DiagramContext(Context):
     """Context of a diagram; those of its subsystems are views of the same store."""
 
     def __str__(self) -> str:
-        return _context_text.of_tree(self)
+        return text.of_tree(self)
 
 
 def _scalar(store: Store, value: Any, call: str) -> Any:

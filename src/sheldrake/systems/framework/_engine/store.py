@@ -11,10 +11,11 @@ import numpy as np
 from sheldrake.common._scalars import autodiff_class
 from sheldrake.common.kernel import jit_enabled
 from sheldrake.common.value import AbstractValue
-from sheldrake.systems.framework import _python_rows, _scratch
+from sheldrake.systems.framework._engine import python_rows
+from sheldrake.systems.framework._engine.layout import Layout, Row
+from sheldrake.systems.framework._engine.scratch import arrays_of, views_of
 from sheldrake.systems.framework._event import EventStatus
 from sheldrake.systems.framework._kernels import program as _program
-from sheldrake.systems.framework._layout import Layout, Row
 from sheldrake.systems.framework._vector import BasicVector, lifted
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
@@ -41,7 +42,7 @@ class Store:
     Attributes:
         S: the slab; `S[0]` is time [s].
         I: counters, stamps, clocks, log tables (see `_kernels.program`).
-        L: logs (see `_logs`).
+        L: logs (see `logs`).
         abstract, parameters: abstract states and parameters of all leaves.
         fixed: fixed abstract inputs, by free number.
         values: abstract output values, by row.
@@ -251,7 +252,7 @@ class Store:
             if status:
                 raise self.explain(row, status)
             return None
-        return _python_rows.call(self, r, row)
+        return python_rows.call(self, r, row)
 
     def check_inputs(self, row: Row) -> None:
         """A kernel sees all inputs: each must have a value.
@@ -305,7 +306,7 @@ class Store:
     def scratch(self, n: int) -> Any:
         """Views of a leaf's scratch, of the class of its prototype."""
         self.leave_scratch(n)
-        return _scratch.views_of(self.S, self.layout.places[n].work[0], self.layout.prototypes[n])
+        return views_of(self.S, self.layout.places[n].work[0], self.layout.prototypes[n])
 
     def leave_scratch(self, n: int) -> None:
         """Brings a leaf's scratch up to date after runs on complex numbers."""
@@ -316,14 +317,14 @@ class Store:
     def _reset_work(self, n: int) -> None:
         prototype = self.layout.prototypes[n]
         if not isinstance(prototype, int):
-            for view, initial in zip(_scratch.arrays_of(self.scratch(n)), _scratch.arrays_of(prototype)):
+            for view, initial in zip(arrays_of(self.scratch(n)), arrays_of(prototype)):
                 view[...] = initial
 
     def on_complex_numbers(self, first: int, rows: list[int]) -> bool:
         """Runs kernel rows of a leaf after each other, if the scalar is AutoDiffXd and machine code is at hand."""
         if self.scalar is not autodiff_class():
             return False
-        from sheldrake.systems.framework._complex_rows import chain_of
+        from sheldrake.systems.framework._engine.complex_rows import chain_of
 
         chain = self.chains.get(first)
         if chain is None:
@@ -357,7 +358,7 @@ class Store:
         """The context of node `n`; the same object while somebody holds it."""
         context = self.contexts.get(n)
         if context is None:
-            from sheldrake.systems.framework._context import DiagramContext, LeafContext
+            from sheldrake.systems.framework._context.context import DiagramContext, LeafContext
 
             kind = LeafContext if self.layout.nodes[n].leaf else DiagramContext
             context = self.contexts[n] = kind._make(self, n, self.systems[n])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from sheldrake.systems.framework import _scratch
+from sheldrake.systems.framework._engine.scratch import size_of
+from sheldrake.systems.framework._engine.topology import Source, Topology
 from sheldrake.systems.framework._index import PortDataType
-from sheldrake.systems.framework._topology import Source, Topology
 
 Span = tuple[int, int]
 """Begin and end in the slab."""
@@ -168,7 +168,7 @@ class Memory(Topology):
         self.prototypes: dict[int, Any] = {}
         for n in self.leaves:
             self.prototypes[n] = self.systems[n]._scratch_in(RootView(self, n))
-            self.places[n].work = self._take(_scratch.size_of(self.prototypes[n]))
+            self.places[n].work = self._take(size_of(self.prototypes[n]))
         self.plus = self._take(self.xd[1] - self.xc[0])[0] - self.xc[0]
         self.xdot = self._take(self.xc[1] - self.xc[0])
         self.rk = self._take(8 * (self.xc[1] - self.xc[0]))  # x0 and up to seven stages

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED, Callback
-from sheldrake.systems.framework._layout import Row
+from sheldrake.systems.framework._engine.layout import Row
 from sheldrake.systems.framework._vector import BasicVector
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.systems.framework._engine.memory import Memory, Slot
 from sheldrake.systems.framework._index import Ticket
-from sheldrake.systems.framework._memory import Memory, Slot
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework._layout import Layout
+    from sheldrake.systems.framework._engine.layout import Layout
 
 
 def level_of_needs(layout: Memory, n: int, needs: set, level: list[int]) -> int:

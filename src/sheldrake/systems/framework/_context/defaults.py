@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework._store import Store
+from sheldrake.systems.framework._engine.store import Store
 from sheldrake.systems.framework._vector import lifted
 
 
