@@ -27,7 +27,7 @@ from sheldrake.geometry import (  # noqa: E402
     SceneGraph,
     Sphere,
 )
-from sheldrake.geometry._contact_search import family_kernels  # noqa: E402
+from sheldrake.geometry._compiled.search import family_kernels  # noqa: E402
 from sheldrake.geometry._kernels.cells import make_cells  # noqa: E402
 from sheldrake.geometry._kernels.contacts import place_geometries  # noqa: E402
 from sheldrake.geometry._kernels.model import contact_table  # noqa: E402

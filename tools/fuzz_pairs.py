@@ -22,12 +22,12 @@ from typing import NamedTuple
 import numpy as np
 
 from sheldrake import geometry as g
-from sheldrake.geometry._compile import _by_family, compile_proximity
-from sheldrake.geometry._contact_search import find_contacts
+from sheldrake.geometry._compiled.points import _by_family, compile_proximity
+from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels import model as columns
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, contact_table
 from sheldrake.geometry._kernels.pair_distance import find_distances
-from sheldrake.geometry._state import WORLD_FRAME_ID, GeometryState
+from sheldrake.geometry._state.state import WORLD_FRAME_ID, GeometryState
 from sheldrake.math import RigidTransform
 
 KINDS = ("sphere", "box", "cylinder", "capsule", "ellipsoid", "hull", "half_space")

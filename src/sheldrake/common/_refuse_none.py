@@ -19,13 +19,13 @@ _CALLS: dict[str, dict[str, str]] = {
     "examples._pendulum": {
         "PendulumPlant": "get_parameters get_state",
     },
-    "geometry._collision_filter": {
+    "geometry._state.collision_filter": {
         "CollisionFilterManager": "IsActive RemoveDeclaration",
     },
-    "geometry._inspector": {
+    "geometry._state.inspector": {
         "SceneGraphInspector": "NumDeformableGeometriesWithRole NumGeometriesWithRole SourceIsRegistered",
     },
-    "geometry._instance": {
+    "geometry._state.instance": {
         "GeometryInstance": (
             "set_illustration_properties set_name set_perception_properties set_pose set_proximity_properties"
         ),
@@ -36,10 +36,10 @@ _CALLS: dict[str, dict[str, str]] = {
             "RemoveProperty UpdateProperty"
         ),
     },
-    "geometry._query_object": {
+    "geometry._query.query_object": {
         "QueryObject": "ComputeSignedDistanceToPoint",
     },
-    "geometry._query_pictures": {
+    "geometry._query.pictures": {
         "Pictures": "RenderColorImage RenderDepthImage RenderLabelImage",
     },
     "geometry._rgba": {

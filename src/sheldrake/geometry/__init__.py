@@ -14,15 +14,9 @@ from ._bounding import (
     Obb,
     Plane,
 )
-from ._collision_filter import CollisionFilterDeclaration, CollisionFilterManager
-from ._config import DefaultProximityProperties, SceneGraphConfig
-from ._contact_surface import ContactSurface
 from ._drake_visualizer import DrakeVisualizer, DrakeVisualizerParams
 from ._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
-from ._geometry_set import GeometrySet
 from ._ids import FilterId, FrameId, GeometryId, SourceId
-from ._inspector import SceneGraphInspector
-from ._instance import GeometryFrame, GeometryInstance
 from ._meshcat.animation import MeshcatAnimation
 from ._meshcat.meshcat import Meshcat, StartMeshcat
 from ._meshcat.params import MeshcatParams, MeshcatVisualizerParams
@@ -48,9 +42,9 @@ from ._proximity_properties import (
     AddContactMaterial,
     AddRigidHydroelasticProperties,
 )
-from ._query_object import QueryObject
-from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
-from ._records import GeometryVersion
+from ._query.contact_surface import ContactSurface
+from ._query.query_object import QueryObject
+from ._query.results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
 from ._render.camera import ClippingRange, ColorRenderCamera, DepthRange, DepthRenderCamera, RenderCameraCore
 from ._render.engine import RenderEngine
 from ._render.label import RenderLabel
@@ -77,6 +71,12 @@ from ._rgba import Rgba
 from ._roles import CollisionFilterScope, HydroelasticContactRepresentation, Role, RoleAssign
 from ._scene_graph import SceneGraph
 from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
+from ._state.collision_filter import CollisionFilterDeclaration, CollisionFilterManager
+from ._state.config import DefaultProximityProperties, SceneGraphConfig
+from ._state.geometry_set import GeometrySet
+from ._state.inspector import SceneGraphInspector
+from ._state.instance import GeometryFrame, GeometryInstance
+from ._state.records import GeometryVersion
 
 ContactSurface_ = SystemTemplate("ContactSurface_", ContactSurface, scope=__name__)
 FramePoseVector_ = SystemTemplate("FramePoseVector_", FramePoseVector, scope=__name__)

@@ -12,11 +12,21 @@ import numpy as np
 
 from sheldrake.common._kinds import anything
 from sheldrake.common._overloads import overload, overloaded
+from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
+from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
+from sheldrake.geometry._shapes import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Mesh,
+    MeshcatCone,
+    Shape,
+    Sphere,
+)
 from sheldrake.math import RigidTransform, RotationMatrix
-
-from ._meshes.triangle_mesh import TriangleSurfaceMesh
-from ._meshes.volume_mesh import VolumeMesh
-from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
 
 _PARALLEL = 1e-10  # added to cross products' projections: parallel edges separate nothing
 

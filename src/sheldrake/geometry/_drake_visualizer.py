@@ -12,6 +12,15 @@ from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._options import typed_fields
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._meshcat.drawables import _triangulated
+from sheldrake.geometry._meshcat.tree import as_float
+from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
+from sheldrake.geometry._query.query_object import QueryObject
+from sheldrake.geometry._rgba import Rgba
+from sheldrake.geometry._roles import Role
+from sheldrake.geometry._scene_graph import SceneGraph
+from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
+from sheldrake.geometry._visualizer_arguments import of_scene, query_port_of
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface
 from sheldrake.lcm._viewer_messages import (
     lcmt_viewer_draw,
@@ -21,16 +30,6 @@ from sheldrake.lcm._viewer_messages import (
 )
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
-
-from ._meshcat.drawables import _triangulated
-from ._meshcat.tree import as_float
-from ._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
-from ._query_object import QueryObject
-from ._rgba import Rgba
-from ._roles import Role
-from ._scene_graph import SceneGraph
-from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
-from ._visualizer_arguments import of_scene, query_port_of
 
 LOAD_CHANNEL, DRAW_CHANNEL = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
 _SUFFIXES = {Role.kIllustration: "_ILLUSTRATION", Role.kProximity: "_PROXIMITY", Role.kPerception: "_PERCEPTION"}
@@ -221,7 +220,7 @@ class DrakeVisualizer(LeafSystem):
         if isinstance(shape, Mesh):
             if shape.source().is_path():
                 return lcmt_viewer_geometry_data.MESH, list(shape.scale3()), str(shape.source().path())
-            from ._meshes.mesh_looks import load_mesh
+            from sheldrake.geometry._meshes.mesh_looks import load_mesh
 
             loaded = load_mesh(shape, "DrakeVisualizer")
             return _facets(loaded.vertices, loaded.faces)

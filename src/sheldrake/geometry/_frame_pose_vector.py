@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.value import _register_value_type
-
-from ._ids import FrameId, GeometryId
+from sheldrake.geometry._ids import FrameId, GeometryId
 
 
 class _KinematicsVector:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 from typing import Any, TypeVar
 
-from ._rgba import Rgba
+from sheldrake.geometry._rgba import Rgba
 
 _Properties = TypeVar("_Properties", bound="GeometryProperties")
 _DEFAULT_GROUP = "__default__"

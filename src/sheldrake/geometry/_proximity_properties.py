@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.geometry._properties import ProximityProperties
+from sheldrake.geometry._roles import HydroelasticType
+from sheldrake.geometry._text import number
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
-
-from ._properties import ProximityProperties
-from ._roles import HydroelasticType
-from ._text import number
 
 MATERIAL = "material"
 FRICTION = "coulomb_friction"

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.value import _register_value_type
-
-from ._text import number
+from sheldrake.geometry._text import number
 
 
 class Rgba:

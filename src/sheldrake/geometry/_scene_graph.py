@@ -9,25 +9,24 @@ from typing import Any
 from sheldrake.common._kinds import anything, instance_of, text
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._compiled.hydroelastic import HydroPairs, compile_hydro
+from sheldrake.geometry._compiled.points import compile_proximity
+from sheldrake.geometry._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
+from sheldrake.geometry._ids import FrameId, GeometryId, SourceId
+from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.geometry._properties import GeometryProperties
+from sheldrake.geometry._query.query_object import QueryObject
+from sheldrake.geometry._render.engine import RenderEngine
+from sheldrake.geometry._render.renderers import Renderers
+from sheldrake.geometry._roles import HydroelasticContactRepresentation, Role, RoleAssign
+from sheldrake.geometry._shapes import Shape
+from sheldrake.geometry._state.collision_filter import CollisionFilterManager
+from sheldrake.geometry._state.config import SceneGraphConfig
+from sheldrake.geometry._state.inspector import SceneGraphInspector
+from sheldrake.geometry._state.instance import GeometryFrame, GeometryInstance
+from sheldrake.geometry._state.records import WORLD_FRAME_ID
+from sheldrake.geometry._state.state import GeometryState
 from sheldrake.systems.framework import Context, LeafSystem
-
-from ._collision_filter import CollisionFilterManager
-from ._compile import compile_proximity
-from ._config import SceneGraphConfig
-from ._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
-from ._hydro_compile import HydroPairs, compile_hydro
-from ._ids import FrameId, GeometryId, SourceId
-from ._inspector import SceneGraphInspector
-from ._instance import GeometryFrame, GeometryInstance
-from ._kernels.model import GeometryModel
-from ._properties import GeometryProperties
-from ._query_object import QueryObject
-from ._records import WORLD_FRAME_ID
-from ._render.engine import RenderEngine
-from ._render.renderers import Renderers
-from ._roles import HydroelasticContactRepresentation, Role, RoleAssign
-from ._shapes import Shape
-from ._state import GeometryState
 
 _STATE = 0  # abstract parameters
 _CONFIG = 1

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._meshes.mesh_source import InMemoryMesh, MeshSource
-from ._text import arguments, number
+from sheldrake.geometry._meshes.mesh_source import InMemoryMesh, MeshSource
+from sheldrake.geometry._text import arguments, number
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
     from sheldrake.math import RigidTransform
-
-    from ._meshes.polygon_mesh import PolygonSurfaceMesh
 
 
 def _checked(shape: str, minimum_excluded: bool = True, **measures: Any) -> tuple[float, ...]:
@@ -281,7 +280,7 @@ class _MeshShape(Shape):
             RuntimeError: the file is missing, of an unsupported kind, or has no solid hull.
         """
         if self._hull is None:
-            from ._meshes.convex_hull import make_convex_hull_of_source
+            from sheldrake.geometry._meshes.convex_hull import make_convex_hull_of_source
 
             self._hull = make_convex_hull_of_source(self._source, self._scale3)
         return self._hull

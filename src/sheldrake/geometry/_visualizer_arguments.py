@@ -6,9 +6,8 @@ from typing import Any
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Overload, overload
+from sheldrake.geometry._scene_graph import SceneGraph
 from sheldrake.systems.framework import DiagramBuilder, OutputPort
-
-from ._scene_graph import SceneGraph
 
 
 def of_scene(**more: Any) -> tuple[Overload, Overload]:

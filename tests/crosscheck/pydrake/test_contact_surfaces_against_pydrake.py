@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hydro_scenes import Pair, library, write_files
 
-from sheldrake.geometry import _hydro_compile
+from sheldrake.geometry._compiled import hydroelastic
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
@@ -167,14 +167,14 @@ def test_what_has_no_surface_is_refused_or_touches_in_points(case):
 
 
 def test_faces_too_large_by_a_millionth_are_noticed(monkeypatch):
-    arrays = _hydro_compile._tetrahedron_arrays
+    arrays = hydroelastic._tetrahedron_arrays
 
     def larger(found):
         vertex, element, field = arrays(found)
         field[:, 7::4] += 1e-6
         return vertex, element, field
 
-    monkeypatch.setattr(_hydro_compile, "_tetrahedron_arrays", larger)
+    monkeypatch.setattr(hydroelastic, "_tetrahedron_arrays", larger)
     one, two = ("Sphere", (1.0,), {"soft": 0.5}), ("Box", (1, 2, 3), {"rigid": 1.0})
     with pytest.raises(AssertionError):
         assert_same(one, two, ((*TILTED, 0, 0.1, 1.0), (0.3, 0.1, -0.2, 0.3, 0.2, 0.1)), False)

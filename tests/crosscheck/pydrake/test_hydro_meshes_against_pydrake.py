@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hydro_scenes import elements_of, library, mesh_of, write_files
 
-from sheldrake.geometry import _hydro_meshes
+from sheldrake.geometry._hydroelastic import meshes
 
 pytestmark = pytest.mark.peer
 pytest.importorskip("pydrake")
@@ -91,11 +91,11 @@ def test_both_refuse(shape, arguments, what):
 
 def test_a_mesh_divided_otherwise_is_noticed(monkeypatch):
     """The other diagonal of one quadrilateral: same vertices, same volume, another mesh."""
-    pieces = list(_hydro_meshes._FOUR_POINTS)
+    pieces = list(meshes._FOUR_POINTS)
     name, centre, *triangles = pieces[2]
     triangles[triangles.index((8, 5, 1))] = (8, 0, 5)
     triangles[triangles.index((0, 8, 1))] = (0, 1, 5)
-    monkeypatch.setattr(_hydro_meshes, "_FOUR_POINTS", (*pieces[:2], (name, centre, *triangles), *pieces[3:]))
+    monkeypatch.setattr(meshes, "_FOUR_POINTS", (*pieces[:2], (name, centre, *triangles), *pieces[3:]))
     with pytest.raises(AssertionError):
         assert_same("Box", (2.0, 4.0, 6.5), {"soft": 1.0})
 

@@ -3,11 +3,11 @@
 import numpy as np
 
 from sheldrake import geometry as g
-from sheldrake.geometry._compile import compile_proximity
-from sheldrake.geometry._contact_search import find_contacts
+from sheldrake.geometry._compiled.points import compile_proximity
+from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels.model import contact_table
-from sheldrake.geometry._records import WORLD_FRAME_ID
-from sheldrake.geometry._state import GeometryState
+from sheldrake.geometry._state.records import WORLD_FRAME_ID
+from sheldrake.geometry._state.state import GeometryState
 from sheldrake.math import RigidTransform, RotationMatrix
 
 HULL_POINTS = np.random.default_rng(7).normal(size=(40, 3)) * [0.3, 0.4, 0.5]

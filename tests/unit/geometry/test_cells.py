@@ -10,9 +10,9 @@ from sheldrake.geometry import (
     GeometrySet,
     HalfSpace,
     Sphere,
-    _compile,
 )
-from sheldrake.geometry._contact_search import find_contacts
+from sheldrake.geometry._compiled import points
+from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels.cells import close_pairs, make_cells
 from sheldrake.geometry._kernels.contacts import place_geometries
 from sheldrake.geometry._kernels.model import contact_table
@@ -28,7 +28,7 @@ FRICTION = CoulombFriction(0.5, 0.5)
 
 @pytest.fixture(autouse=True)
 def cells_early(monkeypatch):
-    monkeypatch.setattr(_compile, "CELLS_FROM", BODIES)
+    monkeypatch.setattr(points, "CELLS_FROM", BODIES)
 
 
 def scene(filtered=()):
@@ -126,7 +126,7 @@ def test_candidates_are_the_spheres_that_meet(larger):
 def test_steps_have_the_same_bits(monkeypatch):
     states = []
     for start in (BODIES, 10**9):
-        monkeypatch.setattr(_compile, "CELLS_FROM", start)
+        monkeypatch.setattr(points, "CELLS_FROM", start)
         plant, diagram = scene()
         assert (len(plant._compiled_geometry().model.cell) > 0) == (start < 10**9)
         simulator = Simulator(diagram)

@@ -8,7 +8,7 @@ import pytest
 from tests.unit.geometry.hydro_properties import properties
 
 from sheldrake import geometry as g
-from sheldrake.geometry._hydro_compile import compile_hydro, find_surfaces, make_tree
+from sheldrake.geometry._compiled.hydroelastic import compile_hydro, find_surfaces, make_tree
 from sheldrake.geometry._kernels import hydro_model as columns
 from sheldrake.math import RigidTransform, RollPitchYaw
 
@@ -179,7 +179,7 @@ def test_a_table_that_is_too_small_says_so():
     scene, model = compiled((g.Sphere(1.0), {"soft": 0.3}), (g.HalfSpace(), {"rigid": 1.0}))
     table = scene.query(at(), at())._surfaces("test", KINDS.kPolygon)[1]
     from sheldrake.common.chain import Chain
-    from sheldrake.geometry._hydro_compile import hydro_kernels
+    from sheldrake.geometry._compiled.hydroelastic import hydro_kernels
 
     surfaces = columns.hydro_table(model, 5)
     Chain(hydro_kernels(model)).native(hydro_model=model, table=table, surfaces=surfaces)

@@ -3,7 +3,7 @@ import pytest
 from proximity_scenes import HULL_POINTS, SHAPES, Scene, height_of, random_pose
 
 from sheldrake import geometry as g
-from sheldrake.geometry._contact_search import find_contacts
+from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels.model import CAPACITY_EXCEEDED, contact_table
 from sheldrake.math import RigidTransform, RollPitchYaw
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from sheldrake import geometry as g
-from sheldrake.geometry import _hydro_meshes as meshes
-from sheldrake.geometry._hydro import representation_of_shape
+from sheldrake.geometry._hydroelastic import meshes
+from sheldrake.geometry._hydroelastic.representation import representation_of_shape
 from sheldrake.geometry._kernels.hydro_depth import depths_below
 from sheldrake.geometry._meshes.mesh_files import boundary_triangles
 

@@ -12,9 +12,20 @@ from typing import Any, Literal
 
 import numpy as np
 
-from .._meshes.mesh_looks import LoadedMesh, load_mesh
-from .._rgba import Rgba
-from .._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, MeshcatCone, Shape, Sphere
+from sheldrake.geometry._meshes.mesh_looks import LoadedMesh, load_mesh
+from sheldrake.geometry._rgba import Rgba
+from sheldrake.geometry._shapes import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+    HalfSpace,
+    Mesh,
+    MeshcatCone,
+    Shape,
+    Sphere,
+)
 
 Side = Literal["front", "back", "double"]
 PLATE_SIZE = 20.0  # edge length of the plate that stands for a half space [m]

@@ -9,7 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from .._shapes import Box, Cylinder, Ellipsoid, HalfSpace, Sphere
+from sheldrake.geometry._shapes import Box, Cylinder, Ellipsoid, HalfSpace, Sphere
+
 from .drawables import PLATE_SIZE, Asset, Lines, Points, Primitive, Triangles, triangles_of
 from .tree import OBJECT
 

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from .._rgba import Rgba
-from .._shapes import Shape
+from sheldrake.geometry._rgba import Rgba
+from sheldrake.geometry._shapes import Shape
+
 from .drawables import Lines, Points, Triangles, drawable_of_shape, surface_grid
 from .tree import full_path
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import dataclasses
 
 from sheldrake.common._options import typed_fields
-
-from .._rgba import Rgba
-from .._roles import Role
+from sheldrake.geometry._rgba import Rgba
+from sheldrake.geometry._roles import Role
 
 
 @typed_fields

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._point_cloud import PointCloud
+from sheldrake.geometry._rgba import Rgba
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import EventStatus, InputPort, LeafSystem
 
-from .._point_cloud import PointCloud
-from .._rgba import Rgba
 from .meshcat import Meshcat
 from .tree import as_float
 

@@ -10,12 +10,12 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
+from sheldrake.geometry._query.query_object import QueryObject
+from sheldrake.geometry._roles import Role
+from sheldrake.geometry._visualizer_arguments import of_scene, query_port_of
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
 
-from .._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
-from .._query_object import QueryObject
-from .._roles import Role
-from .._visualizer_arguments import of_scene, query_port_of
 from .animation import MeshcatAnimation
 from .drawables import _triangulated
 from .meshcat import Meshcat

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._shapes import (
+from sheldrake.geometry._shapes import (
     Box,
     Capsule,
     Convex,
@@ -19,6 +19,7 @@ from .._shapes import (
     Shape,
     Sphere,
 )
+
 from .mesh_files import read_mesh
 from .polygon_mesh import PolygonSurfaceMesh
 from .triangle_mesh import TriangleSurfaceMesh

@@ -9,8 +9,8 @@ import numpy as np
 
 from sheldrake.common._scalars import scalar_types
 from sheldrake.common.cpp_template import TemplateClass
+from sheldrake.geometry._numbers import as_numbers, plain
 
-from .._numbers import as_numbers, plain
 from .polygon_mesh import PolygonSurfaceMesh, _index
 from .triangle_mesh import TriangleSurfaceMesh
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from .._numbers import as_numbers, lengths, plain
+from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 
 class SurfacePolygon:

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._overloads import expect
+from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
-from .._numbers import as_numbers, lengths, plain
 from .mesh_files import read_mesh
 from .mesh_source import InMemoryMesh, MeshSource
 

@@ -7,9 +7,8 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import incompatible
-
-from .._camera_info import CameraInfo
-from .._text import number
+from sheldrake.geometry._camera_info import CameraInfo
+from sheldrake.geometry._text import number
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform

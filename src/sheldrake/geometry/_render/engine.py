@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._camera_info import CameraInfo
-from .._ids import GeometryId
-from .._properties import PerceptionProperties
-from .._shapes import Shape
+from sheldrake.geometry._camera_info import CameraInfo
+from sheldrake.geometry._ids import GeometryId
+from sheldrake.geometry._properties import PerceptionProperties
+from sheldrake.geometry._shapes import Shape
+
 from .camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
 from .label import RenderLabel
 

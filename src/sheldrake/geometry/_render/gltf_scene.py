@@ -10,9 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from .._kernels import raster_scene as columns
-from .._meshcat.drawables import drawable_of_shape, triangles_of
-from .._rgba import Rgba
+from sheldrake.geometry._kernels import raster_scene as columns
+from sheldrake.geometry._meshcat.drawables import drawable_of_shape, triangles_of
+from sheldrake.geometry._rgba import Rgba
+
 from .camera import RenderCameraCore
 from .raster_arrays import Item
 from .raster_shapes import Material, Texture

@@ -7,7 +7,8 @@ import logging
 import os
 from typing import Any
 
-from .._rgba import Rgba
+from sheldrake.geometry._rgba import Rgba
+
 from .engine import RenderEngine
 from .params import RenderEngineGlParams, RenderEngineGltfClientParams, RenderEngineVtkParams
 

@@ -7,8 +7,7 @@ import dataclasses
 import numpy as np
 
 from sheldrake.common._options import typed_fields
-
-from .._rgba import Rgba
+from sheldrake.geometry._rgba import Rgba
 
 
 @typed_fields

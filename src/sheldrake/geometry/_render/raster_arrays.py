@@ -8,9 +8,10 @@ from typing import Any
 
 import numpy as np
 
-from .._kernels import raster_scene as columns
-from .._kernels.raster_scene import Look, Surfaces
-from .._shapes import Shape
+from sheldrake.geometry._kernels import raster_scene as columns
+from sheldrake.geometry._kernels.raster_scene import Look, Surfaces
+from sheldrake.geometry._shapes import Shape
+
 from .label import RenderLabel
 from .params import LightParameter
 from .raster_shapes import Material, Surface, Texture

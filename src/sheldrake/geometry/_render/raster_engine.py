@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._ids import GeometryId
-from .._kernels import raster_scene as columns
-from .._kernels.raster_picture import draw
-from .._kernels.raster_scene import Look, Scene, Screen, Surfaces
-from .._numbers import values_of
-from .._properties import PerceptionProperties
-from .._rgba import Rgba
-from .._shapes import Shape
+from sheldrake.geometry._ids import GeometryId
+from sheldrake.geometry._kernels import raster_scene as columns
+from sheldrake.geometry._kernels.raster_picture import draw
+from sheldrake.geometry._kernels.raster_scene import Look, Scene, Screen, Surfaces
+from sheldrake.geometry._numbers import values_of
+from sheldrake.geometry._properties import PerceptionProperties
+from sheldrake.geometry._rgba import Rgba
+from sheldrake.geometry._shapes import Shape
+
 from .camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
 from .engine import RenderEngine
 from .label import RenderLabel

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._kernels import raster_scene as columns
-from .._meshcat.drawables import _triangulated
-from .._meshes.mesh_looks import load_mesh
-from .._properties import PerceptionProperties
-from .._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
+from sheldrake.geometry._kernels import raster_scene as columns
+from sheldrake.geometry._meshcat.drawables import _triangulated
+from sheldrake.geometry._meshes.mesh_looks import load_mesh
+from sheldrake.geometry._properties import PerceptionProperties
+from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
 
 log = logging.getLogger("drake")
 HALF_SPACE_SIZE = 100.0  # edge of the square that stands for a half space [m], as in Drake

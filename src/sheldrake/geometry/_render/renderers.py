@@ -7,15 +7,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .._ids import FrameId, GeometryId
-from .._records import WORLD_FRAME_ID
-from .._roles import Role
-from .._text import choices
+from sheldrake.geometry._ids import FrameId, GeometryId
+from sheldrake.geometry._roles import Role
+from sheldrake.geometry._state.records import WORLD_FRAME_ID
+from sheldrake.geometry._text import choices
+
 from .engine import RenderEngine
 
 if TYPE_CHECKING:
-    from .._records import GeometryRecord
-    from .._state import GeometryState
+    from sheldrake.geometry._state.records import GeometryRecord
+    from sheldrake.geometry._state.state import GeometryState
 
 
 class Moving(NamedTuple):

@@ -6,10 +6,10 @@ import numpy as np
 
 from sheldrake import geometry as g
 from sheldrake.common.chain import Chain
-from sheldrake.geometry._compile import compile_proximity
+from sheldrake.geometry._compiled.points import compile_proximity
 from sheldrake.geometry._kernels.model import contact_table
-from sheldrake.geometry._records import WORLD_FRAME_ID
-from sheldrake.geometry._state import GeometryState
+from sheldrake.geometry._state.records import WORLD_FRAME_ID
+from sheldrake.geometry._state.state import GeometryState
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.multibody.plant._step.arrays import make_plant_model, make_step_work

@@ -17,8 +17,8 @@ from sheldrake.geometry import (
     ProximityProperties,
     SceneGraphConfig,
     Sphere,
-    _hydro_compile,
 )
+from sheldrake.geometry._compiled import hydroelastic
 from sheldrake.geometry._kernels import hydro_model
 from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw
@@ -224,8 +224,8 @@ def test_locked_joints_stay_where_they_are():
 
 
 def test_too_many_faces_are_an_error_and_the_state_stays(monkeypatch):
-    monkeypatch.setattr(_hydro_compile, "MOST_OF_A_PAIR", 3)
-    monkeypatch.setattr(_hydro_compile, "MOST_FACES", 3)
+    monkeypatch.setattr(hydroelastic, "MOST_OF_A_PAIR", 3)
+    monkeypatch.setattr(hydroelastic, "MOST_FACES", 3)
     ball = (Sphere(0.1), {"soft": 0.03}, (0.1, 0.2, 0.3, 0, 0, 0.09))
     for time_step in (1e-3, 0.0):
         scene = Scene(ball, ground={"rigid": 1.0}, time_step=time_step)
@@ -241,7 +241,7 @@ def test_very_fine_meshes_do_not_take_all_memory():
     geometry = np.zeros((3, hydro_model.GEOMETRY_COLUMNS), np.int64)
     geometry[:, hydro_model.NUM_LEAVES] = leaves
     pair, family = np.array([[0, 1], [0, 2], [1, 2]], np.int64), np.array([0, 0, 0, 3, 3], np.int64)
-    assert _hydro_compile.face_capacity(model._replace(geometry=geometry, pair=pair, family=family)) == 1 << 16
+    assert hydroelastic.face_capacity(model._replace(geometry=geometry, pair=pair, family=family)) == 1 << 16
 
 
 def test_info_is_made_by_plants_only():

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.value import _register_value_type
-from sheldrake.geometry._contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._kernels import hydro_model as hydro
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
+from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.multibody.math import SpatialForce, SpatialForce_
 
 

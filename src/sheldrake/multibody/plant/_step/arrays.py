@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from sheldrake.geometry._hydro_compile import face_capacity
+from sheldrake.geometry._compiled.hydroelastic import face_capacity
 from sheldrake.geometry._kernels.cells import Cells, make_cells
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
 from sheldrake.geometry._kernels.model import ContactTable, empty_geometry_model

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
-from sheldrake.geometry._hydro_compile import face_capacity
+from sheldrake.geometry._compiled.hydroelastic import face_capacity
 from sheldrake.geometry._kernels.hydro_model import hydro_table
 from sheldrake.geometry._kernels.model import contact_table
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry._hydro_compile import explain_unsupported, face_capacity
+from sheldrake.geometry._compiled.hydroelastic import explain_unsupported, face_capacity
 from sheldrake.multibody.contact_solvers._kernels.problem import V_STAR
 from sheldrake.multibody.contact_solvers._kernels.status import MOTION_NOT_FINITE
 from sheldrake.multibody.contact_solvers._status import SOLVE_FAILURES, explain_solver_status

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.geometry._hydro_compile import HydroPairs, compile_hydro, has_surfaces
+from sheldrake.geometry._compiled.hydroelastic import HydroPairs, compile_hydro, has_surfaces
 from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel, empty_geometry_model
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.geometry._contact_search import family_kernels, has_pairs
-from sheldrake.geometry._hydro_compile import hydro_kernels
+from sheldrake.geometry._compiled.hydroelastic import hydro_kernels
+from sheldrake.geometry._compiled.search import family_kernels, has_pairs
 from sheldrake.geometry._kernels.hydro_model import HydroModel, empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi

@@ -8,26 +8,36 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import expect
+from sheldrake.geometry import _proximity_properties as proximity
+from sheldrake.geometry._hydroelastic.representation import check_representation
+from sheldrake.geometry._ids import FrameId, GeometryId, SourceId, number_of
+from sheldrake.geometry._properties import (
+    GeometryProperties,
+    IllustrationProperties,
+    PerceptionProperties,
+    ProximityProperties,
+)
+from sheldrake.geometry._render.renderers import Renderers
+from sheldrake.geometry._roles import CollisionFilterScope, HydroelasticType, Role, RoleAssign
+from sheldrake.geometry._shapes import Shape
+from sheldrake.geometry._state.collision_filter import CollisionFilter, Pair, ordered_pair
+from sheldrake.geometry._state.config import DefaultProximityProperties
+from sheldrake.geometry._state.geometry_set import GeometrySet
+from sheldrake.geometry._state.instance import GeometryFrame, GeometryInstance, canonical_name
+from sheldrake.geometry._state.records import (
+    WORLD_FRAME_ID,
+    FrameRecord,
+    GeometryRecord,
+    GeometryVersion,
+    SourceRecord,
+    next_version,
+)
+from sheldrake.geometry._text import choices
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 
-from . import _proximity_properties as proximity
-from ._collision_filter import CollisionFilter, Pair, ordered_pair
-from ._config import DefaultProximityProperties
-from ._geometry_set import GeometrySet
-from ._hydro import check_representation
-from ._ids import FrameId, GeometryId, SourceId, number_of
-from ._instance import GeometryFrame, GeometryInstance, canonical_name
-from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
-from ._records import WORLD_FRAME_ID, FrameRecord, GeometryRecord, GeometryVersion, SourceRecord, next_version
-from ._render.renderers import Renderers
-from ._roles import CollisionFilterScope, HydroelasticType, Role, RoleAssign
-from ._shapes import Shape
-from ._text import choices
-
 if TYPE_CHECKING:
+    from sheldrake.geometry._render.engine import RenderEngine
     from sheldrake.math import RigidTransform
-
-    from ._render.engine import RenderEngine
 
 SELF_SOURCE_ID = SourceId.get_new_id()
 _WORLD_FRAME_GROUP = -1234567

@@ -13,24 +13,28 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common.value import _register_value_type
-
-from ._contact_search import find_contacts
-from ._contact_surface import ContactSurface, surfaces_of
-from ._hydro_compile import explain_unsupported, find_surfaces
-from ._ids import GeometryId, number_of
-from ._kernels import model as columns
-from ._kernels.contacts import place_geometries
-from ._kernels.model import ContactTable, GeometryModel, contact_table
-from ._kernels.pair_distance import find_distances
-from ._numbers import as_numbers, like, plain, values_of
-from ._query_pictures import Pictures
-from ._query_results import PenetrationAsPointPair, RayIntersections, SignedDistancePair, SignedDistanceToPoint
-from ._ray_casts import Surface, meet_any, rays_of
-from ._roles import HydroelasticContactRepresentation
-from ._shapes import Mesh
+from sheldrake.geometry._compiled.hydroelastic import explain_unsupported, find_surfaces
+from sheldrake.geometry._compiled.search import find_contacts
+from sheldrake.geometry._ids import GeometryId, number_of
+from sheldrake.geometry._kernels import model as columns
+from sheldrake.geometry._kernels.contacts import place_geometries
+from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, contact_table
+from sheldrake.geometry._kernels.pair_distance import find_distances
+from sheldrake.geometry._numbers import as_numbers, like, plain, values_of
+from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
+from sheldrake.geometry._query.pictures import Pictures
+from sheldrake.geometry._query.ray_casts import Surface, meet_any, rays_of
+from sheldrake.geometry._query.results import (
+    PenetrationAsPointPair,
+    RayIntersections,
+    SignedDistancePair,
+    SignedDistanceToPoint,
+)
+from sheldrake.geometry._roles import HydroelasticContactRepresentation
+from sheldrake.geometry._shapes import Mesh
 
 if TYPE_CHECKING:
-    from ._bounding import Obb
+    from sheldrake.geometry._bounding import Obb
 
 
 class QueryObject(Pictures):
@@ -172,7 +176,7 @@ class QueryObject(Pictures):
 
         Meshes count as they are, not as their hulls. Sorted by id.
         """
-        from ._meshes.mesh_distance import point_to_triangles
+        from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
 
         p_WQ = as_numbers(p_WQ).reshape(3)
         model, ids, X_WB = self._placed()
@@ -235,7 +239,7 @@ class QueryObject(Pictures):
 
     def ComputeObbInWorld(self, geometry_id: GeometryId) -> Obb | None:
         """The oriented bounding box of a geometry in W; None for a half space."""
-        from ._bounding import Obb
+        from sheldrake.geometry._bounding import Obb
 
         local = self.inspector().GetObbInGeometryFrame(geometry_id)
         return None if local is None else Obb(self.GetPoseInWorld(geometry_id) @ local.pose(), local.half_width())
@@ -328,7 +332,7 @@ def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
 
 def _surface_of(mesh: Mesh, call: str) -> Surface:
     """The triangles of a mesh, to scale and seen from outside."""
-    from ._meshes.mesh_files import read_mesh
+    from sheldrake.geometry._meshes.mesh_files import read_mesh
 
     data, scale = read_mesh(mesh.source(), call), mesh.scale3()
     triangles = data.triangles[:, ::-1] if np.prod(scale) < 0.0 else data.triangles

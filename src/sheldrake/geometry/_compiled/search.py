@@ -6,17 +6,22 @@ import numpy as np
 
 from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import Kernel
-
-from ._kernels.cells import close_box_pairs, close_convex_pairs, close_pairs, close_sphere_pairs, make_cells
-from ._kernels.contacts import (
+from sheldrake.geometry._kernels.cells import (
+    close_box_pairs,
+    close_convex_pairs,
+    close_pairs,
+    close_sphere_pairs,
+    make_cells,
+)
+from sheldrake.geometry._kernels.contacts import (
     box_pairs,
     convex_pairs,
     half_space_pairs,
     place_geometries,
     sphere_pairs,
 )
-from ._kernels.model import BOX, ELLIPSOID, HALF_SPACE, KIND, SPHERE, ContactTable, GeometryModel
-from ._kernels.order import sort_contacts
+from sheldrake.geometry._kernels.model import BOX, ELLIPSOID, HALF_SPACE, KIND, SPHERE, ContactTable, GeometryModel
+from sheldrake.geometry._kernels.order import sort_contacts
 
 _FAMILIES = (half_space_pairs, sphere_pairs, box_pairs, convex_pairs)
 

@@ -11,18 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from . import _defaults
-from . import _proximity_properties as proximity
-from ._compile_hulls import Hulls
-from ._ids import FrameId, GeometryId
-from ._kernels import model as columns
-from ._kernels.cells import cell_width
-from ._kernels.model import GeometryModel
-from ._records import GeometryRecord
-from ._roles import Role
-from ._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
-from ._state import GeometryState
-from ._text import choices
+from sheldrake.geometry import _defaults
+from sheldrake.geometry import _proximity_properties as proximity
+from sheldrake.geometry._compiled.hulls import Hulls
+from sheldrake.geometry._ids import FrameId, GeometryId
+from sheldrake.geometry._kernels import model as columns
+from sheldrake.geometry._kernels.cells import cell_width
+from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.geometry._roles import Role
+from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
+from sheldrake.geometry._state.records import GeometryRecord
+from sheldrake.geometry._state.state import GeometryState
+from sheldrake.geometry._text import choices
 
 CELLS_FROM = 100
 """Number of geometries from which on close pairs are sought in cells rather than among all pairs."""

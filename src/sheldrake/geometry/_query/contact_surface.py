@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ._ids import GeometryId
-from ._kernels import hydro_model as columns
-from ._kernels.hydro_model import HydroModel, HydroTable
-from ._meshes.mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear
-from ._meshes.polygon_mesh import PolygonSurfaceMesh, _index
-from ._meshes.triangle_mesh import TriangleSurfaceMesh
-from ._numbers import plain, values_of
-from ._roles import HydroelasticContactRepresentation
+from sheldrake.geometry._ids import GeometryId
+from sheldrake.geometry._kernels import hydro_model as columns
+from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
+from sheldrake.geometry._meshes.mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear
+from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh, _index
+from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
+from sheldrake.geometry._numbers import plain, values_of
+from sheldrake.geometry._roles import HydroelasticContactRepresentation
 
 _SAME_PLACE = 1e-10  # relative to the surface's size: vertices of neighbouring faces that are nearer are one
 

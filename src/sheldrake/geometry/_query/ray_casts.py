@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._kernels import model as columns
-from ._kernels.model import GeometryModel
+from sheldrake.geometry._kernels import model as columns
+from sheldrake.geometry._kernels.model import GeometryModel
 
 Hits = tuple[np.ndarray, np.ndarray]
 

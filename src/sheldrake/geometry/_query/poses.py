@@ -8,17 +8,15 @@ import numpy as np
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
-
-from ._ids import FrameId, GeometryId
-from ._inspector import SceneGraphInspector
-from ._numbers import values_of
-from ._records import WORLD_FRAME_ID
-from ._state import GeometryState
+from sheldrake.geometry._ids import FrameId, GeometryId
+from sheldrake.geometry._numbers import values_of
+from sheldrake.geometry._state.inspector import SceneGraphInspector
+from sheldrake.geometry._state.records import WORLD_FRAME_ID
+from sheldrake.geometry._state.state import GeometryState
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.math import RigidTransform
-
-    from ._scene_graph import SceneGraph
 
 
 class Poses:

@@ -10,27 +10,30 @@ from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
-
-from ._collision_filter import Pair
-from ._geometry_set import GeometrySet
-from ._hydro import representation_of
-from ._ids import FrameId, GeometryId, SourceId, number_of
-from ._instance import GeometryInstance
-from ._properties import GeometryProperties, IllustrationProperties, PerceptionProperties, ProximityProperties
-from ._records import WORLD_FRAME_ID, GeometryVersion
-from ._roles import Role
-from ._shapes import Convex, Mesh, Shape
-from ._state import _ROLE_NAMES, GeometryState
+from sheldrake.geometry._hydroelastic.representation import representation_of
+from sheldrake.geometry._ids import FrameId, GeometryId, SourceId, number_of
+from sheldrake.geometry._properties import (
+    GeometryProperties,
+    IllustrationProperties,
+    PerceptionProperties,
+    ProximityProperties,
+)
+from sheldrake.geometry._roles import Role
+from sheldrake.geometry._shapes import Convex, Mesh, Shape
+from sheldrake.geometry._state.collision_filter import Pair
+from sheldrake.geometry._state.geometry_set import GeometrySet
+from sheldrake.geometry._state.instance import GeometryInstance
+from sheldrake.geometry._state.records import WORLD_FRAME_ID, GeometryVersion
+from sheldrake.geometry._state.state import _ROLE_NAMES, GeometryState
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from sheldrake.geometry._bounding import Obb
+    from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
+    from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
+    from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
     from sheldrake.math import RigidTransform
-
-    from ._bounding import Obb
-    from ._meshes.polygon_mesh import PolygonSurfaceMesh
-    from ._meshes.triangle_mesh import TriangleSurfaceMesh
-    from ._meshes.volume_mesh import VolumeMesh
 
 _SOURCE, _FRAME, _GEOMETRY = (instance_of(cls) for cls in (SourceId, FrameId, GeometryId))
 
@@ -274,7 +277,7 @@ class SceneGraphInspector:
 
     def GetObbInGeometryFrame(self, geometry_id: GeometryId) -> Obb | None:
         """The oriented bounding box in the geometry's frame; None for a half space."""
-        from ._bounding import CalcObb
+        from sheldrake.geometry._bounding import CalcObb
 
         return CalcObb(self.GetShape(geometry_id))
 

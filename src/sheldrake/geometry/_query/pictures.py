@@ -6,17 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ._ids import FrameId
-from ._image import ImageDepth32F, ImageLabel16I, ImageRgba8U
-from ._numbers import values_of
-from ._query_poses import Poses
-from ._records import WORLD_FRAME_ID
+from sheldrake.geometry._ids import FrameId
+from sheldrake.geometry._image import ImageDepth32F, ImageLabel16I, ImageRgba8U
+from sheldrake.geometry._numbers import values_of
+from sheldrake.geometry._query.poses import Poses
+from sheldrake.geometry._state.records import WORLD_FRAME_ID
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._render.camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
+    from sheldrake.geometry._render.engine import RenderEngine
     from sheldrake.math import RigidTransform
-
-    from ._render.camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
-    from ._render.engine import RenderEngine
 
 
 class Pictures(Poses):

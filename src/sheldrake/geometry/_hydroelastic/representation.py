@@ -7,18 +7,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import _hydro_meshes as meshes
-from . import _proximity_properties as proximity
-from ._hydro_meshes import PressureMesh
-from ._meshes.convex_hull import make_convex_hull
-from ._meshes.mesh_files import boundary_triangles, read_mesh
-from ._meshes.polygon_mesh import PolygonSurfaceMesh
-from ._meshes.triangle_mesh import TriangleSurfaceMesh
-from ._meshes.volume_mesh import VolumeMesh
-from ._properties import ProximityProperties
-from ._roles import HydroelasticType, Role
-from ._shapes import Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
-from ._text import number
+from sheldrake.geometry import _proximity_properties as proximity
+from sheldrake.geometry._hydroelastic import meshes
+from sheldrake.geometry._hydroelastic.meshes import PressureMesh
+from sheldrake.geometry._meshes.convex_hull import make_convex_hull
+from sheldrake.geometry._meshes.mesh_files import boundary_triangles, read_mesh
+from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
+from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
+from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
+from sheldrake.geometry._properties import ProximityProperties
+from sheldrake.geometry._roles import HydroelasticType, Role
+from sheldrake.geometry._shapes import Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
+from sheldrake.geometry._text import number
 
 
 class Representation(NamedTuple):

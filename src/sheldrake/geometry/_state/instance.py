@@ -5,9 +5,9 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING
 
-from ._ids import FrameId, GeometryId
-from ._properties import IllustrationProperties, PerceptionProperties, ProximityProperties
-from ._shapes import Shape
+from sheldrake.geometry._ids import FrameId, GeometryId
+from sheldrake.geometry._properties import IllustrationProperties, PerceptionProperties, ProximityProperties
+from sheldrake.geometry._shapes import Shape
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform

@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Optional
 
 from sheldrake.common._options import Options
-
-from ._text import number
+from sheldrake.geometry._text import number
 
 _MAYBE = Optional[float]  # noqa: UP045 (what pydrake reports)
 

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ._kernels import model as columns
-from ._meshes.polygon_mesh import PolygonSurfaceMesh
+from sheldrake.geometry._kernels import model as columns
+from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
 
 class Hulls:

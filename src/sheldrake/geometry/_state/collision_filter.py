@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ._geometry_set import GeometrySet
-from ._ids import FilterId, GeometryId
-from ._roles import CollisionFilterScope
+from sheldrake.geometry._ids import FilterId, GeometryId
+from sheldrake.geometry._roles import CollisionFilterScope
+from sheldrake.geometry._state.geometry_set import GeometrySet
 
 Resolver = Callable[[GeometrySet, CollisionFilterScope], "set[GeometryId]"]
 

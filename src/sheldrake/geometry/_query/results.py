@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ._ids import GeometryId
+from sheldrake.geometry._ids import GeometryId
 
 
 class _Result:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from ._ids import FrameId, GeometryId
+from sheldrake.geometry._ids import FrameId, GeometryId
 
 _KINDS = {"geometry_id": GeometryId, "frame_id": FrameId, "geometry_ids": GeometryId, "frame_ids": FrameId}
 

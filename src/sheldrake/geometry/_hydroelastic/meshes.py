@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ._kernels.hydro_depth import depths_below
+from sheldrake.geometry._kernels.hydro_depth import depths_below
 
 MOST_LEVELS = 8
 """Subdivisions of a sphere's octahedron."""

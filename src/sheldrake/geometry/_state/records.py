@@ -6,10 +6,10 @@ import itertools
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, NamedTuple
 
-from ._ids import FrameId, SourceId
-from ._properties import GeometryProperties
-from ._roles import Role
-from ._shapes import Shape
+from sheldrake.geometry._ids import FrameId, SourceId
+from sheldrake.geometry._properties import GeometryProperties
+from sheldrake.geometry._roles import Role
+from sheldrake.geometry._shapes import Shape
 
 if TYPE_CHECKING:
     from sheldrake.math import RigidTransform

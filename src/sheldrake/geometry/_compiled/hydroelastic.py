@@ -8,18 +8,17 @@ import numpy as np
 
 from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import Kernel
-
-from ._hydro import Representation, compliance, representation_of
-from ._ids import GeometryId
-from ._kernels import hydro
-from ._kernels import hydro_model as columns
-from ._kernels import model as geometry_columns
-from ._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
-from ._kernels.model import ContactTable, GeometryModel
-from ._numbers import like
-from ._roles import HydroelasticContactRepresentation, HydroelasticType, Role
-from ._shapes import HalfSpace
-from ._state import GeometryState
+from sheldrake.geometry._hydroelastic.representation import Representation, compliance, representation_of
+from sheldrake.geometry._ids import GeometryId
+from sheldrake.geometry._kernels import hydro
+from sheldrake.geometry._kernels import hydro_model as columns
+from sheldrake.geometry._kernels import model as geometry_columns
+from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
+from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
+from sheldrake.geometry._numbers import like
+from sheldrake.geometry._roles import HydroelasticContactRepresentation, HydroelasticType, Role
+from sheldrake.geometry._shapes import HalfSpace
+from sheldrake.geometry._state.state import GeometryState
 
 # Kinds of representation
 _NONE, _RIGID, _COMPLIANT, _RIGID_HALF_SPACE, _COMPLIANT_HALF_SPACE = range(5)

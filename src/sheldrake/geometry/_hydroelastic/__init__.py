@@ -1,0 +1,1 @@
+"""The hydroelastic representation of geometry."""
