@@ -1,10 +1,14 @@
 """Many contacts against Drake and MuJoCo: CPU time of a 1 ms step, and how deep and how still the bodies are.
 
     python benchmarks/contact.py [stack clutter20 clutter50 clutter200 pile] [--rounds 3]
+    python benchmarks/contact.py islands [--without drake]
 
 Scenes: a stack of ten boxes; a bin of 20, 50, 200 spheres and boxes; thirty boxes heaped in a narrow bin. The
 engines take turns; a turn starts a scene anew, lets the bodies fall for some seconds, then times the steps that follow.
 Bodies fall from other places in each round: one heap may have a body that slides long after those of others rest.
+
+"islands" is another table: pairs of boxes, one on the other, apart from each other, 8 to 1,000 contacts; CPU time of a
+step and contact while all slide, and when all are at rest.
 """
 
 from __future__ import annotations
@@ -31,6 +35,8 @@ SCENES = {
     "pile": (5.0, 1.0),
 }
 """Seconds to settle and seconds to time."""
+PAIRS = (1, 4, 16, 64, 125)
+"""How many pairs of boxes "islands" has; 8 contacts each."""
 
 
 def walls(half: float) -> list[Solid]:
@@ -62,9 +68,43 @@ def scene(name: str, seed: int = 1) -> Scene:
     return Scene(solids)
 
 
+def pairs(n: int) -> Scene:
+    """So many pairs of boxes, one on the other, which slide for 0.4 s."""
+    side = int(np.ceil(np.sqrt(n)))
+    boxes = []
+    for i in range(n):
+        x, y = 0.4 * (i % side), 0.4 * (i // side)
+        for z in (0.05, 0.15):
+            boxes.append(Solid(("box", 0.1, 0.1, 0.1), 0.3, p=(x, y, z), v=(2.0, 0.0, 0.0)))
+    return Scene([FLOOR, *boxes])
+
+
+def islands(engines: dict, rounds: int) -> None:
+    """Prints what a contact costs among few and among many."""
+    print(f"{'contacts':>10s}{'engine':>18s}{'ns a step and contact: sliding':>34s}{'at rest':>10s}")
+    for n in PAIRS:
+        scene = pairs(n)
+        times: dict[str, list[tuple[float, float]]] = {engine: [] for engine in engines}
+        for _ in range(rounds):
+            for engine, contender in engines.items():
+                contender.start(scene)
+                contender.advance(0.05)
+                steps = 250, max(250, 10_000 // n)
+                spent = []
+                for count in steps:
+                    start = time.process_time()
+                    contender.advance(count * scene.time_step)
+                    spent.append((time.process_time() - start) / count)
+                    contender.advance(0.5)
+                times[engine].append((spent[0], spent[1]))
+        for engine in engines:
+            sliding, resting = np.median(times[engine], axis=0) / (8 * n) * 1e9
+            print(f"{8 * n:10d}{engine:>18s}{sliding:34.0f}{resting:10.0f}", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("scenes", nargs="*", default=list(SCENES), help=", ".join(SCENES))
+    parser.add_argument("scenes", nargs="*", default=list(SCENES), help=", ".join([*SCENES, "islands"]))
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--without", action="append", default=[], help="drake or mujoco; may be said twice")
     options = parser.parse_args()
@@ -73,6 +113,9 @@ def main() -> None:
         engines |= {"MuJoCo": MuJoCo("pyramidal"), "MuJoCo elliptic": MuJoCo("elliptic")}
     if "drake" not in options.without:
         engines["Drake"] = DrakeLike("pydrake")
+    if options.scenes == ["islands"]:
+        islands(engines, options.rounds)
+        return
     print(
         f"{'scene':12s}{'engine':18s}{'us a step':>11s}{'ratio':>8s}{'depth [mm]':>12s}{'contacts':>10s}"
         f"{'median |v|':>12s}{'max |v|':>10s}"

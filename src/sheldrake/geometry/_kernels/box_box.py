@@ -57,7 +57,10 @@ def box_box_contacts(model, table, a, b):
             l = cross3(column(R_WA, i), column(R_WB, j))
             norm2 = dot3(l, l)
             if norm2 > _PARALLEL:
-                s = (absolute(dot3(l, t)) - extent(R_WA, h_A, l) - extent(R_WB, h_B, l)) / sqrt(norm2)
+                s = absolute(dot3(l, t)) - extent(R_WA, h_A, l) - extent(R_WB, h_B, l)
+                if s < 0.0 and s * s > best * best * norm2:
+                    continue  # deeper than the best axis, by far if the boxes rest on each other: no need to divide
+                s = s / sqrt(norm2)
                 if s > -least:
                     return
                 if s - _PREFER_FACES * absolute(s) > best:

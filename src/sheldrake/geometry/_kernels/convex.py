@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, scale3, store3, sub3
 from sheldrake.common.kernel import kernel
 
@@ -161,7 +160,7 @@ def face_candidates(model, table, ref, inc, out, nhat):
 @kernel(outline=True)
 def clip(table, source, corners, target, a, outward):
     """The part of a polygon, segment or point behind the plane through a; the number of its corners."""
-    slack = 1e-12 * sqrt(dot3(outward, outward))
+    slack = 1e-12 * (absolute(outward[0]) + absolute(outward[1]) + absolute(outward[2]))
     kept = 0
     for k in range(corners):
         p = load3(table.work, source + k)

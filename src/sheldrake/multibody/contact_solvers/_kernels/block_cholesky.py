@@ -5,8 +5,6 @@ after column. Those of two free bodies, 6 by 6, are unrolled so that a column is
 are loops. The diagonal of a diagonal block holds 1 / L_ii.
 """
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -18,34 +16,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     FIRST_SLOT,
     SIZE,
 )
-
-SIX = np.int64(6)
-
-
-@kernel
-def load_six(L, i):
-    return (L[i], L[i + 1], L[i + 2], L[i + 3], L[i + 4], L[i + 5])
-
-
-@kernel
-def store_six(L, i, x):
-    L[i] = x[0]
-    L[i + 1] = x[1]
-    L[i + 2] = x[2]
-    L[i + 3] = x[3]
-    L[i + 4] = x[4]
-    L[i + 5] = x[5]
-
-
-@kernel
-def minus_scaled(x, s, y):
-    """x - s y of six numbers."""
-    return (x[0] - s * y[0], x[1] - s * y[1], x[2] - s * y[2], x[3] - s * y[3], x[4] - s * y[4], x[5] - s * y[5])
-
-
-@kernel
-def dot_six(x, y):
-    return ((x[0] * y[0] + x[1] * y[1]) + (x[2] * y[2] + x[3] * y[3])) + (x[4] * y[4] + x[5] * y[5])
+from sheldrake.multibody.contact_solvers._kernels.six import SIX, dot_six, load_six, minus_scaled, store_six
 
 
 @kernel(outline=True)

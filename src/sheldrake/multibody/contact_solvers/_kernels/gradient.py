@@ -37,6 +37,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_VHAT,
     ROWS_BEGIN,
     ROWS_END,
+    SIXES,
     TREE_ORDER,
     TREES_BEGIN,
     TREES_END,
@@ -45,6 +46,19 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     P,
 )
 from sheldrake.multibody.contact_solvers._kernels.scalar_row import row_impulse
+from sheldrake.multibody.contact_solvers._kernels.six import (
+    SIX,
+    load_six_of,
+    mul_packed_six,
+    plus_scaled,
+    store_six_of,
+)
+
+
+@kernel
+def is_chain_of_six(model, t):
+    """Whether a tree has six dofs, each moved by those before it: its part of A is a packed triangle."""
+    return model.tree[t, NUM_DOFS] == SIX and model.dof[model.tree[t, FIRST_DOF] + 5, DEPTH_OF] == 5
 
 
 @kernel
@@ -54,6 +68,10 @@ def mul_A(model, problem, source, target):
     for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
         t = problem.tree[place, TREE_ORDER]
         first = model.tree[t, FIRST_DOF]
+        if is_chain_of_six(model, t):
+            y = mul_packed_six(problem.A, model.dof[first, ROW_START], load_six_of(x, source, first))
+            store_six_of(x, target, first, y)
+            continue
         for k in range(first, first + model.tree[t, NUM_DOFS]):
             at = model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]
             x_k = x[source, k]
@@ -81,8 +99,24 @@ def apply_contact_impulses(model, problem, contacts):
         state[c, G_XZ] = G[3]
         state[c, G_YZ] = G[4]
         state[c, G_ZZ] = G[5]
+        push_trees(problem.x, contacts, c, gamma)
+
+
+@kernel
+def push_trees(x, contacts, c, gamma):
+    """x[J_GAMMA] += J^T gamma of a contact."""
+    sixes = contacts.index[c, SIXES]
+    for side in range(sixes):
+        at = SIX * side
+        k = contacts.index[c, DOFS + at]
+        push = load_six_of(x, J_GAMMA, k)
+        push = plus_scaled(push, gamma[0], load_six_of(contacts.J, 3 * c, at))
+        push = plus_scaled(push, gamma[1], load_six_of(contacts.J, 3 * c + 1, at))
+        push = plus_scaled(push, gamma[2], load_six_of(contacts.J, 3 * c + 2, at))
+        store_six_of(x, J_GAMMA, k, push)
+    if sixes == 0:
         for a in range(contacts.index[c, WIDTH]):
-            problem.x[J_GAMMA, contacts.index[c, DOFS + a]] += dot3(column3(contacts.J, 3 * c, a), gamma)
+            x[J_GAMMA, contacts.index[c, DOFS + a]] += dot3(column3(contacts.J, 3 * c, a), gamma)
 
 
 @kernel

@@ -4,13 +4,8 @@ import numpy as np
 
 from sheldrake.common._kernels.vec import column3, dot3, load_symmetric_at
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.block_cholesky import (
-    SIX,
-    load_six,
-    minus_scaled,
-    store_six,
-    substitute,
-)
+from sheldrake.multibody.contact_solvers._kernels.block_cholesky import substitute
+from sheldrake.multibody.contact_solvers._kernels.gradient import is_chain_of_six
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ADDRESS,
     BELOW_BEGIN,
@@ -35,6 +30,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_START,
     ROWS_BEGIN,
     ROWS_END,
+    SIXES,
     SIZE,
     TREE_A,
     TREE_B,
@@ -42,6 +38,14 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     TREES_BEGIN,
     TREES_END,
     WIDTH,
+)
+from sheldrake.multibody.contact_solvers._kernels.six import (
+    SIX,
+    load_six,
+    load_six_of,
+    plus_scaled,
+    put_packed_six,
+    store_six,
 )
 
 FIRST = np.int64(0)
@@ -58,6 +62,9 @@ def put_momentum(model, problem, factor):
         t = factor.block[place, BLOCK_TREE]
         n = factor.block[place, SIZE]
         first = model.tree[t, FIRST_DOF]
+        if is_chain_of_six(model, t):
+            put_packed_six(L, factor.block[place, DIAGONAL], problem.A, model.dof[first, ROW_START])
+            continue
         for i in range(n):
             k = first + i
             at = model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]
@@ -167,22 +174,17 @@ def add_contact(model, contacts, c, G, places, L):
 
 
 @kernel
-def six_of_row(J, r, at):
-    return (J[r, at], J[r, at + 1], J[r, at + 2], J[r, at + 3], J[r, at + 4], J[r, at + 5])
-
-
-@kernel
 def add_square(L, B, J, c, rows, columns, G):
     """The block at B, 6 by 6, += J_rows^T G J_columns of contact c, each from its first column on."""
-    x = six_of_row(J, 3 * c, rows)
-    y = six_of_row(J, 3 * c + 1, rows)
-    z = six_of_row(J, 3 * c + 2, rows)
+    x = load_six_of(J, 3 * c, rows)
+    y = load_six_of(J, 3 * c + 1, rows)
+    z = load_six_of(J, 3 * c + 2, rows)
     for j in range(SIX):
         g = times_G(G, column3(J, 3 * c, columns + j))
         to = load_six(L, B + SIX * j)
-        to = minus_scaled(to, -g[0], x)
-        to = minus_scaled(to, -g[1], y)
-        to = minus_scaled(to, -g[2], z)
+        to = plus_scaled(to, g[0], x)
+        to = plus_scaled(to, g[1], y)
+        to = plus_scaled(to, g[2], z)
         store_six(L, B + SIX * j, to)
 
 
@@ -206,12 +208,6 @@ def add_free_contact(factor, contacts, c, G, t_A, t_B):
 
 
 @kernel
-def is_free(model, t):
-    """Whether a tree has six dofs, all of which move whatever touches it; -1, no tree, counts."""
-    return t < 0 or model.tree[t, NUM_DOFS] == SIX
-
-
-@kernel
 def add_contacts(model, problem, contacts, factor):
     """H += J^T G J of the contacts."""
     index = contacts.index
@@ -221,12 +217,7 @@ def add_contacts(model, problem, contacts, factor):
         if G[0] > 0.0 or G[5] > 0.0:
             t_A = index[c, TREE_A]
             t_B = index[c, TREE_B]
-            width = 0
-            if t_A >= 0:
-                width += model.tree[t_A, NUM_DOFS]
-            if t_B >= 0:
-                width += model.tree[t_B, NUM_DOFS]
-            if is_free(model, t_A) and is_free(model, t_B) and index[c, WIDTH] == width:
+            if index[c, SIXES] > 0:
                 add_free_contact(factor, contacts, c, G, t_A, t_B)
             else:
                 add_contact(model, contacts, c, G, places_of(model, factor, index, c, DOFS), factor.L)

@@ -38,8 +38,15 @@ def find_root(tree, t):
 
 @kernel
 def connect(tree, index, count):
-    """Joins the sets of the two trees of each constraint; the lower tree leads."""
+    """Joins the sets of the two trees of each constraint; the lower tree leads.
+
+    Contacts of one pair follow each other: the first of them tells all.
+    """
+    a = np.int64(-1)
+    b = np.int64(-1)
     for c in range(count):
+        if index[c, TREE_A] == a and index[c, TREE_B] == b:
+            continue
         a = index[c, TREE_A]
         b = index[c, TREE_B]
         if a >= 0 and b >= 0 and a != b:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import dot3, load3_at
+from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.elastic import half_a_step_back
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -50,6 +50,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     SAP,
     SETTLE,
     SIGMA,
+    SIXES,
     STICTION,
     STIFFNESS,
     TAMSI,
@@ -61,9 +62,12 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     VHAT_N,
     WIDTH,
 )
+from sheldrake.multibody.contact_solvers._kernels.six import SIX, dot_six, load_six_of, norms2_six, times_six
 from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocity
 
+FIRST = np.int64(0)  # column
 FOUR_PI_SQUARED = np.float64(4.0 * np.pi**2)
+LEAST = np.float64(1.0 - 1e-9)  # of what must not be taken for smaller than it is
 SLIDING = np.float64(10.0)  # slip over the stiction tolerance from which on it is sliding
 
 
@@ -88,8 +92,72 @@ def mobilities(model, problem):
 
 
 @kernel
+def trees_of_six(model, index, c):
+    """Of how many trees the columns of contact c are, if all of these have six dofs that all move it; else 0."""
+    n = np.int64(0)
+    for side in (TREE_A, TREE_B):
+        t = index[c, side]
+        if t >= 0:
+            if model.tree[t, NUM_DOFS] != SIX:
+                return np.int64(0)
+            n += 1
+    return n if index[c, WIDTH] == SIX * n else np.int64(0)
+
+
+@kernel
 def contact_delassus(problem, contacts, c):
     """w = |J diag(1/A) J^T|_F / 3 of one contact [1/kg]."""
+    sixes = contacts.index[c, SIXES]
+    if sixes > 0:
+        diagonal, sides = delassus_of_six(problem, contacts, c, FIRST)
+        if sixes > 1:
+            diagonal_B, sides_B = delassus_of_six(problem, contacts, c, SIX)
+            diagonal = add3(diagonal, diagonal_B)
+            sides = add3(sides, sides_B)
+    else:
+        diagonal, sides = delassus_of_any(problem, contacts, c)
+    return sqrt(dot3(diagonal, diagonal) + 2.0 * dot3(sides, sides)) / 3.0
+
+
+@kernel
+def largest_delassus(problem, contacts, c):
+    """What w of a contact is at most: the trace of J diag(1/A) J^T / 3, which takes a third of the work."""
+    total = 0.0
+    sixes = contacts.index[c, SIXES]
+    J = contacts.J
+    for side in range(sixes):
+        at = SIX * side
+        x = load_six_of(J, 3 * c, at)
+        y = load_six_of(J, 3 * c + 1, at)
+        z = load_six_of(J, 3 * c + 2, at)
+        total += dot_six(load_six_of(problem.x, MOBILITY, contacts.index[c, DOFS + at]), norms2_six(x, y, z))
+    if sixes == 0:
+        for a in range(contacts.index[c, WIDTH]):
+            u = column3(J, 3 * c, a)
+            total += problem.x[MOBILITY, contacts.index[c, DOFS + a]] * dot3(u, u)
+    return total / 3.0
+
+
+@kernel
+def delassus_of_six(problem, contacts, c, at):
+    """The part of six columns of J, from `at` on, in J diag(1/A) J^T: (xx, yy, zz), (xy, xz, yz)."""
+    J = contacts.J
+    m = load_six_of(problem.x, MOBILITY, contacts.index[c, DOFS + at])
+    x = load_six_of(J, 3 * c, at)
+    y = load_six_of(J, 3 * c + 1, at)
+    z = load_six_of(J, 3 * c + 2, at)
+    mx = times_six(m, x)
+    my = times_six(m, y)
+    return (dot_six(mx, x), dot_six(my, y), dot_six(times_six(m, z), z)), (
+        dot_six(mx, y),
+        dot_six(mx, z),
+        dot_six(my, z),
+    )
+
+
+@kernel
+def delassus_of_any(problem, contacts, c):
+    """J diag(1/A) J^T of a contact with any columns: (xx, yy, zz), (xy, xz, yz)."""
     J = contacts.J
     r = 3 * c
     xx = 0.0
@@ -109,26 +177,30 @@ def contact_delassus(problem, contacts, c):
         xy += m * jx * jy
         xz += m * jx * jz
         yz += m * jy * jz
-    diagonal = (xx, yy, zz)
-    sides = (xy, xz, yz)
-    return sqrt(dot3(diagonal, diagonal) + 2.0 * dot3(sides, sides)) / 3.0
+    return (xx, yy, zz), (xy, xz, yz)
 
 
 @kernel
-def prepare_hunt_crossley(model, contacts, c, w, vn0):
-    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step."""
+def prepare_hunt_crossley(model, problem, contacts, c):
+    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step.
+
+    The regularisation speed hardly ever depends on w: mostly it is the stiction tolerance for the largest w, too.
+    """
     law = contacts.law
+    vn0 = contacts.state[c, VC + 2]
     fe0 = law[c, STIFFNESS] * law[c, DEPTH]
     damping = 1.0 - law[c, DISSIPATION] * vn0
     n0 = 0.0 * vn0
     if fe0 > 0.0 and damping > 0.0:
         n0 = model.option[DT] * fe0 * damping
-    eps = law[c, FRICTION] * model.option[SIGMA] * w * n0
-    if eps < model.option[STICTION]:
-        eps = model.option[STICTION] + 0.0 * vn0
     law[c, FE0] = fe0
     law[c, N0] = n0
-    law[c, EPS] = eps
+    law[c, EPS] = model.option[STICTION] + 0.0 * vn0
+    slip = law[c, FRICTION] * model.option[SIGMA] * n0
+    if slip > 0.0 and slip * largest_delassus(problem, contacts, c) >= LEAST * model.option[STICTION]:
+        slip *= contact_delassus(problem, contacts, c)
+        if slip > model.option[STICTION]:
+            law[c, EPS] = slip
     if law[c, BACK] > 0.0:
         law[c, BACK] = half_a_step_back(law[c, STIFFNESS], law[c, DEPTH], model.option[DT], law[c, BACK], vn0)
 
@@ -146,6 +218,7 @@ def prepare_sap_cone(model, contacts, c, w):
     Rn = 1.0 / (dt * law[c, STIFFNESS] * (dt + law[c, RELAXATION]))
     if Rn < rigid:
         Rn = rigid
+    law[c, DELASSUS] = w
     law[c, R_T] = model.option[SIGMA] * w
     law[c, R_N] = Rn
     law[c, VHAT_N] = law[c, DEPTH] / (dt + law[c, RELAXATION])
@@ -299,14 +372,12 @@ def prepare(model, problem, contacts, rows):
     mobilities(model, problem)
     kind = model.setting[APPROXIMATION]
     for c in range(nc):
+        contacts.index[c, SIXES] = trees_of_six(model, contacts.index, c)
         contact_velocity(contacts, c, problem.x, V0, VC)
-        w = contact_delassus(problem, contacts, c)
-        contacts.law[c, DELASSUS] = w
-        vc0 = load3_at(contacts.state, c, VC)
         if kind == SAP:
-            prepare_sap_cone(model, contacts, c, w)
+            prepare_sap_cone(model, contacts, c, contact_delassus(problem, contacts, c))
         elif kind != TAMSI:
-            prepare_hunt_crossley(model, contacts, c, w, vc0[2])
+            prepare_hunt_crossley(model, problem, contacts, c)
     if kind == SAP and model.setting[SETTLE] == 1:
         keep_down_what_slides(model, problem, contacts)
     prepare_rows(model, problem, rows)

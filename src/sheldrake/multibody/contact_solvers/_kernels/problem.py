@@ -50,7 +50,7 @@ class Contacts(NamedTuple):
     """Frictional contacts, three rows each (two tangents, normal) in the contact frame C.
 
     Attributes:
-        index: Shape (capacity, 4 + width): `WIDTH`, `TREE_A`, `TREE_B`, `ORDER`, then the dofs that move it.
+        index: Shape (capacity, 5 + width): `WIDTH` .. `SIXES`, then the dofs that move it.
         J: Shape (3 capacity, width): rows 3 c .. 3 c + 2, a column for each of those dofs.
         law: Numbers of the contact law, shape (capacity, 10), columns `STIFFNESS` .. `BACK`.
         state: Shape (capacity, 17): vc [m/s] (3), its change along the search direction (3), gamma [N s] (3),
@@ -177,7 +177,8 @@ WIDTH = np.int64(0)
 TREE_A = np.int64(1)  # -1 for none
 TREE_B = np.int64(2)
 ORDER = np.int64(3)  # the contact or row at this place: islands one after the other
-DOFS = np.int64(4)
+SIXES = np.int64(4)  # how many trees of six dofs all its columns belong to; 0 if there are others; `prepare` finds it
+DOFS = np.int64(5)
 ROW_KIND = np.int64(4)
 ROW_OWNER = np.int64(5)
 ROW_GROUP = np.int64(6)  # n in the first of n rows that share their dofs and one Delassus estimate, 0 in the others
@@ -195,7 +196,7 @@ EPS = np.int64(7)  # regularisation speed [m/s]      | vhat_n [m/s]
 R_T = FE0
 R_N = N0
 VHAT_N = EPS
-DELASSUS = np.int64(8)  # w [1/kg]
+DELASSUS = np.int64(8)  #                                 | w [1/kg]
 BACK = np.int64(9)  # elastic contacts: how much larger the force was half a step back [N], see `elastic`; else 0.
 # The plant leaves there how far ahead an elastic contact is seen [m], else 0.
 NUM_LAW = 10

@@ -1,5 +1,7 @@
 """Constraint velocities: J times a vector over the dofs, columns only for the dofs that move the constraint."""
 
+import numpy as np
+
 from sheldrake.common._kernels.vec import add3, load3_at, scale3, store3_at
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -15,6 +17,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     ROW_DOFS,
     ROWS_BEGIN,
     ROWS_END,
+    SIXES,
     TREE_ORDER,
     TREES_BEGIN,
     TREES_END,
@@ -23,11 +26,40 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     P,
     V,
 )
+from sheldrake.multibody.contact_solvers._kernels.six import SIX, dot_six, load_six_of
+
+FIRST = np.int64(0)  # column
 
 
 @kernel
 def contact_velocity(contacts, c, x, row, column):
     """Columns column .. column + 2 of a contact's state = J x[row] [m/s]."""
+    sixes = contacts.index[c, SIXES]
+    if sixes > 0:
+        u = velocity_of_six(contacts, c, FIRST, x, row)
+        if sixes > 1:
+            u = add3(u, velocity_of_six(contacts, c, SIX, x, row))
+        store3_at(contacts.state, c, column, u)
+    else:
+        store3_at(contacts.state, c, column, velocity_of_any(contacts, c, x, row))
+
+
+@kernel
+def velocity_of_six(contacts, c, at, x, row):
+    """The part of six columns of J, from `at` on, in J x[row]."""
+    J = contacts.J
+    r = 3 * c
+    s = load_six_of(x, row, contacts.index[c, DOFS + at])
+    return (
+        dot_six(load_six_of(J, r, at), s),
+        dot_six(load_six_of(J, r + 1, at), s),
+        dot_six(load_six_of(J, r + 2, at), s),
+    )
+
+
+@kernel
+def velocity_of_any(contacts, c, x, row):
+    """J x[row] of a contact with any columns."""
     r = 3 * c
     ux = 0.0
     uy = 0.0
@@ -37,7 +69,7 @@ def contact_velocity(contacts, c, x, row, column):
         ux += contacts.J[r, a] * s
         uy += contacts.J[r + 1, a] * s
         uz += contacts.J[r + 2, a] * s
-    store3_at(contacts.state, c, column, (ux, uy, uz))
+    return (ux, uy, uz)
 
 
 @kernel

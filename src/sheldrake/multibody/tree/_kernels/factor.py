@@ -17,7 +17,7 @@ def ltdl(model: TreeModel, L: Vector) -> int:
     bad = -1
     k = model.dof.shape[0] - 1
     while k >= 0:
-        if model.body[model.dof[k, DOF_BODY], KIND] == FREE:
+        if is_of_free_body(model, k):
             pivot_of_6 = ltdl_of_6(L, model.dof[k - 5, ROW])
             if pivot_of_6 >= 0:
                 bad = k - 5 + pivot_of_6
@@ -137,27 +137,64 @@ def ltdl_solve(model: TreeModel, L: Vector, x: Vector) -> None:
 def ltdl_solve_span(model: TreeModel, L: Vector, start: int, end: int, x: Vector, at: int) -> None:
     """The same for the dofs of one tree or more, [start, end); dof k is at x[k - start + at]."""
     shift = at - start
-    for k in range(end - 1, start - 1, -1):
-        row = model.dof[k, ROW]
-        x_k = x[shift + k]
-        i = model.dof[k, DOF_PARENT]
-        while i >= 0:
-            first = model.dof[i, RUN]
-            column = row + model.dof[first, DEPTH] - first
-            for j in range(first, i + 1):
-                x[shift + j] -= L[column + j] * x_k
-            i = model.dof[first, DOF_PARENT]
-    for k in range(start, end):
-        row = model.dof[k, ROW]
-        x_k = x[shift + k] * L[row + model.dof[k, DEPTH]]
-        i = model.dof[k, DOF_PARENT]
-        while i >= 0:
-            first = model.dof[i, RUN]
-            column = row + model.dof[first, DEPTH] - first
-            for j in range(first, i + 1):
-                x_k -= L[column + j] * x[shift + j]
-            i = model.dof[first, DOF_PARENT]
-        x[shift + k] = x_k
+    k = end - 1
+    while k >= start:
+        if is_of_free_body(model, k):
+            ltdl_solve_of_6(L, model.dof[k - 5, ROW], x, shift + k - 5)
+            k -= 6
+        else:
+            row = model.dof[k, ROW]
+            x_k = x[shift + k]
+            i = model.dof[k, DOF_PARENT]
+            while i >= 0:
+                first = model.dof[i, RUN]
+                column = row + model.dof[first, DEPTH] - first
+                for j in range(first, i + 1):
+                    x[shift + j] -= L[column + j] * x_k
+                i = model.dof[first, DOF_PARENT]
+            k -= 1
+    k = start
+    while k < end:
+        if is_of_free_body(model, k):
+            k += 6
+        else:
+            row = model.dof[k, ROW]
+            x_k = x[shift + k] * L[row + model.dof[k, DEPTH]]
+            i = model.dof[k, DOF_PARENT]
+            while i >= 0:
+                first = model.dof[i, RUN]
+                column = row + model.dof[first, DEPTH] - first
+                for j in range(first, i + 1):
+                    x_k -= L[column + j] * x[shift + j]
+                i = model.dof[first, DOF_PARENT]
+            x[shift + k] = x_k
+            k += 1
+
+
+@kernel
+def is_of_free_body(model, k):
+    return model.body[model.dof[k, DOF_BODY], KIND] == FREE
+
+
+@kernel
+def ltdl_solve_of_6(L, start, x, at):
+    """Both substitutions of a free body; what hangs on it has been through the first, and comes to the second later."""
+    a, b, c = x[at], x[at + 1], x[at + 2]
+    d, e, f = x[at + 3], x[at + 4], x[at + 5]
+    row_b, row_c, row_d, row_e, row_f = start + 1, start + 3, start + 6, start + 10, start + 15
+    e -= L[row_f + 4] * f
+    d -= L[row_f + 3] * f + L[row_e + 3] * e
+    c -= L[row_f + 2] * f + L[row_e + 2] * e + L[row_d + 2] * d
+    b -= L[row_f + 1] * f + L[row_e + 1] * e + L[row_d + 1] * d + L[row_c + 1] * c
+    a -= L[row_f] * f + L[row_e] * e + L[row_d] * d + L[row_c] * c + L[row_b] * b
+    a *= L[start]
+    b = b * L[row_b + 1] - L[row_b] * a
+    c = c * L[row_c + 2] - (L[row_c] * a + L[row_c + 1] * b)
+    d = d * L[row_d + 3] - (L[row_d] * a + L[row_d + 1] * b + L[row_d + 2] * c)
+    e = e * L[row_e + 4] - (L[row_e] * a + L[row_e + 1] * b + L[row_e + 2] * c + L[row_e + 3] * d)
+    f = f * L[row_f + 5] - (L[row_f] * a + L[row_f + 1] * b + L[row_f + 2] * c + L[row_f + 3] * d + L[row_f + 4] * e)
+    x[at], x[at + 1], x[at + 2] = a, b, c
+    x[at + 3], x[at + 4], x[at + 5] = d, e, f
 
 
 @kernel

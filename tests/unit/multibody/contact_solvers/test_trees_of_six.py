@@ -1,0 +1,78 @@
+"""Trees of six dofs have code of their own: it gives what the code for any tree gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from tests.unit.multibody.contact_solvers.test_solver import RandomProblem
+
+from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels import status as codes
+from sheldrake.multibody.contact_solvers._kernels.six import dot_six, mul_packed_six, put_packed_six
+from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
+
+SIZES = (6, 6, 4, 6, 2)
+"""The last is never touched."""
+
+
+def prepared(seed, name="lagged", **options):
+    problem = RandomProblem(np.random.default_rng(seed), name, sizes=SIZES, contacts=20, **options)
+    problem.model.option[columns.SIGMA] = 3.0  # so that the regularisation of some contacts is above the tolerance
+    prepare_problem.native(problem.model, *problem.work[:3])
+    return problem
+
+
+def test_contacts_know_how_many_trees_of_six_move_them():
+    problem = prepared(0)
+    for row in problem.work.contacts.index:
+        trees = [t for t in row[[columns.TREE_A, columns.TREE_B]] if t >= 0]
+        assert row[columns.SIXES] == (len(trees) if all(SIZES[t] == 6 for t in trees) else 0)
+    assert set(problem.work.contacts.index[:, columns.SIXES]) == {0, 1, 2}
+
+
+@pytest.mark.parametrize("name", ["lagged", "sap", "tamsi"])
+def test_velocities_of_contacts(name):
+    problem = prepared(1, name)
+    vc = problem.work.contacts.state[:, int(columns.VC) : int(columns.VC) + 3]
+    np.testing.assert_allclose(vc.ravel(), problem.J @ problem.v0, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", ["lagged", "similar"])
+def test_regularisation_speeds(name):
+    """eps = max(v_s, mu sigma w n0): the quick bound of w decides nothing wrongly."""
+    larger = 0
+    for seed in range(5):
+        problem = prepared(seed, name)
+        law, option = problem.work.contacts.law, problem.model.option
+        touched = np.concatenate([np.full(n, k in problem.touched) for k, n in enumerate(SIZES)])
+        mobility = np.where(touched, 1.0 / np.diag(problem.A), 0.0)
+        for c in range(20):
+            J = problem.J[3 * c : 3 * c + 3]
+            w = np.linalg.norm(J * mobility @ J.T) / 3.0
+            slip = law[c, columns.FRICTION] * option[columns.SIGMA] * w * law[c, columns.N0]
+            expected = max(option[columns.STICTION], slip)
+            larger += slip > option[columns.STICTION]
+            assert law[c, columns.EPS] == pytest.approx(expected, rel=1e-14)
+    assert 10 < larger < 90
+
+
+@pytest.mark.parametrize("settle", [False, True])
+def test_momentum_balance_of_all_kinds_of_trees(settle):
+    for seed in range(5):
+        problem = RandomProblem(np.random.default_rng(seed), sizes=SIZES, contacts=20, settle=settle)
+        assert problem.solve() == codes.SOLVED
+        residual = problem.A @ (problem.v - problem.v_star) - problem.J.T @ problem.gamma()
+        assert np.abs(residual).max() < 1e-7
+
+
+def test_packed_triangles():
+    rng = np.random.default_rng(2)
+    A = rng.normal(size=(6, 6))
+    A += A.T
+    packed = np.concatenate([rng.normal(size=3), A[np.tril_indices(6)]])
+    x = rng.normal(size=6)
+    np.testing.assert_allclose(mul_packed_six(packed, 3, x), A @ x, atol=1e-14)
+    assert dot_six(x, A[0]) == pytest.approx(x @ A[0], abs=1e-14)
+    block = np.zeros(40)
+    put_packed_six(block, 4, packed, 3)
+    np.testing.assert_array_equal(np.tril(block[4:].reshape(6, 6).T), np.tril(A))
