@@ -190,16 +190,16 @@ _CALLS: dict[str, dict[str, str]] = {
         ),
         "QuadraticCost": "UpdateHessianEntry update_linear_coefficient_entry",
     },
-    "solvers._program_cones": {
+    "solvers._program.cones": {
         "ProgramCones": (
             "RelaxPsdConstraintToDdDualCone RelaxPsdConstraintToSddDualCone TightenPsdConstraintToDd "
             "TightenPsdConstraintToSdd"
         ),
     },
-    "solvers._program_constraints": {
+    "solvers._program.constraints": {
         "ProgramConstraints": "RemoveConstraint RemoveCost RemoveVisualizationCallback",
     },
-    "solvers._program_variables": {
+    "solvers._program.variables": {
         "ProgramVariables": (
             "AddIndeterminate FindDecisionVariableIndex FindIndeterminateIndex RemoveDecisionVariable "
             "SetInitialGuessForAllVariables"

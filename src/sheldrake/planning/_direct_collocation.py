@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.trajectories import PiecewisePolynomial

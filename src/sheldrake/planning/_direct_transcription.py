@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.primitives import AffineSystem, LinearSystem

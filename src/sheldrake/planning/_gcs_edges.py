@@ -22,7 +22,7 @@ from sheldrake.planning._gcs_subgraph import Subgraph
 from sheldrake.solvers import (
     LinearConstraint,
 )
-from sheldrake.solvers._bindings import bind
+from sheldrake.solvers._functions.bindings import bind
 
 
 class EdgesBetweenSubgraphs(Part):

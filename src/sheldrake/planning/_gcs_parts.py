@@ -20,7 +20,7 @@ from sheldrake.solvers import (
     LinearConstraint,
     LinearEqualityConstraint,
 )
-from sheldrake.solvers._bindings import BindingBase, bind
+from sheldrake.solvers._functions.bindings import BindingBase, bind
 from sheldrake.symbolic import Variable
 
 CONVEX = {Transcription.kRelaxation}

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from sheldrake.solvers import Constraint
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 
 def derivative_matrix(order: int, derivative: int) -> np.ndarray:

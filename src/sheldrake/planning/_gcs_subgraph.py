@@ -29,7 +29,7 @@ from sheldrake.solvers import (
     LinearCost,
     QuadraticCost,
 )
-from sheldrake.solvers._bindings import bind
+from sheldrake.solvers._functions.bindings import bind
 from sheldrake.symbolic import Variable
 
 

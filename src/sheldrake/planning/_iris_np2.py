@@ -18,7 +18,7 @@ from sheldrake.planning._sampled_iris import (
     nearest_first,
 )
 from sheldrake.solvers import Constraint, SolverOptions, _arrays
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 
 class RaySamplerOptions(Options):

@@ -17,7 +17,7 @@ from sheldrake.planning._path_constraints import (
 )
 from sheldrake.solvers import Constraint, Cost, MathematicalProgram
 from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._bindings import BindingBase, as_kind
+from sheldrake.solvers._functions.bindings import BindingBase, as_kind
 from sheldrake.symbolic import Variable
 from sheldrake.symbolic import _traverse as traverse
 from sheldrake.trajectories import BsplineTrajectory

@@ -18,7 +18,7 @@ from sheldrake.solvers import (
     _arrays,
 )
 from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._bindings import as_kind, bind
+from sheldrake.solvers._functions.bindings import as_kind, bind
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _traverse as traverse
 

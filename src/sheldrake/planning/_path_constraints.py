@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.multibody.tree import MultibodyForces_
 from sheldrake.solvers import Constraint, _arrays
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 
 class _Quiet(Constraint):

@@ -8,23 +8,6 @@ method.
 import sys
 
 from sheldrake.common._refuse_none import refuse_none
-from sheldrake.solvers._bindings import Binding
-from sheldrake.solvers._cone_constraints import (
-    ExponentialConeConstraint,
-    LinearMatrixInequalityConstraint,
-    LorentzConeConstraint,
-    PositiveSemidefiniteConstraint,
-    RotatedLorentzConeConstraint,
-)
-from sheldrake.solvers._constraints import (
-    BoundingBoxConstraint,
-    ExpressionConstraint,
-    LinearComplementarityConstraint,
-    LinearConstraint,
-    LinearEqualityConstraint,
-    QuadraticConstraint,
-)
-from sheldrake.solvers._costs import ExpressionCost, LinearCost, QuadraticCost
 from sheldrake.solvers._engines.augmented_lagrangian import AugmentedLagrangianNonsmooth, AugmentedLagrangianSmooth
 from sheldrake.solvers._engines.branch_and_bound import MixedIntegerBranchAndBound
 from sheldrake.solvers._engines.choose import (
@@ -57,7 +40,24 @@ from sheldrake.solvers._engines.unavailable import (
     MosekSolver,
     MosekSolverDetails,
 )
-from sheldrake.solvers._evaluators import (
+from sheldrake.solvers._functions.bindings import Binding
+from sheldrake.solvers._functions.cone_constraints import (
+    ExponentialConeConstraint,
+    LinearMatrixInequalityConstraint,
+    LorentzConeConstraint,
+    PositiveSemidefiniteConstraint,
+    RotatedLorentzConeConstraint,
+)
+from sheldrake.solvers._functions.constraints import (
+    BoundingBoxConstraint,
+    ExpressionConstraint,
+    LinearComplementarityConstraint,
+    LinearConstraint,
+    LinearEqualityConstraint,
+    QuadraticConstraint,
+)
+from sheldrake.solvers._functions.costs import ExpressionCost, LinearCost, QuadraticCost
+from sheldrake.solvers._functions.evaluators import (
     Constraint,
     Cost,
     EvaluatorBase,
@@ -65,6 +65,11 @@ from sheldrake.solvers._evaluators import (
     PyFunctionCost,
     VisualizationCallback,
 )
+from sheldrake.solvers._functions.minimum_value import (
+    MinimumValueLowerBoundConstraint,
+    MinimumValueUpperBoundConstraint,
+)
+from sheldrake.solvers._functions.norm_costs import L1NormCost, L2NormCost, LInfNormCost, PerspectiveQuadraticCost
 from sheldrake.solvers._ids import (
     CommonSolverOption,
     ProgramAttribute,
@@ -74,21 +79,19 @@ from sheldrake.solvers._ids import (
     SolverOptions,
     SolverType,
 )
-from sheldrake.solvers._minimum_value import MinimumValueLowerBoundConstraint, MinimumValueUpperBoundConstraint
-from sheldrake.solvers._mixed_integer_rotation import MixedIntegerRotationConstraintGenerator
-from sheldrake.solvers._norm_costs import L1NormCost, L2NormCost, LInfNormCost, PerspectiveQuadraticCost
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
-from sheldrake.solvers._result import MathematicalProgramResult
-from sheldrake.solvers._sdpa import GenerateSDPA, RemoveFreeVariableMethod
-from sheldrake.solvers._semidefinite_relaxation import MakeSemidefiniteRelaxation, SemidefiniteRelaxationOptions
-from sheldrake.solvers._special_ordered_sets import (
+from sheldrake.solvers._relaxations.mixed_integer_rotation import MixedIntegerRotationConstraintGenerator
+from sheldrake.solvers._relaxations.semidefinite import MakeSemidefiniteRelaxation, SemidefiniteRelaxationOptions
+from sheldrake.solvers._relaxations.special_ordered_sets import (
     AddBilinearProductMcCormickEnvelopeSos2,
     AddLogarithmicSos1Constraint,
     AddLogarithmicSos2Constraint,
     AddSos2Constraint,
     IntervalBinning,
 )
+from sheldrake.solvers._result import MathematicalProgramResult
+from sheldrake.solvers._sdpa import GenerateSDPA, RemoveFreeVariableMethod
 
 __all__ = [
     "AddBilinearProductMcCormickEnvelopeSos2",

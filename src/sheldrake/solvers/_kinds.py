@@ -9,8 +9,8 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._bindings import BindingBase
-from sheldrake.solvers._evaluators import takes_vector_function
+from sheldrake.solvers._functions.bindings import BindingBase
+from sheldrake.solvers._functions.evaluators import takes_vector_function
 from sheldrake.symbolic import Formula, Polynomial, Variable, Variables
 
 

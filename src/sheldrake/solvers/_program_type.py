@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import ProgramType
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 
 LINEAR = frozenset({A.kLinearCost, A.kLinearConstraint, A.kLinearEqualityConstraint})
 CONES = frozenset({A.kLorentzConeConstraint, A.kRotatedLorentzConeConstraint})

@@ -11,8 +11,8 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._bindings import BindingBase, as_kind
-from sheldrake.solvers._evaluators import Constraint
+from sheldrake.solvers._functions.bindings import BindingBase, as_kind
+from sheldrake.solvers._functions.evaluators import Constraint
 from sheldrake.solvers._ids import SolutionResult, SolverId
 from sheldrake.symbolic import Expression, Polynomial, Variable
 from sheldrake.symbolic import _build as build

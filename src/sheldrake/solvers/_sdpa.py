@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers._ids import ProgramAttribute
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 
 _log = logging.getLogger("drake")
 _P = ProgramAttribute

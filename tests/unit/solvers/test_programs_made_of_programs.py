@@ -22,7 +22,7 @@ from sheldrake.solvers import (
     SolutionResult,
     Solve,
 )
-from sheldrake.solvers._special_ordered_sets import gray_code
+from sheldrake.solvers._relaxations.special_ordered_sets import gray_code
 from sheldrake.symbolic import Expression
 
 

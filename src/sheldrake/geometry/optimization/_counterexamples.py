@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.solvers import Constraint, MathematicalProgram, Solve
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 
 class PairDistance(Constraint):

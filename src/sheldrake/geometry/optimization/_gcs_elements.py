@@ -14,7 +14,7 @@ from sheldrake.geometry._ids import _Identifier
 from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.solvers import Constraint, Cost, MathematicalProgram
 from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._bindings import BindingBase, as_kind
+from sheldrake.solvers._functions.bindings import BindingBase, as_kind
 from sheldrake.symbolic import MakeVectorContinuousVariable, Variable
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFunction
 from sheldrake.solvers import Constraint
-from sheldrake.solvers._minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
+from sheldrake.solvers._functions.minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
 
 
 class _Distances(KinematicFunction):

@@ -12,7 +12,7 @@ from sheldrake.common._overloads import incompatible
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 QDOT = JacobianWrtVariable.kQDot
 PLANT, FRAME = instance_of(MultibodyPlant), instance_of(Frame)

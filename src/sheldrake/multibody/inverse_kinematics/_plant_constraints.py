@@ -10,7 +10,7 @@ from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.inverse_kinematics._orientation import OrientationConstraint
 from sheldrake.multibody.inverse_kinematics._position import PointToPointDistanceConstraint, PositionConstraint
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 
 class UnitQuaternionConstraint(Constraint):

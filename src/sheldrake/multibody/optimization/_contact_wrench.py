@@ -10,7 +10,7 @@ from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.optimization._motion_constraints import require_duals
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 
 class ContactWrench:

@@ -11,7 +11,7 @@ from sheldrake.common._kernels.generic import cos, sin, sqrt
 from sheldrake.common._overloads import incompatible
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.solvers import Constraint
-from sheldrake.solvers._evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 
 def require_duals(call: str, plant: Any, context: Any) -> None:

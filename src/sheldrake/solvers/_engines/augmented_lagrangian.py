@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.solvers._engines.highs import variable_bounds
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 
 
 class _AugmentedLagrangian:

@@ -10,7 +10,7 @@ import numpy as np
 
 from sheldrake.solvers._engines.choose import MakeSolver
 from sheldrake.solvers._ids import SolutionResult, SolverId
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.symbolic import Variable
 
 _INTEGRAL = 1e-5  # So far from 0 or 1 a binary variable may be.

@@ -17,7 +17,7 @@ from sheldrake.solvers._engines.nonlinear import IpoptSolver, NloptSolver, Snopt
 from sheldrake.solvers._engines.splitting import OsqpSolver, ScsSolver
 from sheldrake.solvers._engines.unavailable import CsdpSolver, GurobiSolver, MosekSolver
 from sheldrake.solvers._ids import ProgramType, SolverId
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable

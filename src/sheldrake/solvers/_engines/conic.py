@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._bindings import BindingBase
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._functions.bindings import BindingBase
+from sheldrake.solvers._program.program import MathematicalProgram
 
 ROOT2 = float(np.sqrt(2.0))
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.solvers._constraints import LinearConstraint, QuadraticConstraint
-from sheldrake.solvers._costs import LinearCost, QuadraticCost
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._functions.constraints import LinearConstraint, QuadraticConstraint
+from sheldrake.solvers._functions.costs import LinearCost, QuadraticCost
 
 _LARGEST_FULL = 400  # Up to so many variables the whole matrix is made semidefinite, beyond it part by part.
 

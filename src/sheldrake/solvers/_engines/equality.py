@@ -7,7 +7,7 @@ import numpy as np
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
 

@@ -10,7 +10,7 @@ from sheldrake.solvers._engines.equality import quadratic_objective
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import LINEAR
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable

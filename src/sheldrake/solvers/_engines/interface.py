@@ -17,7 +17,7 @@ from sheldrake.solvers._ids import (
     SolverType,
     solver_type_of,
 )
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 
 

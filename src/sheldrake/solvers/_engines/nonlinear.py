@@ -12,7 +12,7 @@ from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
 from sheldrake.solvers._engines.sqp import is_available as sqp_is_available
 from sheldrake.solvers._engines.sqp import trust_region_sqp
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import NONLINEAR
 from sheldrake.solvers._result import MathematicalProgramResult
 

@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.solvers._bindings import BindingBase
 from sheldrake.solvers._engines.highs import variable_bounds
-from sheldrake.solvers._evaluators import EvaluatorBase
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._functions.bindings import BindingBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._program.program import MathematicalProgram
 
 _COSTS = ("generic_costs", "linear_costs", "quadratic_costs", "l2norm_costs")
 _ROWS = (

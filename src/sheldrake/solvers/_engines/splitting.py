@@ -16,7 +16,7 @@ from sheldrake.solvers._engines.highs import linear_rows, set_box_duals, variabl
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import CONIC, LINEAR, quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
 

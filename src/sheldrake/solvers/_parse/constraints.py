@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.solvers._bindings import bind
-from sheldrake.solvers._cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
-from sheldrake.solvers._constraints import (
+from sheldrake.solvers._functions.bindings import bind
+from sheldrake.solvers._functions.cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
+from sheldrake.solvers._functions.constraints import (
     BoundingBoxConstraint,
     ExpressionConstraint,
     LinearConstraint,

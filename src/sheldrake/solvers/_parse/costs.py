@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from sheldrake.solvers._bindings import bind
-from sheldrake.solvers._costs import ExpressionCost, LinearCost, PolynomialCost, QuadraticCost
-from sheldrake.solvers._evaluators import Cost
-from sheldrake.solvers._norm_costs import L2NormCost
+from sheldrake.solvers._functions.bindings import bind
+from sheldrake.solvers._functions.costs import ExpressionCost, LinearCost, PolynomialCost, QuadraticCost
+from sheldrake.solvers._functions.evaluators import Cost
+from sheldrake.solvers._functions.norm_costs import L2NormCost
 from sheldrake.solvers._parse.coefficients import coefficients, quadratic
 from sheldrake.symbolic import DecomposeL2NormExpression, Expression
 from sheldrake.symbolic import _kinds as k

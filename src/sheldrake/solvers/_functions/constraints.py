@@ -9,9 +9,9 @@ import numpy as np
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._costs import is_semidefinite, quadratic_symbols, symmetric
-from sheldrake.solvers._evaluators import Constraint
-from sheldrake.solvers._expressions import ExpressionFunction
+from sheldrake.solvers._functions.costs import is_semidefinite, quadratic_symbols, symmetric
+from sheldrake.solvers._functions.evaluators import Constraint
+from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
 from sheldrake.symbolic import Formula, logical_and
 
@@ -324,7 +324,7 @@ class LinearComplementarityConstraint(Constraint):
 
 
 def _without_rows(self: Constraint, vars: np.ndarray) -> str:
-    from sheldrake.solvers._evaluators import EvaluatorBase
+    from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
     return EvaluatorBase._display(self, vars)
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._costs import same_count
-from sheldrake.solvers._evaluators import Cost
+from sheldrake.solvers._functions.costs import same_count
+from sheldrake.solvers._functions.evaluators import Cost
 from sheldrake.solvers._text import latex_matrix
 from sheldrake.symbolic import Expression, ToLatex
 from sheldrake.symbolic import _functions as symbolic

@@ -13,10 +13,10 @@ import numpy as np
 from sheldrake.common._kinds import flag, instance_of, text
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._bindings import BindingBase, as_kind, bind
-from sheldrake.solvers._costs import LinearCost, QuadraticCost
-from sheldrake.solvers._evaluators import Cost, PyFunctionCost
-from sheldrake.solvers._norm_costs import L2NormCost
+from sheldrake.solvers._functions.bindings import BindingBase, as_kind, bind
+from sheldrake.solvers._functions.costs import LinearCost, QuadraticCost
+from sheldrake.solvers._functions.evaluators import Cost, PyFunctionCost
+from sheldrake.solvers._functions.norm_costs import L2NormCost
 from sheldrake.solvers._parse import costs as parse
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as build

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
-from sheldrake.solvers import _box_sphere
-from sheldrake.solvers._program import MathematicalProgram
-from sheldrake.solvers._special_ordered_sets import (
+from sheldrake.solvers._program.program import MathematicalProgram
+from sheldrake.solvers._relaxations import box_sphere
+from sheldrake.solvers._relaxations.special_ordered_sets import (
     AddBilinearProductMcCormickEnvelopeSos2,
     IntervalBinning,
     gray_code,
@@ -274,7 +274,7 @@ class _Relaxation:
                 elements = [self.R[p] for p in (*v0, *v1, *v2)]
                 vectors = _Affine(np.eye(9), np.zeros(9), elements)
                 v = np.array([self.R[p] for p in v0], dtype=object)
-                for box, region in _box_sphere.regions(self.n).items():
+                for box, region in box_sphere.regions(self.n).items():
                     if len(region.corners):  # A unit vector goes nowhere farther than one.
                         self.prog.AddLinearConstraint(
                             np.array(_SIGNS) * region.normal, np.full(8, -np.inf), np.ones(8), v

@@ -12,14 +12,14 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, dispatch, overload
 from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._bindings import BindingBase, bind
-from sheldrake.solvers._cone_constraints import (
+from sheldrake.solvers._functions.bindings import BindingBase, bind
+from sheldrake.solvers._functions.cone_constraints import (
     ExponentialConeConstraint,
     LinearMatrixInequalityConstraint,
     LorentzConeConstraint,
     PositiveSemidefiniteConstraint,
 )
-from sheldrake.solvers._constraints import LinearConstraint
+from sheldrake.solvers._functions.constraints import LinearConstraint
 from sheldrake.solvers._parse import coefficients
 from sheldrake.solvers._parse import constraints as parse
 from sheldrake.symbolic import Expression, Variable

@@ -8,8 +8,8 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._evaluators import Constraint, EvaluatorBase
-from sheldrake.solvers._norm_costs import sum_of_squares
+from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
+from sheldrake.solvers._functions.norm_costs import sum_of_squares
 from sheldrake.solvers._text import latex_matrix, latex_number
 from sheldrake.symbolic import Formula, positive_semidefinite
 from sheldrake.symbolic import _functions as symbolic

@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._evaluators import Constraint, EvaluatorBase
+from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
 
 
 def quadratically_smoothed_hinge(x: float, with_slope: bool) -> tuple[float, float]:

@@ -11,12 +11,9 @@ from sheldrake.common._names import _MangledName
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.solvers import _arrays
-from sheldrake.solvers import _cone_constraints as cones
-from sheldrake.solvers import _constraints as constraints
-from sheldrake.solvers import _costs as costs
-from sheldrake.solvers import _evaluators as evaluators
-from sheldrake.solvers import _minimum_value as minimum_value
-from sheldrake.solvers import _norm_costs as norms
+from sheldrake.solvers._functions import cone_constraints as cones
+from sheldrake.solvers._functions import constraints, costs, evaluators, minimum_value
+from sheldrake.solvers._functions import norm_costs as norms
 
 
 class BindingBase:

@@ -9,16 +9,16 @@ import numpy as np
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._overloads import expect, incompatible, overload, overloaded
 from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._bindings import BindingBase, as_kind
-from sheldrake.solvers._constraints import LinearConstraint
-from sheldrake.solvers._costs import Cost
-from sheldrake.solvers._evaluators import Constraint
+from sheldrake.solvers._functions.bindings import BindingBase, as_kind
+from sheldrake.solvers._functions.constraints import LinearConstraint
+from sheldrake.solvers._functions.costs import Cost
+from sheldrake.solvers._functions.evaluators import Constraint
 from sheldrake.solvers._ids import ProgramAttribute, SolverId, SolverOptions, SolverType, id_of_type, option_value
-from sheldrake.solvers._program_cones import ProgramCones
-from sheldrake.solvers._program_constraints import ProgramConstraints
-from sheldrake.solvers._program_costs import ProgramCosts
-from sheldrake.solvers._program_polynomials import ProgramPolynomials
-from sheldrake.solvers._program_variables import ProgramVariables
+from sheldrake.solvers._program.cones import ProgramCones
+from sheldrake.solvers._program.constraints import ProgramConstraints
+from sheldrake.solvers._program.costs import ProgramCosts
+from sheldrake.solvers._program.polynomials import ProgramPolynomials
+from sheldrake.solvers._program.variables import ProgramVariables
 from sheldrake.symbolic import ToLatex, Variable
 
 _SOLVER = instance_of(SolverId, SolverType)

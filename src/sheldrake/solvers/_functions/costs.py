@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._evaluators import Cost, EvaluatorBase
-from sheldrake.solvers._expressions import ExpressionFunction
+from sheldrake.solvers._functions.evaluators import Cost, EvaluatorBase
+from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.symbolic import Expression, ToLatex
 
 

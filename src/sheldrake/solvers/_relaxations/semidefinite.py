@@ -9,7 +9,7 @@ import numpy as np
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as build
 

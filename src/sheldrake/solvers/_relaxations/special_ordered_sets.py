@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers import _arrays
-from sheldrake.solvers._program import MathematicalProgram
+from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.symbolic import Expression
 from sheldrake.symbolic import _build as build
 

@@ -8,17 +8,22 @@ import numpy as np
 
 from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import Mismatch, dispatch, overload
-from sheldrake.solvers import _cone_constraints as cones
 from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._bindings import BindingBase, as_kind, bind
-from sheldrake.solvers._constraints import (
+from sheldrake.solvers._functions import cone_constraints as cones
+from sheldrake.solvers._functions.bindings import BindingBase, as_kind, bind
+from sheldrake.solvers._functions.constraints import (
     BoundingBoxConstraint,
     LinearComplementarityConstraint,
     LinearConstraint,
     LinearEqualityConstraint,
     QuadraticConstraint,
 )
-from sheldrake.solvers._evaluators import Constraint, EvaluatorBase, PyFunctionConstraint, VisualizationCallback
+from sheldrake.solvers._functions.evaluators import (
+    Constraint,
+    EvaluatorBase,
+    PyFunctionConstraint,
+    VisualizationCallback,
+)
 from sheldrake.solvers._parse import coefficients, formulas
 from sheldrake.solvers._parse import constraints as parse
 from sheldrake.symbolic import Variable

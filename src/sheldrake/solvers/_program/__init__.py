@@ -1,0 +1,1 @@
+"""MathematicalProgram, put together from one file a subject."""

@@ -1,0 +1,1 @@
+"""Programs that are easier to solve than the one they stand for."""
