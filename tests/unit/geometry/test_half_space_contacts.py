@@ -149,7 +149,7 @@ def test_overflow_is_reported():
     assert table.count[0] == 3
 
 
-def test_large_hull_descends_to_the_lowest_vertex():
+def test_the_lowest_vertex_of_a_large_hull_is_found():
     rng = np.random.default_rng(5)
     points = rng.normal(size=(400, 3))
     points /= np.linalg.norm(points, axis=1)[:, None]

@@ -1,15 +1,16 @@
-"""Vertices and faces of hulls found by walking; boxes around shapes that rule pairs out."""
+"""Lowest vertices and steepest faces of hulls; boxes around shapes that rule pairs out."""
 
 import itertools
 
 import numpy as np
 import pytest
 from proximity_scenes import HULL_POINTS, SHAPES, Scene, random_pose, row_of
+from sheldrake.geometry._compile_hulls import lowest_in_cells
 from test_half_space_contacts import PointHull
 
 from sheldrake.geometry._kernels.contacts import boxes_apart, half_extents
-from sheldrake.geometry._kernels.hull import lowest_vertex, steepest_face
-from sheldrake.geometry._kernels.model import BOUND, FIRST_FACE, FIRST_VERTEX, NUM_FACES, NUM_VERTICES
+from sheldrake.geometry._kernels.hull import cell_of, lowest_vertex, steepest_face
+from sheldrake.geometry._kernels.model import BOUND, CELLS, FIRST_FACE, FIRST_VERTEX, NUM_FACES, NUM_VERTICES
 from sheldrake.geometry._kernels.separation import separation
 from sheldrake.geometry._kernels.table import place_geometry
 
@@ -30,12 +31,39 @@ def directions(count, seed=0):
     return n / np.linalg.norm(n, axis=1)[:, None]
 
 
+@pytest.fixture(scope="module")
+def cube():
+    """A hull whose vertices are all tried, and whose edges lie along the cells' own."""
+    return Scene([PointHull(np.array(list(itertools.product([-0.1, 0.1], repeat=3)))), SHAPES["box"]])
+
+
+def test_of_equally_low_vertices_the_first_is_found(cube):
+    model = cube.model
+    for n in itertools.product([-1.0, 0.0, 1.0], repeat=3):
+        if any(n):
+            found = lowest_vertex(model, 0, n)
+            heights = model.vertex[:8] @ n
+            assert found == np.flatnonzero(heights == heights.min())[0]
+
+
+def test_few_vertices_of_a_cell_may_be_lowest_and_a_missing_one_is_noticed(hulls):
+    model = hulls.model
+    vertices = model.vertex[: model.geometry[0, NUM_VERTICES]]
+    cells = lowest_in_cells(vertices)
+    assert len(cells) == 6 * CELLS**2 and max(map(len, cells)) < 20 and np.mean([len(c) for c in cells]) < 5
+    assert set(np.concatenate(cells)) == set(range(len(vertices)))
+    lowest = [(vertices @ n).argmin() for n in directions(2000)]
+    cell = [cell_of(tuple(n)) for n in directions(2000)]
+    assert all(v in cells[c] for v, c in zip(lowest, cell))
+    assert not all(v in cells[c][1:] for v, c in zip(lowest, cell))
+
+
 @pytest.mark.parametrize("g", [0, 2])
 def test_no_vertex_is_lower_than_the_one_that_is_found(hulls, g):
     model = hulls.model
     first = model.geometry[g, FIRST_VERTEX]
     vertices = model.vertex[first : first + model.geometry[g, NUM_VERTICES]]
-    assert len(vertices) == (200 if g == 0 else 15)  # searched by walking, and one by one
+    assert len(vertices) == (200 if g == 0 else 15)
     for n in directions(300):
         found = lowest_vertex(model, g, tuple(n))
         assert model.vertex[found] @ n == pytest.approx((vertices @ n).min(), abs=1e-15)

@@ -9,6 +9,8 @@ import numpy as np
 from sheldrake.geometry._kernels import model as columns
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
+_LEVEL = 1e-9  # of the extent of a hull: vertices that are lower by no more are as low
+
 
 class Hulls:
     """Collects the hulls of a model; equal hulls share their rows."""
@@ -19,12 +21,12 @@ class Hulls:
         self._num_vertices = self._num_faces = 0
 
     def add(self, geometry: np.ndarray, mesh: PolygonSurfaceMesh) -> None:
-        """Reserves rows for a hull and writes where they are; FIRST_START is the number of the hull for now."""
+        """Reserves rows for a hull and writes where they are; FIRST_CELL is the number of the hull for now."""
         if id(mesh) not in self._rows:
             row = np.zeros(columns.GEOMETRY_COLUMNS, np.int64)
             row[columns.FIRST_VERTEX], row[columns.NUM_VERTICES] = self._num_vertices, mesh.num_vertices()
             row[columns.FIRST_FACE], row[columns.NUM_FACES] = self._num_faces, mesh.num_faces()
-            row[columns.FIRST_START] = len(self._meshes)
+            row[columns.FIRST_CELL] = len(self._meshes)
             self._rows[id(mesh)] = row
             self._meshes.append(mesh)
             self._num_vertices += mesh.num_vertices()
@@ -32,7 +34,7 @@ class Hulls:
         geometry[columns.FIRST_VERTEX :] = self._rows[id(mesh)][columns.FIRST_VERTEX :]
 
     def arrays(self, geometry: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """vertex, face, loop, topology; FIRST_START becomes what it says."""
+        """vertex, face, loop, topology; FIRST_CELL becomes what it says."""
         vertex = np.zeros((self._num_vertices, 3))
         face = np.zeros((self._num_faces, 4))
         loop = np.zeros((self._num_faces, 3), np.int64)
@@ -52,10 +54,10 @@ class Hulls:
                 loop[f0 + f, columns.FIRST_FOOT] = len(topology) if len(corners) > 3 else -1
                 topology.extend(v0 + v for v in _feet(vertices, corners))
             starts.append(len(topology))
-            topology.extend(int(v0 + v) for v in (start_directions() @ vertices.T).argmax(axis=1))
+            topology.extend(_cells(v0, len(topology), vertices))
         for row in geometry:
             if row[columns.KIND] == columns.HULL:
-                row[columns.FIRST_START] = starts[row[columns.FIRST_START]]
+                row[columns.FIRST_CELL] = starts[row[columns.FIRST_CELL]]
         return vertex, face, loop, np.array(topology, np.int64)
 
     def _placed(self) -> Iterator[tuple[int, int, PolygonSurfaceMesh]]:
@@ -67,16 +69,43 @@ class Hulls:
             f0 += mesh.num_faces()
 
 
-def start_directions() -> np.ndarray:
-    """Middles of the cells of a cube around the origin, in the order of `start_cell`, shape (cells, 3)."""
-    n = int(columns.START_CELLS)
-    middles = (2.0 * np.arange(n) + 1.0) / n - 1.0
-    directions = np.zeros((3, 2, n, n, 3))
+def cell_corners() -> np.ndarray:
+    """Corners of the cells on the sides of a cube around the origin, shape (6, CELLS + 1, CELLS + 1, 3)."""
+    n = int(columns.CELLS)
+    edge = 2.0 * np.arange(n + 1) / n - 1.0
+    corners = np.zeros((3, 2, n + 1, n + 1, 3))
     for axis in range(3):
-        directions[axis, 0, :, :, axis], directions[axis, 1, :, :, axis] = -1.0, 1.0
-        directions[axis, ..., (axis + 1) % 3] = middles[:, None]
-        directions[axis, ..., (axis + 2) % 3] = middles
-    return directions.reshape(-1, 3)
+        corners[axis, 0, :, :, axis], corners[axis, 1, :, :, axis] = -1.0, 1.0
+        corners[axis, ..., (axis + 1) % 3] = edge[:, None]
+        corners[axis, ..., (axis + 2) % 3] = edge
+    return corners.reshape(6, n + 1, n + 1, 3)
+
+
+def lowest_in_cells(vertices: np.ndarray) -> list[np.ndarray]:
+    """Of each cell, in the order of `cell_of`, the vertices that may be lowest along some direction through it.
+
+    A vertex is none of them if another is lower along all four corners of the cell, and so along all between them. The
+    others tried are those that are lowest along the corners and the middle.
+    """
+    found = []
+    for side in cell_corners():
+        height = side @ vertices.T
+        height = np.stack([height[:-1, :-1], height[1:, :-1], height[:-1, 1:], height[1:, 1:]])
+        height = height.reshape(4, -1, len(vertices))
+        slack = _LEVEL * np.ptp(height)
+        may = np.ones(height.shape[1:], bool)
+        for rivals in (*height, height.sum(axis=0)):
+            lowest = rivals.argmin(axis=1)
+            may &= np.any(height <= height[:, np.arange(len(lowest)), lowest][..., None] + slack, axis=0)
+        found += [np.flatnonzero(row) for row in may]
+    return found
+
+
+def _cells(v0: int, at: int, vertices: np.ndarray) -> list[int]:
+    """Where in `topology` the vertices of each cell start, and they; for index `at` on."""
+    lists = lowest_in_cells(vertices)
+    starts = at + len(lists) + 1 + np.concatenate([[0], np.cumsum([len(a) for a in lists])])
+    return [*starts.tolist(), *(v0 + np.concatenate(lists)).tolist()]
 
 
 def _lists(*tables: list[list[int]]) -> list[int]:

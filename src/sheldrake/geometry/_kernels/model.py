@@ -36,7 +36,7 @@ FIRST_VERTEX = np.int64(3)  # hulls: rows of `vertex`
 NUM_VERTICES = np.int64(4)
 FIRST_FACE = np.int64(5)  # hulls: rows of `face` and of `loop`
 NUM_FACES = np.int64(6)
-FIRST_START = np.int64(7)  # hulls: index in `topology` of vertices to start a search from, see START_CELLS
+FIRST_CELL = np.int64(7)  # hulls: index in `topology` of where the vertices of each cell start, see CELLS
 GEOMETRY_COLUMNS = 8
 
 # Columns of GeometryModel.size
@@ -54,9 +54,9 @@ FRICTION_STATIC = np.int64(3)
 FRICTION_DYNAMIC = np.int64(4)
 MATERIAL_COLUMNS = 5
 
-# Directions from the middle of a hull go through the six sides of a cube with so many cells along each edge; the
-# vertex farthest along the middle of a cell is near the one farthest along any direction through the cell.
-START_CELLS = np.int64(4)
+# Directions from the middle of a hull go through the six sides of a cube with so many cells along each edge; few
+# vertices are lowest along any direction through a cell.
+CELLS = np.int64(8)
 
 # GeometryModel.margin
 SEVERAL = np.int64(0)
@@ -107,7 +107,7 @@ class GeometryModel(NamedTuple):
         loop: where the corners and feet of hull faces are, shape (num_faces, 3).
         topology: vertex numbers (rows of `vertex`): per vertex v, `topology[v]` is where its neighbours start and
             `topology[v + 1]` where they end; the same for the faces around v (rows of `face`) from num_vertices + 1 on;
-            then neighbours, faces, face corners, feet, and of each hull the vertices to start from.
+            then neighbours, faces, face corners, feet, and of each hull where the vertices of its cells start and they.
         cell: width of the cells in which close pairs are sought at each step [m], shape (1,), see `cells`; then only
             pairs with half spaces are listed in `pair`. Of no size when all pairs are listed.
         partner: with cells, `partner[partner[a]:partner[a + 1]]` are the geometries b > a on other bodies that a must

@@ -1,0 +1,193 @@
+"""Sixty robots of example-robot-data fall: CPU time of a 1 ms step in sheldrake, Drake and MuJoCo.
+
+    python benchmarks/real_robots.py [name ...] [--seconds 0.3]        pip install "sheldrake[kernels,peers,robots]"
+
+Each robot starts in the posture of its zeros, a metre above flat ground, without motors. What is compared is made as
+equal as the engines allow: meshes are replaced by their convex hulls once, for everybody; and the pairs of bodies that
+MuJoCo never tests, those on the two sides of one joint with all that is welded to them, are excluded in sheldrake and
+in Drake too. Contacts are counted at every hundredth of a second of another fall: sheldrake and MuJoCo find several
+points where faces touch, Drake one; "one point" is sheldrake with one. "-" is a robot that an engine can not read or
+not simulate.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import importlib
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import time
+import warnings
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "src")]
+
+from benchmarks.turns import machine  # noqa: E402
+from tests.crosscheck.robots.real_robots import robot_files, robots_folder  # noqa: E402
+
+DT, HEIGHT, SAMPLE = 1e-3, 1.0, 0.01
+ENGINES = ("sheldrake", "one point", "Drake", "MuJoCo")
+MESH = re.compile(r'filename="([^"]*\.(?:dae|stl|ply|obj))"', re.IGNORECASE)
+
+
+def with_hulls(path: pathlib.Path, folder: pathlib.Path) -> pathlib.Path:
+    """A copy of a description in `folder`: no visuals, and meshes are OBJ files of their convex hulls."""
+    from sheldrake.geometry import Convex
+
+    def hull_of(match: re.Match) -> str:
+        name = match[1].removeprefix("file://")
+        mesh = robots_folder().parent / name.removeprefix("package://example-robot-data/")
+        mesh = mesh if name.startswith("package://") else path.parent / name
+        out = folder / (hashlib.sha256(str(mesh).encode()).hexdigest()[:16] + ".obj")
+        if not out.exists():
+            hull = Convex(str(mesh), 1.0).GetConvexHull()
+            points = (hull.vertex(i) for i in range(hull.num_vertices()))
+            faces = (hull.element(i) for i in range(hull.num_elements()))
+            lines = ["v {:.9g} {:.9g} {:.9g}".format(*x) for x in points]
+            lines += ["f " + " ".join(str(f.vertex(k) + 1) for k in range(f.num_vertices())) for f in faces]
+            out.write_text("\n".join(lines) + "\n")
+        return f'filename="{out}"'
+
+    text = re.sub(r"<visual.*?</visual>", "", path.read_text(), flags=re.S)
+    out = folder / f"{path.parts[-3]}_{path.name}"
+    out.write_text(MESH.sub(hull_of, text))
+    return out
+
+
+def exclude_neighbours(lib, plant, scene_graph) -> None:
+    """No contact between the two sides of a joint, each with what is welded to it."""
+    manager = scene_graph.collision_filter_manager()
+    for index in plant.GetJointIndices():
+        joint = plant.get_joint(index)
+        sides = [plant.GetBodiesWeldedTo(body) for body in (joint.parent_body(), joint.child_body())]
+        if joint.num_velocities() and plant.world_body() not in sides[0] + sides[1]:
+            a, b = (plant.CollectRegisteredGeometries(side) for side in sides)
+            manager.Apply(lib.CollisionFilterDeclaration().ExcludeBetween(a, b))
+
+
+def fall_like_drake(package: str, path: pathlib.Path, seconds: float, single: bool = False) -> dict:
+    """A fall in sheldrake or pydrake."""
+    lib = importlib.import_module(f"{package}.all")
+    if single:
+        importlib.import_module(f"{package}.geometry._defaults").point_contact_algorithm = "single_point"
+    builder = lib.DiagramBuilder()
+    plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, DT)
+    lib.Parser(plant).AddModels(str(path))
+    ground = plant.world_body(), lib.RigidTransform(), lib.HalfSpace(), "ground"
+    plant.RegisterCollisionGeometry(*ground, lib.CoulombFriction(1.0, 1.0))
+    plant.Finalize()
+    exclude_neighbours(lib, plant, scene_graph)
+    diagram = builder.Build()
+    simulator = lib.Simulator(diagram)
+    results = plant.get_contact_results_output_port()
+
+    def begin() -> None:
+        simulator.reset_context(diagram.CreateDefaultContext())
+        context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+        for body in plant.GetFloatingBaseBodies():
+            plant.SetFreeBodyPose(context, plant.get_body(body), lib.RigidTransform([0.0, 0.0, HEIGHT]))
+        simulator.Initialize()
+
+    def contacts() -> int:
+        return results.Eval(plant.GetMyContextFromRoot(simulator.get_context())).num_point_pair_contacts()
+
+    return {"nv": plant.num_velocities(), **timed(begin, simulator.AdvanceTo, contacts, seconds)}
+
+
+def fall_in_mujoco(path: pathlib.Path, seconds: float) -> dict:
+    """A fall in MuJoCo."""
+    import mujoco
+
+    bounds = 'balanceinertia="true" boundmass="1e-6" boundinertia="1e-9"'  # some links have no mass
+    compiler = f'<compiler strippath="false" discardvisual="true" fusestatic="false" {bounds}/>'
+    options = f'<mujoco>{compiler}<option timestep="{DT}"/></mujoco>'
+    spec = mujoco.MjSpec.from_string(re.sub(r"(<robot[^>]*>)", rf"\1{options}", path.read_text(), count=1))
+    for body in spec.worldbody.bodies:
+        if not body.joints:
+            body.add_freejoint()
+        body.pos = [0.0, 0.0, HEIGHT]
+    spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
+    model = spec.compile()
+    data = mujoco.MjData(model)
+
+    def advance_to(t: float) -> None:
+        mujoco.mj_step(model, data, round((t - data.time) / DT))
+
+    return {"nv": model.nv, **timed(lambda: mujoco.mj_resetData(model, data), advance_to, lambda: data.ncon, seconds)}
+
+
+def timed(begin, advance_to, contacts, seconds: float) -> dict:
+    """CPU time of a step [us], the best of three falls, and mean number of contacts."""
+    spent = []
+    for _ in range(3):
+        begin()
+        advance_to(DT)
+        start = time.process_time()
+        advance_to(seconds)
+        spent.append(time.process_time() - start)
+    begin()
+    found = []
+    for k in range(1, round(seconds / SAMPLE) + 1):
+        advance_to(k * SAMPLE)
+        found.append(contacts())
+    return {"us": min(spent) / round(seconds / DT - 1) * 1e6, "contacts": float(np.mean(found))}
+
+
+def fall(engine: str, path: pathlib.Path, seconds: float) -> dict:
+    """Time and contacts of one robot in one engine."""
+    if engine == "MuJoCo":
+        return fall_in_mujoco(path, seconds)
+    return fall_like_drake("pydrake" if engine == "Drake" else "sheldrake", path, seconds, engine == "one point")
+
+
+def in_own_process(engine: str, path: pathlib.Path, seconds: float) -> dict | None:
+    """`fall` in a process that may fail."""
+    command = [sys.executable, __file__, "--engine", engine, str(path), "--seconds", str(seconds)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=600)
+    return json.loads(done.stdout.splitlines()[-1]) if done.returncode == 0 else None
+
+
+def line(name: str, found: dict[str, dict | None]) -> str:
+    """One robot: velocities, then of each engine time, contacts, and how many times sheldrake's time it took."""
+    ours = found["sheldrake"]
+    cells = []
+    for engine in ENGINES:
+        f = found[engine]
+        times = f"{f['us']:8.2f}{f['contacts']:6.1f}" if f else f"{'-':>8s}{'-':>6s}"
+        cells.append(times + (f"{f['us'] / ours['us']:6.1f}x" if f and ours else f"{'-':>7s}"))
+    return f"{name:44s}{ours['nv'] if ours else '-':>4}" + " ".join(cells)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", help="parts of paths; all robots without any")
+    parser.add_argument("--seconds", type=float, default=0.3)
+    parser.add_argument("--engine", choices=ENGINES, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.engine:
+        warnings.simplefilter("ignore")
+        print(json.dumps(fall(options.engine, pathlib.Path(options.names[0]), options.seconds)))
+        return
+    print(machine())
+    print(f"{'us a step, contacts, ratio of times':44s}{'nv':>4s}" + " ".join(f"{engine:>21s}" for engine in ENGINES))
+    with tempfile.TemporaryDirectory() as folder:
+        for path in robot_files("urdf"):
+            if options.names and not any(name in str(path) for name in options.names):
+                continue
+            try:
+                copy = with_hulls(path, pathlib.Path(folder))
+            except (RuntimeError, ValueError, OSError):
+                continue  # files that the package does not contain
+            found = {engine: in_own_process(engine, copy, options.seconds) for engine in ENGINES}
+            print(line(f"{path.parts[-3].removesuffix('_description')} {path.stem}", found), flush=True)
+
+
+if __name__ == "__main__":
+    main()
