@@ -52,6 +52,7 @@ def test_speeds_are_those_of_the_contact_point():
     scene.v[0, 3:] = [0.3, 0.4, 0.0]
     scene.step()
     contacts = step_contacts(scene.work, scene.geometry.material[:, 0], scene.dt)
-    speed = scene.v[0, 3:] + np.cross(scene.v[0, :3], contacts.p_WC - scene.work.tree.X_WB[1, 9:])
+    v = scene.work.step.v_next  # of the solution, at the positions of the step's start
+    speed = v[3:6] + np.cross(v[:3], contacts.p_WC - scene.work.tree.X_WB[1, 9:])
     np.testing.assert_allclose(contacts.slip_speed, np.hypot(speed[:, 0], speed[:, 1]), rtol=1e-12)
     np.testing.assert_allclose(contacts.separation_speed, speed[:, 2], atol=1e-13)

@@ -1,9 +1,13 @@
-"""Free bodies that spin faster than the time step resolves: what explicit Euler makes of them is kept finite.
+"""How free bodies spin, where steps settle. Steps that do not have Drake's numbers, to infinity.
 
-The gyroscopic torque w x (I w) is taken at the start of the step, as Drake takes it. That adds (dt |w|)^2 of the energy
-of a tumbling body in each step, so that one that turns by more than some tenths of a radian a step is soon infinitely
-fast. There is nothing right about such a motion; with less of the torque the faster it turns, it stays a motion.
-Steps that do not settle have Drake's numbers, to infinity.
+The gyroscopic torque w x (I w) is taken at the start of the step, as Drake takes it, and the orientation changes after
+it. That adds (dt |w|)^2 of the energy of a tumbling body in each step, and as much to its angular momentum; an impact
+adds dt times the change of the torque. Here momentum is kept to the last digit: a body that has turned by the step gets
+the velocity at which it has, about its centre of mass, the momentum of the step's end, and its centre of mass moves
+along that momentum. What stays at rest, or spins about a principal axis, is left as it is.
+
+A body that turns by more than some tenths of a radian a step has no right motion anyway: contact would see velocities
+without bound. With less of the torque the faster it turns, it stays a motion.
 
 Quaternions are not normalized, either: explicit Euler makes them longer by half the square of half the angle, and those
 of what spins so fast would overflow.
@@ -12,12 +16,40 @@ of what spins so fast would overflow.
 import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, load_inertia, mul_inertia, scale3
+from sheldrake.common._kernels.vec import (
+    add3,
+    cross3,
+    dot3,
+    load3,
+    load_inertia,
+    mul_inertia,
+    neg3,
+    read3,
+    scale3,
+    sub3,
+    write3,
+)
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.tree._kernels.model import FREE, KIND, QUATERNION, Q, V
+from sheldrake.multibody.tree._kernels.model import FREE, KIND, QUATERNION, TREE_BODY, TREE_NV, Q, V
 
 LONG = np.float64(1e6)  # square of the length of a quaternion that needs shortening
+FREE_DOFS = np.int64(6)
+TURNS = np.float64(1e-16)  # angle of a step that the digits of a momentum see [rad]
 RESOLVED = np.float64(0.2)  # angle of a step that is left as it is [rad]
+
+
+@kernel
+def torque_held_back(tree, body, dt):
+    """The part of a body's gyroscopic torque about its centre of mass that is too much for a time step [N m]."""
+    w = load3(tree.V, body)
+    angle2 = dt * dt * dot3(w, w)
+    if not angle2 > RESOLVED * RESOLVED:
+        return (0.0 * w[0], 0.0 * w[1], 0.0 * w[2])
+    I = load_inertia(tree.inertia, body)
+    mass, first_moment, _ = I
+    momentum, _ = mul_inertia(I, (w, (0.0, 0.0, 0.0)))  # about the origin
+    momentum = add3(momentum, scale3(cross3(first_moment, cross3(first_moment, w)), 1.0 / mass))
+    return scale3(cross3(w, momentum), 1.0 - RESOLVED * RESOLVED / angle2)
 
 
 @kernel
@@ -25,18 +57,83 @@ def hold_back_gyroscopic_torques(tree_model, tree, dt):
     """Takes away some of the gyroscopic torque about the centre of mass, in `bias`, of bodies that spin so fast."""
     for body in range(1, tree_model.body.shape[0]):
         if tree_model.body[body, KIND] == FREE:
-            w = load3(tree.V, body)
-            angle2 = dt * dt * dot3(w, w)
-            if angle2 > RESOLVED * RESOLVED:
-                I = load_inertia(tree.inertia, body)
-                mass, first_moment, _ = I
-                momentum, _ = mul_inertia(I, (w, (0.0, 0.0, 0.0)))  # about the origin
-                momentum = add3(momentum, scale3(cross3(first_moment, cross3(first_moment, w)), 1.0 / mass))
-                x, y, z = scale3(cross3(w, momentum), 1.0 - RESOLVED * RESOLVED / angle2)
-                dof = tree_model.body[body, V]
-                tree.bias[dof] -= x
-                tree.bias[dof + 1] -= y
-                tree.bias[dof + 2] -= z
+            x, y, z = torque_held_back(tree, body, dt)
+            dof = tree_model.body[body, V]
+            tree.bias[dof] -= x
+            tree.bias[dof + 1] -= y
+            tree.bias[dof + 2] -= z
+
+
+@kernel
+def turned(a, x):
+    """x, turned by the quaternion (1, a), of any length."""
+    y = cross3(a, x)
+    return add3(x, scale3(add3(y, cross3(a, y)), 2.0 / (1.0 + dot3(a, a))))
+
+
+@kernel
+def divide_symmetric(L, I):
+    """I^-1 L."""
+    xx, yy, zz, xy, xz, yz = I
+    x = (yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy)
+    y = (x[1], xx * zz - xz * xz, xy * xz - xx * yz)
+    z = (x[2], y[2], xx * yy - xy * xy)
+    s = 1.0 / (xx * x[0] + xy * x[1] + xz * x[2])
+    return (s * dot3(x, L), s * dot3(y, L), s * dot3(z, L))
+
+
+@kernel
+def central_inertia(I):
+    """(centre of mass, moments about it) of an Inertia about its origin."""
+    mass, first_moment, second = I
+    x, y, z = first_moment
+    c = scale3(first_moment, 1.0 / mass)
+    return c, (
+        second[0] - (y * c[1] + z * c[2]),
+        second[1] - (x * c[0] + z * c[2]),
+        second[2] - (x * c[0] + y * c[1]),
+        second[3] + x * c[1],
+        second[4] + x * c[2],
+        second[5] + y * c[2],
+    )
+
+
+@kernel
+def momentum_after(tree, body, v0, v1, dof, dt):
+    """Momentum at the end of a step about the origin at its start: that of v1, less the torques of spinning."""
+    I = load_inertia(tree.composite, body)
+    still = (0.0, 0.0, 0.0)
+    w0 = read3(v0, dof)
+    spin, flow = mul_inertia(I, (w0, still))
+    angular, linear = mul_inertia(I, (read3(v1, dof), read3(v1, dof + 3)))
+    angular = add3(angular, scale3(sub3(cross3(w0, spin), torque_held_back(tree, body, dt)), dt))
+    return angular, add3(linear, scale3(cross3(w0, flow), dt))
+
+
+@kernel
+def keep_momentum(tree_model, tree, v0, v1, dt, q0, q, at_v):
+    """Velocities and origins, in the next state q, of free bodies to which nothing is jointed.
+
+    Their velocities are v0 at the start of the step, v1 in its solution, in the state from `at_v` on.
+    """
+    for k in range(tree_model.tree.shape[0]):
+        body = tree_model.tree[k, TREE_BODY]
+        if tree_model.body[body, KIND] == FREE and tree_model.tree[k, TREE_NV] == FREE_DOFS:
+            dof = tree_model.body[body, V]
+            w1 = read3(v1, dof)
+            if dt * dt * (dot3(read3(v0, dof), read3(v0, dof)) + dot3(w1, w1)) > TURNS * TURNS:
+                mass, _, _ = load_inertia(tree.composite, body)
+                c, I = central_inertia(load_inertia(tree.composite, body))
+                angular, linear = momentum_after(tree, body, v0, v1, dof, dt)
+                v_cm = scale3(linear, 1.0 / mass)
+                L = sub3(angular, cross3(c, linear))
+                a = scale3(w1, 0.5 * dt)
+                w = turned(a, divide_symmetric(turned(neg3(a), L), I))
+                c1 = turned(a, c)
+                write3(q, at_v + dof, w)
+                write3(q, at_v + dof + 3, sub3(v_cm, cross3(w, c1)))
+                at = tree_model.body[body, Q] + 4
+                write3(q, at, add3(read3(q0, at), sub3(add3(c, scale3(v_cm, dt)), c1)))
 
 
 @kernel

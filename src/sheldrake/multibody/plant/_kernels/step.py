@@ -48,7 +48,7 @@ from sheldrake.multibody.plant._kernels.forces import (
 from sheldrake.multibody.plant._kernels.joint_rows import put_actuators, put_dry_friction, put_limits
 from sheldrake.multibody.plant._kernels.locks import lock_contacts, lock_mass_matrix, lock_motion, lock_rows
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors
-from sheldrake.multibody.plant._kernels.spin import hold_back_gyroscopic_torques, shorten_quaternions
+from sheldrake.multibody.plant._kernels.spin import hold_back_gyroscopic_torques, keep_momentum, shorten_quaternions
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix
 from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
 from sheldrake.multibody.tree._kernels.forces import ForceModel
@@ -198,6 +198,7 @@ def joint_constraints(
 @kernel(top=True, short_loops=True)
 def next_state(
     xd: Vector,
+    tree: TreeWork,
     problem: Problem,
     rows: Rows,
     step: StepVectors,
@@ -217,4 +218,5 @@ def next_state(
         out[nq + k] = problem.x[V, k]
     integrate_positions(tree_model, xd, step.v_next, dt, out)
     if solver_model.setting[SETTLE] == 1:
+        keep_momentum(tree_model, tree, step.v, step.v_next, dt, xd, out, nq)
         shorten_quaternions(tree_model, out)
