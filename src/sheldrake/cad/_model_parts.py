@@ -7,22 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.parsing._files.diagnostics import Location
+from sheldrake.multibody.parsing._model.description import GeometryDescription
+from sheldrake.multibody.parsing._reading.reading import unique_name
+
 KNOWN_JOINTS = ("revolute", "prismatic", "weld", "planar", "ball_rpy", "universal", "screw")
 _MATERIAL = ("coulomb_friction", "hunt_crossley_dissipation", "relaxation_time", "point_contact_stiffness",
              "point_contact_algorithm")  # fmt: skip
 _HYDROELASTIC = ("compliance_type", "resolution_hint", "hydroelastic_modulus", "margin")
-
-
-@dataclass
-class GeometryPart:
-    """A shape on a body; `illustration`, `perception`, `proximity` are its properties by role, or None."""
-
-    name: str
-    X_BG: Any
-    shape: Any
-    illustration: Any = None
-    perception: Any = None
-    proximity: Any = None
 
 
 @dataclass
@@ -31,8 +23,8 @@ class BodyPart:
 
     body: Any
     name: str
-    visuals: list[GeometryPart] = field(default_factory=list)
-    collisions: list[GeometryPart] = field(default_factory=list)
+    visuals: list[GeometryDescription] = field(default_factory=list)
+    collisions: list[GeometryDescription] = field(default_factory=list)
 
 
 @dataclass
@@ -141,14 +133,13 @@ class _Taker:
                 found.append(self._geometry(geometry_id, taken, found is part.collisions))
         return part
 
-    def _geometry(self, geometry_id: Any, taken: set[str], is_collision: bool) -> GeometryPart:
-        from sheldrake.multibody.parsing._reading.reading import unique_name
-
+    def _geometry(self, geometry_id: Any, taken: set[str], is_collision: bool) -> GeometryDescription:
         inspector = self._inspector
         wanted = inspector.GetName(geometry_id).rpartition("::")[2]
         name = unique_name(wanted, taken)
         taken.add(name)
-        part = GeometryPart(name, inspector.GetPoseInFrame(geometry_id), inspector.GetShape(geometry_id))
+        X_BG, shape = inspector.GetPoseInFrame(geometry_id), inspector.GetShape(geometry_id)
+        part = GeometryDescription(Location(self._parts.name), name, X_BG, shape)
         if is_collision:
             part.proximity = inspector.GetProximityProperties(geometry_id)
             self._check_proximity(part)
@@ -157,7 +148,7 @@ class _Taker:
             part.perception = inspector.GetPerceptionProperties(geometry_id)
         return part
 
-    def _check_proximity(self, part: GeometryPart) -> None:
+    def _check_proximity(self, part: GeometryDescription) -> None:
         known = {"material": _MATERIAL, "hydroelastic": _HYDROELASTIC}
         for group in sorted(part.proximity.GetGroupNames()):
             for key in part.proximity.GetPropertiesInGroup(group):

@@ -1,13 +1,17 @@
-"""What URDF and SDFormat have in common: inertias about the centre of mass, contact properties, filter groups."""
+"""What URDF and SDFormat have in common: inertias, axes, force elements, contact properties, filter groups, looks."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ._model_parts import GeometryPart, ModelParts
+from sheldrake.multibody.parsing._model.description import GeometryDescription
+
+from ._model_parts import JointPart, ModelParts
 from ._xml_tree import Node
 
 MOMENTS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
@@ -35,7 +39,50 @@ def central_inertia(body: Any) -> tuple[float, np.ndarray, np.ndarray]:
     return mass, p_BoBcm_B, np.asarray(I_BBcm_B, dtype=float)
 
 
-def add_proximity(parent: Node, geometry: GeometryPart, put: Callable[[Node, str, Any], None]) -> None:
+def axis_of(part: JointPart) -> np.ndarray | None:
+    """Axis of a joint in frame F, shape (3,), or None."""
+    joint = part.joint
+    getter = {"revolute": "revolute_axis", "prismatic": "translation_axis", "screw": "screw_axis"}.get(part.kind)
+    if getter is not None:
+        return np.asarray(getattr(joint, getter)())
+    return np.array([0.0, 0.0, 1.0]) if part.kind == "planar" else None
+
+
+def add_forces(root: Node, parts: ModelParts, put: Any, name_it: Any) -> None:
+    """Adds bushings, spring-dampers and ball constraints; `put` writes a value, `name_it` a name."""
+    made: dict[Any, str] = {}
+    for force in parts.forces:
+        if type(force).__name__ == "LinearSpringDamper":
+            prefix = "drake:linear_spring_damper"
+            node = root.add(prefix)
+            name_it(node, f"{prefix}_body_A", parts.names[force.bodyA().index()])
+            put(node, f"{prefix}_p_AP", force.p_AP())
+            name_it(node, f"{prefix}_body_B", parts.names[force.bodyB().index()])
+            put(node, f"{prefix}_p_BQ", force.p_BQ())
+            for key in ("free_length", "stiffness", "damping"):
+                put(node, f"{prefix}_{key}", getattr(force, key)())
+            continue
+        node = root.add("drake:linear_bushing_rpy")
+        for letter in "AC":
+            name_it(node, f"drake:bushing_frame{letter}", _frame_name(getattr(force, f"frame{letter}")(), parts, made))
+        for key in ("torque_stiffness", "torque_damping", "force_stiffness", "force_damping"):
+            put(node, f"drake:bushing_{key}", getattr(force, f"{key}_constants")())
+    for one, p_AP, other, p_BQ in parts.balls:
+        prefix = "drake:ball_constraint"
+        node = root.add(prefix)
+        name_it(node, f"{prefix}_body_A", one)
+        put(node, f"{prefix}_p_AP", p_AP)
+        name_it(node, f"{prefix}_body_B", other)
+        put(node, f"{prefix}_p_BQ", p_BQ)
+
+
+def _frame_name(frame: Any, parts: ModelParts, made: dict) -> str:
+    if frame.is_body_frame():
+        return parts.names[frame.body().index()]
+    return frame.name()
+
+
+def add_proximity(parent: Node, geometry: GeometryDescription, put: Callable[[Node, str, Any], None]) -> None:
     """Adds `<drake:proximity_properties>`; `put` adds a value in the manner of the format."""
     properties = geometry.proximity
     block = Node("drake:proximity_properties")
@@ -67,7 +114,7 @@ def add_filters(parent: Node, parts: ModelParts, extra: list[tuple[str, str]], n
             name_it(group, "drake:ignored_collision_filter_group", f"only_{other}", "name")
 
 
-def colours(geometry: GeometryPart) -> dict[str, np.ndarray]:
+def colours(geometry: GeometryDescription) -> dict[str, np.ndarray]:
     """Red, green, blue and opacity by kind of light (`diffuse`, ...), shape (4,)."""
     properties = geometry.illustration or geometry.perception
     if properties is None or not properties.HasGroup("phong"):
@@ -80,12 +127,29 @@ def _rgba(value: Any) -> np.ndarray:
     return np.array([value.r(), value.g(), value.b(), value.a()] if hasattr(value, "r") else value, dtype=float)
 
 
-def texture(geometry: GeometryPart) -> str | None:
+def texture(geometry: GeometryDescription) -> str | None:
     """Path of the image on the surface, or None."""
     properties = geometry.illustration or geometry.perception
     if properties is None or not properties.HasProperty("phong", "diffuse_map"):
         return None
     return str(properties.GetProperty("phong", "diffuse_map"))
+
+
+def image_name(geometry: GeometryDescription, folder: Path) -> str | None:
+    """The image on the surface as a file in `folder` names it, or None."""
+    image = texture(geometry)
+    if image is None:
+        return None
+    return (os.path.relpath(image, folder) if os.path.isabs(image) else image).replace(os.sep, "/")
+
+
+def add_viewers(node: Node, geometry: GeometryDescription) -> None:
+    """Adds who does not see a visual geometry: roles that it lacks, and renderers other than those named."""
+    for role in ("illustration", "perception"):
+        if getattr(geometry, role) is None:
+            node.add(f"drake:{role}_properties", enabled="false")
+    for renderer in accepting(geometry):
+        node.add("drake:accepting_renderer", name=renderer)
 
 
 def check_looks(parts: ModelParts) -> None:
@@ -102,7 +166,7 @@ def check_looks(parts: ModelParts) -> None:
                             parts.losses.append(text)
 
 
-def accepting(geometry: GeometryPart) -> list[str]:
+def accepting(geometry: GeometryDescription) -> list[str]:
     """Names of the renderers that show the shape; empty for all."""
     properties = geometry.perception
     if properties is None or not properties.HasProperty("renderer", "accepting"):

@@ -2,25 +2,27 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.parsing._model.description import GeometryDescription
+
 from ._mesh_files import MeshFiles
-from ._model_parts import BodyPart, GeometryPart, JointPart, ModelParts
+from ._model_parts import BodyPart, JointPart, ModelParts
 from ._write_parts import (
     MOMENTS,
-    accepting,
     add_filters,
+    add_forces,
     add_proximity,
+    add_viewers,
+    axis_of,
     central_inertia,
     check_looks,
     colours,
-    texture,
+    image_name,
 )
-from ._write_urdf import _axis, add_forces
 from ._xml_tree import Node, xyz_rpy
 
 _TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "ball_rpy": "ball",
@@ -120,7 +122,7 @@ class _Sdf:
             if node is not None:
                 add_proximity(node, geometry, _put)
 
-    def _placed(self, link: Node, tag: str, geometry: GeometryPart) -> Node | None:
+    def _placed(self, link: Node, tag: str, geometry: GeometryDescription) -> Node | None:
         shape = self._shape(geometry.shape)
         if shape is None:
             kind = type(geometry.shape).__name__
@@ -158,23 +160,18 @@ class _Sdf:
             return None
         return node
 
-    def _visual(self, link: Node, geometry: GeometryPart) -> None:
+    def _visual(self, link: Node, geometry: GeometryDescription) -> None:
         node = self._placed(link, "visual", geometry)
         if node is None:
             return
-        shades, image = colours(geometry), texture(geometry)
+        shades, image = colours(geometry), image_name(geometry, self._folder)
         if shades or image is not None:
             material = node.add("material")
             for shade, rgba in shades.items():
                 material.add(shade, rgba)
             if image is not None:
-                path = os.path.relpath(image, self._folder) if os.path.isabs(image) else image
-                material.add("drake:diffuse_map", path.replace(os.sep, "/"))
-        for role in ("illustration", "perception"):
-            if getattr(geometry, role) is None:
-                node.add(f"drake:{role}_properties", enabled="false")
-        for renderer in accepting(geometry):
-            node.add("drake:accepting_renderer", name=renderer)
+                material.add("drake:diffuse_map", image)
+        add_viewers(node, geometry)
 
     def _joint(self, part: JointPart) -> None:
         if part.kind == "planar":
@@ -201,7 +198,7 @@ class _Sdf:
     def _actuated(self, node: Node, part: JointPart) -> None:
         joint = part.joint
         axis = node.add("axis")
-        axis.add("xyz", _axis(part))
+        axis.add("xyz", axis_of(part))
         limit = axis.add("limit")
         values = {
             "lower": joint.position_lower_limits()[0],

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.parsing._model.description import GeometryDescription
+
 from ._mesh_files import MeshFiles
-from ._model_parts import BodyPart, GeometryPart, JointPart, ModelParts
+from ._model_parts import BodyPart, JointPart, ModelParts
 from ._write_parts import (
     MOMENTS,
-    accepting,
     add_filters,
+    add_forces,
     add_proximity,
+    add_viewers,
+    axis_of,
     central_inertia,
     check_looks,
     colours,
-    texture,
+    image_name,
 )
 from ._xml_tree import Node, xyz_rpy
 
@@ -83,7 +86,7 @@ class _Urdf:
             if node is not None:
                 add_proximity(node, geometry, _put_value)
 
-    def _placed(self, link: Node, tag: str, geometry: GeometryPart) -> Node | None:
+    def _placed(self, link: Node, tag: str, geometry: GeometryDescription) -> Node | None:
         shape = self._shape(geometry.shape)
         if shape is None:
             kind = type(geometry.shape).__name__
@@ -119,12 +122,12 @@ class _Urdf:
             return node
         return None
 
-    def _visual(self, link: Node, geometry: GeometryPart) -> None:
+    def _visual(self, link: Node, geometry: GeometryDescription) -> None:
         node = self._placed(link, "visual", geometry)
         if node is None:
             return
         shades = colours(geometry)
-        diffuse, image = shades.pop("diffuse", None), texture(geometry)
+        diffuse, image = shades.pop("diffuse", None), image_name(geometry, self._folder)
         for shade in shades:
             text = f"{shade} colours: URDF has the diffuse one only"
             if text not in self._parts.losses:
@@ -136,13 +139,8 @@ class _Urdf:
             if diffuse is not None:
                 material.add("color", rgba=diffuse)
             if image is not None:
-                path = os.path.relpath(image, self._folder) if os.path.isabs(image) else image
-                material.add("texture", filename=path.replace(os.sep, "/"))
-        for role in ("illustration", "perception"):
-            if getattr(geometry, role) is None:
-                node.add(f"drake:{role}_properties", enabled="false")
-        for renderer in accepting(geometry):
-            node.add("drake:accepting_renderer", name=renderer)
+                material.add("texture", filename=image)
+        add_viewers(node, geometry)
 
     def _joint(self, part: JointPart) -> None:
         X_PF, axis, child = self._without_child_frame(part)
@@ -180,7 +178,7 @@ class _Urdf:
         X_MC = part.X_CM.inverse()
         if part.kind == "weld":
             return part.X_PF @ part.joint.X_FM() @ X_MC, None, part.child
-        axis = _axis(part)
+        axis = axis_of(part)
         if part.X_CM.IsExactlyIdentity():
             return part.X_PF, axis, part.child
         if axis is not None and part.kind in ("revolute", "prismatic", "screw"):
@@ -237,46 +235,3 @@ class _Urdf:
             if actuator.has_controller():
                 gains = actuator.get_controller_gains()
                 inside.add("drake:controller_gains", p=gains.p, d=gains.d)
-
-
-def _axis(part: JointPart) -> np.ndarray | None:
-    """Axis in frame F."""
-    joint = part.joint
-    getter = {"revolute": "revolute_axis", "prismatic": "translation_axis", "screw": "screw_axis"}.get(part.kind)
-    if getter is not None:
-        return np.asarray(getattr(joint, getter)())
-    return np.array([0.0, 0.0, 1.0]) if part.kind == "planar" else None
-
-
-def add_forces(root: Node, parts: ModelParts, put: Any, name_it: Any) -> None:
-    """Adds bushings, spring-dampers and ball constraints; `put` writes a value, `name_it` a name."""
-    made: dict[Any, str] = {}
-    for force in parts.forces:
-        if type(force).__name__ == "LinearSpringDamper":
-            prefix = "drake:linear_spring_damper"
-            node = root.add(prefix)
-            name_it(node, f"{prefix}_body_A", parts.names[force.bodyA().index()])
-            put(node, f"{prefix}_p_AP", force.p_AP())
-            name_it(node, f"{prefix}_body_B", parts.names[force.bodyB().index()])
-            put(node, f"{prefix}_p_BQ", force.p_BQ())
-            for key in ("free_length", "stiffness", "damping"):
-                put(node, f"{prefix}_{key}", getattr(force, key)())
-            continue
-        node = root.add("drake:linear_bushing_rpy")
-        for letter in "AC":
-            name_it(node, f"drake:bushing_frame{letter}", _frame_name(getattr(force, f"frame{letter}")(), parts, made))
-        for key in ("torque_stiffness", "torque_damping", "force_stiffness", "force_damping"):
-            put(node, f"drake:bushing_{key}", getattr(force, f"{key}_constants")())
-    for one, p_AP, other, p_BQ in parts.balls:
-        prefix = "drake:ball_constraint"
-        node = root.add(prefix)
-        name_it(node, f"{prefix}_body_A", one)
-        put(node, f"{prefix}_p_AP", p_AP)
-        name_it(node, f"{prefix}_body_B", other)
-        put(node, f"{prefix}_p_BQ", p_BQ)
-
-
-def _frame_name(frame: Any, parts: ModelParts, made: dict) -> str:
-    if frame.is_body_frame():
-        return parts.names[frame.body().index()]
-    return frame.name()

@@ -4,13 +4,17 @@ import enum
 from typing import Any
 
 
-class BoundEnum(enum.Enum):
-    """Members convert to int, have an order, and are equal to nothing but themselves."""
+class IndexEnum(enum.Enum):
+    """Members convert to int, and are equal to nothing but themselves."""
 
     def __int__(self) -> int:
         return self.value
 
     __index__ = __int__
+
+
+class BoundEnum(IndexEnum):
+    """Members have an order, too."""
 
     def _compare(self, other: Any, sign: int) -> bool:
         if type(other) is not type(self):

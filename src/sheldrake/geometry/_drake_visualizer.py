@@ -20,7 +20,7 @@ from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._scene_graph import SceneGraph
 from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
-from sheldrake.geometry._visualizer_arguments import of_scene, query_port_of
+from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface
 from sheldrake.lcm._viewer_messages import (
     lcmt_viewer_draw,
@@ -106,12 +106,9 @@ class DrakeVisualizer(LeafSystem):
         Raises:
             TypeError: when an argument is missing or of another type.
         """
-        visualizer: Any = builder.AddSystem(cls(lcm, params))
+        visualizer = cls(lcm, params)
         name = f"drake_visualizer({_SUFFIXES[visualizer._params.role][1:].lower()})"
-        if not builder.HasSubsystemNamed(name):
-            visualizer.set_name(name)
-        builder.Connect(query_port_of(source), visualizer.query_object_input_port())
-        return visualizer
+        return add_visualizer(builder, source, visualizer, name)
 
     @staticmethod
     def DispatchLoadMessage(

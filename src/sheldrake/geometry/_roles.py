@@ -1,19 +1,9 @@
 """The roles a geometry can play."""
 
-import enum
+from sheldrake.common._enums import IndexEnum
 
 
-class _Choice(enum.Enum):
-    """An enumeration that converts to int but does not compare equal to one."""
-
-    def __int__(self) -> int:
-        return int(self.value)
-
-    def __index__(self) -> int:
-        return int(self.value)
-
-
-class Role(_Choice):
+class Role(IndexEnum):
     """What a geometry is for; one geometry can have several roles."""
 
     kUnassigned = 0
@@ -34,28 +24,28 @@ class Role(_Choice):
         return self.value >= other.value if isinstance(other, Role) else NotImplemented
 
 
-class RoleAssign(_Choice):
+class RoleAssign(IndexEnum):
     """Whether `SceneGraph.AssignRole()` gives a role for the first time or replaces its properties."""
 
     kNew = 0
     kReplace = 1
 
 
-class HydroelasticContactRepresentation(_Choice):
+class HydroelasticContactRepresentation(IndexEnum):
     """How a hydroelastic contact surface is tessellated."""
 
     kTriangle = 0
     kPolygon = 1
 
 
-class CollisionFilterScope(_Choice):
+class CollisionFilterScope(IndexEnum):
     """Which geometries a CollisionFilterDeclaration speaks of."""
 
     kAll = 0
     kOmitDeformable = 1
 
 
-class HydroelasticType(_Choice):
+class HydroelasticType(IndexEnum):
     """Value of the proximity property ("hydroelastic", "compliance_type")."""
 
     kUndefined = 0

@@ -1,4 +1,4 @@
-"""How `AddToBuilder()` of a visualizer of geometry is called."""
+"""How `AddToBuilder()` of a visualizer of geometry is called, and what it does."""
 
 from __future__ import annotations
 
@@ -19,6 +19,18 @@ def of_scene(**more: Any) -> tuple[Overload, Overload]:
     )
 
 
-def query_port_of(source: SceneGraph | OutputPort) -> OutputPort:
-    """The port that tells of the scene."""
-    return source.get_query_output_port() if isinstance(source, SceneGraph) else source
+def add_visualizer(builder: DiagramBuilder, source: SceneGraph | OutputPort, visualizer: Any, name: str) -> Any:
+    """Adds a visualizer to a diagram, under this name if it is free, and connects it to the scene.
+
+    Args:
+        builder: The diagram in the making.
+        source: The SceneGraph, or its query port.
+        visualizer: A system with a query_object input port.
+        name: What it is called.
+    """
+    builder.AddSystem(visualizer)
+    if not builder.HasSubsystemNamed(name):
+        visualizer.set_name(name)
+    port = source.get_query_output_port() if isinstance(source, SceneGraph) else source
+    builder.Connect(port, visualizer.query_object_input_port())
+    return visualizer

@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._enums import IndexEnum
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
 from sheldrake.manipulation._ports import input_port, output_port
 from sheldrake.systems.framework import EventStatus, LeafSystem
-from sheldrake.systems.framework._index import _PrintedEnum
 
 kIiwaArmNumJoints = 7
 kIiwaLcmStatusPeriod = 0.005
 
 
-class IiwaControlMode(_PrintedEnum):
+class IiwaControlMode(IndexEnum):
     """What an iiwa takes for commands."""
 
     kPositionOnly = 0

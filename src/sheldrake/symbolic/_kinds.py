@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import enum
+from sheldrake.common._enums import IndexEnum
 
 
-class ExpressionKind(enum.Enum):
+class ExpressionKind(IndexEnum):
     """What an expression is at its top. The numbers order the terms of sums and products."""
 
     Constant = 0
@@ -36,13 +36,8 @@ class ExpressionKind(enum.Enum):
     NaN = 65530
     UninterpretedFunction = 65531
 
-    def __int__(self) -> int:
-        return self.value
 
-    __index__ = __int__
-
-
-class FormulaKind(enum.Enum):
+class FormulaKind(IndexEnum):
     """What a formula is at its top."""
 
     False_ = 0
@@ -61,13 +56,8 @@ class FormulaKind(enum.Enum):
     Isnan = 13
     PositiveSemidefinite = 14
 
-    def __int__(self) -> int:
-        return self.value
 
-    __index__ = __int__
-
-
-class VariableType(enum.Enum):
+class VariableType(IndexEnum):
     """What values a variable takes."""
 
     CONTINUOUS = 0
@@ -77,11 +67,6 @@ class VariableType(enum.Enum):
     RANDOM_UNIFORM = 4
     RANDOM_GAUSSIAN = 5
     RANDOM_EXPONENTIAL = 6
-
-    def __int__(self) -> int:
-        return self.value
-
-    __index__ = __int__
 
     def __str__(self) -> str:
         return f"Type.{self.name}"

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import enum
 from typing import Any
 
 import numpy as np
 
+from sheldrake.common._enums import IndexEnum
 from sheldrake.symbolic import _build, _decompose
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._build import MINUS_ONE, ONE, TWO, ZERO, add, divide, multiply, negate, power, subtract, unary
@@ -20,7 +20,7 @@ from sheldrake.symbolic._variable import Variable
 Pair = tuple[Expression, Expression]
 
 
-class SinCosSubstitutionType(enum.Enum):
+class SinCosSubstitutionType(IndexEnum):
     """Whether variables stand for sine and cosine of an angle, or of half of it.
 
     With half an angle, its cosine is written `1 - 2 s^2` (kHalfAnglePreferSin) or `2 c^2 - 1` (kHalfAnglePreferCos).
@@ -29,11 +29,6 @@ class SinCosSubstitutionType(enum.Enum):
     kAngle = 0
     kHalfAnglePreferSin = 1
     kHalfAnglePreferCos = 2
-
-    def __int__(self) -> int:
-        return self.value
-
-    __index__ = __int__
 
 
 class SinCos:

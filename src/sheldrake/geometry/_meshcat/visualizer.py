@@ -13,7 +13,7 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._roles import Role
-from sheldrake.geometry._visualizer_arguments import of_scene, query_port_of
+from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from .animation import MeshcatAnimation
@@ -77,12 +77,8 @@ class MeshcatVisualizer(LeafSystem):
         Raises:
             TypeError: when an argument is missing or of another type.
         """
-        visualizer: Any = builder.AddSystem(cls(meshcat, params))
-        name = f"meshcat_visualizer({visualizer._params.prefix})"
-        if not builder.HasSubsystemNamed(name):
-            visualizer.set_name(name)
-        builder.Connect(query_port_of(source), visualizer.query_object_input_port())
-        return visualizer
+        visualizer = cls(meshcat, params)
+        return add_visualizer(builder, source, visualizer, f"meshcat_visualizer({visualizer._params.prefix})")
 
     def query_object_input_port(self) -> InputPort:
         """Returns the input port for a SceneGraph's query port."""

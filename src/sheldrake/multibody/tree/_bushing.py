@@ -14,8 +14,8 @@ import numpy as np
 
 from sheldrake.common._kernels.generic import tanh
 from sheldrake.multibody.math import SpatialForce_
-from sheldrake.multibody.tree._element import vector
-from sheldrake.multibody.tree._force_element import ForceElement
+from sheldrake.multibody.tree._element import nonnegative, vector
+from sheldrake.multibody.tree._force_element import ForceElement, JointElement
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joints_axis import RevoluteJoint
 from sheldrake.multibody.tree._kernels import forces
@@ -52,25 +52,17 @@ class DoorHingeConfig:
         return copy.copy(self)
 
 
-class DoorHinge(ForceElement):
+class DoorHinge(JointElement):
     """A revolute joint's spring, catch and friction, as of a dishwasher's door."""
 
-    def __init__(self, joint: RevoluteJoint, config: DoorHingeConfig):
-        if not isinstance(joint, RevoluteJoint):
-            raise TypeError(
-                f"DoorHinge(): incompatible constructor arguments. joint must be a RevoluteJoint, not {joint!r}."
-            )
-        super().__init__(joint.model_instance())
-        numbers = dataclasses.asdict(config)
-        for name in ("spring_constant", "dynamic_friction_torque", "static_friction_torque", "viscous_friction",
-                     "catch_width", "catch_torque", "motion_threshold"):  # fmt: skip
-            if not numbers[name] >= 0.0:
-                raise RuntimeError(f"DoorHinge(): {name} must be nonnegative, not {numbers[name]}.")
-        self._joint, self._config = joint, copy.copy(config)
+    _joint_type = RevoluteJoint
 
-    def joint(self) -> RevoluteJoint:
-        """The joint."""
-        return self._joint
+    def __init__(self, joint: RevoluteJoint, config: DoorHingeConfig):
+        super().__init__(joint)
+        numbers = dataclasses.asdict(config)
+        del numbers["spring_zero_angle_rad"]  # any angle will do
+        nonnegative("DoorHinge", **numbers)
+        self._config = copy.copy(config)
 
     def config(self) -> DoorHingeConfig:
         """Its numbers."""
@@ -82,9 +74,6 @@ class DoorHinge(ForceElement):
             c.spring_constant, c.spring_zero_angle_rad, c.catch_torque, c.catch_width, c.dynamic_friction_torque,
             c.static_friction_torque, c.viscous_friction, c.motion_threshold,
         ]  # fmt: skip
-
-    def _parts(self) -> tuple[Any, ...]:
-        return (self._joint,)
 
     def CalcHingeTorque(self, angle: float, angular_rate: float) -> float:
         """All of its torque at an angle [rad] and rate [rad/s], [N m]."""

@@ -131,6 +131,17 @@ def require_numbers(call: str, values: Any) -> None:
             raise TypeError(f"{call}(): incompatible function arguments. Takes a number, not {value!r}.")
 
 
+def nonnegative(call: str, **numbers: Any) -> None:
+    """Makes sure that no number is below zero or nan (duals and symbols pass).
+
+    Raises:
+        RuntimeError: one is.
+    """
+    for name, value in numbers.items():
+        if isinstance(value, (int, float)) and not value >= 0.0:
+            raise RuntimeError(f"{call}(): {name} must be nonnegative, not {value}.")
+
+
 def finite(call: str, name: str, value: Any) -> Any:
     """`value`, after making sure that none of its numbers is infinite or nan (symbols pass).
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.multibody.tree._element import Element, finite, vector
+from sheldrake.multibody.tree._element import Element, finite, nonnegative, vector
 from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex, world_model_instance
 from sheldrake.multibody.tree._joints_axis import PrismaticJoint, RevoluteJoint
 from sheldrake.multibody.tree._rigid_body import RigidBody
@@ -78,41 +78,51 @@ class UniformGravityFieldElement(ForceElement):
         return self._finalized("CalcGravityGeneralizedForces").CalcGravityGeneralizedForces(context)
 
 
-class _JointSpring(ForceElement):
-    """A torsion or compression spring on a joint of one degree of freedom."""
+class JointElement(ForceElement):
+    """Acts on one joint of one type."""
 
     _joint_type: ClassVar[Any]
 
-    def __init__(self, joint: Any, nominal: float, stiffness: float):
+    def __init__(self, joint: Any):
         if not isinstance(joint, self._joint_type):
             raise TypeError(
                 f"{type(self).__name__}(): incompatible constructor arguments. joint must be a "
                 f"{self._joint_type.__name__}, not {joint!r}."
             )
         super().__init__(joint.model_instance())
-        if not stiffness >= 0.0:
-            raise RuntimeError(f"{type(self).__name__}: the stiffness must be nonnegative, not {stiffness}.")
-        self._joint, self._nominal, self._stiffness = joint, float(nominal), float(stiffness)
+        self._joint = joint
 
     def joint(self) -> Any:
         """The joint it acts on."""
         return self._joint
 
-    def _defaults(self) -> list[float]:
-        return [self._stiffness, self._nominal]
-
     def _parts(self) -> tuple[Any, ...]:
         return (self._joint,)
 
+
+class _JointSpring(JointElement):
+    """A torsion or compression spring on a joint of one degree of freedom."""
+
+    def __init__(self, joint: Any, nominal: float, stiffness: float):
+        super().__init__(joint)
+        nonnegative(type(self).__name__, stiffness=stiffness)
+        self._nominal, self._stiffness = float(nominal), float(stiffness)
+
+    def _defaults(self) -> list[float]:
+        return [self._stiffness, self._nominal]
+
     def _potential_energy(self, context: Any) -> Any:
-        stiffness, nominal = self._owner._numbers(context, self._group)
-        stretch = self._joint.GetOnePosition(context) - nominal
+        stiffness, stretch = self._stretched(context)
         return 0.5 * stiffness * stretch * stretch
 
     def _powers(self, context: Any) -> tuple[Any, Any]:
-        stiffness, nominal = self._owner._numbers(context, self._group)
-        stretch = self._joint.GetOnePosition(context) - nominal
+        stiffness, stretch = self._stretched(context)
         return -stiffness * stretch * self._joint.GetOneVelocity(context), 0.0
+
+    def _stretched(self, context: Any) -> tuple[Any, Any]:
+        """Stiffness [N m/rad or N/m], and how far the joint is from where the spring rests [rad or m]."""
+        stiffness, nominal = self._owner._numbers(context, self._group)
+        return stiffness, self._joint.GetOnePosition(context) - nominal
 
 
 class RevoluteSpring(_JointSpring):
@@ -153,8 +163,7 @@ class RevoluteSpring(_JointSpring):
     def SetStiffness(self, context: Any, stiffness: float) -> None:
         """Changes the stiffness in a context [N m/rad]."""
         owner = self._finalized("SetStiffness")
-        if isinstance(stiffness, (int, float)) and not stiffness >= 0.0:
-            raise RuntimeError(f"RevoluteSpring.SetStiffness(): must be nonnegative, not {stiffness}.")
+        nonnegative("RevoluteSpring.SetStiffness", stiffness=stiffness)
         owner._write_numbers(context, self._group, [stiffness, self.GetNominalAngle(context)])
 
 
@@ -205,11 +214,9 @@ class LinearSpringDamper(ForceElement):
             damping: [N s/m].
         """
         super().__init__(bodyB.model_instance())
-        if not (free_length > 0.0 and stiffness >= 0.0 and damping >= 0.0):
-            raise RuntimeError(
-                "LinearSpringDamper: needs free_length > 0, stiffness >= 0 and damping >= 0, not "
-                f"{free_length}, {stiffness} and {damping}."
-            )
+        nonnegative("LinearSpringDamper", stiffness=stiffness, damping=damping)
+        if not free_length > 0.0:
+            raise RuntimeError(f"LinearSpringDamper(): free_length must be positive, not {free_length}.")
         self._A, self._B = bodyA, bodyB
         self._p_AP = vector("LinearSpringDamper", "p_AP", p_AP, 3)
         self._p_BQ = vector("LinearSpringDamper", "p_BQ", p_BQ, 3)

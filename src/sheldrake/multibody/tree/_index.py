@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import enum
 import itertools
 
+from sheldrake.common._enums import IndexEnum
 from sheldrake.systems.framework._index import _TypedIndex
 
 
@@ -82,16 +82,11 @@ class MultibodyConstraintId:
         return f"<MultibodyConstraintId value={self._value}>"
 
 
-class JacobianWrtVariable(enum.Enum):
+class JacobianWrtVariable(IndexEnum):
     """What a Jacobian is taken with respect to: time derivatives of positions, or velocities."""
 
     kQDot = 0
     kV = 1
-
-    def __int__(self) -> int:
-        return self.value
-
-    __index__ = __int__
 
 
 def world_index() -> BodyIndex:

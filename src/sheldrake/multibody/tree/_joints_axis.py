@@ -16,7 +16,23 @@ from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joint import Joint
 
 
-class OneVelocityJoint(Joint):
+class OneDampingJoint(Joint):
+    """One velocity, whose damping is a number."""
+
+    def default_damping(self) -> float:
+        """Viscous damping [N m s or N s/m]."""
+        return float(self._damping[0])
+
+    def GetDamping(self, context: Any) -> float:
+        """Viscous damping as the context has it [N m s or N s/m]."""
+        return self.GetDampingVector(context).item(0)
+
+    def SetDamping(self, context: Any, damping: float) -> None:
+        """Changes the damping in a context [N m s or N s/m]."""
+        self.SetDampingVector(context, [damping])
+
+
+class OneVelocityJoint(OneDampingJoint):
     """One position and its rate: limits and damping are numbers."""
 
     def _one(self, kind: str, side: int) -> float:
@@ -46,21 +62,22 @@ class OneVelocityJoint(Joint):
         """Upper limit of the acceleration [rad/s² or m/s²]; not enforced."""
         return self._one("acceleration", 1)
 
-    def default_damping(self) -> float:
-        """Viscous damping [N m s or N s/m]."""
-        return float(self._damping[0])
-
     def set_default_damping(self, damping: float) -> None:
         """Sets the damping, before Finalize()."""
         self.set_default_damping_vector([damping])
 
-    def GetDamping(self, context: Any) -> float:
-        """Viscous damping as the context has it."""
-        return self.GetDampingVector(context).item(0)
 
-    def SetDamping(self, context: Any, damping: float) -> None:
-        """Changes the damping in a context."""
-        self.SetDampingVector(context, [damping])
+def _unit_axis(joint: Joint, axis: Any) -> np.ndarray:
+    """`axis` with length one, shape (3,).
+
+    Raises:
+        RuntimeError: it is too short to have a direction.
+    """
+    axis = vector(type(joint).__name__, "axis", axis, 3).astype(float)
+    length = float(np.linalg.norm(axis))
+    if not length >= np.sqrt(np.finfo(float).eps):
+        raise RuntimeError(f"{joint.kTypeName.capitalize()} joint axis vector must have nonzero length.")
+    return axis / length
 
 
 class _AxisJoint(OneVelocityJoint):
@@ -79,11 +96,7 @@ class _AxisJoint(OneVelocityJoint):
         damping: float = 0.0,
     ):
         super().__init__(name, frame_on_parent, frame_on_child, [damping])
-        axis = vector(type(self).__name__, "axis", axis, 3).astype(float)
-        length = float(np.linalg.norm(axis))
-        if not length >= np.sqrt(np.finfo(float).eps):
-            raise RuntimeError(f"{self.kTypeName.capitalize()} joint axis vector must have nonzero length.")
-        self._axis = axis / length
+        self._axis = _unit_axis(self, axis)
         self._set_limits("position", [pos_lower_limit], [pos_upper_limit])
 
     def _reversed_constants(self) -> tuple[float, ...]:
@@ -217,7 +230,7 @@ class PrismaticJoint(_AxisJoint):
         self._random_q = [translation]
 
 
-class ScrewJoint(Joint):
+class ScrewJoint(OneDampingJoint):
     """Turns about an axis and slides along it in proportion."""
 
     kTypeName = "screw"
@@ -255,11 +268,8 @@ class ScrewJoint(Joint):
                 "float, damping: float)."
             )
         super().__init__(name, frame_on_parent, frame_on_child, [damping])
-        axis = vector("ScrewJoint", "axis", axis, 3).astype(float)
-        length = float(np.linalg.norm(axis))
-        if not length >= np.sqrt(np.finfo(float).eps):
-            raise RuntimeError("Screw joint axis vector must have nonzero length.")
-        self._axis, self._pitch = axis / length, float(finite("ScrewJoint", "screw_pitch", screw_pitch))
+        self._axis = _unit_axis(self, axis)
+        self._pitch = float(finite("ScrewJoint", "screw_pitch", screw_pitch))
 
     def _lead(self) -> float:
         return self._pitch / (2 * np.pi)
@@ -282,18 +292,6 @@ class ScrewJoint(Joint):
     def screw_pitch(self) -> float:
         """Translation for one turn [m]."""
         return self._pitch
-
-    def default_damping(self) -> float:
-        """Viscous damping of the rotation [N m s]."""
-        return float(self._damping[0])
-
-    def GetDamping(self, context: Any) -> float:
-        """Viscous damping as the context has it [N m s]."""
-        return self.GetDampingVector(context).item(0)
-
-    def SetDamping(self, context: Any, damping: float) -> None:
-        """Changes the damping in a context [N m s]."""
-        self.SetDampingVector(context, [damping])
 
     def get_rotation(self, context: Any) -> float:
         """The angle [rad]."""

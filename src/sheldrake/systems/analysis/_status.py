@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sheldrake.systems.framework._index import _PrintedEnum
+from sheldrake.common._enums import IndexEnum
 
 
 class SimulatorStatus:
@@ -16,7 +16,7 @@ class SimulatorStatus:
     _system: Any
     _message: str
 
-    class ReturnReason(_PrintedEnum):
+    class ReturnReason(IndexEnum):
         """Why it returned."""
 
         kReachedBoundaryTime = 0

@@ -5,11 +5,11 @@ Each keeps a plant of its own for the model, and a context of that plant for the
 
 from __future__ import annotations
 
-import enum
 from typing import Any
 
 import numpy as np
 
+from sheldrake.common._enums import IndexEnum
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import MultibodyForces_
 from sheldrake.systems.controllers._pid import PidController, _vector
@@ -17,16 +17,11 @@ from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, Leaf
 from sheldrake.systems.primitives import Adder, ConstantVectorSource, MatrixGain
 
 
-class InverseDynamicsMode(enum.Enum):
+class InverseDynamicsMode(IndexEnum):
     """What `InverseDynamics` computes: forces for accelerations, or forces that hold against gravity."""
 
     kInverseDynamics = 0
     kGravityCompensation = 1
-
-    def __int__(self) -> int:
-        return self.value
-
-    __index__ = __int__
 
 
 class _PlantKeeper(LeafSystem):

@@ -8,11 +8,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from sheldrake.common._enums import IndexEnum
 from sheldrake.common._overloads import expect
-from sheldrake.systems.framework._index import _PrintedEnum
 
 
-class TriggerType(_PrintedEnum):
+class TriggerType(IndexEnum):
     """Why an event happens."""
 
     kUnknown = 0
@@ -24,7 +24,7 @@ class TriggerType(_PrintedEnum):
     kWitness = 6
 
 
-class WitnessFunctionDirection(_PrintedEnum):
+class WitnessFunctionDirection(IndexEnum):
     """Which changes of sign of a witness function trigger its event."""
 
     kNone = 0
@@ -40,7 +40,7 @@ class EventStatus:
     _system: Any
     _message: str
 
-    class Severity(_PrintedEnum):
+    class Severity(IndexEnum):
         """From best to worst."""
 
         kDidNothing = 0

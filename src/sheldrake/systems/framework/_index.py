@@ -5,9 +5,9 @@ Ports, states, parameters and cache entries are numbered; each kind of number is
 
 from __future__ import annotations
 
-import enum
 from typing import Any
 
+from sheldrake.common._enums import IndexEnum
 from sheldrake.common.value import _register_value_type
 
 _UNSET = -1234567
@@ -133,31 +133,21 @@ class DependencyTicket(_TypedIndex):
     __slots__ = ()
 
 
-class _PrintedEnum(enum.Enum):
-    """An enumeration whose members print as pydrake's do and convert to int."""
-
-    def __int__(self) -> int:
-        return self.value
-
-    def __index__(self) -> int:
-        return self.value
-
-
-class PortDataType(_PrintedEnum):
+class PortDataType(IndexEnum):
     """Whether a port carries a vector of numbers or an abstract value."""
 
     kVectorValued = 0
     kAbstractValued = 1
 
 
-class InputPortSelection(_PrintedEnum):
+class InputPortSelection(IndexEnum):
     """Which input port a function that takes one should use."""
 
     kNoInput = -1
     kUseFirstInputIfItExists = -2
 
 
-class OutputPortSelection(_PrintedEnum):
+class OutputPortSelection(IndexEnum):
     """Which output port a function that takes one should use."""
 
     kNoOutput = -1

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._enums import IndexEnum
 from sheldrake.systems.framework import BasicVector, LeafSystem
-from sheldrake.systems.framework._index import _PrintedEnum
 
 
-class PerceptronActivationType(_PrintedEnum):
+class PerceptronActivationType(IndexEnum):
     """Activation functions."""
 
     kIdentity = 0

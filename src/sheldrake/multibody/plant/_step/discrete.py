@@ -82,10 +82,10 @@ class DiscreteUpdate:
 
     def _results(self, context: Any) -> StepWork:
         """Scratch of the last step; of a step from the present state when ports are not sampled."""
-        return context._store.scratch(context._node) if self._sampled else self._present_results(context)
+        return context._store.scratch(context._node) if self._sampled else self._present_work(context)
 
-    def _present_results(self, context: Any) -> StepWork:
-        """Scratch of a step from the present state."""
+    def _present_work(self, context: Any) -> Any:
+        """Scratch of a step from the present state, or of its derivatives; made once a state."""
         view = context._system._view(context)
         stamp = context._store.i[2]
         if view.results is None or view.results[0] != stamp:

@@ -23,7 +23,7 @@ class Reports:
         """Generalized accelerations at the present state, shape (nv,)."""
         self._view(context)  # Whether it is a context of this plant is told there.
         if self.is_discrete():
-            return accelerations(self._present_results(context), self._time_step)
+            return accelerations(self._present_work(context), self._time_step)
         return self._continuous_vdot(context)
 
     def _step_vdot(self, context: Any) -> np.ndarray:
