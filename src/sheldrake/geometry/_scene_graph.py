@@ -16,6 +16,7 @@ from sheldrake.geometry._ids import FrameId, GeometryId, SourceId
 from sheldrake.geometry._kernels.model import GeometryModel
 from sheldrake.geometry._properties import GeometryProperties
 from sheldrake.geometry._query.query_object import QueryObject
+from sheldrake.geometry._query.scene import QueryScene
 from sheldrake.geometry._render.engine import RenderEngine
 from sheldrake.geometry._render.renderers import Renderers
 from sheldrake.geometry._roles import HydroelasticContactRepresentation, Role, RoleAssign
@@ -65,7 +66,7 @@ class SceneGraph(LeafSystem):
             self.set_config(config)
         self._pose_ports: dict[SourceId, int] = {}
         self._with_defaults: tuple[int, GeometryState] | None = None
-        self._compiled: dict[int, tuple[GeometryModel, list[GeometryId], list[FrameId]]] = {}
+        self._compiled: dict[int, QueryScene] = {}
         self._hydro: dict[tuple[int, HydroelasticContactRepresentation], HydroPairs] = {}
         self.DeclareAbstractParameter(AbstractValue.Make(GeometryState()))
         self.DeclareAbstractParameter(AbstractValue.Make(SceneGraphConfig()))
@@ -141,7 +142,7 @@ class SceneGraph(LeafSystem):
         """Proximity geometry as arrays, and the ids of its rows; of the model if no state is given."""
         return compile_proximity(self._default_state() if state is None else state, body_of_frame, cells)
 
-    def _compile_for_queries(self, state: GeometryState) -> tuple[GeometryModel, list[GeometryId], list[FrameId]]:
+    def _compile_for_queries(self, state: GeometryState) -> QueryScene:
         """The same with every frame a body of its own; kept for the last few states."""
         if state.serial not in self._compiled:
             frames = sorted(state.frames)
@@ -150,15 +151,15 @@ class SceneGraph(LeafSystem):
             model, ids = compile_proximity(state, {frame: body for body, frame in enumerate(frames)})
             while len(self._compiled) > 3:
                 self._compiled.pop(next(iter(self._compiled)))
-            self._compiled[state.serial] = (model, ids, frames)
+            self._compiled[state.serial] = QueryScene(state, model, ids, frames)
         return self._compiled[state.serial]
 
     def _hydro_for_queries(self, state: GeometryState, representation: HydroelasticContactRepresentation) -> HydroPairs:
         """Which of those pairs make contact surfaces, and their meshes; kept for the last few states."""
         key = state.serial, representation
         if key not in self._hydro:
-            model, ids, _ = self._compile_for_queries(state)
-            found = compile_hydro(state, model, ids, representation)
+            scene = self._compile_for_queries(state)
+            found = compile_hydro(state, scene.model, scene.ids, representation)
             while len(self._hydro) > 3:
                 self._hydro.pop(next(iter(self._hydro)))
             self._hydro[key] = found

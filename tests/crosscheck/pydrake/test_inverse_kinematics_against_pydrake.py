@@ -267,7 +267,8 @@ def test_differential_inverse_kinematics(way):
     np.testing.assert_allclose(found[0][1], found[1][1], atol=1e-5)
 
 
-def test_the_integrator_follows_a_pose():
+@pytest.mark.parametrize("port", ["X_AE_desired", "X_WE_desired"])
+def test_the_integrator_follows_a_pose(port):
     found = []
     for L in (OURS, THEIRS):
         plant, _ = arm(L, links=7)
@@ -277,9 +278,10 @@ def test_the_integrator_follows_a_pose():
         mine = simulator.get_mutable_context()
         system.SetPositions(mine, np.linspace(0.1, 0.7, 7))
         X = L.math.RigidTransform(L.R(0.1, 0.5, -0.1), [0.3, 0.2, 1.7])
-        system.GetInputPort("X_AE_desired").FixValue(mine, X)
+        system.GetInputPort(port).FixValue(mine, X)
         simulator.AdvanceTo(2.0)
         found.append((system.GetOutputPort("joint_positions").Eval(mine), system.ForwardKinematics(mine).translation()))
+        assert system.GetInputPort("use_robot_state").get_index() == 3
     for mine, other in zip(*found):
         np.testing.assert_allclose(mine, other, atol=1e-4)
 

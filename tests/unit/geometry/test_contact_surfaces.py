@@ -150,7 +150,8 @@ def test_force_is_continuous_through_contact():
 def compiled(*geometries, kind=KINDS.kPolygon):
     scene = Scene(*geometries)
     state = scene.scene_graph._geometry_state(scene.context)
-    model, ids, _ = scene.scene_graph._compile_for_queries(state)
+    compiled = scene.scene_graph._compile_for_queries(state)
+    model, ids = compiled.model, compiled.ids
     return scene, compile_hydro(state, model, ids, kind).model
 
 

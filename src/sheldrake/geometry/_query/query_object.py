@@ -30,6 +30,7 @@ from sheldrake.geometry._query.results import (
     SignedDistancePair,
     SignedDistanceToPoint,
 )
+from sheldrake.geometry._query.scene import FoundPoints, QueryScene
 from sheldrake.geometry._roles import HydroelasticContactRepresentation
 from sheldrake.geometry._shapes import Mesh
 
@@ -42,36 +43,48 @@ class QueryObject(Pictures):
 
     # ---- proximity
 
+    def _scene(self) -> QueryScene:
+        scene_graph, _ = self._required()
+        return scene_graph._compile_for_queries(self._state)
+
     def _placed(self) -> tuple[GeometryModel, list[GeometryId], np.ndarray]:
         """The proximity geometry as arrays, its ids, and X_WB of the frames that have some."""
-        scene_graph, _ = self._required()
-        state = self._state
-        model, ids, frames = scene_graph._compile_for_queries(state)
-        geometry = model.geometry.copy()
-        geometry[:, columns.MULTI_POINT] = 0  # a query gives one point a pair
-        model = model._replace(geometry=geometry)
-        poses = self._world_poses({state.geometries[i].frame for i in ids})
-        dual = any(X_WF.translation().dtype == object for X_WF in poses.values())
-        X_WB = np.full((len(frames), 12), 0.0, dtype=object if dual else float)
-        X_WB[:, [0, 4, 8]] = 1.0
-        for frame, X_WF in poses.items():
-            body = frames.index(frame)
-            X_WB[body, :9] = X_WF.rotation().matrix().ravel()
-            X_WB[body, 9:] = X_WF.translation()
-        return model, ids, X_WB
+        scene = self._scene()
+        return scene.model, scene.ids, self._body_poses(scene)
 
-    def _contacts(self) -> tuple[ContactTable, list[GeometryId]]:
-        model, ids, X_WB = self._placed()
-        return _find_points(model, X_WB), ids
+    def _body_poses(self, scene: QueryScene) -> np.ndarray:
+        """X_WB of a scene's bodies, shape (num_bodies, 12); of duals where poses are."""
+        scene_graph, _ = self._required()
+        plain_numbers = scene_graph._scalar is float
+        X_WB = np.full((scene.num_bodies, 12), 0.0, dtype=float if plain_numbers else object)
+        X_WB[:, [0, 4, 8]] = 1.0
+        if plain_numbers:
+            X_WF = self._world_matrices(scene.moving, scene.memo)
+            X_WB[scene.bodies, :9] = X_WF[:, :, :3].reshape(-1, 9)
+            X_WB[scene.bodies, 9:] = X_WF[:, :, 3]
+            return X_WB
+        poses = self._world_poses(scene.moving)
+        for body, frame in zip(scene.bodies, scene.moving):
+            X_WB[body, :9] = poses[frame].rotation().matrix().ravel()
+            X_WB[body, 9:] = poses[frame].translation()
+        dual = any(X_WF.translation().dtype == object for X_WF in poses.values())
+        return X_WB if dual else X_WB.astype(float)
+
+    def _contacts(self) -> tuple[FoundPoints, list[GeometryId]]:
+        scene = self._scene()
+        X_WB = self._body_poses(scene)
+        if X_WB.dtype == object:
+            return FoundPoints.of(_find_points(scene.model, X_WB)), scene.ids
+        return scene.find_points(X_WB), scene.ids
 
     def ComputePointPairPenetration(self) -> list[PenetrationAsPointPair]:
         """One pair of points for every pair of geometries that overlap, sorted by ids."""
         return self._point_pairs(*self._contacts())
 
     @staticmethod
-    def _point_pairs(table: ContactTable, ids: list[GeometryId]) -> list[PenetrationAsPointPair]:
+    def _point_pairs(points: FoundPoints, ids: list[GeometryId]) -> list[PenetrationAsPointPair]:
         found = []
-        for (a, b, _, _), row in zip(table.pair[: table.count[0]], table.point):
+        for (a, b, _, _), row in zip(points.pair, points.point):
             found.append(
                 PenetrationAsPointPair(
                     id_A=ids[a],
@@ -86,8 +99,7 @@ class QueryObject(Pictures):
 
     def HasCollisions(self) -> bool:
         """True if any two geometries that may touch overlap."""
-        table, _ = self._contacts()
-        return bool(table.count[0])
+        return len(self._contacts()[0].pair) > 0
 
     def FindCollisionCandidates(self) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs that may touch and whose bounding spheres overlap, sorted."""
@@ -258,9 +270,9 @@ class QueryObject(Pictures):
                 f"{representation!r}."
             )
         scene_graph, _ = self._required()
-        model, ids, X_WB = self._placed()
+        _, ids, X_WB = self._placed()
         pairs = scene_graph._hydro_for_queries(self._state, representation)
-        points = _find_points(pairs.points._replace(geometry=model.geometry), X_WB)
+        points = _find_points(pairs.points, X_WB)
         if len(pairs.model.pair) == 0:
             return [], points, ids
         surfaces = surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids)
@@ -291,7 +303,7 @@ class QueryObject(Pictures):
             representation: HydroelasticContactRepresentation, what faces are.
         """
         surfaces, points, ids = self._surfaces("ComputeContactSurfacesWithFallback", representation)
-        return surfaces, self._point_pairs(points, ids)
+        return surfaces, self._point_pairs(FoundPoints.of(points), ids)
 
     # ---- what is not there
 

@@ -23,9 +23,9 @@ _log = logging.getLogger("drake")
 class DifferentialInverseKinematicsIntegrator(LeafSystem):
     """Integrates the velocities that move frame E to the wanted pose; its output are joint positions.
 
-    Input ports: `X_AE_desired` (RigidTransform), `robot_state` (positions and velocities, optional) and
-    `use_robot_state` (bool, optional): if true, each step starts from the state of the robot instead of the last
-    output. Output port: `joint_positions`.
+    Input ports: `X_AE_desired` (RigidTransform), `X_WE_desired` (as it was called of old; read if that one has no
+    value), `robot_state` (positions and velocities, optional) and `use_robot_state` (bool, optional): if true, each
+    step starts from the state of the robot instead of the last output. Output port: `joint_positions`.
 
     Called as `(robot, [frame_A,] frame_E, time_step, parameters, robot_context=None,
     log_only_when_result_state_changes=True)`; frame A is the world if absent.
@@ -46,7 +46,8 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
         given = values["robot_context"]
         self._robot_context = (given if given is not None else robot.CreateDefaultContext()).Clone()
         nq = robot.num_positions()
-        self._X_desired = self.DeclareAbstractInputPort("X_AE_desired", Value(RigidTransform()))
+        self._X_AE_port = self.DeclareAbstractInputPort("X_AE_desired", Value(RigidTransform()))
+        self._X_WE_port = self.DeclareAbstractInputPort("X_WE_desired", Value(RigidTransform()))
         self._state_port = self.DeclareVectorInputPort("robot_state", nq + robot.num_velocities())
         self._use_port = self.DeclareAbstractInputPort("use_robot_state", Value(False))
         self.DeclareDiscreteState(np.array(robot.GetPositions(self._robot_context)))
@@ -107,11 +108,17 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
         self._robot.SetVelocities(self._robot_context, np.zeros(self._robot.num_velocities()))
         return q[:nq]
 
+    def _X_AE(self, context: Any) -> RigidTransform:
+        """The desired pose; the robot's context has the positions to start from."""
+        if self._X_AE_port.HasValue(context) or not self._X_WE_port.HasValue(context):
+            return self._X_AE_port.Eval(context)
+        X_AW = self._robot.CalcRelativeTransform(self._robot_context, self._A, self._robot.world_frame())
+        return X_AW @ self._X_WE_port.Eval(context)
+
     def _integrate(self, context: Any, discrete_state: Any) -> None:
         q = self._update_robot(context)
-        X_desired = self._X_desired.Eval(context)
         found = DoDifferentialInverseKinematics(
-            self._robot, self._robot_context, X_desired, self._A, self._E, self._parameters
+            self._robot, self._robot_context, self._X_AE(context), self._A, self._E, self._parameters
         )
         Status = DifferentialInverseKinematicsStatus
         last = Status.kSolutionFound.value
