@@ -5,6 +5,8 @@ after column. Those of two free bodies, 6 by 6, are unrolled so that a column is
 are loops. The diagonal of a diagonal block holds 1 / L_ii.
 """
 
+import numpy as np
+
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -17,6 +19,21 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     SIZE,
 )
 from sheldrake.multibody.contact_solvers._kernels.six import SIX, dot_six, load_six, minus_scaled, store_six
+
+
+@kernel
+def subtract_scaled(L, to, s, of, n):
+    """L[to ..] -= s L[of ..] of n numbers, the last ones four at a time."""
+    a = np.int64(0)
+    while (n - a) % 4 != 0:
+        L[to + a] -= s * L[of + a]
+        a += 1
+    while a < n:
+        t = to + a
+        o = of + a
+        four = L[t] - s * L[o], L[t + 1] - s * L[o + 1], L[t + 2] - s * L[o + 2], L[t + 3] - s * L[o + 3]
+        L[t], L[t + 1], L[t + 2], L[t + 3] = four
+        a += 4
 
 
 @kernel(outline=True)
@@ -47,9 +64,7 @@ def subtract_product(L, C, A, B, rows, columns, inner):
     else:
         for b in range(columns):
             for c in range(inner):
-                s = L[B + columns * c + b]
-                for a in range(rows):
-                    L[C + rows * b + a] -= L[A + rows * c + a] * s
+                subtract_scaled(L, C + rows * b, L[B + columns * c + b], A + rows * c, rows)
 
 
 @kernel
@@ -58,9 +73,7 @@ def factorise_diagonal(L, D, n):
     for c in range(n):
         column = D + n * c
         for e in range(c):
-            s = L[D + n * e + c]
-            for a in range(c, n):
-                L[column + a] -= L[D + n * e + a] * s
+            subtract_scaled(L, column + c, L[D + n * e + c], D + n * e + c, n - c)
         if not L[column + c] > 0.0:
             return 1
         s = 1.0 / sqrt(L[column + c])
@@ -89,9 +102,7 @@ def divide_by_diagonal(L, B, rows, D, n):
     else:
         for c in range(n):
             for e in range(c):
-                s = L[D + n * e + c]
-                for a in range(rows):
-                    L[B + rows * c + a] -= L[B + rows * e + a] * s
+                subtract_scaled(L, B + rows * c, L[D + n * e + c], B + rows * e, rows)
             s = L[D + n * c + c]
             for a in range(rows):
                 L[B + rows * c + a] *= s
@@ -154,6 +165,46 @@ def subtract_transpose_times(L, B, rows, n, x, at, of):
             x[at + c] = s
 
 
+@kernel
+def forwards(L, D, n, x, at):
+    """x[at..] <- L_D^-1 x[at..], L_D being the diagonal block at D."""
+    if n == SIX:
+        a, b, c, d, e, f = load_six(x, at)
+        a *= L[D]
+        b = (b - L[D + 1] * a) * L[D + 7]
+        c = (c - L[D + 2] * a - L[D + 8] * b) * L[D + 14]
+        d = (d - L[D + 3] * a - L[D + 9] * b - L[D + 15] * c) * L[D + 21]
+        e = (e - L[D + 4] * a - L[D + 10] * b - L[D + 16] * c - L[D + 22] * d) * L[D + 28]
+        f = (f - L[D + 5] * a - L[D + 11] * b - L[D + 17] * c - L[D + 23] * d - L[D + 29] * e) * L[D + 35]
+        store_six(x, at, (a, b, c, d, e, f))
+    else:
+        for k in range(n):
+            s = x[at + k] * L[D + n * k + k]
+            x[at + k] = s
+            for i in range(k + 1, n):
+                x[at + i] -= L[D + n * k + i] * s
+
+
+@kernel
+def backwards(L, D, n, x, at):
+    """x[at..] <- L_D^-T x[at..]."""
+    if n == SIX:
+        a, b, c, d, e, f = load_six(x, at)
+        f *= L[D + 35]
+        e = (e - L[D + 29] * f) * L[D + 28]
+        d = (d - L[D + 23] * f - L[D + 22] * e) * L[D + 21]
+        c = (c - L[D + 17] * f - L[D + 16] * e - L[D + 15] * d) * L[D + 14]
+        b = (b - L[D + 11] * f - L[D + 10] * e - L[D + 9] * d - L[D + 8] * c) * L[D + 7]
+        a = (a - L[D + 5] * f - L[D + 4] * e - L[D + 3] * d - L[D + 2] * c - L[D + 1] * b) * L[D]
+        store_six(x, at, (a, b, c, d, e, f))
+    else:
+        for k in range(n - 1, -1, -1):
+            s = x[at + k] * L[D + n * k + k]
+            x[at + k] = s
+            for i in range(k):
+                x[at + i] -= L[D + n * i + k] * s
+
+
 @kernel(outline=True)
 def substitute(factor, n):
     """rhs <- H^-1 rhs, forwards and backwards through the n block columns."""
@@ -165,11 +216,7 @@ def substitute(factor, n):
         size = block[k, SIZE]
         D = block[k, DIAGONAL]
         at = block[k, FIRST_SLOT]
-        for c in range(size):
-            s = x[at + c] * L[D + size * c + c]
-            x[at + c] = s
-            for a in range(c + 1, size):
-                x[at + a] -= L[D + size * c + a] * s
+        forwards(L, D, size, x, at)
         for e in range(block[k, BELOW_BEGIN], block[k, BELOW_END]):
             place = below[e, BELOW_PLACE]
             subtract_block_times(L, below[e, ADDRESS], block[place, SIZE], size, x, at, block[place, FIRST_SLOT])
@@ -180,8 +227,4 @@ def substitute(factor, n):
         for e in range(block[k, BELOW_BEGIN], block[k, BELOW_END]):
             place = below[e, BELOW_PLACE]
             subtract_transpose_times(L, below[e, ADDRESS], block[place, SIZE], size, x, at, block[place, FIRST_SLOT])
-        for c in range(size - 1, -1, -1):
-            s = x[at + c]
-            for a in range(c + 1, size):
-                s -= L[D + size * c + a] * x[at + a]
-            x[at + c] = s * L[D + size * c + c]
+        backwards(L, D, size, x, at)
