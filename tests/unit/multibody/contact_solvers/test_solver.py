@@ -92,7 +92,9 @@ def test_full_steps_and_line_searches_find_the_same_minimum(name):
         results = []
         for settle in (False, True):
             problem = RandomProblem(np.random.default_rng(seed), name, relative_tolerance=1e-12)
-            prepare_problem.native(problem.model, *problem.work[:3])  # not settling: kSap's problem is another one then
+            if name == "sap":  # settling, its problem is another one where something slides: nothing does
+                problem.model.option[columns.STICTION] = 1e6
+            prepare_problem.native(problem.model, *problem.work[:3])
             problem.model.setting[columns.SETTLE] = settle
             assert problem.run.native(problem.model, *problem.work) == codes.SOLVED
             results.append(problem.v.copy())
@@ -165,6 +167,25 @@ def test_islands_move_as_if_they_were_alone(name):
         alone.work.problem.x[[columns.V0, columns.V_STAR]] = x[[columns.V0, columns.V_STAR]]
         assert alone.solve() == codes.SOLVED
         np.testing.assert_array_equal(alone.v[12 * k : 12 * k + 12], found[12 * k : 12 * k + 12])
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_where_steps_settle_sap_has_coulombs_law(seed):
+    """What slides at vt and is pushed by n neither glides away nor hangs back: v_n = vhat - R_n n, on the cone."""
+    problem = RandomProblem(np.random.default_rng(seed), "sap", sizes=(6, 6, 6, 6), contacts=5, settle=True)
+    law, state = problem.work.contacts.law[:5], problem.work.contacts.state[:5]
+    law[:, columns.FRICTION] = 0.3
+    assert problem.solve() == codes.SOLVED
+    gamma, vc = state[:, columns.GAMMA : columns.G_XX], state[:, columns.VC : columns.DVC]
+    v0 = (problem.J @ problem.v0).reshape(5, 3)
+    slip = np.hypot(*vc[:, :2].T)
+    ahead = (vc[:, :2] * v0[:, :2]).sum(axis=1) / (slip * np.hypot(*v0[:, :2].T))
+    vhat = law[:, columns.DEPTH] / (1e-3 + law[:, columns.RELAXATION])
+    for c in np.flatnonzero((gamma[:, 2] > 0.0) & (slip > 1e-2) & (ahead > 0.0)):
+        assert np.hypot(*gamma[c, :2]) == pytest.approx(0.3 * gamma[c, 2], rel=1e-9)
+        lift = 0.3 * slip[c] * (1.0 - ahead[c])  # only slip along that of the start is foreseen
+        softer = law[c, columns.R_N] + 0.3**2 * law[c, columns.R_T]
+        assert vc[c, 2] == pytest.approx(vhat[c] - softer * gamma[c, 2] + lift, abs=1e-4)
 
 
 def test_more_iterations_than_allowed_are_a_status():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, column3, dot3, load3_at
+from sheldrake.common._kernels.vec import add3, column3, dot3
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.elastic import half_a_step_back
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -18,13 +18,10 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     DOFS,
     DRY_FRICTION,
     DT,
-    DV,
-    DVC,
     EPS,
     FE0,
     FIRST_DOF,
     FRICTION,
-    ISLAND_CONTACTS,
     MOBILITY,
     N0,
     NEAR_RIGID,
@@ -57,18 +54,17 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     TREE_A,
     TREE_B,
     V0,
-    V_STAR,
     VC,
     VHAT_N,
     WIDTH,
 )
 from sheldrake.multibody.contact_solvers._kernels.six import SIX, dot_six, load_six_of, norms2_six, times_six
+from sheldrake.multibody.contact_solvers._kernels.slip_ahead import closing_speed, guess_slip
 from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocity
 
 FIRST = np.int64(0)  # column
 FOUR_PI_SQUARED = np.float64(4.0 * np.pi**2)
 LEAST = np.float64(1.0 - 1e-9)  # of what must not be taken for smaller than it is
-SLIDING = np.float64(10.0)  # slip over the stiction tolerance from which on it is sliding
 
 
 @kernel
@@ -207,10 +203,7 @@ def prepare_hunt_crossley(model, problem, contacts, c):
 
 @kernel
 def prepare_sap_cone(model, contacts, c, w):
-    """kSap: regularisation and the velocity that would close the penetration within dt + tau.
-
-    What does not touch yet (see `least_depth`) may come as fast as it touches at the end of the step.
-    """
+    """kSap: regularisation, and the velocity that would close the penetration."""
     law = contacts.law
     dt = model.option[DT]
     beta = model.option[NEAR_RIGID]
@@ -221,78 +214,7 @@ def prepare_sap_cone(model, contacts, c, w):
     law[c, DELASSUS] = w
     law[c, R_T] = model.option[SIGMA] * w
     law[c, R_N] = Rn
-    law[c, VHAT_N] = law[c, DEPTH] / (dt + law[c, RELAXATION])
-    if law[c, DEPTH] < 0.0:
-        law[c, VHAT_N] = law[c, DEPTH] / dt
-
-
-@kernel
-def count_contacts(model, problem, contacts, nc):
-    """How many contacts each tree has, into the column that islands need later."""
-    for t in range(model.tree.shape[0]):
-        problem.tree[t, ISLAND_CONTACTS] = 0
-    for c in range(nc):
-        for side in (TREE_A, TREE_B):
-            if contacts.index[c, side] >= 0:
-                problem.tree[contacts.index[c, side], ISLAND_CONTACTS] += 1
-
-
-@kernel
-def contacts_beside(problem, contacts, c):
-    """How many contacts share what stops the trees of contact c."""
-    n = np.int64(1)
-    for side in (TREE_A, TREE_B):
-        t = contacts.index[c, side]
-        if t >= 0 and problem.tree[t, ISLAND_CONTACTS] > n:
-            n = problem.tree[t, ISLAND_CONTACTS]
-    return n
-
-
-@kernel(outline=True)
-def keep_down_what_slides(model, problem, contacts):
-    """kSap, where steps are to settle: takes mu times the slip at the end of the step off vhat.
-
-    Its cone lets what slides at vt glide away from the surface at mu vt, until the gap is (dt + tau) mu vt and the
-    contact is lost: a box that slides would hop. The slip is estimated: v*, less friction of impulses that are elastic;
-    what stops the contact if that is less, its part of that if it does not touch. What hardly slides is left alone.
-    """
-    x = problem.x
-    law = contacts.law
-    nc = problem.count[NUM_CONTACTS]
-    count_contacts(model, problem, contacts, nc)
-    for t in range(model.tree.shape[0]):
-        first = model.tree[t, FIRST_DOF]
-        for k in range(first, first + model.tree[t, NUM_DOFS]):
-            x[DV, k] = x[V_STAR, k]
-    for c in range(nc):
-        vx, vy, _ = load3_at(contacts.state, c, VC)
-        slip2 = vx * vx + vy * vy
-        if slip2 > 0.0:
-            contact_velocity(contacts, c, x, V_STAR, DVC)
-            n = model.option[DT] * law[c, STIFFNESS] * law[c, DEPTH]
-            stops = (law[c, VHAT_N] - contacts.state[c, DVC + 2]) / (law[c, R_N] + law[c, DELASSUS])
-            if n <= 0.0:
-                n = stops / contacts_beside(problem, contacts, c)
-            if stops < n:
-                n = stops
-            if n < 0.0:
-                n = 0.0 * n
-            f = n * law[c, FRICTION] / sqrt(slip2)
-            for a in range(contacts.index[c, WIDTH]):
-                k = contacts.index[c, DOFS + a]
-                x[DV, k] -= f * x[MOBILITY, k] * (contacts.J[3 * c, a] * vx + contacts.J[3 * c + 1, a] * vy)
-    for c in range(nc):
-        vx, vy, _ = load3_at(contacts.state, c, VC)
-        slip2 = vx * vx + vy * vy
-        if slip2 > 0.0:
-            contact_velocity(contacts, c, x, DV, DVC)
-            wx, wy, _ = load3_at(contacts.state, c, DVC)
-            along = (vx * wx + vy * wy) / sqrt(slip2)
-            sliding = slip2 / (SLIDING * SLIDING * model.option[STICTION] * model.option[STICTION])
-            if sliding < 1.0:
-                along *= sliding
-            if along > 0.0:
-                law[c, VHAT_N] -= law[c, FRICTION] * along
+    law[c, VHAT_N] = closing_speed(law, c, dt)
 
 
 @kernel
@@ -379,5 +301,5 @@ def prepare(model, problem, contacts, rows):
         elif kind != TAMSI:
             prepare_hunt_crossley(model, problem, contacts, c)
     if kind == SAP and model.setting[SETTLE] == 1:
-        keep_down_what_slides(model, problem, contacts)
+        guess_slip(model, problem, contacts)
     prepare_rows(model, problem, rows)

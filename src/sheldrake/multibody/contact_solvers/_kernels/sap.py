@@ -38,6 +38,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     P,
     V,
 )
+from sheldrake.multibody.contact_solvers._kernels.slip_ahead import take_slip
 from sheldrake.multibody.contact_solvers._kernels.status import (
     SOLVED,
 )
@@ -46,6 +47,8 @@ from sheldrake.multibody.contact_solvers._kernels.velocity import contact_veloci
 AT_REST = np.float64(10.0)  # times the stiction tolerance: slower contacts may be at rest
 STUCK = np.float64(0.5)  # times the slip speed: the regularisation speed of what sticks
 TIGHT = np.float64(0.03)  # times Drake's regularisation speed: the least one, for the sake of the condition of H
+SLIPS = np.int64(5)  # times that a problem of kSap is solved for the slip of its solution
+SAME_SLIP = np.float64(0.1)  # change of friction times slip, over the stiction tolerance, that is none
 NEARLY_STILL = np.float64(1e-8)  # (momentum over impulse of a step)^2 below which rest is tried
 
 
@@ -124,6 +127,20 @@ def tighten(model, problem, contacts):
 
 
 @kernel
+def agree_on_slip(model, problem, contacts, rows, factor):
+    """Solves kSap's problem anew with the slip of its solution, until that is the slip it had; a status."""
+    for _ in range(SLIPS):
+        if take_slip(model, problem, contacts) <= SAME_SLIP * model.option[STICTION]:
+            return SOLVED
+        excess, _, _ = evaluate(model, problem, contacts, rows)
+        if not excess <= 1.0:
+            status = iterate_to_rest(model, problem, contacts, rows, factor, excess)
+            if status != SOLVED:
+                return status
+    return SOLVED
+
+
+@kernel
 def solve_island(model, problem, contacts, rows, factor):
     """The island at hand, from its first iterate v0 on; a status."""
     start(model, problem, rows)
@@ -135,6 +152,8 @@ def solve_island(model, problem, contacts, rows, factor):
     if not excess <= 1.0:  # nor is NaN
         if settle:
             status = iterate_to_rest(model, problem, contacts, rows, factor, excess)
+            if status == SOLVED and model.setting[APPROXIMATION] == SAP:
+                status = agree_on_slip(model, problem, contacts, rows, factor)
         else:
             status = iterate(model, problem, contacts, rows, factor)
     elif settle and momentum > 0.0 and momentum <= NEARLY_STILL * impulse:
