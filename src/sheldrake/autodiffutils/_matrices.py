@@ -10,7 +10,7 @@ from sheldrake.autodiffutils._autodiffxd import _REAL, AutoDiffXd, _new
 def InitializeAutoDiff(value, num_derivatives=None, deriv_num_start=None, *, gradient=None):
     """Returns the matrix `value` as AutoDiffXd, each element the variable of one partial derivative.
 
-    Elements are numbered row by row. A one-dimensional `value` gives a column, shape `(n, 1)`.
+    Elements are numbered column by column. A one-dimensional `value` gives a column, shape `(n, 1)`.
 
     Args:
         value: Floats, shape `(m, n)` or `(n,)`.
@@ -29,7 +29,7 @@ def InitializeAutoDiff(value, num_derivatives=None, deriv_num_start=None, *, gra
         return _with_gradient(value, _float_matrix("InitializeAutoDiff", "gradient", gradient))
     size = value.size if num_derivatives is None else _count("num_derivatives", num_derivatives)
     start = 0 if deriv_num_start is None else _count("deriv_num_start", deriv_num_start)
-    return filled(value, np.eye(value.size, size, start))
+    return filled(value.T, np.eye(value.size, size, start)).T
 
 
 def _with_gradient(value, gradient):
@@ -38,7 +38,7 @@ def _with_gradient(value, gradient):
             f"InitializeAutoDiff(): gradient has {gradient.shape[0]} rows but value has {value.size} elements; "
             "it needs one row for each element."
         )
-    return filled(value, gradient.copy())
+    return filled(value.T, gradient.copy()).T
 
 
 def filled(value: np.ndarray, gradient: np.ndarray) -> np.ndarray:
@@ -87,15 +87,15 @@ def ExtractValue(auto_diff_matrix):
 
 
 def ExtractGradient(auto_diff_matrix):
-    """Returns the partial derivatives of a matrix of AutoDiffXd, one row an element (row by row), shape `(m*n, d)`.
+    """Returns the partial derivatives of a matrix of AutoDiffXd, one row an element, shape `(m*n, d)`.
 
-    Elements without derivatives count as constants; if no element has any, `d` is 0.
+    Elements are numbered column by column. Those without derivatives count as constants; if none has any, `d` is 0.
 
     Raises:
         TypeError: if the argument is not a vector or matrix of AutoDiffXd or numbers.
         RuntimeError: if elements carry different, non-zero numbers of derivatives.
     """
-    matrix = _autodiff_matrix("ExtractGradient", auto_diff_matrix)
+    matrix = _autodiff_matrix("ExtractGradient", auto_diff_matrix).T
     found = alike(matrix.ravel().tolist())
     if found is not None:
         return found[1]

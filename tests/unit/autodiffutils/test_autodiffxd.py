@@ -138,7 +138,10 @@ def test_matrices_of_variables():
     np.testing.assert_array_equal(ExtractGradient(InitializeAutoDiff([1.0, 2.0], gradient)), gradient)
     a, b = InitializeAutoDiffTuple([1.0, 2.0], [[3.0]])
     np.testing.assert_array_equal(ExtractGradient(np.vstack([a, b])), np.eye(3))
-    np.testing.assert_array_equal(ExtractGradient([1.0, x[0, 1]]), [[0, 0, 0, 0], [0, 1, 0, 0]])
+    assert x[1, 0].derivatives().tolist() == [0, 1, 0, 0]  # column by column, as Drake stores matrices
+    np.testing.assert_array_equal(ExtractGradient([1.0, x[1, 0]]), [[0, 0, 0, 0], [0, 1, 0, 0]])
+    given = np.arange(12.0).reshape(4, 3)
+    np.testing.assert_array_equal(ExtractGradient(InitializeAutoDiff(np.eye(2), gradient=given)), given)
     assert ExtractGradient([1.0, 2.0]).shape == (2, 0)
     with pytest.raises(RuntimeError, match="one row for each"):
         InitializeAutoDiff([1.0, 2.0], gradient=np.eye(3))
