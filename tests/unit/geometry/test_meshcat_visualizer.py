@@ -5,6 +5,7 @@ import copy
 import numpy as np
 import pytest
 
+from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import (
     AddCompliantHydroelasticProperties,
@@ -18,6 +19,7 @@ from sheldrake.geometry import (
     IllustrationProperties,
     MakePhongIllustrationProperties,
     Meshcat,
+    MeshcatPointCloudVisualizer,
     MeshcatVisualizer,
     MeshcatVisualizerParams,
     ProximityProperties,
@@ -26,9 +28,12 @@ from sheldrake.geometry import (
     SceneGraph,
     Sphere,
 )
-from sheldrake.math import RigidTransform, RollPitchYaw
+from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw
 from sheldrake.multibody.math import SpatialInertia
+from sheldrake.multibody.meshcat import ContactVisualizer
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
+from sheldrake.perception import PointCloud
+from sheldrake.symbolic import Expression
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
 
@@ -301,3 +306,32 @@ def test_many_poses_at_once_are_those_asked_for_one_by_one():
             plant.SetFreeBodyPose(plant_context, body, X_WB)
         expected = [query.GetPoseInWorld(frame).GetAsMatrix34() for frame in frames]
         assert np.array_equal(query._world_matrices(frames, memo), expected)
+
+
+def test_visualizers_of_duals_draw_values():
+    meshcat = Meshcat()
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.01)
+    body = plant.AddRigidBody("body", SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    plant.RegisterVisualGeometry(body, RigidTransform(), Sphere(0.1), "ball", [1.0, 0.0, 0.0, 1.0])
+    plant.Finalize()
+    visualizer = MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
+    ContactVisualizer.AddToBuilder(builder, plant, meshcat)
+    diagram = builder.Build()
+    duals = diagram.ToAutoDiffXd()
+    duals.ForcedPublish(duals.CreateDefaultContext())
+    assert meshcat.HasPath("/drake/visualizer/DefaultModelInstance/body") or meshcat.HasPath("/drake/visualizer/body")
+    assert isinstance(diagram.Clone().GetSubsystemByName(visualizer.get_name()), MeshcatVisualizer)
+    assert diagram.ToSymbolicMaybe() is None
+    converts = visualizer.get_system_scalar_converter().IsConvertible
+    assert converts[AutoDiffXd, float]() and not converts[Expression, float]()
+
+
+def test_point_cloud_visualizer_of_duals():
+    meshcat, T = Meshcat(), AutoDiffXd
+    visualizer = MeshcatPointCloudVisualizer(meshcat, "cloud").ToAutoDiffXd()
+    context = visualizer.CreateDefaultContext()
+    visualizer.cloud_input_port().FixValue(context, AbstractValue.Make(PointCloud(2)))
+    visualizer.pose_input_port().FixValue(context, RigidTransform_[T](np.array([T(1.0, [1.0]), T(2.0), T(3.0)])))
+    visualizer.ForcedPublish(context)
+    assert meshcat.HasPath("cloud")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._numbers import values_of
 from sheldrake.geometry._point_cloud import PointCloud
 from sheldrake.geometry._rgba import Rgba
 from sheldrake.math import RigidTransform
@@ -27,6 +28,8 @@ class MeshcatPointCloudVisualizer(LeafSystem):
     Raises:
         RuntimeError: when the period is negative.
     """
+
+    _generic, _symbolic = True, False
 
     def __init__(self, meshcat: Meshcat, path: str, publish_period: float = 1 / 32.0):
         super().__init__()
@@ -68,6 +71,8 @@ class MeshcatPointCloudVisualizer(LeafSystem):
         cloud = self.cloud_input_port().Eval(context)
         self._meshcat.SetObject(self._path, cloud, self._point_size, self._default_rgba)
         pose = self.pose_input_port()
-        X = pose.Eval(context) if pose.HasValue(context) else RigidTransform()
+        X = RigidTransform()
+        if pose.HasValue(context):
+            X = RigidTransform(values_of(pose.Eval(context).GetAsMatrix34()))
         self._meshcat.SetTransform(self._path, X, as_float(context.get_time()))
         return EventStatus.Succeeded()

@@ -39,6 +39,8 @@ class MeshcatVisualizer(LeafSystem):
         RuntimeError: when the publish period is not positive or the role is kUnassigned.
     """
 
+    _generic, _symbolic = True, False
+
     def __init__(self, meshcat: Meshcat, params: MeshcatVisualizerParams | None = None):
         super().__init__()
         params = MeshcatVisualizerParams() if params is None else params

@@ -62,6 +62,8 @@ class ContactVisualizer(LeafSystem):
         RuntimeError: when the publish period or a threshold is not positive.
     """
 
+    _generic, _symbolic = True, False
+
     def __init__(self, meshcat: Meshcat, params: ContactVisualizerParams | None = None):
         super().__init__()
         params = ContactVisualizerParams() if params is None else copy.copy(params)

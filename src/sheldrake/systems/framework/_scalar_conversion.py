@@ -133,6 +133,8 @@ class ScalarConversion:
         converter = SystemScalarConverter()
         if self._is_generic():
             for to, source in SystemScalarConverter.SupportedConversionPairs:
+                if not self._symbolic and expression_class() in (to, source):
+                    continue
                 converter._Add(to, source, functools.partial(_converted_to, to))
         return converter
 
