@@ -49,10 +49,16 @@ def atan2(y: Any, x: Any) -> Any:
 
 
 def select(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
-    """`yes()` or `no()`; on a formula both, joined by `if_then_else`, tuple by tuple."""
+    """`yes()` or `no()`; on a formula that is neither true nor false both, joined by `if_then_else`, tuple by tuple.
+
+    Where the condition is known, the other choice may not exist: it may divide by zero.
+    """
     if isinstance(condition, (bool, np.bool_)):
         return yes() if condition else no()
-    if_then_else = home_of("Expression").if_then_else
+    symbolic = home_of("Expression")
+    if condition.get_kind() in (symbolic.FormulaKind.True_, symbolic.FormulaKind.False_):
+        return yes() if condition.get_kind() is symbolic.FormulaKind.True_ else no()
+    if_then_else = symbolic.if_then_else
     a, b = yes(), no()
     if isinstance(a, tuple):
         return tuple(if_then_else(condition, x, y) for x, y in zip(a, b))
@@ -78,20 +84,35 @@ def all_equal(a: np.ndarray, b: np.ndarray, T: type) -> Any:
     if T is float:
         return bool((a == b).all())
     result = all_of(x == y for x, y in zip(a.ravel().tolist(), b.ravel().tolist()))
-    return _formula(result) if is_symbolic(T) else bool(result)
+    return as_condition(result, T)
 
 
-def _formula(condition: Any) -> Any:
-    if isinstance(condition, (bool, np.bool_)):
+def any_nan(array: np.ndarray, T: type) -> Any:
+    """Whether a number of an array is NaN; a Formula for expressions."""
+    if not is_symbolic(T):
+        return any(bool(x != x) for x in array.flat)
+    symbolic = home_of("Expression")
+    return symbolic.logical_or(*(symbolic.isnan(x) for x in array.flat))
+
+
+def as_condition(value: Any, T: type) -> Any:
+    """What a test gives for a scalar type: a bool, for expressions a Formula."""
+    if not is_symbolic(T):
+        return bool(value)
+    if isinstance(value, (bool, np.bool_)):
         Formula = home_of("Expression").Formula
-        return Formula.True_() if condition else Formula.False_()
-    return condition
+        return Formula.True_() if value else Formula.False_()
+    return value
 
 
 def at_most(value: Any, bound: float, T: type) -> Any:
     """`value <= bound`, as a bool or a Formula."""
-    result = value <= bound
-    return _formula(result) if is_symbolic(T) else bool(result)
+    return as_condition(value <= bound, T)
+
+
+def smaller(a: Any, b: Any, T: type) -> Any:
+    """The smaller of two numbers."""
+    return home_of("Expression").min(a, b) if is_symbolic(T) else min(a, b)
 
 
 def largest_magnitude(array: np.ndarray, T: type) -> Any:

@@ -14,6 +14,7 @@ from sheldrake.common._kinds import anything
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
 from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
+from sheldrake.geometry._numbers import as_numbers, lengths, plain
 from sheldrake.geometry._shapes import (
     Box,
     Capsule,
@@ -32,7 +33,7 @@ _PARALLEL = 1e-10  # added to cross products' projections: parallel edges separa
 
 
 def _vector(x: Any) -> np.ndarray:
-    return np.array(x, dtype=float).reshape(3)
+    return as_numbers(x).reshape(3)
 
 
 def _boxes_overlap(half_A: np.ndarray, half_B: np.ndarray, X_AB: RigidTransform) -> bool:
@@ -65,29 +66,29 @@ class Plane:
 
     def __init__(self, normal: Any, point_on_plane: Any, already_normalized: bool = False) -> None:
         normal = _vector(normal)
-        length = float(np.linalg.norm(normal))
+        length = plain(lengths(normal))
         if already_normalized:
             if abs(length - 1.0) > 1e-8:
                 raise RuntimeError(f"Plane(): the normal was declared normalized, but its length is {length}.")
         elif not length >= 1e-10:
             raise RuntimeError(
-                f"Cannot instantiate plane from normal n_F = {normal.tolist()}; its magnitude is too small: {length:g}"
+                f"Cannot instantiate plane from normal n_F = {normal.tolist()}; its magnitude is too small: {length}"
             )
         else:
             normal = normal / length
-        self._normal, self._point = normal, _vector(point_on_plane)
+        self._normal, self._height = normal, normal @ _vector(point_on_plane)
 
     def unit_normal(self) -> np.ndarray:
         """Unit normal in F, shape (3,)."""
         return self._normal.copy()
 
     def reference_point(self) -> np.ndarray:
-        """A point on the plane, in F [m], shape (3,)."""
-        return self._point.copy()
+        """The plane's point nearest to the origin of F [m], shape (3,)."""
+        return self._normal * self._height
 
     def CalcHeight(self, point: Any) -> float:
         """Signed height of a point above the plane [m]."""
-        return float(self._normal @ (_vector(point) - self._point))
+        return plain(self._normal @ _vector(point) - self._height)
 
     def BoxOverlaps(self, half_width: Any, box_center_in_plane: Any, box_orientation_in_plane: RotationMatrix) -> bool:
         """True if a box, given by half sizes and pose in F, meets the plane."""
@@ -95,7 +96,7 @@ class Plane:
         return bool(abs(self.CalcHeight(box_center_in_plane)) <= reach)
 
     def __copy__(self) -> Plane:
-        return Plane(self._normal, self._point, True)
+        return Plane(self._normal, self.reference_point(), True)
 
     def __deepcopy__(self, memo: dict) -> Plane:
         return copy.copy(self)

@@ -9,6 +9,7 @@ import numpy as np
 
 from sheldrake.common.value import _register_value_type
 from sheldrake.geometry._ids import FrameId, GeometryId
+from sheldrake.geometry._numbers import as_numbers
 
 
 class _KinematicsVector:
@@ -132,7 +133,7 @@ class GeometryConfigurationVector(_KinematicsVector):
     def set_value(self, id: GeometryId, value: Any) -> None:
         """Sets the vertex positions [m], flattened, shape (3 n,)."""
         self._check(id)
-        self._values[id] = np.array(value, dtype=float).reshape(-1)
+        self._values[id] = as_numbers(value).reshape(-1)
 
 
 _register_value_type(FramePoseVector)

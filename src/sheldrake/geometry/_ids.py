@@ -27,13 +27,20 @@ class _Identifier:
         object.__setattr__(new, "_value", _next_value())
         return new
 
+    @classmethod
+    def _none(cls: type[_Id]) -> _Id:
+        """The identifier of nothing, which fields have before they are set; it is not valid."""
+        new = object.__new__(cls)
+        object.__setattr__(new, "_value", 0)
+        return new
+
     def get_value(self) -> int:
         """The number behind the identifier."""
         return self._value
 
     def is_valid(self) -> bool:
-        """True: Python can not make an identifier without a value."""
-        return True
+        """False for the identifier of nothing, as in a query's result that nobody has filled in."""
+        return self._value > 0
 
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"{type(self).__name__} is immutable.")

@@ -19,9 +19,9 @@ def as_numbers(a: Any) -> np.ndarray:
 
 
 def lengths(a: np.ndarray) -> np.ndarray:
-    """Euclidean norms along the last axis."""
+    """Euclidean norms along the last axis; of one vector a number."""
     if a.dtype == object:
-        return np.asarray((a * a).sum(axis=-1) ** 0.5, dtype=object)
+        return (a * a).sum(axis=-1) ** 0.5
     return np.linalg.norm(a, axis=-1)
 
 

@@ -147,11 +147,11 @@ def ExtractPrincipalSubmatrix(matrix: Any, indices: Iterable[int]) -> np.ndarray
 def DecomposePSDmatrixIntoXtransposeTimesX(
     Y: Any, zero_tol: float, return_empty_if_not_psd: bool = False
 ) -> np.ndarray:
-    """A matrix X with X^T X = Y and as many rows as Y has rank.
+    """A matrix X with X^T X = Y: of n rows if Y is positive definite, else of as many as Y has rank.
 
     Args:
         Y: Symmetric positive semidefinite matrix, shape (n, n); only its lower triangle is read.
-        zero_tol: Eigenvalues up to this count as zero.
+        zero_tol: Eigenvalues up to this count as zero where Y is not positive definite.
         return_empty_if_not_psd: Give an array of shape (0, n) instead of an error.
 
     Raises:
@@ -171,10 +171,10 @@ def DecomposePSDmatrixIntoXtransposeTimesX(
             f"Y is not positive semidefinite. It has an eigenvalue {smallest:g} that is less than the tolerance "
             f"{-zero_tol:g}."
         )
-    floor = max(zero_tol, len(M) * _EPSILON * values.max(initial=0.0))
-    if smallest > floor:
+    rounding = len(M) * _EPSILON * values.max(initial=0.0)
+    if smallest > rounding:
         return np.linalg.cholesky(M).T
-    kept = values > floor
+    kept = values > max(zero_tol, rounding)
     return np.sqrt(values[kept])[:, None] * vectors[:, kept].T
 
 

@@ -38,10 +38,14 @@ _MISTAKE = 0.1
 
 
 def numeric(array: np.ndarray) -> np.ndarray:
-    """The values of an array of float or AutoDiffXd numbers."""
+    """The values of an array of numbers of any scalar type.
+
+    Raises:
+        RuntimeError: an expression is none without its variables.
+    """
     if array.dtype is _FLOAT64:
         return array
-    return np.array([x.value() for x in array.ravel().tolist()]).reshape(array.shape)
+    return np.array([x.value() if hasattr(x, "value") else x.Evaluate() for x in array.flat]).reshape(array.shape)
 
 
 def _checked(T: type, M: np.ndarray) -> np.ndarray:
@@ -177,8 +181,7 @@ class RotationMatrix(ScalarBase):
 
     @classmethod
     def _from_unit_vector(cls, u: list, axis_index: int) -> Any:
-        sizes = [abs(x) for x in u]
-        i = sizes.index(min(sizes))
+        i = int(np.argmin(np.abs(numeric(np.array(u)))))
         j, k = (i + 1) % 3, (i + 2) % 3
         length = sqrt(1.0 - u[i] * u[i])
         r = 1.0 / length

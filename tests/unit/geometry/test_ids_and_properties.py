@@ -179,3 +179,12 @@ def test_pose_vector():
         poses.value(f)
     with pytest.raises(TypeError):
         poses.set_value(g.GeometryId.get_new_id(), np.eye(4))
+
+
+def test_results_of_no_query_name_no_geometry():
+    pair = g.PenetrationAsPointPair()
+    assert (
+        isinstance(pair.id_A, g.GeometryId) and not pair.id_A.is_valid() and repr(pair.id_B) == "<GeometryId value=0>"
+    )
+    assert pair.depth == -1.0 and g.SignedDistancePair().distance == 0.0
+    assert g.GeometryId.get_new_id().is_valid() and pair.id_A != g.GeometryId.get_new_id()

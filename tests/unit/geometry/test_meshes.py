@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from sheldrake import geometry as g
+from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.geometry._meshes.convex_hull import make_convex_hull
 from sheldrake.geometry._meshes.mass_properties import mass_properties
 from sheldrake.geometry._meshes.mesh_files import read_mesh
@@ -231,3 +232,24 @@ def test_mass_properties_of_primitives_by_sampling(shape):
     sampled = cell * (np.eye(3) * (q**2).sum() - q.T @ q)
     assert np.diag(inertia) == pytest.approx(np.diag(sampled), rel=0.02)
     assert g.CalcVolume(shape) == volume
+
+
+def test_meshes_and_planes_of_duals():
+    corners = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 2.0]]
+    z = AutoDiffXd(2.0, [1.0])
+    moving = np.array([[AutoDiffXd(x) for x in corner] for corner in corners])
+    moving[3, 2] = z
+    volume = g.VolumeMesh_[AutoDiffXd]([g.VolumeElement(0, 1, 2, 3)], moving)
+    assert isinstance(volume.CalcVolume(), AutoDiffXd)
+    assert volume.CalcVolume().derivatives() == pytest.approx([1.0 / 6.0])
+    fourth = volume.CalcBarycentric([0.1, 0.2, 0.5], 0)[3]  # 0.5 / z
+    assert (fourth.value(), *fourth.derivatives()) == pytest.approx((0.25, -0.125))
+    polygon = g.PolygonSurfaceMesh_[AutoDiffXd]([3, 0, 1, 3], moving)
+    assert isinstance(polygon.area(0), AutoDiffXd) and polygon.total_area().derivatives() == pytest.approx([0.5])
+    plane = g.Plane_[AutoDiffXd](normal=[0.0, 0.0, 3.0], point_on_plane=moving[3])
+    assert plane.CalcHeight([5.0, 6.0, 7.0]).derivatives() == pytest.approx([-1.0])
+    assert [x.value() for x in plane.reference_point()] == [0.0, 0.0, 2.0]
+
+
+def test_reference_point_is_nearest_to_the_origin():
+    np.testing.assert_allclose(g.Plane([0.0, 2.0, 0.0], [5.0, 6.0, 7.0]).reference_point(), [0.0, 6.0, 0.0])

@@ -159,3 +159,22 @@ def test_enumerations():
     assert repr(kind.kUniform) == "<KnotVectorType.kUniform: 0>" and int(kind.kClampedUniform) == 1
     assert kind(1) is kind.kClampedUniform and kind.kUniform != 0 and kind.kUniform < kind.kClampedUniform
     assert m.DecomposePSDmatrixIntoXtransposeTimesX(-np.eye(2), 1e-8, return_empty_if_not_psd=True).shape == (0, 2)
+
+
+def test_rotations_of_constant_symbols_take_one_branch():
+    one, R = Expression(1.0), RotationMatrix_[Expression]
+    q = Quaternion_[Expression](rotation=np.eye(3) * one)
+    assert [c.Evaluate() for c in q.wxyz()] == [1.0, 0.0, 0.0, 0.0]
+    assert q.slerp(t=0.5, other=q).w().EqualTo(one)
+    assert R().ToAngleAxis().angle().EqualTo(Expression(0.0))
+    b = R.MakeFromOneVector(b_A=np.array([1.0, 2.0, 3.0]) * one, axis_index=0)
+    expected = m.RotationMatrix.MakeFromOneVector(b_A=[1.0, 2.0, 3.0], axis_index=0).matrix()
+    assert [e.Evaluate() for e in b.matrix().flat] == pytest.approx(expected.ravel())
+    assert R.ProjectToRotationMatrix(2.0 * np.eye(3) * one).IsNearlyIdentity(1e-12).EqualTo(Formula.True_())
+    with pytest.raises(RuntimeError, match="variable x"):
+        R.MakeFromOneVector(b_A=np.array([Variable("x"), 2.0, 3.0]) * one, axis_index=0)
+
+
+def test_positive_definite_matrices_have_a_square_factor_whatever_the_tolerance():
+    assert m.DecomposePSDmatrixIntoXtransposeTimesX(np.diag([0.8, 0.5]), zero_tol=0.7).shape == (2, 2)
+    assert m.DecomposePSDmatrixIntoXtransposeTimesX(np.diag([0.8, 0.0]), zero_tol=0.7).shape == (1, 2)

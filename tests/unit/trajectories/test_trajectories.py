@@ -493,3 +493,8 @@ def test_bspline_trajectories():
     ):
         with pytest.raises(RuntimeError):
             wrong()
+
+
+def test_function_of_the_wrong_size_is_refused_at_once():
+    with pytest.raises(RuntimeError, match=r"1x1.*2x1"):
+        FunctionHandleTrajectory(lambda t: np.array([[1.0]]), rows=2)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from .._numbers import as_numbers, lengths, plain
 from .mesh_files import boundary_triangles
 from .triangle_mesh import TriangleSurfaceMesh
 
@@ -54,7 +55,7 @@ class VolumeMesh:
         if not rows:
             raise RuntimeError("A mesh must contain at least one tetrahedral element")
         self._elements = np.array(rows, dtype=np.int64).reshape(-1, 4)
-        self._vertices = np.array(vertices, dtype=float).reshape(-1, 3)
+        self._vertices = as_numbers(vertices).reshape(-1, 3)
 
     def num_elements(self) -> int:
         """Number of tetrahedra."""
@@ -82,21 +83,23 @@ class VolumeMesh:
 
     def CalcTetrahedronVolume(self, e: int) -> float:
         """Volume of a tetrahedron [m^3], positive when its corners are in order."""
-        return float(self._volumes()[e])
+        return plain(self._volumes()[e])
 
     def CalcVolume(self) -> float:
         """Volume of all tetrahedra [m^3]."""
-        return float(self._volumes().sum())
+        return plain(self._volumes().sum())
 
     def _volumes(self) -> np.ndarray:
         a, b, c, d = (self._vertices[self._elements[:, k]] for k in range(4))
-        return np.einsum("ij,ij->i", np.cross(b - a, c - a), d - a) / 6.0
+        return (np.cross(b - a, c - a) * (d - a)).sum(axis=1) / 6.0
 
     def CalcBarycentric(self, p_MQ: Any, e: int) -> np.ndarray:
         """Barycentric coordinates of Q in a tetrahedron, shape (4,)."""
-        corners = self._vertices[self._elements[e]]
-        system = np.vstack([np.ones(4), corners.T])
-        return np.linalg.solve(system, np.array([1.0, *np.asarray(p_MQ, dtype=float).reshape(3)]))
+        a, b, c, d = self._vertices[self._elements[e]]
+        u, v, w, q = b - a, c - a, d - a, as_numbers(p_MQ).reshape(3) - a
+        volume = np.cross(u, v) @ w
+        b1, b2, b3 = np.cross(v, w) @ q / volume, np.cross(w, u) @ q / volume, np.cross(u, v) @ q / volume
+        return np.array([1.0 - b1 - b2 - b3, b1, b2, b3])
 
     def edge_vector(self, e: int, a: int, b: int) -> np.ndarray:
         """Vector from corner `a` to corner `b` of a tetrahedron, in M [m], shape (3,)."""
@@ -108,14 +111,14 @@ class VolumeMesh:
         corners = self._vertices[self._elements[e]]
         a, b, c = (corners[k] for k in range(4) if k != f)
         normal = np.cross(b - a, c - a)
-        normal /= np.linalg.norm(normal)
+        normal = normal / lengths(normal)
         return normal if normal.dot(corners[f] - a) > 0.0 else -normal
 
     def Equal(self, mesh: VolumeMesh, vertex_tolerance: float = 0) -> bool:
         """True if tetrahedra are the same, and no vertex is farther from its counterpart than the tolerance [m]."""
         if not np.array_equal(self._elements, mesh._elements) or self._vertices.shape != mesh._vertices.shape:
             return False
-        return bool(np.all(np.linalg.norm(self._vertices - mesh._vertices, axis=1) <= vertex_tolerance))
+        return bool(np.all(lengths(self._vertices - mesh._vertices) <= vertex_tolerance))
 
     def __copy__(self) -> VolumeMesh:
         return VolumeMesh(self._elements.tolist(), self._vertices)

@@ -24,8 +24,8 @@ class _Result:
     @staticmethod
     def _default(name: str) -> Any:
         if name.startswith("id_"):
-            return None
-        return 0.0 if name in ("depth", "distance") else np.zeros(3)
+            return GeometryId._none()
+        return {"depth": -1.0, "distance": 0.0}[name] if name in ("depth", "distance") else np.zeros(3)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({', '.join(f'{name}={getattr(self, name)!r}' for name in self._fields)})"

@@ -6,29 +6,30 @@ import copy
 from typing import Any
 
 from sheldrake.common.value import _register_value_type
+from sheldrake.systems.framework._vector import plain
 
 
 class CoulombFriction:
     """Coefficients of static and dynamic friction, 0 <= dynamic <= static; default frictionless.
 
     Raises:
-        RuntimeError: a negative coefficient, or a dynamic one larger than the static one.
+        RuntimeError: a negative coefficient, or a dynamic one larger than the static one; or one that depends on the
+            value of a variable.
     """
 
     __slots__ = ("_dynamic", "_static")
 
     def __init__(self, static_friction: float = 0.0, dynamic_friction: float = 0.0) -> None:
-        for name, value in (("dynamic", dynamic_friction), ("static", static_friction)):
+        dynamic, static = plain(dynamic_friction), plain(static_friction)
+        for name, value in (("dynamic", dynamic), ("static", static)):
             if value != value:
-                raise RuntimeError(f"The given {name} friction is not a number: {_text(value)}")
-        if dynamic_friction < 0.0:
-            raise RuntimeError(f"The given dynamic friction is negative: {_text(dynamic_friction)}")
-        if static_friction < 0.0:
-            raise RuntimeError(f"The given static friction is negative: {_text(static_friction)}")
-        if dynamic_friction > static_friction:
+                raise RuntimeError(f"The given {name} friction is not a number: {value:g}")
+            if value < 0.0:
+                raise RuntimeError(f"The given {name} friction is negative: {value:g}")
+        if dynamic > static:
             raise RuntimeError(
-                f"The given dynamic friction ({_text(dynamic_friction)}) is greater than the given static friction "
-                f"({_text(static_friction)}); dynamic friction must be less than or equal to static friction."
+                f"The given dynamic friction ({dynamic:g}) is greater than the given static friction "
+                f"({static:g}); dynamic friction must be less than or equal to static friction."
             )
         self._static = static_friction
         self._dynamic = dynamic_friction
@@ -47,7 +48,7 @@ class CoulombFriction:
         return self._static == other._static and self._dynamic == other._dynamic
 
     def __hash__(self) -> int:
-        return hash((self._static, self._dynamic))
+        return hash((plain(self._static), plain(self._dynamic)))
 
     def __copy__(self) -> CoulombFriction:
         return CoulombFriction(self._static, self._dynamic)
@@ -77,8 +78,4 @@ def CalcContactFrictionFromSurfaceProperties(
 
 def _harmonic_mean(a: Any, b: Any) -> Any:
     total = a + b
-    return 0.0 * total if total == 0.0 else 2.0 * a * b / total
-
-
-def _text(x: Any) -> str:
-    return f"{x:g}" if isinstance(x, (int, float)) else str(x)
+    return 0.0 * total if plain(total) == 0.0 else 2.0 * a * b / total

@@ -10,14 +10,13 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, Overload, overload
-from sheldrake.common._scalar_math import largest_magnitude
+from sheldrake.common._scalar_math import all_equal, any_nan, as_condition, at_most, largest_magnitude, smaller
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
     any_array,
     as_array,
     as_scalar,
-    is_symbolic,
     new_array,
     scalar,
     vector,
@@ -168,9 +167,13 @@ class RotationalInertia(ScalarBase):
         """Whether the moments are no NaN, not negative, and no two sum to less than the third.
 
         For a body's inertia about its centre of mass this is sufficient, about other points only necessary.
+
+        Raises:
+            RuntimeError: it depends on the value of a variable.
         """
-        if is_symbolic(self._T):
-            raise RuntimeError(f"{pretty_class_name(type(self))}.CouldBePhysicallyValid(): the numbers are symbolic.")
+        return as_condition(self._is_plausible(), self._T)
+
+    def _is_plausible(self) -> bool:
         numbers = floats(self._I, "CouldBePhysicallyValid()")
         if not np.isfinite(numbers).all():
             return False
@@ -185,16 +188,16 @@ class RotationalInertia(ScalarBase):
     def IsNearlyEqualTo(self, other: Any, precision: float) -> Any:
         """Whether all numbers agree to `precision` times the larger of both largest possible moments."""
         other = self._argument("IsNearlyEqualTo", instance_of(RotationalInertia_[self._T]), other=other)
-        scale = min(self.CalcMaximumPossibleMomentOfInertia(), other.CalcMaximumPossibleMomentOfInertia())
-        return largest_magnitude(self._I - other._I, self._T) <= precision * scale
+        scale = smaller(self.CalcMaximumPossibleMomentOfInertia(), other.CalcMaximumPossibleMomentOfInertia(), self._T)
+        return at_most(largest_magnitude(self._I - other._I, self._T), precision * scale, self._T)
 
     def IsNaN(self) -> Any:
         """Whether any number is NaN."""
-        return bool(np.isnan(floats(self._I, "IsNaN()")).any())
+        return any_nan(self._I, self._T)
 
     def IsZero(self) -> Any:
         """Whether all numbers are zero."""
-        return bool((floats(self._I, "IsZero()") == 0.0).all())
+        return all_equal(self._I, np.zeros((3, 3)), self._T)
 
     def SetToNaN(self) -> None:
         """Make all numbers NaN."""

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, incompatible
+from sheldrake.common._scalar_math import all_equal, any_nan, as_condition
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
@@ -75,15 +76,14 @@ class SpatialInertia(ScalarBase):
 
     def _fault(self) -> str:
         """Why no body can have this inertia, or an empty string."""
-        T = self._T
-        mass = number(self._mass, T)
-        if not (mass >= 0.0 and math.isfinite(mass)):  # type: ignore[operator, arg-type]
+        mass = float(floats(np.array([self._mass]), "IsPhysicallyValid()")[0])
+        if not (mass >= 0.0 and math.isfinite(mass)):
             return f"mass = {mass} is negative or not finite."
         com = floats(self._p, "IsPhysicallyValid()")
         if not np.isfinite(com).all():
             return f"Center of mass = {com.tolist()} is not finite."
         central = self._G.ShiftToCenterOfMass(self._p)
-        if central.CouldBePhysicallyValid():
+        if central._is_plausible():
             return ""
         about_P = floats(self._G._I, "IsPhysicallyValid()") * mass
         about_com = floats(central._I, "IsPhysicallyValid()") * mass
@@ -315,16 +315,15 @@ class SpatialInertia(ScalarBase):
 
     def IsPhysicallyValid(self) -> Any:
         """Whether a body can have this inertia."""
-        return not self._fault()
+        return as_condition(not self._fault(), self._T)
 
     def IsNaN(self) -> Any:
         """Whether any number is NaN."""
-        mass = number(self._mass, self._T)
-        return bool(math.isnan(mass) or np.isnan(floats(self._p, "IsNaN()")).any() or self._G.IsNaN())  # type: ignore
+        return any_nan(np.array([self._mass, *self._p, *self._G._I.flat]), self._T)
 
     def IsZero(self) -> Any:
         """Whether there is no mass and no inertia."""
-        return bool(self._mass == 0.0 and self._G.IsZero())
+        return all_equal(np.array([self._mass, *self._G._I.flat]), np.zeros(10), self._T)
 
     def SetNaN(self) -> None:
         """Make all numbers NaN."""

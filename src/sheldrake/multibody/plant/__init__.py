@@ -1,7 +1,7 @@
 """MultibodyPlant: bodies, joints, geometry and contact as a system."""
 
 from sheldrake.common._refuse_none import refuse_none
-from sheldrake.multibody.math._coulomb_friction import CoulombFriction
+from sheldrake.multibody.math._coulomb_friction import CalcContactFrictionFromSurfaceProperties, CoulombFriction
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 
@@ -38,20 +38,6 @@ CoulombFriction_ = _family(CoulombFriction)
 ExternallyAppliedSpatialForce_ = _family(ExternallyAppliedSpatialForce)
 HydroelasticContactInfo_ = _family(HydroelasticContactInfo)
 PointPairContactInfo_ = _family(PointPairContactInfo)
-
-
-def CalcContactFrictionFromSurfaceProperties(
-    surface_properties1: CoulombFriction, surface_properties2: CoulombFriction
-) -> CoulombFriction:
-    """Friction of a pair of surfaces: harmonic means, static and dynamic apart."""
-
-    def mean(a: float, b: float) -> float:
-        return 2.0 * a * b / (a + b) if a + b > 0.0 else 0.0
-
-    one, two = surface_properties1, surface_properties2
-    return CoulombFriction(
-        mean(one.static_friction(), two.static_friction()), mean(one.dynamic_friction(), two.dynamic_friction())
-    )
 
 
 __all__ = [

@@ -22,6 +22,8 @@ from sheldrake.multibody.math import (
     UnitInertia,
     UnitInertia_,
 )
+from sheldrake.multibody.plant import CalcContactFrictionFromSurfaceProperties, CoulombFriction_
+from sheldrake.symbolic import Expression, Formula, Variable
 
 KINDS = [
     (SpatialVelocity, ("w", "v", "V")),
@@ -246,3 +248,39 @@ def test_retired_arguments_still_work_with_a_hint(old, today):
     with pytest.warns(DrakeDeprecationWarning, match="UnitInertia"):
         got = old()
     assert got.CopyToFullMatrix3().tolist() == today().CopyToFullMatrix3().tolist()
+
+
+def test_tests_of_symbolic_inertias_give_formulas():
+    I_, M_ = RotationalInertia_[Expression], SpatialInertia_[Expression]
+    I = I_(2.0, 3.0, 4.0)
+    M = M_(mass=1.0, p_PScm_E=np.zeros(3), G_SP_E=UnitInertia_[Expression](1.0, 1.0, 1.0))
+    for answer, expected in (
+        (I.CouldBePhysicallyValid(), True),
+        (I_(1.0, 1.0, 10.0).CouldBePhysicallyValid(), False),
+        (I.IsNaN(), False),
+        (I.IsZero(), False),
+        (I.IsNearlyEqualTo(I_(2.0, 3.0, 4.1), 0.1), True),
+        (I.IsNearlyEqualTo(I_(2.0, 3.0, 4.5), 0.1), False),
+        (M.IsPhysicallyValid(), True),
+        (M.IsNaN(), False),
+        (M.IsZero(), False),
+    ):
+        assert isinstance(answer, Formula) and answer.Evaluate() is expected
+    x = Variable("x")
+    free = I_(Expression(x), 3.0, 4.0)
+    assert not free.IsNaN().Evaluate({x: 1.0})
+    assert free.IsNearlyEqualTo(I, 0.1).Evaluate({x: 2.0}) and not free.IsNearlyEqualTo(I, 0.1).Evaluate({x: 9.0})
+    with pytest.raises(RuntimeError, match="variable x"):
+        free.CouldBePhysicallyValid()
+
+
+def test_friction_of_duals_and_symbols():
+    for T in (AutoDiffXd, Expression):
+        friction = CoulombFriction_[T](static_friction=T(0.8), dynamic_friction=T(0.5))
+        assert isinstance(friction.static_friction(), T) and isinstance(hash(friction), int)
+        mean = CalcContactFrictionFromSurfaceProperties(friction, friction)
+        assert isinstance(mean.dynamic_friction(), T)
+        with pytest.raises(RuntimeError, match="less than or equal"):
+            CoulombFriction_[T](T(0.5), T(0.8))
+    with pytest.raises(RuntimeError, match="variable mu"):
+        CoulombFriction_[Expression](Expression(Variable("mu")), Expression(0.1))
