@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from .._numbers import as_numbers, lengths, plain
+from sheldrake.geometry._numbers import as_numbers, lengths, plain
+
 from .mesh_files import boundary_triangles
 from .triangle_mesh import TriangleSurfaceMesh
 

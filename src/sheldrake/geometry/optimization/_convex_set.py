@@ -14,7 +14,8 @@ from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import dispatch, incompatible, overload
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.solvers import MathematicalProgram, Solve, _arrays
+from sheldrake.solvers import Constraint, MathematicalProgram, Solve, _arrays
+from sheldrake.solvers._functions.bindings import as_kind
 from sheldrake.symbolic import Variable
 
 
@@ -194,7 +195,7 @@ class ConvexSet:
             raise RuntimeError(f"AddPointInSetConstraints(): {vars.size} variables, expected {self._dimension}.")
         into = Rows(prog)
         self._contain(into, Affine.of(vars), Affine.constant(1.0))
-        return np.array(into.variables, dtype=object), into.constraints
+        return np.array(into.variables, dtype=object), [as_kind(Constraint, added) for added in into.constraints]
 
     def AddPointInNonnegativeScalingConstraints(self, *args: Any, **kwargs: Any) -> list:
         """Constrains x to t S, t >= 0, for this set S (to its directions of recession where t = 0).
@@ -225,7 +226,7 @@ class ConvexSet:
     def _scaled(self, prog: MathematicalProgram, x: Affine, scale: Affine) -> list:
         into = Rows(prog)
         self._contain(into, x, scale)
-        return into.constraints
+        return [as_kind(Constraint, added) for added in into.constraints]
 
     def ToShapeWithPose(self) -> tuple[Any, Any]:
         """Returns a shape and its pose in the world.

@@ -12,7 +12,7 @@ from sheldrake.common._options import Options as _Options
 from sheldrake.common.eigen_geometry import Quaternion
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.inverse_kinematics import _global_joints as joints
-from sheldrake.multibody.inverse_kinematics._global_joints import BodyPose
+from sheldrake.multibody.inverse_kinematics._global_joints import BodyPose, require_supported
 from sheldrake.multibody.inverse_kinematics._global_postures import Postures
 from sheldrake.multibody.tree import BodyIndex
 from sheldrake.solvers import (
@@ -78,6 +78,8 @@ class GlobalInverseKinematics(Postures):
         self._prog = MathematicalProgram()
         self._lengths: list[tuple[np.ndarray, np.ndarray, Any, np.ndarray]] = []
         everything = [plant.get_joint(i) for i in plant.GetJointIndices()]
+        for joint in everything:
+            require_supported(joint)
         self._inboard = {int(joint.child_body().index()): joint for joint in everything}
         self._poses = [BodyPose(np.eye(3), np.zeros(3))]
         self._fixed = {0: np.eye(3)}

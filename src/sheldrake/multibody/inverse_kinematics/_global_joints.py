@@ -48,17 +48,18 @@ def parts(joint: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     return X_PF.rotation().matrix(), X_PF.translation(), X_BM.rotation().matrix(), X_BM.translation()
 
 
-def add_joint(prog: Any, joint: Any, P: BodyPose, B: BodyPose) -> None:
-    """Adds that a body is where its joint lets it be.
+def require_supported(joint: Any) -> None:
+    """Raises RuntimeError for a joint that is neither a weld, nor a revolute joint, nor that of a free body."""
+    kind = joint.type_name()
+    if kind not in ("quaternion_floating", "revolute", "weld"):
+        raise RuntimeError(f"GlobalInverseKinematics(): joint {joint.name()!r} is of unsupported type {kind!r}.")
 
-    Raises:
-        RuntimeError: it is neither a weld, nor a revolute joint, nor that of a free body.
-    """
+
+def add_joint(prog: Any, joint: Any, P: BodyPose, B: BodyPose) -> None:
+    """Adds that a body is where its joint lets it be."""
     kind = joint.type_name()
     if kind == "quaternion_floating":
         return
-    if kind not in ("revolute", "weld"):
-        raise RuntimeError(f"GlobalInverseKinematics(): joint {joint.name()!r} is of unsupported type {kind!r}.")
     R_PF, p_PF, R_BM, p_BM = parts(joint)
     p_FM, R_FM, axes = np.zeros(3), np.eye(3), [joint.revolute_axis()] if kind == "revolute" else list(np.eye(3))
     if kind == "weld":

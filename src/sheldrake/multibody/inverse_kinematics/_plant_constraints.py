@@ -10,6 +10,7 @@ from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.inverse_kinematics._orientation import OrientationConstraint
 from sheldrake.multibody.inverse_kinematics._position import PointToPointDistanceConstraint, PositionConstraint
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
+from sheldrake.solvers._functions.bindings import as_kind
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 
@@ -80,7 +81,7 @@ def AddUnitQuaternionConstraintOnPlant(plant: Any, q_vars: Any, prog: Mathematic
     out = []
     for binding, start in zip(bindings, starts):
         out += [binding, prog.AddBoundingBoxConstraint(-1.0, 1.0, q[start : start + 4])]
-    return out
+    return [as_kind(Constraint, added) for added in out]
 
 
 def _limits(plant: Any, context: Any, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -130,7 +131,7 @@ def AddMultibodyPlantConstraints(plant: Any, q: Any, prog: MathematicalProgram, 
     out = add_limits_and_quaternions(plant, q, prog, plant_context, True)
     for record in plant._constraints.values():
         out += _of_record(plant, record, q, prog, plant_context)
-    return out
+    return [as_kind(Constraint, added) for added in out]
 
 
 def _of_record(plant: Any, record: Any, q: np.ndarray, prog: MathematicalProgram, context: Any) -> list:

@@ -6,6 +6,7 @@ and queries, all through one `View` for each context (`_context`); the step, dis
 
 from __future__ import annotations
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,13 @@ from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.reactions import Reactions
 from sheldrake.multibody.plant._step.reports import Reports
 from sheldrake.systems.framework import BasicVector, LeafSystem
+from sheldrake.systems.framework._vector import lifted
+
+# What holds elements; a plant on another scalar has its own.
+_OF_ELEMENTS = (
+    "_bodies _frames _joints _actuators _force_elements _instances _body_of_frame _joint_between _gravity "
+    "_constraints _steps _row_bodies _inboard"
+).split()
 
 
 class MultibodyPlant(
@@ -74,6 +82,13 @@ class MultibodyPlant(
         self._start_registration()
         self._start_contact_settings()
         self._declare_geometry_ports()
+
+    def _converted(self, scalar: Any) -> Any:
+        new = super()._converted(scalar)
+        if new is not None:
+            own = {name: vars(self)[name] for name in _OF_ELEMENTS if name in vars(self)}
+            new.__dict__.update(copy.deepcopy(own, {id(self): new}))
+        return new
 
     def time_step(self) -> float:
         """Period of the discrete update [s], 0 for a plant with continuous state."""
@@ -165,10 +180,11 @@ class MultibodyPlant(
         self._require_ready()
         store, place = context._store, context._place
         start = (place.xd if self.is_discrete() else place.xc)[0]
-        store.S[start : start + self._nq] = self._all_default_positions()
+        store.S[start : start + self._nq] = lifted(self._all_default_positions(), store.scalar)
         for actuator in self._actuators:
             first = place.p[0] + self._start(actuator)
-            store.S[first : first + 2] = actuator.default_rotor_inertia(), actuator.default_gear_ratio()
+            numbers = np.array([actuator.default_rotor_inertia(), actuator.default_gear_ratio()])
+            store.S[first : first + 2] = lifted(numbers, store.scalar)
         for i in range(len(self._instances.slots)):
             slot = place.inputs[self._port_numbers["desired_state", i]]
             if slot.free >= 0 and not store.i[store.layout.fixed0 + slot.free]:

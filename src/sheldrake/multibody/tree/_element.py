@@ -71,9 +71,15 @@ class Element:
         """
         return self._plant("GetParentPlant")
 
+    @property
+    def _scalar(self) -> type:
+        """The scalar type of the plant it belongs to."""
+        return float if self._owner is None else self._owner._scalar
+
     def __repr__(self) -> str:
+        family = type(self).__name__ + ("" if self._scalar is float else f"_[{self._scalar.__name__}]")
         name = f"name={self.name()!r} " if hasattr(self, "name") else ""
-        return f"<{type(self).__name__} {name}index={int(self.index())} model_instance={int(self.model_instance())}>"
+        return f"<{family} {name}index={int(self.index())} model_instance={int(self.model_instance())}>"
 
 
 class NamedElement(Element):
@@ -94,6 +100,16 @@ class NamedElement(Element):
     def scoped_name(self) -> ScopedName:
         """Its name with that of its model instance, `model::name`."""
         return ScopedName(self._plant("scoped_name").GetModelInstanceName(self._instance), self._name)
+
+
+def scalar_of(numbers: np.ndarray) -> type:
+    """The scalar type of the numbers of a context."""
+    return float if numbers.dtype is _FLOAT64 else type(numbers[0])
+
+
+def of_scalar(value: Any, scalar: type) -> Any:
+    """A pose or rotation on a scalar type."""
+    return value if value._T is scalar else value.cast[scalar]()
 
 
 def vector(call: str, name: str, value: Any, size: int) -> np.ndarray:

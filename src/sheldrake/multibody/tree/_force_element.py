@@ -213,7 +213,7 @@ class LinearSpringDamper(ForceElement):
             stiffness: [N/m].
             damping: [N s/m].
         """
-        super().__init__(bodyB.model_instance())
+        super().__init__(bodyA.model_instance())
         nonnegative("LinearSpringDamper", stiffness=stiffness, damping=damping)
         if not free_length > 0.0:
             raise RuntimeError(f"LinearSpringDamper(): free_length must be positive, not {free_length}.")

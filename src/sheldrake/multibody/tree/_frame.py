@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._overloads import expect
 from sheldrake.math import RigidTransform, RotationMatrix
-from sheldrake.multibody.tree._element import NamedElement, finite
+from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar
 from sheldrake.multibody.tree._index import FrameIndex
 
 
@@ -40,16 +40,20 @@ class Frame(NamedElement):
 
     def CalcPoseInBodyFrame(self, context: Any) -> RigidTransform:
         """X_BF."""
-        self._finalized("CalcPoseInBodyFrame")
-        return self._X_BF(context)
+        T = self._finalized("CalcPoseInBodyFrame")._view(context).T
+        return of_scalar(self._X_BF(context), T)
 
     def CalcRotationMatrixInBodyFrame(self, context: Any) -> RotationMatrix:
         """R_BF."""
         return self.CalcPoseInBodyFrame(context).rotation()
 
+    def _fixed_X_BF(self) -> RigidTransform:
+        """X_BF by default, in floats."""
+        raise NotImplementedError
+
     def GetFixedPoseInBodyFrame(self) -> RigidTransform:
         """X_BF by default; a context may hold another one."""
-        raise NotImplementedError
+        return of_scalar(self._fixed_X_BF(), self._scalar)
 
     def GetFixedRotationMatrixInBodyFrame(self) -> RotationMatrix:
         """R_BF by default."""
@@ -172,8 +176,7 @@ class RigidBodyFrame(Frame):
     def _X_BF(self, context: Any) -> RigidTransform:
         return RigidTransform()
 
-    def GetFixedPoseInBodyFrame(self) -> RigidTransform:
-        """The identity."""
+    def _fixed_X_BF(self) -> RigidTransform:
         return RigidTransform()
 
 
@@ -201,12 +204,12 @@ class FixedOffsetFrame(Frame):
         finite("FixedOffsetFrame", "X_PF", X_PF.GetAsMatrix34())
         self._parent, self._X_PF = parent, X_PF
 
-    def GetFixedPoseInBodyFrame(self) -> RigidTransform:
-        """X_BF by default."""
-        return self._parent.GetFixedPoseInBodyFrame() @ self._X_PF
+    def _fixed_X_BF(self) -> RigidTransform:
+        return self._parent._fixed_X_BF() @ self._X_PF
 
     def _X_BF(self, context: Any) -> RigidTransform:
-        return self._parent._X_BF(context) @ self.GetPoseInParentFrame(context)
+        X_PF = self.GetPoseInParentFrame(context)
+        return X_PF if self._parent.is_body_frame() else self._parent._X_BF(context) @ X_PF
 
     def GetPoseInParentFrame(self, context: Any) -> RigidTransform:
         """X_PF as the context has it."""

@@ -11,7 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import NamedElement, finite, require_numbers, vector
+from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar, require_numbers, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._index import JointIndex
 
@@ -319,7 +319,7 @@ class Joint(NamedElement):
 
     def GetPose(self, context: Any) -> RigidTransform:
         """X_FM."""
-        return self._pose_at(self._q(context, "GetPose"))
+        return of_scalar(self._pose_at(self._q(context, "GetPose")), context._system._scalar)
 
     def SetSpatialVelocity(self, context: Any, V_FM: Any) -> Any:
         """Sets the velocities that give M the spatial velocity V_FM, expressed in F."""

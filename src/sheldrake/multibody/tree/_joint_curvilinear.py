@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.math import RigidTransform
+from sheldrake.multibody.tree._element import scalar_of
 from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joints_axis import OneVelocityJoint
 from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory, PiecewiseConstantCurvatureTrajectory_
@@ -80,8 +81,7 @@ class CurvilinearJoint(OneVelocityJoint):
         return pieces
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        scalar = type(q[0]) if q.dtype == object else float
-        return PiecewiseConstantCurvatureTrajectory_[scalar](self._path).CalcPose(q[0])
+        return PiecewiseConstantCurvatureTrajectory_[scalar_of(q)](self._path).CalcPose(q[0])
 
     def get_distance(self, context: Any) -> float:
         """The distance along the path [m]."""

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common.eigen_geometry import AngleAxis
-from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import finite, vector
+from sheldrake.common.eigen_geometry import AngleAxis_
+from sheldrake.math import RigidTransform, RigidTransform_
+from sheldrake.multibody.tree._element import finite, scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joint import Joint
 
@@ -154,7 +154,8 @@ class RevoluteJoint(_AxisJoint):
         return (*self._axis, 0.0)
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        return RigidTransform(AngleAxis(q[0], self._axis), np.zeros(3))
+        T = scalar_of(q)
+        return RigidTransform_[T](AngleAxis_[T](q[0], self._axis), np.zeros(3))
 
     def get_angle(self, context: Any) -> float:
         """The angle [rad]."""
@@ -199,7 +200,7 @@ class PrismaticJoint(_AxisJoint):
         return (*self._axis, 1.0)
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        return RigidTransform(q[0] * self._axis)
+        return RigidTransform_[scalar_of(q)](q[0] * self._axis)
 
     def get_translation(self, context: Any) -> float:
         """The translation [m]."""
@@ -278,7 +279,8 @@ class ScrewJoint(OneDampingJoint):
         return (*self._axis, self._lead())
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        return RigidTransform(AngleAxis(q[0], self._axis), q[0] * self._lead() * self._axis)
+        T = scalar_of(q)
+        return RigidTransform_[T](AngleAxis_[T](q[0], self._axis), q[0] * self._lead() * self._axis)
 
     def _angle_of(self, call: str, translation: float) -> float:
         if self._pitch == 0.0:

@@ -9,11 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common.eigen_geometry import Quaternion
-from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
-from sheldrake.multibody.tree._element import vector
+from sheldrake.common.eigen_geometry import Quaternion, Quaternion_
+from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix
+from sheldrake.multibody.tree._element import scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
+
+
+def _unit_quaternion(q: np.ndarray) -> Quaternion:
+    return Quaternion_[scalar_of(q)](wxyz=q / np.sqrt(q @ q))
 
 
 class _FloatingJoint(Joint):
@@ -105,7 +109,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         return R.ToQuaternion().wxyz()
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        return RigidTransform(Quaternion(wxyz=q[:4] / np.sqrt(q[:4] @ q[:4])), q[4:])
+        return RigidTransform_[scalar_of(q)](_unit_quaternion(q[:4]), q[4:])
 
     def SetOrientation(self, context: Any, R: RotationMatrix) -> Any:
         """Turns M to R, which is R_FM."""
@@ -114,7 +118,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
     def get_quaternion(self, context: Any) -> Quaternion:
         """The quaternion, normalised."""
         q = self._q(context, "get_quaternion")[:4]
-        return Quaternion(wxyz=q / np.sqrt(q @ q))
+        return _unit_quaternion(q)
 
     def SetQuaternion(self, context: Any, q_FM: Quaternion) -> QuaternionFloatingJoint:
         """Sets the quaternion."""
@@ -153,10 +157,11 @@ class RpyFloatingJoint(_FloatingJoint):
     _p_start = 3
 
     def _rotation_positions(self, R: RotationMatrix) -> Any:
-        return RollPitchYaw(R).vector()
+        return RollPitchYaw_[R._T](R).vector()
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        return RigidTransform(RollPitchYaw(q[:3]), q[3:])
+        T = scalar_of(q)
+        return RigidTransform_[T](RollPitchYaw_[T](q[:3]), q[3:])
 
     def SetOrientation(self, context: Any, R_FM: RotationMatrix) -> Any:
         """Turns M to R_FM."""

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
-from sheldrake.multibody.tree._element import vector
+from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix_
+from sheldrake.multibody.tree._element import scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
 
@@ -32,7 +32,8 @@ class PlanarJoint(Joint):
         super().__init__(name, frame_on_parent, frame_on_child, damping)
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        return RigidTransform(RotationMatrix.MakeZRotation(q[2]), [q[0], q[1], 0.0])
+        T = scalar_of(q)
+        return RigidTransform_[T](RotationMatrix_[T].MakeZRotation(q[2]), [q[0], q[1], 0.0])
 
     def default_damping(self) -> np.ndarray:
         """Damping of each velocity, shape (3,)."""
@@ -111,7 +112,8 @@ class UniversalJoint(Joint):
         super().__init__(name, frame_on_parent, frame_on_child, [damping, damping])
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        return RigidTransform(RotationMatrix.MakeXRotation(q[0]) @ RotationMatrix.MakeYRotation(q[1]), np.zeros(3))
+        R = RotationMatrix_[scalar_of(q)]
+        return RigidTransform_[scalar_of(q)](R.MakeXRotation(q[0]) @ R.MakeYRotation(q[1]), np.zeros(3))
 
     def default_damping(self) -> float:
         """Viscous damping of both angles [N m s]."""
@@ -156,10 +158,11 @@ class BallRpyJoint(Joint):
         super().__init__(name, frame_on_parent, frame_on_child, [damping] * 3)
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        return RigidTransform(RollPitchYaw(q), np.zeros(3))
+        T = scalar_of(q)
+        return RigidTransform_[T](RollPitchYaw_[T](q), np.zeros(3))
 
     def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Any:
-        return RollPitchYaw(X_FM.rotation()).vector()
+        return RollPitchYaw_[X_FM._T](X_FM.rotation()).vector()
 
     def _velocities_of(self, V_FM: Any) -> Any:
         return V_FM.rotational()

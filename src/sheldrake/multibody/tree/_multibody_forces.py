@@ -30,8 +30,9 @@ class MultibodyForces:
                 )
             plant._require_finalized("MultibodyForces")
             nb, nv, dtype = plant.num_bodies(), plant.num_velocities(), plant._dtype
-        self._F_Bo_W = np.full((int(nb), 6), 0.0, dtype=dtype)
-        self._tau = np.full(int(nv or 0), 0.0, dtype=dtype)
+        self._zero = 0.0 if plant is None else plant._scalar(0.0)
+        self._F_Bo_W = np.full((int(nb), 6), self._zero, dtype=dtype)
+        self._tau = np.full(int(nv or 0), self._zero, dtype=dtype)
 
     def num_bodies(self) -> int:
         """Number of bodies."""
@@ -43,8 +44,8 @@ class MultibodyForces:
 
     def SetZero(self) -> MultibodyForces:
         """Makes all forces zero."""
-        self._F_Bo_W[:] = 0.0
-        self._tau[:] = 0.0
+        self._F_Bo_W[:] = self._zero
+        self._tau[:] = self._zero
         return self
 
     def generalized_forces(self) -> np.ndarray:
@@ -78,7 +79,7 @@ class MultibodyForces:
 
     def __copy__(self) -> MultibodyForces:
         new = object.__new__(MultibodyForces)
-        new._F_Bo_W, new._tau = self._F_Bo_W.copy(), self._tau.copy()
+        new._zero, new._F_Bo_W, new._tau = self._zero, self._F_Bo_W.copy(), self._tau.copy()
         return new
 
     def __deepcopy__(self, memo: dict) -> MultibodyForces:

@@ -8,6 +8,7 @@ from typing import Any
 from sheldrake.common._options import Options
 from sheldrake.systems.analysis._schemes import ResetIntegratorFromFlags
 from sheldrake.systems.analysis._simulator import Simulator
+from sheldrake.systems.framework._vector import plain
 
 
 class SimulatorConfig(Options):
@@ -65,7 +66,7 @@ def ExtractSimulatorConfig(simulator: Simulator) -> SimulatorConfig:
         max_step_size=integrator.get_maximum_step_size(),
         accuracy=accuracy,
         use_error_control=not integrator.get_fixed_step_mode(),
-        start_time=float(simulator.get_context().get_time()),
+        start_time=float(plain(simulator.get_context().get_time())),
         target_realtime_rate=simulator.get_target_realtime_rate(),
         publish_every_time_step=simulator.get_publish_every_time_step(),
     )

@@ -24,6 +24,7 @@ from sheldrake.systems.framework._kernels.integrate import (
     THROW_ON_MIN,
 )
 from sheldrake.systems.framework._kernels.program import FAILURES, SHRINKS_ERROR, SHRINKS_FAILURE, XC_STEPS
+from sheldrake.systems.framework._vector import plain
 
 nan = float("nan")
 
@@ -65,9 +66,10 @@ class IntegratorBase:
         Raises:
             RuntimeError: it is not positive.
         """
-        if not float(max_step_size) >= 0:
+        seconds = float(plain(max_step_size))
+        if not seconds >= 0:
             raise RuntimeError(f"set_maximum_step_size(): must not be negative, got {max_step_size}.")
-        self._maximum = self._Z[H_MAX] = float(max_step_size)
+        self._maximum = self._Z[H_MAX] = seconds
 
     def get_maximum_step_size(self) -> float:
         """No step is longer than this [s]."""
@@ -114,7 +116,7 @@ class IntegratorBase:
         """Length of the first step with error control [s]."""
         if not self._supports_error_estimation:
             raise RuntimeError("Integrator does not support error estimation and user has initial step size target")
-        self._initial = float(step_size)
+        self._initial = float(plain(step_size))
 
     def get_initial_step_size_target(self) -> float:
         """Length of the first step with error control [s]."""
@@ -122,7 +124,7 @@ class IntegratorBase:
 
     def set_requested_minimum_step_size(self, min_step_size: float) -> None:
         """Error control does not go below this [s]."""
-        self._minimum = self._Z[H_MIN] = float(min_step_size)
+        self._minimum = self._Z[H_MIN] = float(plain(min_step_size))
 
     def get_requested_minimum_step_size(self) -> float:
         """Error control does not go below this [s]."""
@@ -130,7 +132,7 @@ class IntegratorBase:
 
     def get_working_minimum_step_size(self) -> float:
         """The shortest step that error control takes [s]."""
-        t = 0.0 if self._context is None else float(self._context.get_time())
+        t = 0.0 if self._context is None else float(plain(self._context.get_time()))
         return max(self._minimum, 1e-14 * max(1.0, abs(t)))
 
     def set_throw_on_minimum_step_size_violation(self, throws: bool) -> None:

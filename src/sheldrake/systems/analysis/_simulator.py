@@ -252,7 +252,7 @@ class Simulator(SimulatorSettings):
         if isinstance(boundary_time, str):
             ways = ["(boundary_time: float, interruptible: bool = True)"]
             raise incompatible("Simulator.AdvanceTo", ways, (boundary_time,), {})
-        T = float(boundary_time)
+        T = float(plain(boundary_time))
         self._get_ready()
         store = self._context._store
         if not store.S[0] <= T:

@@ -160,7 +160,7 @@ class LeafSystem(LeafEvents):
     def _allocate_output(self, j: int) -> AbstractValue:
         output = self._outputs[j]
         if output.data_type is _VECTOR:
-            return Value[BasicVector](output.model)
+            return Value[BasicVector](output.model._on_scalar(self._scalar))
         value = output.model(self)
         if not isinstance(value, AbstractValue):
             raise RuntimeError(

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.common._scalars import ScalarTemplate
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._engine.store import CONSTANT, SAMPLED, Store, not_connected
 from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex, OutputPortIndex, PortDataType
@@ -203,8 +204,10 @@ class InputPort(_Port):
 
     def Allocate(self) -> AbstractValue:
         """A value of the type it takes."""
-        model = self._declaration.model
-        return Value[BasicVector](model) if isinstance(model, BasicVector) else model.Clone()
+        model, scalar = self._declaration.model, self._system._scalar
+        if isinstance(model, BasicVector):
+            return Value[BasicVector](model._on_scalar(scalar))
+        return _on_scalar(model, scalar).Clone()
 
     def FixValue(self, context: Any, value: Any) -> FixedInputPortValue:
         """Gives it this value in this context, over any connection.
@@ -241,7 +244,7 @@ class InputPort(_Port):
         return FixedInputPortValue._make(store, slot)
 
     def _abstract_value(self, value: Any) -> AbstractValue:
-        model = self._declaration.model
+        model = _on_scalar(self._declaration.model, self._system._scalar)
         if not isinstance(value, AbstractValue):
             new = model.Clone()
             new.set_value(value)
@@ -253,6 +256,19 @@ class InputPort(_Port):
                 f"{type(value).__name__}[{value._type}]. (System {self._system.GetSystemPathname()})"
             )
         return value.Clone()
+
+
+def _on_scalar(model: AbstractValue, scalar: type) -> AbstractValue:
+    """The model that a system on `scalar` has for a port: poses, say, are those of its scalar; so are lists of them."""
+    if scalar is float:
+        return model
+    value = model.get_value()
+    is_list = isinstance(value, list) and len(value) > 0
+    template = getattr(type(value[0] if is_list else value), "_template", None)
+    if not isinstance(template, ScalarTemplate):
+        return model
+    one = template[scalar]()
+    return AbstractValue.Make([one] if is_list else one)
 
 
 def _coerced(value: Any, store: Store) -> BasicVector:

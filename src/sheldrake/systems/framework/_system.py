@@ -22,6 +22,7 @@ from sheldrake.systems.framework._scalar_conversion import ScalarConversion
 from sheldrake.systems.framework._state import State
 from sheldrake.systems.framework._system_ports import SystemPorts
 from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
+from sheldrake.systems.framework._vector import lifted
 
 
 @contextlib.contextmanager
@@ -145,7 +146,7 @@ class System(ScalarConversion, SystemPorts):
 
     def AllocateImplicitTimeDerivativesResidual(self) -> np.ndarray:
         """An array for the residuals of the implicit form, shape (n,)."""
-        return np.zeros(self.implicit_time_derivatives_residual_size())
+        return lifted(np.zeros(self.implicit_time_derivatives_residual_size()), self._scalar)
 
     def EvalTimeDerivatives(self, context: Any) -> ContinuousState:
         """Time derivatives of the continuous state."""
@@ -319,7 +320,7 @@ class System(ScalarConversion, SystemPorts):
     def _energy(self, context: Any, name: str) -> float:
         self.ValidateContext(context)
         store = context._store
-        total = 0.0
+        total = store.scalar(0.0)
         for m in _evaluate.leaves_under(store, context._node):
             hook = getattr(store.systems[m], name, None)
             if hook is not None:

@@ -11,6 +11,11 @@ from sheldrake.common.value import _register_value_type
 from sheldrake.systems.framework._vector import BasicVector
 
 
+def on_scalar_of(builder: Any, cls: type) -> Any:
+    """The version of a system's class for the scalar type of a DiagramBuilder."""
+    return cls._template[builder._scalar]  # type: ignore[attr-defined]
+
+
 class SystemTemplate(TemplateClass):
     """`Foo_`: class Foo for float and, made when first asked for, for the other scalars.
 

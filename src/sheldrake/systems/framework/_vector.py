@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import expect
 from sheldrake.common.value import _register_value_type
 
@@ -170,7 +171,7 @@ class VectorBase:
 
     def SetZero(self) -> None:
         """Sets all elements to zero."""
-        self._v[:] = 0.0
+        self._v[:] = self._number_type()(0.0) if self._v.dtype == object else 0.0
         self._wrote()
 
     def GetAtIndex(self, index: int) -> Any:
@@ -221,7 +222,10 @@ class VectorBase:
         return str(self._v.tolist())
 
     def __repr__(self) -> str:
-        return f"{type(self).__name__}({self._v.tolist()})"
+        name = pretty_class_name(type(self))
+        if self._v.dtype == object and "[" not in name:
+            name += f"_[{self._number_type().__name__}]"
+        return f"{name}({self._v.tolist()})"
 
 
 class BasicVector(VectorBase):
@@ -271,6 +275,10 @@ class BasicVector(VectorBase):
         new.__dict__.update(self.__dict__)
         new._v, new._on_write = memory, on_write
         return new
+
+    def _on_scalar(self, scalar: Any) -> BasicVector:
+        """A vector of the same numbers on a scalar type."""
+        return self if scalar is float else self._on_objects(lifted(self._v, scalar), None, scalar)
 
     def _on_objects(self, memory: np.ndarray, on_write: Callable[[], None] | None, scalar: Any) -> BasicVector:
         """A vector on memory of another scalar."""

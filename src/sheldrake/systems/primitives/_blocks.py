@@ -14,7 +14,7 @@ from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
 from sheldrake.systems.framework._index import Ticket
-from sheldrake.systems.framework._vector import as_vector, is_size
+from sheldrake.systems.framework._vector import as_vector, is_size, plain
 from sheldrake.systems.primitives._kernels import blocks
 
 
@@ -71,7 +71,7 @@ class Saturation(LeafSystem):
 
     def __init__(self, min_value: Any, max_value: Any):
         super().__init__()
-        low, high = as_vector(min_value), as_vector(max_value)
+        low, high = (np.array([float(plain(x)) for x in np.ravel(limit)]) for limit in (min_value, max_value))
         if low.shape != high.shape or not np.all(low <= high):
             raise RuntimeError(
                 f"Saturation: min_value {low.tolist()} must have the size of max_value {high.tolist()} and "

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework import Diagram, DiagramBuilder, LeafSystem, State
+from sheldrake.systems.framework import Diagram, DiagramBuilder_, LeafSystem, State
+from sheldrake.systems.framework._templates import on_scalar_of
 from sheldrake.systems.framework._vector import as_vector
 from sheldrake.systems.primitives._blocks import Multiplexer
 from sheldrake.systems.primitives._kernels import blocks
@@ -68,10 +69,11 @@ class StateInterpolatorWithDiscreteDerivative(Diagram):
 
     def __init__(self, num_positions: int, time_step: float, suppress_initial_transient: bool = True):
         super().__init__()
-        builder = DiagramBuilder()
+        builder = DiagramBuilder_[self._scalar]()
         n = int(num_positions)
-        self._derivative = builder.AddSystem(DiscreteDerivative(n, time_step, suppress_initial_transient))
-        state = builder.AddSystem(Multiplexer([n, n]))
+        derivative = on_scalar_of(builder, DiscreteDerivative)
+        self._derivative = builder.AddSystem(derivative(n, time_step, suppress_initial_transient))
+        state = builder.AddSystem(on_scalar_of(builder, Multiplexer)([n, n]))
         index = builder.ExportInput(state.get_input_port(0), "position")
         builder.ConnectInput(index, self._derivative.get_input_port())
         builder.Connect(self._derivative.get_output_port(), state.get_input_port(1))

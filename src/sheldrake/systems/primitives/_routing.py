@@ -10,6 +10,7 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework import BusValue, LeafSystem, UseDefaultName, kUseDefaultName
+from sheldrake.systems.framework._templates import on_scalar_of
 from sheldrake.systems.framework._vector import BasicVector
 from sheldrake.systems.primitives._kernels import blocks
 
@@ -109,7 +110,7 @@ class _Fields:
             setattr(self, name, value)
 
     def __repr__(self) -> str:
-        return f"{type(self).__qualname__}({', '.join(f'{k}={v!r}' for k, v in self.__dict__.items())})"
+        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.__dict__.items())})"
 
     def __copy__(self) -> Any:
         return type(self)(**self.__dict__)
@@ -187,7 +188,7 @@ class SharedPointerSystem(LeafSystem):
     @staticmethod
     def AddToBuilder(builder: Any, value_to_hold: Any) -> Any:
         """Adds a holder of an object to a builder; gives the object."""
-        builder.AddSystem(SharedPointerSystem(value_to_hold))
+        builder.AddSystem(on_scalar_of(builder, SharedPointerSystem)(value_to_hold))
         return value_to_hold
 
     def get(self) -> Any:

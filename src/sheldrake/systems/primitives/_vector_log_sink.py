@@ -6,6 +6,7 @@ from typing import Any
 
 from sheldrake.systems.framework import LeafSystem, TriggerType
 from sheldrake.systems.framework._declarations import PUBLISH
+from sheldrake.systems.framework._templates import on_scalar_of
 from sheldrake.systems.primitives._vector_log import VectorLog, _ContextLog
 
 _SUPPORTED = (TriggerType.kForced, TriggerType.kPerStep, TriggerType.kPeriodic)
@@ -93,6 +94,6 @@ class VectorLogSink(LeafSystem):
 
 def LogVectorOutput(src: Any, builder: Any, publish_triggers: Any = None, publish_period: float = 0.0) -> VectorLogSink:
     """Adds a VectorLogSink to `builder`, connected to the output port `src`; its arguments as there."""
-    sink = builder.AddSystem(VectorLogSink(src.size(), publish_triggers, publish_period))
+    sink = builder.AddSystem(on_scalar_of(builder, VectorLogSink)(src.size(), publish_triggers, publish_period))
     builder.Connect(src, sink.get_input_port())
     return sink

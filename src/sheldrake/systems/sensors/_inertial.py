@@ -128,5 +128,7 @@ class Gyroscope(_OnBody):
         return sensor
 
 
-Accelerometer_ = SystemTemplate("Accelerometer_", Accelerometer, scope="sheldrake.systems.sensors", base=LeafSystem_)
-Gyroscope_ = SystemTemplate("Gyroscope_", Gyroscope, scope="sheldrake.systems.sensors", base=LeafSystem_)
+Accelerometer_ = SystemTemplate(
+    "Accelerometer_", Accelerometer, scope="sheldrake.systems.sensors", own=True, base=LeafSystem_
+)
+Gyroscope_ = SystemTemplate("Gyroscope_", Gyroscope, scope="sheldrake.systems.sensors", own=True, base=LeafSystem_)

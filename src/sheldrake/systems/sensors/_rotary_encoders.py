@@ -62,4 +62,6 @@ class RotaryEncoders(LeafSystem):
         return context.get_numeric_parameter(0).CopyToVector()
 
 
-RotaryEncoders_ = SystemTemplate("RotaryEncoders_", RotaryEncoders, scope="sheldrake.systems.sensors", base=LeafSystem_)
+RotaryEncoders_ = SystemTemplate(
+    "RotaryEncoders_", RotaryEncoders, scope="sheldrake.systems.sensors", own=True, base=LeafSystem_
+)

@@ -183,8 +183,8 @@ def test_default_filters_of_neighbours_and_welds():
 
 def test_gravity_can_be_switched_off_for_a_model_instance():
     plant = MultibodyPlant(1e-3)
-    instance = plant.AddModelInstance("balloon")
     plant.AddRigidBody("stone", INERTIA)
+    instance = plant.AddModelInstance("balloon")
     plant.AddRigidBody("balloon", instance, INERTIA)
     plant.set_gravity_enabled(instance, False)
     plant.Finalize()

@@ -5,8 +5,9 @@ import pytest
 
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.value import Value
+from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.symbolic import Expression, Variable
-from sheldrake.systems.analysis import Simulator, Simulator_
+from sheldrake.systems.analysis import ExtractSimulatorConfig, ResetIntegratorFromFlags, Simulator, Simulator_
 from sheldrake.systems.framework import (
     BasicVector,
     BasicVector_,
@@ -16,8 +17,21 @@ from sheldrake.systems.framework import (
     LeafSystem_,
     SystemScalarConverter,
 )
-from sheldrake.systems.primitives import Gain, Integrator, Integrator_, LinearSystem, LogVectorOutput, Sine
+from sheldrake.systems.primitives import (
+    Gain,
+    Gain_,
+    Integrator,
+    Integrator_,
+    LinearSystem,
+    LogVectorOutput,
+    Saturation_,
+    SharedPointerSystem_,
+    Sine,
+    StateInterpolatorWithDiscreteDerivative_,
+    VectorLogSink_,
+)
 from sheldrake.systems.scalar_conversion import TemplateSystem
+from sheldrake.systems.sensors import RotaryEncoders_
 
 
 @TemplateSystem.define("Quadratic_")
@@ -147,3 +161,76 @@ def test_fix_input_ports_from():
     other = dual.CreateDefaultContext()
     dual.FixInputPortsFrom(gain, context, other)
     assert dual.get_output_port().Eval(other)[0].value() == 6.0
+
+
+def test_what_a_system_gives_is_of_its_scalar():
+    system = LinearSystem([[0.0]], [[1.0]], [[1.0]], [[0.0]]).ToAutoDiffXd()
+    context = system.CreateDefaultContext()
+    context.SetContinuousState([AutoDiffXd(0.25, [1.0])])
+    system.get_input_port(0).FixValue(context, [AutoDiffXd(0.5)])
+    outputs = system.AllocateOutput()
+    system.CalcOutput(context, outputs)
+    assert outputs.get_vector_data(0)[0].derivatives() == pytest.approx([1.0])
+    assert "_[AutoDiffXd]([<AutoDiffXd 0.25" in repr(outputs.get_vector_data(0))
+    assert repr(BasicVector_[Expression]([Expression(1.0)])) == 'BasicVector_[Expression]([<Expression "1">])'
+    assert "\n    0.25\n" in str(context)  # values, as for floats
+    for number in (system.EvalPotentialEnergy(context), *system.AllocateImplicitTimeDerivativesResidual()):
+        assert isinstance(number, AutoDiffXd)
+    for port in (system.get_input_port(0), system.get_output_port(0)):
+        assert isinstance(port.Allocate().get_value()[0], AutoDiffXd)
+    vector = BasicVector_[AutoDiffXd]([1.0, 2.0])
+    vector.SetZero()
+    assert [type(x) for x in vector] == [AutoDiffXd, AutoDiffXd]
+
+
+def test_ports_of_poses_take_those_of_their_systems_scalar():
+    class Pose(LeafSystem):
+        _generic = True
+
+        def __init__(self):
+            super().__init__()
+            self.DeclareAbstractInputPort("X", Value(RigidTransform()))
+            self.DeclareAbstractInputPort("Xs", Value([RigidTransform()]))
+
+    system, X = Pose().ToAutoDiffXd(), RigidTransform_[AutoDiffXd](np.array([1.0, 2.0, AutoDiffXd(3.0, [1.0])]))
+    context = system.CreateDefaultContext()
+    system.GetInputPort("X").FixValue(context, X)
+    system.GetInputPort("Xs").FixValue(context, [X])
+    assert system.GetInputPort("X").Eval(context).translation()[2].derivatives() == [1.0]
+    assert len(system.GetInputPort("Xs").Eval(context)) == 1
+    with pytest.raises(RuntimeError, match="expected value of type"):
+        system.GetInputPort("X").FixValue(context, Value(RigidTransform()))
+
+
+def test_simulator_of_duals_takes_times_that_are_duals():
+    system = LinearSystem([[-1.0]], [[0.0]], [[1.0]], [[0.0]]).ToAutoDiffXd()
+    simulator = Simulator_[AutoDiffXd](system)
+    simulator.get_mutable_context().SetContinuousState([AutoDiffXd(2.0, [1.0])])
+    system.get_input_port(0).FixValue(simulator.get_mutable_context(), [0.0])
+    integrator = ResetIntegratorFromFlags(simulator, "runge_kutta2", AutoDiffXd(0.01))
+    integrator.set_requested_minimum_step_size(AutoDiffXd(1e-6))
+    simulator.AdvanceTo(AutoDiffXd(0.1))
+    x = simulator.get_context().get_continuous_state_vector()[0]
+    assert x.derivatives() == pytest.approx([np.exp(-0.1)], rel=1e-4)
+    assert ExtractSimulatorConfig(simulator).start_time == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("T", [AutoDiffXd, Expression])
+def test_systems_made_on_a_scalar_are_of_it(T):
+    builder = DiagramBuilder_[T]()
+    gain = builder.AddSystem(Gain_[T](2.0, 1))
+    sink = LogVectorOutput(gain.get_output_port(), builder)
+    assert type(sink) is VectorLogSink_[T] and SharedPointerSystem_[T].AddToBuilder(builder, "kept") == "kept"
+    limits = Saturation_[T](min_value=[T(0.25)], max_value=[T(0.5)])
+    context = limits.CreateDefaultContext()
+    limits.get_input_port(0).FixValue(context, [T(0.75)])
+    assert type(limits.get_output_port(0).Eval(context)[0]) is T
+    encoders = RotaryEncoders_[T]([100])
+    context = encoders.CreateDefaultContext()
+    encoders.set_calibration_offsets(context, [T(0.5)])
+    assert type(encoders.get_calibration_offsets(context)[0]) is T
+    interpolator = StateInterpolatorWithDiscreteDerivative_[T](1, 0.1)
+    context = interpolator.CreateDefaultContext()
+    interpolator.set_initial_position(context, [T(0.5)])
+    interpolator.GetInputPort("position").FixValue(context, [T(0.5)])
+    assert {type(x) for x in interpolator.get_output_port().Eval(context)} == {T}

@@ -15,6 +15,7 @@ from sheldrake.multibody.tree._element import vector
 from sheldrake.multibody.tree._frame import pose_numbers
 from sheldrake.multibody.tree._kernels import model as tree_columns
 from sheldrake.multibody.tree._kernels import queries
+from sheldrake.systems.framework._vector import plain
 
 
 class DistanceConstraintParams:
@@ -264,7 +265,7 @@ class Constraints:
     def GetConstraintActiveStatus(self, context: Any, id: MultibodyConstraintId) -> bool:
         """Whether a constraint is active in a context."""
         record = self._constraint("GetConstraintActiveStatus", id)
-        return bool(self._numbers(context, record.group)[0])
+        return bool(plain(self._numbers(context, record.group)[0]))
 
     def SetConstraintActiveStatus(self, context: Any, id: MultibodyConstraintId, status: bool) -> None:
         """Makes a constraint active in a context, or not."""

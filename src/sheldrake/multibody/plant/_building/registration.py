@@ -127,10 +127,16 @@ class Registration:
             kwargs: The same by name.
 
         Raises:
-            RuntimeError: the name is taken, the inertia not valid, the model instance unknown, or the plant finalized.
+            RuntimeError: the name is taken, the inertia not valid, the model instance unknown or left out though there
+                are others than the default one, or the plant is finalized.
         """
         self._require_not_finalized("AddRigidBody")
         model_instance, inertia = body_arguments("AddRigidBody", args, kwargs)
+        if model_instance is None and self.num_model_instances() > 2:
+            raise RuntimeError(
+                "This model has more model instances than the default. Please call AddRigidBody with an explicit model "
+                "instance."
+            )
         instance = default_model_instance() if model_instance is None else self._checked_instance(model_instance)
         return self._add_body(RigidBody(name, instance, inertia))
 

@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.math import RigidTransform_
 from sheldrake.multibody.math import SpatialInertia_, UnitInertia_
 from sheldrake.multibody.plant._context.view import View
+from sheldrake.systems.framework._vector import lifted, plain
 
 
 class ContextAccess:
@@ -51,12 +52,12 @@ class ContextAccess:
 
     def _write_positions(self, context: Any, start: int, values: Any) -> None:
         view = self._view(context)
-        view.q[start : start + len(values)] = values
+        view.q[start : start + len(values)] = values if view.T is float else lifted(np.asarray(values), view.T)
         context._store.touch(view.level, view.source)
 
     def _write_velocities(self, context: Any, start: int, values: Any) -> None:
         view = self._view(context)
-        view.v[start : start + len(values)] = values
+        view.v[start : start + len(values)] = values if view.T is float else lifted(np.asarray(values), view.T)
         context._store.touch(view.level, view.source)
 
     def _numbers(self, context: Any, group: int) -> np.ndarray:
@@ -68,7 +69,7 @@ class ContextAccess:
         context.get_mutable_numeric_parameter(group).SetFromVector(values)
 
     def _is_locked(self, context: Any, joint: Any) -> bool:
-        return bool(self._numbers(context, self._lock_group)[int(joint.index())])
+        return bool(plain(self._numbers(context, self._lock_group)[int(joint.index())]))
 
     def _set_locked(self, context: Any, joint: Any, locked: bool) -> None:
         flags = np.array(self._numbers(context, self._lock_group))

@@ -10,6 +10,7 @@ import numpy as np
 
 from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.multibody.tree._element import finite, vector
+from sheldrake.systems.framework._vector import lifted
 
 _NAMES = {"q": "q", "v": "v", "qv": "q_v"}
 _WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
@@ -296,42 +297,41 @@ class State:
 
     def GetPositionsFromArray(self, model_instance: ModelInstanceIndex, q: Any) -> np.ndarray:
         """The positions of a model instance among all."""
-        return vector("GetPositionsFromArray", "q", q, self._nq)[
-            self._indices("GetPositionsFromArray", model_instance, "q")
-        ]
+        return _of_size("q", q, self._nq)[self._indices("GetPositionsFromArray", model_instance, "q")]
 
     def GetVelocitiesFromArray(self, model_instance: ModelInstanceIndex, v: Any) -> np.ndarray:
         """The velocities of a model instance among all."""
-        return vector("GetVelocitiesFromArray", "v", v, self._nv)[
-            self._indices("GetVelocitiesFromArray", model_instance, "v")
-        ]
+        return _of_size("v", v, self._nv)[self._indices("GetVelocitiesFromArray", model_instance, "v")]
 
     def SetPositionsInArray(self, model_instance: ModelInstanceIndex, q_instance: Any, q: np.ndarray) -> None:
         """Writes the positions of a model instance into an array of all, in place."""
         at = self._indices("SetPositionsInArray", model_instance, "q")
-        q[at] = vector("SetPositionsInArray", "q_instance", q_instance, len(at))
+        _of_size("q", q, self._nq)
+        q[at] = _of_size("q_instance", q_instance, len(at))
 
     def SetVelocitiesInArray(self, model_instance: ModelInstanceIndex, v_instance: Any, v: np.ndarray) -> None:
         """Writes the velocities of a model instance into an array of all, in place."""
         at = self._indices("SetVelocitiesInArray", model_instance, "v")
-        v[at] = vector("SetVelocitiesInArray", "v_instance", v_instance, len(at))
+        _of_size("v", v, self._nv)
+        v[at] = _of_size("v_instance", v_instance, len(at))
 
     def GetActuationFromArray(self, model_instance: ModelInstanceIndex, u: Any) -> np.ndarray:
         """The actuation of a model instance among all."""
         at = self._input_indices("GetActuationFromArray", model_instance)
-        return vector("GetActuationFromArray", "u", u, self._nu)[at]
+        return _of_size("u", u, self._nu)[at]
 
     def SetActuationInArray(self, model_instance: ModelInstanceIndex, u_instance: Any, u: np.ndarray) -> None:
         """Writes the actuation of a model instance into an array of all, in place."""
         at = self._input_indices("SetActuationInArray", model_instance)
-        u[at] = vector("SetActuationInArray", "u_instance", u_instance, len(at))
+        _of_size("u", u, self._nu)
+        u[at] = _of_size("u_instance", u_instance, len(at))
 
     # --- defaults
 
     def GetDefaultPositions(self, model_instance: ModelInstanceIndex | None = None) -> np.ndarray:
         """Positions of a default context, shape (nq,), of all or of one model instance."""
         at = self._indices("GetDefaultPositions", model_instance, "q")
-        return self._all_default_positions()[at]
+        return lifted(self._all_default_positions()[at], self._scalar)
 
     def _all_default_positions(self) -> np.ndarray:
         q = np.zeros(self._nq)
@@ -360,9 +360,16 @@ class State:
     # --- selectors
 
     def MakeStateSelectorMatrix(self, user_to_joint_index_map: list[Any]) -> np.ndarray:
-        """S with x_selected = S x: positions, then velocities of the given joints; shape (n, nq + nv)."""
+        """S with x_selected = S x: positions, then velocities of the given joints; shape (n, nq + nv).
+
+        Raises:
+            RuntimeError: a joint is given twice.
+        """
         self._require_finalized("MakeStateSelectorMatrix")
         joints = [self.get_joint(i) for i in user_to_joint_index_map]
+        for i, joint in enumerate(joints):
+            if joint in joints[:i]:
+                raise RuntimeError(f"Joint named '{joint.name()}' is repeated multiple times.")
         q = [j._q_start + k for j in joints for k in range(j.num_positions())]
         v = [self._nq + j._v_start + k for j in joints for k in range(j.num_velocities())]
         return np.eye(self._nq + self._nv)[[*q, *v]].reshape(-1, self._nq + self._nv)
@@ -398,3 +405,14 @@ class State:
         from scipy.sparse import csc_matrix
 
         return csc_matrix(self.MakeActuationMatrix().T)
+
+
+def _of_size(name: str, values: Any, size: int) -> np.ndarray:
+    """The numbers, as an array of its own.
+
+    Raises:
+        RuntimeError: there are more or fewer than `size`.
+    """
+    if np.size(values) != size:
+        raise RuntimeError(f"Passed in array is not properly sized: {name} has {np.size(values)} numbers, not {size}.")
+    return vector("MultibodyPlant", name, values, size)

@@ -165,7 +165,7 @@ class KernelModels:
             M = body.default_spatial_inertia()
             if joint.type_name() == "prismatic":
                 return float(M.get_mass())
-            X_BF = frame.GetFixedPoseInBodyFrame()
+            X_BF = frame._fixed_X_BF()
             axis = X_BF.rotation() @ joint._axis
             I = M.Shift(X_BF.translation()).CalcRotationalInertia().CopyToFullMatrix3()
             return float(axis @ I @ axis)

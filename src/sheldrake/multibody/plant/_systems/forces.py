@@ -12,6 +12,7 @@ from sheldrake.multibody.math import SpatialForce_, SpatialVelocity_
 from sheldrake.multibody.plant._step.applied_forces import ExternallyAppliedSpatialForce
 from sheldrake.multibody.tree import BodyIndex
 from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework._templates import on_scalar_of
 
 
 def _forces() -> AbstractValue:
@@ -206,7 +207,7 @@ class Wing(LeafSystem):
         fluid_density: float = 1.204,
     ) -> Wing:
         """Adds a wing to a diagram and connects it with a plant."""
-        wing = builder.AddSystem(Wing(body_index, surface_area, X_BodyWing, fluid_density))
+        wing = builder.AddSystem(on_scalar_of(builder, Wing)(body_index, surface_area, X_BodyWing, fluid_density))
         builder.Connect(plant.get_body_poses_output_port(), wing.get_body_poses_input_port())
         builder.Connect(plant.get_body_spatial_velocities_output_port(), wing.get_body_spatial_velocities_input_port())
         builder.Connect(wing.get_spatial_force_output_port(), plant.get_applied_spatial_force_input_port())

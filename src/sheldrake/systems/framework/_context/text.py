@@ -6,6 +6,7 @@ from typing import Any
 
 
 def _numbers(values: Any) -> str:
+    values = [x.value() if hasattr(x, "value") else x for x in values]
     return " ".join(repr(x).removesuffix(".0") if isinstance(x, float) else str(x) for x in values)
 
 

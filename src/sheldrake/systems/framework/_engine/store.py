@@ -279,7 +279,13 @@ class Store:
         arguments = self.twins.get(r)
         if arguments is None:
             arguments = self.twins[r] = self.arguments_of(row, self.S, self.scratch(row.node))
-        return row.calc(*(self.S[0] if a is None else a for a in arguments)) or 0
+        status = row.calc(*(self.S[0] if a is None else a for a in arguments)) or 0
+        if self.scalar is not float:
+            written = self.S[slice(*row.out)]
+            for k, number in enumerate(written):
+                if type(number) is not self.scalar:  # what the kernel took from its model as it was
+                    written[k] = self.scalar(number)
+        return status
 
     def arguments_of(self, row: Row, S: np.ndarray, scratch: Any) -> tuple:
         """What a kernel row is called with, in memory like the slab; None stands for time."""
