@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, scale3, sub3
+from sheldrake.common._kernels.vec import add3, compose, cross3, dot3, load3, rotate_back, scale3, sub3, transpose
 from sheldrake.common.kernel import kernel
 
 from .convex import FLAT, emit_candidate, emit_four, emit_middle, face_candidates
-from .model import CANDIDATE, MULTI_POINT, X_AXIS, Y_AXIS, Z_AXIS
+from .model import CANDIDATE, MULTI_POINT
 from .table import absolute, column, least_depth, position_of, rotation_of
 
 _PREFER_FACES = 0.05  # an edge axis must be better by this fraction
@@ -15,13 +15,46 @@ _PARALLEL = 1e-10  # squared sine of the angle between edges that define no axis
 
 
 @kernel
-def extent(R, h, l):
-    """Half the extent of a box along l."""
-    return (
-        h[0] * absolute(dot3(l, column(R, X_AXIS)))
-        + h[1] * absolute(dot3(l, column(R, Y_AXIS)))
-        + h[2] * absolute(dot3(l, column(R, Z_AXIS)))
-    )
+def absolute3(a):
+    return (absolute(a[0]), absolute(a[1]), absolute(a[2]))
+
+
+@kernel
+def face_axis(best, code, number, separation):
+    """The better one of the best axis so far and an axis across a face."""
+    if separation > best:
+        return separation, number
+    return best, code
+
+
+@kernel
+def edge_axis(best, code, number, least, along, extents, norm2):
+    """The better one of the best axis so far and an axis l across two edges, |l|^2 = norm2, l t = along."""
+    if norm2 > _PARALLEL:
+        s = absolute(along) - extents
+        if s >= 0.0 or s * s < best * best * norm2:  # else deeper than the best axis: no need for a root
+            s = s / sqrt(norm2)
+            if s > -least or s - _PREFER_FACES * absolute(s) > best:
+                return s, number
+    return best, code
+
+
+@kernel
+def edge_axes(best, code, number, least, t, h_A, h_B, c1, c2, d, d1, d2):
+    """`edge_axis` of edge i of a with each edge of b.
+
+    t and h_A are components i + 1 and i + 2 of where b is and of the size of a; d is row i of |R_AB|, c1 and c2 are the
+    two rows of R_AB that follow it in turn, d1 and d2 their absolute values.
+    """
+    along = t[1] * c1[0] - t[0] * c2[0]
+    extents = h_A[0] * d2[0] + h_A[1] * d1[0] + h_B[1] * d[2] + h_B[2] * d[1]
+    best, code = edge_axis(best, code, number, least, along, extents, c1[0] * c1[0] + c2[0] * c2[0])
+    along = t[1] * c1[1] - t[0] * c2[1]
+    extents = h_A[0] * d2[1] + h_A[1] * d1[1] + h_B[2] * d[0] + h_B[0] * d[2]
+    best, code = edge_axis(best, code, number + 1, least, along, extents, c1[1] * c1[1] + c2[1] * c2[1])
+    along = t[1] * c1[2] - t[0] * c2[2]
+    extents = h_A[0] * d2[2] + h_A[1] * d1[2] + h_B[0] * d[1] + h_B[1] * d[0]
+    return edge_axis(best, code, number + 2, least, along, extents, c1[2] * c1[2] + c2[2] * c2[2])
 
 
 @kernel(outline=True)
@@ -32,40 +65,29 @@ def box_box_contacts(model, table, a, b):
     h_A = load3(model.size, a)
     h_B = load3(model.size, b)
     t = sub3(position_of(table, b), position_of(table, a))
-    best = -1e300
-    code = 0
+    R_AB = compose(transpose(R_WA), R_WB)
+    x = (R_AB[0], R_AB[1], R_AB[2])
+    y = (R_AB[3], R_AB[4], R_AB[5])
+    z = (R_AB[6], R_AB[7], R_AB[8])
+    dx = absolute3(x)
+    dy = absolute3(y)
+    dz = absolute3(z)
+    t_A = rotate_back(R_WA, t)
+    t_B = rotate_back(R_WB, t)
     least = least_depth(model, a, b)
-    for k in range(3):
-        l = column(R_WA, k)
-        s = absolute(dot3(l, t)) - model.size[a, k] - extent(R_WB, h_B, l)
-        if s > -least:
-            return
-        if s > best:
-            best = s
-            code = k
-    for k in range(3):
-        l = column(R_WB, k)
-        s = absolute(dot3(l, t)) - model.size[b, k] - extent(R_WA, h_A, l)
-        if s > -least:
-            return
-        if s > best:
-            best = s
-            code = 3 + k
+    best = absolute(t_A[0]) - h_A[0] - dot3(h_B, dx)
+    code = 0
+    best, code = face_axis(best, code, 1, absolute(t_A[1]) - h_A[1] - dot3(h_B, dy))
+    best, code = face_axis(best, code, 2, absolute(t_A[2]) - h_A[2] - dot3(h_B, dz))
+    best, code = face_axis(best, code, 3, absolute(t_B[0]) - h_B[0] - dot3(h_A, (dx[0], dy[0], dz[0])))
+    best, code = face_axis(best, code, 4, absolute(t_B[1]) - h_B[1] - dot3(h_A, (dx[1], dy[1], dz[1])))
+    best, code = face_axis(best, code, 5, absolute(t_B[2]) - h_B[2] - dot3(h_A, (dx[2], dy[2], dz[2])))
+    if best > -least:
+        return
     face = code
-    for i in range(3):
-        for j in range(3):
-            l = cross3(column(R_WA, i), column(R_WB, j))
-            norm2 = dot3(l, l)
-            if norm2 > _PARALLEL:
-                s = absolute(dot3(l, t)) - extent(R_WA, h_A, l) - extent(R_WB, h_B, l)
-                if s < 0.0 and s * s > best * best * norm2:
-                    continue  # deeper than the best axis, by far if the boxes rest on each other: no need to divide
-                s = s / sqrt(norm2)
-                if s > -least:
-                    return
-                if s - _PREFER_FACES * absolute(s) > best:
-                    best = s
-                    code = 6 + 3 * i + j
+    best, code = edge_axes(best, code, 6, least, (t_A[1], t_A[2]), (h_A[1], h_A[2]), h_B, y, z, dx, dy, dz)
+    best, code = edge_axes(best, code, 9, least, (t_A[2], t_A[0]), (h_A[2], h_A[0]), h_B, z, x, dy, dz, dx)
+    best, code = edge_axes(best, code, 12, least, (t_A[0], t_A[1]), (h_A[0], h_A[1]), h_B, x, y, dz, dx, dy)
     if -best <= least:
         return
     if code >= 6 and model.geometry[a, MULTI_POINT] + model.geometry[b, MULTI_POINT] == 2:
