@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 from proximity_scenes import HULL_POINTS, SHAPES, Scene, random_pose, row_of
-from sheldrake.geometry._compile_hulls import lowest_in_cells
 from test_half_space_contacts import PointHull
 
+from sheldrake.geometry._compiled.hulls import lowest_in_cells
 from sheldrake.geometry._kernels.contacts import boxes_apart, half_extents
 from sheldrake.geometry._kernels.hull import cell_of, lowest_vertex, steepest_face
 from sheldrake.geometry._kernels.model import BOUND, CELLS, FIRST_FACE, FIRST_VERTEX, NUM_FACES, NUM_VERTICES
