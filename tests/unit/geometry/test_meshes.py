@@ -181,6 +181,31 @@ def test_degenerate_hulls():
         make_convex_hull([[0, 0, 0], [1, 1, 1]])
 
 
+def test_round_hull_with_flat_parts_has_each_of_them_as_one_face():
+    turns = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
+    rim = np.column_stack([np.cos(turns), np.sin(turns), np.zeros(200)])
+    rng = np.random.default_rng(2)
+    points = rng.permutation(np.vstack([rim, rim - [0, 0, 1], 0.5 * rim, rim]))  # a can of 202 faces: for Qhull
+    hull = make_convex_hull(points)
+    assert sorted(len(f) for f in hull._faces) == [4] * 200 + [200] * 2
+    assert hull.num_vertices() == 400 and len(np.unique(hull._vertices, axis=0)) == 400
+    order = [int(np.flatnonzero((points == v).all(axis=1))[0]) for v in hull._vertices]
+    assert order == sorted(order)
+
+
+def test_faces_of_a_polygon_mesh_are_measured_as_one_by_one():
+    corners = np.array([[0, 0, 0], [2, 0, 0], [2, 1, 0], [0, 1, 0], [1, 3, 0], [0, 0, 2]], dtype=float)
+    mesh = g.PolygonSurfaceMesh([4, 0, 1, 2, 3, 3, 0, 5, 1, 3, 0, 1, 1, 5, 0, 1, 2, 4, 3], corners)
+    assert [mesh.area(f) for f in range(4)] == [2.0, 2.0, 0.0, 4.0]
+    np.testing.assert_allclose(mesh.face_normal(0), [0, 0, 1])
+    np.testing.assert_allclose(mesh.face_normal(1), [0, 1, 0])
+    np.testing.assert_allclose(mesh.face_normal(2), [0, 0, 0])  # no area: no normal, and the mean of its corners
+    np.testing.assert_allclose(mesh.element_centroid(2), [4 / 3, 0, 0])
+    np.testing.assert_allclose(mesh.element_centroid(0), [1, 0.5, 0])
+    np.testing.assert_allclose(mesh.element_centroid(3), [1, (2 * 0.5 + 2 * 5 / 3) / 4, 0])
+    assert g.PolygonSurfaceMesh().num_faces() == 0
+
+
 def test_triangle_mesh_measures():
     mesh = g.TriangleSurfaceMesh(
         [g.SurfaceTriangle(0, 1, 2), g.SurfaceTriangle(v0=2, v1=1, v2=3)],

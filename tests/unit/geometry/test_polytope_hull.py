@@ -64,3 +64,13 @@ def test_too_many_faces_are_left_to_qhull():
     ball /= np.linalg.norm(ball, axis=1)[:, None]
     assert len(ConvexHull(ball).simplices) > MOST_FACES
     assert wrap(ball, 1e-9) is None
+
+
+def test_round_clouds_are_refused_before_any_face_is_made(monkeypatch):
+    rng = np.random.default_rng(8)
+    ball = rng.normal(size=(5000, 3))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    polytope = np.vstack([ball[:60], 0.4 * ball])  # 60 corners, 116 faces; all other points lie inside
+    assert len(wrap(polytope, 1e-9)) == 116
+    monkeypatch.setattr("sheldrake.geometry._meshes.polytope_hull._Wrapping", None)
+    assert wrap(ball, 1e-9) is None

@@ -46,9 +46,8 @@ class Hulls:
         for v0, f0, mesh in self._placed():
             vertices = mesh._vertices
             vertex[v0 : v0 + len(vertices)] = vertices
+            face[f0 : f0 + mesh.num_faces()] = _planes(mesh)
             for f, corners in enumerate(mesh._faces):
-                face[f0 + f, :3] = mesh._normals[f]
-                face[f0 + f, 3] = float((vertices[list(corners)] @ mesh._normals[f]).mean())
                 loop[f0 + f, columns.FIRST_CORNER], loop[f0 + f, columns.NUM_CORNERS] = len(topology), len(corners)
                 topology.extend(v0 + v for v in corners)
                 loop[f0 + f, columns.FIRST_FOOT] = len(topology) if len(corners) > 3 else -1
@@ -106,6 +105,14 @@ def _cells(v0: int, at: int, vertices: np.ndarray) -> list[int]:
     lists = lowest_in_cells(vertices)
     starts = at + len(lists) + 1 + np.concatenate([[0], np.cumsum([len(a) for a in lists])])
     return [*starts.tolist(), *(v0 + np.concatenate(lists)).tolist()]
+
+
+def _planes(mesh: PolygonSurfaceMesh) -> np.ndarray:
+    """Normal and offset of the plane of each face: the mean over its corners, shape (faces, 4)."""
+    corners = np.array([len(face) for face in mesh._faces])
+    heights = (mesh._vertices[np.concatenate(mesh._faces)] * np.repeat(mesh._normals, corners, axis=0)).sum(axis=1)
+    offsets = np.add.reduceat(heights, np.cumsum(corners) - corners) / corners
+    return np.column_stack([mesh._normals, offsets])
 
 
 def _lists(*tables: list[list[int]]) -> list[int]:

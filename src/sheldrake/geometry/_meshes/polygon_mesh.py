@@ -61,19 +61,26 @@ class PolygonSurfaceMesh:
         self._normals, self._areas, self._centroids = self._measure()
 
     def _measure(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        normals, areas, centroids = [], [], []
-        for face in self._faces:
-            p = self._vertices[list(face)]
-            cross = 0.5 * np.cross(p[1:-1] - p[0], p[2:] - p[0])
-            area_vector = cross.sum(axis=0)
-            area = plain(lengths(area_vector))
-            normal = area_vector / area if area > 0.0 else np.zeros(3)
-            weights = cross @ normal
-            middle = (p[0] + p[1:-1] + p[2:]) / 3.0
-            centroids.append(weights @ middle / area if area > 0.0 else p.mean(axis=0))
-            normals.append(normal)
-            areas.append(area)
-        return np.array(normals).reshape(-1, 3), np.array(areas), np.array(centroids).reshape(-1, 3)
+        """Normals, areas and centroids of the faces, each a fan of triangles around its first corner."""
+        if not self._faces:
+            return np.zeros((0, 3)), np.zeros(0), np.zeros((0, 3))
+        corners = np.array([len(face) for face in self._faces])
+        flat = np.concatenate(self._faces)
+        first = np.cumsum(corners) - corners  # of each face in flat
+        fan = np.cumsum(corners - 2) - (corners - 2)  # where its triangles begin
+        face = np.repeat(np.arange(len(corners)), corners - 2)
+        second = np.arange(len(face)) - fan[face] + first[face] + 1
+        p, q, r = (self._vertices[flat[k]] for k in (first[face], second, second + 1))
+        cross = 0.5 * np.cross(q - p, r - p)
+        area_vectors = np.add.reduceat(cross, fan)
+        areas = lengths(area_vectors)
+        flawed = np.array([not area > 0.0 for area in areas]) if areas.dtype == object else ~(areas > 0.0)
+        divisors = np.where(flawed, 1.0, areas)[:, None]
+        normals = np.where(flawed[:, None], 0.0, area_vectors / divisors)
+        weights = (cross * normals[face]).sum(axis=1)[:, None]
+        centroids = np.add.reduceat(weights * ((p + q + r) / 3.0), fan) / divisors
+        means = np.add.reduceat(self._vertices[flat], first) / corners[:, None]
+        return normals, areas, np.where(flawed[:, None], means, centroids)
 
     def num_faces(self) -> int:
         """Number of polygons."""

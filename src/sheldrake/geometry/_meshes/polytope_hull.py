@@ -13,6 +13,7 @@ import numpy as np
 
 MOST_FACES = 128
 MOST_POINTS = 20_000
+_PROBES = 600  # directions in which corners are counted beforehand
 
 
 def wrap(points: np.ndarray, tolerance: float) -> list[list[int]] | None:
@@ -26,7 +27,7 @@ def wrap(points: np.ndarray, tolerance: float) -> list[list[int]] | None:
         The faces, or None when there are too many of them or of the points, or when rounding leaves an edge without
         its partner.
     """
-    if len(points) > MOST_POINTS:
+    if len(points) > MOST_POINTS or _has_many_corners(points):
         return None
     wrapping = _Wrapping(points, tolerance)
     loops: list[list[int]] = []
@@ -54,6 +55,21 @@ def wrap(points: np.ndarray, tolerance: float) -> list[list[int]] | None:
         found.append(face)
     corners = {v for loop in loops for v in loop}
     return loops if len(corners) - len(edges) // 2 + len(loops) == 2 else None
+
+
+def _has_many_corners(points: np.ndarray) -> bool:
+    """Whether the points that are farthest in some directions are already more than the corners of MOST_FACES faces.
+
+    By Euler's formula f faces have at most 2 f - 4 corners.
+    """
+    most = 2 * MOST_FACES - 4
+    if len(points) <= most:
+        return False
+    k = np.arange(_PROBES) + 0.5  # a spiral of golden angles covers the sphere evenly
+    z, turn = 1.0 - 2.0 * k / _PROBES, k * (np.pi * (3.0 - np.sqrt(5.0)))
+    r = np.sqrt(1.0 - z * z)
+    directions = np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)
+    return len(set((directions @ points.T).argmax(axis=1).tolist())) > most
 
 
 class _Wrapping:
