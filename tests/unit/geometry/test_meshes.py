@@ -7,6 +7,7 @@ import pytest
 
 from sheldrake import geometry as g
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.geometry._meshes import read_obj
 from sheldrake.geometry._meshes.convex_hull import make_convex_hull
 from sheldrake.geometry._meshes.mass_properties import mass_properties
 from sheldrake.geometry._meshes.mesh_files import read_mesh
@@ -117,6 +118,19 @@ def test_every_format_gives_the_same_solid(tmp_path, extension):
     assert hull.total_area() == pytest.approx(2 * (4 + 6 + 6), rel=1e-6)
 
 
+def test_gltf_with_its_numbers_in_another_file(tmp_path):
+    path = write_box(tmp_path, ".gltf")
+    document = json.loads(path.read_text())
+    (tmp_path / "numbers.bin").write_bytes(base64.b64decode(document["buffers"][0]["uri"].split(",")[1]))
+    document["buffers"][0]["uri"] = "numbers.bin"
+    path.write_text(json.dumps(document))
+    assert g.Mesh(path).GetConvexHull().num_vertices() == 8
+    (tmp_path / "numbers.bin").unlink()
+    path.write_text(json.dumps(document, indent=1))
+    with pytest.raises(RuntimeError, match=r"box\.gltf: cannot read the \.gltf mesh: .*numbers\.bin"):
+        g.Mesh(path, 2.0).GetConvexHull()
+
+
 def test_mirrored_mesh_keeps_positive_volume(tmp_path):
     path = write_box(tmp_path, ".obj")
     volume, centre, _ = mass_properties(g.Mesh(path, [-1, 1, 1]))
@@ -145,6 +159,40 @@ def test_obj_continuation_negative_numbers_and_comments(tmp_path):
     path = tmp_path / "t.obj"
     path.write_text("v 0 0 0 # origin\nv 1 0 0\nv 0 1 \\\n 0\nf -3 -2 -1\n")
     assert read_mesh(g.MeshSource(path)).triangles.tolist() == [[0, 1, 2]]
+
+
+PLAIN_OBJ = (
+    "# made by hand\n\nmtllib a.mtl\nv 0 0 0\n  v\t1 0 0\nv 1 1. 1e-1\r\nv  -0 1 .5  \nvn 0 0 1\nvt 0 0\n"
+    "g first\nusemtl m\nf 1 2 3\nf 1/1 3/2/1 4//1 \ns off\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "is_plain"),
+    [
+        (PLAIN_OBJ, True),
+        (PLAIN_OBJ + "f 1 2 3 4\n", True),
+        ("v 0 0 0 1 1 1\nv 1 0 0 0 0 0\nv 0 1 0 1 0 1\nf 1 2 3\n", True),  # with colours
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\n", True),
+        (PLAIN_OBJ + "f -4 -3 -2\n", False),
+        (PLAIN_OBJ + "f 1 2 3 # last\n", False),
+        (PLAIN_OBJ + "v 0 0 0 1\n", False),  # rows of different lengths
+        (PLAIN_OBJ.replace("f 1 2 3", "f 1 2 \\\n 3"), False),
+        ("", False),
+    ],
+)
+def test_obj_is_read_alike_at_once_and_line_by_line(text, is_plain):
+    vertices, faces = read_obj._read_line_by_line(text, "text")
+    assert (read_obj._read_plain(text) is not None) == is_plain
+    found_vertices, found_faces = read_obj.read_obj(text, "text")
+    assert np.array_equal(found_vertices, vertices) and found_vertices.dtype == float
+    assert [list(face) for face in found_faces] == faces
+
+
+@pytest.mark.parametrize("line", ["f 0 1 2", "f 1 2 9", "f a b c", "f 1.5 2 3", "v 1 2", "v 1 2 x"])
+def test_wrong_lines_of_obj_are_not_passed_over(line):
+    with pytest.raises(RuntimeError, match="text"):
+        read_obj.read_obj(f"{PLAIN_OBJ}{line}\n", "text")
 
 
 def test_hull_keeps_order_merges_faces_and_drops_inner_points():

@@ -111,8 +111,10 @@ def _read(data: bytes, extension: str, name: str, files: Any) -> MeshData:
     return MeshData(vertices, _fans(polygons), tetrahedra)
 
 
-def _quadrilaterals_divided(vertices: np.ndarray, polygons: list[list[int]]) -> list[list[int]]:
+def _quadrilaterals_divided(vertices: np.ndarray, polygons: Any) -> Any:
     """Polygons with those of four corners divided along their shorter diagonal, as Drake does; of equals the second."""
+    if isinstance(polygons, np.ndarray):
+        return polygons
     fours = np.array([p for p in polygons if len(p) == 4], np.int64).reshape(-1, 4)
     if len(fours) == 0 or fours.max() >= len(vertices):
         return polygons
@@ -130,8 +132,10 @@ def _quadrilaterals_divided(vertices: np.ndarray, polygons: list[list[int]]) -> 
     return divided
 
 
-def _fans(polygons: list[list[int]]) -> np.ndarray:
-    """Triangles of polygons, each fanned about its first vertex, shape (m, 3)."""
+def _fans(polygons: Any) -> np.ndarray:
+    """Triangles of polygons, each fanned about its first vertex, shape (m, 3); an array has triangles already."""
+    if isinstance(polygons, np.ndarray):
+        return polygons
     triangles = [(p[0], p[i], p[i + 1]) for p in polygons for i in range(1, len(p) - 1)]
     return np.array(triangles, dtype=np.int64).reshape(-1, 3)
 
@@ -176,6 +180,8 @@ class _DiskFiles:
     def get(self, name: str) -> bytes:
         return (self._folder / name.strip()).read_bytes()
 
+    __getitem__ = get  # trimesh asks in either way
+
 
 class _MemoryFiles:
     """The same from the supporting files of an InMemoryMesh."""
@@ -188,3 +194,5 @@ class _MemoryFiles:
         if found is None:
             raise KeyError(f"the in-memory mesh has no supporting file {name!r}; it has {sorted(self._files)}")
         return found.contents() if hasattr(found, "contents") else Path(found).read_bytes()
+
+    __getitem__ = get

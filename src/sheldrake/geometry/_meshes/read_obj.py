@@ -2,15 +2,62 @@
 
 from __future__ import annotations
 
+import re
+import warnings
+from typing import Any
+
 import numpy as np
 
+_PLACE, _FACE = (re.compile(rf"^[ \t]*{word}[ \t](.*)", re.MULTILINE) for word in "vf")
+_TEXTURE_AND_NORMAL = re.compile(r"/\S*")
 
-def read_obj(text: str, name: str) -> tuple[np.ndarray, list[list[int]]]:
-    """Vertices, shape (n, 3), and faces as lists of vertex numbers (from 0) of an OBJ file.
+
+def read_obj(text: str, name: str) -> tuple[np.ndarray, Any]:
+    """Vertices, shape (n, 3), and faces of an OBJ file, vertex numbers from 0.
+
+    The faces are an array, shape (m, 3), where all are triangles, else lists of vertex numbers.
 
     Raises:
         RuntimeError: a line that can not be read; the message has file and line.
     """
+    plain = _read_plain(text)
+    return _read_line_by_line(text, name) if plain is None else plain
+
+
+def _read_plain(text: str) -> tuple[np.ndarray, Any] | None:
+    """The same for most files at the speed of NumPy; None if there is anything unusual or wrong in the file."""
+    if "\\" in text:
+        return None
+    places, corners = _PLACE.findall(text), _FACE.findall(text)
+    # What no vertex and no corner can be, NaN and zero, shows where the lines end.
+    values = _numbers(" nan ".join([*places, ""]), float)
+    flat = _numbers(_TEXTURE_AND_NORMAL.sub("", " 0 ".join([*corners, ""])), np.int64)
+    if values is None or flat is None or flat.min(initial=0) < 0 or flat.max(initial=0) > len(places):
+        return None
+    places_end, faces_end = np.flatnonzero(np.isnan(values)), np.flatnonzero(flat == 0)
+    if len(places_end) != len(places) or len(faces_end) != len(corners) or not places:
+        return None
+    columns = int(places_end[0])
+    if columns < 3 or np.any(np.diff(places_end) != columns + 1):
+        return None
+    vertices = np.ascontiguousarray(values.reshape(len(places), columns + 1)[:, :3])
+    if np.all(faces_end == 3 + 4 * np.arange(len(corners))):
+        return vertices, np.ascontiguousarray(flat.reshape(-1, 4)[:, :3]) - 1
+    numbers = (flat - 1).tolist()
+    return vertices, [numbers[a:b] for a, b in zip([0, *(faces_end + 1).tolist()], faces_end.tolist())]
+
+
+def _numbers(text: str, dtype: Any) -> np.ndarray | None:
+    """Numbers with spaces between them, None if anything else is there."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            return np.fromstring(text, dtype, sep=" ") if text else np.zeros(0, dtype)
+        except (DeprecationWarning, ValueError):
+            return None
+
+
+def _read_line_by_line(text: str, name: str) -> tuple[np.ndarray, list[list[int]]]:
     vertices: list[list[float]] = []
     faces: list[list[int]] = []
     for number, line in _logical_lines(text):

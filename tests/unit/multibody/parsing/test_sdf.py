@@ -7,7 +7,8 @@ import pytest
 
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.multibody.parsing import ParseError, Parser
-from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from sheldrake.systems.framework import DiagramBuilder
 
 
 def document(body, version="1.9"):
@@ -51,6 +52,39 @@ def test_poses_are_relative_to_links_frames_and_joints(plant):
     )
     X_WA = X(0, 0, 10) @ X(0, 2, 0, 0, 0, 1.5) @ X(1, 0, 0)
     assert_pose(pose_of(plant, "b"), X_WA @ X(0, 0, 1, 0.2, 0, 0) @ X(0, 0, 3))
+
+
+def test_what_follows_a_number_in_its_word_is_passed_over_with_a_warning(plant):
+    parser, found = Parser(plant), []
+    parser.SetStrictParsing()  # as Drake, which has no word for it
+    parser.diagnostic_policy().SetActionForWarnings(lambda detail: found.append(detail.message))
+    parser.AddModelsFromString(document('<link name="a"><pose>-0.5, 2m 3 0 0 0</pose></link>'), "sdf")
+    assert found == [
+        "<pose>: expected a number, found '-0.5,'; -0.5 is taken.",
+        "<pose>: expected a number, found '2m'; 2 is taken.",
+    ]
+    assert_pose(pose_of(plant, "a"), X(-0.5, 2, 3))
+
+
+@pytest.mark.parametrize("text", ["1,2,3,0,0,0", "0x10 0 0 0 0 0", ", 0 0 0 0 0", "1e999, 0 0 0 0 0"])
+def test_what_does_not_begin_with_a_number_is_none(refused, text):
+    refused(document(f'<link name="a"><pose>{text}</pose></link>'), "sdf", "<pose>: expected")
+
+
+def test_renderers_are_named_by_text():
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 1e-3)
+    sphere = "<geometry><sphere><radius>1</radius></sphere></geometry>"
+    add(
+        plant,
+        document(
+            f'<link name="a"><visual name="v">{sphere}<drake:accepting_renderer>one</drake:accepting_renderer>'
+            "<drake:accepting_renderer>two</drake:accepting_renderer></visual></link>"
+        ),
+    )
+    inspector = scene_graph.model_inspector()
+    (geometry,) = inspector.GetAllGeometryIds()
+    assert inspector.GetPerceptionProperties(geometry).GetProperty("renderer", "accepting") == {"one", "two"}
 
 
 def test_degrees_and_quaternions(plant):

@@ -63,7 +63,8 @@ def add_visual_roles(description, element: Element, body_name: str, reading: Rea
     renderers = set()
     for child in element.find_all("drake:accepting_renderer"):
         reading.warn_unknown(child, attributes=("name",))
-        renderers.add(reading.name(child, "A <drake:accepting_renderer>"))
+        # URDF has an attribute; in SDFormat the name is the text.
+        renderers.add(child.text.strip() or reading.name(child, "A <drake:accepting_renderer>"))
     if renderers:
         perception.AddProperty("renderer", "accepting", renderers)
     if _is_enabled(element, "drake:illustration_properties", reading):

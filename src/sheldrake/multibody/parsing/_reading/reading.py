@@ -12,6 +12,7 @@ from .._files.package_map import PackageMap, resolve_uri
 from .._files.xml import Element, parse_xml, read_xml
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_BEGIN_OF_NUMBER = re.compile(rf"({_NUMBER.pattern})(?![xX])")
 _INFINITY = re.compile(r"[+-]?inf(?:inity)?", re.IGNORECASE)
 
 INCLUDE_DEPTH = 30  # files that include files
@@ -34,6 +35,7 @@ class Reading:
         joint_friction: Whether friction of joints in URDF is to be had.
         strictly_refused: What no one reads and strict parsing refuses, as Drake does; None means all of it.
         documents: The roots of all XML read, that of included files too.
+        loose_numbers: Whether what follows a number in a word is passed over, with a warning; so it is in SDFormat.
         checked: Places of the elements whose children and attributes were compared with what is read.
         passed_over: Places of the elements that are left out knowingly, with all that is in them.
     """
@@ -48,6 +50,7 @@ class Reading:
     num_actuators: int = 0
     joint_friction: bool = False
     strictly_refused: "tuple[str, ...] | None" = None
+    loose_numbers: bool = False
     documents: "list[Element]" = field(default_factory=list)
     checked: "set[Location]" = field(default_factory=set)
     passed_over: "set[Location]" = field(default_factory=set)
@@ -138,6 +141,10 @@ class Reading:
             value = float(stripped)
             if infinite or np.isfinite(value):
                 return value
+        begin = _BEGIN_OF_NUMBER.match(stripped) if self.loose_numbers else None
+        if begin is not None and np.isfinite(float(begin[0])):
+            self.policy.Note(where, f"{what}: expected a number, found '{_shorten(text)}'; {begin[0]} is taken.")
+            return float(begin[0])
         self.fail(where, f"{what}: expected one finite number, found '{_shorten(text)}'.")
 
     def parse_vector(self, text: str, size: "int | None", where: Location, what: str) -> np.ndarray:

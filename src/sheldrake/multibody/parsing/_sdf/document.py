@@ -31,6 +31,7 @@ def read_sdf(root: Element, reading: Reading, model_name: str = "") -> "list[Mod
     """
     from sheldrake.math import RigidTransform
 
+    reading.loose_numbers = True
     version = read_version(root, reading)
     reading.warn_unknown(root, ("model", "world"), ("version",))
     worlds, models = root.find_all("world"), root.find_all("model")
