@@ -123,9 +123,9 @@ def _merged_faces(triangles: np.ndarray, equations: np.ndarray, neighbors: np.nd
     planes = equations / (1.0, 1.0, 1.0, size)
     # Most triangles of a round shape have no neighbour in their plane; only the others are looked at one by one.
     lonely = (np.abs(planes[neighbors] - planes[:, None]).max(axis=2) >= 2.0 * _SAME_PLANE).all(axis=1)
-    groups = [[int(t)] for t in np.flatnonzero(lonely)]
+    groups: list[list[int]] = [[t] for t in np.flatnonzero(lonely).tolist()]
     taken = lonely.copy()
-    for seed in np.flatnonzero(~lonely):
+    for seed in np.flatnonzero(~lonely).tolist():
         if taken[seed]:
             continue
         members, queue = [], [seed]
@@ -133,7 +133,7 @@ def _merged_faces(triangles: np.ndarray, equations: np.ndarray, neighbors: np.nd
         while queue:
             t = queue.pop()
             members.append(t)
-            for n in neighbors[t]:
+            for n in neighbors[t].tolist():
                 if not taken[n] and np.abs(planes[n] - planes[seed]).max() < _SAME_PLANE:
                     taken[n] = True
                     queue.append(n)
