@@ -7,7 +7,6 @@ import re
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
@@ -16,8 +15,11 @@ from ._preview import write_preview
 from ._repair import Repaired, orient, repair
 from ._solids import MeshFile, Solid, read_mesh_file
 from ._units import UnitBelief, guess_units, size_text, stated_units
+from ._write_parts import MOMENTS
+from ._xml_tree import Node
 
 WATER = 1000.0  # [kg/m^3]
+_NOTED_FILLING = 0.05  # of the volume
 
 
 class UnitsUnsure(ValueError):
@@ -115,6 +117,8 @@ def MakeUrdfFromMesh(
     shift = -model.p_BoBcm_B if origin_at_com else np.zeros(3)
     geometry = _Geometry(model, meshes, pieces, output, shift, name)
     visuals = geometry.visuals()
+    if collision == "mesh":
+        _say_what_hulls_fill(model, meshes, pieces)
     collisions = visuals if collision == "mesh" else geometry.convex(collision == "decompose")
     model.p_BoBcm_B = model.p_BoBcm_B + shift
     model.urdf = _urdf(model, name, visuals, collisions, collision != "mesh")
@@ -238,10 +242,32 @@ def _set_mass(
         density = WATER
         model.notes.append(f"neither density nor mass was given: {WATER:g} kg/m^3, as water")
     model.mass = density * volume if mass is None else mass  # type: ignore[operator]
-    model.p_BoBcm_B = first / volume
+    model.p_BoBcm_B = _without_rounding(first / volume, volume ** (1 / 3))
     central = second - volume * np.outer(model.p_BoBcm_B, model.p_BoBcm_B)
-    model.I_BBcm_B = (np.trace(central) * np.eye(3) - central) * (model.mass / volume)
+    inertia = (np.trace(central) * np.eye(3) - central) * (model.mass / volume)
+    model.I_BBcm_B = _without_rounding(inertia, float(np.trace(inertia)))
     _check_mass(model, pieces)
+
+
+def _say_what_hulls_fill(model: MeshModel, meshes: list[MeshFile], pieces: list) -> None:
+    """Contact takes the convex hull of a mesh: people with holes and hollows in their parts want to know."""
+    from sheldrake.geometry._meshes.convex_hull import make_convex_hull
+    from sheldrake.geometry._meshes.mass_properties import of_polygons
+
+    filled = -model.volume
+    for belief, mesh, group in zip(model.units, meshes, pieces):
+        vertices = np.concatenate([piece.solid.vertices for piece in group])
+        filled += of_polygons(make_convex_hull(vertices, f"'{mesh.path.name}'")).volume * belief.metres**3
+    if filled > _NOTED_FILLING * model.volume:
+        model.notes.append(
+            f"in contact the part is its convex hull, {100.0 * filled / model.volume:.0f} % larger: holes and hollows "
+            "are filled; --decompose (collision='decompose') keeps them"
+        )
+
+
+def _without_rounding(values: np.ndarray, scale: float) -> np.ndarray:
+    """Zero for what is zero but for rounding: a file for people says so."""
+    return np.where(np.abs(values) < 1e-13 * abs(scale), 0.0, values)
 
 
 def _check_mass(model: MeshModel, pieces: list) -> None:
@@ -356,28 +382,17 @@ def _xml_name(text: str) -> str:
 
 
 def _urdf(model: MeshModel, name: str, visuals: list, collisions: list, convex: bool) -> str:
-    I = model.I_BBcm_B
-    xyz = " ".join(repr(float(x)) for x in model.p_BoBcm_B)
-    moments = " ".join(
-        f'{key}="{float(I[i, j])!r}"'
-        for key, i, j in (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
-    )
-    lines = ['<?xml version="1.0"?>', f"<robot name={quoteattr(name)}>", f"  <link name={quoteattr(name)}>"]
-    lines += [
-        "    <inertial>",
-        f'      <origin xyz="{xyz}" rpy="0 0 0"/>',
-        f'      <mass value="{float(model.mass)!r}"/>',
-    ]
-    lines += [f"      <inertia {moments}/>", "    </inertial>"]
+    prefix = {"xmlns:drake": "https://drake.mit.edu"} if convex else {}
+    robot = Node("robot", **prefix, name=name)
+    link = robot.add("link", name=name)
+    inertial = link.add("inertial")
+    inertial.add("origin", xyz=model.p_BoBcm_B, rpy="0 0 0")
+    inertial.add("mass", value=model.mass)
+    inertial.add("inertia", **{key: model.I_BBcm_B[i, j] for key, i, j in MOMENTS})
     for tag, files in (("visual", visuals), ("collision", collisions)):
         for file, scale in files:
-            scaled = "" if scale == 1.0 else f' scale="{scale!r} {scale!r} {scale!r}"'
-            lines += [f"    <{tag}>", "      <geometry>"]
+            geometry = link.add(tag).add("geometry")
+            mesh = geometry.add("mesh", filename=file, scale=None if scale == 1.0 else [scale] * 3)
             if tag == "collision" and convex:
-                lines += [f"        <mesh filename={quoteattr(file)}{scaled}>", "          <drake:declare_convex/>"]
-                lines += ["        </mesh>"]
-            else:
-                lines += [f"        <mesh filename={quoteattr(file)}{scaled}/>"]
-            lines += ["      </geometry>", f"    </{tag}>"]
-    text = "\n".join([*lines, "  </link>", "</robot>", ""])
-    return text.replace("<robot ", '<robot xmlns:drake="https://drake.mit.edu" ', 1) if convex else text
+                mesh.add("drake:declare_convex")
+    return robot.document()

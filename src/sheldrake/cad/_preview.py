@@ -8,6 +8,7 @@ import logging
 from html import escape
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -45,7 +46,9 @@ def write_preview(model: Any, path: Path) -> None:
         visualizer.Run(loop_once=True)
         meshcat.SetObject("/centre of mass", Sphere(0.03 * length), Rgba(0.1, 0.1, 0.1, 1.0))
         meshcat.SetTransform("/centre of mass", RigidTransform(model.p_BoBcm_B))
-        meshcat.SetProperty("/drake/illustration", "modulated_opacity", 0.6)  # what is inside is to be seen
+        name = ElementTree.fromstring(model.urdf).get("name")
+        shapes = f"/drake/illustration/{name}/{name}/{name}"  # and not the frame, which lies beside them
+        meshcat.SetProperty(shapes, "modulated_opacity", 0.4)  # what is inside is to be seen
         centre = np.asarray(model.p_BoBcm_B)
         meshcat.SetCameraPose(centre + np.max(size) * np.array([1.2, -1.5, 0.9]), centre)
         html = meshcat.StaticHtml()

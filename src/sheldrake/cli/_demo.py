@@ -24,9 +24,9 @@ def run(options: argparse.Namespace) -> int:
     out.mkdir(parents=True, exist_ok=True)
     model = options.model or sheldrake.model_path("two_hole_block/two_hole_block.urdf")
     simulator, meshcat, logger, names = _scene(model)
-    print(f"Watch it at {meshcat.web_url()}", flush=True)
     visualizer_time = time.perf_counter()
     if not options.headless:
+        print(f"Watch it at {meshcat.web_url()}", flush=True)
         simulator.set_target_realtime_rate(1.0)
         meshcat.SetRealtimeRate(1.0)
     meshcat.StartRecording()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 
 from sheldrake import __version__
@@ -19,6 +20,8 @@ Try, in this order:
   sheldrake run script.py        runs a script written for pydrake, as it is
   sheldrake info                 what is installed, and where compiled kernels are kept
 """
+
+_READER_GONE = 141  # what shells say of a program whose output nobody reads any more
 
 _RUN = """\
 Runs a Python script in which `import pydrake` means sheldrake, whether or not Drake is installed.
@@ -98,9 +101,16 @@ def main(argv: list[str] | None = None) -> int:
         parser.print_help()
         return 0
     try:
-        return importlib.import_module(f"sheldrake.cli._{args.command}").run(args)
+        status = importlib.import_module(f"sheldrake.cli._{args.command}").run(args)
+        sys.stdout.flush()
+        return status
     except ModuleNotFoundError as error:
         if args.command == "run" or error.name not in ("numba", "llvmlite"):
             raise
         print(f"sheldrake {args.command}: {error}", file=sys.stderr)
         return 1
+    except BrokenPipeError:
+        if args.command == "run":
+            raise
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # else Python complains once more at exit
+        return _READER_GONE

@@ -32,6 +32,9 @@ def run(options: argparse.Namespace) -> int:
 
     try:
         logs = ReadLogs(options.log)
+    except FileNotFoundError:
+        print(f"sheldrake plot: there is no file '{options.log}'.", file=sys.stderr)
+        return 1
     except (OSError, ValueError, ImportError) as error:
         print(f"sheldrake plot: {error}", file=sys.stderr)
         return 1

@@ -326,3 +326,14 @@ def _inside(hull, point):
         if (point - a) @ normal > 1e-7 * np.linalg.norm(normal):
             return False
     return True
+
+
+def test_people_hear_that_contact_fills_holes(tmp_path):
+    ring = solids.extruded(solids.polygon(64, 0.03), 0.025, [solids.polygon(64, 0.01)])
+    path = write(tmp_path, "ring.obj", solids.obj(*ring))
+    said = "in contact the part is its convex hull, 12 % larger"
+    made = {kind: MakeUrdfFromMesh(path, mass=0.77, units="m", collision=kind) for kind in ("mesh", "hull")}
+    assert any(note.startswith(said) for note in made["mesh"].notes)
+    assert not any(note.startswith(said) for note in made["hull"].notes), "who asks for the hull knows"
+    assert made["mesh"].p_BoBcm_B.tolist()[:2] == [0.0, 0.0], "rounding is not written"
+    assert made["mesh"].I_BBcm_B[0, 1] == 0.0

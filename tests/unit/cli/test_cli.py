@@ -171,3 +171,30 @@ sys.exit(main(["demo", "--headless", "--seconds", "0.1"]))
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, cwd=tmp_path)
     assert done.returncode == 1 and "Traceback" not in done.stderr
     assert "pip install 'sheldrake[kernels]'" in done.stderr.splitlines()[-1]
+
+
+def test_a_reader_that_leaves_is_no_fault(tmp_path):
+    """As in `sheldrake doctor robot.urdf | head -1`."""
+    (tmp_path / "robot.urdf").write_text("<robot")
+    reader, writer = os.pipe()
+    os.close(reader)
+    command = [sys.executable, "-m", "sheldrake", "doctor", "robot.urdf"]
+    ended = subprocess.run(command, cwd=tmp_path, env=ENVIRONMENT, stdout=writer, stderr=subprocess.PIPE, text=True)
+    os.close(writer)
+    assert ended.stderr == ""
+    assert ended.returncode == 141
+
+
+@pytest.mark.parametrize(
+    ("name", "data", "problem"),
+    [
+        ("none.npz", None, "there is no file 'none.npz'"),
+        ("part.stl", b"\x80 solid", "'part.stl' is not a log: it is neither text nor an .npz or .parquet file"),
+    ],
+)
+def test_plots_of_what_is_no_log(tmp_path, monkeypatch, capsys, name, data, problem):
+    monkeypatch.chdir(tmp_path)
+    if data is not None:
+        pathlib.Path(name).write_bytes(data)
+    assert main(["plot", name]) == 1
+    assert problem in capsys.readouterr().err

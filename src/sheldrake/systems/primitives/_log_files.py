@@ -62,7 +62,9 @@ def _read_csv(name: str) -> LogSet:
                 raise ValueError("its first column is not `time`")
             values = [[float(cell) if cell else np.nan for cell in row] for row in rows[1:]]
             table = np.array(values, dtype=float).reshape(-1, len(rows[0]))
-        except (ValueError, UnicodeDecodeError, csv.Error) as error:
+        except UnicodeDecodeError:
+            raise ValueError(f"'{name}' is not a log: it is neither text nor an .npz or .parquet file.") from None
+        except (ValueError, csv.Error) as error:
             raise ValueError(f"'{name}' is not a log: {error}.") from None
     return _split(name, table[:, 0], table[:, 1:].T, rows[0][1:], None)
 

@@ -137,7 +137,10 @@ BAD = {
     "zero axis": (document(f'<body><joint axis="0 0 0"/>{BALL}</body>'), "axis of joint 'world-body1' is zero"),
     "free below": (document(f'<body>{BALL}<body name="b"><freejoint/>{BALL}</body></body>'), "child of the world"),
     "free and more": (document(f'<body name="a"><freejoint/><joint/>{BALL}</body>'), "cannot have other joints"),
-    "unknown geom": (document('<body><geom type="torus" size="1"/></body>'), "unknown type 'torus'"),
+    "unknown geom": (
+        document('<body><geom type="torus" size="1"/></body>'),
+        "'torus'; known are plane, mesh, sphere",
+    ),
     "short size": (document('<body><geom type="box" size="1 2"/></body>'), "needs 3 numbers, found 2"),
     "negative size": (document('<body><geom size="-1"/></body>'), "must be positive"),
     "two orientations": (document(f'<body euler="0 0 1" quat="1 0 0 0">{BALL}</body>'), "several orientations"),

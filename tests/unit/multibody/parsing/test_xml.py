@@ -58,8 +58,12 @@ def test_bytes_may_carry_their_encoding():
     ("text", "message", "line"),
     [
         ("", "empty|no element", 1),
-        ("<a>\n<b>\n</a>", "mismatched tag", 3),
+        ("<a>\n<b>\n</a>", "mismatched tag; the innermost open element is the <b> of line 2", 3),
+        ("<a>\n<b/>\n", "no element found; the innermost open element is the <a> of line 1", 3),
         ("<a", "well-formed", 1),
+        ("<a/>\n<a/>", "junk after document element; the document ended with </a> before this", 2),
+        ("<a x=1/>", "invalid token at '1/>'; a model is one element", 1),
+        ('{"a": 1}', "invalid token at '.*'; a model is one element, such as <robot> or <sdf>", 1),
         ("<a x='1' x='2'/>", "duplicate attribute", 1),
         ("<a>\n&undefined;</a>", "undefined entity", 2),
         ('<!DOCTYPE a [\n<!ENTITY e "text">]><a>&e;</a>', "entity 'e'", 2),

@@ -14,6 +14,7 @@ from .diagnostics import DiagnosticPolicy, Location
 MAX_BYTES = 64 * 1024 * 1024  # [bytes] of one XML file; the largest robot description we know has 1 MB
 MAX_DEPTH = 500  # levels of nested elements
 MAX_ELEMENTS = 1_000_000
+_INVALID_TOKEN = expat.ErrorString(expat.errors.codes[expat.errors.XML_ERROR_INVALID_TOKEN])
 
 _COMMENT_OR_CDATA = re.compile(rb"<!\[CDATA\[.*?\]\]>|<!--.*?-->", re.DOTALL)
 
@@ -137,6 +138,18 @@ class _TreeBuilder:
     def _characters(self, data: str) -> None:
         self._stack[-1].text += data
 
+    def explain(self, error: expat.ExpatError) -> str:
+        """What expat found, and what the reader of the message can do about it."""
+        text, at = self._source.data, self.parser.ErrorByteIndex
+        found = expat.ErrorString(error.code)
+        if found == _INVALID_TOKEN:
+            found = f"invalid token at {text[at : at + 20].decode('utf-8', 'replace')!r}"
+        if self._stack:
+            return f"{found}; the innermost open element is the <{self._stack[-1].tag}> of line {self._stack[-1].line}."
+        if self.root is not None:
+            return f"{found}; the document ended with </{self.root.tag}> before this."
+        return f"{found}; a model is one element, such as <robot> or <sdf>."
+
     def _doctype(self, _name, system_id, public_id, _has_internal_subset) -> None:
         if system_id or public_id:
             self._policy.Error(
@@ -176,7 +189,7 @@ def parse_xml(data: "bytes | str", name: str, policy: DiagnosticPolicy) -> Eleme
         _feed(builder.parser, data, encoding)
     except expat.ExpatError as error:
         where = Location(name, error.lineno + skipped_lines, error.offset + 1)
-        policy.Error(where, f"This is not well-formed XML: {expat.ErrorString(error.code)}.")
+        policy.Error(where, f"This is not well-formed XML: {builder.explain(error)}")
     except (LookupError, ValueError) as error:
         policy.Error(Location(name, 1), f"The text cannot be decoded: {error}.")
     if builder.root is None:

@@ -131,7 +131,8 @@ def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler,
             return None
         return Mesh(asset.path, asset.scale), X_BG
     if kind not in _SIZES:
-        reading.fail(element, f"Geom '{name}' has the unknown type '{kind}'.")
+        known = ", ".join(("plane", "mesh", *_SIZES))
+        reading.fail(element, f"Geom '{name}' has the unknown type '{kind}'; known are {known}.")
     text = element.get("size", "0" if kind == "sphere" else "")
     size = reading.parse_vector(text, None, element.where_attribute("size"), f"size of geom '{name}'")
     if "fromto" in element.attributes and kind != "sphere":
