@@ -156,5 +156,6 @@ def make_solver_work(
             integers(num_trees, -(-num_trees // int(BITS))),
             numbers(size),
             numbers(nv),
+            integers(nv, 3),
         ),
     )

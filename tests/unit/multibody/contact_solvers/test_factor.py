@@ -7,10 +7,9 @@ from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
 from sheldrake.multibody.contact_solvers._kernels import problem as columns
 from sheldrake.multibody.contact_solvers._kernels import tamsi
-from sheldrake.multibody.contact_solvers._kernels.block_cholesky import factorise
 from sheldrake.multibody.contact_solvers._kernels.block_lu import eliminate
 from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
-from sheldrake.multibody.contact_solvers._kernels.hessian import assemble, newton_direction
+from sheldrake.multibody.contact_solvers._kernels.hessian import newton_direction, renew_factor
 from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows, SolverModel
 
 
@@ -19,8 +18,7 @@ def direct(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows
     """dv = -H^-1 gradient of one island; 1 without room, 2 when H is not positive."""
     if lay_out(solver_model, problem, contacts, rows, factor) != 0:
         return 1
-    assemble(solver_model, problem, contacts, rows, factor)
-    if factorise(factor, problem.count[columns.TREES_END]) != 0:
+    if renew_factor(solver_model, problem, contacts, rows, factor) != 0:
         return 2
     newton_direction(solver_model, problem, factor)
     return 0

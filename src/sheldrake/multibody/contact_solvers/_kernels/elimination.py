@@ -8,8 +8,11 @@ words. All of it depends on the graph alone: the same contacts give the same ord
 import numpy as np
 
 from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.branches import lay_out_branches
+from sheldrake.multibody.contact_solvers._kernels.gradient import is_chain_of_six
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ADDRESS,
+    ALONG_BRANCHES,
     APPROXIMATION,
     BELOW_BEGIN,
     BELOW_END,
@@ -230,8 +233,13 @@ def lay_out_trees(model, problem, contacts, rows, factor):
 def lay_out(model, problem, contacts, rows, factor):
     """Order, places and addresses of all blocks of an island; 1 when there is no room for them, else 0."""
     n = problem.count[TREES_END] - problem.count[TREES_BEGIN]
+    problem.count[ALONG_BRANCHES] = 0
     if n == 1:
         size = lay_out_alone(model, problem, factor)
+        t = factor.block[0, BLOCK_TREE]
+        if model.setting[APPROXIMATION] != TAMSI and not is_chain_of_six(model, t):
+            problem.count[ALONG_BRANCHES] = 1
+            size = lay_out_branches(model, problem, contacts, rows, factor)
     else:
         size = lay_out_trees(model, problem, contacts, rows, factor)
     if size < 0 or size > factor.L.shape[0]:

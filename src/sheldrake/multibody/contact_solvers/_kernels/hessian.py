@@ -4,7 +4,13 @@ import numpy as np
 
 from sheldrake.common._kernels.vec import column3, dot3, load_symmetric_at
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.block_cholesky import substitute
+from sheldrake.multibody.contact_solvers._kernels.block_cholesky import factorise, substitute
+from sheldrake.multibody.contact_solvers._kernels.branches import (
+    assemble_branches,
+    factorise_branches,
+    goes_along_branches,
+    solve_branches,
+)
 from sheldrake.multibody.contact_solvers._kernels.gradient import is_chain_of_six
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ADDRESS,
@@ -255,9 +261,28 @@ def assemble(model, problem, contacts, rows, factor):
     add_rows(model, problem, rows, factor)
 
 
-@kernel(outline=True)
+@kernel
+def renew_factor(model, problem, contacts, rows, factor):
+    """Factorises the Hessian at the iterate. Returns 1 when a pivot is not positive, else 0."""
+    if goes_along_branches(problem):
+        assemble_branches(model, problem, contacts, rows, factor)
+        return factorise_branches(model, problem, factor)
+    assemble(model, problem, contacts, rows, factor)
+    return factorise(factor, problem.count[TREES_END] - problem.count[TREES_BEGIN])
+
+
+@kernel
 def newton_direction(model, problem, factor):
     """dv = -H^-1 gradient over the participating dofs."""
+    if goes_along_branches(problem):
+        solve_branches(model, problem, factor)
+    else:
+        solve_blocks(model, problem, factor)
+
+
+@kernel(outline=True)
+def solve_blocks(model, problem, factor):
+    """`newton_direction` by the factor in blocks."""
     x = factor.rhs
     begin = problem.count[TREES_BEGIN]
     end = problem.count[TREES_END]

@@ -6,11 +6,10 @@ The former is of Castro, Permenter, Han 2022, algorithm 1.
 import numpy as np
 
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.block_cholesky import factorise
 from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
 from sheldrake.multibody.contact_solvers._kernels.friction_dual import follow_duals, guess_duals
 from sheldrake.multibody.contact_solvers._kernels.gradient import evaluate, mul_A
-from sheldrake.multibody.contact_solvers._kernels.hessian import assemble, newton_direction
+from sheldrake.multibody.contact_solvers._kernels.hessian import newton_direction, renew_factor
 from sheldrake.multibody.contact_solvers._kernels.line_search import (
     COST_ABSOLUTE,
     COST_RELATIVE,
@@ -101,15 +100,6 @@ def advance(model, problem, contacts, rows, alpha):
 
 
 @kernel
-def renew_factor(model, problem, contacts, rows, factor):
-    """Factorises the Hessian at the iterate; a status."""
-    assemble(model, problem, contacts, rows, factor)
-    if factorise(factor, problem.count[TREES_END] - problem.count[TREES_BEGIN]) != 0:
-        return HESSIAN_NOT_POSITIVE
-    return SOLVED
-
-
-@kernel
 def direction(model, problem, contacts, rows, factor):
     """The factor's Newton direction in x[DV], A dv, and the change of the constraint velocities along it."""
     newton_direction(model, problem, factor)
@@ -122,9 +112,8 @@ def direction(model, problem, contacts, rows, factor):
 def newton(model, problem, contacts, rows, factor, fresh):
     """`direction`, with a new factor if `fresh` is 1, else with the last one; a status."""
     if fresh == 1:
-        status = renew_factor(model, problem, contacts, rows, factor)
-        if status != SOLVED:
-            return status
+        if renew_factor(model, problem, contacts, rows, factor) != 0:
+            return HESSIAN_NOT_POSITIVE
     direction(model, problem, contacts, rows, factor)
     return SOLVED
 

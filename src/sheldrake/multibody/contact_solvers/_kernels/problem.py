@@ -92,6 +92,7 @@ class Factor(NamedTuple):
         L: The blocks, each column after column, shape (capacity,); for kTamsi behind each one below the diagonal the
             transpose of the one above.
         rhs: Right-hand side and solution, shape (nv,).
+        branch: Of an island of one tree the path of each dof, shape (nv, 3), columns `BRANCH_PARENT` .. `BRANCH_START`.
     """
 
     slot: IntVector
@@ -100,6 +101,7 @@ class Factor(NamedTuple):
     graph: IntMatrix
     L: Vector
     rhs: Vector
+    branch: IntMatrix
 
 
 # SolverModel.option
@@ -161,6 +163,7 @@ CONTACTS_END = np.int64(9)
 ROWS_BEGIN = np.int64(10)
 ROWS_END = np.int64(11)
 FACTOR_SIZE = np.int64(12)  # numbers in the island's factor
+ALONG_BRANCHES = np.int64(13)  # 1 if they are rows along the branches of a tree, 0 if blocks
 NUM_COUNTS = 16
 
 # Problem.tree: rows are trees, then places, then islands
@@ -249,6 +252,11 @@ BELOW_END = np.int64(4)
 DIAGONAL = np.int64(5)  # address of the diagonal block in L
 PLACE = np.int64(6)  # by tree: its place in the elimination order
 NUM_BLOCK_COLUMNS = 7
+
+# Factor.branch: as in `SolverModel.dof`, with what constraints add
+BRANCH_PARENT = np.int64(0)
+BRANCH_DEPTH = np.int64(1)
+BRANCH_START = np.int64(2)  # where its row of L starts
 
 # Factor.below
 BELOW_PLACE = np.int64(0)
