@@ -8,11 +8,15 @@ from sheldrake.solvers import (
     Binding,
     Constraint,
     Cost,
+    ExponentialConeConstraint,
     LinearConstraint,
     LinearCost,
+    LorentzConeConstraint,
     MathematicalProgram,
     PyFunctionConstraint,
+    RotatedLorentzConeConstraint,
     SolverId,
+    SolverInterface,
     SolverOptions,
 )
 from sheldrake.symbolic import Expression, Formula, Variable, Variables, cos, sin
@@ -129,3 +133,47 @@ def test_symmetry_is_asked_of_semidefinite_matrices(prog):
     x = prog.NewContinuousVariables(2, "x")
     with pytest.raises(RuntimeError, match="not symmetric"):
         prog.AddPositiveSemidefiniteConstraint(np.array([[x[0], 2 * x[1]], [x[1], Expression(1.0)]]))
+
+
+def test_kinds_of_what_programs_give_back():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    for added in (
+        prog.AddLinearConstraint(x[0] + x[1] == 1),
+        prog.AddLinearConstraint(x[0] <= 1),
+        prog.AddLinearConstraint(x, [1.0, 1.0], [1.0, 1.0]),
+    ):
+        assert type(added) is Binding[LinearConstraint]
+    slack, _, linear = prog.AddL1NormCostInEpigraphForm([[2.0, 3.0]], [0.5], x)
+    assert [v.get_name() for v in linear.variables()] == [v.get_name() for v in (*slack, *x)]
+    np.testing.assert_array_equal(linear.evaluator().GetDenseA(), [[-1.0, 2.0, 3.0], [-1.0, -2.0, -3.0]])
+    np.testing.assert_array_equal(linear.evaluator().upper_bound(), [-0.5, 0.5])
+    X = prog.NewSymmetricContinuousVariables(2, "X")
+    part = prog.AddScaledDiagonallyDominantMatrixConstraint(X)[0][1]
+    assert part[0, 1].EqualTo(X[0, 1]) and all(isinstance(v, Variable) for v in part.ravel())
+    assert isinstance(prog.AddScaledDiagonallyDominantMatrixConstraint(1.0 * X)[0][1][0, 0], Expression)
+
+
+def test_which_derivatives_of_cones_vanish():
+    A, b = np.array([[1.0, 0.0, 2.0, 0.0], [0.0, 3.0, 0.0, 0.0], [0.0, 0.0, 4.0, 0.0]]), np.zeros(3)
+    kinds = LorentzConeConstraint.EvalType
+    assert LorentzConeConstraint(A, b).gradient_sparsity_pattern() == [(0, 0), (0, 1), (0, 2)]
+    two = LorentzConeConstraint(A, b, kinds.kNonconvex).gradient_sparsity_pattern()
+    assert two == [(0, 0), (1, 0), (1, 1), (0, 2), (1, 2)]
+    rotated = RotatedLorentzConeConstraint(A, b)
+    assert rotated.gradient_sparsity_pattern() == [(0, 0), (2, 0), (1, 1), (2, 1), (0, 2), (2, 2)]
+    x = np.array([3.0, 5.0, 7.0, 11.0])
+    gradient = ExtractGradient(rotated.Eval(InitializeAutoDiff(x).ravel()))
+    assert {tuple(at) for at in np.argwhere(gradient).tolist()} <= set(rotated.gradient_sparsity_pattern())
+    assert isinstance(ExponentialConeConstraint(A, b).A(), np.ndarray)
+
+
+def test_formulas_of_bounds_and_names_of_own_solvers():
+    x = Variable("x")
+    assert str(LinearConstraint([[1.0]], [-1.0], [2.0]).CheckSatisfied(np.array([x]))) == "((-1 <= x) and (x <= 2))"
+
+    class Mine(SolverInterface):
+        def solver_id(self):
+            return SolverId("mine")
+
+    assert Mine().SolverName() == "mine"

@@ -23,7 +23,7 @@ from sheldrake.solvers import (
     Solve,
 )
 from sheldrake.solvers._relaxations.special_ordered_sets import gray_code
-from sheldrake.symbolic import Expression
+from sheldrake.symbolic import Expression, Variables
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -134,3 +134,22 @@ def test_nodes_may_be_limited():
     prog.AddQuadraticErrorCost(np.eye(3), [0.4, 0.6, 0.5], b)
     search = MixedIntegerBranchAndBound(prog, ClarabelSolver.id(), MixedIntegerBranchAndBound.Options(1))
     assert search.Solve() is SolutionResult.kIterationLimit
+
+
+def test_relaxation_by_groups_of_variables():
+    pytest.importorskip("clarabel")
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(3, "x")
+    prog.AddQuadraticCost(np.diag([1.0, -1.0]), np.zeros(2), x[1:], is_convex=False)
+    prog.AddBoundingBoxConstraint(-1.0, 1.0, x)
+    for pair in itertools.combinations(x, 2):
+        prog.AddLinearConstraint(pair[0] + pair[1] <= 1.5)
+    dense = MakeSemidefiniteRelaxation(prog)
+    same = MakeSemidefiniteRelaxation(prog, variable_groups=[Variables(x)], options=SemidefiniteRelaxationOptions())
+    assert Solve(same).get_optimal_cost() == pytest.approx(Solve(dense).get_optimal_cost(), abs=1e-6)
+    groups = [Variables(x[:2]), Variables(x[1:])]
+    sparse = MakeSemidefiniteRelaxation(prog, groups)
+    assert len(sparse.positive_semidefinite_constraints()) == 2 and sparse.num_vars() == 3 + 1 + 2 * 3
+    assert len(sparse.linear_equality_constraints()) == 2  # one = 1, and both have the same x_1^2
+    with pytest.raises(RuntimeError, match="not convex"):
+        MakeSemidefiniteRelaxation(prog, [Variables(x[:2])])

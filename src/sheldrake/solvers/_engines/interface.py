@@ -67,7 +67,7 @@ class SolverInterface:
 
     def SolverName(self) -> str:
         """Returns its name."""
-        return self._name
+        return self.solver_id().name()
 
     def AreProgramAttributesSatisfied(self, prog: MathematicalProgram) -> bool:
         """Tells whether it knows how to handle all that a program has."""

@@ -22,6 +22,21 @@ class _ConeConstraint(Constraint):
     _b: np.ndarray
     _fewest_rows = 1
 
+    def _rows_alone(self) -> int | None:
+        """How many of its first values are rows of z themselves, before the one made of all of z; None: not so."""
+        return None
+
+    def gradient_sparsity_pattern(self) -> list[tuple[int, int]] | None:
+        """Returns which derivatives may differ from zero, as (output, variable); None if all."""
+        alone = self._rows_alone()
+        if self._sparsity is not None or alone is None:
+            return self._sparsity
+        pattern = []
+        for column in np.flatnonzero(self._A.any(axis=0)).tolist():
+            pattern += [(row, column) for row in range(alone) if self._A[row, column]]
+            pattern.append((alone, column))
+        return pattern
+
     def _set_affine(self, A: Any, b: Any) -> None:
         A = A.toarray() if _arrays.is_sparse(A) else _arrays.float_matrix(A)
         b = _arrays.float_vector(b)
@@ -98,6 +113,9 @@ class LorentzConeConstraint(_ConeConstraint):
         self._set_sizes(2 if eval_type is EvalType.kNonconvex else 1, self._A.shape[1])
         self._set_bounds(np.zeros(self._num_outputs), np.full(self._num_outputs, np.inf))
 
+    def _rows_alone(self) -> int:
+        return self._num_outputs - 1
+
     def eval_type(self) -> EvalType:
         """Returns how it is evaluated."""
         return self._eval_type
@@ -149,6 +167,9 @@ class RotatedLorentzConeConstraint(_ConeConstraint):
         self._set_sizes(3, self._A.shape[1])
         self._set_bounds(np.zeros(3), np.full(3, np.inf))
 
+    def _rows_alone(self) -> int:
+        return 2
+
     def _eval(self, x: np.ndarray) -> np.ndarray:
         z = self._z(x)
         return np.array([z[0], z[1], z[0] * z[1] - z[2:] @ z[2:]])
@@ -182,6 +203,10 @@ class ExponentialConeConstraint(_ConeConstraint):
         self._set_affine(A, b)
         self._set_sizes(2, self._A.shape[1])
         self._set_bounds(np.zeros(2), np.full(2, np.inf))
+
+    def A(self) -> np.ndarray:
+        """Returns the matrix of z = A x + b, shape `(3, n)`."""
+        return self._A.copy()
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         z = self._z(x)

@@ -11,7 +11,7 @@ import numpy as np
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
-from sheldrake.symbolic import Formula, logical_and
+from sheldrake.symbolic import Expression, Formula, logical_and
 
 ANY = -1  # Number of variables of a function that takes any.
 
@@ -176,9 +176,9 @@ class Constraint(EvaluatorBase):
         parts = []
         for y, lower, upper in zip(self._eval_symbols(x), self._lower, self._upper):
             if lower == upper:
-                parts.append(y == lower)
+                parts.append(Expression(lower) == y)
                 continue
-            parts += [lower <= y] if np.isfinite(lower) else []
+            parts += [Expression(lower) <= y] if np.isfinite(lower) else []
             parts += [y <= upper] if np.isfinite(upper) else []
         return logical_and(*parts) if parts else Formula.True_()
 

@@ -266,15 +266,16 @@ class ProgramCones:
 
     def _nonnegative(self, rows: list[Expression]) -> Any:
         a = coefficients.affine_vector(rows, "MathematicalProgram")
-        new = LinearConstraint(a.A, -a.c, np.full(len(rows), np.inf))
+        new = LinearConstraint(a.A, 0.0 - a.c, np.full(len(rows), np.inf))
         return self._store_constraint(bind(LinearConstraint, new, a.vars))  # type: ignore[attr-defined]
 
     def AddScaledDiagonallyDominantMatrixConstraint(self, X: Any) -> list[list[np.ndarray]]:
         """Adds that X is a sum of matrices that are zero but for a positive semidefinite 2 x 2 part.
 
         Returns:
-            M with M[i][j], i < j, the part in rows and columns i and j.
+            M with M[i][j], i < j, the part in rows and columns i and j: of variables where X is.
         """
+        is_of_variables = all(isinstance(x, Variable) for x in np.ravel(X))
         X = _symmetrized(_square("AddScaledDiagonallyDominantMatrixConstraint", X))
         n = X.shape[0]
         M = [[np.full((2, 2), Expression(0.0), dtype=object) for _ in range(n)] for _ in range(n)]
@@ -292,7 +293,7 @@ class ProgramCones:
                 for i in range(n)
             ]
             self.AddLinearEqualityConstraint(traverse.object_array(sums), np.zeros(n))  # type: ignore
-        return M
+        return [[_variables(part) for part in row] for row in M] if is_of_variables else M
 
     def AddScaledDiagonallyDominantDualConeMatrixConstraint(self, X: Any) -> list:
         """Adds that all 2 x 2 principal submatrices are positive semidefinite; returns their constraints."""
@@ -355,6 +356,15 @@ def _symmetrized(X: np.ndarray) -> np.ndarray:
         [[X[i, j] if X[i, j] is X[j, i] else (X[i, j] + X[j, i]) / 2.0 for j in range(len(X))] for i in range(len(X))],
         dtype=object,
     )
+
+
+def _variables(part: np.ndarray) -> np.ndarray:
+    """A matrix of expressions that are variables as variables; no variable in particular where one is a number."""
+    out = np.full(part.shape, Variable("𝑥"))
+    for at, e in np.ndenumerate(part):
+        if e.GetVariables().size():
+            (out[at],) = e.GetVariables()
+    return out
 
 
 def _sum(items: list[Expression]) -> Expression:

@@ -128,7 +128,7 @@ class ProgramConstraints:
             overload(lambda self, f: store(self, formulas.formula_constraint(f, True)), f=kinds.formula),
             overload(lambda self, f: store(self, formulas.formulas_constraint(f, True)), formulas=kinds.formulas),
         ]
-        return dispatch("AddLinearConstraint", ways, self, args, kwargs)
+        return as_kind(LinearConstraint, dispatch("AddLinearConstraint", ways, self, args, kwargs))
 
     def AddLinearEqualityConstraint(self, *args: Any, **kwargs: Any) -> Any:
         """Adds linear equations.

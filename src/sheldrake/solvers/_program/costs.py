@@ -182,9 +182,9 @@ class ProgramCosts:
         m = b.size
         s = self.NewContinuousVariables(m, "l1_norm_cost_epigraph")  # type: ignore[attr-defined]
         cost = self.AddLinearCost(np.ones(m), 0.0, s)
-        M = np.block([[A, -np.eye(m)], [-A, -np.eye(m)]])
+        M = np.block([[-np.eye(m), A], [-np.eye(m), -A]])
         linear = self.AddLinearConstraint(  # type: ignore[attr-defined]
-            M, np.full(2 * m, -np.inf), np.concatenate((-b, b)), np.concatenate((vars, s))
+            M, np.full(2 * m, -np.inf), np.concatenate((-b, b)), np.concatenate((s, vars))
         )
         return s, cost, linear
 
