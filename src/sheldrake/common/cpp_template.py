@@ -200,7 +200,8 @@ class TemplateBase:
         return f"{self._scope.__name__}.{self.name}"
 
     def __str__(self) -> str:
-        return f"<{pretty_class_name(type(self))} {self._full_name()}>"
+        kind = next(cls for cls in type(self).__mro__ if cls.__module__ == __name__)  # those of our own are as these
+        return f"<{pretty_class_name(kind)} {self._full_name()}>"
 
     def _on_add(self, param: tuple, instantiation: Any, skip_rename: bool) -> Any:
         return instantiation

@@ -133,3 +133,11 @@ def test_deprecation_decorators():
             assert f(2) == 2
     with pytest.raises(AssertionError):
         deprecated_callable("no date")(f)
+
+
+def test_every_template_shows_itself_as_one_of_pydrakes():
+    from sheldrake.math import RotationMatrix_
+    from sheldrake.systems.framework import BasicVector_
+
+    assert str(BasicVector_) == "<TemplateClass sheldrake.systems.framework.BasicVector_>"
+    assert str(RotationMatrix_) == "<TemplateClass sheldrake.math.RotationMatrix_>"

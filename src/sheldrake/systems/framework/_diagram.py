@@ -124,10 +124,8 @@ class Diagram(System):
         return self._systems[child], OutputPortIndex(j)
 
     def Accept(self, v: Any) -> None:
-        """Shows itself, then its subsystems, to a visitor."""
+        """Shows itself to a visitor, who goes on to `GetSystems()` if it likes."""
         v.VisitDiagram(self)
-        for system in self._systems:
-            system.Accept(v)
 
     def _is_generic(self) -> bool:
         return all(s._is_generic() or s._scalar_converter is not None for s in self._systems)

@@ -118,6 +118,9 @@ class ScalarConversion:
         new = self._convert(self._scalar)
         if new is None and self._generic:
             new = self._copy()
+        for scalar in scalar_types():  # there and back
+            there = None if new is not None or scalar is self._scalar else self._convert(scalar)
+            new = new if there is None else there._convert(self._scalar)
         if new is None:
             raise RuntimeError(
                 f"System::Clone(): {self.GetSystemType()} system '{self.GetSystemPathname()}' does not support Cloning "

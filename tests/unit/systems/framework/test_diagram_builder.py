@@ -183,6 +183,8 @@ def test_visitors_and_pictures():
 
         def VisitDiagram(self, diagram):
             self.seen.append([diagram.get_name()])
+            for system in diagram.GetSystems():
+                system.Accept(self)
 
     names = Names()
     diagram.Accept(names)

@@ -234,3 +234,9 @@ def test_systems_made_on_a_scalar_are_of_it(T):
     interpolator.set_initial_position(context, [T(0.5)])
     interpolator.GetInputPort("position").FixValue(context, [T(0.5)])
     assert {type(x) for x in interpolator.get_output_port().Eval(context)} == {T}
+
+
+def test_system_of_a_template_clones_by_way_of_another_scalar():
+    system = Quadratic_[float](0.5)
+    clone = system.Clone()
+    assert type(clone) is Quadratic_[float] and clone is not system and clone.k == 0.5
