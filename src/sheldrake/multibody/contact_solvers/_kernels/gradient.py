@@ -87,7 +87,10 @@ def mul_A(model, problem, source, target):
 
 @kernel
 def apply_contact_impulses(model, problem, contacts):
-    """Impulses and G at the present vc; adds J^T gamma to x[J_GAMMA]."""
+    """Impulses and G at the present vc; adds J^T gamma to x[J_GAMMA].
+
+    In two loops: no contact then waits for the roots and quotients of the one before it.
+    """
     state = contacts.state
     for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
         c = contacts.index[place, ORDER]
@@ -99,7 +102,9 @@ def apply_contact_impulses(model, problem, contacts):
         state[c, G_XZ] = G[3]
         state[c, G_YZ] = G[4]
         state[c, G_ZZ] = G[5]
-        push_trees(problem.x, contacts, c, gamma)
+    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
+        c = contacts.index[place, ORDER]
+        push_trees(problem.x, contacts, c, load3_at(state, c, GAMMA))
 
 
 @kernel

@@ -6,6 +6,7 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, column3, dot3
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.elastic import half_a_step_back
+from sheldrake.multibody.contact_solvers._kernels.gradient import is_chain_of_six
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTIVE,
     ACTUATOR,
@@ -58,7 +59,15 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     VHAT_N,
     WIDTH,
 )
-from sheldrake.multibody.contact_solvers._kernels.six import SIX, dot_six, load_six_of, norms2_six, times_six
+from sheldrake.multibody.contact_solvers._kernels.six import (
+    SIX,
+    dot_six,
+    inverse_packed_diagonal_six,
+    load_six_of,
+    norms2_six,
+    store_six_of,
+    times_six,
+)
 from sheldrake.multibody.contact_solvers._kernels.slip_ahead import closing_speed, guess_slip
 from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocity
 
@@ -83,6 +92,10 @@ def mobilities(model, problem):
     for t in range(model.tree.shape[0]):
         if problem.tree[t, ACTIVE] == 1:
             first = model.tree[t, FIRST_DOF]
+            if is_chain_of_six(model, t):
+                m = inverse_packed_diagonal_six(problem.A, model.dof[first, ROW_START])
+                store_six_of(problem.x, MOBILITY, first, m)
+                continue
             for k in range(first, first + model.tree[t, NUM_DOFS]):
                 problem.x[MOBILITY, k] = 1.0 / problem.A[model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]]
 

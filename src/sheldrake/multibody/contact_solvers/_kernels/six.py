@@ -100,6 +100,12 @@ def mul_packed_six(A, at, x):
 
 
 @kernel
+def inverse_packed_diagonal_six(A, at):
+    """1 / the diagonal of the matrix whose lower triangle is at A[at]."""
+    return (1.0 / A[at], 1.0 / A[at + 2], 1.0 / A[at + 5], 1.0 / A[at + 9], 1.0 / A[at + 14], 1.0 / A[at + 20])
+
+
+@kernel
 def put_packed_six(L, D, A, at):
     """The lower triangle of the block at D, column after column, from the one at A[at], row after row."""
     a, b, c, d, e, f = at, at + 1, at + 3, at + 6, at + 10, at + 15

@@ -8,6 +8,8 @@ but the joint damping and the constraints is explicit, taken at the start of the
 solver has nothing to do.
 """
 
+import numpy as np
+
 from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import Vector, Vectors, kernel
 from sheldrake.geometry._kernels.contacts import begin_contacts
@@ -58,6 +60,22 @@ from sheldrake.multibody.tree._kernels.model import DAMPING, DEPTH, ROW, TreeMod
 
 
 @kernel
+def copy_to_both(source, one, other):
+    """Copies all numbers to two arrays, four at a time."""
+    n = source.shape[0]
+    i = np.int64(0)
+    while i + 4 <= n:
+        a, b, c, d = source[i], source[i + 1], source[i + 2], source[i + 3]
+        one[i], one[i + 1], one[i + 2], one[i + 3] = a, b, c, d
+        other[i], other[i + 1], other[i + 2], other[i + 3] = a, b, c, d
+        i += 4
+    while i < n:
+        one[i] = source[i]
+        other[i] = source[i]
+        i += 1
+
+
+@kernel
 def free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, force, implicit_damping):
     """A, dt force and v* of the problem; a status."""
     dt = solver_model.option[DT]
@@ -67,9 +85,7 @@ def free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, forc
         for k in range(tree_model.dof.shape[0]):
             tree.M[tree_model.dof[k, ROW] + tree_model.dof[k, DEPTH]] += dt * p[tree_model.dof[k, DAMPING]]
     lock_mass_matrix(tree_model, plant_model, p, tree.M)
-    for i in range(tree.M.shape[0]):
-        tree.L[i] = tree.M[i]
-        problem.A[i] = tree.M[i]
+    copy_to_both(tree.M, tree.L, problem.A)
     if ltdl(tree_model, tree.L) >= 0:
         return MASS_NOT_POSITIVE
     for k in range(v.shape[0]):
