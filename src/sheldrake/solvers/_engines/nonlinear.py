@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._blas import one_thread
 from sheldrake.solvers._engines.highs import set_box_duals
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
@@ -192,7 +193,7 @@ class _NonlinearSolver(SolverInterface):
             self._tell(form, np.nan_to_num(guess), None, result)
             return
         start = form.start(guess)
-        with np.errstate(all="ignore"):
+        with np.errstate(all="ignore"), one_thread():
             outcome = best_of(form, start, settings)
             y = form.clip(outcome.y) if np.isfinite(outcome.y).all() else start
             self._conclude(form, y, outcome, settings, result)

@@ -1,0 +1,54 @@
+import numpy as np
+import pytest
+
+from sheldrake.common._blas import _libraries, one_thread
+from sheldrake.solvers import MathematicalProgram, SnoptSolver
+
+
+def counts():
+    return [library.get() for library in _libraries()]
+
+
+@pytest.fixture
+def two_threads():
+    before = counts()
+    if not before:
+        pytest.skip("NumPy and SciPy do not use OpenBLAS here")
+    for library in _libraries():
+        library.set(2)
+    yield
+    for library, count in zip(_libraries(), before):
+        library.set(count)
+
+
+@pytest.mark.usefixtures("two_threads")
+def test_one_thread_inside_and_as_before_outside():
+    with one_thread():
+        assert set(counts()) == {1}
+        with one_thread():
+            assert set(counts()) == {1}
+        assert set(counts()) == {1}
+    assert set(counts()) == {2}
+
+
+@pytest.mark.usefixtures("two_threads")
+def test_threads_come_back_after_an_error():
+    with pytest.raises(ZeroDivisionError), one_thread():
+        1 / 0  # noqa: B018
+    assert set(counts()) == {2}
+
+
+@pytest.mark.usefixtures("two_threads")
+def test_nonlinear_programs_are_solved_on_one_thread():
+    seen = []
+
+    def cost(x):
+        seen.extend(counts())
+        return x @ x + np.sin(x[0])
+
+    program = MathematicalProgram()
+    x = program.NewContinuousVariables(2)
+    program.AddCost(cost, vars=x)
+    assert SnoptSolver().Solve(program, [1.0, 2.0], None).is_success()
+    assert set(seen) == {1}
+    assert set(counts()) == {2}
