@@ -52,11 +52,12 @@ def _hints_on_one_line() -> None:
 def _script(name: str) -> tuple[CodeType, str, str, str | None]:
     """Code, file name and folder of a script, which is in no package."""
     if name == "-":
-        return compile(sys.stdin.read(), "<stdin>", "exec"), "-", "", None
+        return compile(sys.stdin.read(), "<stdin>", "exec", dont_inherit=True), "-", "", None
     if not os.path.isfile(name):
         raise FileNotFoundError(f"sheldrake run: there is no file {name!r} (looked from {os.getcwd()}).")
     with io.open_code(os.path.abspath(name)) as file:
-        return compile(file.read(), name, "exec"), name, os.path.dirname(os.path.abspath(name)), None
+        code = compile(file.read(), name, "exec", dont_inherit=True)  # not the annotations of here
+    return code, name, os.path.dirname(os.path.abspath(name)), None
 
 
 def _module(name: str) -> tuple[CodeType, str, str, str | None]:

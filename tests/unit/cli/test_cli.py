@@ -57,6 +57,23 @@ def test_modules_packages_and_standard_input_run_too(tmp_path):
     assert sheldrake("run", "-", input="import pydrake; print(__name__)").stdout == "__main__\n"
 
 
+@pytest.mark.parametrize("reader", ["file", "standard input"])
+def test_annotations_of_a_script_are_what_they_say(tmp_path, reader):
+    text = """
+import dataclasses
+from pydrake.common.yaml import yaml_load_typed
+
+@dataclasses.dataclass
+class Scenario:
+    seed: int = 0
+    names: dict[str, float] = dataclasses.field(default_factory=dict)
+
+print(yaml_load_typed(schema=Scenario, data="seed: 3\\nnames: {a: 1.5}"), Scenario.__annotations__["seed"])
+"""
+    result = sheldrake("run", script(tmp_path, text)) if reader == "file" else sheldrake("run", "-", input=text)
+    assert result.stdout == "Scenario(seed=3, names={'a': 1.5}) <class 'int'>\n", result.stderr
+
+
 def test_tracebacks_begin_in_the_script(tmp_path):
     path = script(tmp_path, "def f():\n    raise ValueError('wrong')\n\nf()\n")
     result = sheldrake("run", path)
