@@ -130,8 +130,6 @@ def put_path(tree_model, tree_work, contacts, c, at, tip, stop, frame, p_RootC, 
         contacts.index[c, DOFS + column] = k
         store_column3(contacts.J, 3 * c, column, (dot3(frame[0], u), dot3(frame[1], u), dot3(frame[2], u)))
         k = tree_model.dof[k, DOF_PARENT]
-    if tip == stop:
-        return at
     return first + tree_model.dof[tip, DOF_DEPTH] + 1
 
 
@@ -160,9 +158,12 @@ def put_free_path(contacts, c, at, tip, frame, p_RootC, sign):
 
 @kernel
 def put_side(tree_model, tree_work, contacts, c, at, body, stop, frame, p_WC, sign):
-    """Columns of contact c for one of its bodies; the next column."""
+    """Columns of contact c for one of its bodies; the next column.
+
+    There are none where all that moves the body moves the other one too, as a floating base its own limbs.
+    """
     tip = tree_model.body[body, TIP]
-    if tip < 0:
+    if tip < 0 or tip == stop:
         return at
     p_RootC = sub3(p_WC, load3_at(tree_work.X_WB, tree_model.body[body, ROOT], 9))
     if tree_model.body[body, KIND] == FREE:
