@@ -113,3 +113,19 @@ def test_from_any_direction_it_finds_a_minimum_or_says_that_it_has_none():
                 near = (np.asarray(d) + turn) / np.linalg.norm(np.asarray(d) + turn)
                 assert extent(scene, near) >= depth - 1e-12
     assert min(outcomes.values()) > 0
+
+
+@pytest.mark.parametrize("beyond", [-0.05, 0.02, 0.15, 0.25])
+def test_a_face_meets_the_part_of_a_cylinders_side_that_lies_over_it(beyond):
+    """A rod of half length 0.2 lies across the edge of a table at x = 0, its middle beyond it or not."""
+    table, rod = g.Box(1.0, 1.0, 0.1), g.Cylinder(0.03, 0.4)
+    lying = RollPitchYaw(0.0, np.pi / 2, 0.0)
+    scene = placed(table, rod, RigidTransform([-0.5, 0.0, -0.05]), RigidTransform(lying, [beyond, 0.1, 0.02]))
+    met, n, depth, p_table, p_rod = face_against(scene.model, scene.table, 0, 1, (1e-3, 0.0, 1.0))
+    assert met == (beyond < 0.2)
+    if met:
+        over = min(beyond + 0.2, 0.0)  # what lies over the table ends at its edge
+        np.testing.assert_allclose(n, [0, 0, 1], atol=1e-12)
+        assert depth == pytest.approx(0.01, abs=1e-12)
+        np.testing.assert_allclose(p_table, [0.5 * (beyond - 0.2 + over), 0.1, 0.0], atol=1e-12)
+        np.testing.assert_allclose(p_rod, np.subtract(p_table, [0, 0, 0.01]), atol=1e-12)

@@ -34,7 +34,7 @@ from .model import (
     Y_AXIS,
     Z_AXIS,
 )
-from .support import best_face, has_faces, support, within_face
+from .support import best_face, has_faces, part_within_face, support, within_face
 from .table import absolute, column, position_of, rotation_of
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
@@ -173,9 +173,15 @@ def face_against(model, table, g, other, d):
     p, count = show(model, table, other, scale3(n, -1.0), _EXACT, 1.0, _0)
     if count < _TOO_MANY:
         written = count if count < _MOST else _MOST
-        for k in range(written):  # to some point of what the other shape shows, so that ends may stick out
+        for k in range(written):  # to the middle of what the other shape shows, so that ends may stick out
             p = add3(p, scale3(load3(table.work, EDGE + k), 0.5 / written))
     depth = dot3(n, sub3(support(model, table, g, n), p))
+    if count == 1:
+        edge = load3(table.work, EDGE)
+        start = sub3(p, scale3(edge, 0.5))
+        low, high = part_within_face(model, table, g, n, start, edge)
+        p = add3(start, scale3(edge, 0.5 * (low + high)))
+        return low <= high, n, depth, add3(p, scale3(n, depth)), p
     p_g = add3(p, scale3(n, depth))
     return within_face(model, table, g, n, p_g, 0.0), n, depth, p_g, p
 

@@ -210,3 +210,28 @@ def within_face(model, table, g, n_W, x, margin):
         if dot3(outward, sub3(x, a)) > -margin * sqrt(dot3(outward, outward)):
             return False
     return True
+
+
+@kernel(outline=True)
+def part_within_face(model, table, g, n_W, x, edge):
+    """(t, u) so that the points from x + t edge to x + u edge lie over the face of g with normal n_W; t > u if none do.
+
+    The corners of the face stay in POLYGON_A.
+    """
+    low = 0.0
+    high = 1.0
+    sides = shown_feature(model, table, g, n_W, POLYGON_A)
+    for k in range(sides):
+        a = load3(table.work, POLYGON_A + k)
+        outward = cross3(sub3(load3(table.work, POLYGON_A + (k + 1) % sides), a), n_W)
+        height = dot3(outward, sub3(x, a))
+        rise = dot3(outward, edge)
+        if rise > 0.0:
+            if high * rise > -height:
+                high = -height / rise
+        elif rise < 0.0:
+            if low * rise > -height:
+                low = -height / rise
+        elif height > 0.0:
+            return 1.0, 0.0
+    return low, high
