@@ -45,7 +45,8 @@ class CoulombFriction:
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, CoulombFriction):
             return NotImplemented
-        return self._static == other._static and self._dynamic == other._dynamic
+        mine, theirs = (self._static, self._dynamic), (other._static, other._dynamic)
+        return all(plain(a) == plain(b) for a, b in zip(mine, theirs))
 
     def __hash__(self) -> int:
         return hash((plain(self._static), plain(self._dynamic)))

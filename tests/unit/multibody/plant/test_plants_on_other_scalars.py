@@ -152,3 +152,15 @@ def test_bodies_name_their_instance_where_there_are_several():
     with pytest.raises(RuntimeError, match="explicit model instance"):
         plant.AddRigidBody("after")
     assert plant.AddRigidBody("after", instance).model_instance() == instance
+
+
+@pytest.mark.parametrize("T", [AutoDiffXd, Expression])
+def test_answers_are_of_the_scalar_throughout(T):
+    plant = made("planar", T, "converted")
+    context = plant.CreateDefaultContext()
+    for answer in (
+        plant.CalcMassMatrix(context),
+        plant.CalcBiasTerm(context),
+        plant.CalcGravityGeneralizedForces(context),
+    ):
+        assert is_of(T, answer)

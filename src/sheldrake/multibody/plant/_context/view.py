@@ -77,7 +77,7 @@ class View:
 
     def zeros(self, *shape: int) -> np.ndarray:
         """An array of zeros of the context's scalar type."""
-        return np.zeros(shape) if self.dtype == float else np.full(shape, 0.0, dtype=object)
+        return np.zeros(shape) if self.dtype == float else np.full(shape, self.T(0.0), dtype=object)
 
     def buffer(self, name: str, *shape: int) -> np.ndarray:
         """An array that is always the same for this view, for kernels to read or fill."""
