@@ -64,7 +64,9 @@ def subtract_product(L, C, A, B, rows, columns, inner):
     else:
         for b in range(columns):
             for c in range(inner):
-                subtract_scaled(L, C + rows * b, L[B + columns * c + b], A + rows * c, rows)
+                s = L[B + columns * c + b]
+                for a in range(rows):
+                    L[C + rows * b + a] -= L[A + rows * c + a] * s
 
 
 @kernel
@@ -102,7 +104,9 @@ def divide_by_diagonal(L, B, rows, D, n):
     else:
         for c in range(n):
             for e in range(c):
-                subtract_scaled(L, B + rows * c, L[D + n * e + c], B + rows * e, rows)
+                s = L[D + n * e + c]
+                for a in range(rows):
+                    L[B + rows * c + a] -= L[B + rows * e + a] * s
             s = L[D + n * c + c]
             for a in range(rows):
                 L[B + rows * c + a] *= s

@@ -85,6 +85,12 @@ def mul_A(model, problem, source, target):
             x[target, k] = y_k
 
 
+@kernel(outline=True)
+def multiply_A(model, problem, source, target):
+    """`mul_A`, compiled once for all but the first call of a step."""
+    mul_A(model, problem, source, target)
+
+
 @kernel
 def apply_contact_impulses(model, problem, contacts):
     """Impulses and G at the present vc; adds J^T gamma to x[J_GAMMA].

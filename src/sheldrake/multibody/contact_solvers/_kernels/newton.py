@@ -8,7 +8,7 @@ import numpy as np
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
 from sheldrake.multibody.contact_solvers._kernels.friction_dual import follow_duals, guess_duals
-from sheldrake.multibody.contact_solvers._kernels.gradient import evaluate, mul_A
+from sheldrake.multibody.contact_solvers._kernels.gradient import evaluate, multiply_A
 from sheldrake.multibody.contact_solvers._kernels.hessian import newton_direction, renew_factor
 from sheldrake.multibody.contact_solvers._kernels.line_search import (
     COST_ABSOLUTE,
@@ -103,7 +103,7 @@ def advance(model, problem, contacts, rows, alpha):
 def direction(model, problem, contacts, rows, factor):
     """The factor's Newton direction in x[DV], A dv, and the change of the constraint velocities along it."""
     newton_direction(model, problem, factor)
-    mul_A(model, problem, DV, A_DV)
+    multiply_A(model, problem, DV, A_DV)
     contact_velocities(problem, contacts, DV, DVC)
     row_velocities(problem, rows, DV, ROW_DVC)
 

@@ -113,7 +113,7 @@ def trees_of_six(model, index, c):
     return n if index[c, WIDTH] == SIX * n else np.int64(0)
 
 
-@kernel
+@kernel(outline=True)
 def contact_delassus(problem, contacts, c):
     """w = |J diag(1/A) J^T|_F / 3 of one contact [1/kg]."""
     sixes = contacts.index[c, SIXES]

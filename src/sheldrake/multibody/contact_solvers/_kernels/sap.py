@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import dot3, load3_at, store3_at
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.gradient import evaluate, judge, mul_A
+from sheldrake.multibody.contact_solvers._kernels.gradient import evaluate, judge, mul_A, multiply_A
 from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
 from sheldrake.multibody.contact_solvers._kernels.newton import iterate, iterate_to_rest, polish
 from sheldrake.multibody.contact_solvers._kernels.problem import (
@@ -53,21 +53,24 @@ NEARLY_STILL = np.float64(1e-8)  # (momentum over impulse of a step)^2 below whi
 
 
 @kernel
-def go_to_v0(model, problem, rows):
-    """v = v0, its momenta and the velocities of the scalar rows; those of the contacts `prepare` has made."""
+def put_v0(model, problem):
+    """v = v0."""
     for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
         t = problem.tree[place, TREE_ORDER]
         first = model.tree[t, FIRST_DOF]
         for k in range(first, first + model.tree[t, NUM_DOFS]):
             problem.x[V, k] = problem.x[V0, k]
-    mul_A(model, problem, V, P)
-    row_velocities(problem, rows, V, ROW_VC)
 
 
 @kernel
 def start(model, problem, rows):
-    """The first iterate v0; completes p* = A v*."""
-    go_to_v0(model, problem, rows)
+    """The first iterate v0 with its momenta and the velocities of the rows; completes p* = A v*.
+
+    The velocities of the contacts `prepare` has made.
+    """
+    put_v0(model, problem)
+    mul_A(model, problem, V, P)
+    row_velocities(problem, rows, V, ROW_VC)
     for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
         t = problem.tree[place, TREE_ORDER]
         first = model.tree[t, FIRST_DOF]
@@ -94,7 +97,9 @@ def try_rest(model, problem, contacts, rows):
         rows.state[r, ROW_VC] = 0.0
     excess, _, _ = evaluate(model, problem, contacts, rows)
     if not excess <= 1.0:
-        go_to_v0(model, problem, rows)
+        put_v0(model, problem)
+        multiply_A(model, problem, V, P)
+        row_velocities(problem, rows, V, ROW_VC)
         contact_velocities(problem, contacts, V, VC)
         evaluate(model, problem, contacts, rows)
 

@@ -72,7 +72,7 @@ def velocity_of_any(contacts, c, x, row):
     return (ux, uy, uz)
 
 
-@kernel
+@kernel(outline=True)
 def contact_velocities(problem, contacts, row, column):
     """`contact_velocity` of the island's contacts."""
     for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
