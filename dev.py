@@ -22,7 +22,7 @@ EVERYTHING = "[kernels,meshcat,test,lint,docs,peers]"
 EXTRAS = dict.fromkeys(("test", "lint", "bench", "endure"), EVERYTHING)
 EXTRAS |= {
     "demo": "[kernels]",
-    "docs": "[docs]",
+    "docs": "[docs,gym]",
     "foreign": "[kernels,test,foreign]",
     "robots": "[kernels,test,peers,robots]",
 }
