@@ -37,29 +37,13 @@ def _visualization() -> dict[str, Any]:
 
 
 def _geometry() -> dict[str, Any]:
-    import numpy as np
-
     from sheldrake.geometry import (
         AddCompliantHydroelasticProperties,
         AddCompliantHydroelasticPropertiesForHalfSpace,
         DrakeVisualizer,
         MeshcatPointCloudVisualizer,
         MeshcatVisualizer,
-        ReadObjToTriangleSurfaceMesh,
-        SurfaceTriangle,
-        TriangleSurfaceMesh,
     )
-
-    class SurfaceVertex(np.ndarray):
-        """Retired: vertices are positions. The position r_MV [m] of a vertex in the mesh's frame, shape (3,)."""
-
-        def __new__(cls, r_MV: Any) -> SurfaceVertex:
-            hint("SurfaceVertex is retired: a vertex of a TriangleSurfaceMesh is its position.")
-            return np.asarray(r_MV, dtype=float).reshape(3).view(cls)
-
-        def r_MV(self) -> np.ndarray:
-            """The position [m], shape (3,)."""
-            return np.array(self)
 
     class MeshcatPointCloudVisualizerCpp(MeshcatPointCloudVisualizer):
         """Retired: use `MeshcatPointCloudVisualizer`."""
@@ -86,6 +70,7 @@ def _geometry() -> dict[str, Any]:
         "MeshcatPointCloudVisualizerCpp": MeshcatPointCloudVisualizerCpp,
         "MeshcatVisualizerCpp": MeshcatVisualizerCpp,
         **_cameras(),
+        **_surface_meshes(),
         "ConnectDrakeVisualizer": ConnectDrakeVisualizer,
         "AddSoftHydroelasticProperties": forwarded(
             AddCompliantHydroelasticProperties,
@@ -97,9 +82,28 @@ def _geometry() -> dict[str, Any]:
             "AddSoftHydroelasticPropertiesForHalfSpace",
             "AddCompliantHydroelasticPropertiesForHalfSpace()",
         ),
-        "ReadObjToSurfaceMesh": forwarded(
-            ReadObjToTriangleSurfaceMesh, "ReadObjToSurfaceMesh", "ReadObjToTriangleSurfaceMesh()"
-        ),
+    }
+
+
+def _surface_meshes() -> dict[str, Any]:
+    import numpy as np
+
+    from sheldrake.geometry import ReadObjToTriangleSurfaceMesh, SurfaceTriangle, TriangleSurfaceMesh
+
+    class SurfaceVertex(np.ndarray):
+        """Retired: vertices are positions. The position r_MV [m] of a vertex in the mesh's frame, shape (3,)."""
+
+        def __new__(cls, r_MV: Any) -> SurfaceVertex:
+            hint("SurfaceVertex is retired: a vertex of a TriangleSurfaceMesh is its position.")
+            return np.asarray(r_MV, dtype=float).reshape(3).view(cls)
+
+        def r_MV(self) -> np.ndarray:
+            """The position [m], shape (3,)."""
+            return np.array(self)
+
+    read = forwarded(ReadObjToTriangleSurfaceMesh, "ReadObjToSurfaceMesh", "ReadObjToTriangleSurfaceMesh()")
+    return {
+        "ReadObjToSurfaceMesh": read,
         "SurfaceFace": SurfaceTriangle,
         "SurfaceMesh": TriangleSurfaceMesh,
         "SurfaceVertex": SurfaceVertex,

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._names import name_parts_after
 from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.contact_settings import ContactSettings
 from sheldrake.multibody.plant._building.finalize import Finalization
@@ -216,3 +217,6 @@ class MultibodyPlant(
     @property
     def _dtype(self) -> Any:
         return float if self._scalar is float else object
+
+
+name_parts_after(MultibodyPlant, LeafSystem)

@@ -76,7 +76,10 @@ def _unit_axis(joint: Joint, axis: Any) -> np.ndarray:
     axis = vector(type(joint).__name__, "axis", axis, 3).astype(float)
     length = float(np.linalg.norm(axis))
     if not length >= np.sqrt(np.finfo(float).eps):
-        raise RuntimeError(f"{joint.kTypeName.capitalize()} joint axis vector must have nonzero length.")
+        kind = joint.kTypeName.capitalize()
+        raise RuntimeError(
+            f"{kind} joint axis vector must have nonzero length; that of joint {joint.name()!r} is {axis.tolist()}."
+        )
     return axis / length
 
 

@@ -37,14 +37,26 @@ class _License:
         """Does nothing: there is nothing to give back."""
 
 
-class GurobiSolver(_Unavailable):
+class _Licensed(_Unavailable):
+    """A solver that asks for a license."""
+
+    _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
+    License = _License
+
+    @classmethod
+    def AcquireLicense(cls) -> _License:
+        """Gives no license.
+
+        Raises:
+            RuntimeError: always.
+        """
+        raise RuntimeError(f"{cls.__name__}.AcquireLicense(): {cls._name} is not available in this build.")
+
+
+class GurobiSolver(_Licensed):
     """Gurobi; never available."""
 
     _name = "Gurobi"
-    _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
-
-    class License(_License):
-        """A license of Gurobi; there is none to be had."""
 
     class SolveStatusInfo:
         """What a running solve tells its callbacks."""
@@ -52,15 +64,6 @@ class GurobiSolver(_Unavailable):
         def __init__(self) -> None:
             self.reported_runtime = self.current_objective = self.best_objective = self.best_bound = 0.0
             self.explored_node_count = self.feasible_solutions_count = 0
-
-    @staticmethod
-    def AcquireLicense() -> _License:
-        """Gives no license.
-
-        Raises:
-            RuntimeError: always.
-        """
-        raise RuntimeError("GurobiSolver.AcquireLicense(): Gurobi is not available in this build.")
 
     def AddMipNodeCallback(self, callback: Callable) -> None:
         """Sets a function to be called at nodes of the search tree; it never is."""
@@ -80,23 +83,10 @@ class GurobiSolverDetails(NamedTuple):
     objective_bound: float
 
 
-class MosekSolver(_Unavailable):
+class MosekSolver(_Licensed):
     """MOSEK; never available."""
 
     _name = "MOSEK"
-    _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
-
-    class License(_License):
-        """A license of MOSEK; there is none to be had."""
-
-    @staticmethod
-    def AcquireLicense() -> _License:
-        """Gives no license.
-
-        Raises:
-            RuntimeError: always.
-        """
-        raise RuntimeError("MosekSolver.AcquireLicense(): MOSEK is not available in this build.")
 
 
 class MosekSolverDetails(NamedTuple):

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._kinds import anything, instance_of
+from sheldrake.common._names import name_parts_after
 from sheldrake.common._overloads import expect, incompatible, overload, overloaded
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import BindingBase, as_kind
@@ -226,3 +227,6 @@ class MathematicalProgram(ProgramVariables, ProgramCosts, ProgramConstraints, Pr
 
 for _name in (*_COSTS, *_CONSTRAINTS, "visualization_callbacks"):
     setattr(MathematicalProgram, _name, _list_getter(_name))
+
+
+name_parts_after(MathematicalProgram, object)

@@ -170,8 +170,9 @@ class DiagramBuilder:
         self._not_built("Connect")
         if not isinstance(output, OutputPort) or not isinstance(input, InputPort):
             raise TypeError(
-                f"Connect(): incompatible function arguments: expected (OutputPort, InputPort), got "
-                f"({output!r}, {input!r})"
+                "DiagramBuilder.Connect(): incompatible function arguments: expected (OutputPort, InputPort), got "
+                f"({type(output).__name__}, {type(input).__name__}). Systems give their ports by get_output_port() and "
+                "get_input_port(), or by name with GetOutputPort() and GetInputPort()."
             )
         self._free(input, "Connect")
         self._has(output.get_system(), "Connect")
