@@ -204,6 +204,28 @@ def test_the_end_of_a_capsule_at_an_edge_is_as_deep_as_it_is(lower, tilt):
     assert rows[:, 11].max() == pytest.approx(exact, rel=0.01)
 
 
+@pytest.mark.parametrize("overlap", [1e-3, 0.01, 0.1, 0.25])
+@pytest.mark.parametrize("aside", [0.0, 1e-9, 1e-3, 0.02])
+@pytest.mark.parametrize("seed", range(3))
+def test_capsules_end_to_end_are_as_deep_as_they_are(overlap, aside, seed):
+    R = RollPitchYaw(np.random.default_rng(seed).normal(size=3)).ToRotationMatrix()
+    apart = np.array([aside, 0.0, 0.7 + 0.4 - overlap])  # of the middles; 0.4 - overlap of the ends
+    rows = Scene([g.Capsule(0.2, 0.7)] * 2).contacts(
+        RigidTransform(R, [1, 2, 3]), RigidTransform(R, [1, 2, 3] + R @ apart)
+    )
+    assert len(rows) == 1
+    assert rows[0, 11] == pytest.approx(0.4 - np.hypot(aside, 0.4 - overlap), abs=1e-9)
+
+
+@pytest.mark.parametrize("tilt", [0.0, 1e-6, 5e-3])
+def test_capsules_side_by_side_touch_in_two_points(tilt):
+    lying = RollPitchYaw(0, np.pi / 2, 0).ToRotationMatrix()
+    tilted = RollPitchYaw(0, np.pi / 2 + tilt, 0).ToRotationMatrix()
+    shapes = [g.Capsule(0.2, 0.7)] * 2
+    rows = Scene(shapes).contacts(RigidTransform(lying, [0, 0, 0]), RigidTransform(tilted, [0.2, 0, 0.395]))
+    assert len(rows) == 2 and np.ptp(rows[:, 2]) == pytest.approx(0.5, abs=0.01)
+
+
 def test_crossed_edges_touch_at_one_point():
     X = RigidTransform(RollPitchYaw(np.pi / 4, 0, 0).ToRotationMatrix(), [0, 0, 0])
     Y = RigidTransform(RollPitchYaw(0, np.pi / 4, 0).ToRotationMatrix(), [0, 0, np.sqrt(2) - 1e-3])

@@ -82,7 +82,18 @@ def touching_features(model, table, i, j, nhat_ji, depth):
         emitted = face_contacts(model, table, i, j, out_i, scale3(nhat_ji, -1.0), depth)
     if flat_i or flat_j:
         return emitted
-    return edge_contacts(model, table, i, j, nhat_ji)
+    return edge_contacts(model, table, i, j, nhat_ji, depth)
+
+
+@kernel
+def shortfall(model, i, j, depth):
+    """By how much the deepest point of two features may be less deep than the shapes, of round-off and facets [m]."""
+    short = _SHORT * (absolute(depth) + model.margin[SEVERAL]) + _LEVEL * (model.size[i, BOUND] + model.size[j, BOUND])
+    if model.geometry[i, KIND] == CYLINDER:
+        short += _FACETED * model.size[i, RADIUS]
+    if model.geometry[j, KIND] == CYLINDER:
+        short += _FACETED * model.size[j, RADIUS]
+    return short
 
 
 @kernel(outline=True)
@@ -96,14 +107,7 @@ def face_contacts(model, table, ref, inc, out, nhat, depth):
     for k in range(count):
         if table.work[CANDIDATE + k, 3] > deepest:
             deepest = table.work[CANDIDATE + k, 3]
-    short = _SHORT * (absolute(depth) + model.margin[SEVERAL]) + _LEVEL * (
-        model.size[ref, BOUND] + model.size[inc, BOUND]
-    )
-    if model.geometry[ref, KIND] == CYLINDER:
-        short += _FACETED * model.size[ref, RADIUS]
-    if model.geometry[inc, KIND] == CYLINDER:
-        short += _FACETED * model.size[inc, RADIUS]
-    if deepest < depth - short:
+    if deepest < depth - shortfall(model, ref, inc, depth):
         return 0
     return emit_four(model, table, inc, ref, out, count)
 
@@ -247,8 +251,11 @@ def emit_candidate(model, table, i, j, nhat_ji, k):
 
 
 @kernel(outline=True)
-def edge_contacts(model, table, i, j, nhat_ji):
-    """Two points of two edges (cylinder sides, capsules) that overlap side by side; 0 if they do not."""
+def edge_contacts(model, table, i, j, nhat_ji, depth):
+    """Two points of two edges (cylinder sides, capsules) that overlap side by side, as deep as the shapes; else 0.
+
+    Capsules that touch end to end, or an end on a side, show lines that lie apart.
+    """
     if shown_feature(model, table, i, scale3(nhat_ji, -1.0), POLYGON_A) != 2:
         return 0
     if shown_feature(model, table, j, nhat_ji, POLYGON_B) != 2:
@@ -273,16 +280,19 @@ def edge_contacts(model, table, i, j, nhat_ji):
         return 0
     count = 0
     least = least_depth(model, i, j)
+    deepest = -1e300
     for k in range(2):
         t = low if k == 0 else high
         p_i = add3(a, scale3(u, t))
         p_j = add3(b, scale3(v, (t - start) * uu / uv))
-        depth = dot3(nhat_ji, sub3(p_j, p_i))
-        if depth > least:
+        depth_k = dot3(nhat_ji, sub3(p_j, p_i))
+        if depth_k > deepest:
+            deepest = depth_k
+        if depth_k > least:
             count += 1
             store3(table.work, CANDIDATE + k, p_i)
-            table.work[CANDIDATE + k, 3] = depth
-    if count == 2:
+            table.work[CANDIDATE + k, 3] = depth_k
+    if count == 2 and deepest >= depth - shortfall(model, i, j, depth):
         for k in range(2):
             emit_candidate(model, table, i, j, nhat_ji, k)
         return 2
