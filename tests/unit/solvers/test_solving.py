@@ -153,8 +153,30 @@ def test_options_reach_the_solver():
     options.SetOption(ClarabelSolver.id(), "max_iter", 1)
     assert Solve(prog, None, options).get_solution_result() is SolutionResult.kIterationLimit
     prog.SetSolverOption(ClarabelSolver.id(), "no_such_option", 1)
-    with pytest.raises(ValueError, match="no_such_option"):
+    with pytest.raises(RuntimeError, match="not recognized: no_such_option"):
         Solve(prog)
+
+
+@pytest.mark.parametrize("solver", [ClarabelSolver, _Osqp, _Scs, NloptSolver], ids=lambda s: s.__name__)
+def test_options_that_a_solver_does_not_know(solver):
+    prog, _ = quadratic_program()
+    options = SolverOptions()
+    options.SetOption(solver.id(), "no_such_option", 1)
+    if not solver().available():
+        pytest.skip("not installed")
+    with pytest.raises(RuntimeError, match="not recognized: no_such_option"):
+        solver().Solve(prog, None, options)
+
+
+@pytest.mark.parametrize("name", ["Major Iterations Limit", "major iterations limit", "Major iterations limit"])
+def test_capitals_in_options_of_snopt(name):
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2)
+    prog.AddCost((1 - x[0]) ** 2 + 100 * (x[1] - x[0] ** 2) ** 2)
+    options = SolverOptions()
+    options.SetOption(SnoptSolver.id(), name, 2)
+    result = SnoptSolver().Solve(prog, [-1.0, 1.0], options)
+    assert result.get_solution_result() is SolutionResult.kIterationLimit
 
 
 def test_several_programs():

@@ -78,9 +78,8 @@ class ClarabelSolver(SolverInterface):
     def _settings(self, clarabel: Any, options: SolverOptions) -> Any:
         settings = clarabel.DefaultSettings()
         settings.verbose = self._prints(options)
-        for key, value in options._of(self._name).items():
-            if not hasattr(settings, key):
-                raise ValueError(f"Clarabel: unknown option {key!r}.")
+        known = [name for name in dir(settings) if not name.startswith("_")]
+        for key, value in self._given(options, known).items():
             kind = type(getattr(settings, key))
             setattr(settings, key, kind(value))
         return settings

@@ -5,6 +5,7 @@ A solver says which attributes of programs it takes, whether it is installed, an
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -143,14 +144,24 @@ class SolverInterface:
         """Values of the options of this solver, over their defaults.
 
         Raises:
-            ValueError: an option is not known.
+            RuntimeError: an option is not known.
         """
-        out = dict(known)
-        for key, value in options._of(self._name).items():
-            if key not in known:
-                raise ValueError(f"{self._name}: unknown option {key!r}; known are {sorted(known)}.")
-            out[key] = value
-        return out
+        return {**known, **self._given(options, known)}
+
+    def _given(self, options: SolverOptions, known: Iterable[str]) -> dict[str, Any]:
+        """The options given to this solver.
+
+        Raises:
+            RuntimeError: one of them is not among the known ones.
+        """
+        given = options._of(self._name)
+        unknown = given.keys() - set(known)
+        if unknown:
+            raise RuntimeError(
+                f"{self._name}: the following solver option names were not recognized: {', '.join(sorted(unknown))}. "
+                f"Known are {', '.join(sorted(known))}."
+            )
+        return dict(given)
 
     @staticmethod
     def _prints(options: SolverOptions) -> bool:

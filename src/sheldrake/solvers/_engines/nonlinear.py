@@ -251,18 +251,18 @@ _SNOPT_INFO = {
 class SnoptSolver(_NonlinearSolver):
     """Solves nonlinear programs by sequential quadratic programming: a trust region and Clarabel, or SciPy's SLSQP.
 
-    Options that are understood: "Major iterations limit", "Major optimality tolerance",
+    Options that are understood, in small letters or capitals: "Major iterations limit", "Major optimality tolerance",
     "Major feasibility tolerance"; others are accepted without effect.
     """
 
     _name = "SNOPT"
 
     def _read(self, options: SolverOptions) -> Settings:
-        given = options._of(self._name)
+        given = {key.lower(): value for key, value in options._of(self._name).items()}
         return Settings(
-            optimality=min(1e-9, _number(given, "Major optimality tolerance", 1e-6) * 1e-3),
-            feasibility=_number(given, "Major feasibility tolerance", 1e-6),
-            iterations=int(_number(given, "Major iterations limit", 1000)),
+            optimality=min(1e-9, _number(given, "major optimality tolerance", 1e-6) * 1e-3),
+            feasibility=_number(given, "major feasibility tolerance", 1e-6),
+            iterations=int(_number(given, "major iterations limit", 1000)),
             prints=self._prints(options),
         )
 
@@ -362,7 +362,17 @@ class NloptSolver(_NonlinearSolver):
         return "algorithm"
 
     def _read(self, options: SolverOptions) -> Settings:
-        given = options._of(self._name)
+        given = self._given(
+            options,
+            [
+                self.ConstraintToleranceName(),
+                self.XRelativeToleranceName(),
+                self.XAbsoluteToleranceName(),
+                self.MaxEvalName(),
+                self.MaxTimeName(),
+                self.AlgorithmName(),
+            ],
+        )
         return Settings(
             feasibility=_number(given, self.ConstraintToleranceName(), 1e-6),
             iterations=int(_number(given, self.MaxEvalName(), 1000)),

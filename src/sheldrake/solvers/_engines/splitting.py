@@ -20,6 +20,18 @@ from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import CONIC, LINEAR, quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
 
+_OSQP_OPTIONS = (
+    "adaptive_rho", "adaptive_rho_fraction", "adaptive_rho_interval", "adaptive_rho_tolerance", "alpha",
+    "check_dualgap", "check_termination", "delta", "eps_abs", "eps_dual_inf", "eps_prim_inf", "eps_rel",
+    "linsys_solver", "max_iter",
+    "polish", "polish_refine_iter", "polishing", "rho", "rho_is_vec", "scaled_termination", "scaling", "sigma",
+    "time_limit", "verbose", "warm_starting",
+)  # fmt: skip
+_SCS_OPTIONS = (
+    "acceleration_interval", "acceleration_lookback", "adaptive_scale", "alpha", "eps_abs", "eps_infeas", "eps_rel",
+    "log_csv_filename", "max_iters", "normalize", "rho_x", "scale", "time_limit_secs", "verbose", "write_data_filename",
+)  # fmt: skip
+
 
 class OsqpSolverDetails(NamedTuple):
     """What OSQP tells of a solve; times in s."""
@@ -93,12 +105,14 @@ class OsqpSolver(SolverInterface):
         M = vstack((M, identity(prog.num_vars()))) if boxed else M
         lower = np.concatenate((low, x_low)) if boxed else low
         upper = np.concatenate((high, x_high)) if boxed else high
-        settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "max_iter": 100000, "polishing": True, **options._of(self._name)}
+        settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "max_iter": 100000, "polishing": True}
+        settings["verbose"] = self._prints(options)
+        settings.update(self._given(options, _OSQP_OPTIONS))
         if "polish" in settings:
             settings["polishing"] = bool(settings.pop("polish"))
         solver = osqp.OSQP()
         P = triu(csc_matrix(Q), format="csc")
-        solver.setup(P, c, csc_matrix(M), lower, upper, verbose=self._prints(options), **settings)
+        solver.setup(P, c, csc_matrix(M), lower, upper, **settings)
         found = solver.solve(raise_error=False)
         result._details = _osqp_details(found.info, found.y)
         outcome = _OSQP_RESULTS.get(found.info.status, SolutionResult.kSolverSpecificError)
@@ -179,7 +193,8 @@ class ScsSolver(SolverInterface):
             else:
                 cones["q" if cone.kind == "second_order" else "s"].append(cone.size)
         data = {"P": triu(form.P(), format="csc"), "A": form.A()[order].tocsc(), "b": form.b[order], "c": form.q}
-        settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "verbose": self._prints(options), **options._of(self._name)}
+        settings = {"eps_abs": 1e-8, "eps_rel": 1e-8, "verbose": self._prints(options)}
+        settings.update(self._given(options, _SCS_OPTIONS))
         found = scs.SCS(data, cones, **settings).solve()
         z = np.empty(len(order))
         z[order] = found["y"]

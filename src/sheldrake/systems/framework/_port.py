@@ -216,7 +216,7 @@ class InputPort(_Port):
             value: A vector, or what the abstract port carries, or an AbstractValue of it.
 
         Raises:
-            RuntimeError: a vector of another size.
+            RuntimeError: a vector of another size, or an AbstractValue of something else.
             TypeError: something of another type.
         """
         node = self._node_in(context)
@@ -227,7 +227,7 @@ class InputPort(_Port):
         declaration = self._declaration
         if slot.vector:
             if isinstance(value, AbstractValue):
-                value = value.get_value()
+                value = _vector_in(value)
             fresh = value if isinstance(value, BasicVector) else _coerced(value, store)
             if fresh.size() != declaration.size:
                 name = "drake::systems::BasicVector<double>"
@@ -269,6 +269,16 @@ def _on_scalar(model: AbstractValue, scalar: type) -> AbstractValue:
         return model
     one = template[scalar]()
     return AbstractValue.Make([one] if is_list else one)
+
+
+def _vector_in(value: AbstractValue) -> Any:
+    try:
+        return as_vector(value.get_value())
+    except TypeError:
+        raise RuntimeError(
+            f"FixValue(): the given AbstractValue containing type {type(value.get_value()).__name__} is not suitable "
+            "for storage as a vector."
+        ) from None
 
 
 def _coerced(value: Any, store: Store) -> BasicVector:

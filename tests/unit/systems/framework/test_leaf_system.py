@@ -187,6 +187,17 @@ def test_abstract_state_is_updated_whole_or_not_at_all(native):
         system.get_output_port(1).Eval(context)
 
 
+def test_vector_input_takes_abstract_values_of_vectors():
+    system = LeafSystem()
+    port = system.DeclareVectorInputPort("u", 2)
+    context = system.CreateDefaultContext()
+    port.FixValue(context, Value(BasicVector([1.0, 2.0])))
+    assert port.Eval(context).tolist() == [1.0, 2.0]
+    with pytest.raises(RuntimeError, match="containing type str is not suitable"):
+        port.FixValue(context, Value("x"))
+    assert port.Eval(context).tolist() == [1.0, 2.0]
+
+
 def test_abstract_input_takes_what_its_model_takes():
     system = Abstract()
     context = system.CreateDefaultContext()
