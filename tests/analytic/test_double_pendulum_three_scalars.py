@@ -65,7 +65,7 @@ def test_symbols_give_the_textbook(plant):
 def test_floats_duals_and_symbols_agree(plant):
     x = MakeVectorContinuousVariable(4, "x")
     symbolic = quantities(plant.ToSymbolic(), x * 1)
-    gradient = Jacobian(symbolic.ravel(), x)
+    gradient = Jacobian(symbolic.ravel(order="F"), x)
     autodiff = plant.ToAutoDiffXd()
     for seed in range(3):
         state = np.random.default_rng(seed).uniform(-2, 2, 4)
