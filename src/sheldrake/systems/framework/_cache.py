@@ -33,15 +33,14 @@ class CacheEntryValue:
 
     _entry: CacheEntry
     _context: Any
-    _mutable: bool
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("CacheEntryValue: No constructor defined!")
 
     @classmethod
-    def _make(cls, entry: CacheEntry, context: Any, mutable: bool) -> CacheEntryValue:
+    def _make(cls, entry: CacheEntry, context: Any) -> CacheEntryValue:
         value = object.__new__(cls)
-        value._entry, value._context, value._mutable = entry, context, mutable
+        value._entry, value._context = entry, context
         return value
 
     def GetValueOrThrow(self) -> Any:
@@ -58,6 +57,17 @@ class CacheEntryValue:
         """The kept object, to be changed; it is taken for up to date after."""
         entry, context = self._entry, self._context
         return entry._kept(context).get_mutable_value()
+
+
+class _Record:
+    """What a root context keeps for a cache entry of one of its systems."""
+
+    __slots__ = ("enabled", "keys", "level", "stamp", "value")
+
+    def __init__(self, enabled: bool, level: int, keys: tuple):
+        self.value: AbstractValue | None = None
+        self.stamp: tuple | None = None  # of the store, when the value was computed
+        self.enabled, self.level, self.keys = enabled, level, keys
 
 
 class CacheEntry:
@@ -104,8 +114,7 @@ class CacheEntry:
 
     # The value in one context.
 
-    def _record(self, context: Any) -> list:
-        """[value, stamp or None, enabled, level, keys]."""
+    def _record(self, context: Any) -> _Record:
         self._system.ValidateContext(context)
         store, key = context._store, (context._node, self._number)
         record = store.cache.get(key)
@@ -114,7 +123,7 @@ class CacheEntry:
 
             needs = expand_tickets(self._system, self._declaration.tickets)
             level, keys = freshness(store.layout, context._node, needs)
-            record = store.cache[key] = [None, None, self._declaration.enabled, level, keys]
+            record = store.cache[key] = _Record(self._declaration.enabled, level, keys)
         return record
 
     def _row(self, context: Any) -> int:
@@ -129,9 +138,9 @@ class CacheEntry:
         if self._declaration.output >= 0:
             return self._system.get_output_port(self._declaration.output).EvalAbstract(context)
         record = self._record(context)
-        if record[0] is None:
-            record[0] = _as_value(self._declaration.allocate(self._system), self._name())
-        return record[0]
+        if record.value is None:
+            record.value = _as_value(self._declaration.allocate(self._system), self._name())
+        return record.value
 
     def is_out_of_date(self, context: Any) -> bool:
         """Whether it must be computed anew."""
@@ -139,23 +148,25 @@ class CacheEntry:
         if r >= 0:
             return store.i[store.layout.stamp0 + r] != store.i[store.layout._stamps[r]]
         record = self._record(context)
-        return record[1] != store.stamp(record[3], record[4])
+        return record.stamp != store.stamp(record.level, record.keys)
 
     def EvalAbstract(self, context: Any) -> AbstractValue:
         """The value as an AbstractValue, computed if needed."""
         if self._declaration.output >= 0:
             return self._system.get_output_port(self._declaration.output).EvalAbstract(context)
         store, record = context._store, self._record(context)
-        stamp = store.stamp(record[3], record[4])
-        if record[1] == stamp and record[2] and not store.uncached:
-            return record[0]
+        stamp = store.stamp(record.level, record.keys)
+        if (
+            record.stamp == stamp
+            and record.value is not None
+            and ((record.enabled and not store.uncached) or store.frozen)
+        ):
+            return record.value
         if store.frozen:
-            if record[1] == stamp:
-                return record[0]
             raise RuntimeError(f"CacheEntry.Eval(): the cache is frozen, but {self._name()} is out of date.")
         value = self._kept(context)
         self._declaration.calc(self._system, context, value)
-        record[1] = stamp
+        record.stamp = stamp
         return value
 
     def Eval(self, context: Any) -> Any:
@@ -164,11 +175,11 @@ class CacheEntry:
 
     def get_cache_entry_value(self, context: Any) -> CacheEntryValue:
         """The kept value, to look at."""
-        return CacheEntryValue._make(self, context, False)
+        return CacheEntryValue._make(self, context)
 
     def get_mutable_cache_entry_value(self, context: Any) -> CacheEntryValue:
         """The kept value, to change."""
-        return CacheEntryValue._make(self, context, True)
+        return CacheEntryValue._make(self, context)
 
     def disable_caching(self, context: Any) -> None:
         """Computes it anew whenever it is asked for in this context."""
@@ -176,19 +187,19 @@ class CacheEntry:
             context._store._cold.add(r)
             context._store.forget_readers()
         else:
-            self._record(context)[2] = False
+            self._record(context).enabled = False
 
     def enable_caching(self, context: Any) -> None:
         """Undoes `disable_caching`."""
         if (r := self._row(context)) >= 0:
             context._store._cold.discard(r)
         else:
-            self._record(context)[2] = True
+            self._record(context).enabled = True
 
     def is_cache_entry_disabled(self, context: Any) -> bool:
         """Whether it is computed whenever it is asked for in this context."""
         r = self._row(context)
-        return r in context._store._cold if r >= 0 else not self._record(context)[2]
+        return r in context._store._cold if r >= 0 else not self._record(context).enabled
 
     def disable_caching_by_default(self) -> None:
         """Computes it whenever it is asked for, in contexts made from now on."""
