@@ -16,6 +16,7 @@ from ._model.description import (
     DistanceConstraintDescription,
     FrameDescription,
     FrameReference,
+    GeometryDescription,
     JointDescription,
     ModelDescription,
     SpringDamperDescription,
@@ -159,8 +160,21 @@ class ModelBuilder:
                 instance.set_perception_properties(visual.perception)
             self._call(visual, self._plant.RegisterVisualGeometry, body, instance)
         for shape in description.collisions:
+            self._check_mesh(shape)
             self._call(
                 shape, self._plant.RegisterCollisionGeometry, body, shape.X_BG, shape.shape, shape.name, shape.proximity
+            )
+
+    def _check_mesh(self, collision: GeometryDescription) -> None:
+        """Refuses a mesh that could not be read when contacts are sought, where the message has no line."""
+        from sheldrake.geometry import Convex, Mesh
+        from sheldrake.geometry._meshes.mesh_files import SUPPORTED
+
+        if isinstance(collision.shape, (Mesh, Convex)) and collision.shape.extension() not in SUPPORTED:
+            file = collision.shape.source().description()
+            known = ", ".join(SUPPORTED)
+            self._policy.Error(
+                collision, f"The collision mesh '{file}' has an unknown file type; those that can be read are {known}."
             )
 
     def _frame(self, reference: FrameReference):

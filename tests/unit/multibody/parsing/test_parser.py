@@ -395,3 +395,16 @@ def test_own_models_give_no_warnings(path, caplog):
     with caplog.at_level(logging.WARNING, logger="drake"):
         Parser(plant).AddModels(path)
     assert caplog.records == []
+
+
+def test_a_collision_mesh_of_an_unknown_type_is_refused_where_it_stands(tmp_path):
+    (tmp_path / "a.msh").write_text("")
+    mesh = '<geometry><mesh filename="a.msh"/></geometry>'
+    path = tmp_path / "robot.urdf"
+    path.write_text(f'<robot name="r">\n<link name="a">\n<collision>{mesh}</collision></link></robot>')
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 1e-3)
+    with pytest.raises(
+        ParseError, match=r"robot\.urdf:3:1: error: The collision mesh .*a\.msh.* unknown file type; .*\.obj"
+    ):
+        Parser(plant).AddModels(str(path))
+    assert plant.num_bodies() == 1 and scene_graph.model_inspector().num_geometries() == 0
