@@ -23,9 +23,8 @@ from sheldrake.solvers._result import MathematicalProgramResult
 _OSQP_OPTIONS = (
     "adaptive_rho", "adaptive_rho_fraction", "adaptive_rho_interval", "adaptive_rho_tolerance", "alpha",
     "check_dualgap", "check_termination", "delta", "eps_abs", "eps_dual_inf", "eps_prim_inf", "eps_rel",
-    "linsys_solver", "max_iter",
-    "polish", "polish_refine_iter", "polishing", "rho", "rho_is_vec", "scaled_termination", "scaling", "sigma",
-    "time_limit", "verbose", "warm_starting",
+    "linsys_solver", "max_iter", "polish", "polish_refine_iter", "polishing", "rho", "rho_is_vec",
+    "scaled_termination", "scaling", "sigma", "time_limit", "verbose", "warm_starting",
 )  # fmt: skip
 _SCS_OPTIONS = (
     "acceleration_interval", "acceleration_lookback", "adaptive_scale", "alpha", "eps_abs", "eps_infeas", "eps_rel",

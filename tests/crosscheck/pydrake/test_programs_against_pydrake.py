@@ -1,0 +1,135 @@
+"""Programs as people write them, run with both libraries: what they would print is the same."""
+
+import importlib
+import types
+
+import numpy as np
+import pytest
+
+pytest.importorskip("pydrake")
+pytestmark = pytest.mark.peer
+
+LIBRARIES = [importlib.import_module(f"{name}.all") for name in ("sheldrake", "pydrake")]
+
+LINK = """
+<link name="link{i}"><inertial><origin xyz="0 0 0.15"/><mass value="{mass}"/>
+    <inertia ixx="0.03" iyy="0.03" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><origin xyz="0 0 0.15"/><geometry><sphere radius="0.06"/></geometry></collision></link>
+<joint name="j{i}" type="revolute"><parent link="{parent}"/><child link="link{i}"/><origin xyz="0 0 0.3"/>
+  <axis xyz="{axis}"/><limit lower="-2.5" upper="2.5" effort="100"/><dynamics damping="0.5"/></joint>
+<transmission><type>transmission_interface/SimpleTransmission</type><joint name="j{i}"/>
+  <actuator name="j{i}"/></transmission>
+"""
+
+
+def arm(name, links=4):
+    text = f'<robot name="{name}"><link name="base"/>'
+    for i in range(links):
+        parent, axis = f"link{i - 1}" if i else "base", "0 1 0" if i % 2 else "0 0 1"
+        text += LINK.format(i=i, mass=3.0 - 0.5 * i, parent=parent, axis=axis)
+    return text + "</robot>"
+
+
+def add_arm(m, plant, parser, name, x):
+    (instance,) = parser.AddModelsFromString(arm(name), "urdf")
+    base = plant.GetFrameByName("base", instance)
+    plant.WeldFrames(plant.world_frame(), base, m.RigidTransform([x, 0.0, 0.0]))
+    return instance
+
+
+def random_tree(m):
+    """An RRT of one's own around a post, and its path made shorter."""
+    builder = m.RobotDiagramBuilder(time_step=0.0)
+    plant = builder.plant()
+    instance = add_arm(m, plant, builder.parser(), "arm", 0.0)
+    friction = m.CoulombFriction(1.0, 1.0)
+    X_WPost = m.RigidTransform([0.5, 0.0, 0.6])
+    plant.RegisterCollisionGeometry(plant.world_body(), X_WPost, m.Box(0.15, 0.15, 0.9), "post", friction)
+    plant.Finalize()
+    checker = m.SceneGraphCollisionChecker(
+        model=builder.Build(), robot_model_instances=[instance], edge_step_size=0.05, env_collision_padding=0.01
+    )
+    start, goal = np.array([0.9, 1.2, 0.0, 0.4]), np.array([-0.9, 1.2, 0.0, 0.4])
+    rng = np.random.default_rng(3)
+    nodes, parents = [start], [-1]
+    for k in range(300):
+        q = goal if k % 8 == 0 else rng.uniform(-1.2, 1.2, 4)
+        nearest = int(np.argmin(np.linalg.norm(np.array(nodes) - q, axis=1)))
+        way = q - nodes[nearest]
+        if np.linalg.norm(way) < 1e-9:
+            break
+        new = nodes[nearest] + way * np.minimum(1.0, 0.4 / np.linalg.norm(way))
+        if checker.CheckEdgeCollisionFree(nodes[nearest], new):
+            nodes.append(new)
+            parents.append(nearest)
+    path, at = [], len(nodes) - 1
+    while at >= 0:
+        path.append(nodes[at])
+        at = parents[at]
+    clearance = [np.sort(checker.CalcRobotClearance(q, 0.4).distances())[:2] for q in path]
+    kept = [path[0]]
+    while not np.array_equal(kept[-1], path[-1]):
+        first = next(k for k, q in enumerate(path) if np.array_equal(q, kept[-1]))
+        kept.append(next(q for q in path[:first:-1] if checker.CheckEdgeCollisionFree(kept[-1], q)))
+    assert len(path) > 3, "the tree has grown"
+    return [len(nodes), len(path), *np.concatenate(clearance), *np.concatenate(kept)]
+
+
+def two_arms_and_a_linkage(m):
+    """Arms with PD control and torques by instance, and bodies held by every kind of constraint."""
+    builder = m.DiagramBuilder()
+    plant, _ = m.AddMultibodyPlantSceneGraph(builder, time_step=2e-3)
+    plant.set_discrete_contact_approximation(m.DiscreteContactApproximation.kSap)
+    parser = m.Parser(plant)
+    left, right = add_arm(m, plant, parser, "left", 0.0), add_arm(m, plant, parser, "right", 1.5)
+    for name in ("j0", "j1", "j2", "j3"):
+        gains = m.PdControllerGains(p=100.0, d=10.0)
+        plant.GetJointActuatorByName(name, left).set_controller_gains(gains)
+    linkage = plant.AddModelInstance("linkage")
+    inertia = m.SpatialInertia.SolidBoxWithMass(1.0, 0.5, 0.05, 0.05)
+    a, b, c, ball, weight = (plant.AddRigidBody(n, linkage, inertia) for n in ("a", "b", "c", "ball", "weight"))
+    beside = plant.AddFrame(m.FixedOffsetFrame("beside", plant.world_frame(), m.RigidTransform([0, 1, 0])))
+    ja = plant.AddJoint(m.RevoluteJoint("ja", plant.world_frame(), a.body_frame(), [0, 1, 0]))
+    jb = plant.AddJoint(m.RevoluteJoint("jb", beside, b.body_frame(), [0, 1, 0]))
+    plant.AddJoint(m.PrismaticJoint("jc", plant.world_frame(), c.body_frame(), [0, 0, 1])).set_default_translation(
+        -0.45
+    )
+    plant.AddCouplerConstraint(ja, jb, gear_ratio=-2.0, offset=0.3)
+    plant.AddDistanceConstraint(
+        body_A=a, p_AP=[0.2, 0, 0], body_B=c, p_BQ=[0, 0, 0], distance=0.4, stiffness=1e5, damping=100.0
+    )
+    plant.AddBallConstraint(body_A=b, p_AP=[0.25, 0, 0], body_B=ball, p_BQ=[0, 0, 0.1])
+    X_BallWeight = m.RigidTransform([0, 0, -0.1])
+    plant.AddWeldConstraint(body_A=ball, X_AP=X_BallWeight, body_B=weight, X_BQ=m.RigidTransform())
+    plant.SetDefaultFloatingBaseBodyPose(ball, m.RigidTransform([0.25, 1, -0.1]))
+    plant.SetDefaultFloatingBaseBodyPose(weight, m.RigidTransform([0.25, 1, -0.2]))
+    ja.set_default_angle(0.15)
+    plant.Finalize()
+    simulator = m.Simulator(builder.Build())
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.get_desired_state_input_port(left).FixValue(context, [0.3, 0.4, -0.2, 0.1, 0, 0, 0, 0])
+    plant.get_actuation_input_port(left).FixValue(context, [0, 0, 0.5, 0])
+    plant.get_actuation_input_port(right).FixValue(context, [1, -2, 0.3, 0.1])
+    found = []
+    for t in (0.1, 0.3, 0.5):
+        simulator.AdvanceTo(t)
+        found += [plant.GetPositionsAndVelocities(context, instance) for instance in (left, right, linkage)]
+        found.append(plant.get_net_actuation_output_port(left).Eval(context))
+        found.append(plant.EvalBodyPoseInWorld(context, weight).translation())
+    return np.concatenate(found)
+
+
+PROGRAMS = {random_tree: 1e-9, two_arms_and_a_linkage: 1e-6}  # and how far numbers may be apart
+
+
+@pytest.mark.parametrize("program", PROGRAMS, ids=lambda p: p.__name__)
+def test_both_libraries_say_the_same(program):
+    ours, theirs = map(program, LIBRARIES)
+    np.testing.assert_allclose(ours, theirs, rtol=PROGRAMS[program], atol=PROGRAMS[program])
+
+
+def test_a_planted_fault_is_seen():
+    ours = LIBRARIES[0]
+    weaker = {"PdControllerGains": lambda p, d: ours.PdControllerGains(p=0.999 * p, d=d)}
+    other = two_arms_and_a_linkage(types.SimpleNamespace(**{**vars(ours), **weaker}))
+    assert np.abs(two_arms_and_a_linkage(ours) - other).max() > 1e-5
