@@ -36,7 +36,7 @@ class Parser:
     leaves the plant as it was; odd but usable content gives a warning through `diagnostic_policy()`.
 
     Args:
-        plant: The plant to add to; it must not be finalized.
+        plant: The plant to add to; models can be added until it is finalized.
         scene_graph: Registered with the plant when it is not yet.
         model_name_prefix: Put before the names of all models, as `prefix::name`.
         builder: A DiagramBuilder with systems called `plant` and, optionally, `scene_graph`, used when these are not
@@ -65,8 +65,6 @@ class Parser:
         self._set_up(plant, scene_graph, prefix, builder)
 
     def _set_up(self, plant, scene_graph, prefix: str, builder=None) -> None:
-        if plant.is_finalized():
-            raise RuntimeError("Parser(): the plant is already finalized; parse before Finalize().")
         if scene_graph is not None and not plant.geometry_source_is_registered():
             plant.RegisterAsSourceForSceneGraph(scene_graph)
         self._plant = plant

@@ -146,14 +146,16 @@ class ScalarConversion:
         return self._generic
 
     def _to(self: Any, scalar: Any, must: bool) -> Any:
-        new = self._convert(scalar)
+        new = None if scalar is self._scalar else self._convert(scalar)
         if new is None:
             if not must:
                 return None
-            name = {"float": "double"}.get(scalar.__name__, scalar.__name__)
+            name = {"float": "double", "Expression": "drake::symbolic::Expression"}.get(
+                scalar.__name__, f"drake::{scalar.__name__}"
+            )
             raise RuntimeError(
                 f"System {self.GetSystemPathname()} of type {self.GetSystemType()} does not support scalar conversion "
-                f"to type drake::{name}"
+                f"to type {name}"
             )
         if not new.get_name():
             new.set_name(self.get_name())

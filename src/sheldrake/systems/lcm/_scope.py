@@ -29,7 +29,7 @@ class LcmScopeSystem(LeafSystem):
         output.set_value(lcmt_scope(utime=time, size=len(value), value=value.tolist()))
 
     @staticmethod
-    def AddToBuilder(builder: Any, lcm: Any, signal: Any, channel: str, publish_period: float) -> tuple:
+    def AddToBuilder(builder: Any, lcm: Any, signal: Any, channel: str, publish_period: float) -> list:
         """Publishes an output port's vector.
 
         Args:
@@ -48,4 +48,4 @@ class LcmScopeSystem(LeafSystem):
         )
         builder.Connect(signal, scope.get_input_port())
         builder.Connect(scope.get_output_port(), publisher.get_input_port())
-        return scope, publisher
+        return [scope, publisher]

@@ -219,7 +219,7 @@ class PassThrough(LeafSystem):
             default = np.zeros(int(model)) if is_size(model) else as_vector(model)
             self.DeclareVectorInputPort("u", BasicVector(default))
             self._inputs[0].optional = True
-            self.DeclareVectorOutputPort("y", len(default), blocks.copy_input)
+            self.DeclareVectorOutputPort("y", BasicVector(default), blocks.copy_input)
 
     def _copy_value(self, context: Any, output: AbstractValue) -> None:
         port = self.get_input_port(0)

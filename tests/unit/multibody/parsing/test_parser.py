@@ -339,8 +339,7 @@ def test_parsing_after_finalize_is_refused(plant):
     plant.Finalize()
     with pytest.raises(RuntimeError, match="Finalize"):
         parser.AddModelsFromString(robot(link("a")), "urdf")
-    with pytest.raises(RuntimeError, match="already finalized"):
-        Parser(plant)
+    assert Parser(plant).package_map().size() > 0
 
 
 def test_retired_calls_still_work_and_say_what_to_write_instead(plant, tmp_path):
