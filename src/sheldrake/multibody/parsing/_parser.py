@@ -8,6 +8,8 @@ import os
 import warnings
 from contextlib import AbstractContextManager
 
+import numpy as np
+
 from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.deprecation import DrakeDeprecationWarning
@@ -18,7 +20,7 @@ from sheldrake.systems.framework import DiagramBuilder
 
 from ._build import ModelBuilder
 from ._collision_filter_groups import CollisionFilterGroups, FilterGroupCollector
-from ._files.diagnostics import DiagnosticPolicy, Location
+from ._files.diagnostics import DiagnosticPolicy, Location, ParseError
 from ._files.package_map import PackageMap, resolve_uri
 from ._model.description import FilterGroupDescription, ModelDescription
 from ._reading.reading import Reading
@@ -217,12 +219,7 @@ class Parser:
             if kind == ".dmd.yaml":
                 instances = self._add_directives(reading, text)
             else:
-                try:
-                    models = read_models(kind, reading, text, model_name)
-                except RecursionError:
-                    message = "Elements refer to each other, or are nested, too deeply."
-                    self._policy.Error(Location(reading.source), message)
-                instances = self._build(models, self._prefix)
+                instances = self._build(read_models(kind, reading, text, model_name), self._prefix)
             self.finish_filters()
         return instances
 
@@ -280,25 +277,37 @@ def _hint(retired: str, today: str) -> None:
 
 
 def read_models(kind: str, reading: Reading, text: "str | None", model_name: str = "") -> "list[ModelDescription]":
-    """The models of one file or text."""
+    """The models of one file or text; whatever is wrong with it is a ParseError that names it."""
+    try:
+        models = _read(kind, reading, text, model_name)
+    except ParseError:
+        raise
+    except RecursionError:
+        reading.policy.Error(Location(reading.source), "Elements refer to each other, or are nested, too deeply.")
+    except (ArithmeticError, np.linalg.LinAlgError) as error:
+        reading.policy.Error(Location(reading.source), f"Numbers are too large to calculate with: {error}.")
+    except RuntimeError as error:  # of which no pose or inertia can be made
+        reading.policy.Error(Location(reading.source), str(error))
+    reading.warn_unchecked()
+    return models
+
+
+def _read(kind: str, reading: Reading, text: "str | None", model_name: str) -> "list[ModelDescription]":
     if kind == ".urdf":
         from ._urdf.robot import read_urdf
 
-        models = [read_urdf(reading.open_document(text), reading, model_name)]
-    elif kind == ".sdf":
+        return [read_urdf(reading.open_document(text), reading, model_name)]
+    if kind == ".sdf":
         from ._sdf.document import read_sdf
 
-        models = read_sdf(reading.open_document(text), reading, model_name)
-    elif kind == ".xml":
+        return read_sdf(reading.open_document(text), reading, model_name)
+    if kind == ".xml":
         from ._mjcf.document import read_mjcf
 
-        models = [read_mjcf(reading.open_document(text), reading, model_name)]
-    else:
-        from ._mesh_model import read_mesh_model
+        return [read_mjcf(reading.open_document(text), reading, model_name)]
+    from ._mesh_model import read_mesh_model
 
-        models = [read_mesh_model(reading, model_name)]
-    reading.warn_unchecked()
-    return models
+    return [read_mesh_model(reading, model_name)]
 
 
 def _find_system(builder, name: str):

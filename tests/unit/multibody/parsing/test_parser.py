@@ -342,6 +342,28 @@ def test_parsing_after_finalize_is_refused(plant):
     assert Parser(plant).package_map().size() > 0
 
 
+@pytest.mark.parametrize(
+    ("ending", "text"),
+    [
+        (
+            "urdf",
+            '<robot name="r"><link name="a"><inertial><origin xyz="1e308 0 0"/><mass value="1"/>'
+            '<inertia ixx="1" iyy="1" izz="1"/></inertial></link></robot>',
+        ),
+        (
+            "xml",
+            '<mujoco model="m"><worldbody><body name="b"><geom type="box" size="1 1 1e200" mass="1e200"/>'
+            "</body></worldbody></mujoco>",
+        ),
+    ],
+)
+def test_numbers_of_which_nothing_can_be_made_are_faults_of_the_file(plant, ending, text):
+    before = plant.num_bodies(), plant.num_joints(), plant.num_frames(), plant.num_model_instances()
+    with pytest.raises(RuntimeError, match=f"<literal-string>.{ending}.*: error: "):
+        Parser(plant).AddModelsFromString(text, ending)
+    assert (plant.num_bodies(), plant.num_joints(), plant.num_frames(), plant.num_model_instances()) == before
+
+
 def test_retired_calls_still_work_and_say_what_to_write_instead(plant, tmp_path):
     (tmp_path / "a.urdf").write_text(robot(link("a")))
     parser = Parser(plant)
