@@ -39,6 +39,7 @@ def substitute() -> None:
         parent, _, child = name.rpartition(".")
         sys.modules[name] = module
         setattr(importlib.import_module(parent), child, module)
+    sys.modules["sheldrake.geometry._meshes.mesh_files"] = types.SimpleNamespace(SUPPORTED=(".obj", ".gltf", ".vtk"))
     sys.modules["sheldrake.geometry._meshes.mass_properties"] = types.SimpleNamespace(mass_properties=mass_properties)
     # Drake's plant cannot be put back.
     saved = types.SimpleNamespace(all_or_nothing=lambda plant, *others: contextlib.nullcontext())

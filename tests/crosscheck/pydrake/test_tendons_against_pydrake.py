@@ -103,7 +103,8 @@ def test_bad_tendons_change_nothing(arguments):
 
 def test_joints_of_more_degrees_of_freedom_are_refused():
     plant, joints = make_plant()
-    ball = plant.AddRigidBody("ball", sheldrake.all.SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    inertia = sheldrake.all.SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+    ball = plant.AddRigidBody("ball", sheldrake.all.default_model_instance(), inertia)
     wide = plant.AddJoint(sheldrake.all.BallRpyJoint("wide", plant.world_frame(), ball.body_frame()))
     with pytest.raises(RuntimeError, match="single-DOF"):
         plant.AddTendonConstraint([joints[0], wide], [1.0, 1.0], upper_limit=1.0)

@@ -23,28 +23,26 @@ class _Unavailable(SolverInterface):
         return "has not been compiled as part of this binary; sheldrake has nothing that stands behind it."
 
 
-class _License:
-    """A license; there is none to be had."""
-
-    def is_valid(self) -> bool:
-        """Tells whether it may be used: never."""
-        return False
-
-    def __enter__(self) -> _License:
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        """Does nothing: there is nothing to give back."""
-
-
 class _Licensed(_Unavailable):
     """A solver that asks for a license."""
 
     _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
-    License = _License
+
+    class License:
+        """A license; there is none to be had."""
+
+        def is_valid(self) -> bool:
+            """Tells whether it may be used: never."""
+            return False
+
+        def __enter__(self) -> _Licensed.License:
+            return self
+
+        def __exit__(self, *error: object) -> None:
+            """Does nothing: there is nothing to give back."""
 
     @classmethod
-    def AcquireLicense(cls) -> _License:
+    def AcquireLicense(cls) -> _Licensed.License:
         """Gives no license.
 
         Raises:
