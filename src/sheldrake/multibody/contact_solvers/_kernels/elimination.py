@@ -198,9 +198,8 @@ def lay_out_trees(model, problem, contacts, rows, factor):
     for place in range(n):
         i = factor.slot[place]
         block[place, BLOCK_TREE] = problem.tree[begin + i, TREE_ORDER]
-    for place in range(
-        n
-    ):  # from here on PLACE is the place in the order; FIRST_SLOT holds the number within the island
+    # From here on PLACE is the place in the order; FIRST_SLOT holds the number within the island.
+    for place in range(n):
         block[place, FIRST_SLOT] = factor.slot[place]
         block[block[place, BLOCK_TREE], PLACE] = place
     words = (n + BITS - 1) // BITS
