@@ -153,10 +153,8 @@ class Kernel:
             bound.scalars = {n: (arguments, i, None) for i, n in enumerate(self.names)}
         else:
             time = next((a for p, a in zip(self.parameters, args) if p.kind == "t"), 0.0)
-            null, where = (
-                ctypes.c_void_p(None),
-                ctypes.c_void_p(words.ctypes.data),
-            )  # objects: converted once, not a call
+            # Objects of ctypes are converted once here, numbers would be in each call.
+            null, where = ctypes.c_void_p(None), ctypes.c_void_p(words.ctypes.data)
             bound = Bound(self._native[0], ctypes.c_double(time), null, where)
             bound.scalars = {n: (words, i, kind) for n, (i, kind) in places.items()}
         bound.keep = words, args
