@@ -23,26 +23,27 @@ class _Unavailable(SolverInterface):
         return "has not been compiled as part of this binary; sheldrake has nothing that stands behind it."
 
 
+class _License:
+    """A license; there is none to be had."""
+
+    def is_valid(self) -> bool:
+        """Tells whether it may be used: never."""
+        return False
+
+    def __enter__(self) -> _License:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Does nothing: there is nothing to give back."""
+
+
 class _Licensed(_Unavailable):
     """A solver that asks for a license."""
 
     _attributes = CONIC | {A.kQuadraticCost, A.kL2NormCost, A.kBinaryVariable}
 
-    class License:
-        """A license; there is none to be had."""
-
-        def is_valid(self) -> bool:
-            """Tells whether it may be used: never."""
-            return False
-
-        def __enter__(self) -> _Licensed.License:
-            return self
-
-        def __exit__(self, *error: object) -> None:
-            """Does nothing: there is nothing to give back."""
-
     @classmethod
-    def AcquireLicense(cls) -> _Licensed.License:
+    def AcquireLicense(cls) -> _License:
         """Gives no license.
 
         Raises:
@@ -55,6 +56,9 @@ class GurobiSolver(_Licensed):
     """Gurobi; never available."""
 
     _name = "Gurobi"
+
+    class License(_License):
+        """A license of Gurobi; there is none to be had."""
 
     class SolveStatusInfo:
         """What a running solve tells its callbacks."""
@@ -85,6 +89,9 @@ class MosekSolver(_Licensed):
     """MOSEK; never available."""
 
     _name = "MOSEK"
+
+    class License(_License):
+        """A license of MOSEK; there is none to be had."""
 
 
 class MosekSolverDetails(NamedTuple):
