@@ -8,6 +8,7 @@ runs it there. Standard library only; needs neither apt, conda nor a display.
 from __future__ import annotations
 
 import argparse
+import importlib.metadata
 import os
 import pathlib
 import shutil
@@ -18,8 +19,8 @@ import venv
 ROOT = pathlib.Path(__file__).resolve().parent
 VENV = ROOT / ".venv"
 PYTHON = VENV / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-EVERYTHING = "[kernels,meshcat,test,lint,docs,peers]"
-EXTRAS = dict.fromkeys(("test", "lint", "bench", "endure"), EVERYTHING)
+EVERYTHING = "[kernels,meshcat,export,test,lint,docs,peers]"
+EXTRAS = dict.fromkeys(("test", "lint", "bench", "endure", "torture"), EVERYTHING)
 EXTRAS |= {
     "demo": "[kernels]",
     "docs": "[docs,gym]",
@@ -48,15 +49,32 @@ def install(task: str) -> None:
     sources = [ROOT / "pyproject.toml", ROOT / "requirements.lock"]
     if stamp.exists() and all(stamp.stat().st_mtime > s.stat().st_mtime for s in sources):
         return
+    pip = pip_from_here()
+    is_quick = task == "demo" and bool(pip)  # who goes on to work here finds a pip in .venv
     if not PYTHON.exists():
         say(f"making {VENV.name} with Python {sys.version.split()[0]}")
-        venv.create(VENV, with_pip=True)
+        venv.create(VENV, with_pip=not is_quick)
     say("installing sheldrake and what it needs (a minute or two the first time)")
-    pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
-    code = run(*pip, "--constraint", "requirements.lock", "--editable", f".{EXTRAS[task]}")
-    if code != 0:
-        sys.exit(code)
+    pip = [*(pip or [str(PYTHON), "-m", "pip"]), "install", "--quiet", "--disable-pip-version-check"]
+    pip += ["--no-compile"]  # Python compiles what is imported when it first is; all of it takes half of the time here
+    pip += ["--constraint", "requirements.lock"]
+    steps = [["--editable", f".{EXTRAS[task]}"]]
+    if is_quick:  # an environment apart for what builds sheldrake takes longer than building
+        steps = [["hatchling", "editables"], ["--no-build-isolation", *steps[0]]]
+    for step in steps:
+        code = subprocess.call([*pip, *step], cwd=ROOT)
+        if code != 0:
+            sys.exit(code)
     stamp.touch()
+
+
+def pip_from_here() -> list[str]:
+    """The pip of the Python that runs this, made to install into .venv; nothing if there is none that can."""
+    try:
+        version = [int(n) for n in importlib.metadata.version("pip").split(".")[:2]]
+    except (importlib.metadata.PackageNotFoundError, ValueError):
+        return []
+    return [sys.executable, "-m", "pip", "--python", str(PYTHON)] if version >= [22, 3] else []
 
 
 def lint() -> int:
@@ -96,6 +114,7 @@ def main() -> int:
     tasks.add_parser("foreign", help="builds all wheels, runs those for ARM and Windows under qemu-user and wine64")
     tasks.add_parser("robots", help="real robots against Drake and Pinocchio: installs example-robot-data and pin")
     tasks.add_parser("endure", help="tests that take minutes: a logged minute killed twenty times at random")
+    tasks.add_parser("torture", help="campaigns of chance against parsers, calls, files, kernels, viewer: an hour")
     tasks.add_parser("bench", help="benchmarks against Drake and MuJoCo: drop_the_block (default), queries, arm, ...")
     tasks.add_parser("clean", help="remove .venv")
     options, rest = parser.parse_known_args()
@@ -113,6 +132,8 @@ def main() -> int:
         return run("-m", "pytest", "-q", "tests/crosscheck/robots", *rest)
     if options.task == "endure":
         return run("-m", "pytest", "-q", "tests/endurance", *rest)
+    if options.task == "torture":
+        return run("-m", "tools.torture", *rest)
     if options.task == "bench":
         name = rest.pop(0) if rest and not rest[0].startswith("-") else "drop_the_block"
         return run(f"benchmarks/{name}.py", *rest)

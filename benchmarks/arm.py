@@ -126,7 +126,7 @@ def humanoid_sheldrake(states: np.ndarray) -> Callable[[], float]:
     lib.Parser(plant).AddModelsFromString(humanoid_urdf(), "urdf")
     plant.Finalize()
     context = plant.CreateDefaultContext()
-    view = plant._view(context)
+    view = plant._parts.contexts.view(context)
     assert plant.num_velocities() == 35
     q, v, tau, vdot = np.zeros(36), np.zeros(35), np.zeros(35), np.zeros(35)
     call = repeat_forward_dynamics.bind(view.model, view.p.copy(), make_work(view.model), states, q, v, tau, vdot)

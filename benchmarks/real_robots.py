@@ -75,10 +75,10 @@ def exclude_neighbours(lib, plant, scene_graph) -> None:
 def fall_like_drake(package: str, path: pathlib.Path, seconds: float, single: bool = False) -> dict:
     """A fall in sheldrake or pydrake."""
     lib = importlib.import_module(f"{package}.all")
-    if single:
-        importlib.import_module(f"{package}.geometry._defaults").point_contact_algorithm = "single_point"
     builder = lib.DiagramBuilder()
     plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, DT)
+    if single:
+        scene_graph.set_default_point_contact_algorithm("single_point")
     lib.Parser(plant).AddModels(str(path))
     ground = plant.world_body(), lib.RigidTransform(), lib.HalfSpace(), "ground"
     plant.RegisterCollisionGeometry(*ground, lib.CoulombFriction(1.0, 1.0))

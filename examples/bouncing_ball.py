@@ -10,7 +10,7 @@ Run it: python examples/bouncing_ball.py [--headless]
 import sys
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from sheldrake.all import (
     AddContactMaterial,
@@ -69,7 +69,7 @@ def main(meshcat=None, seconds=1.6):
     height = heights[rebound:].max()
     s = DISSIPATION * np.sqrt(2.0 * 9.81 * HEIGHT)
     first_integral = s - np.log1p(s)
-    s_after = brentq(lambda r: r - np.log1p(r) - first_integral, -1.0 + 1e-9, -1e-9)
+    s_after = root_scalar(lambda r: r - np.log1p(r) - first_integral, bracket=(-1.0 + 1e-9, -1e-9)).root
     expected = (s_after / DISSIPATION) ** 2 / (2.0 * 9.81)
     print(f"bounces back to {height:.4f} m of {HEIGHT} m; by Hunt and Crossley's law {expected:.4f} m")
     return height / expected

@@ -9,8 +9,8 @@ from hatchling.build import *  # noqa: F403
 from hatchling.build import get_requires_for_build_wheel as _hatchling_requires
 
 COMPILER = [
-    # numba has no wheels for Intel Macs any more: a wheel built there is plain.
-    "numba>=0.68,<0.69; sys_platform != 'darwin' or platform_machine == 'arm64'",
+    # llvmlite has no wheels for Intel Macs any more: a wheel built there is plain.
+    "llvmlite>=0.46; sys_platform != 'darwin' or platform_machine == 'arm64'",
     "ziglang>=0.13",
 ]
 

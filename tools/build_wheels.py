@@ -1,6 +1,6 @@
 """Builds the wheels of all platforms, and the sdist, on this one machine: `python tools/build_wheels.py [OUT]`.
 
-Needs hatchling, numba and ziglang in the environment that runs it. Kernels are lowered once for all platforms.
+Needs hatchling, llvmlite and ziglang in the environment that runs it. Kernels are lowered once for all platforms.
 """
 
 from __future__ import annotations

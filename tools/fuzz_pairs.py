@@ -25,7 +25,17 @@ from sheldrake import geometry as g
 from sheldrake.geometry._compiled.points import _by_family, compile_proximity
 from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels import model as columns
-from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, contact_table
+from sheldrake.geometry._kernels.model import (
+    BodyPose,
+    BodyPoses,
+    ContactPair,
+    ContactPoint,
+    ContactTable,
+    Geometry,
+    GeometryModel,
+    Size,
+    contact_table,
+)
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._state.state import WORLD_FRAME_ID, GeometryState
 from sheldrake.math import RigidTransform
@@ -143,8 +153,8 @@ class Batch:
         self.n = len(shapes)
         model = library.model
         geometry = model.geometry[shapes.ravel()].copy()
-        geometry[:, columns.BODY] = np.arange(1, 2 * self.n + 1)
-        pair, family = _by_family(np.arange(2 * self.n).reshape(-1, 2), geometry[:, columns.KIND])
+        geometry[:, Geometry.body] = np.arange(1, 2 * self.n + 1)
+        pair, family = _by_family(np.arange(2 * self.n).reshape(-1, 2), geometry[:, Geometry.kind])
         self.model = model._replace(
             geometry=geometry,
             size=model.size[shapes.ravel()].copy(),
@@ -153,36 +163,38 @@ class Batch:
             pair=pair,
             family=family,
         )
-        self.kind = geometry[:, columns.KIND].reshape(-1, 2)
+        self.kind = geometry[:, Geometry.kind].reshape(-1, 2)
         self.size = self.model.size.reshape(self.n, 2, -1)
-        self.table = contact_table(self.model, int(columns.MAX_POINTS) * self.n)
+        self.table = contact_table(self.model, columns.MAX_POINTS * self.n)
 
     def X_WB(self) -> np.ndarray:
         """Poses of all bodies, the world first, shape (2 n + 1, 12)."""
-        X = np.zeros((2 * self.n + 1, 12))
+        X = np.zeros((2 * self.n + 1, BodyPose.SIZE))
         X[0, [0, 4, 8]] = 1.0
-        X[1:, :9] = self.R.reshape(-1, 9)
-        X[1:, 9:] = self.p.reshape(-1, 3)
+        X[1:, BodyPose.R_WB.columns] = self.R.reshape(-1, 9)
+        X[1:, BodyPose.p_WB.columns] = self.p.reshape(-1, 3)
         return X
 
     def bound(self) -> np.ndarray:
         """Sum of the radii of the bounding spheres [m]; a half space counts for nothing."""
-        bounds = self.size[:, :, columns.BOUND]
+        bounds = self.size[:, :, Size.bound]
         return np.where(np.isfinite(bounds), bounds, 0.0).sum(axis=1)
 
     def distances(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """phi [m], nhat_BA_W, p_WCa, p_WCb of all pairs, by the kernels."""
-        assert find_distances.native(self.model, self.X_WB(), math.inf, self.table) == 0
-        assert self.table.count[0] == self.n
-        assert (self.table.pair[: self.n, 0] == np.arange(0, 2 * self.n, 2)).all()
-        row = self.table.point[: self.n].copy()
-        return -row[:, 9], row[:, 6:9], row[:, 0:3], row[:, 3:6]
+        assert find_distances.native(self.model, BodyPoses(self.X_WB()), math.inf, self.table) == 0
+        assert self.table.num_contacts == self.n
+        assert (self.table.pair[: self.n, ContactPair.geometry_A] == np.arange(0, 2 * self.n, 2)).all()
+        rows = self.table.point[: self.n].copy()
+        fields = ContactPoint.nhat_BA_W, ContactPoint.p_WCa, ContactPoint.p_WCb
+        return -rows[:, ContactPoint.depth], *(rows[:, field.columns] for field in fields)
 
     def contacts(self, multi: bool) -> tuple[np.ndarray, ContactTable]:
         """How many contacts each pair has, by the kernels, and the table of all."""
-        self.model.geometry[:, columns.MULTI_POINT] = multi
+        self.model.geometry[:, Geometry.multi_point] = multi
         assert find_contacts(self.model, self.X_WB(), self.table) == 0
-        return np.bincount(self.table.pair[: self.table.count[0], 0] // 2, minlength=self.n), self.table
+        found = self.table.pair[: self.table.num_contacts, ContactPair.geometry_A]
+        return np.bincount(found // 2, minlength=self.n), self.table
 
     # ---- what is certain
 
@@ -197,13 +209,13 @@ class Batch:
             return np.einsum("kdj,kvj->kdv", d, self.library.vertices[rows]).max(axis=-1)
         if kind == columns.ELLIPSOID:
             return np.linalg.norm(d * size[..., :3], axis=-1)
-        radius = 0.0 if core else size[..., columns.RADIUS] * np.linalg.norm(n, axis=-1)
+        radius = 0.0 if core else size[..., Size.radius] * np.linalg.norm(n, axis=-1)
         if kind == columns.SPHERE:
             return radius + 0.0 * d[..., 0]
-        along = size[..., columns.HALF_LENGTH] * np.abs(d[..., 2])
+        along = size[..., Size.half_length] * np.abs(d[..., 2])
         if kind == columns.CAPSULE:
             return radius + along
-        return size[..., columns.RADIUS] * np.hypot(d[..., 0], d[..., 1]) + along  # cylinder
+        return size[..., Size.radius] * np.hypot(d[..., 0], d[..., 1]) + along  # cylinder
 
     def separation(self, n: np.ndarray) -> np.ndarray:
         """s(n) of directions n from B to A, shape (pairs, directions, 3) [m]."""
@@ -225,14 +237,14 @@ class Batch:
             return np.maximum(1.0 - 1.0 / np.maximum(level, 1.0), 0.0) * np.linalg.norm(q, axis=-1)
         if kind == columns.SPHERE:
             return np.linalg.norm(q, axis=-1)
-        radius = size[:, columns.RADIUS] if kind == columns.CYLINDER else 0.0
+        radius = size[:, Size.radius] if kind == columns.CYLINDER else 0.0
         radial = np.maximum(np.hypot(q[:, 0], q[:, 1]) - radius, 0.0)
-        return radial + np.maximum(np.abs(q[:, 2]) - size[:, columns.HALF_LENGTH], 0.0)
+        return radial + np.maximum(np.abs(q[:, 2]) - size[:, Size.half_length], 0.0)
 
     def margin(self, side: int) -> np.ndarray:
         """By how much shape A or B is larger than its core [m]."""
         round_ = int(self.kind[0, side]) in (columns.SPHERE, columns.CAPSULE)
-        return self.size[:, side, columns.RADIUS] * round_
+        return self.size[:, side, Size.radius] * round_
 
     def axes(self) -> np.ndarray:
         """Every direction that can be the nearest way out of two polytopes, in W, shape (pairs, directions, 3)."""
@@ -340,14 +352,14 @@ def contact_errors(batch: Batch, phi: np.ndarray) -> np.ndarray:
     faces or edges that face each other up to 0.02 rad: as deep as the pair to 1 %, a cap's polygon to 4e-4 of its
     radius, while that is not deep, and then at least half as deep.
     """
-    caps = np.where(batch.kind == columns.CYLINDER, batch.size[:, :, columns.RADIUS], 0.0).sum(axis=1)
+    caps = np.where(batch.kind == columns.CYLINDER, batch.size[:, :, Size.radius], 0.0).sum(axis=1)
     errors = np.zeros(batch.n)
     for multi in (False, True):
         count, table = batch.contacts(multi)
-        rows = table.count[0]
+        rows = table.num_contacts
         assert np.isfinite(table.point[:rows]).all() and count.max() <= columns.MAX_POINTS
         deepest = np.zeros(batch.n)
-        np.maximum.at(deepest, table.pair[:rows, 0] // 2, table.point[:rows, 9])
+        np.maximum.at(deepest, table.pair[:rows, ContactPair.geometry_A] // 2, table.point[:rows, ContactPoint.depth])
         depth = np.maximum(-phi, 0.0)
         slack = 0.06 * depth if (batch.kind[0] == columns.BOX).all() else multi * (0.01 * depth + 4e-4 * caps)
         if multi:
@@ -387,7 +399,7 @@ def make_batch(library: Library, kinds: tuple[str, str], regime: str, n: int, rn
     """n pairs of two kinds that lie to one another as `regime` says."""
     shapes = np.stack([rng.choice(library.rows[kind], n) for kind in kinds], axis=1)
     R = np.stack([random_rotations(rng, n), random_rotations(rng, n)], axis=1)
-    bounds = library.model.size[shapes, columns.BOUND]
+    bounds = library.model.size[shapes, Size.bound]
     reach = np.where(np.isfinite(bounds), bounds, 0.0).sum(axis=1)[:, None]
     away = random_rotations(rng, n)[:, 0] * reach
     p = np.stack([rng.uniform(-1.0, 1.0, (n, 3)), np.zeros((n, 3))], axis=1)

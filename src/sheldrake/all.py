@@ -4,7 +4,7 @@ Where two modules have the same name, the one that pydrake.all gives is here. Pr
 when they import from the modules themselves.
 """
 
-from sheldrake._roll_up import roll_up
+from sheldrake._pydrake.roll_up import roll_up
 
 _MODULES = [
     "sheldrake.autodiffutils",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from benchmarks.engines import DrakeLike, Scene, Solid
 
-from sheldrake.multibody.contact_solvers._kernels.elastic import elastic_impulse, elastic_integral
+from sheldrake.multibody.contact_solvers._kernels.laws import elastic_impulse, elastic_integral
 
 G, GROUND = 9.81, Solid(("half_space",))
 APPROXIMATIONS = ("lagged", "similar")

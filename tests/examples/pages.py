@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import io
+import linecache
 import pathlib
 import re
 import sys
@@ -25,6 +26,15 @@ def blocks(text):
     return [(text[: match.start()].count("\n") + 2, match.group(1)) for match in found]
 
 
+def _python_alone(text):
+    """Returns the lines of a page, those of its words empty."""
+    lines = ["\n"] * (text.count("\n") + 1)
+    for first, code in blocks(text):
+        own = code.splitlines(keepends=True)
+        lines[first - 1 : first - 1 + len(own)] = own
+    return lines
+
+
 def run_page(path):
     """Runs the blocks of a page in one namespace; raises Wrong where a comment after a print does not hold.
 
@@ -33,7 +43,9 @@ def run_page(path):
     """
     namespace = {"__name__": "__main__"}
     compared, wrong = 0, []
-    for first, code in blocks(path.read_text(encoding="utf-8")):
+    text = path.read_text(encoding="utf-8")
+    linecache.cache[str(path)] = (len(text), None, _python_alone(text), str(path))  # as notebooks do: kernels are read
+    for first, code in blocks(text):
         comments = _comments(code)
         for node in ast.parse(code).body:
             line = node.end_lineno

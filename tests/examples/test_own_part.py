@@ -16,11 +16,25 @@ def test_from_stl_to_plot(tmp_path, monkeypatch, capsys):
     assert "millimetres" in capsys.readouterr().out
     assert main(["doctor", "part.urdf"]) == 0
     assert main(["demo", "part.urdf", "--headless", "--seconds", "2"]) == 0
-    assert "the block is at rest" in capsys.readouterr().out
-    with np.load("sheldrake-demo/block.npz") as log:
+    assert "the part is at rest" in capsys.readouterr().out
+    with np.load("sheldrake-demo/part.npz") as log:
         z = log["data"][list(log["names"]).index(next(n for n in log["names"] if n.endswith("_z")))]
-    assert z[0] == 0.1 and abs(z[-1]) < 1e-3  # its origin is on its lower face
-    assert main(["plot", "sheldrake-demo/block.npz", "--rpy", "-o", "block.png"]) == 0
+    assert 0.2 < z[0] < 0.4 and abs(z[-1]) < 1e-3  # from three times its size; its origin is on its lower face
+    assert main(["plot", "sheldrake-demo/part.npz", "--rpy", "-o", "block.png"]) == 0
     assert pathlib.Path("block.png").stat().st_size > 10_000
-    assert main(["report", "sheldrake-demo/block.npz"]) == 0
-    assert pathlib.Path("block.html").stat().st_size < 1e6
+    assert main(["report", "sheldrake-demo/part.npz"]) == 0
+    assert pathlib.Path("part.html").stat().st_size < 1e6
+
+
+def test_a_part_in_millimetres_says_so_before_and_after(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    pathlib.Path("part.obj").write_bytes(solids.obj(*solids.box(60.0, 40.0, 25.0)))
+    inertia = "<mass value='.5'/><inertia ixx='1e-4' iyy='2e-4' izz='2e-4' ixy='0' ixz='0' iyz='0'/>"
+    collision = "<collision><geometry><mesh filename='part.obj'/></geometry></collision>"
+    pathlib.Path("part.urdf").write_text(
+        f"<robot name='part'><link name='body'><inertial>{inertia}</inertial>{collision}</link></robot>"
+    )
+    assert main(["demo", "part.urdf", "--headless", "--seconds", "0.2"]) == 0
+    said = capsys.readouterr()
+    assert "it looks like millimetres" in said.err and "sheldrake doctor part.urdf --fix FILE" in said.err
+    assert "'body' is 60 x 40 x 25 m and has 0.5 kg: 1000 times too large" in said.out

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sheldrake.common._native import build
-from sheldrake.common._native.words import pack
+from sheldrake.common._native.binding import HERE, arguments
 from sheldrake.systems.analysis._span import Span
 from sheldrake.systems.framework._kernels import loop
 
@@ -15,20 +15,18 @@ class Case:
 
     def __init__(self, span: Span, T: float, level: int):
         store = span.store
-        arguments = (span.program, span.N, span.Z, store.S, store.I, store.L, span.table, float(T))
-        words, _ = pack(loop.advance, arguments)
-        models = [a for row in store.layout.rows if row.native for a in arrays_of(row.models)]
-        self.live = unique([words, *arrays_of(arguments), *models])
+        given, _ = arguments(loop.advance, (*span._tables(), span.table, float(T)))
+        parts = [given.words, *(r.array for words in (given, store.layout.arguments) for r in words.relocations)]
+        self.live = list({HERE.place(a): a for a in parts if a.size}.values())
         """The arrays themselves, which a run in this process changes."""
         self.blobs = [as_words(a).copy() for a in self.live]
         self.watched = {"S": self._number(store.S), "L": self._number(store.L)}
         self.entry = f"k_{loop.advance.__name__}_{level}"
         self.addresses = [
-            (b, int(w), target, shift)
-            for b in (0, self._number(span.program.words))
-            for target, a in enumerate(self.live)
-            for shift in (0, 3)
-            for w in np.flatnonzero(self.blobs[b] == address(a) >> shift)
+            (self._number(blob), at, self._number(array), 0 if absolute else 3)
+            for blob, words in ((given.words, given), (span.program.words, store.layout.arguments))
+            for at, array, absolute in words.relocations
+            if array.size
         ]
         symbols = {id(kernel): symbol for symbol, kernel in build.entries().items()}
         self.functions = [
@@ -38,7 +36,7 @@ class Case:
         ]
 
     def _number(self, array: np.ndarray) -> int:
-        (number,) = (i for i, a in enumerate(self.live) if a is array)
+        (number,) = (i for i, a in enumerate(self.live) if HERE.place(a) == HERE.place(array))
         return number
 
     def write(self, path) -> None:
@@ -69,27 +67,5 @@ class Case:
         return int(data[0]), {name: parts[i].view(float) for name, i in self.watched.items()}
 
 
-def arrays_of(values) -> list[np.ndarray]:
-    """All arrays in nested tuples and dictionaries."""
-    if isinstance(values, np.ndarray):
-        return [values]
-    if isinstance(values, dict):
-        values = tuple(values.values())
-    return [a for v in values for a in arrays_of(v)] if isinstance(values, tuple) else []
-
-
 def as_words(array: np.ndarray) -> np.ndarray:
-    return np.ascontiguousarray(array).reshape(-1).view(np.int64)
-
-
-def address(array: np.ndarray) -> int:
-    return array.__array_interface__["data"][0]
-
-
-def unique(arrays: list[np.ndarray]) -> list[np.ndarray]:
-    """One array per address that holds something."""
-    found: dict[int, np.ndarray] = {}
-    for a in arrays:
-        if a.size and (address(a) not in found or found[address(a)].size < a.size):
-            found[address(a)] = a
-    return list(found.values())
+    return array.reshape(-1).view(np.int64)

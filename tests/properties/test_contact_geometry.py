@@ -13,6 +13,7 @@ from tests.unit.geometry.proximity_scenes import HULL_POINTS, SHAPES, Scene, row
 
 import sheldrake.geometry as g
 from sheldrake.common.eigen_geometry import Quaternion
+from sheldrake.geometry._kernels.model import BodyPoses
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.math import RigidTransform, RotationMatrix
 
@@ -49,10 +50,10 @@ class Pair:
         """(distance [m], nhat_BA_W, p_WCa, p_WCb)."""
         for body, X in enumerate(poses, 1):
             self.scene.X_WB[body] = row_of(X)
-        assert find_distances.native(self.scene.model, self.scene.X_WB, math.inf, self.scene.table) == 0
-        row = self.scene.table.point[0]
-        assert np.isfinite(row).all()
-        return -row[9], row[6:9].copy(), row[0:3].copy(), row[3:6].copy()
+        assert find_distances.native(self.scene.model, BodyPoses(self.scene.X_WB), math.inf, self.scene.table) == 0
+        assert np.isfinite(self.scene.table.point[0]).all()
+        found = self.scene.table[0]
+        return -found.depth, *map(np.array, (found.nhat_BA_W, found.p_WCa, found.p_WCb))
 
 
 @pytest.fixture(scope="module")

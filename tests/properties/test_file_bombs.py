@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 import pytest
-from mutated_models import LIMIT, make_parser
+from tools.torture.documents import LIMIT, make_parser
 
 from sheldrake.multibody.parsing import FlattenModelDirectives, LoadModelDirectives, PackageMap, ParseError
 from sheldrake.multibody.parsing._reading.reading import INCLUDE_COUNT, INCLUDE_DEPTH

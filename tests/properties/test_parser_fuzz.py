@@ -8,8 +8,11 @@ import sys
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from mutated_models import (
+from tools.torture.documents import (
     MODELS,
+    SEEDS,
+    SILENT,
+    WHOLE,
     check_parse,
     fuzz_settings,
     make_parser,
@@ -17,16 +20,7 @@ from mutated_models import (
     unnoticed_places,
 )
 
-import sheldrake
-
 pytestmark = pytest.mark.usefixtures("quiet")
-
-BUNDLED = pathlib.Path(sheldrake.__file__).parent / "models"
-SEEDS = sorted(
-    path for path in (*MODELS.iterdir(), *BUNDLED.rglob("*")) if path.suffix in (".urdf", ".sdf", ".xml", ".yaml")
-)
-SILENT = {"gazebo", "hardwareInterface", "include"}
-"""Of what we have in our files: for other programs, or replaced by what it names."""
 
 
 @pytest.mark.parametrize("path", SEEDS, ids=lambda path: path.name)
@@ -47,9 +41,6 @@ def test_any_text_gives_a_clear_error(kind):
         check_parse(pathlib.Path(f"any.{kind}"), text)
 
     check()
-
-
-WHOLE = [path for path in SEEDS if path.suffix != ".yaml" and path.name != "chain_part.xml"]  # a part of chain.xml
 
 
 @pytest.mark.parametrize("path", WHOLE, ids=lambda path: path.name)

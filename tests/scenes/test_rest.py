@@ -99,7 +99,7 @@ def test_the_two_hole_block_rests(approximation):
         scene.q[0, :4], scene.q[0, 6] = q, 0.1
         states = scene.step(15000)
         assert np.abs(states[10000:, 7:]).max() < 1e-9
-        assert scene.work.problem.count[0] >= 3
+        assert scene.work.problem.num_contacts >= 3
 
 
 def test_a_hundred_cubes_rest_on_a_face():

@@ -44,28 +44,107 @@ import sheldrake.as_pydrake
 from pydrake.all import *
 AutoDiffXd, jacobian, Value
 import pydrake.all, sheldrake.all, pydrake.common.all
-assert pydrake.all is sheldrake.all and "Value" in pydrake.common.all.__all__
+assert pydrake.all.Simulator is sheldrake.all.Simulator and "Value" in pydrake.common.all.__all__
 """)
 
 
 def test_everything_of_sheldrake_can_be_imported_under_its_pydrake_name():
     check("""
 import importlib, pkgutil, sheldrake.as_pydrake, sheldrake
+from sheldrake._pydrake.defaults import with_drakes_defaults
 for info in pkgutil.walk_packages(sheldrake.__path__, "sheldrake."):
     if "__main__" in info.name or "cli" in info.name or "as_pydrake" in info.name:
         continue
     native = importlib.import_module(info.name)
-    assert importlib.import_module(info.name.replace("sheldrake", "pydrake", 1)) is native, info.name
+    module = importlib.import_module(info.name.replace("sheldrake", "pydrake", 1))
+    adapted = with_drakes_defaults(native)
+    assert (module is native) == (not adapted), info.name
+    for name in set(native.__all__ if adapted else ()) - set(adapted):
+        assert getattr(module, name) is getattr(native, name), f"{info.name}.{name}"
 """)
 
 
-def test_drakes_defaults_hold_for_those_who_import_pydrake():
+PAIRS = """
+def contacts(lib, make):
+    \"\"\"How many points a box that lies on the ground touches it in.\"\"\"
+    builder = lib.DiagramBuilder()
+    plant, scene_graph = make(lib, builder)
+    body = plant.AddRigidBody("box", lib.SpatialInertia.SolidBoxWithMass(1.0, 0.2, 0.2, 0.2))
+    for owner, shape in ((plant.world_body(), lib.HalfSpace()), (body, lib.Box(0.2, 0.2, 0.2))):
+        plant.RegisterCollisionGeometry(owner, lib.RigidTransform(), shape, "collision", lib.CoulombFriction(1.0, 1.0))
+    plant.SetUseSampledOutputPorts(False)
+    plant.Finalize()
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    mine = plant.GetMyContextFromRoot(context)
+    plant.SetFreeBodyPose(mine, body, lib.RigidTransform([0.0, 0.0, 0.0999]))
+    return plant.get_contact_results_output_port().Eval(mine).num_point_pair_contacts()
+
+def with_own(lib, builder):
+    return lib.AddMultibodyPlantSceneGraph(builder, lib.MultibodyPlant(1e-3), lib.SceneGraph())
+
+def of_family(lib, builder):
+    return lib.AddMultibodyPlantSceneGraph(builder, lib.MultibodyPlant(1e-3), scene_graph=lib.SceneGraph_[float]())
+
+def by_step(lib, builder):
+    return lib.AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
+
+def by_config(lib, builder):
+    return lib.AddMultibodyPlant(lib.MultibodyPlantConfig(), builder)
+"""
+
+
+def test_drakes_defaults_hold_for_what_is_built_by_names_of_pydrake():
+    """And not for what the same program builds by names of sheldrake, before or after."""
+    check(
+        PAIRS
+        + """
+import sheldrake.as_pydrake, sheldrake.all, pydrake.all
+for make in (with_own, of_family, by_step, by_config):
+    for lib, expected in ((sheldrake.all, 4), (pydrake.all, 1), (sheldrake.all, 4)):
+        assert contacts(lib, make) == expected, (make.__name__, lib.__name__, expected)
+"""
+    )
+
+
+def test_a_scene_graph_that_is_given_is_as_it_was_made():
+    check(
+        PAIRS
+        + """
+import sheldrake.as_pydrake, sheldrake.geometry, pydrake.all
+
+def mixed(lib, builder):
+    return lib.AddMultibodyPlantSceneGraph(builder, lib.MultibodyPlant(1e-3), sheldrake.geometry.SceneGraph())
+
+assert contacts(pydrake.all, mixed) == 4
+"""
+    )
+
+
+def test_classes_with_drakes_defaults_make_sheldrakes_objects():
     check("""
-from sheldrake.geometry import _defaults
-import sheldrake.as_pydrake, sheldrake.all
-assert _defaults.point_contact_algorithm == "multi_point"
-import pydrake.math
-assert _defaults.point_contact_algorithm == "single_point"
+import sheldrake.as_pydrake, sheldrake.geometry, sheldrake.planning
+from pydrake.autodiffutils import AutoDiffXd
+from pydrake.geometry import SceneGraph, SceneGraph_
+from pydrake.planning import RobotDiagramBuilder
+from pydrake.planning.robot_diagram import RobotDiagramBuilder as Retired
+assert type(SceneGraph()) is sheldrake.geometry.SceneGraph and isinstance(SceneGraph(), SceneGraph)
+assert isinstance(sheldrake.geometry.SceneGraph(), SceneGraph) and not isinstance(1, SceneGraph)
+assert issubclass(sheldrake.geometry.SceneGraph, SceneGraph) and not issubclass(SceneGraph, RobotDiagramBuilder)
+assert SceneGraph_[float] is SceneGraph and Retired is RobotDiagramBuilder
+assert isinstance(SceneGraph_[AutoDiffXd](), SceneGraph_[AutoDiffXd])
+assert SceneGraph.world_frame_id() == sheldrake.geometry.SceneGraph.world_frame_id()
+
+class Mine(SceneGraph):
+    def __init__(self, name):
+        super().__init__()
+        self.set_name(name)
+
+mine = Mine("mine")
+assert type(mine) is Mine and mine.get_name() == "mine" and not isinstance(SceneGraph(), Mine)
+for made in (mine, SceneGraph(), RobotDiagramBuilder().scene_graph()):
+    assert made._model.point_contact_algorithm == "single_point"
+assert sheldrake.planning.RobotDiagramBuilder().scene_graph()._model.point_contact_algorithm == "multi_point"
 """)
 
 
@@ -160,12 +239,12 @@ def test_retired_methods_reach_their_classes():
     """A made-up module stands for the real ones, each of which has its own tests."""
     check("""
 import types, warnings
-from sheldrake import _retired
+from sheldrake._pydrake import retired
 class Simulator:
     def AdvanceTo(self, t, *, interruptible=True): return t, interruptible
 module = types.ModuleType("sheldrake.systems.analysis")
 module.Simulator = Simulator
-_retired.install(module)
+retired.install(module)
 with warnings.catch_warnings(record=True) as seen:
     warnings.simplefilter("always")
     assert Simulator().StepTo(2.0, interruptible=False) == (2.0, False)
@@ -202,14 +281,14 @@ def test_names_that_will_not_come_say_why():
 import sheldrake.as_pydrake
 import sheldrake.multibody.plant as plant
 import sheldrake.multibody.tree as tree
-from sheldrake import _pydrake_names
+from sheldrake._pydrake import names as pydrake_names
 from sheldrake.as_pydrake import missing_name
 
 text = missing_name("pydrake.multibody.plant", "DeformableModel")
 assert text.endswith("will not have: deformable bodies are out of sheldrake's scope."), text
-for names in _pydrake_names.NOT_PLANNED.values():
+for names in pydrake_names.NOT_PLANNED.values():
     for name in names:
-        assert _pydrake_names.modules_with(name) or _pydrake_names.is_module(name), name
+        assert pydrake_names.modules_with(name) or pydrake_names.is_module(name), name
         assert not hasattr(plant, name) and not hasattr(tree, name), name
 """)
 
@@ -221,4 +300,17 @@ from sheldrake.as_pydrake import missing_name
 
 text = missing_name("pydrake.examples", "{name}")
 assert text.startswith("Drake removed {name}: use "), text
+""")
+
+
+def test_numpy_comes_with_all():
+    """As with Drake's own, whose modules import it; and only with pydrake.all."""
+    check("""
+import sheldrake.all
+names = {}
+exec("from sheldrake.all import *", names)
+assert "np" not in names and "os" not in names
+import sheldrake.as_pydrake
+exec("from pydrake.all import *", names)
+assert names["np"].eye(2).sum() == 2.0 and names["math"].pi > 3 and names["os"].sep
 """)

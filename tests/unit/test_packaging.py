@@ -12,7 +12,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 
 
 def test_the_hook_compiles_with_what_the_build_environment_offers(monkeypatch, tmp_path):
-    """pip's isolated builds put numba and ziglang on PYTHONPATH: the compiling process must see them too."""
+    """pip's isolated builds put llvmlite and ziglang on PYTHONPATH: the compiling process must see them too."""
     pytest.importorskip("hatchling", reason="the hook is a class of hatchling's")
     spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
     module = importlib.util.module_from_spec(spec)

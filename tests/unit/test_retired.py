@@ -9,7 +9,7 @@ import sys
 import pytest
 
 import sheldrake
-from sheldrake import _retired
+from sheldrake._pydrake import retired
 
 ROOT = pathlib.Path(__file__).parents[2]
 
@@ -158,19 +158,19 @@ np.testing.assert_array_equal(gain.get_output_port(0).Eval(context), [2.0, 4.0, 
         assert text in result.stderr
 
 
-@pytest.mark.parametrize("module", _retired.METHODS)
+@pytest.mark.parametrize("module", retired.METHODS)
 def test_the_classes_and_todays_methods_exist(module):
     loaded = importlib.import_module(module)
-    for name, methods in _retired.METHODS[module].items():
+    for name, methods in retired.METHODS[module].items():
         cls = getattr(loaded, name)
         for old, function in methods.items():
             assert old not in vars(cls) or vars(cls)[old] is function, f"{name}.{old} is not retired"
 
 
-@pytest.mark.parametrize("module", [m for m in _retired.FUNCTIONS])
+@pytest.mark.parametrize("module", [m for m in retired.FUNCTIONS])
 def test_retired_functions_are_not_todays(module):
     loaded = importlib.import_module(module)
-    assert not set(_retired.FUNCTIONS[module]()) & set(loaded.__all__)
+    assert not set(retired.FUNCTIONS[module]()) & set(loaded.__all__)
 
 
 MULTIBODY = """

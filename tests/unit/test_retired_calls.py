@@ -253,3 +253,36 @@ def test_time_steps_had_another_name():
             system, system.CreateDefaultContext(), num_time_samples=5, minimum_timestep=0.1, maximum_timestep=0.2
         )
     assert dircol.prog().num_vars() == 14
+
+
+@pytest.mark.parametrize(
+    "old, today",
+    [
+        (lambda: m.UnitInertia.SolidCylinder(1, 2), lambda: m.UnitInertia.SolidCylinder(1, 2, [0, 0, 1])),
+        (lambda: m.UnitInertia.SolidCylinder(r=1, L=2), lambda: m.UnitInertia.SolidCylinder(1, 2, [0, 0, 1])),
+        (
+            lambda: m.UnitInertia.SolidCylinder(1, L=2, b_E=[1, 0, 0]),
+            lambda: m.UnitInertia.SolidCylinder(1, 2, [1, 0, 0]),
+        ),
+        (
+            lambda: m.UnitInertia.SolidCylinderAboutEnd(r=1, L=2),
+            lambda: m.UnitInertia.SolidCylinderAboutEnd(1, 2, [0, 0, 1]),
+        ),
+        (lambda: m.UnitInertia.ThinRod(L=2, b_E=[1, 0, 0]), lambda: m.UnitInertia.ThinRod(2, [1, 0, 0])),
+        (lambda: m.UnitInertia.StraightLine(K=2, b_E=[1, 0, 0]), lambda: m.UnitInertia.StraightLine(2, [1, 0, 0])),
+        (
+            lambda: m.UnitInertia.AxiallySymmetric(J=1, K=2, b_E=[1, 0, 0]),
+            lambda: m.UnitInertia.AxiallySymmetric(1, 2, [1, 0, 0]),
+        ),
+    ],
+)
+def test_retired_arguments_of_inertias(old, today):
+    with pytest.warns(DrakeDeprecationWarning, match="UnitInertia"):
+        got = old()
+    assert got.CopyToFullMatrix3().tolist() == today().CopyToFullMatrix3().tolist()
+
+
+def test_retired_arguments_of_inertias_of_other_scalars():
+    with pytest.warns(DrakeDeprecationWarning, match="UnitInertia.ThinRod"):
+        rod = m.UnitInertia_[m.AutoDiffXd].ThinRod(L=m.AutoDiffXd(2.0, [1.0]), unit_vector=[1.0, 0.0, 0.0])
+    np.testing.assert_allclose(rod.get_moments()[1].derivatives(), [2.0 * 2.0 / 12.0])

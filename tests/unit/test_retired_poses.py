@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import sheldrake.all as m
-from sheldrake._retired import meshcat_visualizer as viewer
+from sheldrake._pydrake.retired import meshcat_visualizer as viewer
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 
 pytestmark = pytest.mark.filterwarnings("ignore::sheldrake.common.deprecation.DrakeDeprecationWarning")

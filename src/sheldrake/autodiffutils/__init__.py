@@ -8,7 +8,6 @@ from sheldrake.autodiffutils._matrices import (
     InitializeAutoDiffTuple,
     autodiff_equal_to,
 )
-from sheldrake.common._refuse_none import refuse_none
 
 __all__ = [
     "AutoDiffXd",
@@ -17,5 +16,3 @@ __all__ = [
     "InitializeAutoDiff",
     "InitializeAutoDiffTuple",
 ]
-
-refuse_none(__name__)

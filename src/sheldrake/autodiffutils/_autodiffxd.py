@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._ieee import divide, power, real
 
 _REAL = (float, int, np.floating, np.integer, np.bool_)
@@ -275,7 +276,8 @@ class AutoDiffXd:
         """Returns the absolute value; its slope at zero is taken as +1."""
         return abs(self)
 
-    def pow(self, exponent):
+    @checked
+    def pow(self, exponent: float):
         """Returns this number raised to a float `exponent`."""
         if not isinstance(exponent, _REAL):
             return self.__pow__(exponent)

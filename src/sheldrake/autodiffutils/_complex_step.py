@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.autodiffutils._matrices import alike
 from sheldrake.common._kernels import sweep as sweep_kernel
-from sheldrake.common._native.words import first_words
+from sheldrake.common._native.binding import HERE, arguments, first_words, join
 from sheldrake.common.kernel import Kernel
 
 PATIENCE = 200
@@ -92,15 +92,15 @@ class Sweep:
         resets: Copies = (),
         copies: Copies = (),
     ):
-        bound = [kernel.on_complex.bind(*arguments) for kernel, arguments in rows]
-        words = [b.keep[0] for b in bound]
-        ends = np.cumsum([len(w) for w in words])
-        self._rows = np.array([kernel.on_complex.address for kernel, _ in rows], np.int64)
-        self._words, self._at = np.concatenate(words), np.array([0, *ends[:-1]], np.int64)
+        words, at = join(arguments(kernel.on_complex, given)[0] for kernel, given in rows)
+        self._rows = np.array([HERE.address(kernel.on_complex) for kernel, _ in rows], np.int64)
+        self._words, self._at = words.placed(), np.array(at[:-1], np.int64)
         self._resets, self._copies = _table(resets), _table(copies)
         self._outputs = outputs
-        self._keep = bound, resets, copies
+        self._keep, self._resets_of_arrays = (words, copies), resets
+        self._beginnings: list[Copies] = []
         self._plans: dict[Any, tuple[Any, np.ndarray, np.ndarray]] = {}
+        self._point_plans: dict[Any, tuple[Any, np.ndarray, np.ndarray, np.ndarray]] = {}
 
     def run(self, t: float, places: np.ndarray, by_inputs: list[np.ndarray], n: int) -> np.ndarray | int:
         """Derivatives of the outputs, one row each, shape (outputs, n); or a status that is not 0.
@@ -120,17 +120,58 @@ class Sweep:
             np.concatenate(by_inputs, out=given)
         return call.func(t, *call.args[1:]) or slopes.copy()
 
+    def beginning(self, copies: Copies) -> np.ndarray:
+        """What `run_points` copies before each point: this, and what is reset; the arrays are kept alive."""
+        self._beginnings.append(copies)
+        return _table([*copies, *self._resets_of_arrays])
+
+    def run_points(
+        self, t: float, beginning: np.ndarray, places: np.ndarray, points: np.ndarray, with_slopes: bool
+    ) -> tuple[np.ndarray, np.ndarray] | int:
+        """Values of the outputs at many points and, if wanted, their derivatives; or a status that is not 0.
+
+        Args:
+            t: Time.
+            beginning: Made by `beginning`.
+            places: Imaginary parts of the inputs (`imaginary_parts`).
+            points: Values of the inputs, shape (points, inputs).
+            with_slopes: Whether derivatives are wanted.
+
+        Returns:
+            Shapes (points, outputs) and (points, outputs, inputs), the latter (points, 0, inputs) if not wanted.
+        """
+        outputs, inputs = len(self._outputs) if with_slopes else 0, len(places)
+        key = id(beginning), places.tobytes(), len(points), with_slopes
+        plan = self._point_plans.get(key)
+        if plan is None:
+            if len(self._point_plans) >= _MOST_PLANS:
+                self._point_plans.clear()
+            given, values = np.zeros((len(points), inputs)), np.zeros((len(points), len(self._outputs)))
+            slopes = np.zeros((len(points), outputs * inputs))
+            table = self._rows, self._words, self._at, beginning, self._copies
+            call = _bound_to_all_memory(sweep_kernel.sweep_points, *table, places, given, self._outputs, values, slopes)
+            plan = self._point_plans[key] = call, given, values, slopes
+        call, given, values, slopes = plan
+        given[:] = points
+        status = call.func(t, *call.args[1:])
+        return status or (values.copy(), slopes.reshape(len(points), outputs, inputs).copy())
+
     def _plan(self, key: Any, places: np.ndarray, n: int) -> tuple[Any, np.ndarray, np.ndarray]:
         if len(self._plans) >= _MOST_PLANS:
             self._plans.clear()
-        kernel, memory = sweep_kernel.sweep, np.zeros(1)
         given, slopes = np.zeros((len(places), n)), np.zeros((len(self._outputs), n))
         table = self._rows, self._words, self._at, self._resets, self._copies
-        call = kernel.bind(0.0, memory, *table, places, given, self._outputs, slopes)
-        first = first_words(kernel)["memory"]
-        call.keep[0][first : first + 2] = 0, _ALL_OF_MEMORY
+        call = _bound_to_all_memory(sweep_kernel.sweep, *table, places, given, self._outputs, slopes)
         plan = self._plans[key] = call, given, slopes
         return plan
+
+
+def _bound_to_all_memory(kernel: Kernel, *rest: Any) -> Any:
+    """A kernel of time, of memory and of `rest`, bound so that its memory begins at address 0."""
+    call = kernel.bind(0.0, np.zeros(1), *rest)
+    first = first_words(kernel)["memory"]
+    call.keep[0][first : first + 2] = 0, _ALL_OF_MEMORY
+    return call
 
 
 def sweep_sources(sweep: Sweep, sources: list[Source], t: float = 0.0) -> np.ndarray | int | None:
@@ -156,15 +197,10 @@ def sweep_sources(sweep: Sweep, sources: list[Source], t: float = 0.0) -> np.nda
 
 
 def _table(copies: Copies) -> np.ndarray:
-    rows = [(address(to) >> 3, address(start) >> 3, to.nbytes >> 3) for to, start in copies]
+    rows = [(HERE.place(to) >> 3, HERE.place(start) >> 3, to.nbytes >> 3) for to, start in copies]
     return np.array(rows, np.int64).reshape(-1, 3)
-
-
-def address(array: np.ndarray) -> int:
-    """Where an array's memory begins."""
-    return array.__array_interface__["data"][0]
 
 
 def imaginary_parts(numbers: np.ndarray) -> np.ndarray:
     """Where the imaginary parts of a C-contiguous complex array are, as addresses by eight."""
-    return (address(numbers) >> 3) + 1 + 2 * np.arange(numbers.size, dtype=np.int64)
+    return (HERE.place(numbers) >> 3) + 1 + 2 * np.arange(numbers.size, dtype=np.int64)

@@ -2,6 +2,7 @@
 
 from ._convert import ConvertModel, WriteModel, WrittenModel
 from ._doctor import DiagnoseModel
+from ._explain_failure import ExplainFailure
 from ._findings import Diagnosis, Finding
 from ._make_urdf import MakeUrdfFromMesh, MeshModel, UnitsUnsure
 from ._units import UnitBelief
@@ -10,6 +11,7 @@ __all__ = [
     "ConvertModel",
     "DiagnoseModel",
     "Diagnosis",
+    "ExplainFailure",
     "Finding",
     "MakeUrdfFromMesh",
     "MeshModel",

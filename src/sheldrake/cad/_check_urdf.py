@@ -208,7 +208,9 @@ class UrdfText:
         found = _look_for(self._path.resolve().parent, name)
         edits, fix = [self._source.replace(role, "")], f"remove this <{role.tag}>"
         if found is not None:
-            edits, fix = [self._source.set_attribute(mesh, "filename", found)], f"'{found}' is there"
+            is_same = Path(found).stem.lower() == Path(name.partition("://")[2] or name).stem.lower()
+            fix = f"'{found}' is there" if is_same else f"did you mean '{found}'?"
+            edits = [self._source.set_attribute(mesh, "filename", found)]
         message = f"the mesh '{name}' of link '{link}' is missing ({why.partition('error: ')[2] or why})"
         self.add("error", "mesh-missing", link, message, mesh, fix, edits)
 
@@ -221,22 +223,24 @@ def _number(text: str | None) -> float | None:
 
 
 _MESHES = (".obj", ".stl", ".dae", ".gltf", ".glb", ".ply", ".vtk")
+_LIKE = 0.8  # names less alike are not taken for each other
 _LOOKED_AT = 5000  # files; a home folder is not searched to its end
 
 
 def _look_for(folder: Path, name: str) -> str | None:
-    """The relative name of a file below the model's folder that may be the one meant: same stem, near spelling."""
+    """The relative name of a file below the model's folder that may be the one meant: of the same stem or nearly."""
     wanted = Path(name.partition("://")[2] or name).name.lower()
     stem, suffix = os.path.splitext(wanted)
-    best, rank = None, 0
+    best, rank = None, 0.0
     count = 0
     for place, folders, files in os.walk(folder):
         folders.sort()
         for file in sorted(files):
             count += 1
             other, other_suffix = os.path.splitext(file.lower())
-            if other == stem and other_suffix in _MESHES:
-                score = 3 if other_suffix == suffix else 2
+            likeness = difflib.SequenceMatcher(None, stem, other).ratio() if other_suffix in _MESHES else 0.0
+            if likeness >= _LIKE:
+                score = 2.0 * (likeness == 1.0) + (other_suffix == suffix) + likeness
                 if score > rank:
                     best, rank = Path(place, file), score
         if count > _LOOKED_AT:

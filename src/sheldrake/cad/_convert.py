@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraph
+    from sheldrake.multibody.plant import MultibodyPlant
 
 
 @dataclass
@@ -24,7 +28,9 @@ class WrittenModel:
     notes: list[str] = field(default_factory=list)
 
 
-def WriteModel(plant: Any, path: Any, scene_graph: Any = None, *, obj_meshes: bool = False) -> WrittenModel:
+def WriteModel(
+    plant: MultibodyPlant, path: Any, scene_graph: SceneGraph | None = None, *, obj_meshes: bool = False
+) -> WrittenModel:
     """Writes what is in a plant as URDF or SDFormat, by the ending of the path.
 
     Links, inertias, joints, limits, damping, springs, actuators, mimic, fixed frames, geometry with its roles, colours

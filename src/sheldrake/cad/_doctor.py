@@ -152,7 +152,8 @@ class _Doctor:
                 fault = fault._replace(severity="note", message=fault.message + "; it never moves")
             self._report(body, element, fault, mass, solids)
         if mass == 0.0 and solids is not None and not np.any(I_BBcm):
-            fault = BodyFault("note", "mass-zero", f"'{body.name}' has geometry and no mass", False)
+            severity, end = ("note", "") if stands_still else ("warning", ": it moves without inertia")
+            fault = BodyFault(severity, "mass-zero", f"'{body.name}' has geometry and no mass{end}", False)
             self._report(body, element, fault, mass, solids)
 
     def _report(self, body: Any, element: Any, fault: BodyFault, mass: float, solids: Solids | None) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.multibody.parsing._files.diagnostics import Location
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 from sheldrake.multibody.parsing._reading.reading import unique_name
+from sheldrake.multibody.plant._parts import parts_of
 
 KNOWN_JOINTS = ("revolute", "prismatic", "weld", "planar", "ball_rpy", "universal", "screw")
 _MATERIAL = ("coulomb_friction", "hunt_crossley_dissipation", "relaxation_time", "point_contact_stiffness",
@@ -244,7 +245,7 @@ class _Taker:
     def _take_constraints(self) -> None:
         joints = {part.joint.index(): part for part in self._parts.joints}
         for constraint_id in self._plant.GetConstraintIds():
-            record = self._plant._constraints[constraint_id]
+            record = parts_of(self._plant).elements.constraints[constraint_id]
             if record.kind == "coupler" and joints[record.A.index()].mimics is None:
                 ratio, offset = record.numbers[:2]
                 joints[record.A.index()].mimics = (joints[record.B.index()].name, ratio, offset)

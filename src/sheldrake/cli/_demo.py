@@ -1,90 +1,263 @@
-"""`sheldrake demo`: a block falls on the ground; page, trajectory, plot and replay are what it leaves."""
+"""A part falls on the ground: page, trajectory, plot and replay are what it leaves.
+
+Without a model it drops our block. The page opens by itself where there is a browser; the part falls once somebody
+looks, slowly enough to be seen, and the page keeps the replay until Ctrl-C.
+
+examples:
+  sheldrake demo                   a block with two holes
+  sheldrake demo part.urdf         your own part, from a height that fits it
+  sheldrake demo --headless        no page: as fast as possible
+"""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
+import os
 import pathlib
+import sys
 import time
+import webbrowser
+from typing import Any
+
+import numpy as np
 
 import sheldrake
+
+_PATIENCE = 20.0  # how long it waits for the first page [s]
+_DRAWING = 60.0  # how long, once somebody has come, for the page to draw the scene [s]
+_FALL, _IMPACT = 1.5, 5.0  # how long a person sees the part fall, and hit the ground, at least [s]
+_PUBLISH_PERIOD = 4e-3  # [s]; in slow motion still many pictures a second
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake demo` takes."""
-    parser.add_argument("model", nargs="?", help="a model with one free body (default: our block)")
-    parser.add_argument("--headless", action="store_true", help="as fast as possible, and end without waiting")
+    parser.add_argument("model", nargs="?", help="a model that floats, or the name of one (default: our block)")
+    parser.add_argument("--headless", action="store_true", help="no page: as fast as possible, and end")
+    parser.add_argument("--no-browser", action="store_true", help="leave it to you to open the page")
     parser.add_argument("--seconds", type=float, default=15.0, help="simulated time [s] (default: 15)")
     parser.add_argument("--out", default="sheldrake-demo", help="folder for the files (default: sheldrake-demo)")
 
 
 def run(options: argparse.Namespace) -> int:
-    """Drops the block and writes the files; returns the exit status."""
-    start = time.perf_counter()
-    out = pathlib.Path(options.out)
-    out.mkdir(parents=True, exist_ok=True)
-    model = options.model or sheldrake.model_path("two_hole_block/two_hole_block.urdf")
-    simulator, meshcat, logger, names = _scene(model)
-    visualizer_time = time.perf_counter()
-    if not options.headless:
-        print(f"Watch it at {meshcat.web_url()}", flush=True)
-        simulator.set_target_realtime_rate(1.0)
-        meshcat.SetRealtimeRate(1.0)
-    meshcat.StartRecording()
-    simulator.AdvanceTo(options.seconds)
-    meshcat.StopRecording()
-    meshcat.PublishRecording()
-    took = time.perf_counter() - visualizer_time
+    """Drops the part and writes the files; returns the exit status."""
+    from sheldrake.cli._model_names import find_model
+    from sheldrake.cli._warnings import warnings_in_one_line
 
-    log = logger.FindLog(simulator.get_context())
-    log.ToNpz(out / "block.npz")
-    log.ToCsv(out / "block.csv")
-    _plot(log, names, out / "block.png")
-    (out / "block.html").write_text(meshcat.StaticHtml(), encoding="utf-8")
-    state = log.data()[:, -1]
-    speed = float(abs(state[7:13]).max())
-    rest = "at rest" if speed < 1e-6 else f"still moving at {speed:.2g} (rad/s or m/s)"
-    print(f"{options.seconds:g} s simulated in {took:.2f} s; {log.num_samples()} samples; the block is {rest}.")
-    for name, what in (
-        ("block.npz", "trajectory, NumPy"),
-        ("block.csv", "trajectory, text"),
-        ("block.png", "plot"),
-        ("block.html", "replay, opens without a network"),
-    ):
-        print(f"  {out / name!s:28} {what}")
-    print(f"Done in {time.perf_counter() - start:.1f} s.")
+    start = time.perf_counter()
+    try:
+        model = find_model(options.model or "two_hole_block")
+        if options.model:
+            _consult(model)
+        with warnings_in_one_line(model):
+            scene = _Scene(model)
+    except (OSError, RuntimeError, ValueError) as error:
+        print(f"sheldrake demo: {error}", file=sys.stderr)
+        return 1
+    try:
+        rehearsal = scene.rehearse(options.seconds)
+        if not options.headless:
+            _invite(scene.meshcat, opens=not options.no_browser)
+        took = scene.play(rehearsal, options.seconds, slowly=not options.headless)
+        is_at_rest = _write(scene, pathlib.Path(options.out), options.seconds, took)
+        if not is_at_rest:
+            print(scene.why())
+        print(f"Done in {time.perf_counter() - start:.1f} s.", flush=True)
+        if not options.headless:
+            _stay(scene.meshcat)
+    except KeyboardInterrupt:
+        print()
+    except RuntimeError as error:
+        print(f"sheldrake demo: the run fails: {error}", file=sys.stderr)
+        print(scene.why(), file=sys.stderr)
+        return 1
     return 0
 
 
-def _scene(model: str):
-    from sheldrake.geometry import HalfSpace, Meshcat, MeshcatVisualizer
-    from sheldrake.math import RigidTransform, RollPitchYaw
-    from sheldrake.multibody.parsing import Parser
-    from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
-    from sheldrake.systems.analysis import Simulator
-    from sheldrake.systems.framework import DiagramBuilder
-    from sheldrake.systems.primitives import LogVectorOutput
+def _consult(model: str) -> None:
+    """Says first what is wrong with a model: what follows is the model's doing."""
+    from sheldrake.cad import DiagnoseModel
 
-    builder = DiagramBuilder()
-    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
-    (block,) = Parser(plant).AddModels(model)
-    ground, X_WG = HalfSpace(), RigidTransform()
-    plant.RegisterCollisionGeometry(plant.world_body(), X_WG, ground, "ground_collision", CoulombFriction(0.7, 0.5))
-    plant.RegisterVisualGeometry(plant.world_body(), X_WG, ground, "ground_visual", [0.55, 0.6, 0.65, 1.0])
-    plant.Finalize()
-    logger = LogVectorOutput(plant.get_state_output_port(block), builder)
-    meshcat = Meshcat()
-    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat)
-    diagram = builder.Build()
-    context = diagram.CreateDefaultContext()
-    (body,) = (plant.get_body(i) for i in plant.GetFloatingBaseBodies())
-    X_WB = RigidTransform(RollPitchYaw(0.3, 0.2, 0.1), [0.0, 0.0, 0.1])
-    plant.SetFreeBodyPose(plant.GetMyContextFromRoot(context), body, X_WB)
-    simulator = Simulator(diagram, context)
-    simulator.Initialize()
-    return simulator, meshcat, logger, plant.GetStateNames(block)
+    if not model.lower().endswith((".urdf", ".sdf", ".xml")) or not os.path.isfile(model):
+        return
+    errors = DiagnoseModel(model).errors()
+    for finding in errors:
+        print(finding, file=sys.stderr)
+    if any(finding.is_fixable for finding in errors):
+        print(f"mended by: sheldrake doctor {model} --fix FILE", file=sys.stderr)
 
 
-def _plot(log, names: list[str], path: pathlib.Path) -> None:
+class _Scene:
+    """A part above the ground, ready to fall.
+
+    Args:
+        model: The file of the part.
+
+    Raises:
+        RuntimeError: when the file cannot be read.
+        ValueError: when nothing in it floats.
+    """
+
+    def __init__(self, model: str):
+        from sheldrake.geometry import HalfSpace, Meshcat, MeshcatVisualizer, MeshcatVisualizerParams
+        from sheldrake.math import RigidTransform
+        from sheldrake.multibody.parsing import Parser
+        from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+        from sheldrake.systems.framework import DiagramBuilder
+        from sheldrake.systems.primitives import LogVectorOutput
+
+        builder = DiagramBuilder()
+        self.plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step=1e-3)
+        plant = self.plant
+        instances = Parser(plant).AddModels(model)
+        ground, X_WG = HalfSpace(), RigidTransform()
+        plant.RegisterCollisionGeometry(plant.world_body(), X_WG, ground, "ground_collision", CoulombFriction(0.7, 0.5))
+        plant.RegisterVisualGeometry(plant.world_body(), X_WG, ground, "ground_visual", [0.55, 0.6, 0.65, 1.0])
+        plant.Finalize()
+        floating = [plant.get_body(index) for index in sorted(plant.GetFloatingBaseBodies())]
+        if not floating:
+            raise ValueError(f"nothing in {model} floats: all of it is welded to the world, so nothing can fall.")
+        self.body, instance = floating[0], instances[0]
+        is_ours = model == sheldrake.model_path("two_hole_block/two_hole_block.urdf")
+        self.name = "block" if is_ours else plant.GetModelInstanceName(instance)
+        self.state_names = plant.GetStateNames(instance)
+        self.logger = LogVectorOutput(plant.get_state_output_port(instance), builder)
+        self.meshcat = Meshcat()
+        params = MeshcatVisualizerParams(publish_period=_PUBLISH_PERIOD, delete_on_initialization_event=False)
+        MeshcatVisualizer.AddToBuilder(builder, scene_graph, self.meshcat, params)
+        self.diagram = builder.Build()
+        self.context = self.diagram.CreateDefaultContext()
+        self._lift(scene_graph)
+
+    def _lift(self, scene_graph: Any) -> None:
+        """Turns the part a little and places it above the ground, three times its size."""
+        from sheldrake.math import RigidTransform, RollPitchYaw
+
+        plant, rotation = self.plant, RollPitchYaw(0.3, 0.2, 0.1)
+        context = plant.GetMyMutableContextFromRoot(self.context)
+        plant.SetFreeBodyPose(context, self.body, RigidTransform(rotation, [0.0, 0.0, 0.0]))
+        query = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(self.context))
+        corners = [
+            box.pose() @ (np.array([x, y, z]) * box.half_width())
+            for geometry in query.inspector().GetAllGeometryIds()
+            if (box := query.ComputeObbInWorld(geometry)) is not None
+            for x in (-1, 1)
+            for y in (-1, 1)
+            for z in (-1, 1)
+        ]
+        points = np.array(corners) if corners else np.zeros((1, 3))
+        self.size = float(np.linalg.norm(np.ptp(points, axis=0)))
+        height = 3.0 * self.size - float(points[:, 2].min())
+        plant.SetFreeBodyPose(context, self.body, RigidTransform(rotation, [0.0, 0.0, height]))
+
+    def why(self) -> str:
+        """Says why the last run went wrong."""
+        from sheldrake.cad import ExplainFailure
+
+        return ExplainFailure(self.simulator)
+
+    def rehearse(self, seconds: float) -> tuple[float, float]:
+        """Lets a copy fall, out of sight; returns when it first touches something and when it comes to rest [s].
+
+        Kernels that are not compiled yet are compiled here, before any clock runs.
+        """
+        from sheldrake.systems.analysis import Simulator
+
+        self.simulator = simulator = Simulator(self.diagram, self.context.Clone())
+        simulator.AdvanceTo(seconds)
+        self.diagram.ForcedPublish(self.context)  # the page shows where it starts
+        log = self.logger.FindLog(simulator.get_context())
+        times = log.sample_times()
+        speed = np.abs(log.data()[self.plant.num_positions() :]).max(axis=0, initial=0.0)
+        slowed = np.flatnonzero(np.diff(speed) < 0.0)
+        moves = np.flatnonzero(speed > 1e-3 * speed.max(initial=0.0))
+        impact = float(times[slowed[0]]) if len(slowed) else seconds
+        return impact, max(impact, float(times[moves[-1]]) if len(moves) else 0.0)
+
+    def play(self, rehearsal: tuple[float, float], seconds: float, slowly: bool) -> float:
+        """Lets the part fall and records it; returns the seconds it took.
+
+        Args:
+            rehearsal: When it touches the ground and when it rests [s].
+            seconds: When to end [s].
+            slowly: Whether for eyes: the fall and the impact in slow motion, then in real time.
+        """
+        from sheldrake.systems.analysis import Simulator
+
+        impact, rest = rehearsal
+        self.simulator, meshcat, start = Simulator(self.diagram, self.context), self.meshcat, time.perf_counter()
+        self.simulator.Initialize()
+        meshcat.StartRecording()
+        before = 0.0
+        for end, least in ((impact, _FALL), (rest, _IMPACT), (seconds, 0.0)):
+            end = min(end, seconds)
+            if slowly and end > before:
+                rate = min(1.0, (end - before) / least) if least else 1.0
+                self.simulator.set_target_realtime_rate(rate)
+                self.simulator.ResetStatistics()
+                meshcat.SetRealtimeRate(rate)
+            self.simulator.AdvanceTo(end)
+            before = end
+        meshcat.StopRecording()
+        meshcat.PublishRecording()
+        return time.perf_counter() - start
+
+
+def _invite(meshcat: Any, opens: bool) -> None:
+    """Says where the page is, opens it where there is a browser, and waits until somebody looks, for a while."""
+    print(f"Watch it at {meshcat.web_url()}", flush=True)
+    if opens and _has_screen():
+        webbrowser.open(meshcat.web_url())
+    deadline, connected = time.monotonic() + _PATIENCE, False
+    print(f"It falls when the page is open, or in {_PATIENCE:g} s.", flush=True)
+    while time.monotonic() < deadline and not meshcat._is_shown():
+        if meshcat.GetNumActiveConnections() and not connected:
+            connected, deadline = True, time.monotonic() + _DRAWING
+        time.sleep(0.05)
+
+
+def _has_screen() -> bool:
+    """Whether a browser can be shown: not at the other end of an ssh connection, nor without a screen."""
+    if sys.platform.startswith("linux"):
+        return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return "SSH_CONNECTION" not in os.environ
+
+
+def _stay(meshcat: Any) -> None:
+    """Keeps the page and its replay until Ctrl-C, where somebody looks or could."""
+    if not (meshcat.GetNumActiveConnections() or sys.stdout.isatty()):
+        return
+    from sheldrake.common._ctrl_c import deferred_ctrl_c
+
+    print(f"The page {meshcat.web_url()} replays it as often as you like; Ctrl-C ends it.", flush=True)
+    with deferred_ctrl_c() as check, contextlib.suppress(KeyboardInterrupt):
+        while True:
+            check()
+            time.sleep(0.05)
+
+
+def _write(scene: _Scene, out: pathlib.Path, seconds: float, took: float) -> bool:
+    """Writes trajectory, plot and replay, and says how the part ended; returns whether it came to rest."""
+    out.mkdir(parents=True, exist_ok=True)
+    name, log = scene.name, scene.logger.FindLog(scene.simulator.get_context())
+    log.ToNpz(out / f"{name}.npz")
+    log.ToCsv(out / f"{name}.csv")
+    _plot(log, scene.state_names, out / f"{name}.png")
+    (out / f"{name}.html").write_text(scene.meshcat.StaticHtml(), encoding="utf-8")
+    speed = float(np.abs(log.data()[scene.plant.num_positions() :, -1]).max(initial=0.0))
+    rest = "at rest" if speed < 1e-6 else f"still moving at {speed:.2g} (rad/s or m/s)"
+    print(f"{seconds:g} s simulated in {took:.2f} s; {log.num_samples()} samples; the {name} is {rest}.")
+    for ending, what in (
+        ("npz", "trajectory, NumPy"),
+        ("csv", "trajectory, text"),
+        ("png", "plot"),
+        ("html", "replay, opens without a network"),
+    ):
+        print(f"  {out / f'{name}.{ending}'!s:28} {what}")
+    return rest == "at rest"
+
+
+def _plot(log: Any, names: list[str], path: pathlib.Path) -> None:
     import matplotlib
 
     matplotlib.use("Agg")

@@ -13,7 +13,6 @@ from typing import Any
 _PACKAGES = (
     "numpy",
     "scipy",
-    "numba",
     "llvmlite",
     "viser",
     "trimesh",
@@ -23,7 +22,14 @@ _PACKAGES = (
     "sympy",
     "drake",
 )
-_VARIABLES = ("SHELDRAKE_CACHE_DIR", "SHELDRAKE_JIT", "SHELDRAKE_BOUNDSCHECK", "SHELDRAKE_PREBUILT", "SHELDRAKE_QUIET")
+_VARIABLES = (
+    "SHELDRAKE_CACHE_DIR",
+    "SHELDRAKE_JIT",
+    "SHELDRAKE_BOUNDSCHECK",
+    "SHELDRAKE_SANITIZE",
+    "SHELDRAKE_PREBUILT",
+    "SHELDRAKE_QUIET",
+)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -67,9 +73,9 @@ def _prebuilt() -> str:
 
 
 def _cache() -> dict[str, Any]:
-    """What this machine has compiled; needs numba."""
-    if _version("numba") is None:
-        return {"cache folder": "none: numba is not installed (pip install 'sheldrake[kernels]' to compile kernels)"}
+    """What this machine has compiled; needs llvmlite."""
+    if _version("llvmlite") is None:
+        return {"cache folder": "none: llvmlite is not installed (pip install 'sheldrake[kernels]' to compile kernels)"}
     from sheldrake.common._native.store import cache_folder
 
     folder = cache_folder()

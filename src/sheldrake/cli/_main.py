@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import importlib
 import os
 import sys
@@ -19,6 +20,16 @@ Try, in this order:
   sheldrake view robot.urdf      a model in a page, with a slider for each joint
   sheldrake run script.py        runs a script written for pydrake, as it is
   sheldrake info                 what is installed, and where compiled kernels are kept
+"""
+
+_EXIT_CODES = """\
+exit codes:
+  0     done
+  1     not done, or done and found wanting (doctor: errors are left); the last line says why
+  2     a command, an option or a file that cannot be understood
+  3     done, but for something left out (convert --strict)
+  130   ended by Ctrl-C
+  141   nobody reads the output any more
 """
 
 _READER_GONE = 141  # what shells say of a program whose output nobody reads any more
@@ -50,13 +61,17 @@ _TOOLS = {
     "convert": "a robot description in another format",
     "plot": "a picture of a log",
     "report": "one page about a run: replay, plots, contacts, diagram",
+    "page": "one page that simulates what a script simulates",
+    "c": "what a script simulates as a C library",
 }
 """Commands whose file declares their arguments, and what they are for."""
 
 
 def _parser() -> argparse.ArgumentParser:
     formatter = argparse.RawDescriptionHelpFormatter
-    parser = argparse.ArgumentParser(prog="sheldrake", description=_DESCRIPTION, formatter_class=formatter)
+    parser = argparse.ArgumentParser(
+        prog="sheldrake", description=_DESCRIPTION, epilog=_EXIT_CODES, formatter_class=formatter
+    )
     parser.add_argument("--version", action="version", version=f"sheldrake {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND")
 
@@ -86,6 +101,16 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
+def _misspelt(parser: argparse.ArgumentParser, words: list[str]) -> str | None:
+    """What to say of a command that does not exist; None where there is one, or none is given."""
+    commands = [c for action in parser._subparsers._group_actions for c in action.choices]  # type: ignore[union-attr]
+    if not words or words[0].startswith("-") or words[0] in commands:
+        return None
+    close = difflib.get_close_matches(words[0], commands, n=1)
+    hint = f"did you mean '{close[0]}'?" if close else f"there are {', '.join(commands)}."
+    return f"sheldrake: there is no command '{words[0]}'; {hint}"
+
+
 def main(argv: list[str] | None = None) -> int:
     """Runs the command.
 
@@ -96,7 +121,12 @@ def main(argv: list[str] | None = None) -> int:
         The exit status: 0 when all went well.
     """
     parser = _parser()
-    args = parser.parse_args(argv)
+    words = sys.argv[1:] if argv is None else argv
+    unknown = _misspelt(parser, words)
+    if unknown is not None:
+        print(unknown, file=sys.stderr)
+        return 2
+    args = parser.parse_args(words)
     if args.command is None:
         parser.print_help()
         return 0
@@ -105,7 +135,7 @@ def main(argv: list[str] | None = None) -> int:
         sys.stdout.flush()
         return status
     except ModuleNotFoundError as error:
-        if args.command == "run" or error.name not in ("numba", "llvmlite"):
+        if args.command == "run" or error.name != "llvmlite":
             raise
         print(f"sheldrake {args.command}: {error}", file=sys.stderr)
         return 1

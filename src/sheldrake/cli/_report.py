@@ -50,7 +50,7 @@ def _of_script(options: argparse.Namespace, output: str) -> int:
     try:
         status = _run.run(options)
     except SystemExit as end:
-        status = _status_of(end.code)
+        status = status_of(end.code)
     done = [s for s in simulators if s.get_context() is not None and s.get_num_steps_taken() > 0]
     if not done:
         print("sheldrake report: the script ran no simulation; there is nothing to report.", file=sys.stderr)
@@ -69,7 +69,7 @@ def _of_script(options: argparse.Namespace, output: str) -> int:
     return status
 
 
-def _status_of(code: Any) -> int:
+def status_of(code: Any) -> int:
     """The exit status of a script that ends with sys.exit(code)."""
     if code is None or isinstance(code, int):
         return int(code or 0)
@@ -90,7 +90,7 @@ def _watch() -> list[Any]:
         simulators.append(self)
 
     def build_with_logs(self: Any) -> Any:
-        _log_states(self)
+        log_states(self)
         return build(self)
 
     Simulator.__init__ = init  # type: ignore[method-assign]
@@ -98,7 +98,8 @@ def _watch() -> list[Any]:
     return simulators
 
 
-def _log_states(builder: Any) -> None:
+def log_states(builder: Any) -> None:
+    """Logs the state of every plant in a diagram in the making that is not logged yet."""
     from sheldrake.systems.primitives import LogVectorOutput
 
     logged = {

@@ -121,10 +121,10 @@ def _below_here(trace: TracebackType | None) -> TracebackType | None:
 
 def _hint(error: BaseException) -> str | None:
     """For a name of pydrake that the script uses but has not: where it is to be had, or that sheldrake lacks it."""
-    from sheldrake import _pydrake_names, as_pydrake
+    from sheldrake._pydrake import alias, names
 
     name = (getattr(error, "name", None) or "") if isinstance(error, NameError) else ""
-    modules = _pydrake_names.modules_with(name)
+    modules = names.modules_with(name)
     for module in modules:
         try:
             found = hasattr(importlib.import_module(module), name)
@@ -132,7 +132,7 @@ def _hint(error: BaseException) -> str | None:
             found = False
         if found:
             return f"write `from {module} import {name}`."
-    return as_pydrake.missing_name(modules[0] if modules else "", name)
+    return alias.missing_name(modules[0] if modules else "", name)
 
 
 def _say_where_interrupted(trace: TracebackType | None) -> None:

@@ -1,10 +1,12 @@
-"""Shows models in a page: looks, collisions, inertias and contacts can be switched there, and each joint has a slider.
+"""Shows models in a page: joints have sliders; looks, collisions and inertias can be switched.
 
-The page's button "Reload Model Files" reads the files again. "Stop Running" or Escape in the page, or Ctrl-C here,
-ends it.
+A name in place of a file is looked up in sheldrake's models, in example-robot-data and in robot_descriptions, where
+they are installed. What floats stands on the ground and has sliders for its place and its roll, pitch and yaw. The
+page's button "Reload Model Files" reads the files again. "Stop Running" or Escape in the page, or Ctrl-C here, ends it.
 
 examples:
   sheldrake view robot.urdf                   URDF, SDFormat, MJCF, a mesh, or model directives
+  sheldrake view go2                          a robot of an installed package
   sheldrake view robot.urdf -q 0.1 0.5        with joints at these positions [rad or m]
   sheldrake view part.obj --frames --once     shows it once and ends
 """
@@ -12,13 +14,16 @@ examples:
 from __future__ import annotations
 
 import argparse
+import sys
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake view` takes."""
-    parser.add_argument("file", nargs="+", help="model or mesh file, or a package:// address")
+    parser.add_argument("file", nargs="+", help="model or mesh file, a package:// address, or the name of a robot")
     parser.add_argument("-q", "--position", type=float, nargs="+", help="positions of all joints to begin with")
     parser.add_argument("--frames", action="store_true", help="draw the frames as axes")
+    parser.add_argument("--contacts", action="store_true", help="draw the forces between bodies that overlap")
+    parser.add_argument("--weld-base", action="store_true", help="weld what floats to the world")
     parser.add_argument("--window", "-w", action="store_true", help="open the page in a browser")
     parser.add_argument("--pyplot", action="store_true", help="draw in a matplotlib figure, too")
     parser.add_argument("--once", action="store_true", help="show the models once and end")
@@ -26,13 +31,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Shows the models; returns the exit status."""
+    from sheldrake.cli._model_names import find_model
+    from sheldrake.cli._warnings import warnings_in_one_line
     from sheldrake.visualization.model_visualizer import _show
 
+    try:
+        files = [find_model(name) for name in options.file]
+    except (ImportError, OSError) as error:
+        print(f"sheldrake view: {error}", file=sys.stderr)
+        return 1
     return _show(
-        options.file,
+        files,
         options.position,
         options.once,
+        reading=warnings_in_one_line(*files),
         visualize_frames=options.frames,
+        publish_contacts=options.contacts,
+        weld_base=options.weld_base,
         browser_new=options.window,
         pyplot=options.pyplot,
     )

@@ -110,8 +110,8 @@ class _Fields(_Schema):
         try:
             object.__setattr__(self, name, self._KINDS[name](value))
         except Mismatch:
-            words = getattr(self._KINDS[name], "words")  # noqa: B009
-            raise TypeError(f"{type(self).__name__}.{name} takes a {words}, not {value!r}.") from None
+            description = getattr(self._KINDS[name], "description")  # noqa: B009
+            raise TypeError(f"{type(self).__name__}.{name} takes a {description}, not {value!r}.") from None
 
 
 class Distribution:

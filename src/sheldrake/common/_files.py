@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import copy
+import errno
 import hashlib
 import os
+import secrets
+import stat
 import tempfile
+from collections.abc import Iterator
 from functools import total_ordering
 from pathlib import Path
 from types import SimpleNamespace
@@ -98,7 +103,7 @@ class MemoryFile:
             RuntimeError: it cannot be read.
         """
         try:
-            contents = Path(path).read_bytes()
+            contents = regular_bytes(path)
         except OSError as error:
             raise RuntimeError(f"MemoryFile::Make() cannot read the file '{path}': {error.strerror}.") from None
         return MemoryFile(contents, Path(path).suffix, str(path))
@@ -141,6 +146,56 @@ class MemoryFile:
     def __repr__(self) -> str:
         shown = repr(self._contents) if len(self._contents) <= 100 else f"<{self._contents[:100]!r}...>"
         return f"MemoryFile(contents={shown}, extension={self._extension!r}, filename_hint={self._filename_hint!r})"
+
+
+def regular_bytes(path: str | os.PathLike, most: int = 1 << 30) -> bytes:
+    """What a regular file holds; a pipe or a device, which may never end, is refused at once.
+
+    Args:
+        path: The file.
+        most: More bytes than these are refused.
+
+    Raises:
+        OSError: it cannot be read, is no regular file, or is too large.
+    """
+    name = os.fspath(path)
+    descriptor = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+    try:
+        found = os.fstat(descriptor)
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(errno.EINVAL, "it is no regular file", name)
+        if found.st_size > most:
+            raise OSError(errno.EFBIG, f"it has {found.st_size} bytes, and no more than {most} are read", name)
+        with os.fdopen(descriptor, "rb", closefd=False) as file:
+            return file.read(found.st_size)
+    finally:
+        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def whole_file(path: str | os.PathLike, **options: Any) -> Iterator[Any]:
+    """A new file that takes the place of `path` once all of it is written; what was there stays if that fails.
+
+    Args:
+        path: The file; a pipe or a device is written as it is.
+        options: Of `open` for text (encoding, newline); without any, the file takes bytes.
+
+    Raises:
+        OSError: it cannot be written; nothing is left behind.
+    """
+    place, kind = Path(os.path.realpath(path)), "" if options else "b"
+    if place.exists() and not place.is_file():
+        with open(place, f"w{kind}", **options) as file:
+            yield file
+        return
+    part = place.with_name(f".{place.name[:100]}.{secrets.token_hex(8)}")
+    try:
+        with open(part, f"x{kind}", **options) as file:
+            yield file
+        os.replace(part, place)
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
 
 
 def _resource_roots() -> list[Path]:

@@ -49,6 +49,6 @@ def flag(value: Any) -> bool:
     return bool(instance_of(bool, int)(value))
 
 
-def called(words: str) -> Kind:
+def called(description: str) -> Kind:
     """Kind: whatever is given, called so in errors; the body of the call looks at it."""
-    return kind(words)(lambda value: value)
+    return kind(description)(lambda value: value)

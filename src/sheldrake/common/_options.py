@@ -9,9 +9,11 @@ import types
 import typing
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
+
+from sheldrake.common._overloads import Mismatch
 
 
 class Options:
@@ -35,7 +37,7 @@ class Options:
 
     def __init__(self, *args: Any, **kwargs: Any):
         if args:
-            raise TypeError(
+            raise Mismatch(
                 f"{type(self).__name__}(): incompatible constructor arguments; settings are given by name "
                 f"({', '.join(self._kinds) or 'there are none'}), not {args[0]!r}."
             )
@@ -43,6 +45,10 @@ class Options:
             object.__setattr__(self, name, copied(default))
         for name, value in kwargs.items():
             setattr(self, name, value)
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any: ...  # the settings, which `_fields` names
 
     def __setattr__(self, name: str, value: Any) -> None:
         owner = type(self).__name__
@@ -92,7 +98,7 @@ def converted(where: str, kind: Any, value: Any) -> Any:
     found = _as_kind(kind, value)
     if found is _MISFIT:
         name = getattr(kind, "__name__", str(kind))
-        raise TypeError(f"{where}: incompatible function arguments; expected {name}, got {value!r}.")
+        raise Mismatch(f"{where}: incompatible function arguments; expected {name}, got {value!r}.")
     return found
 
 

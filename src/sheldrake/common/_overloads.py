@@ -1,8 +1,8 @@
 """Calls that may be made in several ways: how they are stated, who chooses among them, and the error that lists them.
 
 A way to make a call is an `overload`: names of its parameters, and what each takes. What a parameter takes is a *kind*:
-a function that converts a value, or raises `Mismatch`; its attribute `words` names it in errors (kinds in common use
-are in `_kinds`). State the ways beside the body that they all lead to,
+a function that converts a value, or raises `Mismatch`; its attribute `description` names it in errors (kinds in common
+use are in `_kinds`). State the ways beside the body that they all lead to,
 
     @overloaded(overload(e=expression), overload(binding=instance_of(Binding), tol=(number, 1e-6)))
     def AddCost(self, what, tol=1e-6): ...
@@ -24,17 +24,25 @@ _NO_TARGET = object()
 
 
 class Mismatch(TypeError):
-    """A value that a kind does not take; the next way to make the call is tried."""
+    """Arguments that a call does not take, or a value that a kind does not.
+
+    The next way to make the call is tried, and by `Foo_(...)` the class of the next scalar.
+    """
 
     def __init__(self, text: str = "incompatible function arguments: one is of the wrong type") -> None:
         super().__init__(text)
 
 
-def kind(words: str) -> Callable[[_Kind], _Kind]:
-    """Decorates a converter with what it takes in words."""
+# Tracebacks say what people catch.
+Mismatch.__name__ = Mismatch.__qualname__ = "TypeError"
+Mismatch.__module__ = "builtins"
+
+
+def kind(description: str) -> Callable[[_Kind], _Kind]:
+    """Decorates a converter with a description of what it takes."""
 
     def name(convert: _Kind) -> _Kind:
-        setattr(convert, "words", words)  # noqa: B010 (functions and partials have no such attribute for mypy)
+        setattr(convert, "description", description)  # noqa: B010 (functions and partials have no such attribute for mypy)
         return convert
 
     return name
@@ -51,8 +59,8 @@ class Overload(NamedTuple):
     def __str__(self) -> str:
         shown = []
         for name, convert in zip(self.names, self.kinds):
-            words = getattr(convert, "words", None)
-            shown.append(name if words is None else f"{name}: {words}")
+            description = getattr(convert, "description", None)
+            shown.append(name if description is None else f"{name}: {description}")
             if name in self.defaults:
                 default = self.defaults[name]
                 shown[-1] += f" = {default!r}" if isinstance(default, (int, float, str, type(None))) else " = ..."
@@ -163,14 +171,11 @@ def describe(value: Any) -> str:
 
 def incompatible(
     call: str, accepted: Sequence[str], args: Sequence[Any], kwargs: Mapping[str, Any], *, constructor: bool = False
-) -> TypeError:
-    """The TypeError for a call with arguments of the wrong names or types.
-
-    The words `incompatible ... arguments` are what `Foo_(...)` looks for when it tries one scalar after the other.
-    """
+) -> Mismatch:
+    """The error for a call with arguments of the wrong names or types."""
     found = [describe(value) for value in args] + [f"{name}={describe(value)}" for name, value in kwargs.items()]
     what = "constructor" if constructor else "function"
-    return TypeError(
+    return Mismatch(
         f"{call}(): incompatible {what} arguments. Got ({', '.join(found)}); accepted: {', '.join(accepted)}."
     )
 

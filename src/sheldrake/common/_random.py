@@ -53,11 +53,18 @@ class RandomGenerator:
 
     def SetFromPlain(self, content: dict) -> None:
         """Goes on from where `ToPlain` was called."""
-        state = {"key": content["key"], "pos": content["position"]}
+        key, position = content["key"], content["position"]
+        if _shape_and_kind(key) != ((624,), "u") or type(position) is not int or not 0 <= position <= 624:
+            raise ValueError("that is no state of a RandomGenerator")  # NumPy would read what is behind it
+        state = {"key": key, "pos": position}
         self._bits.state = {"bit_generator": "MT19937", "state": state}
 
     def __repr__(self) -> str:
         return f"<RandomGenerator at {id(self):#x}>"
+
+
+def _shape_and_kind(array: Any) -> tuple[Any, Any]:
+    return getattr(array, "shape", None), getattr(getattr(array, "dtype", None), "kind", None)
 
 
 def CalcProbabilityDensity(distribution: RandomDistribution, x: Any) -> Any:

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Kind, Mismatch, Overload, dispatch, incompatible, kind, overload
+from sheldrake.common._overloads import Kind, Mismatch, Overload, incompatible, kind, overload
 from sheldrake.common.cpp_param import get_param_canonical
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.common.value import _register_value_type
@@ -262,8 +262,13 @@ class ScalarBase:
         ways = self._way_cache.get(key)
         if ways is None:
             ways = self._way_cache[key] = getattr(cls, f"_ways_{call}")(cls)
+        for way in ways:
+            values = way.converted(args, kwargs)
+            if values is not None:
+                assert way.function is not None  # only `overloaded` takes ways without one
+                return way.function(self, *values)
         where = pretty_class_name(cls) if call == "init" else f"{pretty_class_name(cls)}.{call}"
-        return dispatch(where, ways, self, args, kwargs, constructor=call == "init")
+        raise incompatible(where, [str(way) for way in ways], args, kwargs, constructor=call == "init")
 
     @classmethod
     def _argument(cls, call: str, convert: Kind, **named: Any) -> Any:

@@ -14,6 +14,7 @@ import numpy as np
 import yaml
 import yaml.representer
 
+from sheldrake.common._files import whole_file
 from sheldrake.common._yaml_schema import (
     JSON_SCALARS,
     MAPPINGS,
@@ -80,7 +81,8 @@ def _write(document: Any, filename: Any, dumper: type, **options: Any) -> str | 
     text = yaml.dump(document, Dumper=dumper, default_flow_style=None, **options)
     if filename is None:
         return text
-    Path(filename).write_text(text, encoding="utf-8")
+    with whole_file(filename, encoding="utf-8") as file:
+        file.write(text)
     return None
 
 

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import yaml
 
+from sheldrake.common._files import regular_bytes
 from sheldrake.common._yaml_schema import (
     MAPPINGS,
     SCALARS,
@@ -57,8 +58,7 @@ def yaml_load_data(data: Any, *, private: bool = False) -> Any:
 
 def yaml_load_file(filename: Any, *, private: bool = False) -> Any:
     """The YAML document in a file; see `yaml_load_data`."""
-    with open(filename, encoding="utf-8") as file:
-        return yaml_load_data(file, private=private)
+    return yaml_load_data(regular_bytes(filename).decode("utf-8"), private=private)
 
 
 def yaml_load(*, data: Any = None, filename: Any = None, private: bool = False) -> Any:

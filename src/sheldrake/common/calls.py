@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._kernels.only_stages import only_stages
+from sheldrake.common._native.binding import HERE, first_words
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
 Query = Callable[..., Any]
@@ -57,7 +58,7 @@ class Calls:
                 continue
             self._runs[bit] = bound = kernel.bind(*args)
             words, _ = bound.keep
-            self._table[3 * i + 1 : 3 * i + 3] = kernel.address, _address(words)
+            self._table[3 * i + 1 : 3 * i + 3] = HERE.address(kernel), HERE.place(words)
 
     def query(
         self,
@@ -130,8 +131,8 @@ class Calls:
         bound = kernel.bind(*args)
         words, _ = bound.keep
         time = next((a for p, a in zip(kernel.parameters, args) if p.kind == "t"), 0.0)
-        head = [kernel.address, int(np.float64(time).view(np.int64)), *builtin.constants(), len(given), needs]
-        head += [_address(self._counter), _address(self._kept), _address(self._table), len(self._stages)]
+        head = [HERE.address(kernel), int(np.float64(time).view(np.int64)), *builtin.constants(), len(given), needs]
+        head += [HERE.place(self._counter), HERE.place(self._kept), HERE.place(self._table), len(self._stages)]
         head.append(builtin.HEAD + builtin.PER_ARGUMENT * len(given))
         head += [0 if answer is None else id(answer), builtin.new_copy()]
         head.append(builtin.READ_ONLY if frozen else builtin.ALL_FLAGS)
@@ -151,7 +152,7 @@ class Calls:
                     return MISFIT
                 if not (array.flags.c_contiguous and array.flags.aligned):
                     return MISFIT
-                words[slot] = _address(array) >> 3
+                words[slot] = HERE.place(array) >> 3
             return (needs and self.update(needs)) or bound()
 
         return call
@@ -175,8 +176,6 @@ class Calls:
     @staticmethod
     def _given(kernel: Kernel, args: tuple, given: tuple[str, ...]) -> list[tuple[int, tuple[int, ...]]]:
         """For each given array: which word of the kernel has its address, and its shape."""
-        from sheldrake.common._native.words import first_words
-
         first, arrays = first_words(kernel), dict(zip(kernel.names, args))
         return [(first[name], arrays[name].shape) for name in given]
 
@@ -200,7 +199,3 @@ def object_query(cls: type, **fields: Query) -> Query:
 
 def _plain_run(kernel: Kernel, args: tuple) -> Callable[[], int]:
     return lambda: kernel(*args) or 0
-
-
-def _address(array: np.ndarray) -> int:
-    return array.__array_interface__["data"][0]

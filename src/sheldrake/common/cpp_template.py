@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
 from sheldrake.common._names import _MangledName, pretty_class_name
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.cpp_param import get_param_canonical, get_param_names
 from sheldrake.common.deprecation import _warn_deprecated
 
@@ -17,11 +18,6 @@ __all__ = ["TemplateBase", "TemplateClass", "TemplateFunction", "TemplateMethod"
 def _calling_module(depth: int = 2) -> types.ModuleType:
     """The module whose code runs `depth` frames above."""
     return sys.modules[sys._getframe(depth).f_globals["__name__"]]
-
-
-def _is_overload_mismatch(error: TypeError) -> bool:
-    text = str(error)
-    return "incompatible function arguments" in text or "incompatible constructor arguments" in text
 
 
 def get_or_init(scope: Any, name: str, template_cls: type, *args: Any, **kwargs: Any) -> TemplateBase:
@@ -73,19 +69,18 @@ class TemplateBase:
     def __call__(self, *args: Any, **kwargs: Any) -> Any:
         """What the first instantiation that accepts the arguments gives."""
         if not args and not kwargs:
-            raise TypeError(f"{self.name}: incompatible function arguments for template: Cannot call without arguments")
+            raise Mismatch(f"{self.name}: incompatible function arguments for template: Cannot call without arguments")
         result = self._call_internal(*args, **kwargs)
         if result is None:
-            raise TypeError(f"{self.name}: incompatible function arguments for template: No compatible instantiations")
+            raise Mismatch(f"{self.name}: incompatible function arguments for template: No compatible instantiations")
         return result
 
     def _call_internal(self, *args: Any, **kwargs: Any) -> Any:
         for param in list(self.param_list):
             try:
                 return self.get_instantiation(param)[0](*args, **kwargs)
-            except TypeError as error:
-                if not _is_overload_mismatch(error):
-                    raise
+            except Mismatch:
+                continue
         return None
 
     def get_module_name(self) -> str:

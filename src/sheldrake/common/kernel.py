@@ -2,17 +2,19 @@
 
 A kernel is a function in plain loops over arrays and tuples. Called like a function it *is* that function: the
 debugger, the textbook, and the path for duals and symbols. Bound to arrays (`bind`) it is native code. Importing this
-module imports neither numba nor llvmlite: what a kernel needs to become native is loaded when it is first bound.
+module does not import llvmlite: what a kernel needs to become native is loaded when it is first bound. What kernels are
+written in is told in `docs/kernels.md`.
 
     @kernel                  inner: always inlined into its callers
+    @kernel                  with one `yield`: for loops, `for x in items(a):`; the body of the loop takes its place
     @kernel(outline=True)    inner, but kept as one compiled copy: for large stages, keeps compile time down
     @kernel(top=True)        entry: every parameter annotated; may be bound; returns None or an int status (0 = fine)
 
 Every entry compiles to one C signature, `int64 f(double t, double* slab, int64* words)`. `words` tells where the
 arguments are: an array is (offset into the slab in doubles, shape...), or, for parameters named `model` or `*_model`,
-(address, shape...); a NamedTuple is its fields in order; a float is its bits; `Vectors` are their number and where in
-`words` their (offset, size) pairs begin, which stand behind everything else. A direct call from Python passes a null
-slab, so that "offset" is the address divided by eight: one compiled function serves both.
+(address, shape...); a NamedTuple is its fields in order, a Record its vector; a float is its bits; `Vectors` are their
+number and where in `words` their (offset, size) pairs begin, which stand behind everything else. A direct call from
+Python passes a null slab, so that "offset" is the address divided by eight: one compiled function serves both.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+
+from sheldrake.common.record import Record, view_of
 
 Vector = Annotated[np.ndarray, "float64", 1]
 Matrix = Annotated[np.ndarray, "float64", 2]
@@ -51,7 +55,8 @@ class ArraySpec(NamedTuple):
 class Parameter(NamedTuple):
     """One parameter of an entry kernel.
 
-    kind: "t" (the ABI's time), "float", "int", "array", "tuple" (a NamedTuple class), or "arrays" (`Vectors`).
+    kind: "t" (the ABI's time), "float", "int", "array", "tuple" (a NamedTuple class), "record" (a vector by the names
+    of a Record), or "arrays" (`Vectors`).
     """
 
     name: str
@@ -77,7 +82,9 @@ class Kernel:
         functools.update_wrapper(self, function)
 
     def __call__(self, *args: Any) -> Any:
-        """Runs the Python source."""
+        """Runs the Python source; an entry's vectors that are records have their names there."""
+        if self.top and self._records:
+            args = tuple(view(a) if view and isinstance(a, np.ndarray) else a for a, view in zip(args, self._records))
         return self.py_func(*args)
 
     def __repr__(self) -> str:
@@ -105,17 +112,11 @@ class Kernel:
         return tuple(_parameter(self, name, hints.get(name)) for name in self.names)
 
     @functools.cached_property
-    def dispatcher(self) -> Any:
-        """numba's object for this kernel; made when numba first meets it."""
-        from sheldrake.common._native import lower
-
-        return lower.dispatcher_of(self)
-
-    @property
-    def _numba_type_(self) -> Any:
-        from numba.core import types as numba_types
-
-        return numba_types.Dispatcher(self.dispatcher)
+    def _records(self) -> tuple:
+        """Of each parameter how it is seen, if it is a record; empty if none is."""
+        hints = typing.get_type_hints(self.py_func, include_extras=True)
+        views = tuple(view_of(hints[name]) if _is_record(hints.get(name)) else None for name in self.names)
+        return views if any(views) else ()
 
     @functools.cached_property
     def on_complex(self) -> ComplexKernel:
@@ -126,6 +127,11 @@ class Kernel:
     def address(self) -> int:
         """Address of the native function in this process, compiled or loaded when first asked for."""
         return self._native[1]
+
+    @property
+    def function(self) -> Callable[..., int]:
+        """The native function of this process: t, address of the slab, address of the words."""
+        return self._native[0]
 
     @functools.cached_property
     def _native(self) -> tuple[Any, int]:
@@ -144,19 +150,21 @@ class Kernel:
         Raises:
             TypeError: if an argument is not what the annotation says (element type, axes, C order).
         """
-        from sheldrake.common._native.words import pack
+        from sheldrake.common._native.binding import HERE, arguments
 
-        words, places = pack(self, args)
+        described, places = arguments(self, args)
+        words = described.placed()
         if not jit_enabled():
-            arguments = list(args)
-            bound = Bound(lambda: self.py_func(*arguments) or 0)
-            bound.scalars = {n: (arguments, i, None) for i, n in enumerate(self.names)}
+            given = list(args)
+            bound = Bound(lambda: self(*given) or 0)
+            bound.scalars = {n: (given, i) for i, n in enumerate(self.names)}
         else:
             time = next((a for p, a in zip(self.parameters, args) if p.kind == "t"), 0.0)
             # Objects of ctypes are converted once here, numbers would be in each call.
-            null, where = ctypes.c_void_p(None), ctypes.c_void_p(words.ctypes.data)
-            bound = Bound(self._native[0], ctypes.c_double(time), null, where)
-            bound.scalars = {n: (words, i, kind) for n, (i, kind) in places.items()}
+            null, where = ctypes.c_void_p(None), ctypes.c_void_p(HERE.place(words))
+            bound = Bound(self.function, ctypes.c_double(time), null, where)
+            seen = {"float": words.view(np.float64), "int": words}
+            bound.scalars = {n: (seen[kind], i) for n, (i, kind) in places.items()}
         bound.keep = words, args
         return bound
 
@@ -187,11 +195,6 @@ class ComplexKernel(Kernel):
 
         return tuple(p._replace(fields=tuple(spec(f) for f in p.fields)) for p in self.real.parameters)
 
-    @property
-    def dispatcher(self) -> Any:  # type: ignore[override]
-        """numba's object for the kernel."""
-        return self.real.dispatcher
-
 
 class Bound(functools.partial):
     """A kernel on fixed arrays; call it without arguments."""
@@ -201,8 +204,8 @@ class Bound(functools.partial):
 
     def set(self, name: str, value: float) -> None:
         """Changes the float or int parameter `name` for the next calls."""
-        where, at, kind = self.scalars[name]
-        where[at] = np.float64(value).view(np.int64) if kind == "float" else value
+        where, at = self.scalars[name]
+        where[at] = value
 
 
 def _parameter(owner: Kernel, name: str, hint: Any) -> Parameter:
@@ -215,6 +218,10 @@ def _parameter(owner: Kernel, name: str, hint: Any) -> Parameter:
         return Parameter(name, "arrays", (ArraySpec("float64", 1, absolute),), None)
     if (spec := _array(hint, absolute)) is not None:
         return Parameter(name, "array", (spec,), None)
+    if _is_record(hint):
+        view = view_of(hint)
+        (part,) = view.PARTS
+        return Parameter(name, "record", (ArraySpec(part.dtype, 1, absolute),), view)
     if isinstance(hint, type) and issubclass(hint, tuple) and hasattr(hint, "_fields"):
         hints = typing.get_type_hints(hint, include_extras=True)
         fields = tuple(_array(hints[f], absolute) for f in hint._fields)
@@ -222,8 +229,12 @@ def _parameter(owner: Kernel, name: str, hint: Any) -> Parameter:
             return Parameter(name, "tuple", typing.cast(Any, fields), hint)
     raise TypeError(
         f"{owner!r}: parameter {name!r} is annotated {hint!r}; a kernel takes Vector, Matrix, IntVector, IntMatrix, "
-        "Vectors, float, int, or a NamedTuple of arrays."
+        "Vectors, float, int, a Record, or a NamedTuple of arrays."
     )
+
+
+def _is_record(hint: Any) -> bool:
+    return isinstance(hint, type) and issubclass(hint, Record)
 
 
 def _array(hint: Any, absolute: bool) -> ArraySpec | None:

@@ -187,7 +187,7 @@ class _Keywords(_Schema):
         try:
             object.__setattr__(self, name, self._KINDS[name](value))
         except Mismatch:
-            raise TypeError(f"incompatible function arguments: {type(self).__name__}.{name} = {value!r}") from None
+            raise Mismatch(f"incompatible function arguments: {type(self).__name__}.{name} = {value!r}") from None
 
 
 class Rotation(_Schema):
@@ -248,7 +248,7 @@ class Rotation(_Schema):
         if name != "value":
             raise AttributeError(f"Rotation has no field '{name}'; it has value.")
         if not isinstance(value, _ROTATIONS):
-            raise TypeError(
+            raise Mismatch(
                 f"incompatible function arguments: Rotation.value = {value!r}; it takes one of {_ROTATIONS}."
             )
         object.__setattr__(self, name, copy.copy(value))
@@ -323,6 +323,8 @@ def _as_name(value: Any) -> str | None:
 
 
 def _as_rotation(value: Any) -> Rotation:
+    if isinstance(value, _ROTATIONS):
+        return Rotation(value=value)
     if not isinstance(value, Rotation):
         raise Mismatch
     return copy.copy(value)

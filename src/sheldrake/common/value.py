@@ -7,6 +7,7 @@ from collections.abc import Callable
 from typing import Any, ClassVar
 
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.cpp_param import List
 from sheldrake.common.cpp_template import TemplateClass
 
@@ -45,7 +46,7 @@ class AbstractValue:
             RuntimeError: `other` holds another type.
         """
         if not isinstance(other, AbstractValue):
-            raise TypeError(
+            raise Mismatch(
                 f"AbstractValue.SetFrom(): incompatible function arguments: expected an AbstractValue, "
                 f"got {pretty_class_name(type(other))}"
             )
@@ -94,7 +95,7 @@ class AbstractValue:
 
     @classmethod
     def _reject(cls, value: Any) -> TypeError:
-        return TypeError(
+        return Mismatch(
             f"{pretty_class_name(cls)}.set_value(): incompatible function arguments: expected "
             f"{_type_name(cls._type)}, got {value!r} of type {pretty_class_name(type(value))}"
         )
@@ -199,11 +200,12 @@ class _ListValue(AbstractValue):
 
     @classmethod
     def _copy(cls, held: Any) -> Any:
-        return [copy.copy(item) for item in held]
+        return [item.__copy__() for item in held] if hasattr(cls._item, "__copy__") else [copy.copy(i) for i in held]
 
     @classmethod
     def _accept(cls, value: Any) -> Any:
-        if not isinstance(value, (list, tuple)) or not all(isinstance(item, cls._item) for item in value):
+        kind = cls._item
+        if not isinstance(value, (list, tuple)) or not all([isinstance(item, kind) for item in value]):
             raise cls._reject(value)
         return cls._copy(value)
 

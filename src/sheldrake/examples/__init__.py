@@ -1,7 +1,5 @@
 """Small systems that textbooks are written about: pendulums, walkers, a quadrotor."""
 
-from sheldrake.common._refuse_none import refuse_none
-
 from ._acrobot import (
     AcrobotGeometry,
     AcrobotInput,
@@ -45,5 +43,3 @@ __all__ = [
     "StabilizingLQRController",
     "VanDerPolOscillator",
 ]
-
-refuse_none(__name__)

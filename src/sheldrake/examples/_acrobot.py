@@ -61,7 +61,7 @@ class AcrobotPlant(LeafSystem):
         self.DeclareVectorInputPort("elbow_torque", AcrobotInput())
         self._inputs[0].optional = True
         self.DeclareStateOutputPort("acrobot_state", self.DeclareContinuousState(AcrobotState(), 2, 2, 0))
-        self._declare_time_derivatives(plants.acrobot)
+        self.DeclareTimeDerivatives(plants.acrobot)
 
     @staticmethod
     def SetMitAcrobotParameters(parameters: AcrobotParams) -> None:
@@ -71,14 +71,17 @@ class AcrobotPlant(LeafSystem):
         for name, value in values.items():
             getattr(parameters, f"set_{name}")(value)
 
+    def _numbers(self, context: Any) -> Any:
+        return plants.Acrobot.view(self.get_parameters(context)._v)
+
     def MassMatrix(self, context: Any) -> np.ndarray:
         """M(q), shape (2, 2)."""
-        m11, m12, m22 = plants.acrobot_mass(self.get_parameters(context)._v, self.get_state(context)[1])
+        m11, m12, m22 = plants.acrobot_mass(self._numbers(context), self.get_state(context)[1])
         return np.array([[m11, m12], [m12, m22]])
 
     def DynamicsBiasTerm(self, context: Any) -> np.ndarray:
         """Coriolis, gravity and damping, shape (2,)."""
-        return np.array(plants.acrobot_bias(self.get_parameters(context)._v, *self.get_state(context)._v))
+        return np.array(plants.acrobot_bias(self._numbers(context), *self.get_state(context)._v))
 
     def DoCalcKineticEnergy(self, context: Any) -> Any:
         """Kinetic energy [J]."""

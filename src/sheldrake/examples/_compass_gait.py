@@ -58,7 +58,7 @@ class CompassGait(LeafSystem):
         self.DeclareVectorOutputPort("minimal_state", minimal, self._copy_state, {state})
         self.DeclareVectorOutputPort("floating_base_state", 14, self._calc_floating_base, {state, parameters})
         self.DeclareNumericParameter(CompassGaitParams())
-        self._declare_time_derivatives(plants.compass_gait)
+        self.DeclareTimeDerivatives(plants.compass_gait)
         self._collision = self.MakeWitnessFunction(
             "foot collision",
             WitnessFunctionDirection.kPositiveThenNonPositive,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Overload, overload
@@ -18,6 +18,9 @@ from sheldrake.geometry import (
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem, OutputPort
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
+
 
 class ExampleGeometry(LeafSystem):
     """Registers shapes with a SceneGraph and turns a state into the poses of their frames.
@@ -28,7 +31,7 @@ class ExampleGeometry(LeafSystem):
         state: Name and size of the input port.
     """
 
-    def __init__(self, scene_graph: Any, source: str | None, state: tuple[str, int]):
+    def __init__(self, scene_graph: SceneGraph, source: str | None, state: tuple[str, int]):
         super().__init__()
         self._scene_graph = scene_graph
         self._source = scene_graph.RegisterSource(source) if source else scene_graph.RegisterSource()
@@ -55,13 +58,13 @@ class ExampleGeometry(LeafSystem):
         """Poses of the frames, in the order they were added."""
         raise NotImplementedError
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         vector = FramePoseVector()
         for frame, X_PF in zip(self._frames, self.poses(self.get_input_port(0).Eval(context))):
             vector.set_value(frame, X_PF)
         output.set_value(vector)
 
-    def _add(self, builder: Any, state_port: Any, scene_graph: Any) -> Any:
+    def _add(self, builder: DiagramBuilder, state_port: Any, scene_graph: SceneGraph) -> Any:
         builder.AddSystem(self)
         builder.Connect(state_port, self.get_input_port(0))
         builder.Connect(self.get_output_port(0), scene_graph.get_source_pose_port(self._source))

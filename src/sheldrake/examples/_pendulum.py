@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
+from sheldrake.common._checked import checked
+from sheldrake.common._kernels.generic import cos
 from sheldrake.geometry import Box, Cylinder, Sphere
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.systems.framework import LeafSystem
@@ -11,6 +13,9 @@ from sheldrake.systems.framework import LeafSystem
 from ._geometry import ExampleGeometry
 from ._kernels import plants
 from ._named_vector import NamedVector
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class PendulumInput(NamedVector):
@@ -47,25 +52,37 @@ class PendulumPlant(LeafSystem):
         self.DeclareVectorInputPort("tau", PendulumInput())
         self._inputs[0].optional = True
         self.DeclareStateOutputPort("state", self.DeclareContinuousState(PendulumState(), 1, 1, 0))
-        self._declare_time_derivatives(plants.pendulum)
+        self.DeclareTimeDerivatives(plants.pendulum)
+
+    def DoCalcKineticEnergy(self, context: Any) -> Any:
+        """Kinetic energy [J]."""
+        p, rate = self.get_parameters(context), self.get_state(context).thetadot()
+        return 0.5 * p.mass() * p.length() ** 2 * rate**2
+
+    def DoCalcPotentialEnergy(self, context: Any) -> Any:
+        """Potential energy [J], zero at the height of the pivot."""
+        p = self.get_parameters(context)
+        return -p.mass() * p.gravity() * p.length() * cos(self.get_state(context).theta())
 
     def get_state_output_port(self) -> Any:
         """The port of the state."""
         return self.get_output_port(0)
 
     @staticmethod
-    def get_state(context: Any) -> PendulumState:
+    @checked
+    def get_state(context: Context) -> PendulumState:
         """The state in a context."""
-        return context.get_continuous_state_vector()
+        return cast(PendulumState, context.get_continuous_state_vector())
 
     @staticmethod
     def get_mutable_state(context: Any) -> PendulumState:
         """The state in a context, to be changed."""
         return context.get_mutable_continuous_state_vector()
 
-    def get_parameters(self, context: Any) -> PendulumParams:
+    @checked
+    def get_parameters(self, context: Context) -> PendulumParams:
         """The parameters in a context."""
-        return context.get_numeric_parameter(0)
+        return cast(PendulumParams, context.get_numeric_parameter(0))
 
     def get_mutable_parameters(self, context: Any) -> PendulumParams:
         """The parameters in a context, to be changed."""

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Box, Cylinder
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.systems.framework import LeafSystem
 
 from ._geometry import ExampleGeometry
 from ._kernels import plants
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraph
+    from sheldrake.systems.framework import DiagramBuilder
 
 
 class QuadrotorPlant(LeafSystem):
@@ -37,36 +42,36 @@ class QuadrotorPlant(LeafSystem):
         super().__init__()
         inertia = np.diag([0.0015, 0.0025, 0.0035]) if I_arg is None else np.array(I_arg, float)
         if inertia.shape != (3, 3):
-            raise TypeError(f"QuadrotorPlant(): incompatible constructor arguments: I_arg has shape {inertia.shape}.")
+            raise Mismatch(f"QuadrotorPlant(): incompatible constructor arguments: I_arg has shape {inertia.shape}.")
         self._inertia = np.vstack([inertia, np.linalg.inv(inertia)])
-        self._numbers = np.array([m_arg, L_arg, kF_arg, kM_arg, 9.81])
+        self._numbers: Any = plants.Quadrotor.view(np.array([m_arg, L_arg, kF_arg, kM_arg, 9.81]))
         self.DeclareVectorInputPort("propeller_force", 4)
         self._inputs[0].optional = True
         self.DeclareStateOutputPort("state", self.DeclareContinuousState(12))
-        self._declare_time_derivatives(plants.quadrotor)
+        self.DeclareTimeDerivatives(plants.quadrotor)
 
     def _kernel_models(self, root: Any) -> dict:
         return {"inertia_model": self._inertia, "model": self._numbers}
 
     def m(self) -> float:
         """Mass [kg]."""
-        return float(self._numbers[0])
+        return float(self._numbers.m)
 
     def g(self) -> float:
         """Gravity [m/s^2]."""
-        return float(self._numbers[4])
+        return float(self._numbers.g)
 
     def length(self) -> float:
         """Distance of a rotor from the centre [m]."""
-        return float(self._numbers[1])
+        return float(self._numbers.L)
 
     def force_constant(self) -> float:
         """Force of a rotor for one unit of its command."""
-        return float(self._numbers[2])
+        return float(self._numbers.kF)
 
     def moment_constant(self) -> float:
         """Torque of a rotor for one unit of its command."""
-        return float(self._numbers[3])
+        return float(self._numbers.kM)
 
     def inertia(self) -> np.ndarray:
         """Inertia about the centre of mass [kg m^2], shape (3, 3)."""
@@ -88,7 +93,7 @@ def StabilizingLQRController(quadrotor_plant: QuadrotorPlant, nominal_position: 
 class QuadrotorGeometry(ExampleGeometry):
     """Draws a quadrotor; made by `AddToBuilder`."""
 
-    def __init__(self, scene_graph: Any):
+    def __init__(self, scene_graph: SceneGraph):
         super().__init__(scene_graph, "quadrotor", ("state", 12))
         body = self.add_frame("base_link")
         self.draw(body, RigidTransform(), Box(0.08, 0.08, 0.03), "hub", [0.2, 0.2, 0.2, 1])
@@ -108,6 +113,8 @@ class QuadrotorGeometry(ExampleGeometry):
         return [RigidTransform(RollPitchYaw(state[3:6]), state[:3])]
 
     @classmethod
-    def AddToBuilder(cls, builder: Any, quadrotor_state_port: Any, scene_graph: Any) -> QuadrotorGeometry:
+    def AddToBuilder(
+        cls, builder: DiagramBuilder, quadrotor_state_port: Any, scene_graph: SceneGraph
+    ) -> QuadrotorGeometry:
         """Adds one to a diagram and connects it to the state and the scene graph."""
         return cls(scene_graph)._add(builder, quadrotor_state_port, scene_graph)

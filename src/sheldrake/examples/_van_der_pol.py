@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework import BasicVector, LeafSystem
 
 from ._kernels import plants
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class VanDerPolOscillator(LeafSystem):
@@ -27,10 +30,10 @@ class VanDerPolOscillator(LeafSystem):
         self.DeclareVectorOutputPort("y0", 1, self._copy_position, {self.q_ticket()})
         self.DeclareStateOutputPort("y1", state)
         self.DeclareNumericParameter(BasicVector([1.0]))
-        self._declare_time_derivatives(plants.van_der_pol)
+        self.DeclareTimeDerivatives(plants.van_der_pol)
 
     @staticmethod
-    def _copy_position(context: Any, output: Any) -> None:
+    def _copy_position(context: Context, output: Any) -> None:
         output.SetAtIndex(0, context.get_continuous_state_vector()[0])
 
     def get_position_output_port(self) -> Any:

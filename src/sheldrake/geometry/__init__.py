@@ -1,6 +1,5 @@
 """Shapes, their roles and properties, and the SceneGraph that knows where they are and which of them touch."""
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 
@@ -221,5 +220,3 @@ __all__ = [
     "kHasRenderEngineGltfClient",
     "kHasRenderEngineVtk",
 ]
-
-refuse_none(__name__)

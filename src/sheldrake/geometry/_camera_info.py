@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
+
 
 class CameraInfo:
     """Size of the image and intrinsics of a pinhole camera.
@@ -46,7 +48,7 @@ class CameraInfo:
             fx, fy, cx, cy = (float(kwargs[name]) for name in names)
             self._focal, self._center = (fx, fy), (cx, cy)
         else:
-            raise TypeError(f"CameraInfo(): incompatible constructor arguments: {args} {sorted(kwargs)}")
+            raise Mismatch(f"CameraInfo(): incompatible constructor arguments: {args} {sorted(kwargs)}")
         self._check(width > 0 and height > 0, "size")
         self._check(all(0.0 < f < math.inf for f in self._focal), f"focal lengths {self._focal}")
         inside = 0.0 < self._center[0] < width and 0.0 < self._center[1] < height

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +22,7 @@ from sheldrake.geometry._scene_graph import SceneGraph
 from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
 from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface
-from sheldrake.lcm._viewer_messages import (
+from sheldrake.lcm._messages import (
     lcmt_viewer_draw,
     lcmt_viewer_geometry_data,
     lcmt_viewer_link_data,
@@ -30,6 +30,10 @@ from sheldrake.lcm._viewer_messages import (
 )
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._state.inspector import SceneGraphInspector
+    from sheldrake.systems.framework import Context
 
 LOAD_CHANNEL, DRAW_CHANNEL = "DRAKE_VIEWER_LOAD_ROBOT", "DRAKE_VIEWER_DRAW"
 _SUFFIXES = {Role.kIllustration: "_ILLUSTRATION", Role.kProximity: "_PROXIMITY", Role.kPerception: "_PERCEPTION"}
@@ -133,7 +137,7 @@ class DrakeVisualizer(LeafSystem):
         """Returns the input port for a SceneGraph's query port."""
         return self.get_input_port(0)
 
-    def _publish(self, context: Any) -> EventStatus:
+    def _publish(self, context: Context) -> EventStatus:
         port = self.query_object_input_port()
         if not port.HasValue(context):
             raise RuntimeError(
@@ -152,7 +156,7 @@ class DrakeVisualizer(LeafSystem):
         suffix = _SUFFIXES[self._params.role] if self._params.use_role_channel_suffix else ""
         self._lcm.Publish(channel + suffix, message.encode(), time)
 
-    def _tell_geometries(self, inspector: Any) -> None:
+    def _tell_geometries(self, inspector: SceneGraphInspector) -> None:
         """Publishes all frames that have geometries of our role, the world first; notes those that move."""
         world, self._frames, links = inspector.world_frame_id(), [], []
         for frame in inspector.GetAllFrameIds():
@@ -178,7 +182,7 @@ class DrakeVisualizer(LeafSystem):
         )
         self._send(DRAW_CHANNEL, message, time)
 
-    def _geometry(self, inspector: Any, geometry: Any) -> lcmt_viewer_geometry_data:
+    def _geometry(self, inspector: SceneGraphInspector, geometry: Any) -> lcmt_viewer_geometry_data:
         shape, X_FG = inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry)
         if isinstance(shape, HalfSpace):
             X_FG = X_FG @ RigidTransform([0.0, 0.0, -0.5 * _HALF_SPACE[2]])
@@ -194,7 +198,7 @@ class DrakeVisualizer(LeafSystem):
             float_data=numbers,
         )
 
-    def _color(self, inspector: Any, geometry: Any) -> Rgba:
+    def _color(self, inspector: SceneGraphInspector, geometry: Any) -> Rgba:
         """The color of our role's properties, else of what the geometry looks like, else the default."""
         for properties in (
             inspector.GetProperties(geometry, self._params.role),
@@ -204,7 +208,7 @@ class DrakeVisualizer(LeafSystem):
                 return properties.GetProperty("phong", "diffuse")
         return self._params.default_color
 
-    def _look(self, inspector: Any, geometry: Any, shape: Any) -> tuple[int, list[float], str]:
+    def _look(self, inspector: SceneGraphInspector, geometry: Any, shape: Any) -> tuple[int, list[float], str]:
         """Kind, numbers and file of a geometry's message."""
         collides = self._params.role == Role.kProximity
         if collides and self._params.show_hydroelastic:
@@ -234,7 +238,7 @@ class DrakeVisualizer(LeafSystem):
         raise RuntimeError(f"DrakeVisualizer does not support {type(shape).__name__}.")
 
 
-def _name_of(inspector: Any, frame: Any) -> tuple[str, int]:
+def _name_of(inspector: SceneGraphInspector, frame: Any) -> tuple[str, int]:
     return f"{inspector.GetOwningSourceName(frame)}::{inspector.GetName(frame)}", inspector.GetFrameGroup(frame)
 
 

@@ -5,6 +5,7 @@ What renderers fill and sensors give; `systems.sensors` shows them under Drake's
 
 from __future__ import annotations
 
+import operator
 import types
 from typing import Any, ClassVar
 
@@ -90,6 +91,7 @@ class _Image:
 
     def at(self, x: int, y: int) -> np.ndarray:
         """The channels of the pixel in column x and row y, a view."""
+        x, y = operator.index(x), operator.index(y)
         if not (0 <= x < self.width() and 0 <= y < self.height()):
             raise RuntimeError(f"Image.at(): pixel ({x}, {y}) is outside of {self.width()} x {self.height()}.")
         return self._data[y, x]

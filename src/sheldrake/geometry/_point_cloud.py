@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import enum
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import expect
 from sheldrake.common.value import _register_value_type
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _PUBLIC = "sheldrake.perception"
 
@@ -236,7 +240,8 @@ class PointCloud:
         """Returns red, green and blue of point i in 0..255, shape (3,), a view to write through."""
         return self._at("mutable_rgb", BaseField.kRGBs, i, True)
 
-    def Crop(self, lower_xyz: Any, upper_xyz: Any) -> PointCloud:
+    @checked
+    def Crop(self, lower_xyz: ArrayLike, upper_xyz: Any) -> PointCloud:
         """Returns the points inside a box, its faces included.
 
         Args:
@@ -260,7 +265,8 @@ class PointCloud:
         new._size = int(mask.sum())
         return new
 
-    def FlipNormalsTowardPoint(self, p_CP: Any) -> None:
+    @checked
+    def FlipNormalsTowardPoint(self, p_CP: ArrayLike) -> None:
         """Turns normals around that point away from a point P [m], shape (3,), in the frame of the positions.
 
         Raises:

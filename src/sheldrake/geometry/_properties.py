@@ -8,6 +8,7 @@ from __future__ import annotations
 import copy
 from typing import Any, TypeVar
 
+from sheldrake.common._checked import checked
 from sheldrake.geometry._rgba import Rgba
 
 _Properties = TypeVar("_Properties", bound="GeometryProperties")
@@ -34,6 +35,7 @@ class GeometryProperties:
         """The name of the group that always exists."""
         return _DEFAULT_GROUP
 
+    @checked
     def HasGroup(self, group_name: str) -> bool:
         """True if any property was added to the group."""
         return group_name in self._groups
@@ -46,6 +48,7 @@ class GeometryProperties:
         """Names of all groups."""
         return set(self._groups)
 
+    @checked
     def GetPropertiesInGroup(self, group_name: str) -> dict[str, Any]:
         """Name -> AbstractValue of all properties in a group.
 
@@ -60,6 +63,7 @@ class GeometryProperties:
             )
         return {name: AbstractValue.Make(value) for name, value in self._groups[group_name].items()}
 
+    @checked
     def AddProperty(self, group_name: str, name: str, value: Any) -> None:
         """Adds a property.
 
@@ -73,6 +77,7 @@ class GeometryProperties:
             )
         self._groups.setdefault(group_name, {})[name] = value
 
+    @checked
     def UpdateProperty(self, group_name: str, name: str, value: Any) -> None:
         """Changes a property, or adds it.
 
@@ -91,10 +96,12 @@ class GeometryProperties:
                 )
         group[name] = value
 
+    @checked
     def HasProperty(self, group_name: str, name: str) -> bool:
         """True if the property exists."""
         return name in self._groups.get(group_name, ())
 
+    @checked
     def GetProperty(self, group_name: str, name: str) -> Any:
         """The value of a property.
 
@@ -110,10 +117,12 @@ class GeometryProperties:
         value = self._groups[group_name][name]
         return copy.copy(value) if isinstance(value, Rgba) else value
 
+    @checked
     def GetPropertyOrDefault(self, group_name: str, name: str, default_value: Any) -> Any:
         """The value of a property, or `default_value` if there is none."""
         return self.GetProperty(group_name, name) if self.HasProperty(group_name, name) else default_value
 
+    @checked
     def RemoveProperty(self, group_name: str, name: str) -> bool:
         """Removes a property; returns whether there was one."""
         if not self.HasProperty(group_name, name):

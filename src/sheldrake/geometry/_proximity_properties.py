@@ -21,6 +21,11 @@ RESOLUTION_HINT = "resolution_hint"
 SLAB_THICKNESS = "slab_thickness"
 MARGIN = "margin"
 
+#: How many contact points a pair of touching geometries reports: up to four well-spread points of a touching face or
+#: edge ("multi_point"), or the deepest one ("single_point").
+POINT_CONTACT_ALGORITHM = "point_contact_algorithm"
+POINT_CONTACT_ALGORITHMS = ("multi_point", "single_point")
+
 
 def AddContactMaterial(*args: Any, **kwargs: Any) -> None:
     """Adds point contact material to proximity properties.

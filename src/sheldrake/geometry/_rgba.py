@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import _register_value_type
 from sheldrake.geometry._text import number
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class Rgba:
@@ -50,7 +54,8 @@ class Rgba:
         """Opacity."""
         return float(self._rgba[3])
 
-    def set(self, *args: Any, **kwargs: Any) -> None:
+    @checked
+    def set(self, *args: ArrayLike, **kwargs: Any) -> None:
         """Sets all values: `set(r, g, b, a=1)` or `set(rgba)` with three or four values.
 
         Raises:
@@ -62,12 +67,12 @@ class Rgba:
                 raise RuntimeError(f"Rgba must contain either 3 or 4 elements (given [{values.size}])")
             values = list(values) + [1.0] * (4 - values.size)
         else:
-            values = _ordered(*args, **kwargs)
-        checked = np.array(values, dtype=float)
-        if not np.all((checked >= 0.0) & (checked <= 1.0)):
-            given = ", ".join(f"{c}={number(x)}" for c, x in zip("rgba", checked))
+            values = _ordered(*args, **kwargs)  # type: ignore[arg-type]  # numbers, of one form or the other
+        rgba = np.array(values, dtype=float)
+        if not np.all((rgba >= 0.0) & (rgba <= 1.0)):
+            given = ", ".join(f"{c}={number(x)}" for c, x in zip("rgba", rgba))
             raise RuntimeError(f"Rgba values must be within the range [0, 1]. Values provided: ({given})")
-        self._rgba = checked
+        self._rgba = rgba
 
     def update(
         self, r: float | None = None, g: float | None = None, b: float | None = None, a: float | None = None

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of, text
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.value import AbstractValue
@@ -28,6 +29,9 @@ from sheldrake.geometry._state.instance import GeometryFrame, GeometryInstance
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.geometry._state.state import GeometryState
 from sheldrake.systems.framework import Context, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import InputPort, OutputPort
 
 _STATE = 0  # abstract parameters
 _CONFIG = 1
@@ -80,11 +84,12 @@ class SceneGraph(LeafSystem):
 
     # ---- ports
 
-    def get_query_output_port(self) -> Any:
+    def get_query_output_port(self) -> OutputPort:
         """The port whose value is a QueryObject."""
         return self.get_output_port(0)
 
-    def get_source_pose_port(self, source_id: SourceId) -> Any:
+    @checked
+    def get_source_pose_port(self, source_id: SourceId) -> InputPort:
         """The input port for a source's FramePoseVector.
 
         Raises:
@@ -92,7 +97,8 @@ class SceneGraph(LeafSystem):
         """
         return self.get_input_port(self._port_of(source_id, "pose"))
 
-    def get_source_configuration_port(self, source_id: SourceId) -> Any:
+    @checked
+    def get_source_configuration_port(self, source_id: SourceId) -> InputPort:
         """The input port for a source's deformable geometry."""
         return self.get_input_port(self._port_of(source_id, "configuration") + 1)
 
@@ -121,7 +127,7 @@ class SceneGraph(LeafSystem):
 
     def _geometry_state(self, context: Any) -> GeometryState:
         """What a context knows."""
-        return context.get_abstract_parameter(_STATE).get_value()
+        return context._store.parameters[context._place.abstract_parameters[0] + _STATE].get_value()
 
     def _mutable_state(self, context: Any | None) -> GeometryState:
         if context is None:
@@ -173,6 +179,7 @@ class SceneGraph(LeafSystem):
             return copy.deepcopy(self._config)
         return copy.deepcopy(context.get_abstract_parameter(_CONFIG).get_value())
 
+    @checked
     def set_config(self, config: SceneGraphConfig) -> None:
         """Sets the configuration, which contexts made afterwards will have.
 
@@ -182,6 +189,18 @@ class SceneGraph(LeafSystem):
         config.default_proximity_properties._validate()
         self._config = copy.deepcopy(config)
         self._with_defaults = None
+
+    def set_default_point_contact_algorithm(self, name: str) -> None:
+        """Sets how many contact points pairs report whose properties do not say, for contexts made afterwards.
+
+        Args:
+            name: "multi_point", up to four well-spread points of a face or edge that touches (what a new SceneGraph
+                has), or "single_point", the deepest one.
+
+        Raises:
+            RuntimeError: neither of these.
+        """
+        self._model.set_point_contact_algorithm(name)
 
     # ---- sources and frames
 
@@ -223,6 +242,7 @@ class SceneGraph(LeafSystem):
         """
         return self._model.register_frame(source_id, parent_id, frame)
 
+    @checked
     def RenameFrame(self, frame_id: FrameId, name: str) -> None:
         """Renames a frame."""
         self._model.rename_frame(frame_id, name)

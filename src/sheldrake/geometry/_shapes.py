@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 import os
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry._meshes.mesh_source import InMemoryMesh, MeshSource
 from sheldrake.geometry._text import arguments, number
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
     from sheldrake.math import RigidTransform
 
@@ -42,7 +45,7 @@ def _measures(shape: str, names: tuple[str, ...], args: tuple, kwargs: dict) -> 
             )
         return dict(zip(names, values))
     if len(args) > len(names) or set(kwargs) - set(names[len(args) :]):
-        raise TypeError(f"{shape}(): incompatible constructor arguments; expected ({', '.join(names)}) or (measures).")
+        raise Mismatch(f"{shape}(): incompatible constructor arguments; expected ({', '.join(names)}) or (measures).")
     given = {**dict(zip(names, args)), **kwargs}
     if len(given) != len(names):
         raise TypeError(f"{shape}(): missing {', '.join(n for n in names if n not in given)}.")
@@ -100,6 +103,10 @@ class Box(Shape):
 
     _names = ("width", "depth", "height")
 
+    @overload
+    def __init__(self, width: float, depth: float, height: float) -> None: ...
+    @overload
+    def __init__(self, measures: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._width, self._depth, self._height = _checked("Box", **_measures("Box", self._names, args, kwargs))
 
@@ -130,6 +137,10 @@ class Cylinder(Shape):
 
     _names = ("radius", "length")
 
+    @overload
+    def __init__(self, radius: float, length: float) -> None: ...
+    @overload
+    def __init__(self, measures: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._radius, self._length = _checked("Cylinder", **_measures("Cylinder", self._names, args, kwargs))
 
@@ -147,6 +158,10 @@ class Capsule(Shape):
 
     _names = ("radius", "length")
 
+    @overload
+    def __init__(self, radius: float, length: float) -> None: ...
+    @overload
+    def __init__(self, measures: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._radius, self._length = _checked("Capsule", **_measures("Capsule", self._names, args, kwargs))
 
@@ -164,6 +179,10 @@ class Ellipsoid(Shape):
 
     _names = ("a", "b", "c")
 
+    @overload
+    def __init__(self, a: float, b: float, c: float) -> None: ...
+    @overload
+    def __init__(self, measures: ArrayLike) -> None: ...
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         self._a, self._b, self._c = _checked("Ellipsoid", **_measures("Ellipsoid", self._names, args, kwargs))
 
@@ -199,7 +218,7 @@ class HalfSpace(Shape):
 
         direction = np.asarray(Hz_dir_F, dtype=float)
         if direction.size != 3:
-            raise TypeError(f"HalfSpace.MakePose(): incompatible function arguments: Hz_dir_F is {Hz_dir_F!r}.")
+            raise Mismatch(f"HalfSpace.MakePose(): incompatible function arguments: Hz_dir_F is {Hz_dir_F!r}.")
         direction = direction.reshape(3)
         norm = float(np.linalg.norm(direction))
         if not norm >= 1e-10:
@@ -331,7 +350,7 @@ def _source_and_scale(name: str, args: tuple, kwargs: dict) -> tuple[Any, Any]:
     unknown = set(kwargs) - {*_SOURCE_NAMES, "scale", "scale3"}
     if unknown or not 1 <= len(given) <= 2:
         wanted = "(filename | mesh_data | source, scale=1.0 | scale3)"
-        raise TypeError(f"{name}(): incompatible constructor arguments; expected {wanted}.")
+        raise Mismatch(f"{name}(): incompatible constructor arguments; expected {wanted}.")
     scale = given[1] if len(given) == 2 else 1.0
     if np.size(scale) not in (1, 3):
         raise TypeError(f"{name}(): scale must be a number or have 3 values, got {np.size(scale)}.")

@@ -1,4 +1,8 @@
-"""A simulation as an environment for reinforcement learning, by the rules of Gymnasium (`pip install gymnasium`)."""
+"""Simulations as environments for reinforcement learning, by the rules of Gymnasium (`pip install gymnasium`).
+
+Importing this module registers ready tasks, for `gymnasium.make_vec(name, num_envs)`: sheldrake/CartPoleSwingUp-v0,
+sheldrake/QuadrupedStand-v0 and sheldrake/ArmReach-v0.
+"""
 
 try:
     import gymnasium as _gymnasium
@@ -8,5 +12,10 @@ except ModuleNotFoundError as error:
     ) from error
 
 from sheldrake.gym._drake_gym_env import DrakeGymEnv
+from sheldrake.gym._drake_vector_env import DrakeVectorEnv
+from sheldrake.gym._streams import Streams
 
-__all__ = ["DrakeGymEnv"]
+for _name in ("CartPoleSwingUp", "QuadrupedStand", "ArmReach"):
+    _gymnasium.register(f"sheldrake/{_name}-v0", vector_entry_point=f"sheldrake.gym._tasks:{_name}")
+
+__all__ = ["DrakeGymEnv", "DrakeVectorEnv", "Streams"]

@@ -11,6 +11,8 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, Protocol
 
+from sheldrake.common._overloads import Mismatch
+
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 
 
@@ -137,9 +139,7 @@ class DrakeLcm(DrakeLcmInterface):
         if isinstance(given, str):
             given = DrakeLcmParams(lcm_url=given)
         if not isinstance(given, DrakeLcmParams):
-            raise TypeError(
-                f"DrakeLcm(): incompatible constructor arguments: {given!r} is no URL and no DrakeLcmParams"
-            )
+            raise Mismatch(f"DrakeLcm(): incompatible constructor arguments: {given!r} is no URL and no DrakeLcmParams")
         self._url = given.lcm_url or os.environ.get("LCM_DEFAULT_URL", "") or DEFAULT_URL
         self._suffix = given.channel_suffix
         self._handlers: list[tuple[re.Pattern, Callable[[str, bytes], None]]] = []

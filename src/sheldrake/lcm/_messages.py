@@ -1,7 +1,4 @@
-"""Message types as lists of fields, with LCM's encoding: big-endian numbers after a number that names the type.
-
-That number is a hash of the type's fields, turned by one bit; see LCM's type specification.
-"""
+"""Message types as lists of fields, with LCM's encoding: big-endian numbers after a number that names the type."""
 
 from __future__ import annotations
 
@@ -281,4 +278,154 @@ class lcmt_panda_status(Message):
         ("robot_mode", "int8_t"),
         ("robot_utime", "int64_t"),
         ("control_mode", "int8_t"),
+    ]
+
+
+class lcmt_point(Message):
+    """A point [m]."""
+
+    _fields: ClassVar[list[tuple]] = [("x", "double"), ("y", "double"), ("z", "double")]
+
+
+class lcmt_point_pair_contact_info_for_viz(Message):
+    """A contact point, the force on body 2 there, and the normal from body 2 to body 1."""
+
+    _fields: ClassVar[list[tuple]] = [
+        ("timestamp", "int64_t"),
+        ("body1_name", "string"),
+        ("body2_name", "string"),
+        ("contact_point", "double", 3),
+        ("contact_force", "double", 3),
+        ("normal", "double", 3),
+    ]
+
+
+class lcmt_hydroelastic_quadrature_per_point_data_for_viz(Message):
+    """Slip and traction at a point of a contact surface."""
+
+    _fields: ClassVar[list[tuple]] = [("p_WQ", "double", 3), ("vt_BqAq_W", "double", 3), ("traction_Aq_W", "double", 3)]
+
+
+class lcmt_hydroelastic_contact_surface_for_viz(Message):
+    """A contact surface: whose it is, its resultant force, its polygons with their pressure."""
+
+    _fields: ClassVar[list[tuple]] = [
+        *(
+            field
+            for i in "12"
+            for field in (
+                (f"geometry{i}_name", "string"),
+                (f"body{i}_name", "string"),
+                (f"model{i}_name", "string"),
+                (f"body{i}_unique", "boolean"),
+                (f"collision_count{i}", "int32_t"),
+            )
+        ),
+        ("centroid_W", "double", 3),
+        ("force_C_W", "double", 3),
+        ("moment_C_W", "double", 3),
+        ("num_quadrature_points", "int32_t"),
+        ("quadrature_point_data", lcmt_hydroelastic_quadrature_per_point_data_for_viz, "num_quadrature_points"),
+        ("num_vertices", "int32_t"),
+        ("p_WV", lcmt_point, "num_vertices"),
+        ("pressure", "double", "num_vertices"),
+        ("poly_data_int_count", "int32_t"),
+        ("poly_data", "int32_t", "poly_data_int_count"),
+    ]
+
+
+class lcmt_contact_results_for_viz(Message):
+    """All contacts at one time [us]."""
+
+    _fields: ClassVar[list[tuple]] = [
+        ("timestamp", "int64_t"),
+        ("num_point_pair_contacts", "int32_t"),
+        ("point_pair_contact_info", lcmt_point_pair_contact_info_for_viz, "num_point_pair_contacts"),
+        ("num_hydroelastic_contacts", "int32_t"),
+        ("hydroelastic_contacts", lcmt_hydroelastic_contact_surface_for_viz, "num_hydroelastic_contacts"),
+    ]
+
+
+class lcmt_point_cloud_field(Message):
+    """One channel of a cloud: where it is in the bytes of a point, and of what type."""
+
+    INT8, UINT8, INT16, UINT16, INT32, UINT32, FLOAT32, FLOAT64 = 1, 2, 3, 4, 5, 6, 7, 8
+
+    _fields: ClassVar[list[tuple]] = [
+        ("name", "string"),
+        ("byte_offset", "int32_t"),
+        ("datatype", "int8_t"),
+        ("count", "int32_t"),
+    ]
+
+
+class lcmt_point_cloud(Message):
+    """A cloud at a time [us], in a frame; the bytes of its points are in `data`."""
+
+    IS_BIGENDIAN, IS_STRICTLY_FINITE = 1, 2
+
+    _fields: ClassVar[list[tuple]] = [
+        ("utime", "int64_t"),
+        ("frame_name", "string"),
+        ("width", "int64_t"),
+        ("height", "int64_t"),
+        ("num_fields", "int32_t"),
+        ("fields", lcmt_point_cloud_field, "num_fields"),
+        ("flags", "int64_t"),
+        ("point_step", "int32_t"),
+        ("row_step", "int64_t"),
+        ("filler_size", "int16_t"),
+        ("filler", "byte", "filler_size"),
+        ("data_size", "int64_t"),
+        ("data", "byte", "data_size"),
+    ]
+
+
+class lcmt_viewer_geometry_data(Message):
+    """A shape on a link: its kind and sizes, its pose, quaternion w x y z, in the link's frame, and its color.
+
+    A mesh is a file's path and three scales, or without a path its own numbers: number of vertices, number of
+    triangles, vertices, indices.
+    """
+
+    BOX, SPHERE, CYLINDER, MESH, CAPSULE, ELLIPSOID = 1, 2, 3, 4, 5, 6
+
+    _fields: ClassVar[list[tuple]] = [
+        ("type", "int8_t"),
+        ("position", "float", 3),
+        ("quaternion", "float", 4),
+        ("color", "float", 4),
+        ("string_data", "string"),
+        ("num_float_data", "int32_t"),
+        ("float_data", "float", "num_float_data"),
+    ]
+
+
+class lcmt_viewer_link_data(Message):
+    """A link with its shapes."""
+
+    _fields: ClassVar[list[tuple]] = [
+        ("name", "string"),
+        ("robot_num", "int32_t"),
+        ("num_geom", "int32_t"),
+        ("geom", lcmt_viewer_geometry_data, "num_geom"),
+    ]
+
+
+class lcmt_viewer_load_robot(Message):
+    """All links that there are."""
+
+    _fields: ClassVar[list[tuple]] = [("num_links", "int32_t"), ("link", lcmt_viewer_link_data, "num_links")]
+
+
+class lcmt_viewer_draw(Message):
+    """Poses of links in the world at a time [ms]."""
+
+    _fields: ClassVar[list[tuple]] = [
+        ("timestamp", "int64_t"),
+        ("num_links", "int32_t"),
+        ("link_name", "string", "num_links"),
+        ("robot_num", "int32_t", "num_links"),
+        ("position", "float", "num_links", 3),
+        ("quaternion", "float", "num_links", 4),
     ]

@@ -36,11 +36,12 @@ from sheldrake.manipulation._wsg import (
     MakeMultibodyStateToWsgStateSystem,
     SchunkWsgCommandReceiver,
     SchunkWsgCommandSender,
+    SchunkWsgController,
     SchunkWsgPositionController,
     SchunkWsgStatusReceiver,
     SchunkWsgStatusSender,
+    SchunkWsgTrajectoryGenerator,
 )
-from sheldrake.manipulation._wsg_trajectory import SchunkWsgController, SchunkWsgTrajectoryGenerator
 
 __all__ = [
     "ApplyDriverConfig",

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
 from sheldrake.manipulation._config import IiwaDriver, SchunkWsgDriver, ZeroForceDriver
 from sheldrake.manipulation._iiwa_messages import (
@@ -94,7 +95,7 @@ class SimIiwaDriver(Diagram):
         builder.BuildInto(self)
 
     @staticmethod
-    def _track(builder: Any, config: IiwaDriver, plant: Any, n: int) -> tuple:
+    def _track(builder: DiagramBuilder, config: IiwaDriver, plant: MultibodyPlant, n: int) -> tuple:
         """Adds what follows commanded positions; its force and the commanded positions."""
         kp = config.desired_kp_gains
         if kp is None:
@@ -122,7 +123,11 @@ class SimIiwaDriver(Diagram):
 
     @staticmethod
     def AddToBuilder(
-        builder: Any, plant: Any, iiwa_instance: Any, driver_config: IiwaDriver, controller_plant: Any
+        builder: DiagramBuilder,
+        plant: MultibodyPlant,
+        iiwa_instance: Any,
+        driver_config: IiwaDriver,
+        controller_plant: Any,
     ) -> SimIiwaDriver:
         """Adds a driver and connects it to the plant; commands are left to the caller.
 
@@ -143,7 +148,12 @@ class SimIiwaDriver(Diagram):
 
 
 def BuildIiwaControl(
-    builder: Any, lcm: Any, plant: Any, iiwa_instance: Any, driver_config: IiwaDriver, controller_plant: Any
+    builder: DiagramBuilder,
+    lcm: Any,
+    plant: MultibodyPlant,
+    iiwa_instance: Any,
+    driver_config: IiwaDriver,
+    controller_plant: Any,
 ) -> None:
     """Adds an arm's driver, fed by messages of channel IIWA_COMMAND, its status going out on IIWA_STATUS.
 
@@ -185,7 +195,9 @@ def BuildIiwaControl(
     connect(sender.get_output_port(), publisher.get_input_port())
 
 
-def BuildSchunkWsgControl(plant: Any, wsg_instance: Any, lcm: Any, builder: Any, pid_gains: Any = None) -> None:
+def BuildSchunkWsgControl(
+    plant: MultibodyPlant, wsg_instance: Any, lcm: Any, builder: DiagramBuilder, pid_gains: Any = None
+) -> None:
     """Not there yet: `SchunkWsgPositionController` holds a gripper without messages."""
     raise NotImplementedError(
         "BuildSchunkWsgControl(): the gripper's control by messages is not there yet; connect a "
@@ -214,7 +226,7 @@ def _weld(sim_plant: Any, arm: Any, config: IiwaDriver) -> Any:
     return frame.CalcPoseInWorld(sim_plant.CreateDefaultContext())
 
 
-def _add_hand(plant: Any, arm: Any, sim_plant: Any, hand: Any, config: IiwaDriver) -> None:
+def _add_hand(plant: MultibodyPlant, arm: Any, sim_plant: Any, hand: Any, config: IiwaDriver) -> None:
     """Adds a rigid body with the hand's mass to the arm's body that carries the hand."""
     context = sim_plant.CreateDefaultContext()
     wrist = _wrist(sim_plant, arm, config.gripper_parent_frame_name or hand.parent_frame_name)
@@ -238,7 +250,7 @@ def ApplyDriverConfig(
     sim_plant: Any,
     models_from_directives: dict[str, Any],
     lcms: LcmBuses,
-    builder: Any,
+    builder: DiagramBuilder,
 ) -> None:
     """Adds the driver of one model.
 
@@ -269,7 +281,7 @@ def ApplyDriverConfig(
         lcm = lcms.Find(f"Driver for {model_instance_name}", driver_config.lcm_bus)
         BuildSchunkWsgControl(sim_plant, instance, lcm, builder, driver_config.pid_gains)
     else:
-        raise TypeError(
+        raise Mismatch(
             f"ApplyDriverConfig(): incompatible function arguments: {driver_config!r} is none of IiwaDriver, "
             "SchunkWsgDriver, ZeroForceDriver."
         )
@@ -284,7 +296,12 @@ def _model(models: dict[str, Any], name: str) -> Any:
 
 
 def ApplyDriverConfigs(
-    *, driver_configs: dict[str, Any], sim_plant: Any, models_from_directives: list, lcm_buses: LcmBuses, builder: Any
+    *,
+    driver_configs: dict[str, Any],
+    sim_plant: Any,
+    models_from_directives: list,
+    lcm_buses: LcmBuses,
+    builder: DiagramBuilder,
 ) -> None:
     """Adds the drivers of several models.
 
@@ -303,7 +320,7 @@ def ApplyDriverConfigs(
         apply(config, name, sim_plant, models, lcm_buses, builder)
 
 
-def ApplyNamedPositionsAsDefaults(input: dict[str, dict[str, Any]], plant: Any) -> None:
+def ApplyNamedPositionsAsDefaults(input: dict[str, dict[str, Any]], plant: MultibodyPlant) -> None:
     """Sets default positions of joints.
 
     Args:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
 from sheldrake.manipulation._ports import input_port, output_port
 from sheldrake.systems.framework import EventStatus, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 kIiwaArmNumJoints = 7
 kIiwaLcmStatusPeriod = 0.005
@@ -85,22 +88,22 @@ class IiwaCommandReceiver(LeafSystem):
             self.DeclareVectorOutputPort("torque", n, self._calc_torque)
         self.DeclareVectorOutputPort("time", 1, self._calc_time)
 
-    def _measured(self, context: Any) -> np.ndarray:
+    def _measured(self, context: Context) -> np.ndarray:
         port = self.get_position_measured_input_port()
         return port.Eval(context) if port.HasValue(context) else np.zeros(self._n)
 
-    def _hold(self, context: Any, values: Any) -> EventStatus:
+    def _hold(self, context: Context, values: Any) -> EventStatus:
         if context.get_discrete_state(1)[0]:
             return EventStatus.DidNothing()
         values.set_value(0, self._measured(context))
         values.set_value(1, [1.0])
         return EventStatus.Succeeded()
 
-    def _message(self, context: Any) -> Any:
+    def _message(self, context: Context) -> Any:
         message = self.get_message_input_port().Eval(context)
         return None if message.utime == 0 and not message.num_joints and not message.num_torques else message
 
-    def _calc_position(self, context: Any, output: Any) -> None:
+    def _calc_position(self, context: Context, output: Any) -> None:
         message = self._message(context)
         if message is not None and message.num_joints:
             output.SetFromVector(self._sized("joint_position", message.joint_position))
@@ -109,7 +112,7 @@ class IiwaCommandReceiver(LeafSystem):
         else:
             output.SetFromVector(self._measured(context))
 
-    def _calc_torque(self, context: Any, output: Any) -> None:
+    def _calc_torque(self, context: Context, output: Any) -> None:
         message = self._message(context)
         torque = [] if message is None else message.joint_torque
         output.SetFromVector(self._sized("joint_torque", torque) if len(torque) else np.zeros(self._n))
@@ -121,7 +124,7 @@ class IiwaCommandReceiver(LeafSystem):
             )
         return list(values)
 
-    def _calc_time(self, context: Any, output: Any) -> None:
+    def _calc_time(self, context: Context, output: Any) -> None:
         output.SetFromVector([self.get_message_input_port().Eval(context).utime / 1e6])
 
     get_message_input_port = input_port("lcmt_iiwa_command", "the message")
@@ -153,12 +156,12 @@ class IiwaCommandSender(LeafSystem):
         self._time = self.DeclareVectorInputPort("time", 1).get_index()
         self.DeclareAbstractOutputPort("lcmt_iiwa_command", lambda: AbstractValue.Make(lcmt_iiwa_command()), self._calc)
 
-    def _values(self, context: Any, index: Any) -> list:
+    def _values(self, context: Context, index: Any) -> list:
         if index is None or not self.get_input_port(index).HasValue(context):
             return []
         return self.get_input_port(index).Eval(context).tolist()
 
-    def _calc(self, context: Any, output: AbstractValue) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         time = self._values(context, self._time) or [context.get_time()]
         if self._position is not None:
             self.get_input_port(self._position).Eval(context)  # it must be connected
@@ -206,11 +209,11 @@ class IiwaStatusSender(LeafSystem):
         self.DeclareVectorInputPort("time_measured", 1)
         self.DeclareAbstractOutputPort("lcmt_iiwa_status", lambda: AbstractValue.Make(lcmt_iiwa_status()), self._calc)
 
-    def _or(self, context: Any, name: str, default: Any) -> list:
+    def _or(self, context: Context, name: str, default: Any) -> list:
         port = self.GetInputPort(name)
         return port.Eval(context).tolist() if port.HasValue(context) else list(default)
 
-    def _calc(self, context: Any, output: AbstractValue) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         zeros = [0.0] * self._n
         commanded = self.GetInputPort("torque_commanded").Eval(context).tolist()
         message = lcmt_iiwa_status(
@@ -249,7 +252,7 @@ class IiwaStatusReceiver(LeafSystem):
         for name in _STATUS:
             self.DeclareVectorOutputPort(name, num_joints, _reader(f"joint_{name}"))
 
-    def _calc_time(self, context: Any, output: Any) -> None:
+    def _calc_time(self, context: Context, output: Any) -> None:
         output.SetFromVector([self.get_input_port().Eval(context).utime / 1e6])
 
     get_time_measured_output_port = output_port("time_measured")
@@ -262,7 +265,7 @@ class IiwaStatusReceiver(LeafSystem):
 
 
 def _reader(field: str) -> Any:
-    def calc(context: Any, output: Any) -> None:
+    def calc(context: Context, output: Any) -> None:
         values = getattr(context._system.get_input_port().Eval(context), field)
         output.SetFromVector(np.array(values) if len(values) else np.zeros(output.size()))
 

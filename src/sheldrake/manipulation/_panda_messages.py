@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_panda_command, lcmt_panda_status
 from sheldrake.manipulation._ports import input_port, output_port
 from sheldrake.systems.framework import EventStatus, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 kPandaArmNumJoints = 7
 PandaControlMode = SimpleNamespace(kNone=0, kPosition=1, kVelocity=2, kTorque=4)
@@ -53,7 +56,7 @@ class PandaCommandReceiver(LeafSystem):
         if self._mode & PandaControlMode.kTorque:
             self.DeclareVectorOutputPort("torque", self._n, self._calc_torque)
 
-    def LatchInitialPosition(self, context: Any) -> None:
+    def LatchInitialPosition(self, context: Context) -> None:
         """Remembers where the arm is: the commanded position until a message comes.
 
         Raises:
@@ -65,14 +68,14 @@ class PandaCommandReceiver(LeafSystem):
         context.SetDiscreteState(0, [1.0])
         context.SetDiscreteState(1, position)
 
-    def _latch(self, context: Any, values: Any) -> EventStatus:
+    def _latch(self, context: Context, values: Any) -> EventStatus:
         if context.get_discrete_state(0)[0]:
             return EventStatus.DidNothing()
         values.set_value(0, [1.0])
         values.set_value(1, self.get_position_measured_input_port().Eval(context))
         return EventStatus.Succeeded()
 
-    def _commanded(self, context: Any, name: str) -> list | None:
+    def _commanded(self, context: Context, name: str) -> list | None:
         """What the message says; None before the first."""
         message = self.get_message_input_port().Eval(context)
         sizes = message.num_joint_position, message.num_joint_velocity, message.num_joint_torque
@@ -91,7 +94,7 @@ class PandaCommandReceiver(LeafSystem):
             )
         return list(values)
 
-    def _calc_position(self, context: Any, output: Any) -> None:
+    def _calc_position(self, context: Context, output: Any) -> None:
         commanded = self._commanded(context, "position")
         if commanded is not None:
             output.SetFromVector(commanded)
@@ -100,10 +103,10 @@ class PandaCommandReceiver(LeafSystem):
         else:
             output.SetFromVector(self.get_position_measured_input_port().Eval(context))
 
-    def _calc_velocity(self, context: Any, output: Any) -> None:
+    def _calc_velocity(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._commanded(context, "velocity") or np.zeros(self._n))
 
-    def _calc_torque(self, context: Any, output: Any) -> None:
+    def _calc_torque(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._commanded(context, "torque") or np.zeros(self._n))
 
     get_message_input_port = input_port("lcmt_panda_command", "the message")
@@ -130,7 +133,7 @@ class PandaCommandSender(LeafSystem):
         model = AbstractValue.Make(lcmt_panda_command())
         self.DeclareAbstractOutputPort("lcmt_panda_command", model.Clone, self._calc)
 
-    def _calc(self, context: Any, output: AbstractValue) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         message = lcmt_panda_command(utime=int(context.get_time() * 1e6), control_mode_expected=self._mode)
         for name, bit in _COMMANDS.items():
             values = self.GetInputPort(name).Eval(context).tolist() if self._mode & bit else []
@@ -174,7 +177,7 @@ class PandaStatusSender(LeafSystem):
         model = AbstractValue.Make(lcmt_panda_status())
         self.DeclareAbstractOutputPort("lcmt_panda_status", model.Clone, self._calc)
 
-    def _calc(self, context: Any, output: AbstractValue) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         message = lcmt_panda_status(utime=int(context.get_time() * 1e6), num_joints=self._n)
         torque = self.GetInputPort("torque_commanded").Eval(context).tolist()
         for name, field in _STATUS.items():
@@ -211,7 +214,7 @@ class PandaStatusReceiver(LeafSystem):
             self.DeclareVectorOutputPort(name, self._n, self._reader(field))
 
     def _reader(self, field: str) -> Any:
-        def calc(context: Any, output: Any) -> None:
+        def calc(context: Context, output: Any) -> None:
             system = context._system
             message = system.get_input_port().Eval(context)
             if message.num_joints not in (0, system._n):

@@ -3,6 +3,7 @@
 from typing import Any
 
 from sheldrake.common._names import _MangledName
+from sheldrake.math import _rotation_matrix
 from sheldrake.math._arrays import eq, ge, gt, inv, le, lt, matmul, ne
 from sheldrake.math._barycentric_mesh import BarycentricMesh
 from sheldrake.math._bspline_basis import BsplineBasis, BsplineBasis_, KnotVectorType
@@ -151,6 +152,8 @@ __all__ = [
     "tanh",
     "wrap_to",
 ]
+
+_rotation_matrix.RollPitchYaw_ = RollPitchYaw_
 
 
 def __getattr__(name: str) -> Any:

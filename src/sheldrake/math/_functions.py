@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common import _ieee as ieee
+from sheldrake.common._kernels import generic
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._scalars import autodiff_class
 
@@ -222,3 +223,12 @@ def wrap_to(value: Any, low: Any, high: Any) -> Any:
     if isinstance(value, _REAL) and isinstance(span, _REAL):
         value, span = float(value), float(span)
     return value - span * floor((value - low) / span)
+
+
+def _stand_in_kernels(home: Any, functions: tuple[Any, ...]) -> None:
+    for function in functions:
+        function.in_kernels = getattr(home, function.__name__)
+
+
+_stand_in_kernels(generic, (sin, cos, tan, asin, acos, atan, sinh, cosh, tanh, exp, log, sqrt, atan2))
+_stand_in_kernels(builtins, (abs, max, min))

@@ -17,6 +17,7 @@ __all__ = [
 ]
 
 _SYMMETRY = 1e-10  # how far from symmetric Q and R may be
+_GROWTH = 1e-9  # of a closed loop, over its largest entry, that is round-off
 _UNIQUENESS = 1e-10  # how close to zero a sum (or product less one) of two eigenvalues may be
 
 
@@ -41,7 +42,20 @@ def _check_cost(call: str, A: np.ndarray, B: np.ndarray, Q: np.ndarray, R: np.nd
         raise RuntimeError(f"{call}(): R must be positive definite")
 
 
+def require_stable(call: str, closed: np.ndarray, *, discrete: bool) -> None:
+    """Refuses what a Riccati solver gives where no feedback stabilizes: a closed loop that grows.
+
+    Raises:
+        RuntimeError: it does.
+    """
+    modes = np.linalg.eigvals(closed)
+    growth = np.abs(modes) - 1.0 if discrete else modes.real
+    if growth.max(initial=-1.0) > _GROWTH * max(1.0, np.abs(closed).max(initial=0.0)):
+        raise RuntimeError(f"{call} fails. The system is not stabilizable.")
+
+
 def _solve(call: str, solver: Callable[[], np.ndarray]) -> np.ndarray:
+    """What `solver` gives, made symmetric."""
     try:
         S = solver()
     except (np.linalg.LinAlgError, ValueError) as error:
@@ -68,7 +82,9 @@ def ContinuousAlgebraicRiccatiEquation(A: Any, B: Any, Q: Any, R: Any) -> np.nda
     call = "ContinuousAlgebraicRiccatiEquation"
     A, B, Q, R = (float_matrix(call, **{name: M}) for name, M in (("A", A), ("B", B), ("Q", Q), ("R", R)))
     _check_cost(call, A, B, Q, R)
-    return _solve(call, lambda: solve_continuous_are(A, B, Q, R))
+    S = _solve(call, lambda: solve_continuous_are(A, B, Q, R))
+    require_stable(call, A - B @ np.linalg.solve(R, B.T @ S), discrete=False)
+    return S
 
 
 def DiscreteAlgebraicRiccatiEquation(A: Any, B: Any, Q: Any, R: Any, N: Any = None) -> np.ndarray:
@@ -97,7 +113,9 @@ def DiscreteAlgebraicRiccatiEquation(A: Any, B: Any, Q: Any, R: Any, N: Any = No
         raise RuntimeError(
             f"{call}(): Q (less N R^-1 N^T) must be positive semidefinite; it has eigenvalue {smallest}."
         )
-    return _solve(call, lambda: solve_discrete_are(A, B, Q, R, s=N))
+    S = _solve(call, lambda: solve_discrete_are(A, B, Q, R, s=N))
+    require_stable(call, A - B @ np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T), discrete=True)
+    return S
 
 
 def _lyapunov(call: str, A: Any, Q: Any) -> tuple[np.ndarray, np.ndarray]:

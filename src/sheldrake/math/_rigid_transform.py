@@ -6,7 +6,8 @@ On floats, AutoDiffXd and Expression alike; built on `_rotation_matrix`, and wha
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -29,6 +30,11 @@ from sheldrake.common._scalars import (
 from sheldrake.common.eigen_geometry import AngleAxis_, Isometry3_, Quaternion_
 from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
 from sheldrake.math._rotation_matrix import RotationMatrix, RotationMatrix_
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common.eigen_geometry import Isometry3
 
 _new = object.__new__
 _ndarray = np.ndarray
@@ -129,12 +135,12 @@ class RigidTransform(ScalarBase):
         return object_query(cls._plain_class(), _R=object_query(RotationMatrix_[cls._T], _M=rotation), _p=position)
 
     @classmethod
-    def Identity(cls) -> Any:
+    def Identity(cls) -> RigidTransform:
         """The pose of a frame in itself."""
         return cls._plain_class()()
 
     @classmethod
-    def MakeUnchecked(cls, pose: Any) -> Any:
+    def MakeUnchecked(cls, pose: Any) -> RigidTransform:
         """A pose from any array of shape (3, 4), unchecked."""
         pose = cls._argument("MakeUnchecked", matrix(cls._T, 3, 4), pose=pose)
         return cls._make(pose[:, :3].copy(), pose[:, 3].copy())
@@ -145,7 +151,7 @@ class RigidTransform(ScalarBase):
         p = self._argument("set", vector(self._T, 3), p=p)
         self._R._M, self._p = R._M, p
 
-    def SetIdentity(self) -> Any:
+    def SetIdentity(self) -> RigidTransform:
         """Make this the pose of a frame in itself; gives this object."""
         self._R._M, self._p = RotationMatrix_[self._T]()._M, zeros(self._T, 3)
         return self
@@ -155,7 +161,7 @@ class RigidTransform(ScalarBase):
         pose = self._argument("SetFromIsometry3", instance_of(Isometry3_[self._T]), pose=pose)
         self._R, self._p = RotationMatrix_[self._T](pose._rotation), pose._p
 
-    def rotation(self) -> Any:
+    def rotation(self) -> RotationMatrix:
         """R_AB."""
         return self._R
 
@@ -195,16 +201,16 @@ class RigidTransform(ScalarBase):
         """Its first three rows, shape (3, 4)."""
         return np.hstack([self._R._M, self._p[:, None]])
 
-    def GetAsIsometry3(self) -> Any:
+    def GetAsIsometry3(self) -> Isometry3:
         """The same pose as an Isometry3."""
         return Isometry3_[self._T]._make(self._R._M, self._p)
 
-    def inverse(self) -> Any:
+    def inverse(self) -> RigidTransform:
         """X_BA of this X_AB."""
         M = self._R._M.T.copy()
         return self._make(M, -M.dot(self._p))
 
-    def InvertAndCompose(self, other: Any) -> Any:
+    def InvertAndCompose(self, other: Any) -> RigidTransform:
         """X_BC of this X_AB and another X_AC."""
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         M = self._R._M.T
@@ -218,6 +224,10 @@ class RigidTransform(ScalarBase):
             args = tuple(kwargs.values())
         return self.__matmul__(args[0])
 
+    @typing_overload
+    def __matmul__(self, other: RigidTransform) -> RigidTransform: ...
+    @typing_overload
+    def __matmul__(self, other: ArrayLike) -> np.ndarray: ...
     def __matmul__(self, other: Any) -> Any:
         M = self._R._M
         if type(other) is RigidTransform and type(self) is RigidTransform:  # the one that has to be quick
@@ -261,31 +271,31 @@ class RigidTransform(ScalarBase):
             )
         return self.GetAsMatrix4().dot(vec_B)
 
-    def IsExactlyIdentity(self) -> Any:
+    def IsExactlyIdentity(self) -> bool:
         """Whether rotation and position are exactly those of the identity."""
         return self.IsExactlyEqualTo(self.Identity())
 
-    def IsNearlyIdentity(self, translation_tolerance: Any) -> Any:
+    def IsNearlyIdentity(self, translation_tolerance: Any) -> bool:
         """Whether the rotation is the identity to 128 eps and the position zero to `translation_tolerance` [m]."""
         T = self._T
         tolerance = self._argument("IsNearlyIdentity", scalar(float), translation_tolerance=translation_tolerance)
         return all_of((at_most(largest_magnitude(self._p, T), tolerance, T), self._R.IsNearlyIdentity()))
 
-    def IsExactlyEqualTo(self, other: Any) -> Any:
+    def IsExactlyEqualTo(self, other: Any) -> bool:
         """Whether all numbers are equal to those of `other`."""
         other = self._argument("IsExactlyEqualTo", instance_of(self._plain_class()), other=other)
         return all_equal(self.GetAsMatrix34(), other.GetAsMatrix34(), self._T)
 
-    def IsNearlyEqualTo(self, other: Any, tolerance: float) -> Any:
+    def IsNearlyEqualTo(self, other: Any, tolerance: float) -> bool:
         """Whether no number is further than `tolerance` from that of `other`."""
         return at_most(self.GetMaximumAbsoluteDifference(other), tolerance, self._T)
 
-    def GetMaximumAbsoluteDifference(self, other: Any) -> Any:
+    def GetMaximumAbsoluteDifference(self, other: Any) -> float:
         """Largest difference between the numbers of two poses [1 or m]."""
         other = self._argument("GetMaximumAbsoluteDifference", instance_of(self._plain_class()), other=other)
         return largest_magnitude(self.GetAsMatrix34() - other.GetAsMatrix34(), self._T)
 
-    def GetMaximumAbsoluteTranslationDifference(self, other: Any) -> Any:
+    def GetMaximumAbsoluteTranslationDifference(self, other: Any) -> float:
         """Largest difference between the coordinates of two positions [m]."""
         call = "GetMaximumAbsoluteTranslationDifference"
         other = self._argument(call, instance_of(self._plain_class()), other=other)

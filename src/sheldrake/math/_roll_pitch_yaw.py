@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,6 +25,10 @@ from sheldrake.common._scalars import (
 from sheldrake.common.eigen_geometry import Quaternion_
 from sheldrake.math._rotation_matrix import RotationMatrix_
 
+if TYPE_CHECKING:
+    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.math._rotation_matrix import RotationMatrix
+
 _EPSILON = float(np.finfo(float).eps)
 _GIMBAL_LOCK = 0.008  # smallest |cos(pitch)| at which rates of the angles are computed, as in Drake
 
@@ -43,7 +47,10 @@ class RollPitchYaw(ScalarBase):
         `RollPitchYaw(rpy)` with shape (3,), `RollPitchYaw(roll, pitch, yaw)`, `RollPitchYaw(R)`,
         `RollPitchYaw(quaternion)`, `RollPitchYaw(matrix)` with shape (3, 3), `RollPitchYaw(other)`.
         """
-        self._choose("init", args, kwargs)
+        if len(args) == 1 and not kwargs and isinstance(args[0], RotationMatrix_[self._T]):  # the usual one
+            self._set(args[0]._M, rotations.matrix_to_canonical_quaternion(args[0]._M))
+        else:
+            self._choose("init", args, kwargs)
 
     @staticmethod
     def _ways_init(cls: Any) -> list[Overload]:
@@ -99,19 +106,19 @@ class RollPitchYaw(ScalarBase):
         """Roll, pitch and yaw [rad], shape (3,)."""
         return self._rpy.copy()
 
-    def roll_angle(self) -> Any:
+    def roll_angle(self) -> float:
         """Roll [rad]."""
         return self._rpy.item(0)
 
-    def pitch_angle(self) -> Any:
+    def pitch_angle(self) -> float:
         """Pitch [rad]."""
         return self._rpy.item(1)
 
-    def yaw_angle(self) -> Any:
+    def yaw_angle(self) -> float:
         """Yaw [rad]."""
         return self._rpy.item(2)
 
-    def ToQuaternion(self) -> Any:
+    def ToQuaternion(self) -> Quaternion:
         """The same orientation as a quaternion; its scalar part may be negative."""
         (sr, cr), (sp, cp), (sy, cy) = ((sin(q / 2.0), cos(q / 2.0)) for q in self._rpy.tolist())
         cpcy, spcy, spsy, cpsy = cp * cy, sp * cy, sp * sy, cp * sy
@@ -119,7 +126,7 @@ class RollPitchYaw(ScalarBase):
             (cr * cpcy + sr * spsy, sr * cpcy - cr * spsy, cr * spcy + sr * cpsy, cr * cpsy - sr * spcy)
         )
 
-    def ToRotationMatrix(self) -> Any:
+    def ToRotationMatrix(self) -> RotationMatrix:
         """R_AD."""
         return RotationMatrix_[self._T]._make(self._to_matrix())
 

@@ -5,7 +5,8 @@ On floats, AutoDiffXd and Expression alike; with Drake's numbers, bit by bit whe
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -27,7 +28,15 @@ from sheldrake.common._scalars import (
 )
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common import eigen_geometry
+    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.math._roll_pitch_yaw import RollPitchYaw
+
 _new = object.__new__
+RollPitchYaw_: Any = None  # A family that stands on the one below; the package binds it.
 _ndarray = np.ndarray
 _FLOAT64 = np.dtype(np.float64)
 
@@ -89,8 +98,6 @@ class RotationMatrix(ScalarBase):
 
     @staticmethod
     def _ways_init(cls: Any) -> list[Overload]:
-        from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
-
         T = cls._T
 
         def copy_of(self: Any, other: Any) -> None:
@@ -125,27 +132,27 @@ class RotationMatrix(ScalarBase):
         return new
 
     @classmethod
-    def Identity(cls) -> Any:
+    def Identity(cls) -> RotationMatrix:
         """The rotation matrix of two aligned frames."""
         return cls._make(identity(cls._T, 3))
 
     @classmethod
-    def MakeUnchecked(cls, R: Any) -> Any:
+    def MakeUnchecked(cls, R: Any) -> RotationMatrix:
         """A rotation matrix from any array of shape (3, 3), unchecked."""
         return cls._make(cls._argument("MakeUnchecked", matrix(cls._T, 3, 3), R=R))
 
     @classmethod
-    def MakeXRotation(cls, theta: Any) -> Any:
+    def MakeXRotation(cls, theta: Any) -> RotationMatrix:
         """Rotation by `theta` [rad] about the x axis."""
         return cls._make_axis("MakeXRotation", theta, lambda s, c: [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
     @classmethod
-    def MakeYRotation(cls, theta: Any) -> Any:
+    def MakeYRotation(cls, theta: Any) -> RotationMatrix:
         """Rotation by `theta` [rad] about the y axis."""
         return cls._make_axis("MakeYRotation", theta, lambda s, c: [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
     @classmethod
-    def MakeZRotation(cls, theta: Any) -> Any:
+    def MakeZRotation(cls, theta: Any) -> RotationMatrix:
         """Rotation by `theta` [rad] about the z axis."""
         return cls._make_axis("MakeZRotation", theta, lambda s, c: [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
@@ -155,7 +162,7 @@ class RotationMatrix(ScalarBase):
         return cls._make(as_array(cls._T, rows(sin(theta), cos(theta)), (3, 3)))
 
     @classmethod
-    def MakeFromOneVector(cls, b_A: Any, axis_index: int) -> Any:
+    def MakeFromOneVector(cls, b_A: Any, axis_index: int) -> RotationMatrix:
         """A right-handed frame B whose axis `axis_index` (0, 1, 2) points along `b_A`.
 
         The next axis has a zero where the smallest component of `b_A` is (the first of equals).
@@ -194,7 +201,7 @@ class RotationMatrix(ScalarBase):
         return cls._make(M)
 
     @classmethod
-    def ProjectToRotationMatrix(cls, M: Any) -> Any:
+    def ProjectToRotationMatrix(cls, M: Any) -> RotationMatrix:
         """The rotation matrix nearest to `M` in the Frobenius norm.
 
         Args:
@@ -240,15 +247,15 @@ class RotationMatrix(ScalarBase):
             raise IndexError(f"RotationMatrix.{call}(): index is {index}, not 0, 1 or 2.")
         return index
 
-    def inverse(self) -> Any:
+    def inverse(self) -> RotationMatrix:
         """R_BA of this R_AB."""
         return self._make(self._M.T.copy())
 
-    def transpose(self) -> Any:
+    def transpose(self) -> RotationMatrix:
         """R_BA of this R_AB, the same as `inverse`."""
         return self._make(self._M.T.copy())
 
-    def InvertAndCompose(self, other: Any) -> Any:
+    def InvertAndCompose(self, other: Any) -> RotationMatrix:
         """R_BC of this R_AB and another R_AC."""
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         return self._make(self._M.T.dot(other._M))
@@ -261,6 +268,10 @@ class RotationMatrix(ScalarBase):
             args = tuple(kwargs.values())
         return self.__matmul__(args[0])
 
+    @typing_overload
+    def __matmul__(self, other: RotationMatrix) -> RotationMatrix: ...
+    @typing_overload
+    def __matmul__(self, other: ArrayLike) -> np.ndarray: ...
     def __matmul__(self, other: Any) -> Any:
         T = self._T
         if isinstance(other, ScalarBase) and hasattr(other, "_M") and other._T is T:
@@ -282,7 +293,7 @@ class RotationMatrix(ScalarBase):
         vectors = f"(v_B: {self._T.__name__} array of shape (3,) or (3, n))"
         return incompatible(f"{name}.multiply", [f"(other: {name})", vectors], (value,), {})
 
-    def IsValid(self) -> Any:
+    def IsValid(self) -> bool:
         """Whether the matrix is orthonormal to Drake's tolerance (128 eps) and right-handed."""
         T, M = self._T, self._M
         orthonormal = at_most(largest_magnitude(M.dot(M.T) - identity(T, 3), T), TOLERANCE, T)
@@ -290,28 +301,26 @@ class RotationMatrix(ScalarBase):
         determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
         return all_of((orthonormal, determinant > 0.0))
 
-    def IsExactlyIdentity(self) -> Any:
+    def IsExactlyIdentity(self) -> bool:
         """Whether all numbers are those of the unit matrix."""
         return all_equal(self._M, identity(self._T, 3), self._T)
 
-    def IsNearlyIdentity(self, tolerance: float = TOLERANCE) -> Any:
+    def IsNearlyIdentity(self, tolerance: float = TOLERANCE) -> bool:
         """Whether no number is further than `tolerance` from the unit matrix."""
         return at_most(largest_magnitude(self._M - identity(self._T, 3), self._T), tolerance, self._T)
 
-    def ToQuaternion(self) -> Any:
+    def ToQuaternion(self) -> Quaternion:
         """The quaternion with a non-negative scalar part."""
         return Quaternion_[self._T]._make(rotations.matrix_to_canonical_quaternion(self._M))
 
-    def ToAngleAxis(self) -> Any:
+    def ToAngleAxis(self) -> eigen_geometry.AngleAxis:
         """Angle in [0, pi] [rad] and axis."""
         new = _new(AngleAxis_[self._T])
         new._set_quaternion(self.ToQuaternion())
         return new
 
-    def ToRollPitchYaw(self) -> Any:
+    def ToRollPitchYaw(self) -> RollPitchYaw:
         """Roll, pitch and yaw; pitch in [-pi/2, pi/2] [rad]."""
-        from sheldrake.math._roll_pitch_yaw import RollPitchYaw_
-
         return RollPitchYaw_[self._T](self)
 
     def __getstate__(self) -> Any:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.jupyter_widgets import listen_to_widgets
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 __all__ = ["JointSliders", "MakeJointSlidersThatPublishOnCallback"]
 
@@ -63,7 +66,7 @@ class JointSliders(LeafSystem):
         for slider, value in zip(self._sliders.values(), q):
             slider.value = value
 
-    def _give_positions(self, context: Any, output: Any) -> None:
+    def _give_positions(self, context: Context, output: Any) -> None:
         q = self._default_position.copy()
         for i, slider in self._sliders.items():
             q[i] = slider.value
@@ -73,7 +76,7 @@ class JointSliders(LeafSystem):
 def MakeJointSlidersThatPublishOnCallback(
     plant: MultibodyPlant,
     publishing_system: Any,
-    root_context: Any,
+    root_context: Context,
     my_callback: Callable[[Any], None] | None = None,
     lower_limit: Any = -10.0,
     upper_limit: Any = 10.0,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.geometry._point_cloud import BaseField, Fields, PointCloud
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
 from sheldrake.systems.sensors import CameraInfo, ImageDepth16U, ImageDepth32F, ImageRgba8U, PixelType
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _IMAGES = {PixelType.kDepth16U: ImageDepth16U, PixelType.kDepth32F: ImageDepth32F}
 _TOO_CLOSE = 0
@@ -68,7 +71,7 @@ class DepthImageToPointCloud(LeafSystem):
         """Returns the output port with the cloud."""
         return self.get_output_port(0)
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         depth = self.depth_image_input_port().Eval(context).data[..., 0]
         cloud = PointCloud(depth.size, self._fields)
         if cloud.has_xyzs():

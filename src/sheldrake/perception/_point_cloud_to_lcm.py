@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._point_cloud import PointCloud
-from sheldrake.lcm._point_cloud_messages import lcmt_point_cloud, lcmt_point_cloud_field
+from sheldrake.lcm._messages import lcmt_point_cloud, lcmt_point_cloud_field
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _ALIGNMENT = 16  # of the points in an encoded message [bytes]
 
@@ -29,7 +32,7 @@ class PointCloudToLcm(LeafSystem):
         self.DeclareAbstractInputPort("point_cloud", AbstractValue.Make(PointCloud()))
         self.DeclareAbstractOutputPort("lcmt_point_cloud", lambda: AbstractValue.Make(lcmt_point_cloud()), self._calc)
 
-    def _calc(self, context: Any, output: AbstractValue) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         message = _message(self.get_input_port(0).Eval(context), self._frame_name)
         message.utime = int(context.get_time() * 1e6)
         output.set_value(message)

@@ -1,6 +1,5 @@
 """Trajectories by optimization, and diagrams of one robot."""
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.planning._body_shapes import BodyShapeDescription, MakeBodyShapeDescription
 from sheldrake.planning._clearance import EdgeMeasure, RobotClearance, RobotCollisionType
 from sheldrake.planning._clique_cover import IrisFromCliqueCoverOptions, IrisInConfigurationSpaceFromCliqueCover
@@ -88,5 +87,3 @@ RobotDiagramBuilder_ = SystemTemplate("RobotDiagramBuilder_", RobotDiagramBuilde
 for _name in __all__:
     if not _name.endswith("_"):
         globals()[_name].__module__ = __name__
-
-refuse_none(__name__)

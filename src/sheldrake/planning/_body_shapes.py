@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.math import RigidTransform
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 
 class BodyShapeDescription:
@@ -50,7 +54,7 @@ class BodyShapeDescription:
         return self._body_name
 
 
-def MakeBodyShapeDescription(plant: Any, plant_context: Any, geometry_id: Any) -> BodyShapeDescription:
+def MakeBodyShapeDescription(plant: MultibodyPlant, plant_context: Context, geometry_id: Any) -> BodyShapeDescription:
     """Returns the description of a geometry of a plant.
 
     Args:

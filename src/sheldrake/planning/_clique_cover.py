@@ -7,7 +7,7 @@ using clique covers of visibility graphs", ICRA 2024.
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from sheldrake.planning._cliques import (
 )
 from sheldrake.planning._iris_np2 import IrisNp2, IrisNp2Options
 from sheldrake.planning._sampled_iris import IrisZo, IrisZoOptions
+
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
 
 _log = logging.getLogger("drake")
 
@@ -57,7 +60,7 @@ class IrisFromCliqueCoverOptions(Options):
 def IrisInConfigurationSpaceFromCliqueCover(
     checker: Any,
     options: IrisFromCliqueCoverOptions,
-    generator: Any,
+    generator: RandomGenerator,
     sets: list[HPolyhedron],
     max_clique_solver: MaxCliqueSolverBase | None = None,
 ) -> list[HPolyhedron]:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
 
 
 class DistanceAndInterpolationProvider:
@@ -61,7 +64,7 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
         RuntimeError: there is another number of weights, or one is negative, or no finite number.
     """
 
-    def __init__(self, plant: Any, distance_weights: Any = None, *, joint_distance_weights: Any = None):
+    def __init__(self, plant: MultibodyPlant, distance_weights: Any = None, *, joint_distance_weights: Any = None):
         given = distance_weights if joint_distance_weights is None else joint_distance_weights
         nq = plant.num_positions()
         joints = [plant.get_joint(i) for i in plant.GetJointIndices()]

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.planning._dynamics import Dynamics
 from sheldrake.planning._multiple_shooting import MultipleShooting
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
@@ -13,6 +14,9 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase
 from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.trajectories import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from sheldrake.solvers import MathematicalProgramResult
 
 _FIRST = InputPortSelection.kUseFirstInputIfItExists
 
@@ -28,6 +32,104 @@ def _check_context(context: Any, fixed_rest: bool) -> None:
             "The system has states that are not continuous; set assume_non_continuous_states_are_fixed to keep them as "
             "they are in the context."
         )
+
+
+class Defects:
+    """By how much cubics between two samples have other slopes in their middle than the dynamics.
+
+    Of many segments at once; each is a row (h, x0, x1, u0, u1).
+
+    Args:
+        dynamics: The dynamics.
+    """
+
+    def __init__(self, dynamics: Dynamics):
+        self._dynamics = dynamics
+        nx, nu = dynamics.num_states, dynamics.num_inputs
+        self._nx = nx
+        inputs = 1 + 2 * nx + np.arange(nu)
+        self._first = np.concatenate((1 + np.arange(nx), inputs))
+        self._second = np.concatenate((1 + nx + np.arange(nx), inputs + nu))
+
+    def _ends(self, z: np.ndarray, with_slopes: bool) -> tuple[np.ndarray, ...]:
+        """f at the first and at the second samples, and the derivatives; samples that segments share are taken once."""
+        first, second = z[:, self._first], z[:, self._second]
+        if len(z) > 1 and np.array_equal(first[1:], second[:-1]):
+            f, J = self._dynamics.at_points(np.vstack((first, second[-1:])), with_slopes)
+            return f[:-1], J[:-1], f[1:], J[1:]
+        f, J = self._dynamics.at_points(np.vstack((first, second)), with_slopes)
+        return f[: len(z)], J[: len(z)], f[len(z) :], J[len(z) :]
+
+    def _middle(self, z: np.ndarray, f0: np.ndarray, f1: np.ndarray) -> np.ndarray:
+        middle = 0.5 * (z[:, self._first] + z[:, self._second])
+        middle[:, : self._nx] += z[:, :1] / 8.0 * (f0 - f1)
+        return middle
+
+    def _slope(self, z: np.ndarray, f0: np.ndarray, f1: np.ndarray) -> np.ndarray:
+        nx = self._nx
+        return 1.5 * (z[:, 1 + nx : 1 + 2 * nx] - z[:, 1 : 1 + nx]) / z[:, :1] - 0.25 * (f0 + f1)
+
+    def values(self, z: np.ndarray) -> np.ndarray:
+        """Defects, shape (segments, nx)."""
+        f0, _, f1, _ = self._ends(z, False)
+        return self._slope(z, f0, f1) - self._dynamics.at_points(self._middle(z, f0, f1), False)[0]
+
+    def slopes(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Defects, shape (segments, nx), and their derivatives, shape (segments, nx, 1 + 2 nx + 2 nu)."""
+        f0, J0, f1, J1 = self._ends(z, True)
+        fm, Jm = self._dynamics.at_points(self._middle(z, f0, f1), True)
+        D = -Jm @ self._by_middle(z, f0, f1, J0, J1)
+        D[:, :, self._first] -= 0.25 * J0
+        D[:, :, self._second] -= 0.25 * J1
+        h, i = z[:, :1], np.arange(self._nx)
+        D[:, :, 0] += 1.5 * (z[:, self._first[i]] - z[:, self._second[i]]) / (h * h)
+        D[:, i, 1 + i] -= 1.5 / h
+        D[:, i, 1 + self._nx + i] += 1.5 / h
+        return self._slope(z, f0, f1) - fm, D
+
+    def _by_middle(self, z: np.ndarray, f0: np.ndarray, f1: np.ndarray, J0: np.ndarray, J1: np.ndarray) -> np.ndarray:
+        """Derivatives of state and input in the middle, shape (segments, nx + nu, 1 + 2 nx + 2 nu)."""
+        nx, n = self._nx, len(self._first)
+        T = np.zeros((len(z), n, z.shape[1]))
+        part = z[:, 0, None, None] / 8.0
+        T[:, :nx, 0] = (f0 - f1) / 8.0
+        T[:, :nx, self._first] = part * J0
+        T[:, :nx, self._second] = -part * J1
+        i = np.arange(n)
+        T[:, i, self._first] += 0.5
+        T[:, i, self._second] += 0.5
+        return T
+
+    def curvature(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives of weights' defects, shape (segments, 1 + 2 nx + 2 nu, 1 + 2 nx + 2 nu)."""
+        nx, count = self._nx, len(z)
+        f0, J0, f1, J1 = self._ends(z, True)
+        middle = self._middle(z, f0, f1)
+        Jm = self._dynamics.at_points(middle, True)[1]
+        by_middle = -np.einsum("pi,pij->pj", weights, Jm[:, :, :nx])
+        h, i = z[:, :1], np.arange(nx)
+        points = np.vstack((z[:, self._first], z[:, self._second], middle))
+        bent = h / 8.0 * by_middle
+        H0, H1, Hm = np.split(
+            self._dynamics.curvature_at_points(
+                points, np.vstack((bent - 0.25 * weights, -bent - 0.25 * weights, -weights))
+            ),
+            3,
+        )
+        T = self._by_middle(z, f0, f1, J0, J1)
+        H = T.transpose(0, 2, 1) @ Hm @ T
+        H[np.ix_(np.arange(count), self._first, self._first)] += H0
+        H[np.ix_(np.arange(count), self._second, self._second)] += H1
+        # The step times the slopes of the samples, in the middle; and differences of the samples by the step.
+        mixed = np.zeros((count, z.shape[1]))
+        mixed[:, self._first] = np.einsum("pi,pij->pj", by_middle, J0) / 8.0
+        mixed[:, self._second] = -np.einsum("pi,pij->pj", by_middle, J1) / 8.0
+        mixed[:, 1 + i] += 1.5 / h**2 * weights
+        mixed[:, 1 + nx + i] -= 1.5 / h**2 * weights
+        H[:, 0, :] += mixed
+        H[:, :, 0] += mixed
+        H[:, 0, 0] += 3.0 * np.einsum("pi,pi->p", weights, z[:, 1 + nx : 1 + 2 * nx] - z[:, 1 : 1 + nx]) / h[:, 0] ** 3
+        return H
 
 
 class DirectCollocationConstraint(Constraint):
@@ -58,41 +160,18 @@ class DirectCollocationConstraint(Constraint):
         self._set_sizes(self._nx, 1 + 2 * self._nx + 2 * self._nu)
         self._set_bounds(np.zeros(self._nx), np.zeros(self._nx))
 
-    def _split(self, z: np.ndarray) -> tuple[Any, ...]:
-        nx, nu = self._nx, self._nu
-        X1, U0, U1 = 1 + nx, 1 + 2 * nx, 1 + 2 * nx + nu
-        return z[0], z[1:X1], z[X1:U0], z[U0:U1], z[U1:]
+    def _alike(self) -> Any:
+        return "collocation", id(self._dynamics)
+
+    def _many(self) -> Defects:
+        return Defects(self._dynamics)
 
     def _eval(self, z: np.ndarray) -> np.ndarray:
-        h, x0, x1, u0, u1 = self._split(z)
-        f0, f1 = self._dynamics.value(x0, u0), self._dynamics.value(x1, u1)
-        middle = 0.5 * (x0 + x1) + h / 8.0 * (f0 - f1)
-        slope = -1.5 * (x0 - x1) / h - 0.25 * (f0 + f1)
-        return slope - self._dynamics.value(middle, 0.5 * (u0 + u1))
+        return self._many().values(z[None])[0]
 
     def _eval_with_jacobian(self, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        h, x0, x1, u0, u1 = self._split(z)
-        nx = self._nx
-        f0, J0 = self._dynamics.value_and_slope(x0, u0)
-        f1, J1 = self._dynamics.value_and_slope(x1, u1)
-        difference, step = f0 - f1, x0 - x1
-        fm, Jm = self._dynamics.value_and_slope(0.5 * (x0 + x1) + h / 8.0 * difference, 0.5 * (u0 + u1))
-        A, half_B = Jm[:, :nx], 0.5 * Jm[:, nx:]
-        # By x0 and x1: what the samples' slopes do to the defect, then what the samples themselves do.
-        by_f0 = (-h / 8.0) * A
-        by_f1 = -by_f0
-        diagonal = np.arange(nx)
-        by_f0[diagonal, diagonal] -= 0.25
-        by_f1[diagonal, diagonal] -= 0.25
-        by_0, by_1 = by_f0 @ J0, by_f1 @ J1
-        D = np.empty((nx, z.size))
-        X0, X1, U0, U1 = self._split(D.T)[1:]
-        D[:, 0] = 1.5 / (h * h) * step - A @ difference / 8.0
-        X0[:], X1[:] = (by_0[:, :nx] - 0.5 * A).T, (by_1[:, :nx] - 0.5 * A).T
-        X0[diagonal, diagonal] -= 1.5 / h
-        X1[diagonal, diagonal] += 1.5 / h
-        U0[:], U1[:] = (by_0[:, nx:] - half_B).T, (by_1[:, nx:] - half_B).T
-        return -1.5 / h * step - 0.25 * (f0 + f1) - fm, D
+        values, J = self._many().slopes(z[None])
+        return values[0], J[0]
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         return self._eval_with_jacobian(x)[1]
@@ -170,13 +249,15 @@ class DirectCollocation(MultipleShooting):
                 weight = 0.5 * (self._h_vars[i - 1] + self._h_vars[i])
             self._prog.AddCost(self._substituted(g, i) * weight)
 
-    def ReconstructInputTrajectory(self, result: Any) -> PiecewisePolynomial:
+    @checked
+    def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the inputs, linear between samples; empty if there are none."""
         if not self._nu:
             return PiecewisePolynomial()
         return PiecewisePolynomial.FirstOrderHold(self.GetSampleTimes(result), self.GetInputSamples(result))
 
-    def ReconstructStateTrajectory(self, result: Any) -> PiecewisePolynomial:
+    @checked
+    def ReconstructStateTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the states, cubic between samples, with the slopes of the dynamics."""
         x, u = self.GetStateSamples(result), self.GetInputSamples(result)
         xdot = np.stack([self._dynamics.value(x[:, i], u[:, i]) for i in range(self._N)], axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,10 @@ from sheldrake.symbolic import Expression
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.primitives import AffineSystem, LinearSystem
 from sheldrake.trajectories import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.systems.framework import Context
 
 _FIRST = InputPortSelection.kUseFirstInputIfItExists
 
@@ -81,7 +85,7 @@ class DirectTranscription(MultipleShooting):
     def __init__(
         self,
         system: Any,
-        context: Any,
+        context: Context,
         num_time_samples: int,
         fixed_time_step: Any = None,
         input_port_index: Any = _FIRST,
@@ -123,18 +127,18 @@ class DirectTranscription(MultipleShooting):
         for i in range(self._N - 1):
             self._prog.AddCost(self._substituted(g, i) * self.fixed_time_step())
 
-    def ReconstructInputTrajectory(self, result: Any) -> PiecewisePolynomial:
+    def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the inputs, constant between samples."""
         if not self._nu:
             return PiecewisePolynomial()
         return PiecewisePolynomial.ZeroOrderHold(self.GetSampleTimes(result), self.GetInputSamples(result))
 
-    def ReconstructStateTrajectory(self, result: Any) -> PiecewisePolynomial:
+    def ReconstructStateTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the states, constant between samples."""
         return PiecewisePolynomial.ZeroOrderHold(self.GetSampleTimes(result), self.GetStateSamples(result))
 
 
-def _only_period(system: Any, context: Any) -> float:
+def _only_period(system: Any, context: Context) -> float:
     timing = system.GetUniquePeriodicDiscreteUpdateAttribute() if context.has_only_discrete_state() else None
     if timing is None:
         raise RuntimeError(

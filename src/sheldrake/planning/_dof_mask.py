@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._kinds import anything, count, instance_of
 from sheldrake.common._overloads import overload, overloaded
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
 
 
 class DofMask:
@@ -29,7 +32,7 @@ class DofMask:
         self._selected = tuple(bool(v) for v in values)
 
     @staticmethod
-    def MakeFromModel(plant: Any, model_index: Any = None, *, model_name: str | None = None) -> DofMask:
+    def MakeFromModel(plant: MultibodyPlant, model_index: Any = None, *, model_name: str | None = None) -> DofMask:
         """Returns a mask that selects the positions of a model instance, given by index or by name.
 
         Raises:
@@ -89,7 +92,7 @@ class DofMask:
         """Returns a mask of what this one selects and the other does not."""
         return self._with("Subtract", other, lambda a, b: a and not b)
 
-    def GetJoints(self, plant: Any) -> list:
+    def GetJoints(self, plant: MultibodyPlant) -> list:
         """Returns the indices of the joints with selected positions, in increasing order.
 
         Raises:
@@ -118,7 +121,7 @@ class DofMask:
         return [place.get(i) for i in range(self.size())]
 
 
-def _check_plant(call: str, plant: Any) -> None:
+def _check_plant(call: str, plant: MultibodyPlant) -> None:
     if not plant.is_finalized():
         raise RuntimeError(f"DofMask.{call}(): the plant is not finalized.")
     if not plant.IsVelocityEqualToQDot():

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 
 from sheldrake.solvers import _arrays
+from sheldrake.symbolic import Expression, Variable
+from sheldrake.symbolic._compiled import Vectorized
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
 
+_STEP = 1e-6  # Of differences of exact derivatives, relative to numbers above one.
 _KEPT = 256  # Values kept, so that neighbouring constraints share those of a sample.
 
 
@@ -65,6 +68,9 @@ class Dynamics:
         self._duals.FixInputPortsFrom(system, context, self._dual_context)
         self.num_states = context.num_total_states() if discrete else context.num_continuous_states()
         self._function: Callable[..., Any] | None = None
+        self._of_points: Callable[..., Any] | None = None
+        self._symbols_may_do = True
+        self._symbols: Vectorized | None = None
         self._known: OrderedDict[bytes, tuple[np.ndarray, np.ndarray]] = OrderedDict()
         self._values: OrderedDict[bytes, np.ndarray] = OrderedDict()
 
@@ -105,6 +111,77 @@ class Dynamics:
                 self._known.popitem(last=False)
         return found
 
+    def at_points(self, z: np.ndarray, with_slopes: bool) -> tuple[np.ndarray, np.ndarray]:
+        """f and its derivatives at many (x, u) and the time of the context.
+
+        Args:
+            z: States and inputs, shape (points, nx + nu).
+            with_slopes: Whether derivatives are wanted.
+
+        Returns:
+            Shapes (points, nx) and (points, nx, nx + nu); the latter without rows if derivatives are not wanted.
+        """
+        if self._of_points is None and self._symbols_may_do:
+            self._symbols_may_do = False
+            symbols = self._by_symbols()
+            if symbols is not None:
+                found = symbols.slopes(z)
+                if all(np.allclose(a, b, 1e-8, 1e-10) for a, b in zip(found, self._one_by_one(z, True))):
+                    self._of_points, self._symbols = symbols, symbols
+        if self._of_points is not None:
+            found = self._of_points(z, with_slopes)
+            if found is not None:
+                return found
+        return self._one_by_one(z, with_slopes)
+
+    def curvature_at_points(self, z: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives of weights' f at many (x, u), shape (points, nx + nu, nx + nu).
+
+        Args:
+            z: States and inputs, shape (points, nx + nu).
+            weights: Shape (points, nx).
+        """
+        if self._symbols is not None:
+            return self._symbols.curvature(z, weights)
+        count, n = z.shape
+        steps = _STEP * np.maximum(1.0, np.abs(z))
+        moved = np.repeat(z[None], n + 1, axis=0)
+        for j in range(n):
+            moved[j + 1, :, j] += steps[:, j]
+        J = self.at_points(moved.reshape(-1, n), True)[1].reshape(n + 1, count, self.num_states, n)
+        slopes = np.einsum("pi,dpij->dpj", weights, J)
+        H = ((slopes[1:] - slopes[0]) / steps.T[:, :, None]).transpose(1, 0, 2)
+        return 0.5 * (H + H.transpose(0, 2, 1))
+
+    def _one_by_one(self, z: np.ndarray, with_slopes: bool) -> tuple[np.ndarray, np.ndarray]:
+        nx = self.num_states
+        if not with_slopes:
+            return np.array([self.value(p[:nx], p[nx:]) for p in z]), np.zeros((len(z), 0, z.shape[1]))
+        found = [self.value_and_slope(p[:nx], p[nx:]) for p in z]
+        return np.array([f for f, _ in found]), np.array([J for _, J in found])
+
+    def _by_symbols(self) -> Vectorized | None:
+        """The motion as expressions, which NumPy evaluates at all points at once; None where it cannot be had.
+
+        Systems of kernels have their own way. Those in Python run once on symbols: where they branch on their state, or
+        where a user's code does not take symbols at all, it may raise whatever it likes.
+        """
+        if self._discrete or self._system._is_generic():
+            return None
+        try:
+            system = self._system.ToSymbolicMaybe()
+            if system is None:
+                return None
+            context = system.CreateDefaultContext()
+            context.SetTimeStateAndParametersFrom(self._context)
+            system.FixInputPortsFrom(self._system, self._context, context)
+            variables = np.array([Variable(f"z{i}") for i in range(self.num_states + self.num_inputs)])
+            z = np.array([Expression(v) for v in variables])
+            f = self._at(system, context, None, z[: self.num_states], z[self.num_states :])
+            return Vectorized.of([Expression(e) for e in f], variables)
+        except Exception:
+            return None
+
     def _value(self, x: np.ndarray, u: np.ndarray, t: float | None) -> np.ndarray:
         if self._function is not None:
             found = self._function(self._time if t is None else t, np.concatenate((x, u)), False)
@@ -124,6 +201,7 @@ class Dynamics:
         rows, seeds, wanted = found
         if isinstance(rows, ByComplexSteps):  # it stays what it is
             self._function = rows.function(seeds, wanted)
+            self._of_points = rows.function_of_points(seeds, wanted)
         return rows.evaluate(seeds, wanted)
 
     def _by_duals(self, x: np.ndarray, u: np.ndarray, t: float | None) -> tuple[np.ndarray, np.ndarray]:

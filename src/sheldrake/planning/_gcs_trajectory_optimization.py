@@ -10,10 +10,11 @@ import copy
 import itertools
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, count, text
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry.optimization import (
@@ -26,11 +27,15 @@ from sheldrake.geometry.optimization import (
     Point,
 )
 from sheldrake.geometry.optimization._angles import check_joints
-from sheldrake.planning import _gcs_parts as parts
-from sheldrake.planning._gcs_edges import EdgesBetweenSubgraphs
-from sheldrake.planning._gcs_subgraph import Subgraph
+from sheldrake.planning import _gcs_subgraphs as subgraphs
+from sheldrake.planning._gcs_subgraphs import EdgesBetweenSubgraphs, Subgraph
 from sheldrake.solvers._kinds import number
 from sheldrake.trajectories import BezierCurve, CompositeTrajectory
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers import MathematicalProgramResult
 
 _TURN = 2.0 * math.pi
 
@@ -82,7 +87,11 @@ class GcsTrajectoryOptimization:
         return list(self._between)
 
     def GetGraphvizString(
-        self, result: Any = None, options: GcsGraphvizOptions | None = None, *args: Any, **kwargs: Any
+        self,
+        result: MathematicalProgramResult | None = None,
+        options: GcsGraphvizOptions | None = None,
+        *args: Any,
+        **kwargs: Any,
     ) -> str:
         """Returns the graph in the language of Graphviz, with values of a solution if there is one."""
         return self._gcs.GetGraphvizString(result, options, *args, **kwargs)
@@ -124,6 +133,7 @@ class GcsTrajectoryOptimization:
                 apply(subgraph)
         return subgraph
 
+    @checked
     def RemoveSubgraph(self, subgraph: Subgraph) -> None:
         """Takes out regions with all their edges.
 
@@ -140,6 +150,7 @@ class GcsTrajectoryOptimization:
         if not any(subgraph is own for own in self._subgraphs):
             raise RuntimeError(f"{call}(): subgraph {subgraph.name()} is not of this graph.")
 
+    @checked
     def AddEdges(
         self,
         from_subgraph: Subgraph,
@@ -197,34 +208,38 @@ class GcsTrajectoryOptimization:
 
     def AddPathLengthCost(self, weight_matrix: Any = 1.0, *, weight: Any = None) -> None:
         """Adds the lengths of steps between control points to the cost; also of curves added later."""
-        W = parts.weights("AddPathLengthCost", self._num_positions, weight_matrix if weight is None else weight)
+        W = subgraphs.weights("AddPathLengthCost", self._num_positions, weight_matrix if weight is None else weight)
         self._for_all(1, lambda s: s.AddPathLengthCost(W))
 
     def AddPathEnergyCost(self, weight_matrix: Any = 1.0, *, weight: Any = None) -> None:
         """Adds the squares of steps between control points to the cost; also of curves added later."""
-        W = parts.energy_weights("AddPathEnergyCost", self._num_positions, weight_matrix if weight is None else weight)
+        W = subgraphs.energy_weights(
+            "AddPathEnergyCost", self._num_positions, weight_matrix if weight is None else weight
+        )
         self._for_all(1, lambda s: s.AddPathEnergyCost(W))
 
-    def AddVelocityBounds(self, lb: Any, ub: Any) -> None:
+    @checked
+    def AddVelocityBounds(self, lb: ArrayLike, ub: Any) -> None:
         """Keeps velocities of all curves between bounds; also of those added later."""
-        bounds = parts.checked_bounds("AddVelocityBounds", self._num_positions, lb, ub)
+        bounds = subgraphs.checked_bounds("AddVelocityBounds", self._num_positions, lb, ub)
         self._for_all(1, lambda s: s.AddVelocityBounds(*bounds))
 
-    def AddNonlinearDerivativeBounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+    @checked
+    def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: Any, derivative_order: int) -> None:
         """Keeps a higher time derivative of all curves between bounds; also of those added later."""
-        bounds = parts.checked_bounds("AddNonlinearDerivativeBounds", self._num_positions, lb, ub)
-        parts.require_higher(derivative_order)
+        bounds = subgraphs.checked_bounds("AddNonlinearDerivativeBounds", self._num_positions, lb, ub)
+        subgraphs.require_higher(derivative_order)
         self._for_all(derivative_order, lambda s: s.AddNonlinearDerivativeBounds(*bounds, derivative_order))
 
     def AddPathContinuityConstraints(self, continuity_order: int) -> None:
         """Makes a derivative of the path r(s) agree wherever curves of high enough order meet."""
-        parts.require_more_than_position(continuity_order)
+        subgraphs.require_more_than_position(continuity_order)
         self._for_all(continuity_order, lambda s: s.AddPathContinuityConstraints(continuity_order))
         self._for_all_edges(continuity_order, lambda e: e.AddPathContinuityConstraints(continuity_order))
 
     def AddContinuityConstraints(self, continuity_order: int) -> None:
         """Makes a time derivative of q(t) agree wherever curves of high enough order meet."""
-        parts.require_more_than_position(continuity_order)
+        subgraphs.require_more_than_position(continuity_order)
         self._for_all(continuity_order, lambda s: s.AddContinuityConstraints(continuity_order))
         self._for_all_edges(continuity_order, lambda e: e.AddContinuityConstraints(continuity_order))
 
@@ -236,6 +251,7 @@ class GcsTrajectoryOptimization:
 
     # Solutions
 
+    @checked
     def SolvePath(
         self, source: Subgraph, target: Subgraph, options: GraphOfConvexSetsOptions | None = None
     ) -> tuple[CompositeTrajectory, Any]:
@@ -278,7 +294,7 @@ class GcsTrajectoryOptimization:
             self._gcs.AddEdge(*((dummy, vertex) if outward else (vertex, dummy)))
         return dummy
 
-    def _trajectory(self, vertices: list, result: Any) -> CompositeTrajectory:
+    def _trajectory(self, vertices: list, result: MathematicalProgramResult) -> CompositeTrajectory:
         segments, t = [], 0.0
         for vertex in vertices:
             x = vertex.GetSolution(result)
@@ -317,6 +333,7 @@ class GcsTrajectoryOptimization:
         return self._trajectory(list(active_vertices), result), result
 
     @staticmethod
+    @checked
     def NormalizeSegmentTimes(trajectory: CompositeTrajectory) -> CompositeTrajectory:
         """Returns the path r(s) of a solution: the same curves, each in one second.
 
@@ -330,6 +347,7 @@ class GcsTrajectoryOptimization:
         )
 
     @staticmethod
+    @checked
     def UnwrapToContinuousTrajectory(
         gcs_trajectory: CompositeTrajectory,
         continuous_revolute_joints: list[int],

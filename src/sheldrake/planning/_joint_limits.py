@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from sheldrake.common._kinds import flag, instance_of
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.planning._dof_mask import DofMask
 from sheldrake.solvers import _arrays
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
 
 _KINDS = ("position", "velocity", "acceleration")
 
@@ -137,7 +140,7 @@ class JointLimits:
         return self._within("CheckInAccelerationLimits", 2, acceleration, tolerance)
 
 
-def _of_plant(plant: Any) -> list[np.ndarray]:
+def _of_plant(plant: MultibodyPlant) -> list[np.ndarray]:
     if not plant.is_finalized():
         raise RuntimeError("JointLimits(): the plant is not finalized.")
     words = ("Position", "Velocity", "Acceleration")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,11 @@ from sheldrake.solvers._functions.bindings import BindingBase, as_kind
 from sheldrake.symbolic import Variable
 from sheldrake.symbolic import _traverse as traverse
 from sheldrake.trajectories import BsplineTrajectory
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.systems.framework import Context
 
 
 class KinematicTrajectoryOptimization:
@@ -115,7 +120,7 @@ class KinematicTrajectoryOptimization:
         self._prog.SetInitialGuess(self._points, points)
         self._prog.SetInitialGuess(self._T, float(trajectory.end_time() - trajectory.start_time()))
 
-    def ReconstructTrajectory(self, result: Any) -> BsplineTrajectory:
+    def ReconstructTrajectory(self, result: MathematicalProgramResult) -> BsplineTrajectory:
         """Returns the trajectory q(t) on [0, T]."""
         T = result.GetSolution(self._T)
         basis = BsplineBasis(self._basis.order(), [k * T for k in self._basis.knots()])
@@ -280,7 +285,7 @@ class KinematicTrajectoryOptimization:
         return self._derivative_bounds("AddJerkBounds", lb, ub, 3, "jerk")
 
     def AddEffortBoundsAtNormalizedTimes(
-        self, plant: Any, s: Any, lb: Any = None, ub: Any = None, plant_context: Any = None
+        self, plant: MultibodyPlant, s: Any, lb: Any = None, ub: Any = None, plant_context: Context | None = None
     ) -> list:
         """Adds bounds on the efforts of actuators at some times s T; one constraint for each.
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.solvers import (
@@ -21,6 +22,11 @@ from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import as_kind, bind
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _traverse as traverse
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers import MathematicalProgramResult
 
 _UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
 
@@ -40,7 +46,13 @@ class MultipleShooting:
         raise TypeError(f"pydrake.planning.{type(self).__name__}: No constructor defined!")
 
     def _set_up(
-        self, num_inputs: int, num_states: int, N: int, fixed_time_step: float | None, bounds: Any, prog: Any
+        self,
+        num_inputs: int,
+        num_states: int,
+        N: int,
+        fixed_time_step: float | None,
+        bounds: Any,
+        prog: MathematicalProgram,
     ) -> None:
         if N < 2:
             raise RuntimeError(f"{type(self).__name__}: num_time_samples must be at least 2, got {N}.")
@@ -122,6 +134,7 @@ class MultipleShooting:
         self._sequences[name] = (_placeholders(rows, name), vars)
         return self._sequences[name][0].copy()
 
+    @checked
     def GetSequentialVariableAtIndex(self, name: str, index: int) -> np.ndarray:
         """Returns the decision variables of a sequential variable at one sample, shape (rows,)."""
         return self._sequence(name)[1][:, index].copy()
@@ -256,7 +269,8 @@ class MultipleShooting:
 
     # Guesses and results
 
-    def SetInitialTrajectory(self, traj_init_u: Any, traj_init_x: Any) -> None:
+    @checked
+    def SetInitialTrajectory(self, traj_init_u: ArrayLike, traj_init_x: Any) -> None:
         """Sets the initial guess to samples of two trajectories; an empty one gives a small constant.
 
         Raises:
@@ -283,29 +297,33 @@ class MultipleShooting:
                     value = np.asarray(trajectory.value(start + i * h), dtype=float).ravel()
                 self._prog.SetInitialGuess(self._sample(vars, rows, i), value)
 
-    def GetSampleTimes(self, result: Any) -> np.ndarray:
+    @checked
+    def GetSampleTimes(self, result: MathematicalProgramResult) -> np.ndarray:
         """Returns the times of the samples [s], shape (N,)."""
         return self._times(result.GetSolution(self._h_vars) if self._dt is None else np.zeros(0))
 
-    def _samples(self, result: Any, vars: np.ndarray, rows: int) -> np.ndarray:
+    def _samples(self, result: MathematicalProgramResult, vars: np.ndarray, rows: int) -> np.ndarray:
         return result.GetSolution(vars).reshape(self._N, rows).T if rows else np.zeros((0, self._N))
 
-    def GetStateSamples(self, result: Any) -> np.ndarray:
+    @checked
+    def GetStateSamples(self, result: MathematicalProgramResult) -> np.ndarray:
         """Returns the states of the samples, shape (nx, N)."""
         return self._samples(result, self._x_vars, self._nx)
 
-    def GetInputSamples(self, result: Any) -> np.ndarray:
+    @checked
+    def GetInputSamples(self, result: MathematicalProgramResult) -> np.ndarray:
         """Returns the inputs of the samples, shape (nu, N)."""
         return self._samples(result, self._u_vars, self._nu)
 
-    def GetSequentialVariableSamples(self, result: Any, name: str) -> np.ndarray:
+    @checked
+    def GetSequentialVariableSamples(self, result: MathematicalProgramResult, name: str) -> np.ndarray:
         """Returns the values of a sequential variable, shape (rows, N)."""
         return result.GetSolution(self._sequence(name)[1])
 
-    def ReconstructInputTrajectory(self, result: Any) -> Any:
+    def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> Any:
         """Returns the inputs as a PiecewisePolynomial."""
         raise NotImplementedError
 
-    def ReconstructStateTrajectory(self, result: Any) -> Any:
+    def ReconstructStateTrajectory(self, result: MathematicalProgramResult) -> Any:
         """Returns the states as a PiecewisePolynomial."""
         raise NotImplementedError

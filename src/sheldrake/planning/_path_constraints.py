@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +10,10 @@ from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.multibody.tree import MultibodyForces_
 from sheldrake.solvers import Constraint, _arrays
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 
 class _Quiet(Constraint):
@@ -87,7 +91,7 @@ class EffortConstraint(_Quiet):
 
     _thread_safe = False
 
-    def __init__(self, plant: Any, context: Any, matrices: tuple, lower: np.ndarray, upper: np.ndarray):
+    def __init__(self, plant: MultibodyPlant, context: Context, matrices: tuple, lower: np.ndarray, upper: np.ndarray):
         self._plant, self._context, self._matrices = plant, context, matrices
         self._set_sizes(lower.size, matrices[0].shape[1] + 1)
         self._set_bounds(lower, upper)

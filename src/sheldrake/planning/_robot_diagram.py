@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.geometry import SceneGraph
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant_
 from sheldrake.systems.framework import Diagram, DiagramBuilder_
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 
 class RobotDiagram(Diagram):
@@ -40,13 +44,13 @@ class RobotDiagram(Diagram):
 
     mutable_scene_graph = scene_graph
 
-    def plant_context(self, root_context: Any) -> Any:
+    def plant_context(self, root_context: Context) -> Any:
         """Returns the plant's part of a context of this diagram or of one around it."""
         return self.plant().GetMyMutableContextFromRoot(root_context)
 
     mutable_plant_context = plant_context
 
-    def scene_graph_context(self, root_context: Any) -> Any:
+    def scene_graph_context(self, root_context: Context) -> Any:
         """Returns the SceneGraph's part of a context of this diagram or of one around it."""
         return self.scene_graph().GetMyMutableContextFromRoot(root_context)
 
@@ -139,11 +143,11 @@ class RobotDiagramBuilder:
                     self._builder.ExportInput(port, f"{name}_{port.get_name()}")
         for system in (self._plant, self._scene_graph):
             for i in range(system.num_output_ports()):
-                port = system.get_output_port(i)
-                self._builder.ExportOutput(port, f"{system.get_name()}_{port.get_name()}")
+                output = system.get_output_port(i)
+                self._builder.ExportOutput(output, f"{system.get_name()}_{output.get_name()}")
 
 
-def GetContinuousRevoluteJointIndices(plant: Any) -> list[int]:
+def GetContinuousRevoluteJointIndices(plant: MultibodyPlant) -> list[int]:
     """Returns the places in q of angles without limits: of revolute, universal, planar and rpy floating joints."""
     out: list[int] = []
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()

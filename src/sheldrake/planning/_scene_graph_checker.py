@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from sheldrake.geometry import (
 from sheldrake.multibody.tree import BodyIndex, JacobianWrtVariable
 from sheldrake.planning._clearance import RobotClearance, RobotCollisionType
 from sheldrake.planning._collision_checker import CollisionChecker, CollisionCheckerContext, CollisionCheckerParams
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraphInspector
 
 _Kind = RobotCollisionType
 
@@ -38,7 +41,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         self._set_up(CollisionCheckerParams(**kwargs) if params is None else params, True)
         self._bodies: dict[Any, int] = {}
 
-    def _body_of(self, inspector: Any, geometry: Any) -> int:
+    def _body_of(self, inspector: SceneGraphInspector, geometry: Any) -> int:
         found = self._bodies.get(geometry)
         if found is None:
             found = int(self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)).index())
@@ -93,7 +96,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
             out.Append(BodyIndex(robot), BodyIndex(other), kind, left, J)
         return out
 
-    def _slope(self, context: CollisionCheckerContext, inspector: Any, pair: Any) -> np.ndarray:
+    def _slope(self, context: CollisionCheckerContext, inspector: SceneGraphInspector, pair: Any) -> np.ndarray:
         """Derivative of a signed distance by the configuration: its normal times the velocities of nearest points."""
         plant, plant_context = self._plant, context.plant_context()
         W, wrt = plant.world_frame(), JacobianWrtVariable.kQDot

@@ -94,7 +94,7 @@ class Polynomial:
 
     @classmethod
     def _refuse(cls, given: Any) -> TypeError:
-        return TypeError(
+        return Mismatch(
             f"{pretty_class_name(cls)}(): incompatible constructor arguments; expected nothing, a number or "
             f"coefficients of shape (n,), got {given!r}."
         )
@@ -223,7 +223,7 @@ class Polynomial:
         try:
             return as_scalar(self._T, x)
         except Mismatch:
-            raise TypeError(
+            raise Mismatch(
                 f"{pretty_class_name(type(self))}.{call}(): incompatible function arguments; expected a number of type "
                 f"{self._T.__name__}, got {x!r}."
             ) from None

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ._replay import StateLog
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 RATE = 1000.0  # [Hz] at which contact is looked at, at most
 MOST = 3000  # looks, at most
@@ -32,7 +36,7 @@ class ContactEvent(NamedTuple):
     last: float
 
 
-def find_contact_events(context: Any, logs: list[StateLog]) -> tuple[list[ContactEvent], float]:
+def find_contact_events(context: Context, logs: list[StateLog]) -> tuple[list[ContactEvent], float]:
     """All touches in logged states, in order of time, and the time between two looks [s].
 
     Forces are computed anew from the logged states; memory of controllers is as it is in `context`.
@@ -53,7 +57,7 @@ def find_contact_events(context: Any, logs: list[StateLog]) -> tuple[list[Contac
     return sorted(events, key=lambda event: (event.begin, event.bodies)), step
 
 
-def _least_force(plant: Any, events: list[ContactEvent]) -> float:
+def _least_force(plant: MultibodyPlant, events: list[ContactEvent]) -> float:
     """The peak of a touch that is worth telling [N]."""
     weight = plant.CalcTotalMass(plant.CreateDefaultContext()) * np.linalg.norm(plant.gravity_field().gravity_vector())
     return _NOTHING * max(float(weight), *(event.peak for event in events), 0.0)
@@ -63,7 +67,7 @@ def _mean_rate(times: np.ndarray) -> float:
     return (len(times) - 1) / (times[-1] - times[0]) if len(times) > 1 and times[-1] > times[0] else 0.0
 
 
-def _touches(plant: Any, logs: list[StateLog], root: Any, looks: np.ndarray) -> list[ContactEvent]:
+def _touches(plant: MultibodyPlant, logs: list[StateLog], root: Any, looks: np.ndarray) -> list[ContactEvent]:
     context = plant.GetMyMutableContextFromRoot(root)
     sampled = plant.is_discrete() and plant.has_sampled_output_ports()
     port = plant.get_contact_results_output_port()
@@ -92,7 +96,7 @@ def _touches(plant: Any, logs: list[StateLog], root: Any, looks: np.ndarray) -> 
     return finished
 
 
-def _forces(plant: Any, results: Any) -> dict[tuple[str, str], float]:
+def _forces(plant: MultibodyPlant, results: Any) -> dict[tuple[str, str], float]:
     """Sum of the normal forces between each two bodies that touch [N]."""
     found: dict[tuple[str, str], float] = {}
 

@@ -25,7 +25,7 @@ def plots_of(logs: Any) -> list[dict[str, Any]]:
 
     Of logs that say the same (a script's own and that of LogAll(), say) the first is drawn.
     """
-    from sheldrake.systems.primitives._log_units import quantity
+    from sheldrake.systems.primitives._vector_log import quantity
     from sheldrake.visualization._roll_pitch_yaw import with_roll_pitch_yaw
 
     plots: list[dict[str, Any]] = []
@@ -57,7 +57,7 @@ def _say_the_same(one: Any, other: Any) -> bool:
 
 
 def _plot(title: str, kind: str, unit: str, times: np.ndarray, lines: list, most: int) -> dict[str, Any]:
-    from sheldrake.systems.primitives._log_units import short_labels
+    from sheldrake.systems.primitives._vector_log import short_labels
 
     start, labels = short_labels([label for label, _ in lines])
     lines = [(label, row) for label, (_, row) in zip(labels, lines)]

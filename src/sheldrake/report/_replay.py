@@ -10,6 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.plant._parts import parts_of
+
 RATE = 60.0  # [Hz] of poses, at most
 MOST = 3000  # poses in time, at most
 
@@ -55,17 +58,11 @@ def find_state_logs(context: Any, sinks: dict[str, Any]) -> list[StateLog]:
     for sink in sinks.values():
         kind, m, j = store.layout.sources[store.layout.node_of[sink._system_id], 0]
         plant = store.systems[m] if kind == "out" else None
-        numbers = getattr(plant, "_port_numbers", None)
-        if numbers is None or not hasattr(plant, "SetPositionsAndVelocities"):
+        if not isinstance(plant, MultibodyPlant):
             continue
         log = sink.FindLog(context)
-        key = next((k[1] for k, v in numbers.items() if v == j and isinstance(k, tuple) and k[0] == "out"), None)
-        instance = key[1] if isinstance(key, tuple) and key[0] == "state" else None
-        if (key == "state" or instance is not None) and log.num_samples():
-            if instance is not None:
-                from sheldrake.multibody.tree import ModelInstanceIndex
-
-                instance = ModelInstanceIndex(instance)
+        what, instance = parts_of(plant).output_ports.shown_by(j)
+        if what == "state" and log.num_samples():
             found.append(StateLog(plant, instance, log))
     whole = {id(log.plant) for log in found if log.instance is None}
     return [log for log in found if log.instance is None or id(log.plant) not in whole]
@@ -86,31 +83,26 @@ def replay_of_states(diagram: Any, context: Any, logs: list[StateLog], meshcat: 
     port, own = scene_graph.get_query_output_port(), scene_graph.GetMyContextFromRoot(root)
     first, last = (f([log.times[k] for log in logs]) for f, k in ((min, 0), (max, -1)))
     times = sample_times(float(first), float(last))
-    with _drawn(diagram, meshcat, port.Eval(own)) as (page, html, frames, paths):
+    with drawn(diagram, meshcat, port.Eval(own)) as (page, html, frames, paths):
         poses = np.zeros((len(times), len(paths), 7))
         for k, t in enumerate(times):
             for log in logs:
                 log.set_state(root, float(t))
             query = port.Eval(own)
             for n, frame in enumerate(frames):
-                poses[k, n] = _numbers(query.GetPoseInWorld(frame))
-        return Replay(html, paths, times, poses, _camera(page, paths, poses))
+                poses[k, n] = numbers_of(query.GetPoseInWorld(frame))
+        return Replay(html, paths, times, poses, camera_of(page, paths, poses))
 
 
-def _camera(page: Any, paths: list[str], poses: np.ndarray) -> np.ndarray | None:
+def camera_of(page: Any, paths: list[str], poses: np.ndarray) -> np.ndarray | None:
     """Target and position of a camera that sees everything at all times [m], shape (2, 3)."""
-    boxes = []
-    for k in np.unique(np.linspace(0, len(poses) - 1, 20).astype(int)):
-        box = page.bounds({path: _matrix(pose) for path, pose in zip(paths, poses[k])})
-        if box is not None:
-            boxes.append(box)
-    if not boxes:
-        return None
-    box = np.array([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
-    return np.array(page.stage.camera_for(box))
+    some = np.unique(np.linspace(0, len(poses) - 1, 20).astype(int))
+    outlines = [page.outline({path: matrix_of(pose) for path, pose in zip(paths, poses[k])}) for k in some]
+    seen = [points for points in outlines if points is not None]
+    return np.array(page.stage.camera_for(np.concatenate(seen))) if seen else None
 
 
-def _matrix(pose: np.ndarray) -> np.ndarray:
+def matrix_of(pose: np.ndarray) -> np.ndarray:
     """Pose, shape (3, 4), of a unit quaternion and a position."""
     from sheldrake.common.eigen_geometry import Quaternion
     from sheldrake.math import RotationMatrix
@@ -119,13 +111,13 @@ def _matrix(pose: np.ndarray) -> np.ndarray:
     return np.column_stack([RotationMatrix(q).matrix(), pose[4:]])
 
 
-def _numbers(X: Any) -> np.ndarray:
+def numbers_of(X: Any) -> np.ndarray:
     q = X.rotation().ToQuaternion()
     return np.array([q.w(), q.x(), q.y(), q.z(), *X.translation()])
 
 
 @contextlib.contextmanager
-def _drawn(diagram: Any, meshcat: Any, query: Any) -> Any:
+def drawn(diagram: Any, meshcat: Any, query: Any) -> Any:
     """A page with the scene of a QueryObject, its frames and their paths: the user's Meshcat's, or one of our own."""
     from sheldrake.geometry import Meshcat, MeshcatVisualizer
     from sheldrake.geometry._meshcat.export import static_html
@@ -179,7 +171,7 @@ def replay_of_recording(meshcat: Any) -> Replay | None:
     times = np.array(numbers) / frames.frames_per_second
     poses = np.concatenate([q, X[..., 3]], axis=2)
     page = meshcat._hub.page
-    return Replay(static_html(page, None), paths, times, poses, _camera(page, paths, poses))
+    return Replay(static_html(page, None), paths, times, poses, camera_of(page, paths, poses))
 
 
 def find_meshcat(diagram: Any) -> Any:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from typing import Any
+
+from sheldrake.common._files import whole_file
 
 from ._contact_events import find_contact_events
 from ._page import Report, make_page
@@ -39,7 +40,7 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
     if context is None:
         raise RuntimeError("SaveReport(): the simulator has no context.")
     from sheldrake.systems.primitives import LogSet, VectorLogSink
-    from sheldrake.systems.primitives._log_stream import find_sinks
+    from sheldrake.systems.primitives._log_files import find_sinks
     from sheldrake.visualization import DrawDiagram, DrawTopology
 
     sinks = find_sinks(diagram, context)
@@ -63,7 +64,7 @@ def SaveReport(simulator: Any, path: Any, *, title: str = "", meshcat: Any = Non
     }
     report.tables = [run_table(simulator), *model_tables(plants), versions_table(systems)]
     text = make_page(report)
-    with open(os.fspath(path), "w", encoding="utf-8", newline="\n") as file:
+    with whole_file(path, encoding="utf-8", newline="\n") as file:
         file.write(text)
 
 
@@ -81,5 +82,5 @@ def SaveLogReport(logs: Any, path: Any, *, title: str = "Logs") -> None:
     report = Report(title)
     report.logs = logs
     report.tables = [versions_table([])]
-    with open(os.fspath(path), "w", encoding="utf-8", newline="\n") as file:
+    with whole_file(path, encoding="utf-8", newline="\n") as file:
         file.write(make_page(report))

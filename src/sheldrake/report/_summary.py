@@ -5,11 +5,16 @@ from __future__ import annotations
 import datetime
 import importlib.metadata
 import platform
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-_PACKAGES = ("numpy", "scipy", "numba", "llvmlite", "viser", "trimesh", "matplotlib")
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Joint
+    from sheldrake.systems.analysis import Simulator
+
+_PACKAGES = ("numpy", "scipy", "llvmlite", "viser", "trimesh", "matplotlib")
 _MOST_ROWS = 300
 
 
@@ -55,7 +60,7 @@ def _cut(table: Table) -> Table:
     return table._replace(rows=[*table.rows[:_MOST_ROWS], more])
 
 
-def _bodies(plant: Any) -> list[Any]:
+def _bodies(plant: MultibodyPlant) -> list[Any]:
     from sheldrake.multibody.tree import BodyIndex
 
     return [plant.get_body(BodyIndex(i)) for i in range(1, plant.num_bodies())]
@@ -65,7 +70,7 @@ def _numbers(values: Any) -> str:
     return ", ".join(f"{float(v):.4g}" for v in values)
 
 
-def _body_row(plant: Any, body: Any) -> list[str]:
+def _body_row(plant: MultibodyPlant, body: Any) -> list[str]:
     M = body.default_spatial_inertia()
     mass, p = float(M.get_mass()), np.asarray(M.get_com())
     moments = np.zeros(3)
@@ -75,7 +80,7 @@ def _body_row(plant: Any, body: Any) -> list[str]:
     return [model, body.name(), f"{mass:.6g}", _numbers(p), _numbers(moments)]
 
 
-def _joint_row(plant: Any, joint: Any) -> list[str]:
+def _joint_row(plant: MultibodyPlant, joint: Joint) -> list[str]:
     limits = zip(joint.position_lower_limits(), joint.position_upper_limits())
     texts = [f"{a:.4g} to {b:.4g}" for a, b in limits if np.isfinite(a) or np.isfinite(b)]
     damping = np.atleast_1d(joint.default_damping_vector())
@@ -89,7 +94,7 @@ def _actuator_row(actuator: Any) -> list[str]:
     return [actuator.name(), actuator.joint().name(), effort, f"{actuator.default_gear_ratio():.4g}"]
 
 
-def facts_of_run(simulator: Any, timing: Any) -> list[str]:
+def facts_of_run(simulator: Simulator, timing: Any) -> list[str]:
     """The run in a line: how far, how fast, in how many steps, when, with what."""
     from sheldrake import __version__
 
@@ -100,7 +105,7 @@ def facts_of_run(simulator: Any, timing: Any) -> list[str]:
     return [*facts, f"{simulator.get_num_steps_taken()} steps", f"{today}", f"sheldrake {__version__}"]
 
 
-def run_table(simulator: Any) -> Table:
+def run_table(simulator: Simulator) -> Table:
     """What the simulation did, counted."""
     context = simulator.get_context()
     integrator = simulator.get_integrator()

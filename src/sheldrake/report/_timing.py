@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import html
 import re
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ._replay import StateLog
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis import Simulator
 
 _LOOKS = 60  # states at which kernels are measured
 _MOST_ROWS = 25
@@ -28,7 +31,7 @@ class Timing(NamedTuple):
     simulated: float
 
 
-def timing_of_run(simulator: Any, logs: list[StateLog], sinks: dict[str, Any]) -> Timing:
+def timing_of_run(simulator: Simulator, logs: list[StateLog], sinks: dict[str, Any]) -> Timing:
     """Measures what the steps of a run cost, at logged states of its plants; logs go by what they log."""
     from sheldrake.systems.analysis._costs import costs_of_run, seconds_in_steps
 

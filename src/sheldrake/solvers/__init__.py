@@ -7,7 +7,6 @@ method.
 
 import sys
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.solvers._engines.augmented_lagrangian import AugmentedLagrangianNonsmooth, AugmentedLagrangianSmooth
 from sheldrake.solvers._engines.branch_and_bound import MixedIntegerBranchAndBound
 from sheldrake.solvers._engines.choose import (
@@ -21,16 +20,11 @@ from sheldrake.solvers._engines.choose import (
 from sheldrake.solvers._engines.clarabel import ClarabelSolver, ClarabelSolverDetails
 from sheldrake.solvers._engines.highs import ClpSolver, ClpSolverDetails
 from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.ipopt import IpoptSolver, IpoptSolverDetails
 from sheldrake.solvers._engines.lemke import MobyLcpSolver, UnrevisedLemkeSolver
-from sheldrake.solvers._engines.nonlinear import (
-    IpoptSolver,
-    IpoptSolverDetails,
-    NloptSolver,
-    NloptSolverDetails,
-    SnoptSolver,
-    SnoptSolverDetails,
-)
+from sheldrake.solvers._engines.nlopt import NloptSolver, NloptSolverDetails
 from sheldrake.solvers._engines.projected_gradient import ProjectedGradientDescentSolver
+from sheldrake.solvers._engines.snopt import SnoptSolver, SnoptSolverDetails
 from sheldrake.solvers._engines.splitting import OsqpSolver, OsqpSolverDetails, ScsSolver, ScsSolverDetails
 from sheldrake.solvers._engines.unavailable import (
     CsdpSolver,
@@ -180,5 +174,3 @@ Binding._scope = sys.modules[__name__]
 for _name in __all__:
     if _name != "Binding":
         globals()[_name].__module__ = __name__
-
-refuse_none(__name__)

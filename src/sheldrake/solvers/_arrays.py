@@ -74,7 +74,12 @@ def float_vector(value: Any) -> np.ndarray:
 
 
 def _is_object(value: Any) -> bool:
-    return isinstance(value, np.ndarray) and value.dtype == object and value.size > 0
+    """Whether an array holds anything but plain numbers."""
+    return isinstance(value, np.ndarray) and value.dtype == object and not all(map(_is_number, value.flat))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (float, int, np.floating, np.integer))
 
 
 @kind("float array of shape (m, n)")
@@ -119,9 +124,9 @@ def number(value: Any) -> float:
     Raises:
         Mismatch: it is none.
     """
-    if isinstance(value, np.ndarray) and value.size == 1 and value.dtype != object:
+    if isinstance(value, np.ndarray) and value.size == 1 and not _is_object(value):
         return float(value.reshape(()))
-    if isinstance(value, (float, int, np.floating, np.integer)):
+    if _is_number(value):
         return float(value)
     raise Mismatch
 
@@ -152,12 +157,12 @@ def kind_of(x: Any) -> tuple[np.ndarray, str]:
     if array.ndim == 2 and 1 in array.shape:
         array = array.ravel()
     if array.ndim != 1:
-        raise TypeError(f"Eval(): incompatible function arguments; expected a vector, got shape {array.shape}.")
+        raise Mismatch(f"Eval(): incompatible function arguments; expected a vector, got shape {array.shape}.")
     if array.dtype != object:
         try:
             return array.astype(float), FLOATS
         except (TypeError, ValueError):
-            raise TypeError(f"Eval(): incompatible function arguments; expected numbers, got {x!r}.") from None
+            raise Mismatch(f"Eval(): incompatible function arguments; expected numbers, got {x!r}.") from None
     for item in array:
         if isinstance(item, AutoDiffXd):
             return array, DUALS

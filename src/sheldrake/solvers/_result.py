@@ -5,10 +5,11 @@ Values by variable, cost, duals by constraint, and the solver's own details.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.bindings import BindingBase, as_kind
@@ -17,6 +18,11 @@ from sheldrake.solvers._ids import SolutionResult, SolverId
 from sheldrake.symbolic import Expression, Polynomial, Variable
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers._program.program import MathematicalProgram
 
 
 class MathematicalProgramResult:
@@ -65,12 +71,13 @@ class MathematicalProgramResult:
         """Returns how the solve ended."""
         return self._result
 
+    @checked
     def set_solution_result(self, arg0: SolutionResult) -> None:
         """Says how the solve ended."""
         self._result = arg0
 
     def get_solver_id(self) -> SolverId:
-        """Returns the name of the solver."""
+        """Returns the name of what found the solution, be it asked for by another name: of `ClpSolver` "HiGHS"."""
         return self._solver_id
 
     def get_solver_details(self) -> Any:
@@ -93,7 +100,8 @@ class MathematicalProgramResult:
         """Returns the values of all decision variables, shape `(num_vars,)`."""
         return self._x.copy()
 
-    def set_x_val(self, x_val: Any) -> None:
+    @checked
+    def set_x_val(self, x_val: ArrayLike) -> None:
         """Sets the values of all decision variables.
 
         Raises:
@@ -107,6 +115,7 @@ class MathematicalProgramResult:
             )
         self._x = values.copy()
 
+    @checked
     def SetSolution(self, var: Variable, value: float) -> None:
         """Sets the value of one decision variable."""
         self._x[self._place(var)] = value
@@ -167,10 +176,12 @@ class MathematicalProgramResult:
         found = p.monomial_to_coefficient_map()
         return Polynomial(dict(zip(found, self._substituted(list(found.values()), x))))
 
+    @checked
     def EvalBinding(self, arg0: BindingBase) -> np.ndarray:
         """Returns the value of a cost or constraint at the solution."""
         return arg0._evaluator.Eval(np.array([self._x[self._place(v)] for v in arg0._variables], dtype=float))
 
+    @checked
     def GetDualSolution(self, constraint: BindingBase) -> np.ndarray:
         """Returns the dual variables of a constraint.
 
@@ -204,7 +215,8 @@ class MathematicalProgramResult:
 
     # What is not satisfied
 
-    def GetInfeasibleConstraints(self, prog: Any, tol: float | None = None) -> list:
+    @checked
+    def GetInfeasibleConstraints(self, prog: MathematicalProgram, tol: float | None = None) -> list:
         """Returns the constraints of a program that the values do not satisfy.
 
         Args:
@@ -218,14 +230,14 @@ class MathematicalProgramResult:
             if not b._evaluator.CheckSatisfied(prog.GetBindingVariableValues(b, self._x), tol)
         ]
 
-    def GetInfeasibleConstraintNames(self, prog: Any, tol: float | None = None) -> list[str]:
+    @checked
+    def GetInfeasibleConstraintNames(self, prog: MathematicalProgram, tol: float | None = None) -> list[str]:
         """Returns a line for each row of a constraint that the values do not satisfy."""
         tol = 1e-6 if tol is None else tol
         out = []
         for b in self.GetInfeasibleConstraints(prog, tol):
             c = b._evaluator
-            home = "multibody" if ".multibody." in type(c).__module__ else "solvers"
-            name = c.get_description() or f"drake::{home}::{type(c).__name__}"
+            name = c.get_description() or type(c).__name__
             values = self.EvalBinding(b)
             for i, (y, low, high) in enumerate(zip(values, c.lower_bound(), c.upper_bound())):
                 if y < low - tol or y > high + tol or np.isnan(y):

@@ -1,7 +1,7 @@
 """Symbolic computation: variables, expressions, formulas, polynomials."""
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.symbolic import (
+    _arguments,
     _build,
     _differentiate,
     _expression,
@@ -176,6 +176,7 @@ __all__ = [
 ]
 
 # Expressions, formulas and what is done with them need each other: the classes come first and are told the rest here.
+_arguments._build = _build
 _operators._build, _operators._formula = _build, _formula
 _expression._build, _expression._differentiate, _expression._functions = _build, _differentiate, _functions
 _expression._text, _expression._traverse = _text, _traverse
@@ -185,5 +186,3 @@ _monomial._polynomial = _polynomial
 for _name in (*__all__, "_reduce_add", "_reduce_mul"):
     if hasattr(globals()[_name], "__module__"):
         globals()[_name].__module__ = __name__
-
-refuse_none(__name__)

@@ -9,13 +9,13 @@ from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, kind, overload
 from sheldrake.symbolic._variable import Variable, Variables
 
+_build: Any = None  # A module that needs the class Expression, which needs this one; the package binds it.
+
 
 @kind("Expression")
 def expression(value: Any) -> Any:
     """Kind: an expression, a variable or a number; as an expression."""
-    from sheldrake.symbolic._build import as_expression  # which needs the class Expression, which needs this module
-
-    e = as_expression(value)
+    e = _build.as_expression(value)
     if e is None:
         raise Mismatch
     return e

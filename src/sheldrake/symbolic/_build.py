@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _numbers
 from sheldrake.symbolic._expression import Expression
@@ -79,7 +80,7 @@ def expect(call: str, x: Any) -> Expression:
     """
     e = as_expression(x)
     if e is None:
-        raise TypeError(
+        raise Mismatch(
             f"{call}(): incompatible function arguments; expected an Expression, a Variable or a number, got {x!r}."
         )
     return e
@@ -92,7 +93,7 @@ ZERO, ONE, MINUS_ONE, TWO = (constant(v) for v in (0.0, 1.0, -1.0, 2.0))
 # Sums
 
 
-def _make_sum(c0: float, terms: dict[int, tuple[Expression, float]]) -> Expression:
+def make_sum(c0: float, terms: dict[int, tuple[Expression, float]]) -> Expression:
     """c0 + the terms with their coefficients, which are not zero."""
     if not terms:
         return constant(c0)
@@ -108,7 +109,7 @@ def _term_key(item: tuple) -> tuple:
     return item[0]._key
 
 
-def _add_into(terms: dict[int, tuple[Expression, float]], e: Expression) -> float:
+def add_into(terms: dict[int, tuple[Expression, float]], e: Expression) -> float:
     """Adds e to the terms and returns the constant that is left."""
     if e._kind == k.CONSTANT:
         return e._args[0]
@@ -140,9 +141,9 @@ def add(a: Expression, b: Expression) -> Expression:
     if b is ZERO:
         return a
     terms: dict[int, tuple[Expression, float]] = {}
-    c0 = _add_into(terms, a)
-    c0 += _add_into(terms, b)
-    return _make_sum(c0, terms)
+    c0 = add_into(terms, a)
+    c0 += add_into(terms, b)
+    return make_sum(c0, terms)
 
 
 def sum_of(expressions: Any) -> Expression:
@@ -150,8 +151,8 @@ def sum_of(expressions: Any) -> Expression:
     terms: dict[int, tuple[Expression, float]] = {}
     c0 = 0.0
     for e in expressions:
-        c0 += _add_into(terms, e)
-    return _make_sum(c0, terms)
+        c0 += add_into(terms, e)
+    return make_sum(c0, terms)
 
 
 def subtract(a: Expression, b: Expression) -> Expression:
@@ -166,7 +167,7 @@ def negate(e: Expression) -> Expression:
     if e._kind == k.CONSTANT:
         return constant(-e._args[0])
     if e._kind == k.ADD:
-        return _make_sum(-e._args[0], {t._serial: (t, -c) for t, c in e._args[1]})
+        return make_sum(-e._args[0], {t._serial: (t, -c) for t, c in e._args[1]})
     return scale(-1.0, e)
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import numpy as np
+
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _numbers, _traverse
-from sheldrake.symbolic._build import ONE, nodes
+from sheldrake.symbolic._build import ONE, ZERO, nodes
 from sheldrake.symbolic._expression import Expression
+from sheldrake.symbolic._traverse import variables_of
 from sheldrake.symbolic._variable import Variable
 
 PATIENCE = 8
@@ -24,6 +28,24 @@ _NAMES: dict[str, Any] = {
     "power": _numbers.power,
     "inf": math.inf,
     "__builtins__": {},
+}
+_NOT_SMOOTH = {k.ABS, k.MIN, k.MAX, k.CEIL, k.FLOOR, k.IF_THEN_ELSE}
+_VECTOR_NAMES: dict[str, Any] = {
+    **{name: getattr(np, {"atan": "arctan"}.get(name, name)) for name in _PLAIN.values()},
+    "power": np.power,
+    "inf": math.inf,
+    "__builtins__": {},
+    **{
+        f"unary_{kind}": function
+        for kind, function in {
+            k.LOG: np.log,
+            k.ASIN: np.arcsin,
+            k.ACOS: np.arccos,
+            k.SINH: np.sinh,
+            k.COSH: np.cosh,
+        }.items()
+    },
+    **{f"binary_{kind}": function for kind, function in {k.POW: np.power, k.ATAN2: np.arctan2}.items()},
 }
 
 
@@ -66,6 +88,12 @@ def compiled(
 
     It raises ArithmeticError or ValueError where a walk might give inf or nan.
     """
+    source = _source(expressions, variables)
+    return None if source is None else _made(source, _NAMES)
+
+
+def _source(expressions: Sequence[Expression], variables: Sequence[Variable]) -> str | None:
+    """Python's text of a function of numbers; None where only a walk over the expressions can evaluate them."""
     places = {v.get_id(): i for i, v in enumerate(variables)}
     order = nodes(*expressions)
     if len(order) > _MOST_PARTS:
@@ -82,10 +110,116 @@ def compiled(
             names[e._serial] = name = f"t{len(lines)}"
             lines.append(f" {name} = {text}\n")
     found = ", ".join(names[e._serial] for e in expressions)
+    return f"def function(x):\n{''.join(lines)} return [{found}]\n"
+
+
+def smooth_source(expressions: Sequence[Expression], variables: Sequence[Variable]) -> str | None:
+    """Text that is the same for expressions that differ by their variables alone; None where they are not smooth."""
+    if any(e._kind in _NOT_SMOOTH for e in nodes(*expressions)):
+        return None
+    return _source(expressions, variables)
+
+
+def _made(source: str, names: dict[str, Any]) -> Callable[[Any], Any]:
     # The text has numbers and the names made above, nothing that a user wrote.
-    space = dict(_NAMES)
-    exec(f"def function(x):\n{''.join(lines)} return [{found}]\n", space)
+    space = dict(names)
+    exec(source, space)
     return space["function"]
+
+
+class Vectorized:
+    """Values and derivatives of expressions at many points at once, by NumPy; inf or nan outside of their domains.
+
+    Made by `Vectorized.of`.
+    """
+
+    _source: str
+    _expressions: list[Expression]
+    _variables: list[Variable]
+
+    @classmethod
+    def of(cls, expressions: Sequence[Expression], variables: Sequence[Variable]) -> Vectorized | None:
+        """Expressions as functions of variables; None where they are not smooth, or only a walk can evaluate them."""
+        source = smooth_source(expressions, variables)
+        if source is None:
+            return None
+        out = cls.__new__(cls)
+        out._source, out._expressions, out._variables = source, list(expressions), list(variables)
+        return out
+
+    def __call__(self, points: np.ndarray, with_slopes: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Values, shape (points, m), and derivatives, shape (points, m, n) or, if not wanted, (points, 0, n)."""
+        return (
+            self.slopes(points) if with_slopes else (self.values(points), np.zeros((len(points), 0, points.shape[1])))
+        )
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Values at points of shape (points, n), shape (points, m)."""
+        return _columns(self._of_values(points.T), len(points))
+
+    def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values, shape (points, m), and their derivatives, shape (points, m, n)."""
+        function, rows, cols = self._of_slopes
+        found = _columns(function(points.T), len(points))
+        m = len(self._expressions)
+        J = np.zeros((len(points), m, len(self._variables)))
+        J[:, rows, cols] = found[:, m:]
+        return found[:, :m], J
+
+    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives of the values times weights of shape (points, m), shape (points, n, n)."""
+        function, outputs, rows, cols = self._of_curvature
+        H = np.zeros((len(points), len(self._variables), len(self._variables)))
+        if len(outputs):
+            found = _columns(function(points.T), len(points)) * weights[:, outputs]
+            for j, (row, col) in enumerate(zip(rows, cols)):
+                H[:, row, col] += found[:, j]
+                if row != col:
+                    H[:, col, row] += found[:, j]
+        return H
+
+    @functools.cached_property
+    def _of_values(self) -> Callable[[Any], Any]:
+        return _made(self._source, _VECTOR_NAMES)
+
+    @functools.cached_property
+    def _first(self) -> list[tuple[int, int, Expression]]:
+        """Derivatives that are not zero everywhere: of which value, by which variable."""
+        found = [
+            (i, j, e.Differentiate(v))
+            for i, e in enumerate(self._expressions)
+            for j, v in enumerate(self._variables)
+            if v in variables_of(e)
+        ]
+        return [entry for entry in found if entry[2] is not ZERO]
+
+    @functools.cached_property
+    def _of_slopes(self) -> tuple[Callable[[Any], Any], list[int], list[int]]:
+        first = self._first
+        source = _source([*self._expressions, *(e for _, _, e in first)], self._variables)
+        assert source is not None  # the derivatives of what can be written down can be, too
+        return _made(source, _VECTOR_NAMES), [i for i, _, _ in first], [j for _, j, _ in first]
+
+    @functools.cached_property
+    def _of_curvature(self) -> tuple[Callable[[Any], Any], list[int], list[int], list[int]]:
+        second = [
+            (i, a, b, e.Differentiate(self._variables[b]))
+            for i, a, e in self._first
+            for b in range(a + 1)
+            if self._variables[b] in variables_of(e)
+        ]
+        second = [entry for entry in second if entry[3] is not ZERO]
+        source = _source([entry[3] for entry in second], self._variables)
+        assert source is not None
+        outputs, rows, cols = [i for i, *_ in second], [a for _, a, *_ in second], [b for _, _, b, _ in second]
+        return _made(source, _VECTOR_NAMES), outputs, rows, cols
+
+
+def _columns(found: Sequence[Any], count: int) -> np.ndarray:
+    out = np.empty((count, len(found)))
+    for j, column in enumerate(found):
+        out[:, j] = column
+    return out
 
 
 def _text_of(e: Expression, names: dict[int, str], places: dict[int, int]) -> str | None:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from sheldrake.symbolic import _build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
-from sheldrake.symbolic._traverse import is_polynomial, variables_of
+from sheldrake.symbolic._traverse import variables_of
 from sheldrake.symbolic._variable import Variable, Variables
 
 Coefficients = dict[Monomial, Expression]
@@ -18,6 +20,16 @@ def is_zero(e: Expression) -> bool:
     return e._kind == k.CONSTANT and e._args[0] == 0.0
 
 
+def is_linear(e: Expression) -> bool:
+    """Whether an expression is a number, a variable, or a sum of these with coefficients: it is expanded as it is."""
+    if e._kind == k.ADD:
+        return all(t._kind == k.VAR for t, _ in e._args[1])
+    if e._kind == k.MUL:
+        factors = e._args[1]
+        return len(factors) == 1 and factors[0][0]._kind == k.VAR and factors[0][1] is _build.ONE
+    return e._kind in (k.CONSTANT, k.VAR)
+
+
 def add_to(out: Coefficients, m: Monomial, c: Expression) -> None:
     """Adds a term; one that cancels is taken out."""
     total = _build.add(out[m], c) if m in out else c
@@ -27,13 +39,38 @@ def add_to(out: Coefficients, m: Monomial, c: Expression) -> None:
         out[m] = total
 
 
+class Sums:
+    """Coefficients that are being added up: no expression is made of a sum before it is whole."""
+
+    def __init__(self) -> None:
+        self._parts: dict[Monomial, list] = {}
+
+    def add_product(self, m: Monomial, c: Expression, d: Expression) -> None:
+        """Adds c d m."""
+        part = self._parts.get(m)
+        if part is None:
+            part = self._parts[m] = [0.0, {}]
+        if c._kind == k.CONSTANT and d._kind == k.CONSTANT:
+            part[0] += c._args[0] * d._args[0]
+        else:
+            part[0] += _build.add_into(part[1], _build.multiply(c, d))
+
+    def coefficients(self) -> Coefficients:
+        """The sums, but those that are the number zero."""
+        out = {}
+        for m, (number, terms) in self._parts.items():
+            if terms or number != 0.0:
+                out[m] = _build.make_sum(number, terms)
+        return out
+
+
 def multiply(a: Coefficients, b: Coefficients) -> Coefficients:
     """The product of two polynomials."""
-    out: Coefficients = {}
+    sums = Sums()
     for m, c in a.items():
         for n, d in b.items():
-            add_to(out, m._times(n), _build.multiply(c, d))
-    return out
+            sums.add_product(m._times(n), c, d)
+    return sums.coefficients()
 
 
 def decompose(e: Expression, indeterminates: set[Variable]) -> Coefficients:
@@ -114,7 +151,31 @@ def expanded(c: Coefficients) -> Coefficients:
     """The same with coefficients multiplied out."""
     out: Coefficients = {}
     for m, e in c.items():
-        new = e if is_polynomial(e) and e._kind in (k.CONSTANT, k.VAR) else e.Expand()
+        new = e if is_linear(e) else e.Expand()
         if not is_zero(new):
             out[m] = new
     return out
+
+
+def affine_row(e: Expression, places: dict[Variable, int]) -> tuple[np.ndarray, float]:
+    """Coefficients and constant of an affine expression.
+
+    Raises:
+        RuntimeError: it is not affine, or has other variables.
+    """
+    try:
+        found = decompose(e, set(variables_of(e)))
+    except RuntimeError:
+        found = {Monomial({v: 2 for v in places}): e}
+    row, constant = np.zeros(len(places)), 0.0
+    for m, c in found.items():
+        if m.total_degree() > 1:
+            raise RuntimeError(f"Expression {e} is non-linear.")
+        if m.total_degree() == 0:
+            constant = c.Evaluate()
+            continue
+        (v,) = m._powers
+        if v not in places:
+            raise RuntimeError(f"Expression {e} has the variable {v}, which has no place in the map of indices.")
+        row[places[v]] = c.Evaluate()
+    return row, constant

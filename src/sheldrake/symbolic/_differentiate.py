@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic import _build, _formula
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._build import (
@@ -35,7 +36,7 @@ def differentiate(expressions: Sequence[Expression], x: Variable) -> list[Expres
         RuntimeError: a derivative cannot be written down.
     """
     if not isinstance(x, Variable):
-        raise TypeError(f"Differentiate(): incompatible function arguments; expected a Variable, got {x!r}.")
+        raise Mismatch(f"Differentiate(): incompatible function arguments; expected a Variable, got {x!r}.")
     done: dict[int, Expression] = {}
     depends: set[int] = set()
     for e in _build.nodes(*expressions):

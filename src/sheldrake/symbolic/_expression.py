@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import overloaded
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch, overloaded
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import SUBSTITUTIONS
 from sheldrake.symbolic._operators import Operators
@@ -43,7 +44,7 @@ class Expression(Operators):
         if len(given) == 1 and len(args) + len(kwargs) == 1:
             e = _build.as_expression(given[0])
         if e is None:
-            raise TypeError(
+            raise Mismatch(
                 f"Expression(): incompatible constructor arguments; expected nothing, a number or a Variable, got "
                 f"{given!r}."
             )
@@ -76,6 +77,7 @@ class Expression(Operators):
         """
         return _traverse.evaluate([self], env, generator)[0]
 
+    @checked
     def EvaluatePartial(self, env: dict[Variable, float]) -> Expression:
         """Returns the expression with values in the place of some variables."""
         return _traverse.substitute([self], _traverse.numbers_by_variable("EvaluatePartial", env))[0]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import overloaded
+from sheldrake.common._overloads import Mismatch, overloaded
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._arguments import SUBSTITUTIONS
 from sheldrake.symbolic._expression import Expression
@@ -56,7 +56,7 @@ class Formula:
         if isinstance(value, Formula):
             return value
         if not isinstance(value, Variable):
-            raise TypeError(
+            raise Mismatch(
                 f"Formula(): incompatible constructor arguments; expected a bool or a Boolean Variable, got {value!r}."
             )
         if value.get_type() is not Variable.Type.BOOLEAN:
@@ -80,7 +80,7 @@ class Formula:
     def EqualTo(self, other: Formula) -> bool:
         """Tells whether both have the same structure."""
         if not isinstance(other, Formula):
-            raise TypeError(f"Formula.EqualTo(): incompatible function arguments; expected a Formula, got {other!r}.")
+            raise Mismatch(f"Formula.EqualTo(): incompatible function arguments; expected a Formula, got {other!r}.")
         return self._key == other._key
 
     def GetFreeVariables(self) -> Variables:

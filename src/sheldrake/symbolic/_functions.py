@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic import _build, _formula
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._expression import Expression
@@ -62,7 +63,7 @@ def _as_formula(call: str, f: Any) -> Formula:
         return f
     if isinstance(f, (bool, np.bool_)) or (isinstance(f, Variable) and f.get_type() is Variable.Type.BOOLEAN):
         return Formula(f)
-    raise TypeError(f"{call}(): incompatible function arguments; expected a Formula, got {f!r}.")
+    raise Mismatch(f"{call}(): incompatible function arguments; expected a Formula, got {f!r}.")
 
 
 def if_then_else(f_cond: Any, e_then: Any, e_else: Any) -> Expression:

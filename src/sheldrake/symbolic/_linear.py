@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._kinds import anything
-from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _differentiate, _traverse
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable
 from sheldrake.symbolic._expression import Expression
-from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._polynomial import Polynomial
 from sheldrake.symbolic._traverse import object_array, variables_of
 from sheldrake.symbolic._variable import Variable, Variables
@@ -36,7 +35,7 @@ def _as_matrix(call: str, m: Any) -> np.ndarray:
     if array.ndim == 1:
         array = array.reshape(-1, 1)
     if array.ndim != 2:
-        raise TypeError(f"{call}(): incompatible function arguments; expected a vector or a matrix, got {m!r}.")
+        raise Mismatch(f"{call}(): incompatible function arguments; expected a vector or a matrix, got {m!r}.")
     return array
 
 
@@ -121,30 +120,6 @@ def ExtractVariablesFromExpression(expressions: Any) -> tuple[np.ndarray, dict[i
 # Linear and affine
 
 
-def affine_row(e: Expression, places: dict[Variable, int]) -> tuple[np.ndarray, float]:
-    """Coefficients and constant of an affine expression.
-
-    Raises:
-        RuntimeError: it is not affine, or has other variables.
-    """
-    try:
-        found = _decompose.decompose(e, set(variables_of(e)))
-    except RuntimeError:
-        found = {Monomial({v: 2 for v in places}): e}
-    row, constant = np.zeros(len(places)), 0.0
-    for m, c in found.items():
-        if m.total_degree() > 1:
-            raise RuntimeError(f"Expression {e} is non-linear.")
-        if m.total_degree() == 0:
-            constant = c.Evaluate()
-            continue
-        (v,) = m._powers
-        if v not in places:
-            raise RuntimeError(f"Expression {e} has the variable {v}, which has no place in the map of indices.")
-        row[places[v]] = c.Evaluate()
-    return row, constant
-
-
 def DecomposeAffineExpression(e: Any, map_var_to_index: dict[int, int]) -> tuple[np.ndarray, float]:
     """Returns coefficients, shape `(n,)`, and constant of an affine expression.
 
@@ -158,7 +133,7 @@ def DecomposeAffineExpression(e: Any, map_var_to_index: dict[int, int]) -> tuple
     e = _build.expect("DecomposeAffineExpression", e)
     places = {v: map_var_to_index[v.get_id()] for v in variables_of(e) if v.get_id() in map_var_to_index}
     row = np.zeros(len(map_var_to_index))
-    local, constant = affine_row(e, {v: i for i, v in enumerate(places)})
+    local, constant = _decompose.affine_row(e, {v: i for i, v in enumerate(places)})
     for v, value in zip(places, local):
         row[places[v]] = value
     return row, constant

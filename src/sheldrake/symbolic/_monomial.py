@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, count, instance_of
-from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._arguments import by_variable, variable, variables
 from sheldrake.symbolic._expression import Expression
@@ -17,6 +18,10 @@ from sheldrake.symbolic._traverse import numbers_by_variable, object_array, vari
 from sheldrake.symbolic._variable import Variable, Variables
 
 _polynomial: Any = None  # A module that needs the class below; the package binds it when all is loaded.
+
+
+def _by_age(item: tuple[Variable, int]) -> int:
+    return item[0]._id
 
 
 class Monomial:
@@ -27,8 +32,9 @@ class Monomial:
             The monomial 1 if absent.
     """
 
-    __slots__ = ("_powers",)
+    __slots__ = ("_code", "_powers")
     _powers: dict[Variable, int]
+    _code: int | None  # its hash, once it has been asked for
 
     @overloaded(
         overload(lambda self: self.__init__((), ())),
@@ -42,7 +48,7 @@ class Monomial:
         powers: dict[Variable, int] = {}
         for v, exponent in zip(vars, exponents):
             if not isinstance(v, Variable) or int(exponent) != exponent:
-                raise TypeError(
+                raise Mismatch(
                     f"Monomial(): incompatible constructor arguments; expected variables and whole exponents, got "
                     f"{v!r}: {exponent!r}."
                 )
@@ -50,14 +56,19 @@ class Monomial:
                 raise RuntimeError(f"Monomial(): the exponent of {v} is negative: {exponent}.")
             if exponent:
                 powers[v] = powers.get(v, 0) + int(exponent)
-        self._powers = dict(sorted(powers.items(), key=lambda item: item[0]._id))
+        self._set(powers)
+
+    def _set(self, powers: dict[Variable, int]) -> None:
+        self._powers = dict(sorted(powers.items(), key=_by_age)) if len(powers) > 1 else powers
+        self._code = None
 
     @classmethod
     def _of(cls, powers: dict[Variable, int]) -> Monomial:
         out = object.__new__(cls)
-        out._powers = dict(sorted(powers.items(), key=lambda item: item[0]._id))
+        out._set(powers)
         return out
 
+    @checked
     def degree(self, v: Variable) -> int:
         """Returns the exponent of a variable."""
         return self._powers.get(v, 0)
@@ -81,6 +92,7 @@ class Monomial:
             out = _build.multiply(out, _build.power(_build.variable(v), _build.constant(exponent)))
         return out
 
+    @checked
     def EqualTo(self, other: Monomial) -> bool:
         """Tells whether both are the same."""
         return self == other
@@ -120,6 +132,7 @@ class Monomial:
             out = out * rows[v] ** exponent
         return out
 
+    @checked
     def EvaluatePartial(self, env: dict[Variable, float]) -> tuple[float, Monomial]:
         """Returns the value of the variables given and the monomial of the rest."""
         values = numbers_by_variable("EvaluatePartial", env)
@@ -133,7 +146,7 @@ class Monomial:
         """Raises it to a power and returns it."""
         if p < 0:
             raise RuntimeError(f"Monomial.pow_in_place(): the exponent must not be negative, got {p}.")
-        self._powers = {v: n * p for v, n in self._powers.items()} if p else {}
+        self._set({v: n * p for v, n in self._powers.items()} if p else {})
         return self
 
     def _key(self) -> tuple:
@@ -141,19 +154,24 @@ class Monomial:
         return tuple((-v._id, n) for v, n in self._powers.items())
 
     def __hash__(self) -> int:
-        return hash(tuple((v._id, n) for v, n in self._powers.items()))
+        if self._code is None:
+            self._code = hash(tuple([(v._id, n) for v, n in self._powers.items()]))
+        return self._code
 
     def __eq__(self, other: Any) -> Any:
         if not isinstance(other, Monomial):
             return NotImplemented
-        return len(self._powers) == len(other._powers) and all(
-            v is w and m == n for (v, m), (w, n) in zip(self._powers.items(), other._powers.items())
+        return self is other or (
+            len(self._powers) == len(other._powers)
+            and all(v is w and m == n for (v, m), (w, n) in zip(self._powers.items(), other._powers.items()))
         )
 
     def __pow__(self, p: int) -> Monomial:
         return Monomial._of(self._powers).pow_in_place(p)
 
     def _times(self, other: Monomial) -> Monomial:
+        if not other._powers or not self._powers:
+            return (self if self._powers else other).__copy__()
         powers = dict(self._powers)
         for v, n in other._powers.items():
             powers[v] = powers.get(v, 0) + n
@@ -192,10 +210,15 @@ class Monomial:
         return NotImplemented if e is None else _build.divide(e, self.ToExpression())
 
     def __copy__(self) -> Monomial:
-        return Monomial._of(self._powers)
+        out = object.__new__(Monomial)
+        out._powers, out._code = self._powers, self._code  # the dict of powers never changes, only which one it is
+        return out
 
     def __deepcopy__(self, memo: dict) -> Monomial:
-        return Monomial._of(self._powers)
+        return self.__copy__()
+
+    def __reduce__(self) -> tuple:
+        return Monomial._of, (self._powers,)
 
     def __str__(self) -> str:
         return " * ".join(f"{v}^{n}" if n != 1 else f"{v}" for v, n in self._powers.items()) or "1"

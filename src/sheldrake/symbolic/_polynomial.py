@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._overloads import expect, overload, overloaded
 from sheldrake.symbolic import _build, _decompose, _formula, _functions
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import by_variable, expression, variable, variables
-from sheldrake.symbolic._decompose import add_to, is_zero
+from sheldrake.symbolic._decompose import Sums, add_to, is_linear, is_zero
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._monomial import Monomial
 from sheldrake.symbolic._substitute_and_expand import SubstituteAndExpandCacheData, substituted
@@ -56,7 +57,7 @@ class Polynomial:
     def __init__(self, e: Expression, indeterminates: Variables | None):
         chosen = set(variables_of(e)) if indeterminates is None else set(indeterminates)
         found = _decompose.decompose(e, chosen)
-        self._map = {m: c.Expand() if is_polynomial(c) else c for m, c in found.items()}
+        self._map = {m: c.Expand() if not is_linear(c) and is_polynomial(c) else c for m, c in found.items()}
         self._map = {m: c for m, c in self._map.items() if not is_zero(c)}
         self._indeterminates = Variables(sorted(chosen, key=Variable.get_id))
         self._decisions = Variables(variables_of(e) - chosen)
@@ -82,6 +83,7 @@ class Polynomial:
         """Returns the variables of the coefficients."""
         return Variables(self._decisions)
 
+    @checked
     def SetIndeterminates(self, new_indeterminates: Variables) -> None:
         """Makes other variables the indeterminates.
 
@@ -95,6 +97,7 @@ class Polynomial:
         """Returns the coefficients by monomial, in the order of monomials."""
         return dict(sorted(self._map.items(), key=lambda item: item[0]._key()))
 
+    @checked
     def Degree(self, v: Variable) -> int:
         """Returns the highest exponent of an indeterminate."""
         return max((m.degree(v) for m in self._map), default=0)
@@ -170,14 +173,12 @@ class Polynomial:
         Raises:
             RuntimeError: a coefficient is not affine.
         """
-        from sheldrake.symbolic._linear import affine_row
-
         values = np.atleast_2d(np.asarray(indeterminates_values, dtype=float))
         decisions = list(self._decisions)
         A, b = np.zeros((values.shape[1], len(decisions))), np.zeros(values.shape[1])
         places = {v: i for i, v in enumerate(decisions)}
         for m, c in self._map.items():
-            row, constant = affine_row(c, places)
+            row, constant = _decompose.affine_row(c, places)
             weight = m.Evaluate(indeterminates, values)
             A += np.outer(weight, row)
             b += weight * constant
@@ -204,6 +205,7 @@ class Polynomial:
 
     # Calculus and substitution
 
+    @checked
     def Differentiate(self, x: Variable) -> Polynomial:
         """Returns the partial derivative by any of its variables."""
         out: dict[Monomial, Expression] = {}
@@ -260,11 +262,11 @@ class Polynomial:
                 raise RuntimeError(f"Polynomial.SubstituteAndExpand(): the indeterminate {v} has no substitution.")
         cache = substitutions_cached_data._data if substitutions_cached_data is not None else {}
         cache.setdefault(Monomial(), Polynomial._of({Monomial(): _build.ONE}))
-        out: dict[Monomial, Expression] = {}
+        sums = Sums()
         for m, c in self._map.items():
             for n, d in substituted(m, indeterminate_substitution, cache)._map.items():
-                add_to(out, n, _build.multiply(c, d))
-        return Polynomial._of(_decompose.expanded(out))
+                sums.add_product(n, c, d)
+        return Polynomial._of(_decompose.expanded(sums.coefficients()))
 
     # Changes
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from sheldrake.common import _ieee as ieee
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, kind, overload, overloaded
 from sheldrake.symbolic import _build
 from sheldrake.symbolic._expression import Expression
@@ -54,6 +55,7 @@ class RationalFunction:
         """Returns the polynomial below."""
         return self._denominator
 
+    @checked
     def SetIndeterminates(self, new_indeterminates: Variables) -> None:
         """Makes other variables the indeterminates of both polynomials."""
         self._numerator.SetIndeterminates(new_indeterminates)
@@ -67,6 +69,7 @@ class RationalFunction:
         """Returns it as an expression."""
         return _build.divide(self._numerator.ToExpression(), self._denominator.ToExpression())
 
+    @checked
     def EqualTo(self, f: RationalFunction) -> bool:
         """Tells whether both have equal numerators and equal denominators."""
         return self._numerator.EqualTo(f._numerator) and self._denominator.EqualTo(f._denominator)

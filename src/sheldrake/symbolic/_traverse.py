@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.symbolic import _build, _numbers
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._build import nodes
@@ -20,11 +20,20 @@ def variables_of(e: Expression) -> frozenset[Variable]:
     """The variables in an expression; kept with it."""
     if e._variables is None:
         found: set[Variable] = set()
-        for node in nodes(e):
+        seen, stack = {e._serial}, [e]
+        while stack:
+            node = stack.pop()
+            if node._variables is not None:
+                found |= node._variables
+                continue
             if node._kind == k.VAR:
                 found.add(node._args[0])
             elif node._kind == k.IF_THEN_ELSE:
                 found |= node._args[0]._variables()
+            for child in _build.children(node):
+                if child._serial not in seen:
+                    seen.add(child._serial)
+                    stack.append(child)
         e._variables = frozenset(found)
     return e._variables
 
@@ -38,7 +47,7 @@ def variable_list(call: str, vars: Any) -> list[Variable]:
     out = list(vars) if not isinstance(vars, Variable) else [vars]
     for v in out:
         if not isinstance(v, Variable):
-            raise TypeError(f"{call}(): incompatible function arguments; expected a vector of Variable, got {v!r}.")
+            raise Mismatch(f"{call}(): incompatible function arguments; expected a vector of Variable, got {v!r}.")
     return out
 
 
@@ -55,7 +64,7 @@ def numbers_by_variable(call: str, env: Any) -> dict[Variable, float]:
     out = {}
     for v, value in expect(call, env or {}, dict).items():
         if not isinstance(v, Variable) or not isinstance(value, _build._REAL):
-            raise TypeError(
+            raise Mismatch(
                 f"{call}(): incompatible function arguments; expected a dict of Variable to float, "
                 f"got {v!r}: {value!r}."
             )
@@ -159,7 +168,7 @@ def substitution(call: str, what: Any, e: Any = None) -> dict[Variable, Expressi
     out = {}
     for v, new in [(what, e)] if isinstance(what, Variable) else what.items():
         if not isinstance(v, Variable):
-            raise TypeError(f"{call}(): incompatible function arguments; {v!r} is no Variable.")
+            raise Mismatch(f"{call}(): incompatible function arguments; {v!r} is no Variable.")
         out[v] = _build.expect(call, new)
     return out
 

@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._operators import Operators
 
@@ -62,7 +64,7 @@ class Variable(Operators):
             TypeError: the other is no variable.
         """
         if not isinstance(other, Variable):
-            raise TypeError(f"Variable.EqualTo(): incompatible function arguments; expected a Variable, got {other!r}.")
+            raise Mismatch(f"Variable.EqualTo(): incompatible function arguments; expected a Variable, got {other!r}.")
         return self is other
 
     def __hash__(self) -> int:
@@ -100,7 +102,7 @@ class Variables:
         items = list(variables.ravel() if isinstance(variables, np.ndarray) else variables)
         for v in items:
             if not isinstance(v, Variable):
-                raise TypeError(f"Variables(): incompatible constructor arguments; expected variables, got {v!r}.")
+                raise Mismatch(f"Variables(): incompatible constructor arguments; expected variables, got {v!r}.")
         self._set = {v._id: v for v in sorted(items, key=Variable.get_id)}
 
     def size(self) -> int:
@@ -123,26 +125,32 @@ class Variables:
         self._set = (self - given)._set
         return before - len(self._set)
 
+    @checked
     def include(self, key: Variable) -> bool:
         """Tells whether the variable is in the set."""
         return key in self
 
+    @checked
     def IsSubsetOf(self, vars: Variables) -> bool:
         """Tells whether each of these is in the other set."""
         return self._set.keys() <= vars._set.keys()
 
+    @checked
     def IsSupersetOf(self, vars: Variables) -> bool:
         """Tells whether each of the other set is in this one."""
         return self._set.keys() >= vars._set.keys()
 
+    @checked
     def IsStrictSubsetOf(self, vars: Variables) -> bool:
         """Tells whether each of these is in the other set, and more."""
         return self._set.keys() < vars._set.keys()
 
+    @checked
     def IsStrictSupersetOf(self, vars: Variables) -> bool:
         """Tells whether each of the other set is in this one, and more."""
         return self._set.keys() > vars._set.keys()
 
+    @checked
     def EqualTo(self, other: Variables) -> bool:
         """Tells whether both hold the same variables."""
         return self._set.keys() == other._set.keys()

@@ -1,6 +1,6 @@
 """Every public name of the modules of `sheldrake.systems`."""
 
-from sheldrake._roll_up import roll_up
+from sheldrake._pydrake.roll_up import roll_up
 
 __all__ = roll_up(
     globals(),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from sheldrake.common.jupyter import process_ipywidget_events
 from sheldrake.common.value import Value
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 __all__ = ["PoseSliders", "WidgetSystem"]
 
@@ -108,7 +111,7 @@ class PoseSliders(LeafSystem):
         for slider, value in zip(sliders, values):
             slider.value = float(value)
 
-    def DoCalcOutput(self, context: Any, output: Any) -> None:
+    def DoCalcOutput(self, context: Context, output: Any) -> None:
         """The pose that the sliders show."""
         values = np.array([slider.value for slider in self._sliders])
         output.set_value(RigidTransform(RollPitchYaw(values[:3]), values[3:]))
@@ -135,7 +138,7 @@ class WidgetSystem(LeafSystem):
             for widget in group:
                 display(widget)
 
-    def DoCalcOutput(self, context: Any, output: Any, port_index: int) -> None:
+    def DoCalcOutput(self, context: Context, output: Any, port_index: int) -> None:
         """The values of a group."""
         output.SetFromVector([float(widget.value) for widget in self._groups[port_index]])
 
@@ -143,6 +146,6 @@ class WidgetSystem(LeafSystem):
 _POSE = Value(RigidTransform())
 
 
-def listen_to_widgets(context: Any = None, event: Any = None) -> None:
+def listen_to_widgets(context: Context | None = None, event: Any = None) -> None:
     """Lets waiting events of widgets run: what a periodic publish event calls."""
     process_ipywidget_events(_EVENTS_AT_ONCE)

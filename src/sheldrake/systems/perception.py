@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform
 from sheldrake.perception import BaseField, Concatenate, Fields, PointCloud
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 __all__ = ["PointCloudConcatenation"]
 
@@ -45,13 +48,13 @@ class PointCloudConcatenation(LeafSystem):
             "point_cloud_FS", lambda: AbstractValue.Make(PointCloud(0, fields)), self.DoCalcOutput
         )
 
-    def DoCalcOutput(self, context: Any, output: Any) -> None:
+    def DoCalcOutput(self, context: Context, output: Any) -> None:
         """Fills the output port."""
         clouds = [self._cloud_in_F(context, i) for i in range(len(self._ids))]
         fields = Fields(BaseField.kXYZs | BaseField.kRGBs)
         output.set_value(Concatenate(clouds[::-1]) if clouds else PointCloud(0, fields))
 
-    def _cloud_in_F(self, context: Any, i: int) -> PointCloud:
+    def _cloud_in_F(self, context: Context, i: int) -> PointCloud:
         """Returns the finite points of cloud number i in F, with colors."""
         cloud = self.get_input_port(2 * i).Eval(context)
         X_FC = self.get_input_port(2 * i + 1).Eval(context)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,10 @@ from sheldrake.geometry import Convex, HalfSpace, Mesh, QueryObject, Rgba, Role
 from sheldrake.geometry._meshcat.drawables import drawable_of_shape, triangles_of
 from sheldrake.systems.framework import InputPort
 from sheldrake.systems.pyplot_visualizer import PyPlotVisualizer
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraph, SceneGraphInspector
+    from sheldrake.systems.framework import Context, DiagramBuilder
 
 __all__ = ["ConnectPlanarSceneGraphVisualizer", "PlanarSceneGraphVisualizer"]
 
@@ -45,7 +49,7 @@ class PlanarSceneGraphVisualizer(PyPlotVisualizer):
 
     def __init__(
         self,
-        scene_graph: Any,
+        scene_graph: SceneGraph,
         draw_period: float | None = None,
         T_VW: Any = _ONTO_XZ,
         xlim: Any = (-1.0, 1),
@@ -80,7 +84,7 @@ class PlanarSceneGraphVisualizer(PyPlotVisualizer):
         """Returns the input port for the SceneGraph's query port."""
         return self.get_input_port(0)
 
-    def draw(self, context: Any) -> None:
+    def draw(self, context: Context) -> None:
         """Draws the geometry where it is in a context."""
         query = self.get_geometry_query_input_port().Eval(context)
         inspector = query.inspector()
@@ -102,7 +106,7 @@ class PlanarSceneGraphVisualizer(PyPlotVisualizer):
         homogeneous = np.hstack([p_WV, np.ones((len(p_WV), 1))]) @ self._T_VW.T
         return homogeneous[:, :2] / homogeneous[:, 2:]
 
-    def _make_patches(self, inspector: Any) -> None:
+    def _make_patches(self, inspector: SceneGraphInspector) -> None:
         for _, _, patch in self._patches:
             patch.remove()
         self._patches = []
@@ -110,7 +114,7 @@ class PlanarSceneGraphVisualizer(PyPlotVisualizer):
         for frame in inspector.GetAllFrameIds():
             body_color = palette.uniform(0.2, 0.9, 3)
             for geometry in inspector.GetGeometries(frame, Role.kIllustration):
-                properties = inspector.GetIllustrationProperties(geometry)
+                properties: Any = inspector.GetIllustrationProperties(geometry)  # there are some, by its role
                 if properties.HasProperty("meshcat", "accepting"):
                     continue  # for a certain Meshcat visualizer only, as ellipsoids of inertia are
                 p_GV = self._outline(inspector.GetShape(geometry))
@@ -173,7 +177,7 @@ def _turn(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> float:
 
 
 def ConnectPlanarSceneGraphVisualizer(
-    builder: Any, scene_graph: Any, output_port: Any = None, **kwargs: Any
+    builder: DiagramBuilder, scene_graph: SceneGraph, output_port: Any = None, **kwargs: Any
 ) -> PlanarSceneGraphVisualizer:
     """Adds a PlanarSceneGraphVisualizer to a diagram, connects it and returns it.
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework import LeafSystem, PublishEvent, TriggerType
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 __all__ = ["PyPlotVisualizer"]
 
@@ -58,11 +61,11 @@ class PyPlotVisualizer(LeafSystem):
         self._is_recording = False
         self._recorded_contexts: list[Any] = []
 
-    def _on_initialization(self, context: Any, event: Any) -> None:
+    def _on_initialization(self, context: Context, event: Any) -> None:
         if self._show:
             self.fig.show()
 
-    def _on_publish(self, context: Any) -> None:
+    def _on_publish(self, context: Context) -> None:
         if self._is_recording:
             snapshot = self.AllocateContext()
             snapshot.SetTimeStateAndParametersFrom(context)
@@ -74,7 +77,7 @@ class PyPlotVisualizer(LeafSystem):
             self.fig.canvas.draw()
             self.fig.canvas.flush_events()
 
-    def draw(self, context: Any) -> None:
+    def draw(self, context: Context) -> None:
         """Draws one frame of a context, or of a bare vector; to be overridden."""
         raise NotImplementedError(f"{self._describe()} must override draw(context).")
 

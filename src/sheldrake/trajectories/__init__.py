@@ -3,7 +3,6 @@
 from typing import Any
 
 from sheldrake.common._names import _MangledName
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.common._scalars import ScalarTemplate
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.trajectories._base import Trajectory
@@ -14,18 +13,18 @@ from sheldrake.trajectories._composed import (
     PathParameterizedTrajectory,
     StackedTrajectory,
 )
-from sheldrake.trajectories._curvature import PiecewiseConstantCurvatureTrajectory
+from sheldrake.trajectories._derivative_trajectory import (
+    DerivativeTrajectory,
+    _WrappedTrajectory,
+)
 from sheldrake.trajectories._exponential import ExponentialPlusPiecewisePolynomial
 from sheldrake.trajectories._functions import (
     DiscreteTimeTrajectory,
     FunctionHandleTrajectory,
 )
-from sheldrake.trajectories._one_other import (
-    DerivativeTrajectory,
-    _WrappedTrajectory,
-)
 from sheldrake.trajectories._orientation import PiecewisePose, PiecewiseQuaternionSlerp
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
+from sheldrake.trajectories._piecewise_constant_curvature import PiecewiseConstantCurvatureTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
 __all__ = [
@@ -91,6 +90,3 @@ ExponentialPlusPiecewisePolynomial_.add_instantiation(float, ExponentialPlusPiec
 
 def __getattr__(name: str) -> Any:
     return _MangledName.module_getattr(module_name=__name__, module_globals=globals(), name=name)
-
-
-refuse_none(__name__)

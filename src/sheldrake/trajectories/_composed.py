@@ -9,8 +9,9 @@ import numpy as np
 
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory, kept
-from sheldrake.trajectories._one_other import DerivativeTrajectory, _expect_trajectories
+from sheldrake.trajectories._derivative_trajectory import DerivativeTrajectory, _expect_trajectories
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
+from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
 
 class StackedTrajectory(Trajectory):
@@ -212,8 +213,6 @@ class CompositeTrajectory(PiecewiseTrajectory):
         Raises:
             RuntimeError: there is none, or shapes differ.
         """
-        from sheldrake.trajectories import PiecewisePolynomial_
-
         parts = list(segments)
         if not parts:
             raise RuntimeError(f"{cls._name('AlignAndConcatenate')}: there are no segments.")
@@ -224,7 +223,7 @@ class CompositeTrajectory(PiecewiseTrajectory):
                 aligned.append(p)
                 continue
             end = start + (p.end_time() - p.start_time())
-            shift = PiecewisePolynomial_[cls._T].FirstOrderHold([start, end], [[p.start_time(), p.end_time()]])
+            shift = PiecewisePolynomial._template[cls._T].FirstOrderHold([start, end], [[p.start_time(), p.end_time()]])
             aligned.append(PathParameterizedTrajectory._template[cls._T](p, shift))
         return cls._template[cls._T](aligned)
 

@@ -8,7 +8,8 @@ import numpy as np
 
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory, no_derivatives
-from sheldrake.trajectories._one_other import DerivativeTrajectory
+from sheldrake.trajectories._derivative_trajectory import DerivativeTrajectory
+from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
 
 class FunctionHandleTrajectory(Trajectory):
@@ -108,9 +109,7 @@ class DiscreteTimeTrajectory(Trajectory):
 
     def ToZeroOrderHold(self) -> Any:
         """Returns the trajectory that keeps each value until the next time."""
-        from sheldrake.trajectories import PiecewisePolynomial_
-
-        return PiecewisePolynomial_[self._T].ZeroOrderHold(self._times, self._values)
+        return PiecewisePolynomial._template[self._T].ZeroOrderHold(self._times, self._values)
 
     def time_comparison_tolerance(self) -> float:
         """Returns how exactly a time must be hit [s]."""

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._scalar_math import acos, atan2, select, sin, sqrt
 from sheldrake.common._scalars import as_scalar, is_symbolic
 from sheldrake.common.eigen_geometry import AngleAxis_, Quaternion_
@@ -279,7 +280,8 @@ class PiecewisePose(PiecewiseTrajectory):
         inside = self.is_time_in_range(t) if not is_symbolic(self._T) else True
         return self.DoEvalDerivative(t, order)[:, 0] if inside else self._zeros(6)
 
-    def IsApprox(self, other: Any, tol: float) -> bool:
+    @checked
+    def IsApprox(self, other: PiecewisePose, tol: float) -> bool:
         """Tells whether positions and orientations of both agree."""
         if not self._p.isApprox(other._p, tol) or len(self._R._q) != len(other._R._q):
             return False

@@ -6,6 +6,7 @@ import bisect
 import itertools
 from typing import Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._scalar_math import all_of
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
@@ -49,6 +50,7 @@ class PiecewiseTrajectory(Trajectory):
             return self.do_end_time()
         return self._breaks[self._segment(segment_index) + 1]
 
+    @checked
     def duration(self, segment_index: int) -> Any:
         """Returns how long a segment lasts [s]."""
         return self.end_time(segment_index) - self.start_time(segment_index)

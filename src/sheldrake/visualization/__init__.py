@@ -1,6 +1,6 @@
 """Looking at things: models and plants in the page, plots of logs."""
 
-from sheldrake.multibody.plant._building.topology import Topology
+from sheldrake.multibody.plant._multibody_plant import draw_plants_with
 from sheldrake.systems.framework import Diagram, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.visualization._block_diagram import DrawDiagram
@@ -20,7 +20,7 @@ MeshcatPoseSliders_ = SystemTemplate(
     "MeshcatPoseSliders_", MeshcatPoseSliders, scope=__name__, own=True, base=LeafSystem_
 )
 Diagram._picture = DrawDiagram
-Topology._picture = DrawTopology
+draw_plants_with(DrawTopology)
 
 __all__ = [
     "AddDefaultVisualization",

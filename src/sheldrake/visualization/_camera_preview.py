@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.geometry import (
     ClippingRange,
@@ -15,6 +15,10 @@ from sheldrake.geometry import (
 )
 from sheldrake.math import RigidTransform
 from sheldrake.systems.sensors import CameraInfo, RgbdSensor
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraph
+    from sheldrake.systems.framework import DiagramBuilder
 
 _NAME = "camera_preview"
 _WIDTH, _HEIGHT = 480, 360
@@ -30,7 +34,7 @@ class CameraPreview:
         scene_graph: What it sees: geometry with the perception role.
     """
 
-    def __init__(self, meshcat: Meshcat, builder: Any, scene_graph: Any):
+    def __init__(self, meshcat: Meshcat, builder: DiagramBuilder, scene_graph: SceneGraph):
         self._meshcat = meshcat
         scene_graph.AddRenderer(_NAME, MakeRenderEngineVtk(RenderEngineVtkParams()))
         lens = CameraInfo(width=_WIDTH, height=_HEIGHT, fov_y=meshcat._field_of_view())

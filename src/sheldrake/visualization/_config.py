@@ -127,6 +127,7 @@ def ApplyVisualizationConfig(
             ),
         )
     if config.publish_inertia:
+        meshcat._note(INERTIA_PREFIX)
         InertiaVisualizer.AddToBuilder(builder, plant, scene_graph)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import RenderLabel, Rgba
 from sheldrake.systems.framework import InputPort, LeafSystem
 from sheldrake.systems.sensors import ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 # Ten colors that are told apart easily: matplotlib's "tab10" cycle, from Tableau.
 _PALETTE = np.array(
@@ -81,7 +84,7 @@ class ColorizeDepthImage(LeafSystem):
             colors[valid, :3] = (255.0 - np.floor(grey))[:, None].astype(np.uint8)
             colors[valid, 3] = 255
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         connected = [port for port in map(self.get_input_port, range(2)) if port.HasValue(context)]
         if len(connected) != 1:
             raise RuntimeError(
@@ -131,7 +134,7 @@ class ColorizeLabelImage(LeafSystem):
         output.mutable_data[...] = _PALETTE[labels.astype(np.uint16) % len(_PALETTE)]
         output.mutable_data[labels > RenderLabel.kMaxUnreserved] = _bytes(self.background_color)
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         image = ImageRgba8U()
         self.Calc(self.get_input_port().Eval(context), image)
         output.set_value(image)
@@ -174,7 +177,7 @@ class ConcatenateImages(LeafSystem):
             )
         return super().get_input_port(row * self._cols + col)
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         images = {}
         heights, widths = np.zeros(self._rows, int), np.zeros(self._cols, int)
         for row in range(self._rows):

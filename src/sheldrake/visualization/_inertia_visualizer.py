@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,10 @@ from sheldrake.geometry import (
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.tree import BodyIndex
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 PREFIX = "inertia"  # of the MeshcatVisualizer that draws them
 _DENSITY = 1000.0  # [kg/m^3]
@@ -53,7 +57,7 @@ class InertiaVisualizer(LeafSystem):
         scene_graph: Where the ellipsoids go.
     """
 
-    def __init__(self, plant: Any, scene_graph: SceneGraph):
+    def __init__(self, plant: MultibodyPlant, scene_graph: SceneGraph):
         super().__init__()
         source = self._source_id = scene_graph.RegisterSource("inertia_visualizer")
         self._items: list[tuple[Any, Any, RigidTransform]] = []
@@ -75,7 +79,7 @@ class InertiaVisualizer(LeafSystem):
         self.DeclareAbstractOutputPort("geometry_pose", lambda: AbstractValue.Make(FramePoseVector()), self._calc)
 
     @staticmethod
-    def AddToBuilder(builder: DiagramBuilder, plant: Any, scene_graph: SceneGraph) -> InertiaVisualizer:
+    def AddToBuilder(builder: DiagramBuilder, plant: MultibodyPlant, scene_graph: SceneGraph) -> InertiaVisualizer:
         """Adds the system to a diagram, between the plant and its SceneGraph, and returns it."""
         visualizer = builder.AddSystem(InertiaVisualizer(plant, scene_graph))
         if not builder.HasSubsystemNamed("inertia_visualizer"):
@@ -88,7 +92,7 @@ class InertiaVisualizer(LeafSystem):
         """Returns the SceneGraph's number for this system."""
         return self._source_id
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         given = self.get_input_port(0).Eval(context)
         poses = FramePoseVector()
         for body_frame, frame, X_BE in self._items:

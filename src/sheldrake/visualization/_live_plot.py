@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import threading
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry import Meshcat
 from sheldrake.geometry._meshcat.charts import Charts, Panel
 from sheldrake.systems.framework import LeafSystem
-from sheldrake.systems.primitives._log_units import quantity, short_labels
+from sheldrake.systems.primitives._vector_log import quantity, short_labels
 
 from ._roll_pitch_yaw import with_roll_pitch_yaw
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context, DiagramBuilder
 
 _MOST_LINES = 8  # of one plot
 _NOISE = 1e-9  # numbers below it are shown as zero: rounding errors fill no plot
@@ -66,7 +69,7 @@ class LivePlot(LeafSystem):
             self._count = 0
         self._charts.delete()
 
-    def _take(self, context: Any) -> None:
+    def _take(self, context: Context) -> None:
         t, values = context.get_time(), self.get_input_port().Eval(context)
         points = self._points
         with self._lock:
@@ -102,7 +105,7 @@ class LivePlot(LeafSystem):
 
 
 def AddLivePlot(
-    builder: Any,
+    builder: DiagramBuilder,
     port: Any,
     meshcat: Meshcat,
     title: str | None = None,

@@ -14,22 +14,23 @@ import numpy as np
 
 from sheldrake.common._ctrl_c import deferred_ctrl_c
 from sheldrake.common.deprecation import DrakeDeprecationWarning
-from sheldrake.geometry import Box, Meshcat, MeshcatCone, Rgba, SceneGraphConfig
+from sheldrake.geometry import Box, Meshcat, MeshcatCone, Rgba, Role, SceneGraphConfig
 from sheldrake.math import RigidTransform, RotationMatrix
-from sheldrake.multibody.meshcat import JointSliders
 from sheldrake.multibody.parsing import PackageMap, Parser
 from sheldrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
-from sheldrake.multibody.tree import FrameIndex
+from sheldrake.multibody.tree import BodyIndex, FrameIndex
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 
 from ._camera_preview import CameraPreview
 from ._config import ApplyVisualizationConfig, VisualizationConfig
+from ._posture_sliders import PostureSliders
 from ._triad import AddFrameTriadIllustration
 
 log = logging.getLogger("drake")
 
 _STOP_BUTTON, _RELOAD_BUTTON = "Stop Running", "Reload Model Files"
+_HOME_BUTTON, _RANDOM_BUTTON = "Home", "Random Posture"
 _WRONG = "/PARSE_ERROR"  # where a traffic cone stands when files cannot be read
 _POLL = 1 / 32.0  # time between two looks at the page's controls [s]
 
@@ -40,7 +41,10 @@ def _hint(retired: str, today: str) -> None:
 
 
 class ModelVisualizer:
-    """Shows models in the page: looks, collisions, inertias, contacts, and a slider for each joint position.
+    """Shows models in the page: looks, collisions, inertias, contacts, and sliders for the posture.
+
+    There is a slider for each position of a joint, and six for a body that floats: its place and its roll, pitch and
+    yaw. A model that floats stands on the ground at z = 0, unless its file places it.
 
         visualizer = ModelVisualizer()
         visualizer.AddModels("robot.urdf")
@@ -59,6 +63,7 @@ class ModelVisualizer:
         environment_map: An image for reflections.
         no_lights: Whether the page's lights are switched off.
         compliance_type: How geometries collide that do not say: "undefined", "rigid" or "compliant".
+        weld_base: Whether models that float are welded to the world where they stand.
     """
 
     def __init__(
@@ -76,6 +81,7 @@ class ModelVisualizer:
         environment_map: str | os.PathLike = "",
         no_lights: bool = False,
         compliance_type: str = "undefined",
+        weld_base: bool = False,
     ):
         self._visualize_frames = visualize_frames
         self._triad = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
@@ -83,6 +89,8 @@ class ModelVisualizer:
         self._show_rgbd_sensor = show_rgbd_sensor
         self._preview: CameraPreview | None = None
         self._meshcat, self._no_lights, self._compliance_type = meshcat, no_lights, compliance_type
+        self._weld_base = weld_base
+        self._random = np.random.default_rng()
         self._environment_map = os.fspath(environment_map)
         # What AddModels() was asked for, in order; None once parser() was given away.
         self._added: list[dict[str, Any]] | None = []
@@ -152,7 +160,7 @@ class ModelVisualizer:
             ValueError: when the size is not nq, or Finalize() was called before.
         """
         self._require_open("Finalize")
-        self._plant.Finalize()
+        self._finalize(self._plant)
         self._check_size(position)
         self.meshcat().DeleteAddedControls()
         self._show(position)
@@ -181,6 +189,8 @@ class ModelVisualizer:
             webbrowser.open(meshcat.web_url())
         with deferred_ctrl_c() as check:
             meshcat.AddButton(_STOP_BUTTON, "Escape")
+            for name in (_HOME_BUTTON, _RANDOM_BUTTON) if self._plant.num_positions() else ():
+                meshcat.AddButton(name)
             if not loop_once:
                 print(
                     f"Look at {meshcat.web_url()}; '{_STOP_BUTTON}' or Escape in the page, or Ctrl-C here, ends it.",
@@ -189,7 +199,8 @@ class ModelVisualizer:
             try:
                 self._follow(lambda: check() or loop_once or meshcat.GetButtonClicks(_STOP_BUTTON) > 0)
             finally:
-                meshcat.DeleteButton(_STOP_BUTTON, strict=False)
+                for name in (_STOP_BUTTON, _HOME_BUTTON, _RANDOM_BUTTON):
+                    meshcat.DeleteButton(name, strict=False)
                 if self._added is not None:
                     meshcat.DeleteButton(_RELOAD_BUTTON, strict=False)
 
@@ -207,6 +218,7 @@ class ModelVisualizer:
             if clicks > answered:  # a click during the reload means files changed since: reload once more
                 answered, shown = clicks, None
                 self._reload()
+            self._answer_postures()
             values = self._get_slider_values()
             if values != shown:
                 shown = values
@@ -218,7 +230,28 @@ class ModelVisualizer:
                 return
             time.sleep(_POLL)
 
+    def _answer_postures(self) -> None:
+        """Does what the buttons for postures ask."""
+        meshcat, names = self.meshcat(), self.meshcat().GetButtonNames()
+        for name, act in (
+            (_HOME_BUTTON, self._sliders.GoHome),
+            (_RANDOM_BUTTON, lambda: self._sliders.GoAnywhere(self._random)),
+        ):
+            if name in names and meshcat.GetButtonClicks(name):
+                meshcat.AddButton(name)  # counts anew
+                act()
+
     # ---- how
+
+    def _finalize(self, plant: Any) -> None:
+        """Finalizes a plant, its free bodies welded to the world if that is wanted."""
+        if self._weld_base:
+            held = {plant.get_joint(j).child_body().index() for j in plant.GetJointIndices()}
+            for index in map(BodyIndex, range(1, plant.num_bodies())):
+                if index not in held:
+                    body = plant.get_body(index)
+                    plant.WeldFrames(plant.world_frame(), body.body_frame(), plant.GetDefaultFreeBodyPose(body))
+        plant.Finalize()
 
     def _require_open(self, call: str) -> None:
         if self._diagram is not None:
@@ -268,15 +301,44 @@ class ModelVisualizer:
             if self._preview is not None:
                 self._preview.delete()
             self._preview = CameraPreview(meshcat, self._builder, self._scene_graph)
-        self._sliders = JointSliders(meshcat, self._plant, initial_value=position)
-        self._builder.AddNamedSystem("joint_sliders", self._sliders)
+        self._sliders = PostureSliders(meshcat, self._plant, position)
         self._offer_reload()
         self._diagram = self._builder.Build()
         self._context = self._diagram.CreateDefaultContext()
-        self._sliders_context = self._sliders.GetMyContextFromRoot(self._context)
         self._plant_context = self._plant.GetMyMutableContextFromRoot(self._context)
         self._apply_positions()
         Simulator(self._diagram, self._context).Initialize()
+        self._show_collisions_where_nothing_else_is()
+        if position is None:
+            self._stand()
+
+    def _show_collisions_where_nothing_else_is(self) -> None:
+        """A model without looks is seen by what collides."""
+        inspector = self._scene_graph.model_inspector()
+        looks = [g for g in inspector.GetAllGeometryIds(Role.kIllustration) if not self._is_ours(inspector, g)]
+        if not looks and inspector.NumGeometriesWithRole(Role.kProximity):
+            self.meshcat().SetProperty("proximity", "visible", True)
+
+    @staticmethod
+    def _is_ours(inspector: Any, geometry: Any) -> bool:
+        """Whether a geometry is a note of ours: an ellipsoid that shows an inertia."""
+        return inspector.GetIllustrationProperties(geometry).HasProperty("meshcat", "accepting")
+
+    def _stand(self) -> None:
+        """Places every model that floats, and whose file does not say where, on the ground."""
+        for index in self._plant.GetFloatingBaseBodies():
+            body = self._plant.get_body(index)
+            if body.has_quaternion_dofs() and self._plant.GetDefaultFreeBodyPose(body).IsExactlyIdentity():
+                lowest = self._lowest(self._plant.GetModelInstanceName(body.model_instance()))
+                if lowest is not None:
+                    self._sliders.Lift(body, -lowest)
+        self._publish()
+
+    def _lowest(self, model: str) -> float | None:
+        """The height of the lowest point that is seen of a model [m], None where nothing is."""
+        path = model.replace("::", "/")
+        heights = (self.meshcat()._lowest(f"{prefix}/{path}") for prefix in ("illustration", "proximity"))
+        return next((height for height in heights if height is not None), None)
 
     def _offer_reload(self) -> None:
         """Shows the button to reload. Adding it twice would forget its clicks."""
@@ -285,7 +347,7 @@ class ModelVisualizer:
             meshcat.AddButton(_RELOAD_BUTTON)
 
     def _apply_positions(self) -> None:
-        self._plant.SetPositions(self._plant_context, self._sliders.get_output_port().Eval(self._sliders_context))
+        self._plant.SetPositions(self._plant_context, self._sliders.positions())
 
     def _publish(self) -> None:
         self._apply_positions()
@@ -300,7 +362,7 @@ class ModelVisualizer:
             parser.package_map().AddMap(given)
             for wanted in self._added or ():
                 parser.AddModels(**wanted)
-            plant.Finalize()
+            self._finalize(plant)
         except Exception as error:
             log.error("ModelVisualizer: the models cannot be reloaded: %s", error)
             log.warning("Click '%s' to try again.", _RELOAD_BUTTON)

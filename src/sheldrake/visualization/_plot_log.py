@@ -7,8 +7,13 @@ from typing import Any
 import numpy as np
 
 from sheldrake.systems.primitives._log_set import LogSet, column_name
-from sheldrake.systems.primitives._log_units import quantity, short_labels
+from sheldrake.systems.primitives._vector_log import quantity, short_labels
 from sheldrake.visualization._roll_pitch_yaw import with_roll_pitch_yaw
+
+_STILL = 1e-3  # of the height of a panel: what changes less is at rest
+_EARLY = 0.4  # of a run: what has ended by then is shown larger, with the rest in a strip
+_ROOM = 1.5  # how much longer than the motion its panel is
+_STRIP = 0.12  # of the width, for the rest
 
 
 def PlotLog(
@@ -22,7 +27,8 @@ def PlotLog(
 ) -> Any:
     """Plots a log over time, one panel for each kind of quantity, and returns the matplotlib Figure.
 
-    Works without a display; `matplotlib.pyplot.show()` shows it where there is one, and a notebook shows it once.
+    A run that comes to rest early is shown in two parts: its motion, and the rest in a strip beside it. Works without a
+    display; `matplotlib.pyplot.show()` shows it where there is one, and a notebook shows it once.
 
     Args:
         log: A VectorLog, a LogSet (each log has panels of its own), or a VectorLogSink or what LogAll() returned
@@ -94,22 +100,58 @@ def _plot(panels: dict, title: str | None) -> Any:
 
     from sheldrake.visualization._notebook_figure import NotebookFigure
 
-    count = max(1, len(panels))
-    figure = plt.figure(FigureClass=NotebookFigure, figsize=(9, 1.2 + 2.1 * count), layout="constrained")
-    axes = figure.subplots(count, 1, sharex=True, squeeze=False)
-    for ax, ((kind, unit), lines) in zip(axes[:, 0], panels.items()):
-        for label, times, row in lines:
-            ax.plot(times, row, label=label, linewidth=1.3)
+    count, split = max(1, len(panels)), _end_of_motion(panels)
+    size = (9, 1.2 + 2.1 * count)
+    figure = plt.figure(FigureClass=NotebookFigure, figsize=size, layout="constrained")
+    columns = 1 if split is None else 2
+    widths = [1.0] if split is None else [1.0 - _STRIP, _STRIP]
+    axes = figure.subplots(count, columns, sharex="col", sharey="row", squeeze=False, width_ratios=widths)
+    for row, ((kind, unit), lines) in zip(axes, panels.items()):
+        for ax in row:
+            for label, times, values in lines:
+                ax.plot(times, values, label=label, linewidth=1.3)
+            ax.grid(alpha=0.3)
+            ax.margins(x=0.01)
         text = f"{kind} [{unit}]" if unit else kind
-        ax.set_ylabel(text.strip(), fontsize=9)
-        ax.grid(alpha=0.3)
-        ax.margins(x=0.01)
+        row[0].set_ylabel(text.strip(), fontsize=9)
         if len(lines) <= 20:
-            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
+            row[-1].legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize=8, frameon=False)
     axes[-1, 0].set_xlabel("time [s]")
+    if split is not None:
+        spans = [times[[0, -1]] for lines in panels.values() for _, times, _ in lines]
+        _join(axes, np.min(spans), split, np.max(spans))
     if title:
         figure.suptitle(title)
     return figure
+
+
+def _end_of_motion(panels: dict) -> float | None:
+    """The time [s] where the motion of a run that comes to rest early has ended, with room behind it; else None."""
+    drawn = [[(times, values) for _, times, values in lines if len(times)] for lines in panels.values()]
+    spans = [(times[0], times[-1]) for lines in drawn for times, _ in lines]
+    if not spans:
+        return None
+    first, last = min(start for start, _ in spans), max(stop for _, stop in spans)
+    end = first
+    for lines in drawn:
+        height = max((float(np.ptp(values)) for _, values in lines), default=0.0)
+        for times, values in lines:
+            moves = np.flatnonzero(np.abs(values - values[-1]) > _STILL * height)
+            end = max([end, *times[moves[-1:]]])
+    split = first + _ROOM * (end - first)
+    return float(split) if first < split < first + _EARLY * (last - first) else None
+
+
+def _join(axes: Any, first: float, split: float, end: float) -> None:
+    """Left panels show the motion, from first to split [s], and the right ones, a strip, the rest to the end."""
+    for motion, rest in axes:
+        motion.set_xlim(first - 0.01 * (split - first), split)
+        rest.set_xlim(split, end)
+        rest.set_xticks([end], [f"{end:g}"])
+        rest.set_facecolor("0.97")
+        rest.tick_params(left=False)
+        motion.spines["right"].set_linestyle(":")
+        rest.spines["left"].set_linestyle(":")
 
 
 def _shorten_labels(panels: dict) -> None:

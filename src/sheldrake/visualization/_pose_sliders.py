@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from sheldrake.geometry import Meshcat
 from sheldrake.geometry._meshcat.stop_button import until_stopped
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.systems.framework import EventStatus, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _NAMES = ("roll", "pitch", "yaw", "x", "y", "z")
 _STOP_BUTTON = "Stop PoseSliders"
@@ -92,7 +95,7 @@ class MeshcatPoseSliders(LeafSystem):
             self._meshcat.SetSliderValue(name, self._initial[i])
 
     def Run(
-        self, system: Any, context: Any, timeout: float | None = None, stop_button_keycode: str = "Escape"
+        self, system: Any, context: Context, timeout: float | None = None, stop_button_keycode: str = "Escape"
     ) -> RigidTransform:
         """Publishes a system whenever a slider moves, until its stop button is pressed or time is over.
 
@@ -121,13 +124,13 @@ class MeshcatPoseSliders(LeafSystem):
             values[i] = self._meshcat.GetSliderValue(name)
         return values
 
-    def _initialize(self, context: Any) -> EventStatus:
+    def _initialize(self, context: Context) -> EventStatus:
         if self.get_input_port().HasValue(context):
             self.SetPose(self.get_input_port().Eval(context))
             return EventStatus.Succeeded()
         return EventStatus.DidNothing()
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         values = self._values()
         output.set_value(RigidTransform(RollPitchYaw(values[:3]), values[3:]))
 

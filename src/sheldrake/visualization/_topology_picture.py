@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import os
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.multibody.tree import BodyIndex
 
 from ._layered_layout import Wire
 from ._svg_boxes import EDGE, PortBox, document, draw_boxes
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Joint
 
-def DrawTopology(plant: Any, path: str | os.PathLike | None = None) -> str:
+
+def DrawTopology(plant: MultibodyPlant, path: str | os.PathLike | None = None) -> str:
     """Returns a picture of a plant's bodies and joints as SVG, made without other programs.
 
     The world is on the left; each body names the joint that holds it, with the joint's type and whether it is driven.
@@ -58,18 +62,18 @@ def DrawTopology(plant: Any, path: str | os.PathLike | None = None) -> str:
     return text
 
 
-def _about(plant: Any, body: Any) -> str:
+def _about(plant: MultibodyPlant, body: Any) -> str:
     """Returns the line below a body's name: its model and mass."""
     if body is plant.world_body():
         return ""
     return f"{plant.GetModelInstanceName(body.model_instance())} \u00b7 {float(body.default_mass()):.3g} kg"
 
 
-def _joint_text(joint: Any, is_driven: bool) -> str:
+def _joint_text(joint: Joint, is_driven: bool) -> str:
     return f"{joint.name()} ({joint.type_name()}{', driven' if is_driven else ''})"
 
 
-def _joint_tip(plant: Any, joint: Any) -> str:
+def _joint_tip(plant: MultibodyPlant, joint: Joint) -> str:
     """Returns what pointing at a joint says: what it joins, and its limits."""
     text = f"{joint.parent_body().name()} \u2192 {joint.child_body().name()}: {joint.name()}, {joint.type_name()}"
     if joint.num_positions() == 1:

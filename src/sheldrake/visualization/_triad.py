@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry import Cylinder, GeometryInstance, MakePhongIllustrationProperties
 from sheldrake.math import RigidTransform, RotationMatrix
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraph
+    from sheldrake.multibody.plant import MultibodyPlant
 
 _AXES = ("x", "y", "z")
 _FIXED_FRAME_BRIGHTNESS = 0.5  # so that they are told from the bodies' own frames
@@ -15,12 +19,12 @@ _FIXED_FRAME_BRIGHTNESS = 0.5  # so that they are told from the bodies' own fram
 
 def AddFrameTriadIllustration(
     *,
-    scene_graph: Any,
+    scene_graph: SceneGraph,
     body: Any = None,
     frame: Any = None,
     frame_index: Any = None,
     frame_id: Any = None,
-    plant: Any = None,
+    plant: MultibodyPlant | None = None,
     name: str | None = None,
     length: float = 0.3,
     radius: float = 0.005,
@@ -76,8 +80,8 @@ def AddFrameTriadIllustration(
 
 
 def _add_axes(
-    scene_graph: Any,
-    plant: Any,
+    scene_graph: SceneGraph,
+    plant: MultibodyPlant,
     body: Any,
     X_BT: RigidTransform,
     name: str,

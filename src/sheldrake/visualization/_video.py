@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.sensors import CameraInfo, ImageRgba8U, RgbdSensor
 
 from ._image_systems import ColorizeDepthImage, ColorizeLabelImage, ConcatenateImages
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context, DiagramBuilder
 
 _BACKENDS = ("PIL", "cv2")
 _RENDERER = "video_writer"
@@ -68,7 +71,7 @@ class VideoWriter(LeafSystem):
     def AddToBuilder(
         *,
         filename: str | os.PathLike,
-        builder: Any,
+        builder: DiagramBuilder,
         sensor_pose: RigidTransform,
         fps: float = 16.0,
         width: int = 320,
@@ -112,7 +115,7 @@ class VideoWriter(LeafSystem):
         writer.ConnectRgbdSensor(builder=builder, sensor=sensor, kinds=kinds)
         return writer
 
-    def ConnectRgbdSensor(self, *, builder: Any, sensor: Any, kinds: Sequence[str] | None = None) -> None:
+    def ConnectRgbdSensor(self, *, builder: DiagramBuilder, sensor: Any, kinds: Sequence[str] | None = None) -> None:
         """Connects the images of a sensor, side by side when there are several kinds.
 
         Args:
@@ -147,7 +150,7 @@ class VideoWriter(LeafSystem):
             self._film.release()
             self._film = None
 
-    def _publish(self, context: Any) -> None:
+    def _publish(self, context: Context) -> None:
         pixels = self.get_input_port().Eval(context).data
         if self._backend == "PIL":
             import PIL.Image
@@ -162,7 +165,7 @@ class VideoWriter(LeafSystem):
         self._film.write(np.ascontiguousarray(pixels[..., 2::-1]))
 
 
-def _in_color(builder: Any, port: Any, kind: str) -> Any:
+def _in_color(builder: DiagramBuilder, port: Any, kind: str) -> Any:
     """Returns a port with a color image of a sensor's image of a kind."""
     if kind == "color":
         return port

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import sys
+from contextlib import AbstractContextManager, nullcontext
 from typing import Any
 
 from sheldrake.visualization._model_visualizer import ModelVisualizer
@@ -37,13 +38,20 @@ def _add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--loop_once", action="store_true", help="show the models once and end")
 
 
-def _show(filenames: list[str], position: list[float] | None, loop_once: bool, **options: Any) -> int:
-    """Shows files with a ModelVisualizer of these options; returns the exit status."""
+def _show(
+    filenames: list[str],
+    position: list[float] | None,
+    loop_once: bool,
+    reading: AbstractContextManager[None] | None = None,
+    **options: Any,
+) -> int:
+    """Shows files with a ModelVisualizer of these options; returns the exit status. `reading` is entered meanwhile."""
     try:
         visualizer = ModelVisualizer(**options)
-        visualizer.package_map().PopulateFromRosPackagePath()
-        for name in filenames:
-            visualizer.AddModels(name)
+        with reading or nullcontext():
+            visualizer.package_map().PopulateFromRosPackagePath()
+            for name in filenames:
+                visualizer.AddModels(name)
         visualizer.Finalize(position)
     except (OSError, RuntimeError, ValueError) as error:
         print(error, file=sys.stderr)

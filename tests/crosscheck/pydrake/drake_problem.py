@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from sheldrake.multibody.contact_solvers import _arrays
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
 
 
@@ -71,16 +70,16 @@ class DrakeProblem:
         )
         self.work = _arrays.make_solver_work(self.model, 64, rows)
         self.A, force = self.dynamics(tau, implicit_damping=name != "tamsi")
-        x = self.work.problem.x
+        problem = self.work.problem
         self.v0 = plant.GetVelocities(context)
-        x[columns.V0] = self.v0
-        x[columns.P_STAR] = dt * force
-        x[columns.V_STAR] = self.v0 + dt * np.linalg.solve(self.A, force)
-        self.v_star = x[columns.V_STAR].copy()
+        problem.v0[:] = self.v0
+        problem.p_star[:] = dt * force
+        problem.v_star[:] = self.v0 + dt * np.linalg.solve(self.A, force)
+        self.v_star = problem.v_star.copy()
         for k in range(nv):
             for j in self.trees[self.tree_of_dof[k]]:
                 if j <= k:
-                    self.work.problem.A[dof[k, 2] + dof[j, 1]] = self.A[k, j]
+                    problem.A[dof[k, 2] + dof[j, 1]] = self.A[k, j]
 
     def dynamics(self, tau, implicit_damping):
         from pydrake.multibody.tree import MultibodyForces
@@ -128,40 +127,39 @@ class DrakeProblem:
                     context, JacobianWrtVariable.kV, body.body_frame(), p_BC, world, world
                 )
             J = contact_frame(-pair.nhat_BA_W).T @ J
-            law = self.work.contacts.law[c]
-            law[columns.STIFFNESS] = kA * kB / (kA + kB)
-            law[columns.DISSIPATION] = (kB * dA + kA * dB) / (kA + kB)
-            law[columns.RELAXATION] = tA + tB
-            law[columns.FRICTION] = 2 * mA * mB / (mA + mB) if mA + mB > 0 else 0.0
-            law[columns.DEPTH] = pair.depth
-            dofs = self.put_index(self.work.contacts.index[c], J, columns.DOFS)
-            self.work.contacts.J[3 * c : 3 * c + 3, : len(dofs)] = J[:, dofs]
-        self.work.problem.count[columns.NUM_CONTACTS] = len(pairs)
+            contact = self.work.contacts[c]
+            contact.stiffness = kA * kB / (kA + kB)
+            contact.dissipation = (kB * dA + kA * dB) / (kA + kB)
+            contact.relaxation = tA + tB
+            contact.friction = 2 * mA * mB / (mA + mB) if mA + mB > 0 else 0.0
+            contact.depth = pair.depth
+            dofs = self.put_index(contact, J)
+            contact.J[:, : len(dofs)] = J[:, dofs]
+        self.work.problem.num_contacts = len(pairs)
         return len(pairs)
 
     def add_rows(self, J, kind, **numbers):
-        """Rows that share their dofs; numbers by column name, scalars or one a row."""
+        """Rows that share their dofs; numbers by the names of `RowLaw`, scalars or one a row."""
         J = np.atleast_2d(J)
-        rows, count = self.work.rows, self.work.problem.count
         for i in range(len(J)):
-            r = count[columns.NUM_ROWS]
-            dofs = self.put_index(rows.index[r], J, columns.ROW_DOFS)
-            rows.index[r, columns.ROW_KIND] = kind
-            rows.index[r, columns.ROW_GROUP] = len(J) if i == 0 else 0
-            rows.J[r, : len(dofs)] = J[i, dofs]
-            rows.law[r] = 0.0
+            r = self.work.problem.num_rows
+            row = self.work.rows[r]
+            dofs = self.put_index(row, J)
+            row.kind, row.group = kind, len(J) if i == 0 else 0
+            row.J[: len(dofs)] = J[i, dofs]
+            self.work.rows.law[r] = 0.0
             for name, value in numbers.items():
-                rows.law[r, getattr(columns, name)] = np.broadcast_to(value, len(J))[i]
-            count[columns.NUM_ROWS] += 1
+                setattr(row, name, np.broadcast_to(value, len(J))[i])
+            self.work.problem.num_rows += 1
 
-    def put_index(self, index, J, first):
+    def put_index(self, constraint, J):
         trees = sorted({self.tree_of_dof[k] for k in np.flatnonzero(np.abs(J).max(axis=0))})
         assert len(trees) <= 2
         dofs = [k for t in trees for k in self.trees[t]]
-        index[columns.WIDTH] = len(dofs)
-        index[columns.TREE_A] = trees[0] if trees else -1
-        index[columns.TREE_B] = trees[1] if len(trees) > 1 else -1
-        index[first : first + len(dofs)] = dofs
+        constraint.width = len(dofs)
+        constraint.tree_a = trees[0] if trees else -1
+        constraint.tree_b = trees[1] if len(trees) > 1 else -1
+        constraint.dofs[: len(dofs)] = dofs
         return dofs
 
     def next_state(self, solve):
@@ -169,7 +167,7 @@ class DrakeProblem:
         prepare_problem(self.model, *self.work[:3])
         status = solve(self.model, *self.work)
         assert status == 0, status
-        v = self.work.problem.x[columns.V].copy()
+        v = self.work.problem.v.copy()
         qdot = self.plant.MapVelocityToQDot(self.context, v)
         return np.concatenate([self.plant.GetPositions(self.context) + self.plant.time_step() * qdot, v])
 

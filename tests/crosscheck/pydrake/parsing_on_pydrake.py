@@ -43,7 +43,9 @@ def substitute() -> None:
     sys.modules["sheldrake.geometry._meshes.mass_properties"] = types.SimpleNamespace(mass_properties=mass_properties)
     # Drake's plant cannot be put back.
     saved = types.SimpleNamespace(all_or_nothing=lambda plant, *others: contextlib.nullcontext())
-    sys.modules["sheldrake.multibody.plant._building.saved_model"] = saved
+    sys.modules["sheldrake.multibody.plant._saved_model"] = saved
+    parts = types.SimpleNamespace(geometry=types.SimpleNamespace(scene_graph=None))
+    sys.modules["sheldrake.multibody.plant._parts"] = types.SimpleNamespace(parts_of=lambda plant: parts)
 
 
 def mass_properties(shape):

@@ -15,7 +15,7 @@ import pkgutil
 import sys
 import warnings
 
-TABLE = pathlib.Path(__file__).parents[3] / "src" / "sheldrake" / "_pydrake_names.json"
+TABLE = pathlib.Path(__file__).parents[3] / "src" / "sheldrake" / "_pydrake" / "names.json"
 SKIPPED = ("pydrake.all", "pydrake.tutorials", "pydrake.lib", "pydrake.share", "pydrake.doc")
 FROM_TYPING = {"Dict", "List", "Optional", "Union"}
 

@@ -11,7 +11,7 @@ pytest.importorskip("pydrake")
 
 from drake_problem import DrakeProblem, approximation, one_step
 
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels.problem import ACTUATOR, HOLONOMIC, LIMIT
 from sheldrake.multibody.contact_solvers._kernels.solve import solve
 
 pytestmark = pytest.mark.peer
@@ -94,8 +94,8 @@ def add_limits(m, problem):
             if gap <= reach:
                 row = np.zeros(plant.num_velocities())
                 row[k] = sign
-                numbers = {"ROW_GAP": gap, "ROW_STIFFNESS": 1e12, "ROW_RELAXATION": dt, "ROW_UPPER": INF}
-                problem.add_rows(row, columns.LIMIT, **numbers)
+                numbers = {"gap": gap, "stiffness": 1e12, "relaxation": dt, "upper": INF}
+                problem.add_rows(row, LIMIT, **numbers)
 
 
 def add_actuators(m, problem, u, desired):
@@ -108,8 +108,8 @@ def add_actuators(m, problem, u, desired):
             gap = actuator.joint().GetOnePosition(problem.context) - desired[0][n]
             gains = actuator.get_controller_gains()
             problem.add_rows(
-                row, columns.ACTUATOR, ROW_LOWER=-dt * effort, ROW_UPPER=dt * effort, ROW_GAP=gap,
-                ROW_STIFFNESS=gains.p, ROW_RELAXATION=gains.d, ROW_RATE=desired[1][n], ROW_FORWARD=u[n],
+                row, ACTUATOR, lower=-dt * effort, upper=dt * effort, gap=gap,
+                stiffness=gains.p, relaxation=gains.d, rate=desired[1][n], forward=u[n],
             )  # fmt: skip
 
 
@@ -118,7 +118,7 @@ def add_holonomic(m, problem):
 
     plant, context, W = m.plant, problem.context, m.plant.world_frame()
     kV = JacobianWrtVariable.kV
-    both = {"ROW_LOWER": -INF, "ROW_UPPER": INF}
+    both = {"lower": -INF, "upper": INF}
 
     def point(body, p):
         J = plant.CalcJacobianTranslationalVelocity(context, kV, body.body_frame(), p, W, W)
@@ -129,16 +129,16 @@ def add_holonomic(m, problem):
         row = np.zeros(plant.num_velocities())
         row[a.velocity_start()], row[b.velocity_start()] = 1.0, -1.7
         gap = a.GetOnePosition(context) - 1.7 * b.GetOnePosition(context) - 0.05
-        problem.add_rows(row, columns.HOLONOMIC, ROW_GAP=gap, ROW_STIFFNESS=INF, **both)
+        problem.add_rows(row, HOLONOMIC, gap=gap, stiffness=INF, **both)
     if "distance" in m.constraints:
         (p, J_p), (q, J_q) = point(m.links[2], [0, 0, -0.4]), point(m.A, [0.1, 0.05, 0])
         length, (k, c) = np.linalg.norm(q - p), m.distance_spring
         row = (q - p) / length @ (J_q - J_p)
-        numbers = {"ROW_GAP": length - 0.25, "ROW_STIFFNESS": k, "ROW_RELAXATION": c / k}
-        problem.add_rows(row, columns.HOLONOMIC, **numbers, **both)
+        numbers = {"gap": length - 0.25, "stiffness": k, "relaxation": c / k}
+        problem.add_rows(row, HOLONOMIC, **numbers, **both)
     if "ball" in m.constraints:
         (p, J_p), (q, J_q) = point(m.A, [0, 0.1, 0]), point(m.B, [0.1, 0, 0])
-        problem.add_rows(J_q - J_p, columns.HOLONOMIC, ROW_GAP=q - p, ROW_STIFFNESS=INF, **both)
+        problem.add_rows(J_q - J_p, HOLONOMIC, gap=q - p, stiffness=INF, **both)
     if "weld" in m.constraints:
         X_WB, X_WC = (plant.EvalBodyPoseInWorld(context, body) for body in (m.B, m.C))
         X_WP, X_WQ = X_WB @ m.X_BP, X_WC @ m.X_CQ
@@ -149,7 +149,7 @@ def add_holonomic(m, problem):
             plant.CalcJacobianSpatialVelocity(context, kV, body.body_frame(), X.inverse() @ middle, W, W)
             for body, X in ((m.B, X_WB), (m.C, X_WC))
         )
-        problem.add_rows(J_C - J_B, columns.HOLONOMIC, ROW_GAP=np.concatenate(gap), ROW_STIFFNESS=INF, **both)
+        problem.add_rows(J_C - J_B, HOLONOMIC, gap=np.concatenate(gap), stiffness=INF, **both)
 
 
 def random_step(m, rng):
@@ -181,7 +181,7 @@ def random_step(m, rng):
     add_limits(m, problem)
     add_actuators(m, problem, u, desired)
     add_holonomic(m, problem)
-    count = problem.work.problem.count[columns.NUM_ROWS]
+    count = problem.work.problem.num_rows
     return problem.next_state(solve.native), one_step(m.diagram, plant, root), count
 
 
@@ -229,8 +229,11 @@ def test_one_step_with_rows(case):
 
 def test_a_wrong_gap_is_seen(monkeypatch):
     m = mechanism(1e-3, constraints=("coupler",))
-    plain = columns.ROW_GAP
-    monkeypatch.setattr(columns, "ROW_GAP", columns.ROW_RATE)
+    right = DrakeProblem.add_rows
+
+    def wrong(problem, J, kind, gap, **numbers):
+        right(problem, J, kind, rate=gap, **numbers)
+
+    monkeypatch.setattr(DrakeProblem, "add_rows", wrong)
     ours, drakes, _ = random_step(m, np.random.default_rng(11))
-    monkeypatch.setattr(columns, "ROW_GAP", plain)
     assert np.abs(ours - drakes).max() > 1e-3

@@ -9,7 +9,7 @@ pytest.importorskip("pydrake")
 
 from drake_problem import DrakeProblem, approximation, one_step
 
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels.problem import ContactLaw
 from sheldrake.multibody.contact_solvers._kernels.solve import solve, solve_tamsi
 
 pytestmark = pytest.mark.peer
@@ -87,7 +87,7 @@ def test_one_step_of_two_bodies(name, own_materials):
         problem = DrakeProblem(plant, own, name)
         counts.add(problem.add_contacts(scene_graph, context))
         ours = problem.next_state(SOLVE[name].native)
-        iterations += problem.work.problem.count[columns.ITERATIONS]
+        iterations += problem.work.problem.iterations
         np.testing.assert_allclose(ours, one_step(diagram, plant, context), rtol=0, atol=1e-9)
     assert max(counts) >= 5
     assert iterations > 40
@@ -100,7 +100,7 @@ def test_a_wrong_friction_coefficient_is_seen(name):
     context, own = random_state(plant, diagram, rng, 0)
     problem = DrakeProblem(plant, own, name)
     problem.add_contacts(scene_graph, context)
-    problem.work.contacts.law[:, columns.FRICTION] *= 1.001
+    problem.work.contacts.law[:, ContactLaw.friction] *= 1.001
     assert np.abs(problem.next_state(SOLVE[name].native) - one_step(diagram, plant, context)).max() > 1e-7
 
 

@@ -7,7 +7,7 @@ import importlib
 import numpy as np
 import pytest
 
-from sheldrake.lcm._viewer_messages import lcmt_viewer_draw, lcmt_viewer_load_robot
+from sheldrake.lcm._messages import lcmt_viewer_draw, lcmt_viewer_load_robot
 
 pytestmark = pytest.mark.peer
 

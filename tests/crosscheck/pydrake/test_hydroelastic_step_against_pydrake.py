@@ -9,7 +9,7 @@ pytest.importorskip("pydrake")
 
 from hydro_plants import SCENES, Scene, library
 
-from sheldrake.geometry import _defaults
+from sheldrake.geometry._state.state import GeometryState
 from sheldrake.multibody.plant._step import kernel_models
 
 pytestmark = [pytest.mark.peer, pytest.mark.filterwarnings("ignore")]
@@ -84,7 +84,7 @@ def test_results_before_and_after_the_first_step(libraries, sampled):
 
 def test_fallback_mixes_points_and_surfaces(libraries, monkeypatch):
     """A soft ball on a rigid ground beside a ball without representation, and a rigid one."""
-    monkeypatch.setattr(_defaults, "point_contact_algorithm", "single_point")
+    monkeypatch.setattr(GeometryState, "point_contact_algorithm", "single_point")
     balls = [
         ("Sphere", (0.1,), what, (0.1, 0.2, 0.3, x, 0, 0.0995), (0, 0, 0, 0.1, 0, 0))
         for x, what in ((0.0, {"soft": 0.03}), (0.19, {}), (0.5, {"rigid": 0.03}))
@@ -186,7 +186,7 @@ URDF = """<robot name="{name}"><link name="link"><inertial><mass value="1"/>
 
 def test_parsed_properties(libraries, monkeypatch):
     """A compliant ball, a rigid box and a box with a margin, from URDF, on a compliant ground."""
-    monkeypatch.setattr(_defaults, "point_contact_algorithm", "single_point")
+    monkeypatch.setattr(GeometryState, "point_contact_algorithm", "single_point")
     soft = '<drake:compliant_hydroelastic/><drake:hydroelastic_modulus value="3e5"/>'
     soft += '<drake:mesh_resolution_hint value=".04"/><drake:hunt_crossley_dissipation value="4"/>'
     models = {

@@ -14,15 +14,13 @@ pytest.importorskip("pydrake")
 
 from none_calls import objects, outcome
 
-from sheldrake.common import _refuse_none
-
 pytestmark = [pytest.mark.peer, pytest.mark.slow]
 
 QUICK = set(
     "get_input_port get_output_port CalcTimeDerivatives SetTime Eval CalcPoseInBodyFrame CalcRotationMatrixInBodyFrame "
     "col row is_locked".split()
 )
-"""Calls that have to be quick, and so are not wrapped; those below have None for a default, or are not there."""
+"""Calls that have to be quick, and so are not checked; those below have None for a default, or are not there."""
 
 
 @pytest.fixture(scope="module")
@@ -64,10 +62,9 @@ def test_a_call_that_takes_it_is_found(refused, monkeypatch):
     assert wrong([call for call in refused if call[0] == "vars"])
 
 
-def test_wrapped_calls_keep_their_signature():
-    from sheldrake.geometry import GeometryProperties
+def test_checked_calls_keep_their_signature():
+    from sheldrake.geometry import GeometryProperties, ProximityProperties
 
     assert list(inspect.signature(GeometryProperties.HasProperty).parameters)[1:] == ["group_name", "name"]
-    with pytest.raises(TypeError, match=r"HasProperty.*group_name must not be None"):
-        GeometryProperties.HasProperty(object(), group_name=None, name="a")
-    assert _refuse_none._CALLS
+    with pytest.raises(TypeError, match=r"HasProperty.*group_name must be str, not None"):
+        GeometryProperties.HasProperty(ProximityProperties(), group_name=None, name="a")

@@ -9,7 +9,7 @@ pydrake = pytest.importorskip("pydrake")
 drake = pytest.importorskip("drake")
 pytestmark = pytest.mark.peer
 
-from sheldrake.lcm._point_cloud_messages import lcmt_point_cloud  # noqa: E402
+from sheldrake.lcm._messages import lcmt_point_cloud  # noqa: E402
 
 
 def publish(library, fields, frame, fault=0.0):

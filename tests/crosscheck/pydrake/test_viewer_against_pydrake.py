@@ -57,9 +57,9 @@ def ours(meshcat):
 
 @pytest.fixture(autouse=True)
 def drakes_contact_points(monkeypatch):
-    from sheldrake.geometry import _defaults
+    from sheldrake.geometry._state.state import GeometryState
 
-    monkeypatch.setattr(_defaults, "point_contact_algorithm", "single_point")
+    monkeypatch.setattr(GeometryState, "point_contact_algorithm", "single_point")
 
 
 def contacts(library, models):

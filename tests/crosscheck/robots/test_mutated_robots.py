@@ -8,7 +8,7 @@ import pathlib
 import pytest
 from hypothesis import given
 from real_robots import robot_files
-from tests.properties.mutated_models import check_parse, fuzz_settings, mutated, unnoticed_places
+from tools.torture.documents import check_parse, fuzz_settings, mutated, unnoticed_places
 
 pytestmark = pytest.mark.usefixtures("quiet")
 

@@ -190,6 +190,26 @@ def test_text_faults_are_mended(tmp_path):
     assert plant.GetJointByName("j1_2").position_upper_limits() == pytest.approx([np.pi / 2])
 
 
+def test_a_mesh_whose_name_is_misspelt_is_not_thrown_away(tmp_path):
+    for name in ("bracket.obj", "base.obj"):
+        (tmp_path / name).write_bytes(solids.obj(*solids.box(0.06, 0.04, 0.025)))
+    collision = '\n    <collision><geometry><mesh filename="brackett.obj"/></geometry></collision>'
+    diagnosis = DiagnoseModel(write(tmp_path, robot(box_link("a").replace("\n  </link>", collision + "\n  </link>"))))
+    (finding,) = [f for f in diagnosis.findings if f.code == "mesh-missing"]
+    assert finding.fix == "did you mean 'bracket.obj'?"
+    assert mended(diagnosis, tmp_path).errors() == []
+    assert 'filename="bracket.obj"' in (tmp_path / "out.urdf").read_text()
+
+
+@pytest.mark.parametrize(("joint", "severity"), [("fixed", "note"), ("floating", "warning")])
+def test_what_moves_and_has_no_mass_is_more_than_a_note(tmp_path, joint, severity):
+    link = '<link name="a"><collision><geometry><box size="1 1 1"/></geometry></collision></link>'
+    text = f"<robot name='r'><link name='world'/>{link}<joint name='j' type='{joint}'><parent link='world'/>"
+    path = tmp_path / "robot.urdf"
+    path.write_text(text + "<child link='a'/></joint></robot>")
+    assert [f.severity for f in DiagnoseModel(path).findings if f.code == "mass-zero"] == [severity]
+
+
 def test_missing_meshes_are_looked_for(tmp_path):
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes" / "Hand.obj").write_bytes(solids.obj(*solids.box(0.06, 0.04, 0.025)))

@@ -179,7 +179,7 @@ def test_entry_kernels_are_found():
 def test_without_a_compiler_a_command_says_in_one_line_what_to_install(tmp_path):
     code = """
 import sys
-sys.modules["numba"] = sys.modules["llvmlite"] = None
+sys.modules["llvmlite"] = None
 from sheldrake.cli import main
 from sheldrake.common.kernel import jit_enabled
 sys.exit(main(["demo", "--headless", "--seconds", "0.1"]))
@@ -215,3 +215,23 @@ def test_plots_of_what_is_no_log(tmp_path, monkeypatch, capsys, name, data, prob
         pathlib.Path(name).write_bytes(data)
     assert main(["plot", name]) == 1
     assert problem in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("word", "hint"), [("veiw", "did you mean 'view'?"), ("xyz", "there are run, demo")])
+def test_a_misspelt_command_is_answered_with_the_nearest(word, hint, capsys):
+    from sheldrake.cli import main
+
+    assert main([word, "robot.urdf"]) == 2
+    said = capsys.readouterr().err
+    assert f"no command '{word}'" in said and hint in said and said.count("\n") == 1
+
+
+def test_warnings_of_a_model_are_one_line(tmp_path, capsys, monkeypatch):
+    from sheldrake.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    text = '<robot name="r"><link name="a" odd="1"/><link name="b" odd="2"/><joint name="j" type="fixed" odd="3">'
+    (tmp_path / "robot.urdf").write_text(text + '<parent link="a"/><child link="b"/></joint></robot>')
+    assert main(["view", "robot.urdf", "--once"]) == 0
+    said = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
+    assert said == ["3 warnings about the model; all of them: sheldrake doctor robot.urdf"]

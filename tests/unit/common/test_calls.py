@@ -228,10 +228,22 @@ def test_objects_are_given_back():
     assert (sys.getrefcount(Outer), sys.getrefcount(Inner)) == classes
 
 
-def test_objects_that_look_otherwise_are_made_by_python(monkeypatch):
+def test_without_the_code_objects_are_made_by_python(monkeypatch):
     assert instances.available()
-    monkeypatch.setattr(instances, "_PLACE", 8)
+    monkeypatch.setattr(instances, "_address", lambda: None)
     assert not instances.available.__wrapped__()
+
+
+def test_a_slot_that_is_not_there_is_an_error_and_leaves_nothing():
+    s = Setup("builtin")
+    ask = s.calls.query(square, s.x, s.y, s.runs, answer=s.y)
+    before = sys.getrefcount(Inner)
+    make = object_query(Inner, nowhere=ask)
+    with pytest.raises(AttributeError, match="nowhere"):
+        make()
+    del make
+    gc.collect()
+    assert sys.getrefcount(Inner) == before
 
 
 def test_answers_are_given_back():

@@ -199,7 +199,7 @@ def test_start_up_is_light():
     import subprocess
     import sys
 
-    heavy = "numba scipy matplotlib viser trimesh rich yaml".split()
+    heavy = "llvmlite scipy matplotlib viser trimesh rich yaml".split()
     modules = ["common", "common.schema", "common.value", "math", "multibody.math", "common.containers"]
     imports = "; ".join(f"import sheldrake.{module}" for module in modules)
     script = f"import sys; {imports}; print([m for m in {heavy} if m in sys.modules])"

@@ -6,9 +6,10 @@ import pytest
 
 from sheldrake.common._native import parallel, store
 from sheldrake.multibody.plant._kernels.step import next_state
-from sheldrake.multibody.tree._kernels.queries import calc_body_velocities, calc_inertias
+from sheldrake.multibody.tree._kernels.dynamics import body_inertias
+from sheldrake.multibody.tree._kernels.kinematics import body_velocities
 
-KERNELS = [next_state, calc_body_velocities, calc_inertias]
+KERNELS = [next_state, body_velocities, body_inertias]
 
 
 @pytest.fixture

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.cpp_param import Dict, List, Optional, Union, get_param_canonical, get_param_names
 from sheldrake.common.cpp_template import TemplateClass, TemplateFunction, TemplateMethod, get_or_init
 from sheldrake.common.deprecation import DrakeDeprecationWarning, deprecated, deprecated_callable
@@ -19,7 +20,7 @@ def Box_(param):
     class Impl:
         def __init__(self, value):
             if not isinstance(value, T):
-                raise TypeError("incompatible constructor arguments")
+                raise Mismatch("incompatible constructor arguments")
             self.value = value
 
     return Impl
@@ -49,6 +50,18 @@ def test_call_deduces_the_instantiation():
         Box_([])
     with pytest.raises(TypeError, match="without arguments"):
         Box_()
+
+
+def test_errors_from_within_are_not_taken_for_arguments_of_the_wrong_type():
+    family = TemplateClass("Broken_")
+
+    def broken(*args):
+        raise TypeError("incompatible function arguments, deep inside")
+
+    family.add_instantiation((float,), broken)
+    family.add_instantiation((str,), lambda *args: "reached")
+    with pytest.raises(TypeError, match="deep inside"):
+        family(1.0)
 
 
 def test_membership():

@@ -66,7 +66,7 @@ class Scene:
             self.X_WB[body] = row_of(X)
         status = find_contacts(self.model, self.X_WB, self.table, native)
         assert status == 0
-        n = self.table.count[0]
+        n = self.table.num_contacts
         return np.hstack([self.table.pair[:n, :2], self.table.point[:n]])
 
 

@@ -13,11 +13,19 @@ from sheldrake.geometry import (
 )
 from sheldrake.geometry._compiled import points
 from sheldrake.geometry._compiled.search import find_contacts
-from sheldrake.geometry._kernels.cells import close_pairs, make_cells
 from sheldrake.geometry._kernels.contacts import place_geometries
-from sheldrake.geometry._kernels.model import contact_table
+from sheldrake.geometry._kernels.model import (
+    CAPACITY_EXCEEDED,
+    BodyPose,
+    BodyPoses,
+    PlacedGeometry,
+    Size,
+    contact_table,
+)
+from sheldrake.geometry._kernels.spatial_hash import close_pairs, make_cells
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import SpatialInertia
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
@@ -58,21 +66,22 @@ def scene(filtered=()):
 
 def models_of(plant):
     """The same geometry with all pairs listed, and with cells."""
-    state = plant._scene_graph._default_state()
-    rows = {frame: int(plant._rows[i]) for i, frame in plant._frame_of_body.items()}
-    return [plant._scene_graph._compile_proximity(rows, state, cells)[0] for cells in (False, True)]
+    parts = parts_of(plant)
+    scene_graph, rows = parts.geometry.required_scene_graph(), parts.kernel_models.rows_of_frames()
+    state = scene_graph._default_state()
+    return [scene_graph._compile_proximity(rows, state, cells)[0] for cells in (False, True)]
 
 
 def poses_of(plant, diagram):
     context = plant.GetMyContextFromRoot(diagram.CreateDefaultContext())
-    poses = [plant.EvalBodyPoseInWorld(context, body) for body in plant._row_bodies]
+    poses = [plant.EvalBodyPoseInWorld(context, body) for body in parts_of(plant).elements.model("test").row_bodies]
     return np.array([[*X.rotation().matrix().ravel(), *X.translation()] for X in poses])
 
 
 def contacts(model, X_WB, native=True):
     table = contact_table(model)
     assert find_contacts(model, X_WB, table, native) == 0
-    n = table.count[0]
+    n = table.num_contacts
     return table.pair[:n].copy(), table.point[:n].copy()
 
 
@@ -102,15 +111,15 @@ def test_filters_count():
 def test_candidates_are_the_spheres_that_meet(larger):
     plant, diagram = scene()
     _, model = models_of(plant)
-    bound = model.size[:, 6]
+    bound = model.size[:, Size.bound]
     bound[10] += larger  # too large for the cells
     X_WB, table, cells = poses_of(plant, diagram), contact_table(model), make_cells(model)
     rng = np.random.default_rng(1)
     for _ in range(5):
-        place_geometries.bind(model, X_WB, table)()
+        place_geometries.bind(model, BodyPoses(X_WB), table)()
         close_pairs.bind(model, table, cells)()
-        found = [tuple(row) for row in cells.candidate[: cells.count[0], :2].tolist()]
-        centre, solid = table.X_WG[:, 12:], np.flatnonzero(np.isfinite(bound))
+        found = [tuple(row) for row in cells.candidate[: cells.num_pairs, :2].tolist()]
+        centre, solid = table.X_WG[:, PlacedGeometry.centre_W.columns], np.flatnonzero(np.isfinite(bound))
         expected = {
             (int(a), int(b))
             for a in solid
@@ -120,7 +129,7 @@ def test_candidates_are_the_spheres_that_meet(larger):
             and np.linalg.norm(centre[a] - centre[b]) <= bound[a] + bound[b] + model.margin[0]
         }
         assert len(found) == len(set(found)) and set(found) == expected and len(found) > 20
-        X_WB[1:, 9:] += rng.normal(scale=0.1, size=(len(X_WB) - 1, 3))  # to and fro across zero
+        X_WB[1:, BodyPose.p_WB.columns] += rng.normal(scale=0.1, size=(len(X_WB) - 1, 3))  # to and fro across zero
 
 
 def test_steps_have_the_same_bits(monkeypatch):
@@ -128,7 +137,7 @@ def test_steps_have_the_same_bits(monkeypatch):
     for start in (BODIES, 10**9):
         monkeypatch.setattr(points, "CELLS_FROM", start)
         plant, diagram = scene()
-        assert (len(plant._compiled_geometry().model.cell) > 0) == (start < 10**9)
+        assert (len(parts_of(plant).kernel_models.compiled_geometry().model.cell) > 0) == (start < 10**9)
         simulator = Simulator(diagram)
         simulator.AdvanceTo(0.2)
         states.append(plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context())))
@@ -141,6 +150,6 @@ def test_too_many_candidates_are_told():
     _, model = models_of(plant)
     table, cells = contact_table(model), make_cells(model)
     cells = cells._replace(candidate=np.zeros((3, 3), np.int64))
-    place_geometries.bind(model, poses_of(plant, diagram), table)()
+    place_geometries.bind(model, BodyPoses(poses_of(plant, diagram)), table)()
     close_pairs.bind(model, table, cells)()
-    assert table.count[1] == 1 and cells.count[0] == 3
+    assert table.status == CAPACITY_EXCEEDED and cells.num_pairs == 3

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from sheldrake.geometry._kernels.model import ContactTable
+from sheldrake.geometry._kernels.model import contact_table, empty_geometry_model
 from sheldrake.geometry._kernels.order import sort_contacts
 
 
@@ -15,10 +15,8 @@ def table_in_runs(n, runs, seed):
     for run in np.split(np.arange(n), cuts):
         pair[run] = pair[run][np.lexsort((pair[run, 1], pair[run, 0]))]
     pair[:, 2] = np.arange(n)
-    count, order = np.array([n, 0]), np.zeros((n, 2), np.int64)
-    return ContactTable(
-        pair, rng.normal(size=(n, 10)), count, np.zeros((1, 15)), np.zeros((1, 9)), np.zeros(1, np.int64), order
-    )
+    table = contact_table(empty_geometry_model(), n)
+    return table._replace(pair=pair, point=rng.normal(size=(n, 10)), count=np.array([n, 0]))
 
 
 @pytest.mark.parametrize("native", [True, False], ids=["native", "twin"])

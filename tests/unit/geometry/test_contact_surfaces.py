@@ -9,7 +9,7 @@ from tests.unit.geometry.hydro_properties import properties
 
 from sheldrake import geometry as g
 from sheldrake.geometry._compiled.hydroelastic import compile_hydro, find_surfaces, make_tree
-from sheldrake.geometry._kernels import hydro_model as columns
+from sheldrake.geometry._kernels.hydro_model import NO_ROOM, hydro_table
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 KINDS = g.HydroelasticContactRepresentation
@@ -171,7 +171,7 @@ def test_python_source_and_native_code_agree(first, second):
     query = scene.query(at(0.1, 0.2, 0.8, (0.1, 0.2, 0.3)), at())
     table = query._surfaces("test", KINDS.kPolygon)[1]
     native, twin = find_surfaces(model, table), find_surfaces(model, table, native=False)
-    assert native.count[columns.NUM_FACES] == twin.count[columns.NUM_FACES] > 0
+    assert native.num_faces == twin.num_faces > 0
     for a, b in zip(native[:5], twin[:5]):
         np.testing.assert_allclose(a, b, rtol=1e-12, atol=1e-9)
 
@@ -182,11 +182,11 @@ def test_a_table_that_is_too_small_says_so():
     from sheldrake.common.chain import Chain
     from sheldrake.geometry._compiled.hydroelastic import hydro_kernels
 
-    surfaces = columns.hydro_table(model, 5)
+    surfaces = hydro_table(model, 5)
     Chain(hydro_kernels(model)).native(hydro_model=model, table=table, surfaces=surfaces)
-    assert surfaces.count[columns.STATUS] == columns.NO_ROOM
-    assert surfaces.count[columns.NUM_FACES] <= 5
-    assert find_surfaces(model, table).count[columns.NUM_FACES] > 5
+    assert surfaces.status == NO_ROOM
+    assert surfaces.num_faces <= 5
+    assert find_surfaces(model, table).num_faces > 5
 
 
 def test_tree_holds_every_element_once_and_boxes_hold_what_is_below():

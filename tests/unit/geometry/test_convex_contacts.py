@@ -6,6 +6,7 @@ from proximity_scenes import HULL_POINTS, SHAPES, Scene, random_pose, row_of
 from test_half_space_contacts import PointHull
 
 from sheldrake import geometry as g
+from sheldrake.geometry._kernels.model import BodyPoses
 from sheldrake.geometry._kernels.separation import separation
 from sheldrake.geometry._kernels.support import margin_of, support
 from sheldrake.geometry._kernels.table import place_geometry
@@ -19,7 +20,7 @@ CURVED = {"cylinder", "ellipsoid"}
 
 def phi_of(scene, X, Y, reach=1e9):
     scene.X_WB[1], scene.X_WB[2] = row_of(X), row_of(Y)
-    place_geometry(scene.model, scene.X_WB, scene.table)
+    place_geometry(scene.model, BodyPoses(scene.X_WB), scene.table)
     return separation(scene.model, scene.table, 0, 1, reach)
 
 

@@ -15,7 +15,7 @@ from sheldrake.geometry import (
     Sphere,
 )
 from sheldrake.lcm import DrakeLcm
-from sheldrake.lcm._viewer_messages import lcmt_viewer_draw, lcmt_viewer_load_robot
+from sheldrake.lcm._messages import lcmt_viewer_draw, lcmt_viewer_load_robot
 from sheldrake.math import RigidTransform
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder

@@ -146,7 +146,7 @@ def test_overflow_is_reported():
     scene.X_WB[1, 11] = 0.4
     table = contact_table(scene.model, capacity=3)
     assert find_contacts(scene.model, scene.X_WB, table) == CAPACITY_EXCEEDED
-    assert table.count[0] == 3
+    assert table.num_contacts == 3
 
 
 def test_the_lowest_vertex_of_a_large_hull_is_found():

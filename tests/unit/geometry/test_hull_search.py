@@ -10,7 +10,7 @@ from test_half_space_contacts import PointHull
 from sheldrake.geometry._compiled.hulls import lowest_in_cells
 from sheldrake.geometry._kernels.contacts import boxes_apart, half_extents
 from sheldrake.geometry._kernels.hull import cell_of, lowest_vertex, steepest_face
-from sheldrake.geometry._kernels.model import BOUND, CELLS, FIRST_FACE, FIRST_VERTEX, NUM_FACES, NUM_VERTICES
+from sheldrake.geometry._kernels.model import CELLS, BodyPoses
 from sheldrake.geometry._kernels.separation import separation
 from sheldrake.geometry._kernels.table import place_geometry
 
@@ -48,7 +48,7 @@ def test_of_equally_low_vertices_the_first_is_found(cube):
 
 def test_few_vertices_of_a_cell_may_be_lowest_and_a_missing_one_is_noticed(hulls):
     model = hulls.model
-    vertices = model.vertex[: model.geometry[0, NUM_VERTICES]]
+    vertices = model.vertex[: model[0].num_vertices]
     cells = lowest_in_cells(vertices)
     assert len(cells) == 6 * CELLS**2 and max(map(len, cells)) < 20 and np.mean([len(c) for c in cells]) < 5
     assert set(np.concatenate(cells)) == set(range(len(vertices)))
@@ -61,8 +61,8 @@ def test_few_vertices_of_a_cell_may_be_lowest_and_a_missing_one_is_noticed(hulls
 @pytest.mark.parametrize("g", [0, 2])
 def test_no_vertex_is_lower_than_the_one_that_is_found(hulls, g):
     model = hulls.model
-    first = model.geometry[g, FIRST_VERTEX]
-    vertices = model.vertex[first : first + model.geometry[g, NUM_VERTICES]]
+    first = model[g].first_vertex
+    vertices = model.vertex[first : first + model[g].num_vertices]
     assert len(vertices) == (200 if g == 0 else 15)
     for n in directions(300):
         found = lowest_vertex(model, g, tuple(n))
@@ -72,8 +72,8 @@ def test_no_vertex_is_lower_than_the_one_that_is_found(hulls, g):
 @pytest.mark.parametrize("g", [0, 2])
 def test_the_steepest_face_has_the_vertex_as_a_corner_and_no_other_of_its_faces_is_steeper(hulls, g):
     model = hulls.model
-    first = model.geometry[g, FIRST_FACE]
-    faces = model.face[first : first + model.geometry[g, NUM_FACES]]
+    first = model[g].first_face
+    faces = model.face[first : first + model[g].num_faces]
     for n in directions(200):
         v = lowest_vertex(model, g, tuple(-n))
         around = np.abs(faces[:, :3] @ model.vertex[v] - faces[:, 3]) < 1e-12
@@ -91,7 +91,7 @@ def test_boxes_are_never_apart_where_shapes_are_near(first, second):
     apart = {False: 0, True: 0}
     for _ in range(60):
         scene.X_WB[1], scene.X_WB[2] = row_of(random_pose(rng, 1.0)), row_of(random_pose(rng, 1.0))
-        place_geometry(scene.model, scene.X_WB, scene.table)
+        place_geometry(scene.model, BodyPoses(scene.X_WB), scene.table)
         found = boxes_apart(scene.model, scene.table, 0, 1)
         apart[bool(found)] += 1
         if found:
@@ -103,8 +103,8 @@ def test_the_box_around_a_shape_fits(hulls):
     """It reaches no farther than the bounding sphere, and as far as the hull."""
     for g in (0, 2):
         model = hulls.model
-        first = model.geometry[g, FIRST_VERTEX]
-        vertices = model.vertex[first : first + model.geometry[g, NUM_VERTICES]]
+        first = model[g].first_vertex
+        vertices = model.vertex[first : first + model[g].num_vertices]
         extents = vertices.max(axis=0) - vertices.min(axis=0)
         np.testing.assert_allclose(half_extents(model, g), extents / 2, atol=1e-15)
-        assert max(half_extents(model, g)) <= model.size[g, BOUND]
+        assert max(half_extents(model, g)) <= model[g].bound

@@ -27,6 +27,7 @@ from sheldrake.geometry import (
     Rgba,
     Sphere,
 )
+from sheldrake.geometry._meshcat.stage import viewpoint
 from sheldrake.math import RigidTransform
 
 
@@ -153,6 +154,25 @@ def receive_until(client, predicate, seconds=240.0):
 
 def receive_names(client, name):
     return receive_until(client, lambda m: str(m.get("name", "")).startswith(name))
+
+
+@pytest.mark.parametrize(
+    ("lines", "status"),
+    [
+        (["Host: localhost:{port}", "Host: localhost"], 400),
+        ([], 400),
+        (["Host: localhost:{port}", "Origin: http://localhost:{port}", "Origin: http://evil.example"], 400),
+        (["Host: localhost:{port}", "Upgrade: websocket", "Upgrade: x"], 400),
+        (["Host: [::1"], 403),
+        (["Host: localhost:{port}", "Origin: http://["], 403),
+        (["Host: localhost:{port}", "Accept-Encoding: gzip", "Accept-Encoding: x"], 200),
+    ],
+)
+def test_requests_that_no_browser_sends(meshcat, lines, status):
+    request = "\r\n".join(["GET / HTTP/1.1", *lines, "", ""]).format(port=meshcat.port())
+    with socket.create_connection(("127.0.0.1", meshcat.port()), timeout=60) as client:
+        client.sendall(request.encode())
+        assert client.recv(100).startswith(f"HTTP/1.1 {status} ".encode())
 
 
 def test_late_page_gets_the_whole_scene(meshcat):
@@ -343,6 +363,19 @@ def test_static_html_is_self_contained_and_small(meshcat):
     assert meshcat.StaticZip()[:2] == b"PK"
 
 
+@pytest.mark.parametrize("path", ["/Grid", "/Axes"])
+def test_an_object_in_the_place_of_the_grid(meshcat, path):
+    meshcat.SetObject(path, Sphere(0.5))
+    meshcat.SetProperty(path, "visible", False)
+    assert meshcat.StaticHtml().count("</html>") == 1
+    meshcat.SetObject("/far", Box(50, 50, 50))
+    meshcat.Set2dRenderMode()
+    meshcat.ResetRenderMode()
+    meshcat.Delete(path)
+    meshcat.SetProperty(path, "visible", True)
+    assert meshcat.StaticHtml().count("</html>") == 1
+
+
 def test_downloads(meshcat):
     meshcat.SetObject("box", Box(1, 1, 1))
     page = urllib.request.urlopen(f"http://localhost:{meshcat.port()}/download").read()
@@ -402,7 +435,7 @@ def test_process_ends_by_itself_and_says_the_address_only():
 
 
 def test_importing_geometry_does_not_import_viser():
-    code = "import sheldrake.geometry, sys; print([m for m in ('viser', 'trimesh', 'numba') if m in sys.modules])"
+    code = "import sheldrake.geometry, sys; print([m for m in ('viser', 'trimesh', 'llvmlite') if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=240)
     assert done.stdout.strip() == "[]", done.stdout + done.stderr
 
@@ -467,3 +500,40 @@ def test_fields_of_params_are_found_on_the_class():
         MeshcatParams.initial_properties == []
         and MeshcatParams().initial_properties is not MeshcatParams.initial_properties
     )
+
+
+def test_the_camera_is_placed_for_what_is_seen(meshcat):
+    """Neither for what is hidden, nor for notes about the scene; of the ground the height counts alone."""
+    page = meshcat._hub.page
+    assert page.outline() is None
+    meshcat.SetObject("robot/arm", Box(0.2, 0.4, 0.6))
+    meshcat.SetTransform("robot", RigidTransform([1.0, 0.0, 0.5]))
+    meshcat.SetObject("ground", HalfSpace())
+    for far in ("forces/arrow", "proximity/robot/arm"):
+        meshcat.SetObject(far, Sphere(1e3))
+    meshcat._note("forces")
+    meshcat.SetProperty("proximity", "visible", False)
+    points = page.outline()
+    assert points.min(axis=0) == pytest.approx([0.9, -0.2, 0.0]) and points.max(axis=0) == pytest.approx(
+        [1.1, 0.2, 0.8]
+    )
+    assert page.lowest("/drake/robot") == pytest.approx(0.2) and page.lowest("/drake/forces") is None
+
+
+@pytest.mark.parametrize("sizes", [(1, 1, 1), (0.01, 0.01, 2), (3, 3, 0.01), (0, 0, 0)])
+def test_what_the_camera_is_placed_for_fills_three_quarters_of_a_square(sizes):
+    rng = np.random.default_rng(1)
+    points = rng.uniform(-0.5, 0.5, (50, 3)) * sizes + [3.0, 4.0, 5.0]
+    target, position, _ = viewpoint(points)
+    forward = (target - position) / np.linalg.norm(target - position)
+    right = np.cross(forward, [0, 0, 1]) / np.linalg.norm(np.cross(forward, [0, 0, 1]))
+    depth = (points - position) @ forward
+    assert (depth > 0).all()
+    seen = np.array([(points - position) @ u / depth for u in (right, np.cross(right, forward))]) / np.tan(
+        np.radians(20)
+    )
+    sides = [(u.min(), u.max()) for u in seen]
+    if any(sizes):
+        widest = max(sides, key=lambda side: side[1] - side[0])
+        assert widest == pytest.approx((-0.75, 0.75), abs=1e-9)
+    assert np.abs(seen).max() < 0.75 + 1e-9

@@ -9,6 +9,7 @@ from test_half_space_contacts import PointHull
 
 from sheldrake import geometry as g
 from sheldrake.geometry._kernels import separation as stage
+from sheldrake.geometry._kernels.model import BodyPoses
 from sheldrake.geometry._kernels.polish import NARROW, SQUARE, face_against, polish
 from sheldrake.geometry._kernels.support import support
 from sheldrake.geometry._kernels.table import place_geometry
@@ -22,7 +23,7 @@ PAIRS = [p for p in itertools.combinations_with_replacement(CONVEX, 2) if set(p)
 def placed(first, second, X, Y):
     scene = Scene([first, second])
     scene.X_WB[1], scene.X_WB[2] = row_of(X), row_of(Y)
-    place_geometry(scene.model, scene.X_WB, scene.table)
+    place_geometry(scene.model, BodyPoses(scene.X_WB), scene.table)
     return scene
 
 

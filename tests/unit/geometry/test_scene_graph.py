@@ -3,6 +3,7 @@ import pytest
 
 from sheldrake import geometry as g
 from sheldrake.common.value import AbstractValue, Value
+from sheldrake.geometry._kernels.model import Geometry
 from sheldrake.math import RigidTransform, RollPitchYaw
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
@@ -256,6 +257,25 @@ def test_compiled_model_numbers_bodies_and_pairs(world):
     del bodies[world.child]
     with pytest.raises(RuntimeError, match="frame 'child', which is none of the bodies"):
         world.scene_graph._compile_proximity(bodies)
+
+
+def test_point_contact_algorithm_of_what_does_not_say(world):
+    graph, bodies = world.scene_graph, {world.scene_graph.world_frame_id(): 0, world.frame: 1, world.child: 2}
+    properties = g.ProximityProperties()
+    g.AddContactMaterial(properties, friction=CoulombFriction(0.5, 0.5))
+    properties.AddProperty("material", "point_contact_algorithm", "multi_point")
+    graph.AssignRole(world.source, world.plain, properties)
+
+    def several(graph):
+        model, ids = graph._compile_proximity(bodies)
+        return {i for i, row in zip(ids, model.geometry) if row[Geometry.multi_point]}
+
+    everything = several(graph)
+    assert world.plain in everything and len(everything) > 1
+    graph.set_default_point_contact_algorithm("single_point")
+    assert several(graph) == {world.plain} == several(graph.Clone())
+    with pytest.raises(RuntimeError, match=r"'many'.*'multi_point', 'single_point'"):
+        graph.set_default_point_contact_algorithm("many")
 
 
 def test_bad_material_is_named(world):

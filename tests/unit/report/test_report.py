@@ -148,7 +148,7 @@ def test_contact_events_have_the_time_of_the_fall_and_the_weight(block):
     path, simulator, _, body = block
     from sheldrake.report._contact_events import find_contact_events
     from sheldrake.report._replay import find_state_logs
-    from sheldrake.systems.primitives._log_stream import find_sinks
+    from sheldrake.systems.primitives._log_files import find_sinks
 
     context = simulator.get_context()
     before = context.get_discrete_state_vector().CopyToVector().copy()
@@ -275,7 +275,7 @@ def test_thinned_lines_are_exact_where_little_happens_and_much():
 
 
 def test_legends_do_not_repeat_what_all_lines_share():
-    from sheldrake.systems.primitives._log_units import short_labels
+    from sheldrake.systems.primitives._vector_log import short_labels
 
     assert short_labels(["DefaultModelInstance_hip", "DefaultModelInstance_knee"]) == ("", ["hip", "knee"])
     assert short_labels(["iiwa_joint_1", "iiwa_joint_2"]) == ("iiwa", ["joint_1", "joint_2"])

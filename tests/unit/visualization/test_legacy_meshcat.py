@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from sheldrake._retired.meshcat_visualizer import ConnectMeshcatVisualizer
+from sheldrake._pydrake.retired.meshcat_visualizer import ConnectMeshcatVisualizer
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.geometry import Box, GeometryInstance, HalfSpace, MakePhongIllustrationProperties, SceneGraph
 from sheldrake.math import RigidTransform

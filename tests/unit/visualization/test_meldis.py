@@ -8,13 +8,11 @@ import pytest
 
 from sheldrake import model_path
 from sheldrake.geometry import HalfSpace, MeshcatParams
-from sheldrake.lcm._contact_messages import (
+from sheldrake.lcm._messages import (
     lcmt_contact_results_for_viz,
     lcmt_hydroelastic_contact_surface_for_viz,
     lcmt_point,
-)
-from sheldrake.lcm._point_cloud_messages import lcmt_point_cloud
-from sheldrake.lcm._viewer_messages import (
+    lcmt_point_cloud,
     lcmt_viewer_draw,
     lcmt_viewer_geometry_data,
     lcmt_viewer_link_data,
@@ -31,7 +29,7 @@ from sheldrake.perception import BaseField, Fields, PointCloud, PointCloudToLcm
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 from sheldrake.visualization import ApplyVisualizationConfig, Meldis, VisualizationConfig
-from sheldrake.visualization._meldis_displays import cloud_of
+from sheldrake.visualization._meldis import cloud_of
 
 
 @pytest.fixture

@@ -67,6 +67,18 @@ def is_finite(x: Any) -> bool:
     return math.isfinite(x.value())
 
 
+def has_slopes(x: Any) -> bool:
+    """Whether a number has derivatives: a complex number (see `sweep`) or a dual. Compiled, its kind tells."""
+    return not isinstance(x, (float, int)) and (isinstance(x, complex) or hasattr(x, "derivatives"))
+
+
+def value_of(x: Any) -> Any:
+    """A number without its derivatives."""
+    if isinstance(x, (float, int, complex)):
+        return x.real
+    return x.value() if hasattr(x, "derivatives") else x
+
+
 def whole(x: Any) -> int:
     """The largest whole number that is not above x, or above its real part or `value()`."""
     if isinstance(x, (float, int, complex)):

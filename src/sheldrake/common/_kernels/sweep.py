@@ -49,7 +49,7 @@ def sweep(
         for j in range(n):
             slopes[i, j] = 0.0
     for k in range(inputs if alone else n):
-        moves = row_is_used(by_inputs, k) if alone else column_is_used(by_inputs, k)
+        moves = is_used(by_inputs, k, alone)
         if not moves and (ran == 1 or k + 1 < (inputs if alone else n)):
             continue
         ran = 1
@@ -71,19 +71,10 @@ def sweep(
 
 
 @kernel
-def row_is_used(A, i):
-    """Whether a row has a number other than 0."""
-    for j in range(A.shape[1]):
-        if A[i, j] != 0.0:
-            return True
-    return False
-
-
-@kernel
-def column_is_used(A, j):
-    """Whether a column has a number other than 0."""
-    for i in range(A.shape[0]):
-        if A[i, j] != 0.0:
+def is_used(A, k, rows):
+    """Whether a row (`rows`) or column has a number other than 0."""
+    for i in range(A.shape[1] if rows else A.shape[0]):
+        if (A[k, i] if rows else A[i, k]) != 0.0:
             return True
     return False
 
@@ -105,3 +96,56 @@ def copy_all(memory, copies):
     for c in range(copies.shape[0]):
         for i in range(copies[c, 2]):
             memory[copies[c, 0] + i] = memory[copies[c, 1] + i]
+
+
+@kernel(top=True)
+def sweep_points(
+    t: float,
+    memory: Vector,
+    rows: IntVector,
+    words: IntVector,
+    at: IntVector,
+    starts: IntMatrix,
+    copies: IntMatrix,
+    places: IntVector,
+    points: Matrix,
+    outputs: IntVector,
+    values: Matrix,
+    slopes: Matrix,
+) -> int:
+    """Values and derivatives of `outputs` at many points; the first status that is not 0, or 0.
+
+    Args:
+        t: Time, for the rows.
+        memory: All of it, from address 0.
+        rows: Address of each row.
+        words: Words of all rows.
+        at: Where in `words` each row's begin.
+        starts: Where to, where from and how many words: what is copied before each point.
+        copies: The same, before each run.
+        places: Imaginary parts of the inputs.
+        points: Values of the inputs, one row for each point.
+        outputs: Imaginary parts of the outputs.
+        values: Of the outputs, one row for each point.
+        slopes: One row for each point: output after output, by each input. Without columns: not wanted.
+    """
+    inputs = places.shape[0]
+    runs = inputs if slopes.shape[1] > 0 else 0
+    for p in range(points.shape[0]):
+        copy_all(memory, starts)
+        for i in range(inputs):
+            memory[places[i] - 1] = points[p, i]
+            memory[places[i]] = 0.0
+        for k in range(max(runs, 1)):
+            if runs > 0:
+                memory[places[k]] = STEP
+            status = run_rows(t, memory, rows, words, at, copies)
+            if status != 0:
+                return status
+            if runs > 0:
+                memory[places[k]] = 0.0
+                for i in range(outputs.shape[0]):
+                    slopes[p, i * inputs + k] = memory[outputs[i]] / STEP
+        for i in range(outputs.shape[0]):
+            values[p, i] = memory[outputs[i] - 1]
+    return 0

@@ -71,6 +71,18 @@ def transpose(R):
 
 
 @kernel
+def axes(R):
+    """The columns of a Mat3: of R_AB the axes of B in A."""
+    return (R[0], R[3], R[6]), (R[1], R[4], R[7]), (R[2], R[5], R[8])
+
+
+@kernel
+def of_axes(x, y, z):
+    """The Mat3 that has these columns."""
+    return (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2])
+
+
+@kernel
 def compose(A, B):
     """A B, of two Mat3."""
     return (
@@ -94,16 +106,10 @@ def rotation_about(axis, angle):
     c = cos(angle)
     t = 1.0 - c
     return (
-        c + t * x * x,
-        t * x * y - s * z,
-        t * x * z + s * y,
-        t * x * y + s * z,
-        c + t * y * y,
-        t * y * z - s * x,
-        t * x * z - s * y,
-        t * y * z + s * x,
-        c + t * z * z,
-    )
+        c + t * x * x, t * x * y - s * z, t * x * z + s * y,
+        t * x * y + s * z, c + t * y * y, t * y * z - s * x,
+        t * x * z - s * y, t * y * z + s * x, c + t * z * z,
+    )  # fmt: skip
 
 
 @kernel
@@ -111,34 +117,20 @@ def rotation_of_quaternion(quat):
     """Rotation of a quaternion of any length, in Drake's order of operations."""
     w, x, y, z = quat
     s = 2.0 / (w * w + x * x + y * y + z * z)
-    sx = s * x
-    sy = s * y
-    sz = s * z
-    swx = sx * w
-    swy = sy * w
-    swz = sz * w
-    sxx = sx * x
-    sxy = sy * x
-    sxz = sz * x
-    syy = sy * y
-    syz = sz * y
-    szz = sz * z
+    sx, sy, sz = s * x, s * y, s * z
+    swx, swy, swz = sx * w, sy * w, sz * w
+    sxx, sxy, sxz = sx * x, sy * x, sz * x
+    syy, syz, szz = sy * y, sz * y, sz * z
     return (
-        1.0 - syy - szz,
-        sxy - swz,
-        sxz + swy,
-        sxy + swz,
-        1.0 - sxx - szz,
-        syz - swx,
-        sxz - swy,
-        syz + swx,
-        1.0 - sxx - syy,
-    )
+        1.0 - syy - szz, sxy - swz, sxz + swy,
+        sxy + swz, 1.0 - sxx - szz, syz - swx,
+        sxz - swy, syz + swx, 1.0 - sxx - syy,
+    )  # fmt: skip
 
 
 @kernel
 def quaternion_rate(quat, w_WB):
-    """Time derivative of a quaternion for an angular velocity in W [rad/s]; the quaternion may have any length."""
+    """Time derivative of a quaternion for an angular velocity in W [rad/s]: 1/2 (0, w) times it, of any length."""
     w, x, y, z = quat
     a, b, c = scale3(w_WB, 0.5)
     return (
@@ -153,13 +145,8 @@ def quaternion_rate(quat, w_WB):
 def rotate_symmetric(R, I):
     """R I Rᵀ of a Sym3."""
     xx, yy, zz, xy, xz, yz = I
-    T = compose(R, (xx, xy, xz, xy, yy, yz, xz, yz, zz))
-    r0 = (R[0], R[1], R[2])
-    r1 = (R[3], R[4], R[5])
-    r2 = (R[6], R[7], R[8])
-    t0 = (T[0], T[1], T[2])
-    t1 = (T[3], T[4], T[5])
-    t2 = (T[6], T[7], T[8])
+    r0, r1, r2 = axes(transpose(R))
+    t0, t1, t2 = axes(transpose(compose(R, (xx, xy, xz, xy, yy, yz, xz, yz, zz))))
     return (dot3(t0, r0), dot3(t1, r1), dot3(t2, r2), dot3(t0, r1), dot3(t0, r2), dot3(t1, r2))
 
 
@@ -218,8 +205,7 @@ def mul_symmetric(I, w):
 @kernel
 def add_inertia(I, J):
     """Of two bodies that move as one, about the same point."""
-    A = I[2]
-    B = J[2]
+    A, B = I[2], J[2]
     second = (A[0] + B[0], A[1] + B[1], A[2] + B[2], A[3] + B[3], A[4] + B[4], A[5] + B[5])
     return (I[0] + J[0], add3(I[1], J[1]), second)
 
@@ -246,77 +232,13 @@ def load6(A, i):
 
 
 @kernel
-def load9(A, i):
-    return (A[i, 0], A[i, 1], A[i, 2], A[i, 3], A[i, 4], A[i, 5], A[i, 6], A[i, 7], A[i, 8])
-
-
-@kernel
-def load3_at(A, i, k):
-    """Columns k, k + 1, k + 2 of row i."""
-    return (A[i, k], A[i, k + 1], A[i, k + 2])
-
-
-@kernel
-def load_symmetric_at(A, i, k):
-    """Columns k to k + 5 of row i as a Sym3."""
-    return (A[i, k], A[i, k + 1], A[i, k + 2], A[i, k + 3], A[i, k + 4], A[i, k + 5])
-
-
-@kernel
-def load_inertia(A, i):
-    return (A[i, 0], (A[i, 1], A[i, 2], A[i, 3]), (A[i, 4], A[i, 5], A[i, 6], A[i, 7], A[i, 8], A[i, 9]))
-
-
-@kernel
 def store3(A, i, a):
-    A[i, 0] = a[0]
-    A[i, 1] = a[1]
-    A[i, 2] = a[2]
+    A[i, 0], A[i, 1], A[i, 2] = a
 
 
 @kernel
 def store6(A, i, a):
-    A[i, 0] = a[0][0]
-    A[i, 1] = a[0][1]
-    A[i, 2] = a[0][2]
-    A[i, 3] = a[1][0]
-    A[i, 4] = a[1][1]
-    A[i, 5] = a[1][2]
-
-
-@kernel
-def store9(A, i, a):
-    A[i, 0] = a[0]
-    A[i, 1] = a[1]
-    A[i, 2] = a[2]
-    A[i, 3] = a[3]
-    A[i, 4] = a[4]
-    A[i, 5] = a[5]
-    A[i, 6] = a[6]
-    A[i, 7] = a[7]
-    A[i, 8] = a[8]
-
-
-@kernel
-def store3_at(A, i, k, a):
-    A[i, k] = a[0]
-    A[i, k + 1] = a[1]
-    A[i, k + 2] = a[2]
-
-
-@kernel
-def store_inertia(A, i, I):
-    mass, h, J = I
-    A[i, 0] = mass
-    A[i, 1] = h[0]
-    A[i, 2] = h[1]
-    A[i, 3] = h[2]
-    A[i, 4] = J[0]
-    A[i, 5] = J[1]
-    A[i, 6] = J[2]
-    A[i, 7] = J[3]
-    A[i, 8] = J[4]
-    A[i, 9] = J[5]
+    (A[i, 0], A[i, 1], A[i, 2]), (A[i, 3], A[i, 4], A[i, 5]) = a
 
 
 @kernel
@@ -327,9 +249,7 @@ def column3(A, r, k):
 
 @kernel
 def store_column3(A, r, k, a):
-    A[r, k] = a[0]
-    A[r + 1, k] = a[1]
-    A[r + 2, k] = a[2]
+    A[r, k], A[r + 1, k], A[r + 2, k] = a
 
 
 # ---- memory: segment of a 1-D array
@@ -351,15 +271,26 @@ def read6(v, k):
 
 
 @kernel
+def read9(p, k):
+    return (p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8])
+
+
+@kernel
+def read_symmetric(p, k):
+    """A Sym3."""
+    return (p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5])
+
+
+@kernel
 def write3(q, k, a):
-    q[k] = a[0]
-    q[k + 1] = a[1]
-    q[k + 2] = a[2]
+    q[k], q[k + 1], q[k + 2] = a
 
 
 @kernel
 def write4(q, k, a):
-    q[k] = a[0]
-    q[k + 1] = a[1]
-    q[k + 2] = a[2]
-    q[k + 3] = a[3]
+    q[k], q[k + 1], q[k + 2], q[k + 3] = a
+
+
+@kernel
+def write6(v, k, a):
+    (v[k], v[k + 1], v[k + 2]), (v[k + 3], v[k + 4], v[k + 5]) = a

@@ -1,1 +1,1 @@
-"""How kernels become native code: words of the ABI, lowering through numba, the object cache."""
+"""How kernels become native code: words of the ABI, the compiler, the object cache."""

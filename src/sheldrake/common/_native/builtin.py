@@ -30,6 +30,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._native import living
 from sheldrake.common.kernel import MISFIT
 
 HEAD, PER_ARGUMENT, PER_STAGE = 15, 4, 3
@@ -264,6 +265,8 @@ def new_copy() -> int:
 @functools.cache
 def available() -> bool:
     """Whether this interpreter's and this NumPy's objects look as the code expects, and the code is there."""
+    if living.SANITIZED:
+        return False  # it takes addresses of arrays that nobody has placed
     if sys.implementation.name != "cpython" or object.__basicsize__ != 16 or ctypes.sizeof(ctypes.c_void_p) != 8:
         return False
     return _arrays_as_expected() and new_copy() != 0 and _address() is not None

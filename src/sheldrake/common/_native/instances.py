@@ -1,28 +1,28 @@
 """Builtin functions of Python that make an object whose slots hold what other builtin functions give.
 
 A query for a pose is one call then: the object, the object in it, and both arrays are made by machine code, where
-three calls and two `object.__new__` of Python took twice the time. As in `builtin`, only what stays as it is for the
-life of a process is touched, and `available` looks at a class of its own whether slots are where descriptors say.
+three calls and two `object.__new__` of Python took twice the time. Python's own functions make the object, call the
+others and fill the slots: nothing is assumed about how objects of Python look.
 
 Layout of a block, in words:
 
-    0  address of PyType_GenericAlloc           2   address of Py_DecRef
-    1  address of the class                     3   number of slots
-    4 ... for each slot: a builtin function's code, its `self`, the slot's place in the object
+    0  address of PyType_GenericAlloc           3  address of Py_DecRef
+    1  address of PyObject_CallNoArgs           4  address of the class
+    2  address of PyObject_GenericSetAttr       5  number of slots
+    6 ... for each slot: the builtin function that gives its value, and its name
 """
 
 from __future__ import annotations
 
 import ctypes
 import functools
-import types
+import sys
 from typing import Any
 
 from sheldrake.common._native import builtin
 
 SYMBOL = "sheldrake_instance"
-_MEMBER, _PLACE = 40, 16  # [bytes] from a slot's descriptor to what describes the member; from there to the place
-_OWNER, _CODE = 16, 8  # from a builtin function to its PyMethodDef; from there to the code
+HEAD, PER_SLOT = 6, 2
 
 CODE = f"""
 define ptr @{SYMBOL}(ptr %self, ptr %args, i64 %count) {{
@@ -30,11 +30,15 @@ entry:
   %block_at = getelementptr i8, ptr %self, i64 {builtin._DATA}
   %block = load ptr, ptr %block_at
   %alloc = load ptr, ptr %block
-  %type_at = getelementptr i64, ptr %block, i64 1
-  %type = load ptr, ptr %type_at
-  %release_at = getelementptr i64, ptr %block, i64 2
+  %call_at = getelementptr i64, ptr %block, i64 1
+  %call = load ptr, ptr %call_at
+  %set_at = getelementptr i64, ptr %block, i64 2
+  %set = load ptr, ptr %set_at
+  %release_at = getelementptr i64, ptr %block, i64 3
   %release = load ptr, ptr %release_at
-  %slots_at = getelementptr i64, ptr %block, i64 3
+  %type_at = getelementptr i64, ptr %block, i64 4
+  %type = load ptr, ptr %type_at
+  %slots_at = getelementptr i64, ptr %block, i64 5
   %slots = load i64, ptr %slots_at
   %new = call ptr %alloc(ptr %type, i64 0)
   %no_memory = icmp eq ptr %new, null
@@ -42,24 +46,23 @@ entry:
 each:
   %i = phi i64 [0, %entry], [%i_next, %keep]
   %more = icmp slt i64 %i, %slots
-  br i1 %more, label %fill, label %done
-fill:
-  %from = mul i64 %i, 3
-  %start = add i64 %from, 4
+  br i1 %more, label %ask, label %done
+ask:
+  %from = mul i64 %i, {PER_SLOT}
+  %start = add i64 %from, {HEAD}
   %slot = getelementptr i64, ptr %block, i64 %start
-  %code = load ptr, ptr %slot
-  %owner_at = getelementptr i64, ptr %slot, i64 1
-  %owner = load ptr, ptr %owner_at
-  %place_at = getelementptr i64, ptr %slot, i64 2
-  %place = load i64, ptr %place_at
-  %value = call ptr %code(ptr %owner, ptr null, i64 0)
+  %function = load ptr, ptr %slot
+  %name_at = getelementptr i64, ptr %slot, i64 1
+  %name = load ptr, ptr %name_at
+  %value = call ptr %call(ptr %function)
   %failed = icmp eq ptr %value, null
   br i1 %failed, label %drop, label %keep
 keep:
-  %where = getelementptr i8, ptr %new, i64 %place
-  store ptr %value, ptr %where
+  %status = call i32 %set(ptr %new, ptr %name, ptr %value)
+  call void %release(ptr %value)
   %i_next = add i64 %i, 1
-  br label %each
+  %refused = icmp ne i32 %status, 0
+  br i1 %refused, label %drop, label %each
 drop:
   call void %release(ptr %new)
   br label %done
@@ -77,53 +80,25 @@ def make(cls: type, fields: dict[str, Any]) -> Any:
         cls: A class of nothing but slots.
         fields: For slots by name, a builtin function of `builtin` or of this module that takes no arguments.
     """
-    words = [*_functions()[:1], id(cls), _functions()[1], len(fields)]
-    for name, function in fields.items():
-        words += [_code(function), id(function.__self__), _place(cls, name)]
-    return builtin.make(words, (cls, fields), _method())
+    names = [sys.intern(name) for name in fields]
+    words = [*_functions(), id(cls), len(fields)]
+    for name, function in zip(names, fields.values()):
+        words += [id(function), id(name)]
+    return builtin.make(words, (cls, fields, names), _method())
 
 
 @functools.cache
 def available() -> bool:
-    """Whether builtin calls are to be had, and slots are where their descriptors say."""
-    return builtin.available() and _slots_as_expected() and _address() is not None
-
-
-class _Probe:
-    __slots__ = ("a", "b")
-    a: Any
-    b: Any
-
-
-def _slots_as_expected() -> bool:
-    probe, value = _Probe(), object()
-    probe.a = value
-    places = [_place(_Probe, name) for name in ("a", "b")]
-    if sorted(places) != [16, 24] or _Probe.__basicsize__ != 32:
-        return False
-    filled, empty = (ctypes.c_int64.from_address(id(probe) + place).value for place in places)
-    return filled == id(value) and empty == 0 and _code(builtin.make([0], None)) == builtin._address()
-
-
-def _place(cls: type, name: str) -> int:
-    """Where a slot is in an object [bytes]."""
-    descriptor = next(vars(base)[name] for base in cls.__mro__ if name in vars(base))
-    assert isinstance(descriptor, types.MemberDescriptorType)
-    member = ctypes.c_int64.from_address(id(descriptor) + _MEMBER).value
-    return ctypes.c_int64.from_address(member + _PLACE).value
-
-
-def _code(function: Any) -> int:
-    """The address of a builtin function's machine code."""
-    method = ctypes.c_int64.from_address(id(function) + _OWNER).value
-    return ctypes.c_int64.from_address(method + _CODE).value
+    """Whether builtin calls are to be had, and this code too."""
+    return builtin.available() and _address() is not None
 
 
 @functools.cache
-def _functions() -> tuple[int, int]:
-    """Addresses of PyType_GenericAlloc and Py_DecRef."""
-    alloc, release = ctypes.pythonapi.PyType_GenericAlloc, ctypes.pythonapi.Py_DecRef
-    return tuple(int(ctypes.cast(f, ctypes.c_void_p).value or 0) for f in (alloc, release))  # type: ignore[return-value]
+def _functions() -> list[int]:
+    """Words 0 to 3 of every block."""
+    names = ("PyType_GenericAlloc", "PyObject_CallNoArgs", "PyObject_GenericSetAttr", "Py_DecRef")
+    found = (ctypes.cast(getattr(ctypes.pythonapi, name), ctypes.c_void_p).value for name in names)
+    return [int(address or 0) for address in found]
 
 
 @functools.cache

@@ -1,9 +1,10 @@
-"""Compiling several kernels at once, one process a processor: numba itself compiles one at a time.
+"""Compiling several kernels at once, one process a processor: Python runs one thread at a time.
 
 The kernels stand in a queue, the largest first, and each process takes the next one when it has time: a pipe of their
 numbers, which all of them read.
 
-python -m sheldrake.common._native.parallel MODULE:KERNEL ...      fills the cache with those whose numbers it is given
+Another process knows this one's path and imports this module; the folder that it starts in is on that path only if it
+is on this one's.
 """
 
 from __future__ import annotations
@@ -60,13 +61,16 @@ def _next(items: list[Any], queue: int) -> Iterator[Any]:
 def _start(kernels: list[Kernel], queue: int) -> Any:
     import subprocess  # not above: most processes have nothing to compile
 
-    command = [sys.executable, "-m", __name__, *(prebuilt.qualified(k) for k in kernels)]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p), "SHELDRAKE_QUIET": "1"}
+    path = [os.path.abspath(p) for p in sys.path if p]
+    code = f"import sys; sys.path[:] = {path!r}; from {__name__} import work; work(sys.argv[1:])"
+    command = [sys.executable, "-I", "-c", code, *(prebuilt.qualified(k) for k in kernels)]
+    environment = {**os.environ, "SHELDRAKE_QUIET": "1"}
     quiet = subprocess.DEVNULL
     return subprocess.Popen(command, env=environment, stdin=queue, stdout=quiet, stderr=quiet)
 
 
-if __name__ == "__main__":
-    for argument in _next(sys.argv[1:], 0):
+def work(names: list[str]) -> None:
+    """Fills the cache with those of these kernels, MODULE:KERNEL, whose numbers standard input gives."""
+    for argument in _next(names, 0):
         module, name = argument.split(":")
         store.make(getattr(importlib.import_module(module), name))

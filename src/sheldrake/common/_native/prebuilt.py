@@ -1,4 +1,4 @@
-"""Kernels from the library that the wheel brings: neither numba nor llvmlite is imported.
+"""Kernels from the library that the wheel brings: llvmlite is not imported.
 
 The library serves only if it was made from the code that is installed; an edited kernel is compiled instead.
 """
@@ -13,6 +13,7 @@ import os
 import sys
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from sheldrake.common._native import living
 from sheldrake.common._native.source import PACKAGE, is_made_from
 
 if TYPE_CHECKING:
@@ -41,8 +42,8 @@ def library() -> tuple[Library | None, str]:
     """The library of this installation, or None, and in words why."""
     if os.environ.get("SHELDRAKE_PREBUILT", "1") == "0":
         return None, "switched off by SHELDRAKE_PREBUILT=0"
-    if os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0":
-        return None, "SHELDRAKE_BOUNDSCHECK asks for other code"
+    if os.environ.get("SHELDRAKE_BOUNDSCHECK", "0") != "0" or living.SANITIZED:
+        return None, "SHELDRAKE_BOUNDSCHECK or SHELDRAKE_SANITIZE asks for other code"
     path, manifest_path = FOLDER / f"kernels{ENDING}", FOLDER / "kernels.json"
     try:
         manifest = json.loads(manifest_path.read_text(encoding="utf-8"))
@@ -55,8 +56,8 @@ def library() -> tuple[Library | None, str]:
         return Library(dll, max(x for x in manifest["levels"] if x <= level), manifest["entries"]), "in use"
     except FileNotFoundError:
         return None, "this installation has none (an editable install, or built without a linker)"
-    except (OSError, ValueError, KeyError) as error:
-        return None, f"the library cannot be used: {error}"
+    except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
+        return None, f"the library cannot be used: {manifest_path.name} or {path.name} is damaged ({error})"
 
 
 def load(kernel: Kernel) -> tuple[Any, int] | None:

@@ -14,14 +14,19 @@ import pathlib
 import tokenize
 
 PACKAGE = pathlib.Path(__file__).resolve().parents[2]
-_COMPILER = ("arrays", "builtin", "instances", "lower", "overloads", "pipeline", "target", "words")
+_COMPILER = ("binding", "builtin", "instances", "lower", "target")
+
+
+def compiler_files(package: pathlib.Path = PACKAGE) -> list[pathlib.Path]:
+    """The compiler itself."""
+    return sorted((package / "common" / "_native" / "compiler").glob("*.py"))
 
 
 def source_files(package: pathlib.Path = PACKAGE) -> list[pathlib.Path]:
     """Every file that decides what the kernels' machine code is."""
-    fixed = [package / "common" / name for name in ("kernel.py", "rows.py")]
+    fixed = [package / "common" / name for name in ("kernel.py", "record.py", "rows.py")]
     fixed += [package / "common" / "_native" / f"{name}.py" for name in _COMPILER]
-    return sorted([*fixed, *package.rglob("_kernels/*.py")])
+    return sorted([*fixed, *compiler_files(package), *package.rglob("_kernels/*.py")])
 
 
 def source_hashes(package: pathlib.Path = PACKAGE) -> dict[str, list[str]]:

@@ -2,7 +2,7 @@
 
 A changed constant, helper or annotation is another name, so nothing is ever stale; docstrings and comments do not
 count. Files are written beside their place and renamed, so processes may race; a folder that cannot be written only
-costs time. Imports llvmlite when a kernel is loaded, numba when one must be compiled.
+costs time. Imports llvmlite when a kernel is loaded, the compiler when one must be compiled.
 """
 
 from __future__ import annotations
@@ -14,7 +14,6 @@ import os
 import pathlib
 import platform
 import sys
-import tempfile
 import time
 import types
 import warnings
@@ -23,12 +22,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._native.target import NO_COMPILER, host, initialise
+from sheldrake.common._native import living, own_files
+from sheldrake.common._native.target import NO_COMPILER, Target, host, initialise
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-ABI = "7"
+ABI = "8"
 DAY, UNUSED = 86_400.0, 90 * 86_400.0  # [s]
 TIERS: dict[str, str] = {}
 """Where each entry of this process came from: "prebuilt", "cache" or "compiled"."""
@@ -44,13 +44,43 @@ def load(kernel: Kernel) -> tuple[Any, int]:
         return ready
     code = _read(_path(kernel))
     TIERS[prebuilt.qualified(kernel)] = "compiled" if code is None else "cache"
-    address = _link(code or make(kernel), _symbol(kernel))
+    address = _link(code or make(kernel), symbol_of(kernel))
     return prebuilt.PROTOTYPE(address), address
+
+
+def load_text(text: str, symbol: str, short_loops: bool) -> tuple[Any, int]:
+    """(callable of the ABI, address) of an entry whose kernel is LLVM's text alone, from the cache or compiled now.
+
+    Raises:
+        ModuleNotFoundError: if it must be compiled and llvmlite is not there.
+    """
+    from sheldrake.common._native import prebuilt
+
+    address = _link(code_of_text(text, symbol, short_loops, host()), symbol)
+    return prebuilt.PROTOTYPE(address), address
+
+
+def code_of_text(text: str, symbol: str, short_loops: bool, target: Target) -> bytes:
+    """The object file for a target of an entry that is LLVM's text, from the cache or compiled now.
+
+    Raises:
+        ModuleNotFoundError: if it must be compiled and llvmlite is not there.
+        TypeError: if the code needs anything but libm, memset, memcpy and memmove.
+    """
+    digest = hashlib.sha256(repr((text, short_loops, target, _compiler())).encode()).hexdigest()[:20]
+    path = cache_folder() / f"{symbol}-text-{digest}.o"
+    code = _read(path)
+    if code is None:
+        from sheldrake.common._native import lower
+
+        code = lower.emit(lower.read(text, short_loops), symbol, target)
+        _write(path, code)
+    return code
 
 
 def make(kernel: Kernel, tell: bool = True) -> bytes:
     """Compiles an entry and keeps it in the cache; its machine code."""
-    code = _compile(kernel, _symbol(kernel), tell)
+    code = _compile(kernel, symbol_of(kernel), tell)
     _write(_path(kernel), code)
     return code
 
@@ -59,18 +89,23 @@ def is_ready(kernel: Kernel) -> bool:
     """Whether an entry need not be compiled."""
     from sheldrake.common._native import prebuilt
 
-    return "_native" in kernel.__dict__ or prebuilt.load(kernel) is not None or _path(kernel).exists()
+    if "_native" in kernel.__dict__ or prebuilt.load(kernel) is not None:
+        return True
+    path = _path(kernel)
+    return own_files.is_trusted(path.parent) and path.exists()
 
 
 @functools.cache
 def can_compile() -> bool:
     """Whether what is not ready can be compiled here."""
-    return importlib.util.find_spec("numba") is not None
+    return importlib.util.find_spec("llvmlite") is not None
 
 
 def is_writable() -> bool:
     """Whether the cache folder takes files."""
     folder = cache_folder()
+    if not own_files.is_trusted(folder):
+        return False
     while not folder.exists() and folder != folder.parent:
         folder = folder.parent
     return os.access(folder, os.W_OK)
@@ -92,8 +127,10 @@ class _Counter:
         self.size += len(data)
 
 
-def _symbol(kernel: Kernel) -> str:
-    return f"k_{kernel.__name__}"
+def symbol_of(kernel: Kernel) -> str:
+    """What the function of an entry is called in its object file."""
+    name = kernel.__name__  # of any letters; llvmlite finds symbols of ASCII
+    return f"k_{name if name.isascii() else name.encode().hex()}"
 
 
 def _path(kernel: Kernel) -> pathlib.Path:
@@ -111,17 +148,7 @@ def cache_folder() -> pathlib.Path:
 
     SHELDRAKE_CACHE_DIR overrides the place; otherwise it is the operating system's cache folder of the user.
     """
-    root = os.environ.get("SHELDRAKE_CACHE_DIR")
-    if root is None:
-        home = pathlib.Path(os.path.expanduser("~"))
-        if sys.platform == "win32":
-            base = pathlib.Path(os.environ.get("LOCALAPPDATA", home / "AppData" / "Local"))
-        elif sys.platform == "darwin":
-            base = home / "Library" / "Caches"
-        else:
-            base = pathlib.Path(os.environ.get("XDG_CACHE_HOME", home / ".cache"))
-        root = str(base / "sheldrake")
-    return pathlib.Path(root) / _machine()
+    return own_files.root() / _machine()
 
 
 @functools.cache
@@ -131,21 +158,33 @@ def _machine() -> str:
     target = host()
     python = ".".join(platform.python_version_tuple()[:2])
     processor = f"{target.triple.split('-')[0]}-{target.level}"
-    return f"abi{ABI}-python{python}-numba{importlib.metadata.version('numba')}-{processor}"
+    return f"abi{ABI}-python{python}-llvmlite{importlib.metadata.version('llvmlite')}-{processor}"
 
 
 def fingerprint(kernel: Kernel) -> str:
-    """A hash of what a kernel's machine code depends on: its code, all kernels it calls, constants, and annotations.
-
-    Raises:
-        TypeError: if it calls a plain Python function, which could change unseen.
+    """A hash of what a kernel's machine code depends on: its code, all kernels it calls, constants, annotations and
+    the records in them, and the compiler itself.
     """
     digest = hashlib.sha256()
     seen: set[int] = set()
     _visit(kernel, digest, seen)
     digest.update(repr([(p.name, p.kind, p.fields) for p in kernel.parameters]).encode())
+    digest.update(repr([getattr(p.cls, "PARTS", ()) for p in kernel.parameters]).encode())
     digest.update(os.environ.get("SHELDRAKE_BOUNDSCHECK", "0").encode())
+    digest.update(living.CODE.encode() if living.SANITIZED else b"")
+    digest.update(_compiler().encode())
     return digest.hexdigest()[:20]
+
+
+@functools.cache
+def _compiler() -> str:
+    """A hash of the compiler's own source."""
+    from sheldrake.common._native import source
+
+    fixed = [
+        source.PACKAGE / "common" / name for name in ("record.py", "rows.py", "_native/lower.py", "_native/target.py")
+    ]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in (*source.compiler_files(), *fixed))).hexdigest()
 
 
 def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
@@ -162,20 +201,28 @@ def _visit(kernel: Any, digest: Any, seen: set[int]) -> None:
         elif isinstance(value, (int, float, complex, str, bytes, tuple, np.generic)):
             digest.update(f"{name}={value!r}:{type(value).__name__}".encode())
         elif isinstance(value, type):
-            digest.update(f"{name}={value.__name__}:{getattr(value, '_fields', ())}".encode())
-        elif isinstance(value, types.FunctionType) and not value.__module__.startswith("sheldrake.common."):
-            raise TypeError(f"{kernel!r} calls {value.__qualname__}, a plain Python function: make it a @kernel.")
+            layout = getattr(value, "_fields", ()), getattr(value, "PARTS", ())
+            digest.update(f"{name}={value.__name__}:{layout}".encode())
+        elif callable(value):  # mathematics; what else it is, the compiler refuses where it is called
+            digest.update(f"{name}={getattr(value, '__module__', '')}.{getattr(value, '__name__', '')}".encode())
 
 
 def _mentioned(function: types.FunctionType) -> Iterator[tuple[str, Any]]:
-    """Names in a function's code with what they stand for; `module.name` too, which is two names there."""
+    """Names in a function's code with what they stand for, and what `module.name` and `Class.name` stand for."""
     code, scope = function.__code__, function.__globals__
-    cells = dict(zip(code.co_freevars, (c.cell_contents for c in function.__closure__ or ())))
+    cells = {n: c.cell_contents for n, c in zip(code.co_freevars, function.__closure__ or ()) if c != types.CellType()}
     for name in (*code.co_names, *code.co_freevars):
-        value = cells.get(name, scope.get(name))
-        yield name, value
-        if isinstance(value, types.ModuleType) and value.__name__.partition(".")[0] != "numpy":
-            yield from ((f"{name}.{n}", getattr(value, n)) for n in code.co_names if hasattr(value, n))
+        yield from _with_attributes(name, cells.get(name, scope.get(name)), code.co_names)
+
+
+def _with_attributes(path: str, value: Any, names: tuple[str, ...], depth: int = 3) -> Iterator[tuple[str, Any]]:
+    """A value and, of what is no value of a kernel itself, the attributes that have one of these names."""
+    yield path, value
+    is_whole = isinstance(value, (int, float, complex, str, tuple, np.generic)) or value is np
+    if depth and not is_whole and (isinstance(value, type) or not callable(value)):
+        for name in names:
+            if hasattr(value, name):
+                yield from _with_attributes(f"{path}.{name}", getattr(value, name), names, depth - 1)
 
 
 def _has_docstring(code: types.CodeType) -> bool:
@@ -199,8 +246,8 @@ def _visit_code(code: types.CodeType, digest: Any, has_docstring: bool = False) 
 
 
 def _compile(kernel: Kernel, symbol: str, tell: bool) -> bytes:
-    if importlib.util.find_spec("numba") is None:
-        raise ModuleNotFoundError(f"{kernel!r}: {NO_COMPILER}", name="numba")
+    if not can_compile():
+        raise ModuleNotFoundError(f"{kernel!r}: {NO_COMPILER}", name="llvmlite")
     from sheldrake.common._native import lower
 
     start = time.perf_counter()
@@ -217,21 +264,21 @@ def _compile(kernel: Kernel, symbol: str, tell: bool) -> bytes:
 def _read(path: pathlib.Path) -> bytes | None:
     """The object file at `path`, or None when there is none or it is damaged (its own hash stands before it)."""
     try:
-        data = path.read_bytes()
-        if time.time() - path.stat().st_mtime > DAY:
+        data = own_files.read(path)
+        if data is not None and time.time() - path.stat().st_mtime > DAY:
             path.touch()  # what is in use does not grow old
     except OSError:
+        return None
+    if data is None:
         return None
     return data[32:] if hashlib.sha256(data[32:]).digest() == data[:32] else None
 
 
 def _write(path: pathlib.Path, code: bytes) -> None:
+    if not own_files.is_trusted(path.parent):
+        return
     try:
-        path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
-        descriptor, temporary = tempfile.mkstemp(dir=path.parent)
-        with os.fdopen(descriptor, "wb") as file:
-            file.write(hashlib.sha256(code).digest() + code)
-        os.replace(temporary, path)
+        own_files.write(path, hashlib.sha256(code).digest() + code)
     except OSError as error:
         _warn_once(str(path.parent), str(error))
     else:
@@ -259,6 +306,7 @@ def _link(code: bytes, symbol: str) -> int:
     import llvmlite.binding as llvm
 
     initialise()
+    llvm.add_symbol(living.SYMBOL, living.address())
     machine = llvm.Target.from_default_triple().create_target_machine(jit=True)
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))

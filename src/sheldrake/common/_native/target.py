@@ -16,6 +16,9 @@ class Target(NamedTuple):
     triple: str
     level: int
     cpu: str
+    features: str = ""
+    reloc: str = "pic"
+    abi: str = ""
 
     def machine(self) -> Any:
         """LLVM's target machine."""
@@ -23,11 +26,13 @@ class Target(NamedTuple):
 
         initialise()
         target = llvm.Target.from_triple(self.triple)
-        return target.create_target_machine(cpu=self.cpu, features="", opt=3, reloc="pic", codemodel="default")
+        return target.create_target_machine(
+            cpu=self.cpu, features=self.features, opt=3, reloc=self.reloc, codemodel="default", abiname=self.abi
+        )
 
 
 NO_COMPILER = (
-    "kernels that are not prebuilt must be compiled, which needs numba: pip install 'sheldrake[kernels]'. "
+    "kernels that are not prebuilt must be compiled, which needs llvmlite: pip install 'sheldrake[kernels]'. "
     "`sheldrake info` says which kernels are prebuilt, and why others are not."
 )
 X86_LEVELS = {1: "x86-64", 3: "x86-64-v3"}

@@ -1,11 +1,13 @@
 """Equations of motion of the examples, as a textbook writes them (Tedrake, Underactuated Robotics).
 
-`xc` is the continuous state, `xd` the discrete one, `p` the parameters in the order of the example's parameter vector,
-`u` the inputs; an input that is not connected is empty and counts as zero.
+`xc` is the continuous state, `xd` the discrete one, `p` the parameters, `u` the inputs; an input that is not connected
+is empty and counts as zero.
 """
 
 from sheldrake.common._kernels.generic import cos, sin
+from sheldrake.common._kernels.vec import cross3, dot3, load3, sub3
 from sheldrake.common.kernel import Matrix, Vector, Vectors, kernel
+from sheldrake.common.record import Record, number, numbers
 
 
 @kernel
@@ -16,110 +18,188 @@ def first_input(u):
     return u[0][0]
 
 
+@kernel
+def accelerations(m11, m12, m22, f1, f2):
+    """M^-1 f of two coordinates."""
+    det = m11 * m22 - m12 * m12
+    return (m22 * f1 - m12 * f2) / det, (m11 * f2 - m12 * f1) / det
+
+
+# ---- pendulum
+
+
+class Pendulum(Record):
+    """A point mass on a massless rod."""
+
+    m = number("mass", "kg")
+    l = number("length", "m")
+    b = number("damping", "N m s/rad")
+    g = number("gravity", "m/s^2")
+
+
+class PendulumState(Record):
+    """One angle."""
+
+    theta = number("from hanging straight down", "rad")
+    thetadot = number("its rate", "rad/s")
+
+
 @kernel(top=True)
-def pendulum(p: Vector, xc: Vector, u: Vectors, xdot: Vector) -> None:
-    """m l^2 theta'' = tau - b theta' - m g l sin(theta); p = m, l, b, g."""
-    m, l, b, g = p[0], p[1], p[2], p[3]
-    xdot[0] = xc[1]
-    xdot[1] = (first_input(u) - m * g * l * sin(xc[0]) - b * xc[1]) / (m * l * l)
+def pendulum(p: Pendulum, xc: PendulumState, u: Vectors, xdot: PendulumState) -> None:
+    """m l^2 theta'' = tau - b theta' - m g l sin(theta)."""
+    m, l, b, g = p.m, p.l, p.b, p.g
+    xdot.theta = xc.thetadot
+    xdot.thetadot = (first_input(u) - m * g * l * sin(xc.theta) - b * xc.thetadot) / (m * l * l)
 
 
 @kernel(top=True)
 def van_der_pol(p: Vector, xc: Vector, xdot: Vector) -> None:
-    """q'' = -mu (q^2 - 1) q' - q."""
+    """q'' = -mu (q^2 - 1) q' - q; p = mu."""
     xdot[0] = xc[1]
     xdot[1] = -p[0] * (xc[0] * xc[0] - 1.0) * xc[1] - xc[0]
 
 
+# ---- acrobot
+
+
+class Acrobot(Record):
+    """Two links."""
+
+    m1 = number("mass of the upper link", "kg")
+    m2 = number("mass of the lower link", "kg")
+    l1 = number("length of the upper link", "m")
+    l2 = number("length of the lower link", "m")
+    lc1 = number("from the shoulder to the upper link's centre of mass", "m")
+    lc2 = number("from the elbow to the lower link's centre of mass", "m")
+    Ic1 = number("inertia of the upper link about its centre of mass", "kg m^2")
+    Ic2 = number("inertia of the lower link about its centre of mass", "kg m^2")
+    b1 = number("damping of the shoulder", "N m s/rad")
+    b2 = number("damping of the elbow", "N m s/rad")
+    g = number("gravity", "m/s^2")
+
+
+class TwoLinkState(Record):
+    """Two angles and their rates."""
+
+    theta1 = number("of the upper link, from hanging down; of the stance leg, from upright", "rad")
+    theta2 = number("of the lower link, from the upper; of the swing leg, from upright", "rad")
+    w1 = number("rate of theta1", "rad/s")
+    w2 = number("rate of theta2", "rad/s")
+
+
 @kernel
 def acrobot_mass(p, theta2):
-    """The elements 11, 12, 22 of the mass matrix; p = m1, m2, l1, l2, lc1, lc2, Ic1, Ic2, b1, b2, g."""
-    I1 = p[6] + p[0] * p[4] * p[4]
-    I2 = p[7] + p[1] * p[5] * p[5]
-    h = p[1] * p[2] * p[5] * cos(theta2)
-    return I1 + I2 + p[1] * p[2] * p[2] + 2.0 * h, I2 + h, I2
+    """The elements 11, 12, 22 of the mass matrix."""
+    I1 = p.Ic1 + p.m1 * p.lc1 * p.lc1
+    I2 = p.Ic2 + p.m2 * p.lc2 * p.lc2
+    h = p.m2 * p.l1 * p.lc2 * cos(theta2)
+    return I1 + I2 + p.m2 * p.l1 * p.l1 + 2.0 * h, I2 + h, I2
 
 
 @kernel
 def acrobot_bias(p, theta1, theta2, w1, w2):
     """Coriolis, gravity and damping: what stands on the left beside M q''."""
-    h = p[1] * p[2] * p[5] * sin(theta2)
+    h = p.m2 * p.l1 * p.lc2 * sin(theta2)
     s1, s12 = sin(theta1), sin(theta1 + theta2)
-    b1 = -2.0 * h * w2 * w1 - h * w2 * w2
-    b2 = h * w1 * w1
-    b1 += p[10] * (p[0] * p[4] * s1 + p[1] * (p[2] * s1 + p[5] * s12))
-    b2 += p[10] * p[1] * p[5] * s12
-    return b1 + p[8] * w1, b2 + p[9] * w2
+    bias1 = -2.0 * h * w2 * w1 - h * w2 * w2
+    bias2 = h * w1 * w1
+    bias1 += p.g * (p.m1 * p.lc1 * s1 + p.m2 * (p.l1 * s1 + p.lc2 * s12))
+    bias2 += p.g * p.m2 * p.lc2 * s12
+    return bias1 + p.b1 * w1, bias2 + p.b2 * w2
 
 
 @kernel(top=True)
-def acrobot(p: Vector, xc: Vector, u: Vectors, xdot: Vector) -> None:
-    """M q'' = (0, tau) - bias; x = theta1, theta2 and their rates."""
-    m11, m12, m22 = acrobot_mass(p, xc[1])
-    b1, b2 = acrobot_bias(p, xc[0], xc[1], xc[2], xc[3])
-    f1, f2 = -b1, first_input(u) - b2
-    det = m11 * m22 - m12 * m12
-    xdot[0] = xc[2]
-    xdot[1] = xc[3]
-    xdot[2] = (m22 * f1 - m12 * f2) / det
-    xdot[3] = (m11 * f2 - m12 * f1) / det
+def acrobot(p: Acrobot, xc: TwoLinkState, u: Vectors, xdot: TwoLinkState) -> None:
+    """M q'' = (0, tau) - bias."""
+    m11, m12, m22 = acrobot_mass(p, xc.theta2)
+    bias1, bias2 = acrobot_bias(p, xc.theta1, xc.theta2, xc.w1, xc.w2)
+    f1, f2 = -bias1, first_input(u) - bias2
+    xdot.theta1, xdot.theta2 = xc.w1, xc.w2
+    xdot.w1, xdot.w2 = accelerations(m11, m12, m22, f1, f2)
+
+
+# ---- compass gait
+
+
+class Compass(Record):
+    """Two legs with point masses."""
+
+    mh = number("mass of the hip", "kg")
+    m = number("mass of a leg", "kg")
+    l = number("length of a leg", "m")
+    b = number("from the hip to the mass of a leg", "m")
+    g = number("gravity", "m/s^2")
+    slope = number("of the ground", "rad")
 
 
 @kernel(top=True)
-def compass_gait(p: Vector, xc: Vector, u: Vectors, xdot: Vector) -> None:
-    """Two legs with point masses (Goswami et al. 1996); p = m_hip, m_leg, l, b, g, slope; x = stance, swing, rates."""
-    mh, m, l, b, g = p[0], p[1], p[2], p[3], p[4]
+def compass_gait(p: Compass, xc: TwoLinkState, u: Vectors, xdot: TwoLinkState) -> None:
+    """Two legs with point masses (Goswami et al. 1996); angles of stance and swing."""
+    mh, m, l, b, g = p.mh, p.m, p.l, p.b, p.g
     a = l - b
-    c, s = cos(xc[1] - xc[0]), sin(xc[0] - xc[1])
+    c, s = cos(xc.theta2 - xc.theta1), sin(xc.theta1 - xc.theta2)
     m11, m12, m22 = mh * l * l + m * (l * l + a * a), -m * l * b * c, m * b * b
     tau = first_input(u)
-    f1 = -tau + m * l * b * xc[3] * xc[3] * s + (mh * l + m * (a + l)) * g * sin(xc[0])
-    f2 = tau - m * l * b * xc[2] * xc[2] * s - m * b * g * sin(xc[1])
-    det = m11 * m22 - m12 * m12
-    xdot[0] = xc[2]
-    xdot[1] = xc[3]
-    xdot[2] = (m22 * f1 - m12 * f2) / det
-    xdot[3] = (m11 * f2 - m12 * f1) / det
+    f1 = -tau + m * l * b * xc.w2 * xc.w2 * s + (mh * l + m * (a + l)) * g * sin(xc.theta1)
+    f2 = tau - m * l * b * xc.w1 * xc.w1 * s - m * b * g * sin(xc.theta2)
+    xdot.theta1, xdot.theta2 = xc.w1, xc.w2
+    xdot.w1, xdot.w2 = accelerations(m11, m12, m22, f1, f2)
+
+
+# ---- quadrotor
+
+
+class Quadrotor(Record):
+    """Four rotors in a cross."""
+
+    m = number("mass", "kg")
+    L = number("distance of a rotor from the centre", "m")
+    kF = number("force of a rotor for one unit of its command", "N")
+    kM = number("torque of a rotor for one unit of its command", "N m")
+    g = number("gravity", "m/s^2")
+
+
+class QuadrotorState(Record):
+    """Where a quadrotor is and how it moves."""
+
+    p_WB = numbers(3, "position", "m")
+    rpy = numbers(3, "roll, pitch and yaw", "rad")
+    v_WB = numbers(3, "rate of the position", "m/s")
+    rpydot = numbers(3, "rates of roll, pitch and yaw", "rad/s")
+
+
+@kernel
+def three_rows(A, r, v):
+    """The product of rows r, r + 1, r + 2 of A with a vector."""
+    return dot3(load3(A, r), v), dot3(load3(A, r + 1), v), dot3(load3(A, r + 2), v)
 
 
 @kernel(top=True)
-def quadrotor(inertia_model: Matrix, model: Vector, xc: Vector, u: Vectors, xdot: Vector) -> None:
-    """Four rotors in a cross on a rigid body; x = position, roll-pitch-yaw, and the rates of both.
+def quadrotor(inertia_model: Matrix, model: Quadrotor, xc: QuadrotorState, u: Vectors, xdot: QuadrotorState) -> None:
+    """Four rotors in a cross on a rigid body.
 
     inertia_model: the inertia about the centre and its inverse, one above the other, shape (6, 3).
-    model: mass, arm, force and moment constants of a rotor, gravity.
     """
-    m, L, kF, kM, g = model[0], model[1], model[2], model[3], model[4]
+    m, L, kF, kM, g = model.m, model.L, model.kF, model.kM, model.g
     f0, f1, f2, f3 = 0.0 * kF, 0.0 * kF, 0.0 * kF, 0.0 * kF
     if u[0].shape[0] == 4:
         f0, f1, f2, f3 = u[0][0], u[0][1], u[0][2], u[0][3]
-    cr, sr = cos(xc[3]), sin(xc[3])
-    cp, sp = cos(xc[4]), sin(xc[4])
-    cy, sy = cos(xc[5]), sin(xc[5])
-    dr, dp, dy = xc[9], xc[10], xc[11]
-    for i in range(6):
-        xdot[i] = xc[6 + i]
+    roll, pitch, yaw = xc.rpy
+    cr, sr = cos(roll), sin(roll)
+    cp, sp = cos(pitch), sin(pitch)
+    cy, sy = cos(yaw), sin(yaw)
+    dr, dp, dy = xc.rpydot
+    xdot.p_WB = xc.v_WB
+    xdot.rpy = (dr, dp, dy)
     lift = kF * (f0 + f1 + f2 + f3) / m
-    xdot[6] = (cy * sp * cr + sy * sr) * lift
-    xdot[7] = (sy * sp * cr - cy * sr) * lift
-    xdot[8] = cp * cr * lift - g
+    xdot.v_WB = ((cy * sp * cr + sy * sr) * lift, (sy * sp * cr - cy * sr) * lift, cp * cr * lift - g)
     # Angular velocity and torque about the centre, in the body's frame; I alpha = M - w x I w.
-    wx, wy, wz = dr - dy * sp, dp * cr + dy * sr * cp, dy * cr * cp - dp * sr
-    A = inertia_model
-    hx = A[0, 0] * wx + A[0, 1] * wy + A[0, 2] * wz
-    hy = A[1, 0] * wx + A[1, 1] * wy + A[1, 2] * wz
-    hz = A[2, 0] * wx + A[2, 1] * wy + A[2, 2] * wz
-    tx = L * kF * (f1 - f3) - (wy * hz - wz * hy)
-    ty = L * kF * (f2 - f0) - (wz * hx - wx * hz)
-    tz = kM * (f0 - f1 + f2 - f3) - (wx * hy - wy * hx)
-    ax = A[3, 0] * tx + A[3, 1] * ty + A[3, 2] * tz
-    ay = A[4, 0] * tx + A[4, 1] * ty + A[4, 2] * tz
-    az = A[5, 0] * tx + A[5, 1] * ty + A[5, 2] * tz
+    w = (dr - dy * sp, dp * cr + dy * sr * cp, dy * cr * cp - dp * sr)
+    torque = (L * kF * (f1 - f3), L * kF * (f2 - f0), kM * (f0 - f1 + f2 - f3))
+    ax, ay, az = three_rows(inertia_model, 3, sub3(torque, cross3(w, three_rows(inertia_model, 0, w))))
     # w = N(rpy) rpy', so rpy'' = N^-1 (alpha - N' rpy').
     ax += dy * dp * cp
     ay -= -dp * dr * sr + dy * dr * cr * cp - dy * dp * sr * sp
     az -= -dp * dr * cr - dy * dr * sr * cp - dy * dp * cr * sp
     ddy = (sr * ay + cr * az) / cp
-    xdot[9] = ax + sp * ddy
-    xdot[10] = cr * ay - sr * az
-    xdot[11] = ddy
+    xdot.rpydot = (ax + sp * ddy, cr * ay - sr * az, ddy)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from sheldrake.geometry._kernels import model as columns
+from sheldrake.geometry._kernels.model import CELLS, HULL, FaceLoop, Geometry, HullFace, HullVertex
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
 
 _LEVEL = 1e-9  # of the extent of a hull: vertices that are lower by no more are as low
@@ -21,23 +21,23 @@ class Hulls:
         self._num_vertices = self._num_faces = 0
 
     def add(self, geometry: np.ndarray, mesh: PolygonSurfaceMesh) -> None:
-        """Reserves rows for a hull and writes where they are; FIRST_CELL is the number of the hull for now."""
+        """Reserves rows for a hull and writes where they are; first_cell is the number of the hull for now."""
         if id(mesh) not in self._rows:
-            row = np.zeros(columns.GEOMETRY_COLUMNS, np.int64)
-            row[columns.FIRST_VERTEX], row[columns.NUM_VERTICES] = self._num_vertices, mesh.num_vertices()
-            row[columns.FIRST_FACE], row[columns.NUM_FACES] = self._num_faces, mesh.num_faces()
-            row[columns.FIRST_CELL] = len(self._meshes)
+            row = np.zeros(Geometry.SIZE, np.int64)
+            row[Geometry.first_vertex], row[Geometry.num_vertices] = self._num_vertices, mesh.num_vertices()
+            row[Geometry.first_face], row[Geometry.num_faces] = self._num_faces, mesh.num_faces()
+            row[Geometry.first_cell] = len(self._meshes)
             self._rows[id(mesh)] = row
             self._meshes.append(mesh)
             self._num_vertices += mesh.num_vertices()
             self._num_faces += mesh.num_faces()
-        geometry[columns.FIRST_VERTEX :] = self._rows[id(mesh)][columns.FIRST_VERTEX :]
+        geometry[Geometry.first_vertex.at :] = self._rows[id(mesh)][Geometry.first_vertex.at :]
 
     def arrays(self, geometry: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """vertex, face, loop, topology; FIRST_CELL becomes what it says."""
-        vertex = np.zeros((self._num_vertices, 3))
-        face = np.zeros((self._num_faces, 4))
-        loop = np.zeros((self._num_faces, 3), np.int64)
+        """vertex, face, loop, topology; first_cell becomes what it says."""
+        vertex = np.zeros((self._num_vertices, HullVertex.SIZE))
+        face = np.zeros((self._num_faces, HullFace.SIZE))
+        loop = np.zeros((self._num_faces, FaceLoop.SIZE), np.int64)
         topology = _lists(
             [[v0 + v for v in near] for v0, _, mesh in self._placed() for near in _neighbours(mesh)],
             [[f0 + f for f in around] for _, f0, mesh in self._placed() for around in _faces_around(mesh)],
@@ -48,15 +48,15 @@ class Hulls:
             vertex[v0 : v0 + len(vertices)] = vertices
             face[f0 : f0 + mesh.num_faces()] = _planes(mesh)
             for f, corners in enumerate(mesh._faces):
-                loop[f0 + f, columns.FIRST_CORNER], loop[f0 + f, columns.NUM_CORNERS] = len(topology), len(corners)
+                loop[f0 + f, FaceLoop.first_corner], loop[f0 + f, FaceLoop.num_corners] = len(topology), len(corners)
                 topology.extend(v0 + v for v in corners)
-                loop[f0 + f, columns.FIRST_FOOT] = len(topology) if len(corners) > 3 else -1
+                loop[f0 + f, FaceLoop.first_foot] = len(topology) if len(corners) > 3 else -1
                 topology.extend(v0 + v for v in _feet(vertices, corners))
             starts.append(len(topology))
             topology.extend(_cells(v0, len(topology), vertices))
         for row in geometry:
-            if row[columns.KIND] == columns.HULL:
-                row[columns.FIRST_CELL] = starts[row[columns.FIRST_CELL]]
+            if row[Geometry.kind] == HULL:
+                row[Geometry.first_cell] = starts[row[Geometry.first_cell]]
         return vertex, face, loop, np.array(topology, np.int64)
 
     def _placed(self) -> Iterator[tuple[int, int, PolygonSurfaceMesh]]:
@@ -70,7 +70,7 @@ class Hulls:
 
 def cell_corners() -> np.ndarray:
     """Corners of the cells on the sides of a cube around the origin, shape (6, CELLS + 1, CELLS + 1, 3)."""
-    n = int(columns.CELLS)
+    n = CELLS
     edge = 2.0 * np.arange(n + 1) / n - 1.0
     corners = np.zeros((3, 2, n + 1, n + 1, 3))
     for axis in range(3):

@@ -11,10 +11,23 @@ from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._hydroelastic.representation import Representation, compliance, representation_of
 from sheldrake.geometry._ids import GeometryId
 from sheldrake.geometry._kernels import hydro
-from sheldrake.geometry._kernels import hydro_model as columns
-from sheldrake.geometry._kernels import model as geometry_columns
-from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
-from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
+from sheldrake.geometry._kernels.hydro_model import (
+    COMPLIANT_AND_COMPLIANT,
+    COMPLIANT_AND_RIGID,
+    MESH_ON_RIGID_HALF_SPACE,
+    RIGID_MESH_ON_HALF_SPACE,
+    Choices,
+    Compliance,
+    Families,
+    Field,
+    Found,
+    HydroModel,
+    HydroTable,
+    Mesh,
+    empty_hydro_model,
+    hydro_table,
+)
+from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, Size
 from sheldrake.geometry._numbers import like
 from sheldrake.geometry._roles import HydroelasticContactRepresentation, HydroelasticType, Role
 from sheldrake.geometry._shapes import HalfSpace
@@ -24,10 +37,10 @@ from sheldrake.geometry._state.state import GeometryState
 _NONE, _RIGID, _COMPLIANT, _RIGID_HALF_SPACE, _COMPLIANT_HALF_SPACE = range(5)
 # (kind of the first, kind of the second): family, in the order in which its kernel takes the two
 _FAMILY = {
-    (_COMPLIANT, _RIGID_HALF_SPACE): columns.MESH_ON_RIGID_HALF_SPACE,
-    (_RIGID, _COMPLIANT_HALF_SPACE): columns.RIGID_MESH_ON_HALF_SPACE,
-    (_COMPLIANT, _RIGID): columns.COMPLIANT_AND_RIGID,
-    (_COMPLIANT, _COMPLIANT): columns.COMPLIANT_AND_COMPLIANT,
+    (_COMPLIANT, _RIGID_HALF_SPACE): MESH_ON_RIGID_HALF_SPACE,
+    (_RIGID, _COMPLIANT_HALF_SPACE): RIGID_MESH_ON_HALF_SPACE,
+    (_COMPLIANT, _RIGID): COMPLIANT_AND_RIGID,
+    (_COMPLIANT, _COMPLIANT): COMPLIANT_AND_COMPLIANT,
 }
 _KERNELS = (
     hydro.mesh_on_rigid_half_space,
@@ -98,11 +111,11 @@ def compile_hydro(
     first_kind = np.array([first for first, _ in _FAMILY], np.int64)
     swapped = kinds[pair[:, 0]] != first_kind[family]
     pair[swapped] = pair[swapped][:, ::-1]
-    starts = np.searchsorted(family, np.arange(columns.NUM_FAMILIES + 1))
+    starts = np.searchsorted(family, np.arange(Families.SIZE))
     representations = {row: representation_of(records[row]) for row in np.unique(pair).tolist()}
-    setting = np.zeros(columns.NUM_SETTINGS, np.int64)
-    setting[columns.TRIANGLES] = representation is HydroelasticContactRepresentation.kTriangle
-    centres = model.size[:, geometry_columns.CENTRE : geometry_columns.CENTRE + 3]
+    setting = np.zeros(Choices.SIZE, np.int64)
+    setting[Choices.triangles] = representation is HydroelasticContactRepresentation.kTriangle
+    centres = model.size[:, Size.centre_G.columns]
     compiled = _Meshes(centres, representations).model(np.ascontiguousarray(pair), starts, setting)
     kept = np.concatenate([[0], np.cumsum(~chosen)])
     points = model._replace(pair=np.ascontiguousarray(model.pair[~chosen]), family=kept[model.family])
@@ -114,14 +127,15 @@ class _Meshes:
 
     def __init__(self, centres: np.ndarray, representations: dict[int, Representation | None]) -> None:
         count = len(centres)
-        self._geometry = np.zeros((count, columns.GEOMETRY_COLUMNS), np.int64)
-        self._number = np.zeros((count, columns.NUMBER_COLUMNS))
+        self._geometry = np.zeros((count, Mesh.SIZE), np.int64)
+        self._number = np.zeros((count, Compliance.SIZE))
         self._parts: list[tuple[np.ndarray, ...]] = []  # vertex, element, field, node, leaf of each mesh
         self._sizes = np.zeros(5, np.int64)
         known: dict[tuple[bytes, bytes, bytes], np.ndarray] = {}
         for row, found in representations.items():
             assert found is not None
             bound = np.linalg.norm(found.vertices - centres[row], axis=1).max(initial=0.0) * (1.0 + 1e-12)
+            bound = np.inf if found.half_space else bound
             self._number[row] = found.modulus, found.slope, found.margin, bound
             if found.half_space:
                 continue
@@ -156,8 +170,8 @@ def _triangle_arrays(found: Representation) -> tuple[np.ndarray, ...]:
     a, b, c = (found.vertices[found.elements[:, k]] for k in range(3))
     cross = np.cross(b - a, c - a)
     norm = np.linalg.norm(cross, axis=1)[:, None]
-    field = np.zeros((len(a), columns.FIELD_COLUMNS))
-    field[:, :3] = np.divide(cross, norm, out=np.zeros_like(cross), where=norm > 0.0)
+    field = np.zeros((len(a), Field.SIZE))
+    field[:, Field.normal.columns] = np.divide(cross, norm, out=np.zeros_like(cross), where=norm > 0.0)
     elements = np.column_stack([found.elements, np.full(len(a), -1)])
     return np.column_stack([found.vertices, np.zeros(len(found.vertices))]), elements, field
 
@@ -165,25 +179,25 @@ def _triangle_arrays(found: Representation) -> tuple[np.ndarray, ...]:
 def _tetrahedron_arrays(found: Representation) -> tuple[np.ndarray, ...]:
     """Vertices, elements and field of a compliant volume."""
     corner, pressure = found.vertices[found.elements], found.pressure[found.elements]
-    field = np.zeros((len(corner), columns.FIELD_COLUMNS))
+    field = np.zeros((len(corner), Field.SIZE))
+    gradient, planes = field[:, Field.gradient.columns], field[:, Field.planes.columns].reshape(-1, 4, 4)
     edges = corner[:, 1:] - corner[:, :1]
     volume = np.einsum("ij,ij->i", np.cross(edges[:, 0], edges[:, 1]), edges[:, 2])
     rises = pressure[:, 1:] - pressure[:, :1]
     for k in range(3):  # Cramer's rule: the gradient has the component rise_k along edge k
         dual = np.cross(edges[:, (k + 1) % 3], edges[:, (k + 2) % 3])
-        field[:, :3] += rises[:, k, None] * dual
+        gradient += rises[:, k, None] * dual
     flat = ~(volume > 0.0)
-    field[:, :3] /= np.where(flat, 1.0, volume)[:, None]
-    field[flat, :3] = 0.0
-    field[:, columns.AT_ORIGIN] = pressure[:, 0] - np.einsum("ij,ij->i", field[:, :3], corner[:, 0])
+    gradient /= np.where(flat, 1.0, volume)[:, None]
+    gradient[flat] = 0.0
+    field[:, Field.at_origin] = pressure[:, 0] - np.einsum("ij,ij->i", gradient, corner[:, 0])
     for k, face in enumerate(((1, 2, 3), (0, 3, 2), (0, 1, 3), (0, 2, 1))):  # opposite corner k, seen from outside
         p, q, r = (corner[:, i] for i in face)
         normal = np.cross(q - p, r - p)
         norm = np.linalg.norm(normal, axis=1)[:, None]
         normal = np.divide(normal, norm, out=np.zeros_like(normal), where=norm > 0.0)
-        at = int(columns.PLANES) + 4 * k
-        field[:, at : at + 3] = normal
-        field[:, at + 3] = np.einsum("ij,ij->i", normal, p)
+        planes[:, k, :3] = normal
+        planes[:, k, 3] = np.einsum("ij,ij->i", normal, p)
     return np.column_stack([found.vertices, found.pressure]), found.elements, field
 
 
@@ -243,15 +257,15 @@ def face_capacity(model: HydroModel) -> int:
     """
     if len(model.pair) == 0:
         return 0
-    leaves = model.geometry[:, columns.NUM_LEAVES]
+    leaves = model.geometry[:, Mesh.num_leaves]
     a, b = leaves[model.pair[:, 0]], leaves[model.pair[:, 1]]
     needed = np.minimum(a * b, 8 * (a + b))
-    flat = int(model.family[columns.COMPLIANT_AND_RIGID])
+    flat = int(model.family[Families.with_rigid])
     needed[:flat] = a[:flat]
     needed = np.minimum(needed, MOST_OF_A_PAIR)
     shared = min(4 * int(leaves[np.unique(model.pair)].sum()), MOST_FACES)
     polygons = min(int(needed.sum()), max(shared, int(needed.max())))
-    return min(5 * polygons, 2 * MOST_FACES) if model.setting[columns.TRIANGLES] else polygons
+    return min(5 * polygons, 2 * MOST_FACES) if model.setting[Choices.triangles] else polygons
 
 
 def find_surfaces(model: HydroModel, table: ContactTable, native: bool = True) -> HydroTable:
@@ -267,7 +281,7 @@ def find_surfaces(model: HydroModel, table: ContactTable, native: bool = True) -
     while True:
         surfaces = HydroTable(*(like(a, table.X_WG.dtype) for a in hydro_table(model, capacity)))
         (search.native if native else search)(hydro_model=model, table=table, surfaces=surfaces)
-        if surfaces.count[columns.STATUS] == 0:
+        if surfaces.count[Found.status] == 0:
             return surfaces
         capacity *= 4
 

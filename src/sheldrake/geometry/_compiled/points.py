@@ -11,13 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry import _defaults
 from sheldrake.geometry import _proximity_properties as proximity
 from sheldrake.geometry._compiled.hulls import Hulls
 from sheldrake.geometry._ids import FrameId, GeometryId
-from sheldrake.geometry._kernels import model as columns
-from sheldrake.geometry._kernels.cells import cell_width
-from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.geometry._kernels import model as kernel_model
+from sheldrake.geometry._kernels.model import Geometry, GeometryModel, Material, PoseInBody, Size
+from sheldrake.geometry._kernels.spatial_hash import width_of_cells
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
 from sheldrake.geometry._state.records import GeometryRecord
@@ -46,29 +45,29 @@ def compile_proximity(
     rows = {geometry_id: row for row, geometry_id in enumerate(ids)}
     records = [state.geometries[geometry_id] for geometry_id in ids]
     hulls = Hulls()
-    geometry = np.zeros((len(ids), columns.GEOMETRY_COLUMNS), np.int64)
-    size = np.zeros((len(ids), columns.SIZE_COLUMNS))
-    material = np.zeros((len(ids), columns.MATERIAL_COLUMNS))
-    X_BG = np.zeros((len(ids), 12))
+    geometry = np.zeros((len(ids), Geometry.SIZE), np.int64)
+    size = np.zeros((len(ids), Size.SIZE))
+    material = np.zeros((len(ids), Material.SIZE))
+    X_BG = np.zeros((len(ids), PoseInBody.SIZE))
     for row, record in enumerate(records):
         if record.frame not in body_of_frame:
             frame = state.frames[record.frame].name
             raise RuntimeError(
                 f"Geometry '{record.name}' belongs to frame '{frame}', which is none of the bodies of the plant."
             )
-        geometry[row, columns.BODY] = body_of_frame[record.frame]
-        geometry[row, columns.MULTI_POINT] = _algorithm(record) == "multi_point"
+        geometry[row, Geometry.body] = body_of_frame[record.frame]
+        geometry[row, Geometry.multi_point] = _algorithm(record, state.point_contact_algorithm) == "multi_point"
         _fill_shape(geometry[row], size[row], record, hulls)
         material[row] = _material(record)
-        X_BG[row, :9] = record.X_FG.rotation().matrix().ravel()
-        X_BG[row, 9:] = record.X_FG.translation()
-    kind, body = geometry[:, columns.KIND], geometry[:, columns.BODY]
+        X_BG[row, PoseInBody.R_BG.columns] = record.X_FG.rotation().matrix().ravel()
+        X_BG[row, PoseInBody.p_BG.columns] = record.X_FG.translation()
+    kind, body = geometry[:, Geometry.kind], geometry[:, Geometry.body]
     excluded = np.array([(rows[a], rows[b]) for a, b in state.filter.excluded() if a in rows and b in rows], np.int64)
     excluded = excluded.reshape(-1, 2)
     cells = cells and len(ids) >= CELLS_FROM
     if cells:
         pairs, partner = _pairs_with_half_spaces(kind), _partners(excluded, body)
-        cell = np.array([cell_width(size[:, columns.BOUND])])
+        cell = np.array([width_of_cells(size[:, Size.bound])])
     else:
         pairs, partner = np.stack(np.triu_indices(len(ids), 1), axis=1), np.zeros(0, np.int64)
         cell = np.zeros(0)
@@ -82,7 +81,10 @@ def compile_proximity(
 
 def _pairs_with_half_spaces(kind: np.ndarray) -> np.ndarray:
     """All pairs of a half space and something else, lower row first."""
-    half_spaces, others = np.flatnonzero(kind == columns.HALF_SPACE), np.flatnonzero(kind != columns.HALF_SPACE)
+    half_spaces, others = (
+        np.flatnonzero(kind == kernel_model.HALF_SPACE),
+        np.flatnonzero(kind != kernel_model.HALF_SPACE),
+    )
     pairs = np.stack(np.meshgrid(half_spaces, others, indexing="ij"), axis=-1).reshape(-1, 2)
     return np.sort(pairs, axis=1)
 
@@ -91,7 +93,7 @@ def _that_may_touch(pairs: np.ndarray, excluded: np.ndarray, kind: np.ndarray, b
     """Those pairs that are not of one body, not two half spaces, and not excluded by a filter."""
     a, b = pairs.T
     keys, out = a * len(kind) + b, excluded[:, 0] * len(kind) + excluded[:, 1]
-    both = (kind[a] == columns.HALF_SPACE) & (kind[b] == columns.HALF_SPACE)
+    both = (kind[a] == kernel_model.HALF_SPACE) & (kind[b] == kernel_model.HALF_SPACE)
     return pairs[(body[a] != body[b]) & ~both & ~np.isin(keys, out)]
 
 
@@ -105,24 +107,24 @@ def _partners(excluded: np.ndarray, body: np.ndarray) -> np.ndarray:
 def _by_family(pair: np.ndarray, kind: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Pairs sorted by family, A and B, and where each family begins."""
     first, second = np.sort(kind[pair], axis=1).T
-    family = np.full(len(pair), columns.CONVEX)
-    family[(first == columns.BOX) & (second == columns.BOX)] = columns.BOXES
-    family[(first == columns.SPHERE) & (second <= columns.ELLIPSOID)] = columns.SPHERES
-    family[second == columns.HALF_SPACE] = columns.HALF_SPACES
+    family = np.full(len(pair), kernel_model.CONVEX)
+    family[(first == kernel_model.BOX) & (second == kernel_model.BOX)] = kernel_model.BOXES
+    family[(first == kernel_model.SPHERE) & (second <= kernel_model.ELLIPSOID)] = kernel_model.SPHERES
+    family[second == kernel_model.HALF_SPACE] = kernel_model.HALF_SPACES
     order = np.lexsort((pair[:, 1], pair[:, 0], family))
-    return np.ascontiguousarray(pair[order]), np.searchsorted(family[order], np.arange(columns.NUM_FAMILIES + 1))
+    return np.ascontiguousarray(pair[order]), np.searchsorted(family[order], np.arange(kernel_model.Families.SIZE))
 
 
 def _property(record: GeometryRecord, group: str, name: str, default: Any = None) -> Any:
     return record.roles[Role.kProximity].GetPropertyOrDefault(group, name, default)
 
 
-def _algorithm(record: GeometryRecord) -> str:
-    value = _property(record, *_defaults.POINT_CONTACT_ALGORITHM, default=_defaults.point_contact_algorithm)
-    if value not in _defaults.POINT_CONTACT_ALGORITHMS:
+def _algorithm(record: GeometryRecord, default: str) -> str:
+    value = _property(record, proximity.MATERIAL, proximity.POINT_CONTACT_ALGORITHM, default)
+    if value not in proximity.POINT_CONTACT_ALGORITHMS:
         raise RuntimeError(
-            f"Geometry '{record.name}': property {_defaults.POINT_CONTACT_ALGORITHM} is {value!r}; "
-            f"expected {choices(_defaults.POINT_CONTACT_ALGORITHMS)}."
+            f"Geometry '{record.name}': property ('{proximity.MATERIAL}', '{proximity.POINT_CONTACT_ALGORITHM}') is "
+            f"{value!r}; expected {choices(proximity.POINT_CONTACT_ALGORITHMS)}."
         )
     return value
 
@@ -148,28 +150,28 @@ def _fill_shape(geometry: np.ndarray, size: np.ndarray, record: GeometryRecord, 
     """Kind, measures and bounding sphere of one geometry."""
     shape: Shape = record.shape
     if isinstance(shape, Sphere):
-        kind, measures, bound = columns.SPHERE, (shape.radius(),) * 3, shape.radius()
+        kind, measures, bound = kernel_model.SPHERE, (shape.radius(),) * 3, shape.radius()
     elif isinstance(shape, Box):
         half = shape.size() / 2.0
-        kind, measures, bound = columns.BOX, tuple(half), float(np.linalg.norm(half))
+        kind, measures, bound = kernel_model.BOX, tuple(half), float(np.linalg.norm(half))
     elif isinstance(shape, (Cylinder, Capsule)):
         r, h = shape.radius(), shape.length() / 2.0
-        kind = columns.CYLINDER if isinstance(shape, Cylinder) else columns.CAPSULE
-        measures, bound = (r, r, h), (math.hypot(r, h) if kind == columns.CYLINDER else r + h)
+        kind = kernel_model.CYLINDER if isinstance(shape, Cylinder) else kernel_model.CAPSULE
+        measures, bound = (r, r, h), (math.hypot(r, h) if kind == kernel_model.CYLINDER else r + h)
     elif isinstance(shape, Ellipsoid):
-        kind, measures = columns.ELLIPSOID, (shape.a(), shape.b(), shape.c())
+        kind, measures = kernel_model.ELLIPSOID, (shape.a(), shape.b(), shape.c())
         bound = max(measures)
     elif isinstance(shape, (Convex, Mesh)):
         mesh = shape.GetConvexHull()
         centre, extents = mesh.CalcBoundingBox()
-        kind, measures = columns.HULL, tuple(np.asarray(extents) / 2.0)
-        size[columns.CENTRE : columns.CENTRE + 3] = centre
+        kind, measures = kernel_model.HULL, tuple(np.asarray(extents) / 2.0)
+        size[Size.centre_G.columns] = centre
         bound = float(np.linalg.norm(mesh._vertices - centre, axis=1).max())
         hulls.add(geometry, mesh)
     elif isinstance(shape, HalfSpace):
-        kind, measures, bound = columns.HALF_SPACE, (0.0, 0.0, 0.0), math.inf
+        kind, measures, bound = kernel_model.HALF_SPACE, (0.0, 0.0, 0.0), math.inf
     else:
         raise NotImplementedError(f"Geometry '{record.name}': a {type(shape).__name__} can not touch other geometry.")
-    geometry[columns.KIND] = kind
-    size[:3] = measures
-    size[columns.BOUND] = bound
+    geometry[Geometry.kind] = kind
+    size[Size.half_sizes.columns] = measures
+    size[Size.bound] = bound

@@ -6,13 +6,6 @@ import numpy as np
 
 from sheldrake.common.chain import Chain
 from sheldrake.common.kernel import Kernel
-from sheldrake.geometry._kernels.cells import (
-    close_box_pairs,
-    close_convex_pairs,
-    close_pairs,
-    close_sphere_pairs,
-    make_cells,
-)
 from sheldrake.geometry._kernels.contacts import (
     box_pairs,
     convex_pairs,
@@ -20,8 +13,25 @@ from sheldrake.geometry._kernels.contacts import (
     place_geometries,
     sphere_pairs,
 )
-from sheldrake.geometry._kernels.model import BOX, ELLIPSOID, HALF_SPACE, KIND, SPHERE, ContactTable, GeometryModel
+from sheldrake.geometry._kernels.model import (
+    BOX,
+    ELLIPSOID,
+    HALF_SPACE,
+    SPHERE,
+    BodyPoses,
+    ContactTable,
+    Found,
+    Geometry,
+    GeometryModel,
+)
 from sheldrake.geometry._kernels.order import sort_contacts
+from sheldrake.geometry._kernels.spatial_hash import (
+    close_box_pairs,
+    close_convex_pairs,
+    close_pairs,
+    close_sphere_pairs,
+    make_cells,
+)
 
 _FAMILIES = (half_space_pairs, sphere_pairs, box_pairs, convex_pairs)
 
@@ -41,10 +51,10 @@ def family_kernels(model: GeometryModel) -> list[Kernel]:
 
 def _close_kernels(model: GeometryModel) -> list[Kernel]:
     """The kernels of the families that the shapes of a model with cells can form."""
-    kinds = {int(kind) for kind in model.geometry[:, KIND] if kind != HALF_SPACE}
+    kinds = {int(kind) for kind in model.geometry[:, Geometry.kind] if kind != HALF_SPACE}
     boxes, spheres = BOX in kinds, SPHERE in kinds
-    others = kinds - {int(BOX), int(SPHERE)}
-    convex = bool(others) and (bool(kinds - {int(SPHERE)}) or any(kind > ELLIPSOID for kind in others))
+    others = kinds - {BOX, SPHERE}
+    convex = bool(others) and (bool(kinds - {SPHERE}) or any(kind > ELLIPSOID for kind in others))
     families = ((close_sphere_pairs, spheres), (close_box_pairs, boxes), (close_convex_pairs, convex))
     return [kernel for kernel, needed in families if needed]
 
@@ -62,5 +72,7 @@ def find_contacts(model: GeometryModel, X_WB: np.ndarray, table: ContactTable, n
         0, or the status of the search.
     """
     search = Chain([place_geometries, *family_kernels(model)])
-    (search.native if native else search)(geometry_model=model, X_WB=X_WB, table=table, cells=make_cells(model))
-    return int(table.count[1])
+    (search.native if native else search)(
+        geometry_model=model, bodies=BodyPoses(X_WB), table=table, cells=make_cells(model)
+    )
+    return int(table.count[Found.status])

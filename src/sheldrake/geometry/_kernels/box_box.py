@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, compose, cross3, dot3, load3, rotate_back, scale3, sub3, transpose
+from sheldrake.common._kernels.vec import add3, compose, cross3, dot3, rotate_back, scale3, sub3, transpose
 from sheldrake.common.kernel import kernel
 
 from .convex import FLAT, emit_candidate, emit_four, emit_middle, face_candidates
-from .model import CANDIDATE, MULTI_POINT
-from .table import absolute, column, least_depth, position_of, rotation_of
+from .model import CANDIDATE
+from .table import absolute, column, least_depth, several_points
 
 _PREFER_FACES = 0.05  # an edge axis must be better by this fraction
 _PARALLEL = 1e-10  # squared sine of the angle between edges that define no axis
@@ -17,14 +17,6 @@ _PARALLEL = 1e-10  # squared sine of the angle between edges that define no axis
 @kernel
 def absolute3(a):
     return (absolute(a[0]), absolute(a[1]), absolute(a[2]))
-
-
-@kernel
-def face_axis(best, code, number, separation):
-    """The better one of the best axis so far and an axis across a face."""
-    if separation > best:
-        return separation, number
-    return best, code
 
 
 @kernel
@@ -60,28 +52,31 @@ def edge_axes(best, code, number, least, t, h_A, h_B, c1, c2, d, d1, d2):
 @kernel(outline=True)
 def box_box_contacts(model, table, a, b):
     """Contacts of boxes a and b: one of two edges, up to four corners of what (nearly) parallel faces share."""
-    R_WA = rotation_of(table, a)
-    R_WB = rotation_of(table, b)
-    h_A = load3(model.size, a)
-    h_B = load3(model.size, b)
-    t = sub3(position_of(table, b), position_of(table, a))
+    R_WA = table.poses[a].R_WG
+    R_WB = table.poses[b].R_WG
+    h_A = model[a].half_sizes
+    h_B = model[b].half_sizes
+    t = sub3(table.poses[b].p_WG, table.poses[a].p_WG)
     R_AB = compose(transpose(R_WA), R_WB)
     x = (R_AB[0], R_AB[1], R_AB[2])
     y = (R_AB[3], R_AB[4], R_AB[5])
     z = (R_AB[6], R_AB[7], R_AB[8])
-    dx = absolute3(x)
-    dy = absolute3(y)
-    dz = absolute3(z)
+    dx, dy, dz = absolute3(x), absolute3(y), absolute3(z)
     t_A = rotate_back(R_WA, t)
     t_B = rotate_back(R_WB, t)
     least = least_depth(model, a, b)
-    best = absolute(t_A[0]) - h_A[0] - dot3(h_B, dx)
-    code = 0
-    best, code = face_axis(best, code, 1, absolute(t_A[1]) - h_A[1] - dot3(h_B, dy))
-    best, code = face_axis(best, code, 2, absolute(t_A[2]) - h_A[2] - dot3(h_B, dz))
-    best, code = face_axis(best, code, 3, absolute(t_B[0]) - h_B[0] - dot3(h_A, (dx[0], dy[0], dz[0])))
-    best, code = face_axis(best, code, 4, absolute(t_B[1]) - h_B[1] - dot3(h_A, (dx[1], dy[1], dz[1])))
-    best, code = face_axis(best, code, 5, absolute(t_B[2]) - h_B[2] - dot3(h_A, (dx[2], dy[2], dz[2])))
+    separations = (
+        absolute(t_A[0]) - h_A[0] - dot3(h_B, dx),
+        absolute(t_A[1]) - h_A[1] - dot3(h_B, dy),
+        absolute(t_A[2]) - h_A[2] - dot3(h_B, dz),
+        absolute(t_B[0]) - h_B[0] - dot3(h_A, (dx[0], dy[0], dz[0])),
+        absolute(t_B[1]) - h_B[1] - dot3(h_A, (dx[1], dy[1], dz[1])),
+        absolute(t_B[2]) - h_B[2] - dot3(h_A, (dx[2], dy[2], dz[2])),
+    )
+    best, code = separations[0], 0
+    for k in range(1, 6):  # axes across faces
+        if separations[k] > best:
+            best, code = separations[k], k
     if best > -least:
         return
     face = code
@@ -90,7 +85,7 @@ def box_box_contacts(model, table, a, b):
     best, code = edge_axes(best, code, 12, least, (t_A[0], t_A[1]), (h_A[0], h_A[1]), h_B, x, y, dz, dx, dy)
     if -best <= least:
         return
-    if code >= 6 and model.geometry[a, MULTI_POINT] + model.geometry[b, MULTI_POINT] == 2:
+    if code >= 6 and several_points(model, a, b):
         out = column(R_WA, face) if face < 3 else column(R_WB, face - 3)
         l = cross3(column(R_WA, (code - 6) // 3), column(R_WB, (code - 6) % 3))
         if absolute(dot3(l, out)) >= (1.0 - FLAT) * sqrt(dot3(l, l)):
@@ -111,21 +106,19 @@ def sign_of(x):
 @kernel(outline=True)
 def edge_edge(model, table, a, b, t, i, j, depth):
     """The nearest points of the two edges, along axes i of a and j of b, that point at each other."""
-    R_WA = rotation_of(table, a)
-    R_WB = rotation_of(table, b)
+    R_WA, p_a = table.poses[a].R_WG, table.poses[a].p_WG
+    R_WB, p_b = table.poses[b].R_WG, table.poses[b].p_WG
     u = column(R_WA, i)
     v = column(R_WB, j)
     l = cross3(u, v)
     n = scale3(l, sign_of(dot3(l, t)) / sqrt(dot3(l, l)))
-    p_a = position_of(table, a)
-    p_b = position_of(table, b)
     for k in range(3):
         if k != i:
             x = column(R_WA, k)
-            p_a = add3(p_a, scale3(x, model.size[a, k] * sign_of(dot3(n, x))))
+            p_a = add3(p_a, scale3(x, model[a].half_along[k] * sign_of(dot3(n, x))))
         if k != j:
             x = column(R_WB, k)
-            p_b = sub3(p_b, scale3(x, model.size[b, k] * sign_of(dot3(n, x))))
+            p_b = sub3(p_b, scale3(x, model[b].half_along[k] * sign_of(dot3(n, x))))
     w = sub3(p_b, p_a)
     uv = dot3(u, v)
     det = 1.0 - uv * uv
@@ -139,11 +132,11 @@ def face_of_box(model, table, ref, inc, axis, t):
     """Contacts on the face of `ref` across `axis` that looks at `inc`, which is t away."""
     out = scale3(axis, sign_of(dot3(axis, t)))
     count = face_candidates(model, table, ref, inc, out, out)
-    if model.geometry[ref, MULTI_POINT] + model.geometry[inc, MULTI_POINT] == 2:
+    if several_points(model, ref, inc):
         emit_four(model, table, inc, ref, out, count)
     elif count > 0:
         deepest = count - 1
         for k in range(count):
-            if table.work[CANDIDATE + k, 3] > table.work[CANDIDATE + deepest, 3]:
+            if table.candidates[CANDIDATE + k].depth > table.candidates[CANDIDATE + deepest].depth:
                 deepest = k
         emit_candidate(model, table, inc, ref, out, deepest)

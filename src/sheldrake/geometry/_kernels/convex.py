@@ -2,28 +2,14 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, scale3, store3, sub3
+from sheldrake.common._kernels.vec import add3, cross3, dot3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .half_space import cylinder_on_plane_multi
-from .model import (
-    BOUND,
-    CANDIDATE,
-    CYLINDER,
-    HALF_LENGTH,
-    KIND,
-    MAX_POINTS,
-    MULTI_POINT,
-    POLYGON_A,
-    POLYGON_B,
-    POLYGON_C,
-    RADIUS,
-    SEVERAL,
-    Z_AXIS,
-)
+from .model import CANDIDATE, CYLINDER, MAX_POINTS, POLYGON_A, POLYGON_B, POLYGON_C, Z_AXIS
 from .separation import separation
-from .support import best_face, has_faces, shown_feature, within_face
-from .table import MIN_DEPTH, absolute, column, emit, least_depth, position_of, rotation_of
+from .support import best_face, has_faces, shown_feature, side_of_face, within_face
+from .table import MIN_DEPTH, absolute, column, emit, least_depth, several_points
 
 # 1 - cosine of 0.02 rad: a face that looks this well along the normal is what touches. The exact normal of two nearly
 # parallel faces is that of two crossing edges as often as not, and a body can not rest on the one point of those.
@@ -42,9 +28,8 @@ def convex_contacts(model, table, i, j):
     phi, nhat_ji, p_WCi, p_WCj = separation(model, table, i, j, MIN_DEPTH - least)
     if -phi <= least:
         return
-    if model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2:
-        if touching_features(model, table, i, j, nhat_ji, -phi) > 0:
-            return
+    if several_points(model, i, j) and touching_features(model, table, i, j, nhat_ji, -phi) > 0:
+        return
     emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, -phi)
 
 
@@ -59,10 +44,8 @@ def emit_middle(model, table, i, j, p_WCi, p_WCj, nhat_ji, depth):
 @kernel(outline=True)
 def touching_features(model, table, i, j, nhat_ji, depth):
     """Contacts of a face with what lies on it, or of two edges side by side; how many."""
-    along_i = 0.0
-    along_j = 0.0
-    out_i = nhat_ji
-    out_j = nhat_ji
+    out_i, along_i = nhat_ji, 0.0
+    out_j, along_j = nhat_ji, 0.0
     if has_faces(model, i):
         _face, out_i = best_face(model, table, i, scale3(nhat_ji, -1.0))
         along_i = -dot3(out_i, nhat_ji)
@@ -88,12 +71,33 @@ def touching_features(model, table, i, j, nhat_ji, depth):
 @kernel
 def shortfall(model, i, j, depth):
     """By how much the deepest point of two features may be less deep than the shapes, of round-off and facets [m]."""
-    short = _SHORT * (absolute(depth) + model.margin[SEVERAL]) + _LEVEL * (model.size[i, BOUND] + model.size[j, BOUND])
-    if model.geometry[i, KIND] == CYLINDER:
-        short += _FACETED * model.size[i, RADIUS]
-    if model.geometry[j, KIND] == CYLINDER:
-        short += _FACETED * model.size[j, RADIUS]
+    short = _SHORT * (absolute(depth) + model.several_margin) + _LEVEL * (model[i].bound + model[j].bound)
+    if model[i].kind == CYLINDER:
+        short += _FACETED * model[i].radius
+    if model[j].kind == CYLINDER:
+        short += _FACETED * model[j].radius
     return short
+
+
+@kernel
+def deepest(table, count):
+    """The deepest of the candidates, the first of equal ones."""
+    best = 0
+    for k in range(count):
+        if table.candidates[CANDIDATE + k].depth > table.candidates[CANDIDATE + best].depth:
+            best = k
+    return best
+
+
+@kernel
+def farthest(table, count, first):
+    """The candidate farthest from the first one."""
+    second, far = 0, -1.0
+    for k in range(count):
+        r = sub3(table.candidates[CANDIDATE + k].p_W, table.candidates[CANDIDATE + first].p_W)
+        if dot3(r, r) > far * (1.0 + 1e-9):
+            second, far = k, dot3(r, r)
+    return second
 
 
 @kernel(outline=True)
@@ -103,11 +107,9 @@ def face_contacts(model, table, ref, inc, out, nhat, depth):
     The deepest point of a slender hull may belong to another face than the one that looks along the normal most.
     """
     count = face_candidates(model, table, ref, inc, out, nhat)
-    deepest = -1e300
-    for k in range(count):
-        if table.work[CANDIDATE + k, 3] > deepest:
-            deepest = table.work[CANDIDATE + k, 3]
-    if deepest < depth - shortfall(model, ref, inc, depth):
+    if count == 0 or table.candidates[CANDIDATE + deepest(table, count)].depth < depth - shortfall(
+        model, ref, inc, depth
+    ):
         return 0
     return emit_four(model, table, inc, ref, out, count)
 
@@ -115,25 +117,24 @@ def face_contacts(model, table, ref, inc, out, nhat, depth):
 @kernel(outline=True)
 def stands_within(model, table, ref, inc, out):
     """Whether `inc` is a cylinder whose whole cap is on the face of `ref`, so that it stands as on a plane."""
-    if model.geometry[inc, KIND] != CYLINDER:
+    if model[inc].kind != CYLINDER:
         return False
-    axis = column(rotation_of(table, inc), Z_AXIS)
+    axis = column(table.poses[inc].R_WG, Z_AXIS)
     c = dot3(axis, out)
     if absolute(c) < 1.0 - FLAT:
         return False
-    radius = model.size[inc, RADIUS]
-    half_length = model.size[inc, HALF_LENGTH]
-    centre = add3(position_of(table, inc), scale3(axis, -half_length if c > 0.0 else half_length))
-    return within_face(model, table, ref, out, centre, radius)
+    half_length = model[inc].half_length
+    centre = add3(table.poses[inc].p_WG, scale3(axis, -half_length if c > 0.0 else half_length))
+    return within_face(model, table, ref, out, centre, model[inc].radius)
 
 
 @kernel(outline=True)
 def cap_contacts(model, table, ref, inc, out):
     """Contacts of a cap that stands within a face of `ref`, which is in POLYGON_A; how many."""
-    before = table.count[0]
-    height = dot3(out, sub3(position_of(table, inc), load3(table.work, POLYGON_A)))
+    before = table.num_contacts
+    height = dot3(out, sub3(table.poses[inc].p_WG, table.corners[POLYGON_A].p_W))
     cylinder_on_plane_multi(model, table, inc, ref, out, height)
-    return table.count[0] - before
+    return table.num_contacts - before
 
 
 @kernel(outline=True)
@@ -144,19 +145,17 @@ def face_candidates(model, table, ref, inc, out, nhat):
     source = POLYGON_B
     for k in range(sides):
         target = POLYGON_C if source == POLYGON_B else POLYGON_B
-        a = load3(table.work, POLYGON_A + k)
-        b = load3(table.work, POLYGON_A + (k + 1) % sides)
-        corners = clip(table, source, corners, target, a, cross3(sub3(b, a), out))
+        a, outward = side_of_face(table, k, sides, out)
+        corners = clip(table, source, corners, target, a, outward)
         source = target
-    base = load3(table.work, POLYGON_A)
+    base = table.corners[POLYGON_A].p_W
     count = 0
     least = least_depth(model, ref, inc)
     for k in range(corners):
-        x = load3(table.work, source + k)
+        x = table.corners[source + k].p_W
         depth = dot3(out, sub3(base, x))
         if depth > least:
-            store3(table.work, CANDIDATE + count, x)
-            table.work[CANDIDATE + count, 3] = depth
+            table.candidates[CANDIDATE + count].both = (x, depth)
             count += 1
     return count
 
@@ -167,18 +166,18 @@ def clip(table, source, corners, target, a, outward):
     slack = 1e-12 * (absolute(outward[0]) + absolute(outward[1]) + absolute(outward[2]))
     kept = 0
     for k in range(corners):
-        p = load3(table.work, source + k)
+        p = table.corners[source + k].p_W
         height_p = dot3(outward, sub3(p, a))
         if height_p <= slack and kept < _ROWS:
-            store3(table.work, target + kept, p)
+            table.corners[target + kept].p_W = p
             kept += 1
         if k + 1 < corners or corners > 2:
-            q = load3(table.work, source + (k + 1) % corners)
+            q = table.corners[source + (k + 1) % corners].p_W
             height_q = dot3(outward, sub3(q, a))
             if (height_p > slack and height_q < -slack) or (height_p < -slack and height_q > slack):
                 t = height_p / (height_p - height_q)
                 if kept < _ROWS:
-                    store3(table.work, target + kept, add3(p, scale3(sub3(q, p), t)))
+                    table.corners[target + kept].p_W = add3(p, scale3(sub3(q, p), t))
                     kept += 1
     return kept
 
@@ -190,51 +189,33 @@ def emit_four(model, table, i, j, nhat_ji, count):
     A flat contact: the two farthest apart and the farthest on either side of their line, whatever the depths, so that
     a small tilt changes nothing. A steep one: the deepest instead of the first of them.
     """
-    caps = model.geometry[i, KIND] == CYLINDER or model.geometry[j, KIND] == CYLINDER
+    caps = model[i].kind == CYLINDER or model[j].kind == CYLINDER
     if count <= (MAX_POINTS if caps else 4):
         for k in range(count):
             emit_candidate(model, table, i, j, nhat_ji, k)
         return count
-    deepest = 0
-    for k in range(count):
-        if table.work[CANDIDATE + k, 3] > table.work[CANDIDATE + deepest, 3]:
-            deepest = k
-    first = 0
-    second = 0
-    far = -1.0
+    first, second, far = 0, 0, -1.0
     least = 1e300
     for k in range(count):
-        p = load3(table.work, CANDIDATE + k)
-        if table.work[CANDIDATE + k, 3] < least:
-            least = table.work[CANDIDATE + k, 3]
+        p, depth = table.candidates[CANDIDATE + k].both
+        least = min(least, depth)
         for e in range(k):
-            r = sub3(p, load3(table.work, CANDIDATE + e))
+            r = sub3(p, table.candidates[CANDIDATE + e].p_W)
             if dot3(r, r) > far * (1.0 + 1e-9):
-                far = dot3(r, r)
-                first = e
-                second = k
-    if least < 0.5 * table.work[CANDIDATE + deepest, 3] - model.margin[SEVERAL]:
-        first = deepest
-        far = -1.0
-        for k in range(count):
-            r = sub3(load3(table.work, CANDIDATE + k), load3(table.work, CANDIDATE + first))
-            if dot3(r, r) > far * (1.0 + 1e-9):
-                far = dot3(r, r)
-                second = k
-    p = load3(table.work, CANDIDATE + first)
-    across = cross3(nhat_ji, sub3(load3(table.work, CANDIDATE + second), p))
-    left = first
-    right = first
-    most = 0.0
-    fewest = 0.0
+                first, second, far = e, k, dot3(r, r)
+    steep = deepest(table, count)
+    if least < 0.5 * table.candidates[CANDIDATE + steep].depth - model.several_margin:
+        first, second = steep, farthest(table, count, steep)
+    p = table.candidates[CANDIDATE + first].p_W
+    across = cross3(nhat_ji, sub3(table.candidates[CANDIDATE + second].p_W, p))
+    left, most = first, 0.0
+    right, fewest = first, 0.0
     for k in range(count):
-        side = dot3(across, sub3(load3(table.work, CANDIDATE + k), p))
+        side = dot3(across, sub3(table.candidates[CANDIDATE + k].p_W, p))
         if side > most * (1.0 + 1e-9):
-            most = side
-            left = k
+            left, most = k, side
         if side < fewest * (1.0 + 1e-9):
-            fewest = side
-            right = k
+            right, fewest = k, side
     emitted = 0
     for k in range(count):
         if k == first or k == second or k == left or k == right:
@@ -245,8 +226,7 @@ def emit_four(model, table, i, j, nhat_ji, count):
 
 @kernel
 def emit_candidate(model, table, i, j, nhat_ji, k):
-    x = load3(table.work, CANDIDATE + k)
-    depth = table.work[CANDIDATE + k, 3]
+    x, depth = table.candidates[CANDIDATE + k].both
     emit(model, table, i, j, x, add3(x, scale3(nhat_ji, depth)), nhat_ji, depth)
 
 
@@ -260,39 +240,33 @@ def edge_contacts(model, table, i, j, nhat_ji, depth):
         return 0
     if shown_feature(model, table, j, nhat_ji, POLYGON_B) != 2:
         return 0
-    a = load3(table.work, POLYGON_A)
-    b = load3(table.work, POLYGON_B)
-    u = sub3(load3(table.work, POLYGON_A + 1), a)
-    v = sub3(load3(table.work, POLYGON_B + 1), b)
+    a = table.corners[POLYGON_A].p_W
+    b = table.corners[POLYGON_B].p_W
+    u = sub3(table.corners[POLYGON_A + 1].p_W, a)
+    v = sub3(table.corners[POLYGON_B + 1].p_W, b)
     uu = dot3(u, u)
     uv = dot3(u, v)
     if uv * uv < 0.9998 * uu * dot3(v, v):
         return 0
     start = dot3(sub3(b, a), u) / uu
     end = start + uv / uu
-    low = start if start < end else end
-    high = end if start < end else start
-    if low < 0.0:
-        low = 0.0
-    if high > 1.0:
-        high = 1.0
+    low, high = (start, end) if start < end else (end, start)
+    low, high = max(low, 0.0), min(high, 1.0)
     if high <= low:
         return 0
     count = 0
     least = least_depth(model, i, j)
-    deepest = -1e300
+    most = -1e300
     for k in range(2):
         t = low if k == 0 else high
         p_i = add3(a, scale3(u, t))
         p_j = add3(b, scale3(v, (t - start) * uu / uv))
         depth_k = dot3(nhat_ji, sub3(p_j, p_i))
-        if depth_k > deepest:
-            deepest = depth_k
+        most = max(most, depth_k)
         if depth_k > least:
             count += 1
-            store3(table.work, CANDIDATE + k, p_i)
-            table.work[CANDIDATE + k, 3] = depth_k
-    if count == 2 and deepest >= depth - shortfall(model, i, j, depth):
+            table.candidates[CANDIDATE + k].both = (p_i, depth_k)
+    if count == 2 and most >= depth - shortfall(model, i, j, depth):
         for k in range(2):
             emit_candidate(model, table, i, j, nhat_ji, k)
         return 2

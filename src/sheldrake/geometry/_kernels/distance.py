@@ -58,19 +58,13 @@ def point_box(p, h):
 @kernel
 def point_cylinder(p, radius, half_length):
     rho = sqrt(p[0] * p[0] + p[1] * p[1])
-    ex = 1.0
-    ey = 0.0
+    ex, ey = 1.0, 0.0
     if rho > 1e-14 * radius:
-        ex = p[0] / rho
-        ey = p[1] / rho
+        ex, ey = p[0] / rho, p[1] / rho
     z_end = signed(half_length, p[2])
     out = rho - radius
     above = absolute(p[2]) - half_length
-    if out <= 0.0 and above <= 0.0:
-        if out >= above:
-            return out, (ex, ey, 0.0), (radius * ex, radius * ey, p[2])
-        return above, (0.0, 0.0, signed(1.0, p[2])), (p[0], p[1], z_end)
-    if out <= 0.0:
+    if out <= 0.0 and above > out:
         return above, (0.0, 0.0, signed(1.0, p[2])), (p[0], p[1], z_end)
     if above <= 0.0:
         return out, (ex, ey, 0.0), (radius * ex, radius * ey, p[2])
@@ -97,11 +91,7 @@ def point_ellipsoid(p, a):
 
     With s = t + min a^2 the function is convex and falls on s > 0; Newton's method from its left side is monotone.
     """
-    least = a[0]
-    if a[1] < least:
-        least = a[1]
-    if a[2] < least:
-        least = a[2]
+    least = min(a[0], a[1], a[2])
     tiny = 1e-30 * least
     y0 = absolute(p[0]) + tiny
     y1 = absolute(p[1]) + tiny
@@ -109,11 +99,7 @@ def point_ellipsoid(p, a):
     d0 = (a[0] - least) * (a[0] + least)
     d1 = (a[1] - least) * (a[1] + least)
     d2 = (a[2] - least) * (a[2] + least)
-    s = a[0] * y0 - d0
-    if a[1] * y1 - d1 > s:
-        s = a[1] * y1 - d1
-    if a[2] * y2 - d2 > s:
-        s = a[2] * y2 - d2
+    s = max(a[0] * y0 - d0, a[1] * y1 - d1, a[2] * y2 - d2)
     for _ in range(_NEWTON_STEPS):
         r0 = a[0] * y0 / (s + d0)
         r1 = a[1] * y1 / (s + d1)

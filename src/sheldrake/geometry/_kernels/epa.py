@@ -7,54 +7,37 @@ move along it separates the shapes.
 
 from __future__ import annotations
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import cross3, dot3, load3, scale3, store3, sub3
+from sheldrake.common._kernels.vec import cross3, dot3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .gjk import add_vertex
-from .model import ACROSS, CORNER, FACE, HORIZON, MAX_EDGES, MAX_FACES, MAX_VERTICES, SIMPLEX, STACK
+from .model import FACE, MAX_EDGES, MAX_FACES, MAX_VERTICES, SIMPLEX
 from .table import absolute
 
 _EPA_STEPS = 120
 _LEVEL = 1e-15  # relative to the size: a vertex so little in front of a face is in its plane
 _FLAT = 1e-8  # relative to the size: least extent of the tetrahedron to begin with
 _NO_SHIFT = (0.0, 0.0, 0.0)
-_NONE = np.int64(-1)
-_0 = np.int64(0)
-_1 = np.int64(1)
-_2 = np.int64(2)
-_3 = np.int64(3)
-_4 = np.int64(4)
-
-
-@kernel
-def face_plane(table, f):
-    """Writes the unit normal and distance of a face; one without area is infinitely far, so that it is not chosen."""
-    a = load3(table.work, SIMPLEX + table.iwork[CORNER + 3 * f])
-    b = load3(table.work, SIMPLEX + table.iwork[CORNER + 3 * f + 1])
-    c = load3(table.work, SIMPLEX + table.iwork[CORNER + 3 * f + 2])
-    ab = sub3(b, a)
-    ac = sub3(c, a)
-    n = cross3(ab, ac)
-    area = sqrt(dot3(n, n))
-    if area <= 1e-14 * (dot3(ab, ab) + dot3(ac, ac)):
-        store3(table.work, FACE + f, _NO_SHIFT)
-        table.work[FACE + f, 3] = 1e300
-    else:
-        n = scale3(n, 1.0 / area)
-        store3(table.work, FACE + f, n)
-        table.work[FACE + f, 3] = dot3(n, a)
-    table.work[FACE + f, 4] = 1.0
 
 
 @kernel(outline=True)
-def set_face(table, f, a, b, c):
-    table.iwork[CORNER + 3 * f] = a
-    table.iwork[CORNER + 3 * f + 1] = b
-    table.iwork[CORNER + 3 * f + 2] = c
-    face_plane(table, f)
+def set_face(table, f, corners):
+    """Writes a face with its unit normal and distance; one without area is infinitely far, so that it is not chosen."""
+    table.links[f].corners = corners
+    i, j, k = corners
+    a = table.vertices[SIMPLEX + i].w
+    ab = sub3(table.vertices[SIMPLEX + j].w, a)
+    ac = sub3(table.vertices[SIMPLEX + k].w, a)
+    n = cross3(ab, ac)
+    area = sqrt(dot3(n, n))
+    face = table.polytope[FACE + f]
+    if area <= 1e-14 * (dot3(ab, ab) + dot3(ac, ac)):
+        face.normal, face.offset = _NO_SHIFT, 1e300
+    else:
+        n = scale3(n, 1.0 / area)
+        face.normal, face.offset = n, dot3(n, a)
+    face.exists = 1.0
 
 
 @kernel
@@ -73,17 +56,17 @@ def some_normal(u):
 @kernel(outline=True)
 def thick_part(table, n, least):
     """How many vertices of the simplex to keep: those before the first that is not `least` away from what they span."""
-    p = load3(table.work, SIMPLEX)
-    u = sub3(load3(table.work, SIMPLEX + 1), p)
+    p = table.vertices[SIMPLEX].w
+    u = sub3(table.vertices[SIMPLEX + 1].w, p)
     if n < 2 or dot3(u, u) <= least * least:
-        return _1
-    out = cross3(u, sub3(load3(table.work, SIMPLEX + 2), p))
+        return 1
+    out = cross3(u, sub3(table.vertices[SIMPLEX + 2].w, p))
     if n < 3 or dot3(out, out) <= least * least * dot3(u, u):
-        return _2
-    height = dot3(out, sub3(load3(table.work, SIMPLEX + 3), p))
+        return 2
+    height = dot3(out, sub3(table.vertices[SIMPLEX + 3].w, p))
     if n < 4 or height * height <= least * least * dot3(out, out):
-        return _3
-    return _4
+        return 3
+    return 4
 
 
 @kernel(outline=True)
@@ -95,25 +78,25 @@ def make_tetrahedron(model, table, i, j, n, size):
         for k in range(6):
             s = 1.0 if k < 3 else -1.0
             d = (s if k % 3 == 0 else 0.0, s if k % 3 == 1 else 0.0, s if k % 3 == 2 else 0.0)
-            w = sub3(add_vertex(model, table, i, j, d, SIMPLEX + 1, _NO_SHIFT), load3(table.work, SIMPLEX))
+            w = sub3(add_vertex(model, table, i, j, d, SIMPLEX + 1, _NO_SHIFT), table.vertices[SIMPLEX].w)
             if dot3(w, w) > least * least:
                 n = 2
                 break
     if n == 2:
-        u = sub3(load3(table.work, SIMPLEX + 1), load3(table.work, SIMPLEX))
+        u = sub3(table.vertices[SIMPLEX + 1].w, table.vertices[SIMPLEX].w)
         d = some_normal(u)
         e = cross3(u, d)
         e = scale3(e, 1.0 / sqrt(dot3(e, e) + 1e-300))
         for k in range(4):
             across = scale3(d if k < 2 else e, 1.0 if k % 2 == 0 else -1.0)
-            w = sub3(add_vertex(model, table, i, j, across, SIMPLEX + 2, _NO_SHIFT), load3(table.work, SIMPLEX))
+            w = sub3(add_vertex(model, table, i, j, across, SIMPLEX + 2, _NO_SHIFT), table.vertices[SIMPLEX].w)
             out = cross3(u, w)
             if dot3(out, out) > least * least * dot3(u, u):
                 n = 3
                 break
     if n == 3:
-        p = load3(table.work, SIMPLEX)
-        d = cross3(sub3(load3(table.work, SIMPLEX + 1), p), sub3(load3(table.work, SIMPLEX + 2), p))
+        p = table.vertices[SIMPLEX].w
+        d = cross3(sub3(table.vertices[SIMPLEX + 1].w, p), sub3(table.vertices[SIMPLEX + 2].w, p))
         d = scale3(d, 1.0 / sqrt(dot3(d, d) + 1e-300))
         for k in range(2):
             s = 1.0 if k == 0 else -1.0
@@ -125,52 +108,46 @@ def make_tetrahedron(model, table, i, j, n, size):
 
 
 @kernel
-def set_face_among(table, inward, f, a, b, c, over_ab, over_bc, over_ca):
-    """Writes a face, and which are across its edges; its corners the other way round if `inward`."""
-    at = ACROSS + 3 * f
-    table.iwork[at + 1] = over_bc
-    if inward:
-        set_face(table, f, a, c, b)
-        table.iwork[at] = over_ca
-        table.iwork[at + 2] = over_ab
-    else:
-        set_face(table, f, a, b, c)
-        table.iwork[at] = over_ab
-        table.iwork[at + 2] = over_ca
+def set_face_among(table, inward, f, corners, across):
+    """Writes a face and which are across its edges; its corners the other way round if `inward`."""
+    a, b, c = corners
+    over_ab, over_bc, over_ca = across
+    set_face(table, f, (a, c, b) if inward else corners)
+    table.links[f].neighbours = (over_ca, over_bc, over_ab) if inward else across
 
 
 @kernel
 def make_faces(table):
     """The four faces of the tetrahedron of the first four vertices, seen from outside."""
-    p = load3(table.work, SIMPLEX)
-    q = load3(table.work, SIMPLEX + 1)
-    r = load3(table.work, SIMPLEX + 2)
-    s = load3(table.work, SIMPLEX + 3)
+    p = table.vertices[SIMPLEX].w
+    q = table.vertices[SIMPLEX + 1].w
+    r = table.vertices[SIMPLEX + 2].w
+    s = table.vertices[SIMPLEX + 3].w
     inward = dot3(cross3(sub3(q, p), sub3(r, p)), sub3(s, p)) > 0.0
-    set_face_among(table, inward, _0, _0, _1, _2, _1, _2, _3)
-    set_face_among(table, inward, _1, _0, _3, _1, _3, _2, _0)
-    set_face_among(table, inward, _2, _1, _3, _2, _1, _3, _0)
-    set_face_among(table, inward, _3, _2, _3, _0, _2, _1, _0)
+    set_face_among(table, inward, 0, (0, 1, 2), (1, 2, 3))
+    set_face_among(table, inward, 1, (0, 3, 1), (3, 2, 0))
+    set_face_among(table, inward, 2, (1, 3, 2), (1, 3, 0))
+    set_face_among(table, inward, 3, (2, 3, 0), (2, 1, 0))
 
 
 @kernel
 def edge_from(table, start, edges):
-    """The edge of HORIZON that starts at a vertex, or -1."""
+    """The edge of the hole that starts at a vertex, or -1."""
     for e in range(edges):
-        if table.iwork[HORIZON + 4 * e] == start:
+        if table.hole_edges[e].start == start:
             return e
     return -1
 
 
 @kernel
 def is_loop(table, edges):
-    """Whether the edges of HORIZON are one closed loop."""
-    at = table.iwork[HORIZON]
+    """Whether the edges of the hole are one closed loop."""
+    at = table.hole_edges[0].start
     for passed in range(edges):
         e = edge_from(table, at, edges)
         if e >= 0:
-            at = table.iwork[HORIZON + 4 * e + 1]
-        if at == table.iwork[HORIZON]:
+            at = table.hole_edges[e].end
+        if at == table.hole_edges[0].start:
             return passed + 1 == edges
     return False
 
@@ -179,54 +156,52 @@ def is_loop(table, edges):
 def remove_seen_faces(table, start, w, slack):
     """Removes the connected faces that w is more than `slack` in front of; the number of edges of the hole.
 
-    They go to HORIZON. 0 if the hole is not a disc: rounding has broken the polytope.
+    They go to `table.hole_edges`. 0 if the hole is not a disc: rounding has broken the polytope.
     """
-    table.iwork[STACK] = start
+    table.stack[0] = start
     waiting = 1
-    edges = _0
-    table.work[FACE + start, 4] = 0.0
+    edges = 0
+    table.polytope[FACE + start].exists = 0.0
     while waiting > 0:
         waiting -= 1
-        f = table.iwork[STACK + waiting]
+        link = table.links[table.stack[waiting]]
         for k in range(3):
-            g = table.iwork[ACROSS + 3 * f + k]
-            if table.work[FACE + g, 4] <= 0.0:
+            g = link.across[k]
+            face = table.polytope[FACE + g]
+            if face.exists <= 0.0:
                 continue
-            if dot3(load3(table.work, FACE + g), w) > table.work[FACE + g, 3] + slack:
-                table.work[FACE + g, 4] = 0.0
-                table.iwork[STACK + waiting] = g
+            if dot3(face.normal, w) > face.offset + slack:
+                face.exists = 0.0
+                table.stack[waiting] = g
                 waiting += 1
             elif edges < MAX_EDGES:
-                table.iwork[HORIZON + 4 * edges] = table.iwork[CORNER + 3 * f + k]
-                table.iwork[HORIZON + 4 * edges + 1] = table.iwork[CORNER + 3 * f + (k + 1) % 3]
-                table.iwork[HORIZON + 4 * edges + 2] = g
+                edge = table.hole_edges[edges]
+                edge.start, edge.end, edge.outside = link.corner[k], link.corner[(k + 1) % 3], g
                 edges += 1
-    return edges if is_loop(table, edges) else _0
+    return edges if is_loop(table, edges) else 0
 
 
 @kernel(outline=True)
 def fill_hole(table, faces, edges, vertex):
-    """Joins a vertex to the edges of HORIZON by new faces, in free places; how many places are in use then."""
+    """Joins a vertex to the edges of the hole by new faces, in free places; how many places are in use then."""
     free = 0
     for e in range(edges):
-        while free < faces and table.work[FACE + free, 4] > 0.0:
+        while free < faces and table.polytope[FACE + free].exists > 0.0:
             free += 1
-        at = HORIZON + 4 * e
-        set_face(table, free, table.iwork[at], table.iwork[at + 1], vertex)
-        table.iwork[at + 3] = free
+        edge = table.hole_edges[e]
+        set_face(table, free, (edge.start, edge.end, vertex))
+        edge.inside = free
         if free == faces:
             faces += 1
     for e in range(edges):
-        at = HORIZON + 4 * e
-        f = table.iwork[at + 3]
-        g = table.iwork[at + 2]
-        after = table.iwork[HORIZON + 4 * edge_from(table, table.iwork[at + 1], edges) + 3]
-        table.iwork[ACROSS + 3 * f] = g
-        table.iwork[ACROSS + 3 * f + 1] = after
-        table.iwork[ACROSS + 3 * after + 2] = f
+        edge = table.hole_edges[e]
+        after = table.hole_edges[edge_from(table, edge.end, edges)].inside
+        table.links[edge.inside].across[0] = edge.outside
+        table.links[edge.inside].across[1] = after
+        table.links[after].across[2] = edge.inside
         for k in range(3):
-            if table.iwork[CORNER + 3 * g + k] == table.iwork[at + 1]:
-                table.iwork[ACROSS + 3 * g + k] = f
+            if table.links[edge.outside].corner[k] == edge.end:
+                table.links[edge.outside].across[k] = edge.inside
     return faces
 
 
@@ -238,30 +213,23 @@ def epa(model, table, i, j, size, gap):
     distance of the nearest face differ by less than `gap`.
     """
     make_faces(table)
-    faces = _4
-    vertices = _4
-    c0 = _0
-    c1 = _1
-    c2 = _2
+    faces = 4
+    vertices = 4
+    corners = (0, 1, 2)
     n = (1.0, 0.0, 0.0)
     depth = 1e300
     for _ in range(_EPA_STEPS):
-        best = _NONE
+        best = -1
         for f in range(faces):
-            if table.work[FACE + f, 4] > 0.0:
-                if best < 0 or table.work[FACE + f, 3] < table.work[FACE + best, 3]:
+            if table.polytope[FACE + f].exists > 0.0:
+                if best < 0 or table.polytope[FACE + f].offset < table.polytope[FACE + best].offset:
                     best = f
-        if best < 0 or table.work[FACE + best, 3] > 1e299:
+        if best < 0 or table.polytope[FACE + best].offset > 1e299:
             break
-        d = load3(table.work, FACE + best)
-        offset = table.work[FACE + best, 3]
+        d, offset = table.polytope[FACE + best].normal, table.polytope[FACE + best].offset
         w = add_vertex(model, table, i, j, d, SIMPLEX + vertices, _NO_SHIFT)
         if dot3(d, w) < depth:
-            depth = dot3(d, w)
-            n = d
-            c0 = table.iwork[CORNER + 3 * best]
-            c1 = table.iwork[CORNER + 3 * best + 1]
-            c2 = table.iwork[CORNER + 3 * best + 2]
+            n, depth, corners = d, dot3(d, w), table.links[best].corners
         if dot3(d, w) - offset <= gap or depth - offset <= gap or vertices + 1 >= MAX_VERTICES:
             break
         edges = remove_seen_faces(table, best, w, _LEVEL * size)
@@ -269,4 +237,4 @@ def epa(model, table, i, j, size, gap):
             break
         faces = fill_hole(table, faces, edges, vertices)
         vertices += 1
-    return c0, c1, c2, n, depth
+    return corners, n, depth

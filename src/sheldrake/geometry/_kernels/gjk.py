@@ -1,29 +1,24 @@
 """Distance of convex shapes from their farthest points alone.
 
 GJK (Gilbert, Johnson, Keerthi 1988; Ericson 2005, sections 5.1 and 9.5) finds the point of the difference of two cores
-that is nearest to the origin. It is bounded: at the bound it gives the best answer found. Vertices are rows of
-table.work from SIMPLEX on: w = a - b, a, b with a on shape i and b on shape j.
+that is nearest to the origin. It is bounded: at the bound it gives the best answer found. Vertices are `table.vertices`
+from SIMPLEX on: w = a - b with a on shape i and b on shape j.
 """
 
 from __future__ import annotations
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, load3_at, scale3, store3, store3_at, sub3
+from sheldrake.common._kernels.vec import add3, cross3, dot3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .model import ON_I, ON_J, SIMPLEX
+from .model import SIMPLEX, WEIGHTS
 from .support import support
-from .table import bounding_centre
 
 _GJK_STEPS = 96
 _TOUCHING = 1e-10  # relative to the size: cores closer than this are treated as overlapping
 _GAP = 1e-14  # GJK stops when the distance is known this well, relative to the size
 _FLAT2 = 1e-24  # squared sine of the angle under which a tetrahedron is flat: rounding says where the origin is
 _NO_SHIFT = (0.0, 0.0, 0.0)
-_1 = np.int64(1)
-_4 = np.int64(4)
 
 
 @kernel(outline=True)
@@ -32,9 +27,7 @@ def add_vertex(model, table, i, j, d, row, shift):
     a = support(model, table, i, d)
     b = support(model, table, j, scale3(d, -1.0))
     w = sub3(sub3(a, b), shift)
-    store3(table.work, row, w)
-    store3_at(table.work, row, ON_I, a)
-    store3_at(table.work, row, ON_J, b)
+    table.vertices[row].points = (w, a, b)
     return w
 
 
@@ -51,6 +44,14 @@ def segment_weights(a, b):
     if t > 1.0:
         t = 1.0
     return 1.0 - t, t
+
+
+@kernel
+def towards_segment(a, b):
+    """Square of the origin's distance from segment ab, and the weights of the nearest point."""
+    u, v = segment_weights(a, b)
+    p = add3(scale3(a, u), scale3(b, v))
+    return dot3(p, p), u, v
 
 
 @kernel(outline=True)
@@ -96,25 +97,14 @@ def triangle_weights(a, b, c):
         wc, wa, wb = inner_weights(c, a, b)
     if wa >= 0.0 and wb >= 0.0 and wc >= 0.0:
         return wa, wb, wc
-    x, y = segment_weights(a, b)
-    v = add3(scale3(a, x), scale3(b, y))
-    best = dot3(v, v)
-    wa = x
-    wb = y
-    wc = 0.0
-    x, y = segment_weights(b, c)
-    v = add3(scale3(b, x), scale3(c, y))
-    if dot3(v, v) < best:
-        best = dot3(v, v)
-        wa = 0.0
-        wb = x
-        wc = y
-    x, y = segment_weights(c, a)
-    v = add3(scale3(c, x), scale3(a, y))
-    if dot3(v, v) < best:
-        wc = x
-        wa = y
-        wb = 0.0
+    best, u, v = towards_segment(a, b)
+    wa, wb, wc = u, v, 0.0
+    distance2, u, v = towards_segment(b, c)
+    if distance2 < best:
+        best, wa, wb, wc = distance2, 0.0, u, v
+    distance2, u, v = towards_segment(c, a)
+    if distance2 < best:
+        wa, wb, wc = v, 0.0, u
     return wa, wb, wc
 
 
@@ -136,105 +126,77 @@ def beyond(a, b, c, d):
 def nearest_on_tetrahedron(table, p, q, r, s):
     """Weights of the nearest point, and whether the origin is inside. Tries the faces that look at the origin."""
     best = 1e300
-    w0 = 0.0
-    w1 = 0.0
-    w2 = 0.0
-    w3 = 0.0
+    w = (0.0, 0.0, 0.0, 0.0)
     inside = True
     if beyond(p, q, r, s):
         inside = False
         x, y, z = triangle_weights(p, q, r)
         v = combine3(p, q, r, x, y, z)
         if dot3(v, v) < best:
-            best = dot3(v, v)
-            w0 = x
-            w1 = y
-            w2 = z
-            w3 = 0.0
+            w, best = (x, y, z, 0.0), dot3(v, v)
     if beyond(p, r, s, q):
         inside = False
         x, y, z = triangle_weights(p, r, s)
         v = combine3(p, r, s, x, y, z)
         if dot3(v, v) < best:
-            best = dot3(v, v)
-            w0 = x
-            w1 = 0.0
-            w2 = y
-            w3 = z
+            w, best = (x, 0.0, y, z), dot3(v, v)
     if beyond(p, s, q, r):
         inside = False
         x, y, z = triangle_weights(p, s, q)
         v = combine3(p, s, q, x, y, z)
         if dot3(v, v) < best:
-            best = dot3(v, v)
-            w0 = x
-            w1 = z
-            w2 = 0.0
-            w3 = y
+            w, best = (x, z, 0.0, y), dot3(v, v)
     if beyond(q, s, r, p):
         inside = False
         x, y, z = triangle_weights(q, s, r)
         v = combine3(q, s, r, x, y, z)
         if dot3(v, v) < best:
-            best = dot3(v, v)
-            w0 = 0.0
-            w1 = x
-            w2 = z
-            w3 = y
-    return inside, w0, w1, w2, w3
-
-
-@kernel
-def weight_of(k, w0, w1, w2, w3):
-    if k == 0:
-        return w0
-    if k == 1:
-        return w1
-    return w2 if k == 2 else w3
+            w, best = (0.0, x, z, y), dot3(v, v)
+    return inside, w
 
 
 @kernel(outline=True)
 def reduce_simplex(table, n):
     """Keeps the vertices that carry the nearest point; (how many are kept, nearest point, whether origin inside).
 
-    The weights go to column 0 of the rows SIMPLEX + 8 + k.
+    The weights go to the rows from WEIGHTS on.
     """
-    w0 = 1.0
-    w1 = 0.0
-    w2 = 0.0
-    w3 = 0.0
-    p = load3(table.work, SIMPLEX)
-    q = load3(table.work, SIMPLEX + 1)
-    r = load3(table.work, SIMPLEX + 2)
-    s = load3(table.work, SIMPLEX + 3)
+    w0, w1, w2, w3 = 1.0, 0.0, 0.0, 0.0
+    p = table.vertices[SIMPLEX].w
+    q = table.vertices[SIMPLEX + 1].w
+    r = table.vertices[SIMPLEX + 2].w
+    s = table.vertices[SIMPLEX + 3].w
     if n == 2:
         w0, w1 = segment_weights(p, q)
     elif n == 3:
         w0, w1, w2 = triangle_weights(p, q, r)
     elif n == 4:
-        inside, w0, w1, w2, w3 = nearest_on_tetrahedron(table, p, q, r, s)
+        inside, (w0, w1, w2, w3) = nearest_on_tetrahedron(table, p, q, r, s)
         if inside:
-            return _4, _NO_SHIFT, True
+            return 4, _NO_SHIFT, True
     kept = 0
     v = (0.0, 0.0, 0.0)
     for k in range(n):
-        weight = weight_of(k, w0, w1, w2, w3)
+        weight = (w0, w1, w2, w3)[k]
         if weight > 0.0:
-            for c in range(9):
-                table.work[SIMPLEX + kept, c] = table.work[SIMPLEX + k, c]
-            table.work[SIMPLEX + 8 + kept, 0] = weight
-            v = add3(v, scale3(load3(table.work, SIMPLEX + kept), weight))
+            table.vertices[SIMPLEX + kept].points = table.vertices[SIMPLEX + k].points
+            table.vertices[WEIGHTS + kept].weight = weight
+            v = add3(v, scale3(table.vertices[SIMPLEX + kept].w, weight))
             kept += 1
     return kept, v, False
 
 
 @kernel
-def witness(table, n, column):
-    """The point on one of the shapes (columns from `column` on) that the weights of the simplex stand for."""
-    p = (0.0, 0.0, 0.0)
+def witnesses(table, n):
+    """The points on both shapes that the weights of the simplex stand for."""
+    a = (0.0, 0.0, 0.0)
+    b = (0.0, 0.0, 0.0)
     for k in range(n):
-        p = add3(p, scale3(load3_at(table.work, SIMPLEX + k, column), table.work[SIMPLEX + 8 + k, 0]))
-    return p
+        vertex = table.vertices[SIMPLEX + k]
+        weight = table.vertices[WEIGHTS + k].weight
+        a = add3(a, scale3(vertex.a, weight))
+        b = add3(b, scale3(vertex.b, weight))
+    return a, b
 
 
 @kernel(outline=True)
@@ -243,14 +205,13 @@ def gjk(model, table, i, j, size, reach, shift):
 
     With a `shift`, shape j is moved by it. Stops early, with an estimate, once the distance is known to exceed `reach`.
     """
-    d = add3(sub3(bounding_centre(table, j), bounding_centre(table, i)), shift)
+    d = add3(sub3(table.poses[j].centre_W, table.poses[i].centre_W), shift)
     if dot3(d, d) < 1e-28 * size * size:
         d = (1.0, 0.0, 0.0)
     v = add_vertex(model, table, i, j, d, SIMPLEX, shift)
-    table.work[SIMPLEX + 8, 0] = 1.0
-    n = _1
-    a = load3_at(table.work, SIMPLEX, ON_I)
-    b = load3_at(table.work, SIMPLEX, ON_J)
+    table.vertices[WEIGHTS].weight = 1.0
+    n = 1
+    a, b = table.vertices[SIMPLEX].a, table.vertices[SIMPLEX].b
     for _ in range(_GJK_STEPS):
         distance = sqrt(dot3(v, v))
         if distance <= _TOUCHING * size:
@@ -261,10 +222,9 @@ def gjk(model, table, i, j, size, reach, shift):
             return n, v, False, a, b
         n, closer, inside = reduce_simplex(table, n + 1)
         if inside:
-            return _4, closer, True, a, b
+            return 4, closer, True, a, b
         if dot3(closer, closer) >= dot3(v, v):
             return n, v, False, a, b
         v = closer
-        a = witness(table, n, ON_I)
-        b = witness(table, n, ON_J)
+        a, b = witnesses(table, n)
     return n, v, False, a, b

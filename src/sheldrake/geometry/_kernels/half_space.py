@@ -9,28 +9,23 @@ force is continuous.
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, sub3
+from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .hull import lowest_vertex, steepest_face
-from .model import (
-    BOX,
-    CAPSULE,
-    CYLINDER,
-    ELLIPSOID,
-    FIRST_FOOT,
-    FIRST_VERTEX,
-    HALF_LENGTH,
-    HULL,
-    KIND,
-    MULTI_POINT,
-    NUM_VERTICES,
-    RADIUS,
-    SPHERE,
-    X_AXIS,
-    Z_AXIS,
+from .model import BOX, CAPSULE, CYLINDER, ELLIPSOID, HULL, SPHERE, X_AXIS, Z_AXIS
+from .table import (
+    CORNERS,
+    MIN_DEPTH,
+    absolute,
+    column,
+    elastic_reach,
+    emit,
+    least_depth,
+    longest,
+    reach_along,
+    several_points,
 )
-from .table import MIN_DEPTH, absolute, column, elastic_reach, emit, least_depth, position_of, rotation_of
 
 ALIGNED = 1e-7  # Drake's tolerance for an axis that is (not) along the normal
 
@@ -38,23 +33,20 @@ ALIGNED = 1e-7  # Drake's tolerance for an axis that is (not) along the normal
 @kernel(outline=True)
 def half_space_contacts(model, table, i, j):
     """Contacts of shape i with half space j."""
-    nhat = column(rotation_of(table, j), Z_AXIS)
-    p_HoGo = sub3(position_of(table, i), position_of(table, j))
-    height = dot3(nhat, p_HoGo)
-    kind = model.geometry[i, KIND]
-    multi = model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2
+    nhat = column(table.poses[j].R_WG, Z_AXIS)
+    height = dot3(nhat, sub3(table.poses[i].p_WG, table.poses[j].p_WG))
+    kind = model[i].kind
+    multi = several_points(model, i, j)
     if kind == SPHERE:
         sphere_on_plane(model, table, i, j, nhat, height)
+    elif kind == BOX and multi:
+        box_on_plane_multi(model, table, i, j, nhat, height)
     elif kind == BOX:
-        if multi:
-            box_on_plane_multi(model, table, i, j, nhat, height)
-        else:
-            box_on_plane_single(model, table, i, j, nhat, height)
+        box_on_plane_single(model, table, i, j, nhat, height)
+    elif kind == CYLINDER and multi:
+        cylinder_on_plane_multi(model, table, i, j, nhat, height)
     elif kind == CYLINDER:
-        if multi:
-            cylinder_on_plane_multi(model, table, i, j, nhat, height)
-        else:
-            cylinder_on_plane_single(model, table, i, j, nhat, height)
+        cylinder_on_plane_single(model, table, i, j, nhat, height)
     elif kind == CAPSULE:
         capsule_on_plane(model, table, i, j, nhat, height, multi)
     elif kind == ELLIPSOID:
@@ -72,8 +64,8 @@ def emit_below(model, table, i, j, p_WQ, nhat, depth):
 
 @kernel
 def sphere_on_plane(model, table, i, j, nhat, height):
-    radius = model.size[i, RADIUS]
-    p_WGo = position_of(table, i)
+    radius = model[i].radius
+    p_WGo = table.poses[i].p_WG
     if radius - height >= -elastic_reach(model, i, j):
         p_WCi = sub3(p_WGo, scale3(nhat, radius))
         emit(model, table, i, j, p_WCi, sub3(p_WGo, scale3(nhat, height)), nhat, radius - height)
@@ -85,15 +77,15 @@ def sphere_on_plane(model, table, i, j, nhat, height):
 @kernel
 def box_on_plane_single(model, table, i, j, nhat, height):
     """The lowest corner; the centre of a level face."""
-    R_WG = rotation_of(table, i)
+    R_WG = table.poses[i].R_WG
     c = rotate_back(R_WG, nhat)
-    h = load3(model.size, i)
-    depth = h[0] * absolute(c[0]) + h[1] * absolute(c[1]) + h[2] * absolute(c[2]) - height
+    h = model[i].half_sizes
+    depth = reach_along(h, c) - height
     level = -1
     for k in range(3):
         if absolute(absolute(c[k]) - 1.0) < ALIGNED:
             level = k
-    p_WQ = position_of(table, i)
+    p_WQ = table.poses[i].p_WG
     for k in range(3):
         if level < 0 or level == k:
             p_WQ = add3(p_WQ, scale3(column(R_WG, k), -h[k] if c[k] > 0.0 else h[k]))
@@ -103,29 +95,19 @@ def box_on_plane_single(model, table, i, j, nhat, height):
 @kernel
 def box_on_plane_multi(model, table, i, j, nhat, height):
     """The corners, below the plane, of the face that looks down most."""
-    R_WG = rotation_of(table, i)
+    R_WG = table.poses[i].R_WG
     c = rotate_back(R_WG, nhat)
-    h = load3(model.size, i)
-    c0 = absolute(c[0])
-    c1 = absolute(c[1])
-    c2 = absolute(c[2])
-    if height > h[0] * c0 + h[1] * c1 + h[2] * c2 - least_depth(model, i, j):
+    h = model[i].half_sizes
+    if height > reach_along(h, c) - least_depth(model, i, j):
         return
-    down = 0
-    if c1 > c0:
-        down = 1
-    if c2 > c0 and c2 > c1:
-        down = 2
-    u = (down + 1) % 3
-    v = (down + 2) % 3
-    s = -1.0 if c[down] > 0.0 else 1.0
-    p_WF = add3(position_of(table, i), scale3(column(R_WG, down), s * h[down]))
+    down, along = longest(c)
+    u, v = (down + 1) % 3, (down + 2) % 3
+    s = -1.0 if along > 0.0 else 1.0
+    p_WF = add3(table.poses[i].p_WG, scale3(column(R_WG, down), s * h[down]))
     depth_F = -(height + s * c[down] * h[down])
     U = scale3(column(R_WG, u), h[u])
     V = scale3(column(R_WG, v), h[v])
-    for corner in range(4):
-        su = -1.0 if corner == 0 or corner == 3 else 1.0
-        sv = -1.0 if corner < 2 else 1.0
+    for su, sv in CORNERS:
         depth = depth_F - su * c[u] * h[u] - sv * c[v] * h[v]
         emit_below(model, table, i, j, add3(p_WF, add3(scale3(U, su), scale3(V, sv))), nhat, depth)
 
@@ -136,20 +118,20 @@ def box_on_plane_multi(model, table, i, j, nhat, height):
 @kernel
 def cylinder_on_plane_single(model, table, i, j, nhat, height):
     """The lowest rim point; the middle of a level side line; the centre of a level cap."""
-    axis = column(rotation_of(table, i), Z_AXIS)
-    radius = model.size[i, RADIUS]
+    axis = column(table.poses[i].R_WG, Z_AXIS)
+    radius = model[i].radius
     c = dot3(axis, nhat)
-    p_WQ = position_of(table, i)
+    p_WQ = table.poses[i].p_WG
     depth = radius - height
     if absolute(c) < ALIGNED:
         p_WQ = sub3(p_WQ, scale3(nhat, radius))
     else:
-        half_length = model.size[i, HALF_LENGTH]
+        half_length = model[i].half_length
         p_WQ = add3(p_WQ, scale3(axis, -half_length if c > 0.0 else half_length))
         if absolute(absolute(c) - 1.0) >= ALIGNED:
             C = sub3(scale3(axis, c), nhat)
             p_WQ = add3(p_WQ, scale3(C, radius / sqrt(dot3(C, C))))
-        depth = -(height + dot3(nhat, sub3(p_WQ, position_of(table, i))))
+        depth = -(height + dot3(nhat, sub3(p_WQ, table.poses[i].p_WG)))
     emit_below(model, table, i, j, p_WQ, nhat, depth)
 
 
@@ -161,10 +143,10 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
     The middle takes its share of the load: a disk that spins is braked at 4/5 of its radius, which even pressure does
     at 2/3, the rim alone at 1.
     """
-    R_WG = rotation_of(table, i)
+    R_WG = table.poses[i].R_WG
     axis = column(R_WG, Z_AXIS)
-    radius = model.size[i, RADIUS]
-    half_length = model.size[i, HALF_LENGTH]
+    radius = model[i].radius
+    half_length = model[i].half_length
     c = dot3(axis, nhat)
     down = sub3(scale3(axis, c), nhat)
     slope = sqrt(dot3(down, down))
@@ -177,7 +159,7 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
     V = scale3(cross3(axis, U), radius)
     U = scale3(U, radius)
     to_low = scale3(axis, -half_length if c > 0.0 else half_length)
-    p_WGo = position_of(table, i)
+    p_WGo = table.poses[i].p_WG
     p_WL = add3(p_WGo, to_low)
     depth_L = half_length * absolute(c) - height
     drop = -dot3(nhat, U)
@@ -195,11 +177,11 @@ def cylinder_on_plane_multi(model, table, i, j, nhat, height):
 @kernel
 def capsule_on_plane(model, table, i, j, nhat, height, multi):
     """The lowest points of both end balls, or Drake's one point."""
-    axis = column(rotation_of(table, i), Z_AXIS)
-    radius = model.size[i, RADIUS]
-    half_length = model.size[i, HALF_LENGTH]
+    axis = column(table.poses[i].R_WG, Z_AXIS)
+    radius = model[i].radius
+    half_length = model[i].half_length
     c = dot3(axis, nhat)
-    p_WS = sub3(position_of(table, i), scale3(nhat, radius))
+    p_WS = sub3(table.poses[i].p_WG, scale3(nhat, radius))
     arm = scale3(axis, half_length)
     if multi:
         emit_below(model, table, i, j, sub3(p_WS, arm), nhat, radius - height + half_length * c)
@@ -214,15 +196,15 @@ def capsule_on_plane(model, table, i, j, nhat, height, multi):
 @kernel
 def ellipsoid_on_plane(model, table, i, j, nhat, height):
     """Drake's point: on the line from the centre to the lowest point, midway between surface and plane."""
-    R_WG = rotation_of(table, i)
+    R_WG = table.poses[i].R_WG
     n = rotate_back(R_WG, nhat)
-    a = load3(model.size, i)
+    a = model[i].half_sizes
     an = (a[0] * n[0], a[1] * n[1], a[2] * n[2])
     reach = sqrt(dot3(an, an))
     depth = reach - height
     if depth > MIN_DEPTH - elastic_reach(model, i, j):
         s = rotate(R_WG, (a[0] * an[0] / reach, a[1] * an[1] / reach, a[2] * an[2] / reach))
-        p_WM = add3(position_of(table, i), scale3(s, 0.5 * depth / reach - 1.0))
+        p_WM = add3(table.poses[i].p_WG, scale3(s, 0.5 * depth / reach - 1.0))
         half = scale3(nhat, 0.5 * depth)
         emit(model, table, i, j, sub3(p_WM, half), add3(p_WM, half), nhat, depth)
 
@@ -231,36 +213,42 @@ def ellipsoid_on_plane(model, table, i, j, nhat, height):
 
 
 @kernel
-def emit_vertex(model, table, i, j, v, nhat, depth):
-    p_WQ = add3(position_of(table, i), rotate(rotation_of(table, i), load3(model.vertex, v)))
-    emit_below(model, table, i, j, p_WQ, nhat, depth)
+def depth_of(model, v, n_G, height):
+    """How far a vertex is below the plane [m]."""
+    return -(dot3(model.vertices[v].p_GV, n_G) + height)
+
+
+@kernel
+def emit_vertex(model, table, i, j, v, n_G, nhat, height):
+    """A contact at a vertex, if it is below the plane."""
+    p_WQ = add3(table.poses[i].p_WG, rotate(table.poses[i].R_WG, model.vertices[v].p_GV))
+    emit_below(model, table, i, j, p_WQ, nhat, depth_of(model, v, n_G, height))
 
 
 @kernel
 def hull_on_plane(model, table, i, j, nhat, height, multi):
     """The lowest vertex, or all vertices below the plane if there are at most four, else four of them."""
-    n_G = rotate_back(rotation_of(table, i), nhat)
+    n_G = rotate_back(table.poses[i].R_WG, nhat)
     low = lowest_vertex(model, i, n_G)
-    depth = -(dot3(load3(model.vertex, low), n_G) + height)
     least = least_depth(model, i, j)
-    if depth <= least:
+    if depth_of(model, low, n_G, height) <= least:
         return
     if not multi:
-        emit_vertex(model, table, i, j, low, nhat, depth)
+        emit_vertex(model, table, i, j, low, n_G, nhat, height)
         return
     if stands_on_feet(model, table, i, j, low, n_G, nhat, height):
         return
-    first = model.geometry[i, FIRST_VERTEX]
-    last = first + model.geometry[i, NUM_VERTICES]
+    first = model[i].first_vertex
+    last = first + model[i].num_vertices
     below = 0
     for v in range(first, last):
-        if -(dot3(load3(model.vertex, v), n_G) + height) > least:
+        if depth_of(model, v, n_G, height) > least:
             below += 1
     if below > 4:
         four_vertices_below(model, table, i, j, low, n_G, nhat, height)
         return
     for v in range(first, last):
-        emit_vertex(model, table, i, j, v, nhat, -(dot3(load3(model.vertex, v), n_G) + height))
+        emit_vertex(model, table, i, j, v, n_G, nhat, height)
 
 
 @kernel(outline=True)
@@ -269,16 +257,15 @@ def stands_on_feet(model, table, i, j, low, n_G, nhat, height):
 
     A choice that depended on the state would change with every small tilt.
     """
-    foot = model.loop[steepest_face(model, low, scale3(n_G, -1.0)), FIRST_FOOT]
+    foot = model.loops[steepest_face(model, low, scale3(n_G, -1.0))].first_foot
     if foot < 0:
         return False
     least = least_depth(model, i, j)
     for k in range(foot, foot + 4):
-        if -(dot3(load3(model.vertex, model.topology[k]), n_G) + height) <= least:
+        if depth_of(model, model.topology[k], n_G, height) <= least:
             return False
     for k in range(foot, foot + 4):
-        v = model.topology[k]
-        emit_vertex(model, table, i, j, v, nhat, -(dot3(load3(model.vertex, v), n_G) + height))
+        emit_vertex(model, table, i, j, model.topology[k], n_G, nhat, height)
     return True
 
 
@@ -286,32 +273,26 @@ def stands_on_feet(model, table, i, j, low, n_G, nhat, height):
 def four_vertices_below(model, table, i, j, low, n_G, nhat, height):
     """Four of many vertices below the plane: the lowest, the one farthest from it, and the farthest on either side."""
     least = least_depth(model, i, j)
-    first = model.geometry[i, FIRST_VERTEX]
-    last = first + model.geometry[i, NUM_VERTICES]
-    p_low = load3(model.vertex, low)
+    first = model[i].first_vertex
+    last = first + model[i].num_vertices
+    p_low = model.vertices[low].p_GV
     far = low
     farthest = 0.0
     for v in range(first, last):
-        p = load3(model.vertex, v)
+        p = model.vertices[v].p_GV
         r = sub3(p, p_low)
-        if dot3(r, r) > farthest and -(dot3(p, n_G) + height) > least:
-            farthest = dot3(r, r)
-            far = v
-    line = cross3(n_G, sub3(load3(model.vertex, far), p_low))
-    left = low
-    right = low
-    most_left = 0.0
-    most_right = 0.0
+        if dot3(r, r) > farthest and depth_of(model, v, n_G, height) > least:
+            far, farthest = v, dot3(r, r)
+    line = cross3(n_G, sub3(model.vertices[far].p_GV, p_low))
+    left, most_left = low, 0.0
+    right, most_right = low, 0.0
     for v in range(first, last):
-        p = load3(model.vertex, v)
-        if -(dot3(p, n_G) + height) > least:
-            side = dot3(line, sub3(p, p_low))
+        if depth_of(model, v, n_G, height) > least:
+            side = dot3(line, sub3(model.vertices[v].p_GV, p_low))
             if side > most_left:
-                most_left = side
-                left = v
+                left, most_left = v, side
             if side < most_right:
-                most_right = side
-                right = v
+                right, most_right = v, side
     for v in range(first, last):
         if v == low or v == far or v == left or v == right:
-            emit_vertex(model, table, i, j, v, nhat, -(dot3(load3(model.vertex, v), n_G) + height))
+            emit_vertex(model, table, i, j, v, n_G, nhat, height)

@@ -15,10 +15,7 @@ def towards_edge(p, a, b):
     t = 0.0
     if length2 > 0.0:
         t = dot3(sub3(p, a), u) / length2
-    if t < 0.0:
-        t = 0.0
-    if t > 1.0:
-        t = 1.0
+    t = min(max(t, 0.0), 1.0)
     r = sub3(p, add3(a, scale3(u, t)))
     return dot3(r, r)
 
@@ -41,14 +38,7 @@ def towards_triangle(p, a, b, c):
         if beta >= 0.0 and gamma >= 0.0 and beta + gamma <= 1.0:
             r = sub3(q, add3(scale3(u, beta), scale3(v, gamma)))
             return dot3(r, r)
-    least = towards_edge(p, a, b)
-    other = towards_edge(p, b, c)
-    if other < least:
-        least = other
-    other = towards_edge(p, c, a)
-    if other < least:
-        least = other
-    return least
+    return min(towards_edge(p, a, b), towards_edge(p, b, c), towards_edge(p, c, a))
 
 
 @kernel(top=True)
@@ -58,8 +48,6 @@ def depths_below(vertex: Matrix, inside: IntVector, triangle: IntMatrix, depth: 
         p = load3(vertex, inside[i])
         least = 1e300
         for t in range(triangle.shape[0]):
-            a = load3(vertex, triangle[t, 0])
-            found = towards_triangle(p, a, load3(vertex, triangle[t, 1]), load3(vertex, triangle[t, 2]))
-            if found < least:
-                least = found
+            a, b, c = load3(vertex, triangle[t, 0]), load3(vertex, triangle[t, 1]), load3(vertex, triangle[t, 2])
+            least = min(least, towards_triangle(p, a, b, c))
         depth[i] = sqrt(least)

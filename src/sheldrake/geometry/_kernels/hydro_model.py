@@ -1,165 +1,228 @@
 """What the kernels of hydroelastic contact read and fill: meshes with their trees, and the contact surfaces found.
 
-Names: geometries M and N of a surface with id_M < id_N, frame G of a geometry, world W. Rows of `geometry` and `number`
-are those of `GeometryModel`.
+Names: geometries M and N of a surface with id_M < id_N, frame G of a geometry, world W. Geometries are numbered as in
+`GeometryModel`.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix
-
-# Columns of HydroModel.geometry
-FIRST_ELEMENT = np.int64(0)  # rows of `element` and `field`
-FIRST_VERTEX = np.int64(1)  # rows of `vertex`
-FIRST_NODE = np.int64(2)  # rows of `node`: node k has the children 2 k + 1 and 2 k + 2
-FIRST_LEAF = np.int64(3)  # of `leaf`
-NUM_LEAVES = np.int64(4)  # a power of two: nodes from NUM_LEAVES - 1 on are leaves
-GEOMETRY_COLUMNS = 5
-
-# Columns of HydroModel.number
-MODULUS = np.int64(0)  # hydroelastic modulus [Pa], infinite for rigid geometry
-SLOPE = np.int64(1)  # of a compliant half space: pressure over depth [Pa/m]
-MARGIN = np.int64(2)  # of a compliant half space [m]
-BOUND = np.int64(3)  # radius of a sphere about the geometry's bounding centre that holds the mesh [m]
-NUMBER_COLUMNS = 4
-
-# Columns of HydroModel.field
-GRADIENT = np.int64(0)  # tetrahedron: gradient of pressure [Pa/m]; triangle: unit normal
-AT_ORIGIN = np.int64(3)  # tetrahedron: the linear pressure's value at Go [Pa]
-PLANES = np.int64(4)  # tetrahedron: outward unit normal and offset [m] of its four faces
-FIELD_COLUMNS = 20
-
-# Columns of HydroModel.node
-CENTRE = np.int64(0)  # of an axis-aligned box in G [m]
-HALF = np.int64(3)  # its half sizes [m]; negative for a box of nothing
+from sheldrake.common.record import Items, Record, array, integer, integers, number, numbers, table
 
 # Families of pairs: a compliant mesh and a rigid half space, ...
-MESH_ON_RIGID_HALF_SPACE = np.int64(0)
-RIGID_MESH_ON_HALF_SPACE = np.int64(1)
-COMPLIANT_AND_RIGID = np.int64(2)
-COMPLIANT_AND_COMPLIANT = np.int64(3)
-NUM_FAMILIES = 4
+MESH_ON_RIGID_HALF_SPACE, RIGID_MESH_ON_HALF_SPACE, COMPLIANT_AND_RIGID, COMPLIANT_AND_COMPLIANT = range(4)
 
-# HydroModel.setting
-TRIANGLES = np.int64(0)  # 1: surfaces of triangles, 0: of polygons
-NUM_SETTINGS = 1
-
-# Columns of HydroTable
-GEOMETRY_M = np.int64(0)  # surface
-GEOMETRY_N = np.int64(1)
-FIRST_FACE = np.int64(2)
-SURFACE = np.int64(0)  # face
-CORNERS = np.int64(1)  # number of corners
-CORNER = np.int64(2)  # first corner; a polygon's others follow it, a triangle's are in the next two columns
-NORMAL = np.int64(0)  # value: unit normal, out of N into M
-AREA = np.int64(3)  # [m^2]
-CENTROID = np.int64(4)  # p_WC [m]
-PRESSURE = np.int64(7)  # at the centroid [Pa]
-GRADIENT_M = np.int64(8)  # of the pressure of M and of N, in W [Pa/m]; zero where rigid
-GRADIENT_N = np.int64(11)
-NUM_VALUES = 14
-
-# HydroTable.count
-NUM_SURFACES = np.int64(0)
-NUM_FACES = np.int64(1)
-NUM_VERTICES = np.int64(2)
-STATUS = np.int64(3)  # 1: there was no room for all
-NUM_COUNTS = 4
-
-NO_ROOM = np.int64(1)
-
-# Rows of HydroTable.work
-FIRST_POLYGON = np.int64(0)
-SECOND_POLYGON = np.int64(16)
-WORK_ROWS = 32
-STACK_SIZE = 512
+NO_ROOM = 1  # status of a search
 
 
+class Mesh(Record):
+    """Where the mesh of a geometry is."""
+
+    first_element = integer("in `elements` and `fields`")
+    first_vertex = integer("in `vertices`")
+    first_node = integer("in `nodes`: the root; node k after it has the children 2 k + 1 and 2 k + 2")
+    first_leaf = integer("in `leaf`")
+    num_leaves = integer("a power of two: nodes from num_leaves - 1 on are leaves; 0 of a half space")
+
+
+class Compliance(Record):
+    """How soft a geometry is."""
+
+    modulus = number("hydroelastic modulus, infinite for rigid geometry", "Pa")
+    slope = number("of a compliant half space: pressure over depth", "Pa/m")
+    margin = number("of a compliant half space", "m")
+    bound = number(
+        "radius of a sphere about the geometry's bounding centre that holds it, infinite of a half space", "m"
+    )
+
+
+class MeshVertex(Record):
+    """Of a triangle or tetrahedron."""
+
+    p_GV = numbers(3, "position in G", "m")
+    pressure = number("there", "Pa")
+
+
+class Element(Record):
+    """A triangle or tetrahedron."""
+
+    corners = integers(4, "its vertices; -1 the last of a triangle")
+    corner = array(4, "the same, chosen at run time", dtype=int, same_as=corners)
+
+
+class Field(Record):
+    """What is in an element: of a tetrahedron a pressure gradient . p_GQ + at_origin."""
+
+    gradient = numbers(3, "of the pressure in a tetrahedron", "Pa/m")
+    at_origin = number("pressure of a tetrahedron at Go", "Pa")
+    planes = array((4, 4), "of the faces of a tetrahedron: outward unit normal, and offset [m]")
+    pressure = numbers(4, "gradient and value at Go", "Pa/m, Pa", same_as=gradient)
+    normal = numbers(3, "outward unit normal of a triangle", same_as=gradient)
+
+
+class Node(Record):
+    """An axis-aligned box in G."""
+
+    centre = numbers(3, "of the box", "m")
+    half_sizes = numbers(3, "of the box; negative of a box of nothing", "m")
+
+
+class Pair(Record):
+    """Two geometries whose surface is sought."""
+
+    i = integer("of the kind that comes first in the family's name")
+    j = integer("of the other")
+
+
+class Families(Record):
+    """First pair of each family, in `pairs`."""
+
+    on_rigid_half_space = integer("a compliant mesh and a rigid half space")
+    on_half_space = integer("a rigid mesh and a compliant half space")
+    with_rigid = integer("a compliant and a rigid mesh")
+    with_compliant = integer("two compliant meshes")
+    end_of_pairs = integer("number of pairs")
+
+
+class Choices(Record):
+    """What is made."""
+
+    triangles = integer("1: surfaces of triangles, 0: of polygons")
+
+
+@table
 class HydroModel(NamedTuple):
-    """Hydroelastic representations of a scene's geometry, constant.
+    """Hydroelastic representations of a scene's geometry, constant. `model[g]` is geometry g.
 
     Attributes:
-        geometry: where the data of each geometry is, shape (n, GEOMETRY_COLUMNS).
-        number: moduli and half spaces, shape (n, NUMBER_COLUMNS).
-        vertex: positions in G [m] and pressure [Pa], shape (num_vertices, 4).
-        element: vertices of each triangle (-1 in the last column) or tetrahedron, shape (num_elements, 4).
-        field: shape (num_elements, FIELD_COLUMNS).
-        node: boxes of the trees, shape (num_nodes, 6).
-        leaf: element of each leaf (row of `element`), -1 for none, shape (num_leaves,).
-        pair: geometry of each kind in the order of the family's name, shape (num_pairs, 2).
-        family: first pair of each family, and the number of pairs, shape (NUM_FAMILIES + 1,).
-        setting: choices, shape (NUM_SETTINGS,).
+        leaf: element of each leaf, -1 for none, shape (num_leaves,).
     """
 
-    geometry: IntMatrix
-    number: Matrix
-    vertex: Matrix
-    element: IntMatrix
-    field: Matrix
-    node: Matrix
+    geometry: Annotated[IntMatrix, Mesh]
+    number: Annotated[Matrix, Compliance]
+    vertex: Annotated[Matrix, Items("vertices", MeshVertex)]
+    element: Annotated[IntMatrix, Items("elements", Element)]
+    field: Annotated[Matrix, Items("fields", Field)]
+    node: Annotated[Matrix, Items("nodes", Node)]
     leaf: IntVector
-    pair: IntMatrix
-    family: IntVector
-    setting: IntVector
+    pair: Annotated[IntMatrix, Items("pairs", Pair)]
+    family: Annotated[IntVector, Families]
+    setting: Annotated[IntVector, Choices]
 
 
+class Found(Record):
+    """How a search went."""
+
+    num_surfaces = integer("how many were found")
+    num_faces = integer("of all surfaces")
+    num_vertices = integer("of all faces")
+    status = integer("0 is fine; NO_ROOM")
+
+
+class Surface(Record):
+    """The contact surface of two geometries."""
+
+    geometry_M = integer("the first geometry")
+    geometry_N = integer("the second geometry")
+    first_face = integer("the others follow it")
+
+
+class Face(Record):
+    """A polygon or triangle of a surface."""
+
+    surface = integer("of which it is a face, in `patches`")
+    num_corners = integer("of the face")
+    corners = integers(3, "its first corners; a polygon's others follow the first")
+
+
+class FaceValue(Record):
+    """What is measured of a face."""
+
+    normal = numbers(3, "unit normal in W, out of N into M")
+    area = number("of the face", "m^2")
+    p_WC = numbers(3, "its centroid", "m")
+    pressure = number("at the centroid", "Pa")
+    gradient_M = numbers(3, "of the pressure of M, in W; zero where rigid", "Pa/m")
+    gradient_N = numbers(3, "of the pressure of N, in W; zero where rigid", "Pa/m")
+
+
+class FaceVertex(Record):
+    """A corner of faces."""
+
+    p_WV = numbers(3, "position", "m")
+    pressure = number("there", "Pa")
+
+
+class Corner(Record):
+    """Scratch: of a polygon at hand."""
+
+    p = numbers(3, "position in the frame of a mesh", "m")
+
+
+class NodePair(Record):
+    """Scratch: two nodes still to be looked at."""
+
+    nodes = integers(2, "of the trees of two geometries, 0 is the root")
+
+
+# Where polygons begin in HydroTable.work
+FIRST_POLYGON = 0
+SECOND_POLYGON = 16
+WORK_ROWS = 32
+STACK_SIZE = 256
+
+
+@table
 class HydroTable(NamedTuple):
-    """Contact surfaces found, and scratch to find them. Make one with `hydro_table()`.
+    """Contact surfaces found, and scratch to find them. `table[f]` is a face. Make one with `hydro_table()`.
 
     Attributes:
-        count: numbers of surfaces, faces and vertices, and a status, shape (NUM_COUNTS,).
-        surface: geometry M, geometry N, first face, shape (num_pairs, 3).
-        face: surface, number of corners, corners, shape (capacity, 5).
-        value: shape (capacity, NUM_VALUES).
-        vertex: positions in W [m] and pressure [Pa], shape (vertex capacity, 4).
         contact: number of the contact that a plant makes of a face, -1 for none, shape (capacity,).
-        work: polygons at hand [m].
-        stack: pairs of tree nodes still to be looked at.
     """
 
-    count: IntVector  # type: ignore[assignment]
-    surface: IntMatrix
-    face: IntMatrix
-    value: Matrix
-    vertex: Matrix
+    count: Annotated[IntVector, Found]  # type: ignore[assignment]
+    surface: Annotated[IntMatrix, Items("patches", Surface)]
+    face: Annotated[IntMatrix, Face]
+    value: Annotated[Matrix, FaceValue]
+    vertex: Annotated[Matrix, Items("vertices", FaceVertex)]
     contact: IntVector
-    work: Matrix
-    stack: IntVector
+    work: Annotated[Matrix, Items("corners", Corner)]
+    stack: Annotated[IntMatrix, Items("waiting", NodePair)]
 
 
 def hydro_table(model: HydroModel, capacity: int) -> HydroTable:
     """An empty table for a model with room for a number of faces."""
     if len(model.pair) == 0:
         capacity = 0
-    vertices = 2 * capacity if model.setting[TRIANGLES] else 6 * capacity
+    vertices = 2 * capacity if model.setting[Choices.triangles] else 6 * capacity
     some = int(len(model.pair) > 0)
     return HydroTable(
-        count=np.zeros(NUM_COUNTS, np.int64),
-        surface=np.zeros((len(model.pair), 3), np.int64),
-        face=np.zeros((capacity, 5), np.int64),
-        value=np.zeros((capacity, NUM_VALUES)),
-        vertex=np.zeros((vertices, 4)),
+        count=np.zeros(Found.SIZE, np.int64),
+        surface=np.zeros((len(model.pair), Surface.SIZE), np.int64),
+        face=np.zeros((capacity, Face.SIZE), np.int64),
+        value=np.zeros((capacity, FaceValue.SIZE)),
+        vertex=np.zeros((vertices, FaceVertex.SIZE)),
         contact=np.zeros(capacity, np.int64),
-        work=np.zeros((some * WORK_ROWS, 3)),
-        stack=np.zeros(some * STACK_SIZE, np.int64),
+        work=np.zeros((some * WORK_ROWS, Corner.SIZE)),
+        stack=np.zeros((some * STACK_SIZE, NodePair.SIZE), np.int64),
     )
 
 
 def empty_hydro_model() -> HydroModel:
     """A model without hydroelastic geometry."""
     return HydroModel(
-        geometry=np.zeros((0, GEOMETRY_COLUMNS), np.int64),
-        number=np.zeros((0, NUMBER_COLUMNS)),
-        vertex=np.zeros((0, 4)),
-        element=np.zeros((0, 4), np.int64),
-        field=np.zeros((0, FIELD_COLUMNS)),
-        node=np.zeros((0, 6)),
+        geometry=np.zeros((0, Mesh.SIZE), np.int64),
+        number=np.zeros((0, Compliance.SIZE)),
+        vertex=np.zeros((0, MeshVertex.SIZE)),
+        element=np.zeros((0, Element.SIZE), np.int64),
+        field=np.zeros((0, Field.SIZE)),
+        node=np.zeros((0, Node.SIZE)),
         leaf=np.zeros(0, np.int64),
-        pair=np.zeros((0, 2), np.int64),
-        family=np.zeros(NUM_FAMILIES + 1, np.int64),
-        setting=np.zeros(NUM_SETTINGS, np.int64),
+        pair=np.zeros((0, Pair.SIZE), np.int64),
+        family=np.zeros(Families.SIZE, np.int64),
+        setting=np.zeros(Choices.SIZE, np.int64),
     )

@@ -2,39 +2,13 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, load3_at, load9, rotate, scale3, store3, sub3
+from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .hydro_model import (
-    AREA,
-    CENTROID,
-    CORNER,
-    CORNERS,
-    GRADIENT_M,
-    GRADIENT_N,
-    NO_ROOM,
-    NORMAL,
-    NUM_FACES,
-    NUM_SURFACES,
-    NUM_VERTICES,
-    PRESSURE,
-    STATUS,
-    SURFACE,
-    TRIANGLES,
-)
-from .model import POSITION
+from .hydro_model import NO_ROOM
 
-IN_PLANE = np.float64(1e-14)  # [m] a point nearer to a plane is in it
-NEAR_SQUARED = np.float64(1e-28)  # [m^2] corners nearer to each other are one
-
-
-@kernel
-def store3_at_columns(A, i, k, a):
-    A[i, k] = a[0]
-    A[i, k + 1] = a[1]
-    A[i, k + 2] = a[2]
+IN_PLANE = 1e-14  # [m] a point nearer to a plane is in it
+NEAR_SQUARED = 1e-28  # [m^2] corners nearer to each other are one
 
 
 @kernel
@@ -62,7 +36,7 @@ def crossing(inner, outer, d_inner, d_outer):
 
 
 @kernel(outline=True)
-def clip_polygon(work, source, n, target, normal, offset, side):
+def clip_polygon(surfaces, source, n, target, normal, offset, side):
     """Copies the part of a polygon of n corners where normal . x <= offset; its number of corners.
 
     A polygon in the plane is kept if `side` is positive. It lies between two tetrahedra and must be counted once: the
@@ -70,19 +44,19 @@ def clip_polygon(work, source, n, target, normal, offset, side):
     """
     m = 0
     inside = 0
-    before = load3(work, source + n - 1)
+    before = surfaces.corners[source + n - 1].p
     d_before = height_over(before, normal, offset)
     for i in range(n):
-        here = load3(work, source + i)
+        here = surfaces.corners[source + i].p
         d_here = height_over(here, normal, offset)
         if d_before < 0.0 and d_here > 0.0:
-            store3(work, target + m, crossing(before, here, d_before, d_here))
+            surfaces.corners[target + m].p = crossing(before, here, d_before, d_here)
             m += 1
         if d_before > 0.0 and d_here < 0.0:
-            store3(work, target + m, crossing(here, before, d_here, d_before))
+            surfaces.corners[target + m].p = crossing(here, before, d_here, d_before)
             m += 1
         if d_here <= 0.0:
-            store3(work, target + m, here)
+            surfaces.corners[target + m].p = here
             m += 1
         if d_here < 0.0:
             inside += 1
@@ -94,198 +68,168 @@ def clip_polygon(work, source, n, target, normal, offset, side):
 
 
 @kernel
-def put_crossing(model, work, row, i, j, h_i, h_j):
-    """Where the edge between two vertices crosses height zero, reckoned from the lower one: neighbours agree on it."""
-    if i < j:
-        p = load3(model.vertex, i)
-        store3(work, row, add3(p, scale3(sub3(load3(model.vertex, j), p), h_i / (h_i - h_j))))
-    else:
-        p = load3(model.vertex, j)
-        store3(work, row, add3(p, scale3(sub3(load3(model.vertex, i), p), h_j / (h_j - h_i))))
+def over_plane(model, vertex, normal, offset):
+    """A vertex and its height over a plane."""
+    return vertex, dot3(normal, model.vertices[vertex].p_GV) - offset
+
+
+@kernel
+def put_crossing(model, surfaces, row, a, b):
+    """Where the edge between two vertices, with their heights, crosses height zero; the first vertex is the inner."""
+    i, h_i = a
+    j, h_j = b
+    if j < i:
+        i, h_i, j, h_j = j, h_j, i, h_i
+    surfaces.corners[row].p = crossing(model.vertices[i].p_GV, model.vertices[j].p_GV, h_i, h_j)
 
 
 @kernel(outline=True)
-def slice_tetrahedron(model, work, target, element, normal, offset):
+def slice_tetrahedron(model, surfaces, target, element, normal, offset):
     """The polygon in which the plane normal . x = offset cuts a tetrahedron; its number of corners: 0, 3 or 4."""
-    a = model.element[element, 0]
-    b = model.element[element, 1]
-    c = model.element[element, 2]
-    d = model.element[element, 3]
-    h_a = dot3(normal, load3(model.vertex, a)) - offset
-    h_b = dot3(normal, load3(model.vertex, b)) - offset
-    h_c = dot3(normal, load3(model.vertex, c)) - offset
-    h_d = dot3(normal, load3(model.vertex, d)) - offset
+    i, j, k, l = model.elements[element].corners
+    a = over_plane(model, i, normal, offset)
+    b = over_plane(model, j, normal, offset)
+    c = over_plane(model, k, normal, offset)
+    d = over_plane(model, l, normal, offset)
     above = 0
-    if h_a > 0.0:
-        above += 1
-    if h_b > 0.0:
-        above += 1
-    if h_c > 0.0:
-        above += 1
-    if h_d > 0.0:
-        above += 1
+    for height in (a[1], b[1], c[1], d[1]):
+        if height > 0.0:
+            above += 1
     if above == 0 or above == 4:
         return 0
     if above == 2:  # bring two of one side to a and b
-        if (h_a > 0.0) == (h_c > 0.0):
+        if (a[1] > 0.0) == (c[1] > 0.0):
             b, c = c, b
-            h_b, h_c = h_c, h_b
-        elif (h_a > 0.0) == (h_d > 0.0):
+        elif (a[1] > 0.0) == (d[1] > 0.0):
             b, d = d, b
-            h_b, h_d = h_d, h_b
-        put_crossing(model, work, target, a, c, h_a, h_c)
-        put_crossing(model, work, target + 1, a, d, h_a, h_d)
-        put_crossing(model, work, target + 2, b, d, h_b, h_d)
-        put_crossing(model, work, target + 3, b, c, h_b, h_c)
+        put_crossing(model, surfaces, target, a, c)
+        put_crossing(model, surfaces, target + 1, a, d)
+        put_crossing(model, surfaces, target + 2, b, d)
+        put_crossing(model, surfaces, target + 3, b, c)
         return 4
     lonely = above == 1  # bring the one that is alone on its side to a
-    if (h_b > 0.0) == lonely:
+    if (b[1] > 0.0) == lonely:
         a, b = b, a
-        h_a, h_b = h_b, h_a
-    elif (h_c > 0.0) == lonely:
+    elif (c[1] > 0.0) == lonely:
         a, c = c, a
-        h_a, h_c = h_c, h_a
-    elif (h_d > 0.0) == lonely:
+    elif (d[1] > 0.0) == lonely:
         a, d = d, a
-        h_a, h_d = h_d, h_a
-    put_crossing(model, work, target, a, b, h_a, h_b)
-    put_crossing(model, work, target + 1, a, c, h_a, h_c)
-    put_crossing(model, work, target + 2, a, d, h_a, h_d)
+    put_crossing(model, surfaces, target, a, b)
+    put_crossing(model, surfaces, target + 1, a, c)
+    put_crossing(model, surfaces, target + 2, a, d)
     return 3
 
 
 @kernel
-def drop_double_corners(work, source, n):
+def coincide(p, q):
+    r = sub3(p, q)
+    return dot3(r, r) < NEAR_SQUARED
+
+
+@kernel
+def drop_double_corners(surfaces, source, n):
     """Removes corners that coincide with the one before them; the number left."""
     m = 0
     for i in range(n):
-        here = load3(work, source + i)
-        double = False
-        if m > 0:
-            r = sub3(here, load3(work, source + m - 1))
-            double = dot3(r, r) < NEAR_SQUARED
-        if not double:
-            store3(work, source + m, here)
+        here = surfaces.corners[source + i].p
+        if m == 0 or not coincide(here, surfaces.corners[source + m - 1].p):
+            surfaces.corners[source + m].p = here
             m += 1
-    if m > 1:
-        r = sub3(load3(work, source), load3(work, source + m - 1))
-        if dot3(r, r) < NEAR_SQUARED:
-            m -= 1
+    if m > 1 and coincide(surfaces.corners[source].p, surfaces.corners[source + m - 1].p):
+        m -= 1
     return m
 
 
 @kernel
-def put_vertices(surfaces, X_WG, frame, source, n, normal, field):
+def put_vertices(table, surfaces, frame, source, n, normal, field):
     """The corners in W, counter-clockwise about the normal, with their pressure; the first one's row."""
-    work = surfaces.work
-    first = surfaces.count[NUM_VERTICES]
-    R_WG = load9(X_WG, frame)
-    p_WG = load3_at(X_WG, frame, POSITION)
-    origin = rotate(R_WG, load3(work, source))
+    first = surfaces.num_vertices
+    R_WG = table.poses[frame].R_WG
+    p_WG = table.poses[frame].p_WG
+    origin = rotate(R_WG, surfaces.corners[source].p)
     turn = 0.0 * field[3]
     before = origin
     for i in range(n):
-        p = rotate(R_WG, load3(work, source + i))
+        p = rotate(R_WG, surfaces.corners[source + i].p)
         turn += dot3(normal, cross3(sub3(before, origin), sub3(p, origin)))
         before = p
     for i in range(n):
-        row = first + i
-        if turn < 0.0:
-            row = first + n - 1 - i
-        p = load3(work, source + i)
-        store3(surfaces.vertex, row, add3(p_WG, rotate(R_WG, p)))
-        surfaces.vertex[row, 3] = pressure_at(field, p)
-    surfaces.count[NUM_VERTICES] = first + n
+        p = surfaces.corners[source + i].p
+        vertex = surfaces.vertices[first + (n - 1 - i if turn < 0.0 else i)]
+        vertex.p_WV, vertex.pressure = add3(p_WG, rotate(R_WG, p)), pressure_at(field, p)
+    surfaces.num_vertices = first + n
     return first
 
 
 @kernel
-def put_face(surfaces, corners, a, b, c, normal, area, centroid, pressure, gradients):
+def put_face(surfaces, num_corners, corners, normal, area, centroid, pressure, gradients):
     """One face."""
-    f = surfaces.count[NUM_FACES]
-    surfaces.count[NUM_FACES] = f + 1
-    surfaces.face[f, SURFACE] = surfaces.count[NUM_SURFACES]
-    surfaces.face[f, CORNERS] = corners
-    surfaces.face[f, CORNER] = a
-    surfaces.face[f, CORNER + 1] = b
-    surfaces.face[f, CORNER + 2] = c
+    f = surfaces.num_faces
+    surfaces.num_faces = f + 1
+    face = surfaces[f]
+    face.surface, face.num_corners, face.corners = surfaces.num_surfaces, num_corners, corners
+    face.normal, face.area = normal, area
+    face.p_WC, face.pressure = centroid, pressure
+    face.gradient_M, face.gradient_N = gradients
     surfaces.contact[f] = -1
-    surfaces.value[f, AREA] = area
-    surfaces.value[f, PRESSURE] = pressure
-    store3_at_columns(surfaces.value, f, NORMAL, normal)
-    store3_at_columns(surfaces.value, f, CENTROID, centroid)
-    store3_at_columns(surfaces.value, f, GRADIENT_M, gradients[0])
-    store3_at_columns(surfaces.value, f, GRADIENT_N, gradients[1])
 
 
 @kernel
-def corner_area(surfaces, a, b, c, normal):
-    """Area of a triangle of three rows, seen along the normal [m^2]."""
-    p = load3(surfaces.vertex, a)
-    return 0.5 * dot3(normal, cross3(sub3(load3(surfaces.vertex, b), p), sub3(load3(surfaces.vertex, c), p)))
-
-
-@kernel
-def mean_position(surfaces, a, b, c):
-    s = add3(load3(surfaces.vertex, a), add3(load3(surfaces.vertex, b), load3(surfaces.vertex, c)))
-    return scale3(s, 1.0 / 3.0)
-
-
-@kernel
-def mean_pressure(surfaces, a, b, c):
-    return (surfaces.vertex[a, 3] + surfaces.vertex[b, 3] + surfaces.vertex[c, 3]) / 3.0
+def triangle(surfaces, i, j, k, normal):
+    """Area of a triangle of three vertices, seen along the normal [m^2], its centroid, and the pressure there."""
+    a = surfaces.vertices[i]
+    b = surfaces.vertices[j]
+    c = surfaces.vertices[k]
+    p = a.p_WV
+    area = 0.5 * dot3(normal, cross3(sub3(b.p_WV, p), sub3(c.p_WV, p)))
+    return area, scale3(add3(p, add3(b.p_WV, c.p_WV)), 1.0 / 3.0), (a.pressure + b.pressure + c.pressure) / 3.0
 
 
 @kernel(outline=True)
-def put_polygon(model, surfaces, X_WG, frame, source, n, normal, field, gradients):
-    """Adds the polygon in `work` to the surface at hand, as it is or as triangles about its centroid.
+def put_polygon(model, table, surfaces, frame, source, n, normal, field, gradients):
+    """Adds a polygon of `corners` to the surface at hand, as it is or as triangles about its centroid.
 
     Args:
         model: HydroModel.
+        table: ContactTable.
         surfaces: HydroTable.
-        X_WG: poses of all geometries.
         frame: geometry in whose frame the corners and the field are.
-        source: first row of `work`.
+        source: first of its corners.
         n: number of corners.
         normal: unit normal out of N into M, in W.
         field: gradient and value at the origin of the pressure.
         gradients: those of M and N, in W.
     """
-    n = drop_double_corners(surfaces.work, source, n)
+    n = drop_double_corners(surfaces, source, n)
     if n < 3:
         return
-    triangles = model.setting[TRIANGLES] == 1
-    most = surfaces.count[NUM_FACES] + (n if triangles else 1)
-    if most > surfaces.face.shape[0] or surfaces.count[NUM_VERTICES] + n + 1 > surfaces.vertex.shape[0]:
-        surfaces.count[STATUS] = NO_ROOM
+    triangles = model.triangles == 1
+    most = surfaces.num_faces + (n if triangles else 1)
+    if most > surfaces.face.shape[0] or surfaces.num_vertices + n + 1 > len(surfaces.vertices):
+        surfaces.status = NO_ROOM
         return
-    first = put_vertices(surfaces, X_WG, frame, source, n, normal, field)
+    first = put_vertices(table, surfaces, frame, source, n, normal, field)
     area = 0.0 * field[3]
     centroid = scale3(normal, 0.0)
     pressure = 0.0 * field[3]
     for i in range(1, n - 1):
-        part = corner_area(surfaces, first, first + i, first + i + 1, normal)
+        part, middle, mean = triangle(surfaces, first, first + i, first + i + 1, normal)
         area += part
-        centroid = add3(centroid, scale3(mean_position(surfaces, first, first + i, first + i + 1), part))
-        pressure += part * mean_pressure(surfaces, first, first + i, first + i + 1)
+        centroid = add3(centroid, scale3(middle, part))
+        pressure += part * mean
     if area > 0.0:
         centroid = scale3(centroid, 1.0 / area)
         pressure /= area
     else:
-        centroid = load3(surfaces.vertex, first)
-        pressure = surfaces.vertex[first, 3]
+        centroid, pressure = surfaces.vertices[first].p_WV, surfaces.vertices[first].pressure
     if not triangles:
-        put_face(surfaces, n, first, first + 1, first + 2, normal, area, centroid, pressure, gradients)
+        put_face(surfaces, n, (first, first + 1, first + 2), normal, area, centroid, pressure, gradients)
         return
-    last = surfaces.count[NUM_VERTICES]
-    store3(surfaces.vertex, last, centroid)
-    surfaces.vertex[last, 3] = pressure
-    surfaces.count[NUM_VERTICES] = last + 1
+    last = surfaces.num_vertices
+    surfaces.vertices[last].p_WV, surfaces.vertices[last].pressure = centroid, pressure
+    surfaces.num_vertices = last + 1
     for i in range(n):
-        b = first + i + 1
-        if i == n - 1:
-            b = first
-        area = corner_area(surfaces, first + i, b, last, normal)
-        centroid = mean_position(surfaces, first + i, b, last)
-        pressure = mean_pressure(surfaces, first + i, b, last)
-        put_face(surfaces, 3, first + i, b, last, normal, area, centroid, pressure, gradients)
+        a = first + i
+        b = first + (i + 1 if i < n - 1 else 0)
+        area, centroid, pressure = triangle(surfaces, a, b, last, normal)
+        put_face(surfaces, 3, (a, b, last), normal, area, centroid, pressure, gradients)

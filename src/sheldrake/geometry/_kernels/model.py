@@ -1,176 +1,314 @@
 """What the contact kernels read and fill: the constant model of all proximity geometry, and the table of contacts.
 
-Names: body B, geometry frame G, world W. Row i of `geometry`, `size`, `material` and `X_BG` is geometry i; geometries
-are numbered in the order of their ids, so that in every pair A < B means id_A < id_B.
+Names: body B, geometry frame G, world W. Geometries are numbered in the order of their ids, so that in every pair A < B
+means id_A < id_B.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
+from sheldrake.common.record import Items, Record, array, integer, integers, number, numbers, table
 
 # Shapes, in the order in which pair kernels take them: the lower one comes first.
-SPHERE = np.int64(0)
-BOX = np.int64(1)
-CYLINDER = np.int64(2)
-CAPSULE = np.int64(3)
-ELLIPSOID = np.int64(4)
-HULL = np.int64(5)
-HALF_SPACE = np.int64(6)
+SPHERE, BOX, CYLINDER, CAPSULE, ELLIPSOID, HULL, HALF_SPACE = range(7)
 
-# Axes of a frame, and small numbers that kernels pass on (a literal would be compiled once per value)
-X_AXIS = np.int64(0)
-Y_AXIS = np.int64(1)
-Z_AXIS = np.int64(2)
-POSITION = np.int64(9)  # column of p in a pose
-CENTRE_W = np.int64(12)  # column of the bounding sphere's centre in ContactTable.X_WG
+# Axes of a frame
+X_AXIS, Y_AXIS, Z_AXIS = range(3)
 
-# Columns of GeometryModel.geometry
-KIND = np.int64(0)
-BODY = np.int64(1)
-MULTI_POINT = np.int64(2)  # 1 or 0
-FIRST_VERTEX = np.int64(3)  # hulls: rows of `vertex`
-NUM_VERTICES = np.int64(4)
-FIRST_FACE = np.int64(5)  # hulls: rows of `face` and of `loop`
-NUM_FACES = np.int64(6)
-FIRST_CELL = np.int64(7)  # hulls: index in `topology` of where the vertices of each cell start, see CELLS
-GEOMETRY_COLUMNS = 8
+# Families of pairs: each has an entry kernel of its own, so that nobody compiles what no pair needs
+HALF_SPACES, SPHERES, BOXES, CONVEX = range(4)
 
-# Columns of GeometryModel.size
-RADIUS = np.int64(0)  # [m] sphere, cylinder, capsule
-HALF_LENGTH = np.int64(2)  # [m] cylinder, capsule; a box, ellipsoid and hull have half their extents in 0, 1, 2
-CENTRE = np.int64(3)  # centre of the bounding sphere in G [m], 3 columns
-BOUND = np.int64(6)  # radius of the bounding sphere [m]; infinite for a half space
-SIZE_COLUMNS = 7
-
-# Columns of GeometryModel.material
-STIFFNESS = np.int64(0)  # of one contact point [N/m]; NaN where the plant has to supply a value
-DISSIPATION = np.int64(1)  # Hunt-Crossley [s/m]; NaN as above
-RELAXATION_TIME = np.int64(2)  # [s]; NaN as above
-FRICTION_STATIC = np.int64(3)
-FRICTION_DYNAMIC = np.int64(4)
-MATERIAL_COLUMNS = 5
+# Status of a search
+CAPACITY_EXCEEDED = 1
 
 # Directions from the middle of a hull go through the six sides of a cube with so many cells along each edge; few
 # vertices are lowest along any direction through a cell.
-CELLS = np.int64(8)
+CELLS = 8
 
-# GeometryModel.margin
-SEVERAL = np.int64(0)
-ELASTIC = np.int64(1)
-
-# Columns of GeometryModel.loop: a face of a hull
-FIRST_CORNER = np.int64(0)  # index in `topology` of its vertices, counter-clockwise seen from outside
-NUM_CORNERS = np.int64(1)
-FIRST_FOOT = np.int64(2)  # index in `topology` of the four corners that span it best; -1 for a triangle
-
-# Columns of ContactTable.pair and .point
-GEOMETRY_A = np.int64(0)
-GEOMETRY_B = np.int64(1)
-BODY_A = np.int64(2)
-BODY_B = np.int64(3)
-P_WCA = np.int64(0)
-P_WCB = np.int64(3)
-NHAT_BA_W = np.int64(6)
-DEPTH = np.int64(9)
-
-MAX_POINTS = np.int64(6)  # contact points of one pair (of a cap; four of other faces)
-
-# Families of pairs: each has an entry kernel of its own, so that nobody compiles what no pair needs
-HALF_SPACES = np.int64(0)  # a half space and anything
-SPHERES = np.int64(1)  # a sphere and another round or flat shape
-BOXES = np.int64(2)  # two boxes
-CONVEX = np.int64(3)  # all other pairs
-NUM_FAMILIES = 4
-
-# Status of a search, in ContactTable.count[1]
-CAPACITY_EXCEEDED = np.int64(1)
+MAX_POINTS = 6  # contact points of one pair (of a cap; four of other faces)
 
 
+class Geometry(Record):
+    """A shape on a body."""
+
+    kind = integer("SPHERE, BOX, ...")
+    body = integer("the body that it is on")
+    multi_point = integer("1: pairs of such touch in several points, 0: in one")
+    first_vertex = integer("of a hull, in `vertices`")
+    num_vertices = integer("of a hull")
+    first_face = integer("of a hull, in `faces` and `loops`")
+    num_faces = integer("of a hull")
+    first_cell = integer("of a hull: place in `topology` where the vertices of each cell start, see CELLS")
+
+
+class Size(Record):
+    """Measures of a shape, and the smallest sphere about it that is known."""
+
+    radius = number("of a sphere, cylinder or capsule", "m")
+    radius_y = number("the same again", "m")
+    half_length = number("of a cylinder or capsule", "m")
+    centre_G = numbers(3, "centre of the bounding sphere in G", "m")
+    bound = number("radius of the bounding sphere; infinite for a half space", "m")
+    half_sizes = numbers(3, "half extents of a box, ellipsoid or hull", "m", same_as=radius)
+    half_along = array(3, "the same, of an axis chosen at run time", "m", same_as=radius)
+
+
+class Material(Record):
+    """What is felt of a geometry in a contact point; NaN where the plant has to supply a value."""
+
+    stiffness = number("of one contact point", "N/m")
+    dissipation = number("of Hunt and Crossley", "s/m")
+    relaxation_time = number("of linear dissipation", "s")
+    friction_static = number("coefficient of friction at rest")
+    friction_dynamic = number("coefficient of friction in motion")
+
+
+class PoseInBody(Record):
+    """Pose of a geometry in its body."""
+
+    R_BG = numbers(9, "rotation, row-major")
+    p_BG = numbers(3, "position", "m")
+
+
+class BodyPose(Record):
+    """Where a body is."""
+
+    R_WB = numbers(9, "rotation, row-major")
+    p_WB = numbers(3, "origin", "m")
+    X_WB = numbers((9, 3), "both", "-, m", same_as=R_WB)
+
+
+@table
+class BodyPoses(NamedTuple):
+    """Where bodies are."""
+
+    X_WB: Annotated[Matrix, BodyPose]
+
+
+class Pair(Record):
+    """Two geometries that may touch, a < b."""
+
+    a = integer("the first")
+    b = integer("the second")
+
+
+class Margins(Record):
+    """How far ahead contact points are seen; see `least_depth`."""
+
+    several_margin = number("of pairs with several points", "m")
+    elastic_margin = number("of pairs without dissipation, beside that", "m")
+
+
+class Families(Record):
+    """First pair of each family of pair kernels, in `pairs`."""
+
+    half_space_pairs = integer("a half space and anything")
+    sphere_pairs = integer("a sphere and another round or flat shape")
+    box_pairs = integer("two boxes")
+    convex_pairs = integer("all other pairs")
+    end_of_pairs = integer("number of pairs")
+
+
+class HullVertex(Record):
+    """Of a hull."""
+
+    p_GV = numbers(3, "position in G", "m")
+
+
+class HullFace(Record):
+    """Plane of a face of a hull: normal . x <= offset inside."""
+
+    normal = numbers(3, "outward unit normal in G")
+    offset = number("of the plane", "m")
+
+
+class FaceLoop(Record):
+    """Where the corners of a face of a hull are."""
+
+    first_corner = integer("place in `topology` of its vertices, counter-clockwise seen from outside")
+    num_corners = integer("of the face")
+    first_foot = integer("place in `topology` of the four corners that span it best; -1 for a triangle")
+
+
+class Grid(Record):
+    """What close pairs are sought in at each step, see `spatial_hash`."""
+
+    cell_width = number("width of a cell", "m")
+
+
+@table
 class GeometryModel(NamedTuple):
-    """All rigid proximity geometry of a scene, constant.
+    """All rigid proximity geometry of a scene, constant. `model[g]` is geometry g.
 
     Attributes:
-        geometry: kind, body and where the hull's data is, shape (n, GEOMETRY_COLUMNS).
-        size: measures [m] and bounding sphere, shape (n, SIZE_COLUMNS).
-        material: shape (n, MATERIAL_COLUMNS).
-        X_BG: pose in the body, R row-major then p [m], shape (n, 12).
-        pair: geometries A < B that may touch, by family and then by A and B, shape (num_pairs, 2).
-        margin: distance from which on pairs with several points are seen before they touch [m], and those without
-            dissipation, shape (2,); see `least_depth`.
-        family: first pair of each family of pair kernels, and the number of pairs, shape (NUM_FAMILIES + 1,).
-        vertex: hull vertices in G [m], shape (num_vertices, 3).
-        face: outward unit normal and offset [m] of hull faces in G (normal . x <= offset inside), shape (num_faces, 4).
-        loop: where the corners and feet of hull faces are, shape (num_faces, 3).
+        cell: of no size when all pairs are listed; else only those with half spaces are, and the others are found in
+            cells.
         topology: vertex numbers (rows of `vertex`): per vertex v, `topology[v]` is where its neighbours start and
             `topology[v + 1]` where they end; the same for the faces around v (rows of `face`) from num_vertices + 1 on;
             then neighbours, faces, face corners, feet, and of each hull where the vertices of its cells start and they.
-        cell: width of the cells in which close pairs are sought at each step [m], shape (1,), see `cells`; then only
-            pairs with half spaces are listed in `pair`. Of no size when all pairs are listed.
         partner: with cells, `partner[partner[a]:partner[a + 1]]` are the geometries b > a on other bodies that a must
             not touch.
     """
 
-    geometry: IntMatrix
-    size: Matrix
-    material: Matrix
-    X_BG: Matrix
-    pair: IntMatrix
-    margin: Vector
-    family: IntVector
-    vertex: Matrix
-    face: Matrix
-    loop: IntMatrix
+    geometry: Annotated[IntMatrix, Geometry]
+    size: Annotated[Matrix, Size]
+    material: Annotated[Matrix, Material]
+    X_BG: Annotated[Matrix, PoseInBody]
+    pair: Annotated[IntMatrix, Items("pairs", Pair)]
+    margin: Annotated[Vector, Margins]
+    family: Annotated[IntVector, Families]
+    vertex: Annotated[Matrix, Items("vertices", HullVertex)]
+    face: Annotated[Matrix, Items("faces", HullFace)]
+    loop: Annotated[IntMatrix, Items("loops", FaceLoop)]
     topology: IntVector
-    cell: Vector
+    cell: Annotated[Vector, Grid]
     partner: IntVector
 
 
-class ContactTable(NamedTuple):
-    """Contacts found, and scratch to find them. Make one with `contact_table()`.
+class ContactPair(Record):
+    """Who touches in a contact."""
 
-    Attributes:
-        pair: geometry A, geometry B, body A, body B, shape (capacity, 4).
-        point: p_WCa, p_WCb [m], nhat_BA_W, depth [m], shape (capacity, 10).
-        count: number of contacts, and the status of the search (0 is fine), shape (2,).
-        X_WG: poses of all geometries and centres of their bounding spheres [m], shape (num_geometries, 15).
-        work: scratch of the pair kernels.
-        iwork: integer scratch of the pair kernels.
-        order: scratch of the sort, two permutations of the contacts, shape (capacity, 2).
-    """
-
-    pair: IntMatrix
-    point: Matrix
-    count: IntVector  # type: ignore[assignment]
-    X_WG: Matrix
-    work: Matrix
-    iwork: IntVector
-    order: IntMatrix
+    geometry_A = integer("the first geometry")
+    geometry_B = integer("the second geometry")
+    body_A = integer("body of the first")
+    body_B = integer("body of the second")
+    who = integers(4, "all of these", same_as=geometry_A)
 
 
-# Rows of ContactTable.work (a position in columns 0 to 2 unless said otherwise)
-POLYGON_A = np.int64(0)  # three polygons of at most MAX_CORNERS corners
-POLYGON_B = np.int64(64)
-POLYGON_C = np.int64(128)
-CANDIDATE = np.int64(192)  # contact candidates; depth in column 3
-SIMPLEX = np.int64(256)  # vertices of GJK and EPA: a - b, a, b
-ON_I = np.int64(3)  # columns of a
-ON_J = np.int64(6)  # columns of b
-FACE = np.int64(384)  # faces of EPA: unit normal, distance from the origin, 1.0 while it exists
+class ContactPoint(Record):
+    """Where they touch."""
+
+    p_WCa = numbers(3, "deepest point of A", "m")
+    p_WCb = numbers(3, "deepest point of B", "m")
+    nhat_BA_W = numbers(3, "unit normal out of B into A")
+    depth = number("of the overlap; negative before they touch", "m")
+    where = numbers(10, "all of these", same_as=p_WCa)
+
+
+class Found(Record):
+    """How a search went."""
+
+    num_contacts = integer("how many were found")
+    status = integer("0 is fine")
+
+
+class PlacedGeometry(Record):
+    """Where a geometry is."""
+
+    R_WG = numbers(9, "rotation, row-major")
+    p_WG = numbers(3, "position", "m")
+    centre_W = numbers(3, "centre of the bounding sphere", "m")
+
+
+class Corner(Record):
+    """Scratch: of a polygon."""
+
+    p_W = numbers(3, "position", "m")
+
+
+class Candidate(Record):
+    """Scratch: what may become a contact point."""
+
+    p_W = numbers(3, "position", "m")
+    depth = number("under a face", "m")
+    both = numbers((3, 1), "these", same_as=p_W)
+
+
+class SimplexVertex(Record):
+    """Scratch of GJK and EPA: a vertex of the difference of two shapes."""
+
+    w = numbers(3, "a - b", "m")
+    a = numbers(3, "point of the first shape", "m")
+    b = numbers(3, "point of the second shape", "m")
+    points = numbers((3, 3, 3), "all of these", "m", same_as=w)
+    weight = number("of a vertex, in a row of its own", same_as=w)
+
+
+class PolytopeFace(Record):
+    """Scratch of EPA: a face of the polytope."""
+
+    normal = numbers(3, "outward unit normal")
+    offset = number("distance from the origin", "m")
+    exists = number("1.0 while it does")
+
+
+class ShownEdge(Record):
+    """Scratch of `polish`: an edge of a shape's feature."""
+
+    edge = numbers(3, "from its farthest point to the other end; of the second shape reversed", "m")
+    sign = number("1.0 of the first shape, -1.0 of the second")
+
+
+class Bend(Record):
+    """Scratch of `polish`: radii of curvature of the difference of two shapes."""
+
+    radii = numbers(3, "xx, yy, zz; in the next row xy, xz, yz", "m")
+
+
+# Rows of ContactTable.work where its parts begin: polygons of at most MAX_CORNERS corners, contact candidates, vertices
+# of GJK and EPA (`vertices`; from WEIGHTS on their weights), faces of EPA (`polytope`). `polish` uses the first ones.
+POLYGON_A = 0
+POLYGON_B = 64
+POLYGON_C = 128
+CANDIDATE = 192
+SIMPLEX = 256
+WEIGHTS = 264
+FACE = 384
 WORK_ROWS = 384 + 256
 MAX_CORNERS = 60
 MAX_VERTICES = 128
 MAX_FACES = 256
-# Parts of ContactTable.iwork
-CORNER = np.int64(0)  # three vertices per face of EPA
-ACROSS = np.int64(768)  # faces across the three edges of each face
-HORIZON = np.int64(1536)  # edges: two vertices, the face that stays and the one that is new
-STACK = np.int64(2048)  # faces
-IWORK_SIZE = 2048 + 256
-MAX_EDGES = 127  # in HORIZON
+MAX_EDGES = 127
+
+
+class FaceLinks(Record):
+    """Scratch of EPA: what is next to a face of the polytope."""
+
+    corners = integers(3, "its vertices, counter-clockwise seen from outside")
+    neighbours = integers(3, "faces across its edges, the first edge from corner 0 to corner 1")
+    corner = array(3, "the corners, chosen at run time", dtype=int, same_as=corners)
+    across = array(3, "the neighbours, chosen at run time", dtype=int, same_as=neighbours)
+
+
+class HoleEdge(Record):
+    """Scratch of EPA: an edge around a hole in the polytope."""
+
+    start = integer("its first vertex")
+    end = integer("its second vertex")
+    outside = integer("the face that stays")
+    inside = integer("the face that is new")
+
+
+@table
+class ContactTable(NamedTuple):
+    """Contacts found, and scratch to find them. `table[c]` is a contact. Make one with `contact_table()`.
+
+    Attributes:
+        stack: scratch of EPA, faces to be looked at, shape (MAX_FACES,).
+        order: scratch of the sort, two permutations of the contacts, shape (capacity, 2).
+    """
+
+    pair: Annotated[IntMatrix, ContactPair]
+    point: Annotated[Matrix, ContactPoint]
+    count: Annotated[IntVector, Found]  # type: ignore[assignment]
+    X_WG: Annotated[Matrix, Items("poses", PlacedGeometry)]
+    work: Annotated[
+        Matrix,
+        Items("corners", Corner),
+        Items("candidates", Candidate),
+        Items("vertices", SimplexVertex),
+        Items("polytope", PolytopeFace),
+        Items("edges", ShownEdge),
+        Items("bends", Bend),
+    ]
+    link: Annotated[IntMatrix, Items("links", FaceLinks)]
+    hole: Annotated[IntMatrix, Items("hole_edges", HoleEdge)]
+    stack: IntVector
+    order: IntMatrix
 
 
 def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactTable:
@@ -186,12 +324,14 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
         pairs = len(model.pair) + (n * (n - 1) // 2 if len(model.cell) else 0)
         capacity = min(MAX_POINTS * pairs, max(65536, 16 * n))
     return ContactTable(
-        pair=np.zeros((capacity, 4), np.int64),
-        point=np.zeros((capacity, 10)),
-        count=np.zeros(2, np.int64),
-        X_WG=np.zeros((model.geometry.shape[0], 15)),
-        work=np.zeros((WORK_ROWS, 9)),
-        iwork=np.zeros(IWORK_SIZE, np.int64),
+        pair=np.zeros((capacity, ContactPair.SIZE), np.int64),
+        point=np.zeros((capacity, ContactPoint.SIZE)),
+        count=np.zeros(Found.SIZE, np.int64),
+        X_WG=np.zeros((model.geometry.shape[0], PlacedGeometry.SIZE)),
+        work=np.zeros((WORK_ROWS, SimplexVertex.SIZE)),
+        link=np.zeros((MAX_FACES, FaceLinks.SIZE), np.int64),
+        hole=np.zeros((MAX_EDGES, HoleEdge.SIZE), np.int64),
+        stack=np.zeros(MAX_FACES, np.int64),
         order=np.zeros((capacity, 2), np.int64),
     )
 
@@ -199,16 +339,16 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
 def empty_geometry_model() -> GeometryModel:
     """A model without geometry, for a plant that has no SceneGraph."""
     return GeometryModel(
-        geometry=np.zeros((0, GEOMETRY_COLUMNS), np.int64),
-        size=np.zeros((0, SIZE_COLUMNS)),
-        material=np.zeros((0, MATERIAL_COLUMNS)),
-        X_BG=np.zeros((0, 12)),
-        pair=np.zeros((0, 2), np.int64),
-        margin=np.zeros(2),
-        family=np.zeros(NUM_FAMILIES + 1, np.int64),
-        vertex=np.zeros((0, 3)),
-        face=np.zeros((0, 4)),
-        loop=np.zeros((0, 3), np.int64),
+        geometry=np.zeros((0, Geometry.SIZE), np.int64),
+        size=np.zeros((0, Size.SIZE)),
+        material=np.zeros((0, Material.SIZE)),
+        X_BG=np.zeros((0, PoseInBody.SIZE)),
+        pair=np.zeros((0, Pair.SIZE), np.int64),
+        margin=np.zeros(Margins.SIZE),
+        family=np.zeros(Families.SIZE, np.int64),
+        vertex=np.zeros((0, HullVertex.SIZE)),
+        face=np.zeros((0, HullFace.SIZE)),
+        loop=np.zeros((0, FaceLoop.SIZE), np.int64),
         topology=np.zeros(2, np.int64),
         cell=np.zeros(0),
         partner=np.zeros(0, np.int64),

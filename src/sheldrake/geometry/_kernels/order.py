@@ -5,29 +5,27 @@ Each family finds its contacts in order already, so a natural merge sort is done
 
 from __future__ import annotations
 
-import numpy as np
-
 from sheldrake.common.kernel import kernel
 
 from .model import ContactTable
 
-OTHER = np.int64(1)  # order has two columns: 0 and 1
+OTHER = 1  # order has two columns: 0 and 1
 
 
 @kernel
 def follows(table, m, n):
     """Whether contact m belongs behind contact n: a later pair, or a later point of the same."""
-    if table.pair[m, 0] != table.pair[n, 0]:
-        return table.pair[m, 0] > table.pair[n, 0]
-    if table.pair[m, 1] != table.pair[n, 1]:
-        return table.pair[m, 1] > table.pair[n, 1]
+    if table[m].geometry_A != table[n].geometry_A:
+        return table[m].geometry_A > table[n].geometry_A
+    if table[m].geometry_B != table[n].geometry_B:
+        return table[m].geometry_B > table[n].geometry_B
     return m > n
 
 
 @kernel
 def end_of_run(table, source, begin, end):
     """Where the contacts, in the order of this column, cease to be sorted."""
-    k = begin + 1
+    k = min(begin + 1, end)
     while k < end and not follows(table, table.order[k - 1, source], table.order[k, source]):
         k += 1
     return k
@@ -49,18 +47,6 @@ def merge(table, source, begin, middle, end):
 
 
 @kernel
-def swap_contacts(table, m, n):
-    for c in range(table.pair.shape[1]):
-        number = table.pair[m, c]
-        table.pair[m, c] = table.pair[n, c]
-        table.pair[n, c] = number
-    for c in range(table.point.shape[1]):
-        value = table.point[m, c]
-        table.point[m, c] = table.point[n, c]
-        table.point[n, c] = value
-
-
-@kernel
 def move_contacts(table, source, count):
     """Puts the contact that this column names k-th at place k; one that has gone elsewhere is followed there."""
     for k in range(count):
@@ -68,26 +54,25 @@ def move_contacts(table, source, count):
         while m < k:
             m = table.order[m, source]
         if m != k:
-            swap_contacts(table, m, k)
+            table[m].who, table[k].who = table[k].who, table[m].who
+            table[m].where, table[k].where = table[k].where, table[m].where
 
 
 @kernel(top=True)
 def sort_contacts(table: ContactTable) -> None:
     """Orders contacts by pair; those of one pair stay as they were found."""
-    count = table.count[0]
+    count = table.num_contacts
     for k in range(count):
         table.order[k, 0] = k
-    source = np.int64(0)
-    sorted_to = end_of_run(table, source, np.int64(0), count)
+    source = 0
+    sorted_to = end_of_run(table, source, 0, count)
     while sorted_to < count:
-        begin = np.int64(0)
+        begin = 0
         while begin < count:
             middle = end_of_run(table, source, begin, count)
-            end = count
-            if middle < count:
-                end = end_of_run(table, source, middle, count)
+            end = end_of_run(table, source, middle, count)
             merge(table, source, begin, middle, end)
             begin = end
         source = OTHER - source
-        sorted_to = end_of_run(table, source, np.int64(0), count)
+        sorted_to = end_of_run(table, source, 0, count)
     move_contacts(table, source, count)

@@ -13,10 +13,8 @@ free, with one it turns about the edge, with two it is given. The points of the 
 
 from __future__ import annotations
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, store3, sub3
+from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .hull import lowest_vertex
@@ -25,17 +23,14 @@ from .model import (
     CAPSULE,
     CYLINDER,
     ELLIPSOID,
-    HALF_LENGTH,
     HULL,
-    KIND,
     POLYGON_A,
-    RADIUS,
     X_AXIS,
     Y_AXIS,
     Z_AXIS,
 )
 from .support import best_face, has_faces, part_within_face, support, within_face
-from .table import absolute, column, position_of, rotation_of
+from .table import absolute, column
 
 SQUARE = 5e-3  # cosine of the angle to d of an edge that is taken to be square to it
 NARROW = 3e-4  # the same where many edges are
@@ -49,26 +44,25 @@ _LOOSE = 1e-10  # relative to the size: how far the points of the answer may be 
 _BEYOND = 1e-9  # relative to an edge: how far behind its end a point may be
 
 # Scratch, in rows that polygons use later
-EDGE = POLYGON_A  # of a shape's feature, from its farthest point to the other end; of j reversed; column 3: 1.0 for i
-BEND = POLYGON_A + 4  # radii of curvature of the difference, two rows: xx, yy, zz; xy, xz, yz [m]
-_MOST = np.int64(3)  # edges that are written
-_TOO_MANY = np.int64(9)  # edges: of a cap, which has none; its middle stands for its farthest point
-_0 = np.int64(0)
+EDGE = POLYGON_A
+BEND = POLYGON_A + 4
+_MOST = 3  # edges that are written
+_TOO_MANY = 9  # edges: of a cap, which has none; its middle stands for its farthest point
 
 
 @kernel
 def add_dyad(table, s, v):
     """Adds s v vᵀ to BEND."""
-    store3(table.work, BEND, add3(load3(table.work, BEND), (s * v[0] * v[0], s * v[1] * v[1], s * v[2] * v[2])))
+    table.bends[BEND].radii = add3(table.bends[BEND].radii, (s * v[0] * v[0], s * v[1] * v[1], s * v[2] * v[2]))
     mixed = (s * v[0] * v[1], s * v[0] * v[2], s * v[1] * v[2])
-    store3(table.work, BEND + 1, add3(load3(table.work, BEND + 1), mixed))
+    table.bends[BEND + 1].radii = add3(table.bends[BEND + 1].radii, mixed)
 
 
 @kernel
 def bend_between(table, u, v):
     """uᵀ BEND v."""
-    straight = load3(table.work, BEND)
-    mixed = load3(table.work, BEND + 1)
+    straight = table.bends[BEND].radii
+    mixed = table.bends[BEND + 1].radii
     return (
         u[0] * (straight[0] * v[0] + mixed[0] * v[1] + mixed[1] * v[2])
         + u[1] * (mixed[0] * v[0] + straight[1] * v[1] + mixed[2] * v[2])
@@ -80,19 +74,19 @@ def bend_between(table, u, v):
 def add_edge(table, count, edge, sign):
     """Writes an edge unless there are too many already; how many there are."""
     if count < _MOST:
-        store3(table.work, EDGE + count, scale3(edge, sign))
-        table.work[EDGE + count, 3] = sign
+        table.edges[EDGE + count].edge = scale3(edge, sign)
+        table.edges[EDGE + count].sign = sign
     return count + 1
 
 
 @kernel
 def hull_edges(model, table, g, d_G, square, sign, count):
     """Farthest vertex of a hull along d, and its edges square to d."""
-    R_WG = rotation_of(table, g)
+    R_WG = table.poses[g].R_WG
     v = lowest_vertex(model, g, scale3(d_G, -1.0))
-    p = load3(model.vertex, v)
+    p = model.vertices[v].p_GV
     for k in range(model.topology[v], model.topology[v + 1]):
-        edge = sub3(load3(model.vertex, model.topology[k]), p)
+        edge = sub3(model.vertices[model.topology[k]].p_GV, p)
         if -dot3(edge, d_G) < square * sqrt(dot3(edge, edge)):
             count = add_edge(table, count, rotate(R_WG, edge), sign)
     return rotate(R_WG, p), count
@@ -101,14 +95,14 @@ def hull_edges(model, table, g, d_G, square, sign, count):
 @kernel
 def cylinder_rim(model, table, g, d, square, sign, count):
     """Farthest point of a cylinder from its centre along d, and its side if that is square to d."""
-    axis = column(rotation_of(table, g), Z_AXIS)
+    axis = column(table.poses[g].R_WG, Z_AXIS)
     along = dot3(axis, d)
-    half = scale3(axis, model.size[g, HALF_LENGTH] * (1.0 if along >= 0.0 else -1.0))
+    half = scale3(axis, model[g].half_length * (1.0 if along >= 0.0 else -1.0))
     out = sub3(d, scale3(axis, along))
     slope = sqrt(dot3(out, out))
     if slope < _CAP * square:
         return half, _TOO_MANY
-    radius = model.size[g, RADIUS]
+    radius = model[g].radius
     if absolute(along) < square * slope:
         count = add_edge(table, count, scale3(half, -2.0), sign)
     tangent = scale3(cross3(axis, out), 1.0 / slope)
@@ -119,8 +113,8 @@ def cylinder_rim(model, table, g, d, square, sign, count):
 @kernel
 def ellipsoid_point(model, table, g, d_G):
     """Farthest point of an ellipsoid from its centre along d."""
-    R_WG = rotation_of(table, g)
-    h = load3(model.size, g)
+    R_WG = table.poses[g].R_WG
+    h = model[g].half_sizes
     e = (h[0] * d_G[0], h[1] * d_G[1], h[2] * d_G[2])
     support = sqrt(dot3(e, e))
     p = rotate(R_WG, (h[0] * e[0] / support, h[1] * e[1] / support, h[2] * e[2] / support))
@@ -137,14 +131,14 @@ def show(model, table, g, d, square, sign, count):
 
     Edges have the sign that they have in the difference.
     """
-    R_WG = rotation_of(table, g)
+    R_WG = table.poses[g].R_WG
     d_G = rotate_back(R_WG, d)
-    kind = model.geometry[g, KIND]
+    kind = model[g].kind
     p = (0.0, 0.0, 0.0)
     if kind == BOX:
         for k in range(3):
             along = dot3(column(R_WG, k), d)
-            half = scale3(column(R_WG, k), model.size[g, k] * (1.0 if along >= 0.0 else -1.0))
+            half = scale3(column(R_WG, k), model[g].half_along[k] * (1.0 if along >= 0.0 else -1.0))
             p = add3(p, half)
             if absolute(along) < square:
                 count = add_edge(table, count, scale3(half, -2.0), sign)
@@ -152,14 +146,14 @@ def show(model, table, g, d, square, sign, count):
         p, count = hull_edges(model, table, g, d_G, square, sign, count)
     elif kind == CAPSULE:
         axis = column(R_WG, Z_AXIS)
-        p = scale3(axis, model.size[g, HALF_LENGTH] * (1.0 if d_G[2] >= 0.0 else -1.0))
+        p = scale3(axis, model[g].half_length * (1.0 if d_G[2] >= 0.0 else -1.0))
         if absolute(d_G[2]) < square:
             count = add_edge(table, count, scale3(p, -2.0), sign)
     elif kind == CYLINDER:
         p, count = cylinder_rim(model, table, g, d, square, sign, count)
     elif kind == ELLIPSOID:
         p = ellipsoid_point(model, table, g, d_G)
-    return add3(position_of(table, g), p), count
+    return add3(table.poses[g].p_WG, p), count
 
 
 @kernel(outline=True)
@@ -170,14 +164,14 @@ def face_against(model, table, g, other, d):
     _face, n = best_face(model, table, g, d)
     if dot3(n, d) < 1.0 - 0.5 * SQUARE * SQUARE:
         return False, d, 0.0, d, d
-    p, count = show(model, table, other, scale3(n, -1.0), _EXACT, 1.0, _0)
+    p, count = show(model, table, other, scale3(n, -1.0), _EXACT, 1.0, 0)
     if count < _TOO_MANY:
         written = count if count < _MOST else _MOST
         for k in range(written):  # to the middle of what the other shape shows, so that ends may stick out
-            p = add3(p, scale3(load3(table.work, EDGE + k), 0.5 / written))
+            p = add3(p, scale3(table.edges[EDGE + k].edge, 0.5 / written))
     depth = dot3(n, sub3(support(model, table, g, n), p))
     if count == 1:
-        edge = load3(table.work, EDGE)
+        edge = table.edges[EDGE].edge
         start = sub3(p, scale3(edge, 0.5))
         low, high = part_within_face(model, table, g, n, start, edge)
         p = add3(start, scale3(edge, 0.5 * (low + high)))
@@ -189,9 +183,9 @@ def face_against(model, table, g, other, d):
 @kernel
 def show_both(model, table, i, j, d, square):
     """Farthest points of i along d and of j along -d, and how many edges they have square to d."""
-    store3(table.work, BEND, (0.0, 0.0, 0.0))
-    store3(table.work, BEND + 1, (0.0, 0.0, 0.0))
-    p_i, count = show(model, table, i, d, square, 1.0, _0)
+    table.bends[BEND].radii = (0.0, 0.0, 0.0)
+    table.bends[BEND + 1].radii = (0.0, 0.0, 0.0)
+    p_i, count = show(model, table, i, d, square, 1.0, 0)
     p_j, count = show(model, table, j, scale3(d, -1.0), square, -1.0, count)
     return p_i, p_j, count
 
@@ -206,10 +200,10 @@ def square_to_edges(table, count, d):
     """(whether there is one, the direction nearest to d square to all edges)."""
     if count == 0:
         return True, d
-    e = unit(load3(table.work, EDGE))
+    e = unit(table.edges[EDGE].edge)
     if count == 1:
         return True, unit(sub3(d, scale3(e, dot3(e, d))))
-    across = cross3(e, unit(load3(table.work, EDGE + 1)))
+    across = cross3(e, unit(table.edges[EDGE + 1].edge))
     if dot3(across, across) < _PARALLEL * _PARALLEL:
         return False, d
     across = unit(across)
@@ -221,7 +215,7 @@ def newton_turn(table, count, d, w):
     """(whether h is convex here, the small vector to add to d): along the circle square to an edge, or free."""
     depth = dot3(d, w)
     if count == 1:
-        t = cross3(unit(load3(table.work, EDGE)), d)
+        t = cross3(unit(table.edges[EDGE].edge), d)
         slope = bend_between(table, t, t) - depth
         if slope <= 0.0:
             return False, t
@@ -245,12 +239,12 @@ def meet(table, count, r):
     """(s, t) so that r + s EDGE[0] + t EDGE[1] is as short as can be."""
     if count == 0:
         return 0.0, 0.0
-    e = load3(table.work, EDGE)
+    e = table.edges[EDGE].edge
     ee = dot3(e, e)
     if count == 1:
         return -dot3(r, e) / ee, 0.0
     # The second edge's part across the first keeps its digits where the edges are nearly parallel.
-    f = load3(table.work, EDGE + 1)
+    f = table.edges[EDGE + 1].edge
     along = dot3(e, f) / ee
     across = sub3(f, scale3(e, along))
     t = -dot3(r, across) / dot3(across, across)
@@ -294,9 +288,9 @@ def polish(model, table, i, j, size, d, square):
     if not within(s) or not within(t):
         return False, d, depth, p_i, p_j
     for k in range(edges):
-        part = scale3(load3(table.work, EDGE + k), s if k == 0 else t)
+        part = scale3(table.edges[EDGE + k].edge, s if k == 0 else t)
         r = add3(r, part)
-        if table.work[EDGE + k, 3] > 0.0:
+        if table.edges[EDGE + k].sign > 0.0:
             p_i = add3(p_i, part)
         else:
             p_j = sub3(p_j, part)

@@ -8,52 +8,27 @@ one span, nothing is clipped, and depth is exact. Curved patches are met by solv
 
 from __future__ import annotations
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import sqrt, whole
 from sheldrake.common._kernels.vec import (
     add3,
     cross3,
     dot3,
-    load3,
-    load3_at,
-    load9,
     rotate,
     rotate_back,
     scale3,
-    store3,
 )
 from sheldrake.common.kernel import kernel
 
-from .raster_scene import (
-    BOTTOM,
-    CENTRE,
-    FAR,
-    FIRST_FACE,
-    FIRST_PATCH,
-    FIRST_VERTEX,
-    FOCAL,
-    HALF_X,
-    HALF_Y,
-    HIGH,
-    KIND,
-    LOW,
-    NEAR,
-    QUADRIC,
-    TOP,
-    X2,
-    Z0,
-)
+from .raster_scene import QUADRIC
 
-BOTH, BACK, FRONT = np.int64(0), np.int64(1), np.int64(2)  # sides of a surface
+BOTH, BACK, FRONT = range(3)  # sides of a surface
 EDGE_ON = 1e-28  # square of the sine of the angle between camera and face below which its side is rounding
 SLACK = 1e-9  # pixels by which a span is too long, so that rounding leaves no gap between neighbours
-POSITION = np.int64(9)  # column of p in a row of poses
 
 
 @kernel
 def clear(scene, screen):
-    beyond = 1.0 / scene.camera[FAR]
+    beyond = 1.0 / scene.far
     for v in range(screen.seen.shape[0]):
         for u in range(screen.seen.shape[1]):
             screen.nearness[v, u] = beyond
@@ -61,23 +36,22 @@ def clear(scene, screen):
 
 
 @kernel
-def ray_x(camera, u):
+def ray_x(scene, u):
     """x of the ray (x, y, 1) of column u."""
-    return (u + 0.5 - camera[CENTRE]) / camera[FOCAL]
+    return (u + 0.5 - scene.centre_x) / scene.focal_x
 
 
 @kernel
-def ray_y(camera, v):
-    return (v + 0.5 - camera[CENTRE + 1]) / camera[FOCAL + 1]
+def ray_y(scene, v):
+    return (v + 0.5 - scene.centre_y) / scene.focal_y
 
 
 @kernel
 def place_vertices(surfaces, scene, item):
     """p_CV of an item's vertices."""
-    R_CG = load9(scene.X_CG, item)
-    p_CG = load3_at(scene.X_CG, item, POSITION)
-    for i in range(surfaces.item[item, FIRST_VERTEX], surfaces.item[item + 1, FIRST_VERTEX]):
-        store3(scene.corner, i, add3(rotate(R_CG, load3(surfaces.vertex, i)), p_CG))
+    pose = scene.poses[item]
+    for i in range(surfaces.items[item].first_vertex, surfaces.items[item + 1].first_vertex):
+        scene.corners[i].p_CV = add3(rotate(pose.R_CG, surfaces.vertices[i].p_GV), pose.p_CG)
 
 
 # ---- boxes in the picture: (first column, last column, first row, last row)
@@ -86,30 +60,26 @@ def place_vertices(surfaces, scene, item):
 @kernel
 def clipped_pixel(x, count):
     """A column or row, kept within one of those of the picture."""
-    if x < 0.0:
-        return 0
-    if x > count:
-        return count
-    return whole(x)
+    return 0 if x < 0.0 else count if x > count else whole(x)
 
 
 @kernel
-def cover_point(camera, box, p):
+def cover_point(scene, box, p):
     """The box (in pixels, not rounded) with a point in front of the camera added."""
-    u = p[0] / p[2] * camera[FOCAL] + camera[CENTRE] - 0.5
-    v = p[1] / p[2] * camera[FOCAL + 1] + camera[CENTRE + 1] - 0.5
+    u = p[0] / p[2] * scene.focal_x + scene.centre_x - 0.5
+    v = p[1] / p[2] * scene.focal_y + scene.centre_y - 0.5
     return min(box[0], u), max(box[1], u), min(box[2], v), max(box[3], v)
 
 
 @kernel
-def cover_edge(camera, box, a, b):
+def cover_edge(scene, box, a, b):
     """The box with the part of the edge from a to b beyond the near plane added; b itself is left to the next edge."""
-    near = camera[NEAR]
+    near = scene.near
     if a[2] >= near:
-        box = cover_point(camera, box, a)
+        box = cover_point(scene, box, a)
     if (a[2] >= near) != (b[2] >= near):
         s = (near - a[2]) / (b[2] - a[2])
-        box = cover_point(camera, box, (a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), near))
+        box = cover_point(scene, box, (a[0] + s * (b[0] - a[0]), a[1] + s * (b[1] - a[1]), near))
     return box
 
 
@@ -148,38 +118,38 @@ def narrowed(low, high, slope, at_zero):
 
 
 @kernel
-def in_pixels(camera, e):
+def in_pixels(scene, e):
     """The linear function e . (x, y, 1) as (slope in u, slope in v, value at u = v = 0)."""
-    slope_u = e[0] / camera[FOCAL]
-    slope_v = e[1] / camera[FOCAL + 1]
-    at_zero = e[2] + (0.5 - camera[CENTRE]) * slope_u + (0.5 - camera[CENTRE + 1]) * slope_v
+    slope_u = e[0] / scene.focal_x
+    slope_v = e[1] / scene.focal_y
+    at_zero = e[2] + (0.5 - scene.centre_x) * slope_u + (0.5 - scene.centre_y) * slope_v
     return slope_u, slope_v, at_zero
 
 
 @kernel(outline=True)
 def draw_face(surfaces, scene, face, side, screen):
-    a = load3(scene.corner, surfaces.face[face, 0])
-    b = load3(scene.corner, surfaces.face[face, 1])
-    c = load3(scene.corner, surfaces.face[face, 2])
-    camera = scene.camera
+    i, j, k = surfaces.faces[face].corners
+    a = scene.corners[i].p_CV
+    b = scene.corners[j].p_CV
+    c = scene.corners[k].p_CV
     e_a = cross3(b, c)
     det = dot3(a, e_a)  # the camera is in front of a face when it is negative
     if det * det <= EDGE_ON * dot3(a, a) * dot3(b, b) * dot3(c, c):
         return
     if (side == BACK and det < 0.0) or (side == FRONT and det > 0.0):
         return
-    box = cover_edge(camera, empty_box(), a, b)
-    box = cover_edge(camera, box, b, c)
-    box = cover_edge(camera, box, c, a)
+    box = cover_edge(scene, empty_box(), a, b)
+    box = cover_edge(scene, box, b, c)
+    box = cover_edge(scene, box, c, a)
     first_u, last_u, first_v, last_v = pixels_of(screen, box)
     if last_u < first_u:
         return
     sign = 1.0 if det > 0.0 else -1.0
-    f_a = in_pixels(camera, e_a)
-    f_b = in_pixels(camera, cross3(c, a))
-    f_c = in_pixels(camera, cross3(a, b))
+    f_a = in_pixels(scene, e_a)
+    f_b = in_pixels(scene, cross3(c, a))
+    f_c = in_pixels(scene, cross3(a, b))
     slope = (f_a[0] + f_b[0] + f_c[0]) / det
-    nearest = 1.0 / camera[NEAR]
+    nearest = 1.0 / scene.near
     for v in range(first_v, last_v + 1):
         r_a = f_a[1] * v + f_a[2]
         r_b = f_b[1] * v + f_b[2]
@@ -202,47 +172,47 @@ def draw_face(surfaces, scene, face, side, screen):
 
 
 @kernel
-def cover_patch(camera, patches, patch, R_CG, p_CG):
+def cover_patch(surfaces, scene, patch):
     """The box of a patch in the picture; the whole plane when a part of it is not beyond the near plane."""
     box = empty_box()
+    held = surfaces.patches[patch]
+    pose = scene.poses[surfaces.patch_kinds[patch].item]
     for k in range(8):
-        x = patches[patch, HALF_X] if k % 2 == 0 else -patches[patch, HALF_X]
-        y = patches[patch, HALF_Y] if k % 4 < 2 else -patches[patch, HALF_Y]
-        z = patches[patch, TOP] if k < 4 else patches[patch, BOTTOM]
-        p = add3(rotate(R_CG, (x, y, z)), p_CG)
-        if p[2] < camera[NEAR]:
+        x = held.half_x if k % 2 == 0 else -held.half_x
+        y = held.half_y if k % 4 < 2 else -held.half_y
+        z = held.top if k < 4 else held.bottom
+        p = add3(rotate(pose.R_CG, (x, y, z)), pose.p_CG)
+        if p[2] < scene.near:
             return -1e300, 1e300, -1e300, 1e300
-        box = cover_point(camera, box, p)
+        box = cover_point(scene, box, p)
     return box
 
 
 @kernel
-def origin_in_patch(patches, patch, R_CG, p_CG):
+def origin_in_patch(surfaces, scene, patch):
     """Position of the camera from the patch's centre, in G."""
-    p_GC = rotate_back(R_CG, p_CG)
-    return -p_GC[0], -p_GC[1], -p_GC[2] - patches[patch, Z0]
+    pose = scene.poses[surfaces.patch_kinds[patch].item]
+    p_GC = rotate_back(pose.R_CG, pose.p_CG)
+    return -p_GC[0], -p_GC[1], -p_GC[2] - surfaces.patches[patch].z0
 
 
 @kernel
 def draw_quadric(surfaces, scene, patch, side, screen):
-    camera, patches = scene.camera, surfaces.patch
-    item = surfaces.patch_kind[patch, 1]
-    R_CG = load9(scene.X_CG, item)
-    p_CG = load3_at(scene.X_CG, item, POSITION)
-    first_u, last_u, first_v, last_v = pixels_of(screen, cover_patch(camera, patches, patch, R_CG, p_CG))
-    o = origin_in_patch(patches, patch, R_CG, p_CG)
-    D = load3_at(patches, patch, X2)
+    first_u, last_u, first_v, last_v = pixels_of(screen, cover_patch(surfaces, scene, patch))
+    R_CG = scene.poses[surfaces.patch_kinds[patch].item].R_CG
+    o = origin_in_patch(surfaces, scene, patch)
+    quadric = surfaces.patches[patch]
+    D = quadric.squares
     Do = (D[0] * o[0], D[1] * o[1], D[2] * o[2])
     c = dot3(o, Do) - 1.0
-    low = patches[patch, LOW] - patches[patch, Z0]
-    high = patches[patch, HIGH] - patches[patch, Z0]
-    nearest = 1.0 / camera[NEAR]
-    mark = surfaces.face.shape[0] + patch
+    low = quadric.low - quadric.z0
+    high = quadric.high - quadric.z0
+    nearest = 1.0 / scene.near
     right = rotate_back(R_CG, (1.0, 0.0, 0.0))
     for v in range(first_v, last_v + 1):
-        start = rotate_back(R_CG, (0.0, ray_y(camera, v), 1.0))
+        start = rotate_back(R_CG, (0.0, ray_y(scene, v), 1.0))
         for u in range(first_u, last_u + 1):
-            d = add3(start, scale3(right, ray_x(camera, u)))
+            d = add3(start, scale3(right, ray_x(scene, u)))
             a = D[0] * d[0] * d[0] + D[1] * d[1] * d[1] + D[2] * d[2] * d[2]
             b = dot3(d, Do)
             under = b * b - a * c
@@ -250,12 +220,8 @@ def draw_quadric(surfaces, scene, patch, side, screen):
                 continue
             # c w^2 + 2 b w + a = 0 for the nearness w, without differences of nearly equal numbers
             q = -b + sqrt(under) if b < 0.0 else -b - sqrt(under)
-            for root in range(2):
-                w = -1.0
-                if root == 0 and c != 0.0:
-                    w = q / c
-                if root == 1 and q != 0.0:
-                    w = a / q
+            for over, below in ((q, c), (a, q)):
+                w = over / below if below != 0.0 else -1.0
                 if w <= screen.nearness[v, u] or w > nearest:
                     continue
                 front = b * w + a < 0.0  # the way in
@@ -264,38 +230,35 @@ def draw_quadric(surfaces, scene, patch, side, screen):
                 z = o[2] + d[2] / w
                 if low <= z and z <= high:
                     screen.nearness[v, u] = w
-                    screen.seen[v, u] = mark
+                    screen.seen[v, u] = len(surfaces.faces) + patch
 
 
 @kernel
 def draw_disc(surfaces, scene, patch, side, screen):
-    camera, patches = scene.camera, surfaces.patch
-    item = surfaces.patch_kind[patch, 1]
-    R_CG = load9(scene.X_CG, item)
-    p_CG = load3_at(scene.X_CG, item, POSITION)
-    first_u, last_u, first_v, last_v = pixels_of(screen, cover_patch(camera, patches, patch, R_CG, p_CG))
-    o = origin_in_patch(patches, patch, R_CG, p_CG)
-    outside = o[2] * patches[patch, Z0] > 0.0  # a disc's outer side is away from the middle of its cylinder
+    first_u, last_u, first_v, last_v = pixels_of(screen, cover_patch(surfaces, scene, patch))
+    R_CG = scene.poses[surfaces.patch_kinds[patch].item].R_CG
+    o = origin_in_patch(surfaces, scene, patch)
+    disc = surfaces.patches[patch]
+    outside = o[2] * disc.z0 > 0.0  # a disc's outer side is away from the middle of its cylinder
     if o[2] == 0.0 or (side == BACK and outside) or (side == FRONT and not outside):
         return
-    nearest = 1.0 / camera[NEAR]
-    radius = patches[patch, HIGH]
-    mark = surfaces.face.shape[0] + patch
+    nearest = 1.0 / scene.near
+    radius = disc.high
     for v in range(first_v, last_v + 1):
         for u in range(first_u, last_u + 1):
-            d = rotate_back(R_CG, (ray_x(camera, u), ray_y(camera, v), 1.0))
+            d = rotate_back(R_CG, (ray_x(scene, u), ray_y(scene, v), 1.0))
             w = -d[2] / o[2]
             if w > screen.nearness[v, u] and w <= nearest:
                 x = o[0] + d[0] / w
                 y = o[1] + d[1] / w
                 if x * x + y * y <= radius * radius:
                     screen.nearness[v, u] = w
-                    screen.seen[v, u] = mark
+                    screen.seen[v, u] = len(surfaces.faces) + patch
 
 
 @kernel(outline=True)
 def draw_patch(surfaces, scene, patch, side, screen):
-    if surfaces.patch_kind[patch, KIND] == QUADRIC:
+    if surfaces.patch_kinds[patch].kind == QUADRIC:
         draw_quadric(surfaces, scene, patch, side, screen)
     else:
         draw_disc(surfaces, scene, patch, side, screen)
@@ -305,9 +268,9 @@ def draw_patch(surfaces, scene, patch, side, screen):
 def draw_item(surfaces, scene, item, side, screen):
     """Marks the pixels that see an item; `side` is BOTH, or only what shows its BACK or FRONT."""
     place_vertices(surfaces, scene, item)
-    for face in range(surfaces.item[item, FIRST_FACE], surfaces.item[item + 1, FIRST_FACE]):
+    for face in range(surfaces.items[item].first_face, surfaces.items[item + 1].first_face):
         draw_face(surfaces, scene, face, side, screen)
-    for patch in range(surfaces.item[item, FIRST_PATCH], surfaces.item[item + 1, FIRST_PATCH]):
+    for patch in range(surfaces.items[item].first_patch, surfaces.items[item + 1].first_patch):
         draw_patch(surfaces, scene, patch, side, screen)
 
 

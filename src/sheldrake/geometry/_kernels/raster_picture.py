@@ -8,25 +8,7 @@ from sheldrake.common._kernels.generic import whole
 from sheldrake.common.kernel import kernel
 
 from .raster import BACK, FRONT, clear, draw_item, draw_opaque, ray_x, ray_y
-from .raster_scene import (
-    DEPTHS,
-    DIFFUSE,
-    DIRECTIONAL,
-    EVEN,
-    FACE_ITEM,
-    FACE_MATERIAL,
-    LABEL,
-    LABELS,
-    LEAST,
-    LIGHT_KIND,
-    MOST,
-    PATCH_ITEM,
-    PATCH_MATERIAL,
-    Look,
-    Scene,
-    Screen,
-    Surfaces,
-)
+from .raster_scene import DEPTHS, DIRECTIONAL, LABELS, Look, Scene, Screen, Surfaces
 from .raster_shade import colour_at, mixed, unpacked
 
 HALF = 0.5 + 1e-9  # so that what is exactly between two bytes is rounded up, whatever the last bits say
@@ -34,10 +16,10 @@ HALF = 0.5 + 1e-9  # so that what is exactly between two bytes is rounded up, wh
 
 @kernel
 def material_of(surfaces, seen):
-    faces = surfaces.face.shape[0]
+    faces = len(surfaces.faces)
     if seen < faces:
-        return surfaces.face[seen, FACE_MATERIAL]
-    return surfaces.patch_kind[seen - faces, PATCH_MATERIAL]
+        return surfaces.faces[seen].material
+    return surfaces.patch_kinds[seen - faces].material
 
 
 @kernel
@@ -50,9 +32,9 @@ def packed(colour):
 
 
 @kernel
-def point_of_pixel(camera, u, v, nearness):
+def point_of_pixel(scene, u, v, nearness):
     z = 1.0 / nearness
-    return ray_x(camera, u) * z, ray_y(camera, v) * z, z
+    return ray_x(scene, u) * z, ray_y(scene, v) * z, z
 
 
 # ---- pictures
@@ -61,8 +43,8 @@ def point_of_pixel(camera, u, v, nearness):
 @kernel
 def fill_depths(scene, screen):
     """Nearness becomes depth: 0 where too close, infinite where too far or empty."""
-    least = scene.camera[LEAST]
-    most = scene.camera[MOST]
+    least = scene.least
+    most = scene.most
     for v in range(screen.seen.shape[0]):
         for u in range(screen.seen.shape[1]):
             z = 1.0 / screen.nearness[v, u]
@@ -75,44 +57,44 @@ def fill_depths(scene, screen):
 
 @kernel
 def fill_labels(surfaces, scene, screen):
-    faces = surfaces.face.shape[0]
+    faces = len(surfaces.faces)
     for v in range(screen.seen.shape[0]):
         for u in range(screen.seen.shape[1]):
             seen = screen.seen[v, u]
             if seen < 0:
-                screen.seen[v, u] = scene.empty[0]
+                screen.seen[v, u] = scene.empty_pixel
             elif seen < faces:
-                screen.seen[v, u] = surfaces.item[surfaces.face[seen, FACE_ITEM], LABEL]
+                screen.seen[v, u] = surfaces.items[surfaces.faces[seen].item].label
             else:
-                screen.seen[v, u] = surfaces.item[surfaces.patch_kind[seen - faces, PATCH_ITEM], LABEL]
+                screen.seen[v, u] = surfaces.items[surfaces.patch_kinds[seen - faces].item].label
 
 
 @kernel
-def is_parallel(lights):
+def is_parallel(scene):
     """True if the same light falls everywhere."""
-    for k in range(lights.shape[0]):
-        if lights[k, LIGHT_KIND] != DIRECTIONAL:
+    for k in range(len(scene.lights)):
+        if scene.lights[k].kind != DIRECTIONAL:
             return False
     return True
 
 
 @kernel
 def fill_colours(surfaces, look, scene, screen):
-    parallel = is_parallel(scene.light)
+    parallel = is_parallel(scene)
     last = -1  # an evenly lit surface, and its colour
     last_colour = 0
     for v in range(screen.seen.shape[0]):
         for u in range(screen.seen.shape[1]):
             seen = screen.seen[v, u]
             if seen < 0:
-                screen.seen[v, u] = scene.empty[0]
+                screen.seen[v, u] = scene.empty_pixel
             elif seen == last:
                 screen.seen[v, u] = last_colour
             else:
-                p = point_of_pixel(scene.camera, u, v, screen.nearness[v, u])
+                p = point_of_pixel(scene, u, v, screen.nearness[v, u])
                 colour = packed(colour_at(surfaces, look, scene, seen, p))
                 screen.seen[v, u] = colour
-                even = seen < surfaces.face.shape[0] and look.material[material_of(surfaces, seen), EVEN] > 0.0
+                even = seen < len(surfaces.faces) and look.materials[material_of(surfaces, seen)].even > 0.0
                 if parallel and even:
                     last = seen
                     last_colour = colour
@@ -125,9 +107,9 @@ def blend(surfaces, look, scene, screen, layer):
         for u in range(screen.seen.shape[1]):
             seen = layer.seen[v, u]
             if seen >= 0 and layer.nearness[v, u] > screen.nearness[v, u]:
-                p = point_of_pixel(scene.camera, u, v, layer.nearness[v, u])
+                p = point_of_pixel(scene, u, v, layer.nearness[v, u])
                 over = colour_at(surfaces, look, scene, seen, p)
-                opacity = look.material[material_of(surfaces, seen), DIFFUSE + 3]
+                opacity = look.materials[material_of(surfaces, seen)].opacity
                 screen.seen[v, u] = packed(mixed(unpacked(screen.seen[v, u]), over, opacity))
 
 

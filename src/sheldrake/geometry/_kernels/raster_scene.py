@@ -7,121 +7,157 @@ last term may be absent) and discs.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
+from typing import Annotated, NamedTuple
 
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
+from sheldrake.common.record import Items, Record, integer, integers, number, numbers, table
 
-# Columns of Surfaces.item
-FIRST_VERTEX = np.int64(0)
-FIRST_FACE = np.int64(1)
-FIRST_PATCH = np.int64(2)  # the next row tells where each ends
-LABEL = np.int64(3)
-ITEM_COLUMNS = 4
-
-# Columns of Surfaces.face: three vertices, then
-FACE_ITEM = np.int64(3)
-FACE_MATERIAL = np.int64(4)
-FACE_COLUMNS = 5
-
-# Columns of Surfaces.vertex
-NORMAL = np.int64(3)  # after the position in G [m]
-TEXTURE = np.int64(6)  # (u, v), v upwards
-COLOUR = np.int64(8)  # red, green, blue in [0, 1]
-VERTEX_COLUMNS = 11
-
-# Columns of Surfaces.patch
-X2 = np.int64(0)  # quadric: 1/a^2, 1/b^2, 1/c^2 or 0 [1/m^2]
-Z0 = np.int64(3)  # height of the quadric's centre, or of the disc [m]
-LOW = np.int64(4)  # quadric: least and largest z [m]; disc: -, radius
-HIGH = np.int64(5)
-HALF_X = np.int64(6)  # half sizes of a box about the axis that holds the patch [m]
-HALF_Y = np.int64(7)
-BOTTOM = np.int64(8)  # and its extent in z [m]
-TOP = np.int64(9)
-WRAP_FROM = np.int64(10)  # z between which a texture is wrapped about the axis; equal: by longitude and latitude
-WRAP_TO = np.int64(11)
-PATCH_COLUMNS = 12
-
-# Columns of Surfaces.patch_kind
-KIND = np.int64(0)
-PATCH_ITEM = np.int64(1)
-PATCH_MATERIAL = np.int64(2)
-PATCH_KIND_COLUMNS = 3
-QUADRIC = np.int64(0)
-DISC = np.int64(1)
-
-# Columns of Look.material
-DIFFUSE = np.int64(0)  # red, green, blue, opacity
-FIRST_TEXEL = np.int64(4)  # of `texel`; negative without texture
-TEXTURE_WIDTH = np.int64(5)
-TEXTURE_HEIGHT = np.int64(6)
-SMOOTH = np.int64(7)  # 1: normals of the vertices, 0: of the triangles
-REPEAT = np.int64(8)  # 1: the texture repeats beyond its edges
-EVEN = np.int64(9)  # 1: a triangle of it has one colour and one normal
-MATERIAL_COLUMNS = 10
-
-# Columns of Look.light
-LIGHT_KIND = np.int64(0)
-LIGHT_COLOUR = np.int64(1)  # times intensity
-LIGHT_POSITION = np.int64(4)  # in C [m]
-LIGHT_DIRECTION = np.int64(7)  # unit vector in C
-ATTENUATION = np.int64(10)  # of the distance to the powers 0, 1, 2
-CONE = np.int64(13)  # cosine of half of a spot's opening
-LIGHT_COLUMNS = 14
-DIRECTIONAL, POINT, SPOT = np.int64(0), np.int64(1), np.int64(2)
-
-# Camera
-FOCAL = np.int64(0)  # x and y [pixels]
-CENTRE = np.int64(2)  # principal point [pixels]
-NEAR = np.int64(4)  # clipping planes [m]
-FAR = np.int64(5)
-LEAST = np.int64(6)  # depths that are measured [m]
-MOST = np.int64(7)
-CAMERA_NUMBERS = 8
-
-# What a picture shows
-DEPTHS, LABELS, COLOURS = np.int64(0), np.int64(1), np.int64(2)
+QUADRIC, DISC = range(2)  # kinds of patches
+DIRECTIONAL, POINT, SPOT = range(3)  # kinds of lights
+DEPTHS, LABELS, COLOURS = range(3)  # what a picture shows
 
 
+class ItemParts(Record):
+    """Where a registered geometry is in the arrays; the next row tells where it ends."""
+
+    first_vertex = integer("in `vertices`")
+    first_face = integer("in `faces`")
+    first_patch = integer("in `patches`")
+    label = integer("what label pictures show")
+
+
+class Face(Record):
+    """A triangle."""
+
+    corners = integers(3, "in `vertices`")
+    item = integer("of which it is")
+    material = integer("of `materials`")
+
+
+class Vertex(Record):
+    """Of triangles."""
+
+    p_GV = numbers(3, "position in G", "m")
+    normal = numbers(3, "in G, of any length")
+    texture = numbers(2, "u and v, v upwards")
+    colour = numbers(3, "red, green, blue in [0, 1]")
+
+
+class Patch(Record):
+    """A curved patch."""
+
+    squares = numbers(3, "quadric: 1/a^2, 1/b^2, 1/c^2 or 0", "1/m^2")
+    z0 = number("height of the quadric's centre, or of the disc", "m")
+    low = number("quadric: least z", "m")
+    high = number("quadric: largest z; disc: radius", "m")
+    half_x = number("half size of a box about the axis that holds the patch", "m")
+    half_y = number("half size of that box", "m")
+    bottom = number("least z of that box", "m")
+    top = number("largest z of that box", "m")
+    wrap_from = number("z from which on a texture is wrapped about the axis", "m")
+    wrap_to = number("z where that ends; equal: it lies by longitude and latitude", "m")
+
+
+class PatchKind(Record):
+    """What a patch is."""
+
+    kind = integer("QUADRIC or DISC")
+    item = integer("of which it is")
+    material = integer("of `materials`")
+
+
+class Paint(Record):
+    """How a surface looks."""
+
+    diffuse = numbers(3, "red, green, blue")
+    opacity = number("1: nothing is seen through it")
+    first_texel = number("in `texel`; negative without texture")
+    texture_width = number("texels")
+    texture_height = number("texels")
+    smooth = number("1: normals of the vertices, 0: of the triangles")
+    repeat = number("1: the texture repeats beyond its edges")
+    even = number("1: a triangle of it has one colour and one normal")
+
+
+class Light(Record):
+    """A source of light."""
+
+    kind = number("DIRECTIONAL, POINT or SPOT")
+    colour = numbers(3, "red, green, blue, times intensity")
+    p_CL = numbers(3, "position in C", "m")
+    direction = numbers(3, "unit vector in C")
+    attenuation = numbers(3, "factors of the distance to the powers 0, 1, 2")
+    cone = number("cosine of half of a spot's opening")
+
+
+class Camera(Record):
+    """What is seen where, and how far."""
+
+    focal_x = number("focal length", "pixels")
+    focal_y = number("focal length", "pixels")
+    centre_x = number("principal point", "pixels")
+    centre_y = number("principal point", "pixels")
+    near = number("clipping plane", "m")
+    far = number("clipping plane", "m")
+    least = number("least depth that is measured", "m")
+    most = number("largest depth that is measured", "m")
+
+
+class PoseInCamera(Record):
+    """Where an item is."""
+
+    R_CG = numbers(9, "rotation, row-major")
+    p_CG = numbers(3, "position", "m")
+
+
+class PlacedVertex(Record):
+    """Where a vertex is."""
+
+    p_CV = numbers(3, "position", "m")
+
+
+class Nothing(Record):
+    """What is not there."""
+
+    empty_pixel = integer("what a pixel without anything is, a label or a packed colour")
+
+
+@table
 class Surfaces(NamedTuple):
-    """Surfaces in their geometries' frames; see the columns above. `item` has one row more than there are items."""
+    """Surfaces in their geometries' frames. `item` has one row more than there are items."""
 
-    item: IntMatrix
-    face: IntMatrix
-    vertex: Matrix
-    patch: Matrix
-    patch_kind: IntMatrix
+    item: Annotated[IntMatrix, Items("items", ItemParts)]
+    face: Annotated[IntMatrix, Items("faces", Face)]
+    vertex: Annotated[Matrix, Items("vertices", Vertex)]
+    patch: Annotated[Matrix, Items("patches", Patch)]
+    patch_kind: Annotated[IntMatrix, Items("patch_kinds", PatchKind)]
 
 
+@table
 class Look(NamedTuple):
     """Materials, and the texels of all textures, row by row from the top, as r + 256 g + 65536 b."""
 
-    material: Matrix
+    material: Annotated[Matrix, Items("materials", Paint)]
     texel: IntVector
 
 
+@table
 class Scene(NamedTuple):
     """What differs from one picture to the next.
 
     Attributes:
-        camera: See CAMERA_NUMBERS.
-        X_CG: Poses of the items, R_CG row-major then p_CG [m], shape (items, 12).
-        light: Lights in C.
         opaque: Items to draw, in any order.
         translucent: Items to draw over them, the farthest first.
-        empty: One number: what a pixel without anything is, a label or a packed colour.
-        corner: Filled: positions of the vertices in C [m], shape (vertices, 3).
+        corner: Filled: vertices in C.
     """
 
-    camera: Vector
-    X_CG: Matrix
-    light: Matrix
+    camera: Annotated[Vector, Camera]
+    X_CG: Annotated[Matrix, Items("poses", PoseInCamera)]
+    light: Annotated[Matrix, Items("lights", Light)]
     opaque: IntVector
     translucent: IntVector
-    empty: IntVector
-    corner: Matrix
+    empty: Annotated[IntVector, Nothing]
+    corner: Annotated[Matrix, Items("corners", PlacedVertex)]
 
 
 class Screen(NamedTuple):

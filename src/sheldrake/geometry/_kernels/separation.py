@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, load3_at, scale3, sub3
+from sheldrake.common._kernels.vec import add3, cross3, dot3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .epa import epa, make_tetrahedron, some_normal
 from .gjk import add_vertex, combine3, gjk, triangle_weights
-from .model import BOUND, CYLINDER, ELLIPSOID, KIND, ON_I, ON_J, SIMPLEX
+from .model import CYLINDER, ELLIPSOID, SIMPLEX
 from .polish import NARROW, SQUARE, face_against, polish
 from .support import margin_of
 
@@ -23,26 +23,13 @@ _WITNESS_GAP = 1e-10  # relative to the size: how well deepest points must agree
 _NO_SHIFT = (0.0, 0.0, 0.0)
 
 
-@kernel
-def blend(table, column, r0, r1, r2, w0, w1, w2):
-    """A witness: the weighted sum of three vertices' points on one of the shapes (columns from `column` on)."""
-    return combine3(
-        load3_at(table.work, SIMPLEX + r0, column),
-        load3_at(table.work, SIMPLEX + r1, column),
-        load3_at(table.work, SIMPLEX + r2, column),
-        w0,
-        w1,
-        w2,
-    )
-
-
 @kernel(outline=True)
 def separation(model, table, i, j, reach):
     """Signed distance phi of shapes i and j, unit normal from j to i, nearest (or deepest) points on i and j, in W.
 
     Exact for polytopes, spheres and capsules up to rounding. If phi is larger than `reach` the rest is an estimate.
     """
-    size = model.size[i, BOUND] + model.size[j, BOUND]
+    size = model[i].bound + model[j].bound
     margin_i = margin_of(model, i)
     margin_j = margin_of(model, j)
     n, v, overlap, p_i, p_j = gjk(model, table, i, j, size, reach + margin_i + margin_j, _NO_SHIFT)
@@ -52,13 +39,11 @@ def separation(model, table, i, j, reach):
         n = make_tetrahedron(model, table, i, j, n, size)
     if overlap and n == 4:
         curved = is_curved(model, i) or is_curved(model, j)
-        c0, c1, c2, out, depth = epa(model, table, i, j, size, size * (_EPA_GAP_SMOOTH if curved else _EPA_GAP))
-        a = load3(table.work, SIMPLEX + c0)
-        b = load3(table.work, SIMPLEX + c1)
-        c = load3(table.work, SIMPLEX + c2)
-        w0, w1, w2 = triangle_weights(a, b, c)
-        p_i = blend(table, ON_I, c0, c1, c2, w0, w1, w2)
-        p_j = blend(table, ON_J, c0, c1, c2, w0, w1, w2)
+        (a, b, c), out, depth = epa(model, table, i, j, size, size * (_EPA_GAP_SMOOTH if curved else _EPA_GAP))
+        x, y, z = table.vertices[SIMPLEX + a], table.vertices[SIMPLEX + b], table.vertices[SIMPLEX + c]
+        w0, w1, w2 = triangle_weights(x.w, y.w, z.w)
+        p_i = combine3(x.a, y.a, z.a, w0, w1, w2)
+        p_j = combine3(x.b, y.b, z.b, w0, w1, w2)
         if curved:
             out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
         p_i, p_j = settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j)
@@ -83,7 +68,7 @@ def separation(model, table, i, j, reach):
 
 @kernel
 def is_curved(model, g):
-    kind = model.geometry[g, KIND]
+    kind = model[g].kind
     return kind == CYLINDER or kind == ELLIPSOID
 
 
@@ -115,10 +100,7 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
         gain = depth - better
         if gain < -_ROUNDING * size:
             break
-        out = d
-        depth = better
-        p_i = a
-        p_j = b
+        out, depth, p_i, p_j = d, better, a, b
         if gain <= _ROUNDING * size:
             break
     return out, depth, p_i, p_j
@@ -143,13 +125,13 @@ def settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j):
 @kernel
 def flat_normal(table, n):
     """A direction out of a difference that has no volume."""
-    p = load3(table.work, SIMPLEX)
-    u = sub3(load3(table.work, SIMPLEX + 1), p)
+    p = table.vertices[SIMPLEX].w
+    u = sub3(table.vertices[SIMPLEX + 1].w, p)
     if n == 1:
         return (1.0, 0.0, 0.0)
     if n == 2:
         return some_normal(u)
-    out = cross3(u, sub3(load3(table.work, SIMPLEX + 2), p))
+    out = cross3(u, sub3(table.vertices[SIMPLEX + 2].w, p))
     length = sqrt(dot3(out, out))
     if length > 0.0:
         return scale3(out, 1.0 / length)

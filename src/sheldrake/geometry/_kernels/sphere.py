@@ -2,39 +2,43 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import add3, load3, rotate, rotate_back, scale3, sub3
+from sheldrake.common._kernels.vec import add3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .distance import point_box, point_capsule, point_cylinder, point_ellipsoid, point_sphere
-from .model import BOX, CAPSULE, CYLINDER, ELLIPSOID, HALF_LENGTH, KIND, RADIUS
-from .table import elastic_reach, emit, position_of, rotation_of
+from .model import BOX, CAPSULE, CYLINDER, ELLIPSOID
+from .table import elastic_reach, emit
 
 
 @kernel
 def point_shape(model, g, p_GQ):
     """Signed distance of Q to sphere, box, cylinder, capsule or ellipsoid g."""
-    kind = model.geometry[g, KIND]
-    if kind == BOX:
-        return point_box(p_GQ, load3(model.size, g))
-    if kind == CYLINDER:
-        return point_cylinder(p_GQ, model.size[g, RADIUS], model.size[g, HALF_LENGTH])
-    if kind == CAPSULE:
-        return point_capsule(p_GQ, model.size[g, RADIUS], model.size[g, HALF_LENGTH])
-    if kind == ELLIPSOID:
-        return point_ellipsoid(p_GQ, load3(model.size, g))
-    return point_sphere(p_GQ, model.size[g, RADIUS])
+    shape = model[g]
+    if shape.kind == BOX:
+        return point_box(p_GQ, shape.half_sizes)
+    if shape.kind == CYLINDER:
+        return point_cylinder(p_GQ, shape.radius, shape.half_length)
+    if shape.kind == CAPSULE:
+        return point_capsule(p_GQ, shape.radius, shape.half_length)
+    if shape.kind == ELLIPSOID:
+        return point_ellipsoid(p_GQ, shape.half_sizes)
+    return point_sphere(p_GQ, shape.radius)
+
+
+@kernel
+def sphere_distance(model, table, i, j):
+    """(phi, nhat_ji_W, p_WCi, p_WCj) of sphere i and shape j: signed distance, normal out of j, nearest points."""
+    radius = model[i].radius
+    shape = table.poses[j]
+    p_WS = table.poses[i].p_WG
+    phi, gradient, nearest = point_shape(model, j, rotate_back(shape.R_WG, sub3(p_WS, shape.p_WG)))
+    nhat = rotate(shape.R_WG, gradient)
+    return phi - radius, nhat, sub3(p_WS, scale3(nhat, radius)), add3(shape.p_WG, rotate(shape.R_WG, nearest))
 
 
 @kernel(outline=True)
 def sphere_contacts(model, table, i, j):
     """Contact of sphere i with shape j."""
-    radius = model.size[i, RADIUS]
-    R_WG = rotation_of(table, j)
-    p_WG = position_of(table, j)
-    p_WS = position_of(table, i)
-    phi, gradient, nearest = point_shape(model, j, rotate_back(R_WG, sub3(p_WS, p_WG)))
-    depth = radius - phi
-    if depth >= -elastic_reach(model, i, j):
-        nhat_ji_W = rotate(R_WG, gradient)
-        p_WCj = add3(p_WG, rotate(R_WG, nearest))
-        emit(model, table, i, j, sub3(p_WS, scale3(nhat_ji_W, radius)), p_WCj, nhat_ji_W, depth)
+    phi, nhat_ji, p_WCi, p_WCj = sphere_distance(model, table, i, j)
+    if -phi >= -elastic_reach(model, i, j):
+        emit(model, table, i, j, p_WCi, p_WCj, nhat_ji, -phi)

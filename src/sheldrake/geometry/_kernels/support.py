@@ -3,28 +3,12 @@
 from __future__ import annotations
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, cross3, dot3, load3, rotate, rotate_back, scale3, store3, sub3
+from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .hull import lowest_vertex, steepest_face
-from .model import (
-    BOX,
-    CAPSULE,
-    CYLINDER,
-    ELLIPSOID,
-    FIRST_CORNER,
-    HALF_LENGTH,
-    HULL,
-    KIND,
-    MAX_CORNERS,
-    NUM_CORNERS,
-    POLYGON_A,
-    RADIUS,
-    SPHERE,
-    X_AXIS,
-    Z_AXIS,
-)
-from .table import absolute, column, position_of, rotation_of
+from .model import BOX, CAPSULE, CYLINDER, ELLIPSOID, HULL, MAX_CORNERS, POLYGON_A, SPHERE, X_AXIS, Z_AXIS
+from .table import CORNERS, absolute, column, longest
 
 # cos and sin of multiples of 22.5 degrees: a cap is shown as a polygon of 16 corners
 _CAP_CORNERS = 16
@@ -36,45 +20,43 @@ _SIN = 0.3826834323650898
 @kernel
 def margin_of(model, g):
     """How much a shape is larger than its core: spheres are points, capsules segments with a margin [m]."""
-    kind = model.geometry[g, KIND]
+    kind = model[g].kind
     if kind == SPHERE or kind == CAPSULE:
-        return model.size[g, RADIUS]
-    return 0.0 * model.size[g, RADIUS]
+        return model[g].radius
+    return 0.0 * model[g].radius
 
 
 @kernel(outline=True)
 def support(model, table, g, d_W):
     """The point of the core of shape g farthest along d_W, in W."""
-    R_WG = rotation_of(table, g)
+    R_WG = table.poses[g].R_WG
     d = rotate_back(R_WG, d_W)
-    kind = model.geometry[g, KIND]
-    h = load3(model.size, g)
+    kind = model[g].kind
+    h = model[g].half_sizes
     p = (0.0, 0.0, 0.0)
     if kind == BOX:
         p = (h[0] if d[0] >= 0.0 else -h[0], h[1] if d[1] >= 0.0 else -h[1], h[2] if d[2] >= 0.0 else -h[2])
     elif kind == HULL:
-        p = load3(model.vertex, lowest_vertex(model, g, scale3(d, -1.0)))
+        p = model.vertices[lowest_vertex(model, g, scale3(d, -1.0))].p_GV
     elif kind == CAPSULE:
         p = (0.0, 0.0, h[2] if d[2] >= 0.0 else -h[2])
     elif kind == CYLINDER:
         rho = sqrt(d[0] * d[0] + d[1] * d[1])
-        x = 0.0
-        y = 0.0
+        x, y = 0.0, 0.0
         if rho > 1e-14 * absolute(d[2]):
-            x = h[0] * d[0] / rho
-            y = h[0] * d[1] / rho
+            x, y = h[0] * d[0] / rho, h[0] * d[1] / rho
         p = (x, y, h[2] if d[2] >= 0.0 else -h[2])
     elif kind == ELLIPSOID:
         e = (h[0] * d[0], h[1] * d[1], h[2] * d[2])
         size = sqrt(dot3(e, e))
         if size > 0.0:
             p = (h[0] * e[0] / size, h[1] * e[1] / size, h[2] * e[2] / size)
-    return add3(position_of(table, g), rotate(R_WG, p))
+    return add3(table.poses[g].p_WG, rotate(R_WG, p))
 
 
 @kernel
 def has_faces(model, g):
-    kind = model.geometry[g, KIND]
+    kind = model[g].kind
     return kind == BOX or kind == HULL or kind == CYLINDER
 
 
@@ -85,46 +67,37 @@ def best_face(model, table, g, n_W):
     Box: 2 axis + (1 if on the positive side). Cylinder: 0 or 1, the caps. Hull: row of model.face, of those around
     the vertex farthest along n_W.
     """
-    R_WG = rotation_of(table, g)
+    R_WG = table.poses[g].R_WG
     n = rotate_back(R_WG, n_W)
-    kind = model.geometry[g, KIND]
+    kind = model[g].kind
     if kind == CYLINDER:
         axis = column(R_WG, Z_AXIS)
         if n[2] >= 0.0:
             return 1, axis
         return 0, scale3(axis, -1.0)
     if kind == BOX:
-        k = 0
-        along = n[0]
-        if absolute(n[1]) > absolute(along):
-            k = 1
-            along = n[1]
-        if absolute(n[2]) > absolute(along):
-            k = 2
-            along = n[2]
+        k, along = longest(n)
         axis = column(R_WG, k)
         if along >= 0.0:
             return 2 * k + 1, axis
         return 2 * k, scale3(axis, -1.0)
     best = steepest_face(model, lowest_vertex(model, g, scale3(n, -1.0)), n)
-    return best, rotate(R_WG, load3(model.face, best))
+    return best, rotate(R_WG, model.faces[best].normal)
 
 
 @kernel(outline=True)
 def box_face(model, table, g, face, row):
-    """Corners of a face of a box into table.work, counter-clockwise seen from outside; their number."""
-    R_WG = rotation_of(table, g)
+    """Corners of a face of a box into `table.corners`, counter-clockwise seen from outside; their number."""
+    R_WG = table.poses[g].R_WG
     k = face // 2
-    u = (k + 1) % 3
-    v = (k + 2) % 3
+    u, v = (k + 1) % 3, (k + 2) % 3
     s = 1.0 if face - 2 * k == 1 else -1.0
-    centre = add3(position_of(table, g), scale3(column(R_WG, k), s * model.size[g, k]))
-    U = scale3(column(R_WG, u), model.size[g, u])
-    V = scale3(column(R_WG, v), s * model.size[g, v])
-    for corner in range(4):
-        su = -1.0 if corner == 0 or corner == 3 else 1.0
-        sv = -1.0 if corner < 2 else 1.0
-        store3(table.work, row + corner, add3(centre, add3(scale3(U, su), scale3(V, sv))))
+    centre = add3(table.poses[g].p_WG, scale3(column(R_WG, k), s * model[g].half_along[k]))
+    U = scale3(column(R_WG, u), model[g].half_along[u])
+    V = scale3(column(R_WG, v), s * model[g].half_along[v])
+    for su, sv in CORNERS:
+        table.corners[row].p_W = add3(centre, add3(scale3(U, su), scale3(V, sv)))
+        row += 1
     return 4
 
 
@@ -135,12 +108,12 @@ def cap(model, table, g, n_W, row):
     Tilted, its first corner is the rim point farthest along n_W; nearly flat, the corners stay where they are on the
     body, so that it can rest on them.
     """
-    R_WG = rotation_of(table, g)
+    R_WG = table.poses[g].R_WG
     axis = column(R_WG, Z_AXIS)
     c = dot3(axis, n_W)
     s = 1.0 if c >= 0.0 else -1.0
-    radius = model.size[g, RADIUS]
-    centre = add3(position_of(table, g), scale3(axis, s * model.size[g, HALF_LENGTH]))
+    radius = model[g].radius
+    centre = add3(table.poses[g].p_WG, scale3(axis, s * model[g].half_length))
     U = add3(n_W, scale3(axis, -c))
     slope = sqrt(dot3(U, U))
     if slope > _NEARLY_FLAT:
@@ -149,7 +122,7 @@ def cap(model, table, g, n_W, row):
         U = scale3(column(R_WG, X_AXIS), radius)
     V = scale3(cross3(axis, U), s)
     for corner in range(_CAP_CORNERS):
-        store3(table.work, row + corner, add3(centre, U))
+        table.corners[row + corner].p_W = add3(centre, U)
         turned = add3(scale3(U, _COS), scale3(V, _SIN))
         V = add3(scale3(V, _COS), scale3(U, -_SIN))
         U = turned
@@ -158,28 +131,25 @@ def cap(model, table, g, n_W, row):
 
 @kernel(outline=True)
 def hull_face(model, table, g, face, row):
-    """Corners of a face of a hull into table.work; of a very rich face evenly chosen ones."""
-    R_WG = rotation_of(table, g)
-    p_WG = position_of(table, g)
-    count = model.loop[face, NUM_CORNERS]
+    """Corners of a face of a hull into `table.corners`; of a very rich face evenly chosen ones."""
+    R_WG = table.poses[g].R_WG
+    p_WG = table.poses[g].p_WG
+    count = model.loops[face].num_corners
     used = count if count < MAX_CORNERS else MAX_CORNERS
     for k in range(used):
-        v = model.topology[model.loop[face, FIRST_CORNER] + (k * count) // used]
-        store3(table.work, row + k, add3(p_WG, rotate(R_WG, load3(model.vertex, v))))
+        v = model.topology[model.loops[face].first_corner + (k * count) // used]
+        table.corners[row + k].p_W = add3(p_WG, rotate(R_WG, model.vertices[v].p_GV))
     return used
 
 
 @kernel(outline=True)
 def shown_feature(model, table, g, n_W, row):
     """What shape g shows to direction n_W: corners of a face (3 or more), an edge (2) or a point (1); their number."""
-    kind = model.geometry[g, KIND]
-    if kind == BOX:
+    kind = model[g].kind
+    if kind == BOX or kind == HULL:
         face, _normal = best_face(model, table, g, n_W)
-        return box_face(model, table, g, face, row)
-    if kind == HULL:
-        face, _normal = best_face(model, table, g, n_W)
-        return hull_face(model, table, g, face, row)
-    axis = column(rotation_of(table, g), Z_AXIS)
+        return box_face(model, table, g, face, row) if kind == BOX else hull_face(model, table, g, face, row)
+    axis = column(table.poses[g].R_WG, Z_AXIS)
     c = dot3(axis, n_W)
     if kind == CYLINDER and absolute(c) > 0.7071067811865476:
         return cap(model, table, g, n_W, row)
@@ -188,13 +158,20 @@ def shown_feature(model, table, g, n_W, row):
         if kind == CYLINDER:
             side = add3(n_W, scale3(axis, -c))
             side = scale3(side, 1.0 / sqrt(dot3(side, side)))
-        middle = add3(position_of(table, g), scale3(side, model.size[g, RADIUS]))
-        arm = scale3(axis, model.size[g, HALF_LENGTH])
-        store3(table.work, row, add3(middle, scale3(arm, -1.0)))
-        store3(table.work, row + 1, add3(middle, arm))
+        middle = add3(table.poses[g].p_WG, scale3(side, model[g].radius))
+        arm = scale3(axis, model[g].half_length)
+        table.corners[row].p_W = add3(middle, scale3(arm, -1.0))
+        table.corners[row + 1].p_W = add3(middle, arm)
         return 2
-    store3(table.work, row, add3(support(model, table, g, n_W), scale3(n_W, margin_of(model, g))))
+    table.corners[row].p_W = add3(support(model, table, g, n_W), scale3(n_W, margin_of(model, g)))
     return 1
+
+
+@kernel
+def side_of_face(table, k, sides, n_W):
+    """Of a face in POLYGON_A with normal n_W: a corner, and a vector out of the side that begins there."""
+    a = table.corners[POLYGON_A + k].p_W
+    return a, cross3(sub3(table.corners[POLYGON_A + (k + 1) % sides].p_W, a), n_W)
 
 
 @kernel(outline=True)
@@ -205,8 +182,7 @@ def within_face(model, table, g, n_W, x, margin):
     """
     sides = shown_feature(model, table, g, n_W, POLYGON_A)
     for k in range(sides):
-        a = load3(table.work, POLYGON_A + k)
-        outward = cross3(sub3(load3(table.work, POLYGON_A + (k + 1) % sides), a), n_W)
+        a, outward = side_of_face(table, k, sides, n_W)
         if dot3(outward, sub3(x, a)) > -margin * sqrt(dot3(outward, outward)):
             return False
     return True
@@ -222,8 +198,7 @@ def part_within_face(model, table, g, n_W, x, edge):
     high = 1.0
     sides = shown_feature(model, table, g, n_W, POLYGON_A)
     for k in range(sides):
-        a = load3(table.work, POLYGON_A + k)
-        outward = cross3(sub3(load3(table.work, POLYGON_A + (k + 1) % sides), a), n_W)
+        a, outward = side_of_face(table, k, sides, n_W)
         height = dot3(outward, sub3(x, a))
         rise = dot3(outward, edge)
         if rise > 0.0:

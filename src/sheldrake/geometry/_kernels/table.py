@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import add3, compose, load3_at, load9, rotate, scale3, store3_at, store9
+from sheldrake.common._kernels.vec import add3, compose, rotate, scale3
 from sheldrake.common.kernel import kernel
 
-from .model import (
-    BODY,
-    CAPACITY_EXCEEDED,
-    CENTRE,
-    CENTRE_W,
-    DEPTH,
-    DISSIPATION,
-    ELASTIC,
-    HALF_SPACE,
-    KIND,
-    MULTI_POINT,
-    NHAT_BA_W,
-    P_WCA,
-    P_WCB,
-    POSITION,
-    SEVERAL,
-    SPHERE,
-)
+from .model import CAPACITY_EXCEEDED, HALF_SPACE, SPHERE
 
+CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))  # of a square, counter-clockwise
 MIN_DEPTH = 2.220446049250313e-16  # [m] polytopes and round shapes must overlap by more; spheres may just touch
+
+
+@kernel
+def several_points(model, i, j):
+    """Whether shapes i and j touch in several points."""
+    return model[i].multi_point + model[j].multi_point == 2
 
 
 @kernel
@@ -36,8 +26,8 @@ def least_depth(model, i, j):
     The contact law gives such a point no force unless it is about to touch within the step. Pairs without dissipation
     are seen so early that the law can account for all of their energy.
     """
-    if model.geometry[i, MULTI_POINT] + model.geometry[j, MULTI_POINT] == 2:
-        return MIN_DEPTH - model.margin[SEVERAL] - elastic_reach(model, i, j)
+    if several_points(model, i, j):
+        return MIN_DEPTH - model.several_margin - elastic_reach(model, i, j)
     return MIN_DEPTH
 
 
@@ -47,18 +37,33 @@ def elastic_reach(model, i, j):
 
     One shape is a ball or a half space: points of other pairs jump from edge to edge, and can not account for energy.
     """
-    if model.margin[ELASTIC] > 0.0:
-        if model.material[i, DISSIPATION] == 0.0 and model.material[j, DISSIPATION] == 0.0:
-            kind_i = model.geometry[i, KIND]
-            kind_j = model.geometry[j, KIND]
-            if kind_i == SPHERE or kind_j == SPHERE or kind_i == HALF_SPACE or kind_j == HALF_SPACE:
-                return model.margin[ELASTIC]
-    return 0.0 * model.margin[ELASTIC]
+    if model.elastic_margin > 0.0 and model[i].dissipation == 0.0 and model[j].dissipation == 0.0:
+        for kind in (model[i].kind, model[j].kind):
+            if kind == SPHERE or kind == HALF_SPACE:
+                return model.elastic_margin
+    return 0.0 * model.elastic_margin
 
 
 @kernel
 def absolute(x):
     return -x if x < 0.0 else x
+
+
+@kernel
+def reach_along(half, normal):
+    """How far a box of half sizes `half` reaches along a direction [m]."""
+    return half[0] * absolute(normal[0]) + half[1] * absolute(normal[1]) + half[2] * absolute(normal[2])
+
+
+@kernel
+def longest(v):
+    """The number of the component that is largest without its sign, the first of equal ones; and that component."""
+    k, most = 0, v[0]
+    if absolute(v[1]) > absolute(most):
+        k, most = 1, v[1]
+    if absolute(v[2]) > absolute(most):
+        k, most = 2, v[2]
+    return k, most
 
 
 @kernel
@@ -72,56 +77,40 @@ def column(R, k):
 
 
 @kernel
-def place_geometry(model, X_WB, table):
-    """X_WG of all geometries."""
+def place_geometry(model, bodies, table):
+    """Poses of all geometries for those of the bodies, a table with R_WB and p_WB; no contacts yet."""
+    table.num_contacts = 0
+    table.status = 0
     for g in range(model.geometry.shape[0]):
-        body = model.geometry[g, BODY]
-        R_WB = load9(X_WB, body)
-        R_WG = compose(R_WB, load9(model.X_BG, g))
-        store9(table.X_WG, g, R_WG)
-        p_WG = add3(load3_at(X_WB, body, POSITION), rotate(R_WB, load3_at(model.X_BG, g, POSITION)))
-        store3_at(table.X_WG, g, POSITION, p_WG)
-        store3_at(table.X_WG, g, CENTRE_W, add3(p_WG, rotate(R_WG, load3_at(model.size, g, CENTRE))))
+        body = bodies[model[g].body]
+        R_WG = compose(body.R_WB, model[g].R_BG)
+        p_WG = add3(body.p_WB, rotate(body.R_WB, model[g].p_BG))
+        pose = table.poses[g]
+        pose.R_WG, pose.p_WG = R_WG, p_WG
+        pose.centre_W = add3(p_WG, rotate(R_WG, model[g].centre_G))
 
 
 @kernel
-def rotation_of(table, g):
-    return load9(table.X_WG, g)
-
-
-@kernel
-def position_of(table, g):
-    return load3_at(table.X_WG, g, POSITION)
-
-
-@kernel
-def bounding_centre(table, g):
-    """Centre of the bounding sphere in W."""
-    return load3_at(table.X_WG, g, CENTRE_W)
+def ordered(model, a, b):
+    """The two geometries, the one of the lower kind first."""
+    if model[b].kind < model[a].kind:
+        return b, a
+    return a, b
 
 
 @kernel(outline=True)
 def emit(model, table, i, j, p_WCi, p_WCj, nhat_ji_W, depth):
     """Appends a contact of geometries i and j (in any order); nhat_ji_W points out of j into i."""
-    n = table.count[0]
+    n = table.num_contacts
     if n >= table.pair.shape[0]:
-        table.count[1] = CAPACITY_EXCEEDED
+        table.status = CAPACITY_EXCEEDED
         return
-    a = i
-    b = j
+    contact = table[n]
     if i < j:
-        store3_at(table.point, n, P_WCA, p_WCi)
-        store3_at(table.point, n, P_WCB, p_WCj)
-        store3_at(table.point, n, NHAT_BA_W, nhat_ji_W)
+        contact.who = (i, j, model[i].body, model[j].body)
+        contact.p_WCa, contact.p_WCb, contact.nhat_BA_W = p_WCi, p_WCj, nhat_ji_W
     else:
-        a = j
-        b = i
-        store3_at(table.point, n, P_WCA, p_WCj)
-        store3_at(table.point, n, P_WCB, p_WCi)
-        store3_at(table.point, n, NHAT_BA_W, scale3(nhat_ji_W, -1.0))
-    table.point[n, DEPTH] = depth
-    table.pair[n, 0] = a
-    table.pair[n, 1] = b
-    table.pair[n, 2] = model.geometry[a, BODY]
-    table.pair[n, 3] = model.geometry[b, BODY]
-    table.count[0] = n + 1
+        contact.who = (j, i, model[j].body, model[i].body)
+        contact.p_WCa, contact.p_WCb, contact.nhat_BA_W = p_WCj, p_WCi, scale3(nhat_ji_W, -1.0)
+    contact.depth = depth
+    table.num_contacts = n + 1

@@ -11,14 +11,6 @@ import numpy as np
 from .tree import full_path
 
 
-class LoopMode(enum.IntEnum):
-    """How playback goes on at the end."""
-
-    kLoopOnce = 2200
-    kLoopRepeat = 2201
-    kLoopPingPong = 2202
-
-
 def _javascript_type(value: Any) -> tuple[str, Any]:
     """Returns the kind of track a property value belongs to, and the value as plain Python."""
     if isinstance(value, (bool, np.bool_)):
@@ -38,14 +30,19 @@ class MeshcatAnimation:
         ValueError: when frames_per_second is not positive.
     """
 
-    LoopMode = LoopMode
+    class LoopMode(enum.IntEnum):
+        """How playback goes on at the end."""
+
+        kLoopOnce = 2200
+        kLoopRepeat = 2201
+        kLoopPingPong = 2202
 
     def __init__(self, frames_per_second: float = 64.0):
         if not frames_per_second > 0:
             raise ValueError(f"MeshcatAnimation(): frames_per_second must be positive, got {frames_per_second}.")
         self._frames_per_second = float(frames_per_second)
         self._start_time = 0.0
-        self._loop_mode = LoopMode.kLoopRepeat
+        self._loop_mode = self.LoopMode.kLoopRepeat
         self._repetitions = 1
         self._autoplay = True
         self._clamp_when_finished = True
@@ -92,7 +89,7 @@ class MeshcatAnimation:
 
     def set_loop_mode(self, mode: LoopMode) -> None:
         """Sets how playback goes on at the end."""
-        self._loop_mode = LoopMode(mode)
+        self._loop_mode = self.LoopMode(mode)
 
     def repetitions(self) -> int:
         """Returns how often one press of "play" repeats the animation."""

@@ -38,6 +38,7 @@ class Cameras:
     """The part of Meshcat that places the camera."""
 
     _hub: Any
+    SetProperty: Any
 
     def SetCamera(self, camera: PerspectiveCamera | OrthographicCamera, path: str = "/Cameras/default/rotated") -> None:
         """Sets the camera's lens. An orthographic one is drawn by a far camera with a narrow field of view.

@@ -67,6 +67,7 @@ class Controls:
         self._sliders: dict[str, _Slider] = {}
         self._gamepad = Gamepad()
         self._tracked: set[int] = set()
+        self.is_shown = False  # whether a page has drawn something
         self._sweeper = Sweeper(server)
         self._sent_keys: Any = None
         self._camera_pose: Any = None
@@ -265,7 +266,7 @@ class Controls:
             log.debug("a page said something unreadable: %r", error)
 
     def receive(self, message: dict[str, Any], client_id: int | None = None) -> None:
-        """Acts on a message from a page: key, button, slider, gamepad, camera.
+        """Acts on a message from a page: key, button, slider, gamepad, camera, that it has drawn something.
 
         Raises:
             ValueError, TypeError, KeyError: when it is not one of these.
@@ -284,6 +285,8 @@ class Controls:
                 button_values=[float(v) for v in pad["button_values"]],
                 axes=[float(v) for v in pad["axes"]],
             )
+        elif kind == "shown":
+            self.is_shown = True
         elif kind == "tracked_camera" and client_id is not None:
             self._tracked.add(client_id)
         elif kind == "camera_pose":

@@ -131,7 +131,7 @@ def triangles_of(drawable: Drawable) -> Triangles | None:
 def bounds_of(drawable: Drawable) -> np.ndarray | None:
     """Returns corners of the box around a drawable in its own frame, shape (2, 3); None for a half space."""
     if isinstance(drawable, Primitive):
-        shape = drawable.shape
+        shape: Any = drawable.shape
         if isinstance(shape, HalfSpace):
             return None
         if isinstance(shape, Box):

@@ -40,11 +40,10 @@ def _insert_camera(serializer: Any, page: Page, frames: Frames) -> None:
     """Places the camera so that it sees where everything goes."""
     from viser import _messages
 
-    boxes = [page.bounds(dict(frames.poses_at(int(f)))) for f in np.linspace(0, frames.num_frames - 1, 20)]
-    boxes = [box for box in boxes if box is not None]
-    if boxes:
-        box = np.array([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
-        target, position = page.stage.camera_for(box)
+    outlines = [page.outline(dict(frames.poses_at(int(f)))) for f in np.linspace(0, frames.num_frames - 1, 20)]
+    seen = [points for points in outlines if points is not None]
+    if seen:
+        target, position = page.stage.camera_for(np.concatenate(seen))
         serializer._insert_message(_messages.SetCameraPositionMessage(tuple(position.tolist()), initial=True))
         serializer._insert_message(_messages.SetCameraLookAtMessage(tuple(target.tolist()), initial=True))
 

@@ -116,6 +116,10 @@ class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
         """Returns how many pages are connected."""
         return self._hub.page.num_clients()
 
+    def _is_shown(self) -> bool:
+        """Whether some page has drawn something of the scene."""
+        return self._hub.controls.is_shown
+
     def Flush(self) -> None:
         """Waits until every page has been sent what was set so far, at most 15 s for a page that does not take it."""
         self._hub.page.sync()

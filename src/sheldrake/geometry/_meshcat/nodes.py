@@ -25,8 +25,10 @@ def send_pose(server: Any, name: str, wxyz: list[float], position: list[float]) 
     from viser import _messages
 
     queue = server._websock_server.queue_message
-    queue(_messages.SetOrientationMessage(name, tuple(wxyz)))
-    queue(_messages.SetPositionMessage(name, tuple(position)))
+    w, x, y, z = wxyz
+    queue(_messages.SetOrientationMessage(name, (w, x, y, z)))
+    px, py, pz = position
+    queue(_messages.SetPositionMessage(name, (px, py, pz)))
 
 
 def property_message(path: str, name: str, value: Any, drawable: Any) -> Any:
@@ -78,7 +80,9 @@ def add(scene: Any, name: str, drawable: Any, color: Any, opacity: float) -> Any
         return scene.add_point_cloud(
             name, drawable.points, colors, point_size=drawable.size, precision="float32", point_shading="flat"
         )
-    return _add_triangles(scene, name, triangles_of(drawable), rgb, opacity)
+    triangles = triangles_of(drawable)
+    assert triangles is not None, "all other drawables are made of triangles"
+    return _add_triangles(scene, name, triangles, rgb, opacity)
 
 
 def _add_primitive(scene: Any, name: str, shape: Any, rgb: tuple[int, int, int], opacity: float) -> Any:
@@ -118,7 +122,8 @@ def _add_triangles(scene: Any, name: str, triangles: Triangles, rgb: tuple[int, 
 
         mesh = trimesh.Trimesh(triangles.vertices, triangles.faces, process=False)
         colors = np.hstack([triangles.colors, np.full((len(triangles.colors), 1), opacity)])
-        mesh.visual.vertex_colors = np.round(255 * np.clip(colors, 0, 1)).astype(np.uint8)
+        visual: Any = mesh.visual
+        visual.vertex_colors = np.round(255 * np.clip(colors, 0, 1)).astype(np.uint8)
         return scene.add_mesh_trimesh(name, mesh)
     vertices, faces = triangles.vertices, triangles.faces
     if triangles.smooth:

@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._shapes import Shape
 
-from .drawables import Lines, Points, Triangles, drawable_of_shape, surface_grid
+from .drawables import Lines, Points, Side, Triangles, drawable_of_shape, surface_grid
 from .tree import full_path
 
 
@@ -22,7 +22,7 @@ class SideOfFaceToRender(enum.IntEnum):
     kDoubleSide = 2
 
 
-_SIDES = {
+_SIDES: dict[SideOfFaceToRender, Side] = {
     SideOfFaceToRender.kFrontSide: "front",
     SideOfFaceToRender.kBackSide: "back",
     SideOfFaceToRender.kDoubleSide: "double",

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import nodes
-from .drawables import bounds_of, transformed
+from .drawables import bounds_of, transformed, triangles_of
 from .server import Sweeper
 from .stage import Stage, is_stage_path
 from .tree import OBJECT, SceneTree, as_matrix4, parents, quaternions
@@ -96,7 +96,7 @@ class Page:
 
     async def _on_connect(self, _connection: Any) -> None:
         self._sync_now()
-        self.stage.frame_scene(self.bounds())
+        self.stage.frame_scene(self.outline())
 
     def sync(self) -> None:
         """Brings the page up to date, in the calling thread."""
@@ -116,7 +116,7 @@ class Page:
                     self._apply_property(path, name)
             self._sweeper.sweep_if_due()
             if new:
-                self.stage.frame_scene(self.bounds())
+                self.stage.frame_scene(self.outline())
 
     def _frame(self, path: str) -> Any:
         frame = self._frames.get(path)
@@ -238,9 +238,13 @@ class Page:
             if not self._rescale(drawn):
                 self._draw(drawn)
 
+    def _drawable_at(self, path: str) -> Any:
+        element = self._tree.get(path)
+        return None if element is None else element.object
+
     def _rescale(self, path: str) -> bool:
         """Changes the scale of what is drawn; returns False when it must be drawn anew."""
-        drawable, stretch = self._tree.get(path).object, self._stretch_at(path)
+        drawable, stretch = self._drawable_at(path), self._stretch_at(path)
         if self._scaled.get(path) is not drawable or stretch is None:
             return False
         scale = nodes.scale_along_axes(drawable, stretch)
@@ -262,7 +266,7 @@ class Page:
 
     def show_property(self, path: str, name: str, value: Any) -> None:
         """Shows one property. What the page has no way to show is said once and kept."""
-        if is_stage_path(path):
+        if is_stage_path(path) and self.stage.stands(path):
             if not self.stage.set_property(path, name, value):
                 self._say_ignored(path, name)
             return
@@ -275,7 +279,7 @@ class Page:
         elif name in _APPEARANCE:
             below = target + "/"
             for drawn in [key for key in self._drawn if key == target or key.startswith(below)]:
-                drawable = self._tree.get(drawn).object
+                drawable = self._drawable_at(drawn)
                 if not nodes.recolor(self._drawn[drawn], drawable, *self._appearance(drawn, drawable)):
                     self._draw(drawn)
         elif name in _PLACEMENT:
@@ -291,17 +295,17 @@ class Page:
             self._ignored.add(key)
             log.warning("Meshcat.SetProperty(): '%s' of '%s' is kept, but this page cannot show it.", name, path)
 
-    def bounds(self, moved: dict[str, np.ndarray] | None = None) -> np.ndarray | None:
-        """Returns the corners of the box around everything drawn, shape (2, 3), in the world [m].
+    def outline(self, moved: dict[str, np.ndarray] | None = None) -> np.ndarray | None:
+        """Returns points around everything that is seen, shape (n, 3), in the world [m]; None for an empty scene.
 
-        The ground counts with its height only.
+        What is hidden does not count, nor do notes about the scene, such as forces; of the ground its height alone.
 
         Args:
             moved: Path -> pose in its parent, shape (3, 4), in place of the tree's.
         """
         corners, floors = [], []
         for path, element in self._tree.items():
-            if element.object is None or is_stage_path(path):
+            if element.object is None or is_stage_path(path) or not self._tree.is_part_of_the_scene(path):
                 continue
             M = self._tree.pose_in_world(path, moved)
             box = bounds_of(element.object)
@@ -316,6 +320,18 @@ class Page:
         points = points[np.isfinite(points).all(axis=1)]
         if not len(points):
             return None
-        box = np.array([points.min(axis=0), points.max(axis=0)])
-        box[0, 2] = min([box[0, 2], *floors])
-        return box
+        x, y, _ = points.mean(axis=0)
+        return np.vstack([points, *[(x, y, z) for z in floors]])
+
+    def lowest(self, path: str) -> float | None:
+        """Returns the height of the lowest point that is seen at or below a full path, in the world [m]."""
+        heights = []
+        for part, element in self._tree.items():
+            inside = part == path or part.startswith(path + "/")
+            if not inside or element.object is None or not self._tree.is_part_of_the_scene(part):
+                continue
+            triangles = triangles_of(element.object)
+            if triangles is not None and len(triangles.vertices):
+                M = self._tree.pose_in_world(part)
+                heights.append(float((triangles.vertices @ M[2, :3]).min() + M[2, 3]))
+        return min(heights, default=None)

@@ -131,6 +131,19 @@ class Placement:
         """Returns whether something was set at or below a path."""
         return self._hub.tree.has_path(full_path(path))
 
+    def _note(self, path: str) -> None:
+        """Says that what is drawn below a path tells about the scene: the camera is not placed for it."""
+        self._hub.tree.note(full_path(path))
+
+    def _extent(self) -> float | None:
+        """The length of the box around what is seen of the scene [m], notes about it left out; None for nothing."""
+        points = self._hub.page.outline()
+        return None if points is None else float(np.linalg.norm(np.ptp(points, axis=0)))
+
+    def _lowest(self, path: str) -> float | None:
+        """The height of the lowest point that is seen at or below a path [m], None where nothing is."""
+        return self._hub.page.lowest(full_path(path))
+
     def Delete(self, path: str = "") -> None:
         """Removes a path and everything below it; without a path, everything below "/drake"."""
         self._hub.tree.delete(full_path(path))

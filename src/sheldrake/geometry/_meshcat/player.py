@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from .animation import LoopMode, MeshcatAnimation
+from .animation import MeshcatAnimation
 from .page import PERIOD, Page
 
 _SPEEDS = ("0.1x", "0.25x", "0.5x", "1x", "2x", "4x", "8x")
@@ -126,7 +126,7 @@ class Player:
         duration = self._frames.duration()
         if self._time >= duration:
             self._round += 1
-            if self._loop_mode == LoopMode.kLoopOnce or self._round >= self._repetitions:
+            if self._loop_mode == MeshcatAnimation.LoopMode.kLoopOnce or self._round >= self._repetitions:
                 self.show(duration if self._clamp else 0.0)
                 self.pause()
                 return
@@ -138,7 +138,7 @@ class Player:
         """Shows the scene at a time of the recording [s]."""
         self._time = time
         shown = time
-        if self._loop_mode == LoopMode.kLoopPingPong and self._round % 2:
+        if self._loop_mode == MeshcatAnimation.LoopMode.kLoopPingPong and self._round % 2:
             shown = self._frames.duration() - time
         frame = int(shown * self._frames.frames_per_second + 1e-9)
         server = self._page._server

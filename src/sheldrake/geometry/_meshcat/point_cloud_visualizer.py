@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._numbers import values_of
@@ -13,6 +13,9 @@ from sheldrake.systems.framework import EventStatus, InputPort, LeafSystem
 
 from .meshcat import Meshcat
 from .tree import as_float
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class MeshcatPointCloudVisualizer(LeafSystem):
@@ -67,7 +70,7 @@ class MeshcatPointCloudVisualizer(LeafSystem):
         """Returns the input port for the pose of the cloud's frame."""
         return self.get_input_port(1)
 
-    def _update(self, context: Any) -> EventStatus:
+    def _update(self, context: Context) -> EventStatus:
         cloud = self.cloud_input_port().Eval(context)
         self._meshcat.SetObject(self._path, cloud, self._point_size, self._default_rgba)
         pose = self.pose_input_port()

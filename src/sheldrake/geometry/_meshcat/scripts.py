@@ -78,8 +78,8 @@ KEEP_UP = """
 })();
 """
 
-# Keys of any name, gamepads, and saying that this page's camera is to be reported. They are told through a
-# text field that nobody sees, "the channel"; Controls._send_keys() says which it is and which keys count.
+# Keys of any name, gamepads, that something is drawn now, and that this page's camera is to be reported. They are told
+# through a text field that nobody sees, "the channel"; Controls._send_keys() says which it is and which keys count.
 LIVE_PAGE = (
     EVERY_PAGE
     + KEEP_UP
@@ -107,6 +107,14 @@ LIVE_PAGE = (
     const text = JSON.stringify(state);
     if (text !== last && say({ type: "gamepad", gamepad: state })) last = text;
   }, 33);
+  const shown = setInterval(() => {
+    const viewer = window.__viserMutable, nodes = (viewer && viewer.nodeRefFromName) || {};
+    if (!Object.keys(nodes).some((name) => nodes[name] && name.endsWith("/<object>"))) return;
+    clearInterval(shown);
+    requestAnimationFrame(() => requestAnimationFrame(() => {
+      const told = setInterval(() => { if (say({ type: "shown" })) clearInterval(told); }, 50);
+    }));
+  }, 100);
   if (new URLSearchParams(location.search).get("tracked_camera") === "on") {
     const announce = setInterval(() => { if (say({ type: "tracked_camera" })) clearInterval(announce); }, 250);
   }

@@ -90,12 +90,21 @@ class Gatekeeper:
 
     def refusal(self, host: str | None, origin: str | None) -> str | None:
         """Returns why a request is refused, or None."""
-        name = urlsplit(f"//{host}").hostname if host else None
+        name, page = _address(f"//{host}")[0] if host else None, _address(origin or "")[1]
         if name is None or not (self._any_host or name in self._hosts):
             return f"host {host!r} is not served here"
-        if origin is not None and urlsplit(origin).netloc.lower() != (host or "").lower():
+        if origin is not None and page != (host or "").lower():
             return f"pages of {origin!r} may not connect"
         return None
+
+
+def _address(url: str) -> tuple[str | None, str | None]:
+    """Name of the host, and the host with its port; None of what is no address."""
+    try:
+        parts = urlsplit(url)
+        return parts.hostname, parts.netloc.lower()
+    except ValueError:
+        return None, None
 
 
 def client_page(script: str, title: str) -> str:
@@ -121,15 +130,20 @@ class Site:
 
     async def process_request(self, connection: Any, request: Any) -> Any:
         """Answers a request, or returns None to let a websocket handshake go on."""
-        refusal = self._gatekeeper.refusal(request.headers.get("Host"), request.headers.get("Origin"))
+        said = {name: request.headers.get_all(name) for name in ("Host", "Origin", "Upgrade")}
+        if len(said["Host"]) != 1 or any(len(values) > 1 for values in said.values()):
+            text = "Refused: one Host header, and at most one Origin and Upgrade, are expected.\n"
+            return self._response(http.HTTPStatus.BAD_REQUEST, "text/plain", text.encode())
+        host, origin, upgrade = ("".join(values) for values in said.values())
+        refusal = self._gatekeeper.refusal(host, origin if said["Origin"] else None)
         if refusal is not None:
             log.debug("refused a connection: %s", refusal)
             return self._response(http.HTTPStatus.FORBIDDEN, "text/plain", f"Refused: {refusal}.\n".encode())
-        if request.headers.get("Upgrade", "").lower() == "websocket":
+        if upgrade.lower() == "websocket":
             return None
         path = request.path.partition("?")[0]
         if path in ("/", "/index.html"):
-            gzipped = "gzip" in request.headers.get("Accept-Encoding", "")
+            gzipped = any("gzip" in value for value in request.headers.get_all("Accept-Encoding"))
             body = self._page_gzipped if gzipped else self._page
             return self._response(http.HTTPStatus.OK, "text/html; charset=utf-8", body, gzipped)
         if path in self._downloads:

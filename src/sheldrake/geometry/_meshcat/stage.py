@@ -9,6 +9,7 @@ import numpy as np
 
 STAGE = ("/Grid", "/Axes", "/Background", "/Lights", "/Cameras", "/Render Settings")
 _FOV = math.radians(40.0)
+_FILLED = 0.75  # of the height or width of a picture, by a scene that the camera is placed for
 _TOP, _BOTTOM = (225, 234, 244), (255, 255, 255)
 _AMBIENT = 0.55  # intensity of the light from all around
 _VIEW_DIRECTION = np.array([0.8, -1.0, 0.55])  # from the scene to the camera
@@ -19,11 +20,23 @@ def is_stage_path(path: str) -> bool:
     return any(path == name or path.startswith(name + "/") for name in STAGE)
 
 
-def viewpoint(bounds: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Returns where to look at and from [m] to see a box, shape (2, 3) [m], and the radius of the ball around it."""
-    center = bounds.mean(axis=0)
-    radius = max(1e-3, float(np.linalg.norm(bounds[1] - bounds[0])) / 2)
-    return center, center + _VIEW_DIRECTION / np.linalg.norm(_VIEW_DIRECTION) * 3.3 * radius, radius
+def viewpoint(points: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Returns where to look at and from [m] to see points, shape (n, 3) [m], and the radius of the ball around them.
+
+    The points fill `_FILLED` of a square picture, in perspective: of a camera at distance D along the direction d, all
+    points p with |p.u - t| <= k (D - p.d) are in the picture, u being its horizontal or its vertical.
+    """
+    d = _VIEW_DIRECTION / np.linalg.norm(_VIEW_DIRECTION)
+    horizontal = np.cross([0.0, 0.0, 1.0], d)
+    horizontal /= np.linalg.norm(horizontal)
+    k, depth = _FILLED * math.tan(_FOV / 2), points @ d
+    radius = max(1e-3, float(np.linalg.norm(np.ptp(points, axis=0))) / 2)
+    distance, target = depth.max() + 1e-3 * radius, d * (depth.min() + depth.max()) / 2
+    for u in (horizontal, np.cross(d, horizontal)):
+        highest, lowest = (points @ u + k * depth).max(), (points @ u - k * depth).min()
+        distance = max(distance, (highest - lowest) / (2 * k))
+        target = target + u * (highest + lowest) / 2
+    return target, target + d * (distance - target @ d), radius
 
 
 class Stage:
@@ -66,26 +79,28 @@ class Stage:
         server.initial_camera.fov = self._fov
         self._send_camera()
 
-    def frame_scene(self, bounds: np.ndarray | None) -> None:
-        """Places the camera so that it sees a box, shape (2, 3) [m]; once, and never over the user's choice."""
-        if self._framed or bounds is None:
+    def frame_scene(self, points: np.ndarray | None) -> None:
+        """Places the camera so that it sees points, shape (n, 3) [m]; once, and never over the user's choice."""
+        if self._framed or points is None:
             return
         self._framed = True
-        target, position, radius = viewpoint(bounds)
+        target, position, radius = viewpoint(points)
         if not self._user_camera:
             self.target, self.position = target, position
         unit = 10.0 ** math.floor(math.log10(radius))
-        self._axes.axes_length, self._axes.axes_radius = 0.4 * radius, radius / 150
-        self._grid.cell_size, self._grid.section_size = unit, 10 * unit
-        self._grid.fade_distance = 60 * radius
+        if self.stands("/Axes"):
+            self._axes.axes_length, self._axes.axes_radius = 0.4 * radius, radius / 150
+        if self.stands("/Grid"):
+            self._grid.cell_size, self._grid.section_size = unit, 10 * unit
+            self._grid.fade_distance = 60 * radius
         if not self._user_camera:
             self._send_camera()
 
-    def camera_for(self, bounds: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
-        """Returns target and position of a camera that sees a box, shape (2, 3) [m], or the user's own."""
-        if self._user_camera or bounds is None:
+    def camera_for(self, points: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Returns target and position of a camera that sees points, shape (n, 3) [m], or the user's own."""
+        if self._user_camera or points is None:
             return self.target, self.position
-        return viewpoint(bounds)[:2]
+        return viewpoint(points)[:2]
 
     def set_camera(self, position: np.ndarray | None, target: np.ndarray) -> None:
         """Places the camera and what it looks at, shape (3,) each [m]; None keeps the position."""
@@ -144,11 +159,17 @@ class Stage:
                 client.camera.near, client.camera.far = initial.near, initial.far
                 client.camera.position, client.camera.look_at = self.position, self.target
 
+    def stands(self, path: str) -> bool:
+        """Whether the part of the stage at a path is there; an object that somebody draws there takes its place."""
+        handle = {"Grid": self._grid, "Axes": self._axes}.get(path.split("/")[1])
+        return handle is None or not handle._impl.removed
+
     def set_property(self, path: str, name: str, value: Any) -> bool:
         """Sets a property below one of the STAGE paths; returns False when the page cannot show it."""
         part = path.split("/")[1]
         if part in ("Grid", "Axes") and name == "visible":
-            (self._grid if part == "Grid" else self._axes).visible = bool(value)
+            if self.stands(path):
+                (self._grid if part == "Grid" else self._axes).visible = bool(value)
             return True
         if part == "Background" and name in ("visible", "top_color", "bottom_color"):
             self._background[name] = bool(value) if name == "visible" else [round(255 * float(c)) for c in value][:3]
@@ -202,7 +223,7 @@ class Stage:
         turn = (1.0, 0.0, 0.0, 0.0)
         self._server._websock_server.queue_message(  # viser's own call knows its presets only
             _messages.EnvironmentMapMessage(
-                self._environment, self._background["visible"], 0.0, 1.0, turn, self._ambient / _AMBIENT, turn
+                self._environment, bool(self._background["visible"]), 0.0, 1.0, turn, self._ambient / _AMBIENT, turn
             )
         )
 

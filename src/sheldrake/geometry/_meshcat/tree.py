@@ -71,6 +71,7 @@ class SceneTree:
         self._lock = threading.Lock()
         self._elements: dict[str, Element] = {"/": Element()}
         self._changes = Changes()
+        self._notes: set[str] = set()
         self.on_change = on_change
 
     def _element(self, path: str) -> Element:
@@ -144,8 +145,8 @@ class SceneTree:
                     del marked[key]
             if last == OBJECT:
                 changes.objects.pop(owner, None)
-            for key in [key for key in changes.properties if key[0] == path or key[0].startswith(below)]:
-                del changes.properties[key]
+            for named in [named for named in changes.properties if named[0] == path or named[0].startswith(below)]:
+                del changes.properties[named]
             changes.deleted[path] = None
         self.on_change()
 
@@ -158,6 +159,18 @@ class SceneTree:
         """Returns the element at a path, or None."""
         with self._lock:
             return self._elements.get(path)
+
+    def note(self, path: str) -> None:
+        """Says that what is drawn below a full path tells about the scene and is no part of it, such as forces."""
+        self._notes.add(path)
+
+    def is_part_of_the_scene(self, path: str) -> bool:
+        """Returns whether what is drawn at a full path is seen, and no note about something else."""
+        for part in [f"{path}/{OBJECT}", path, *parents(path)]:
+            element = self.get(part)
+            if part in self._notes or (element is not None and element.properties.get("visible") is False):
+                return False
+        return True
 
     def items(self) -> list[tuple[str, Element]]:
         """Returns all paths with their elements."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,10 @@ from .drawables import _triangulated
 from .meshcat import Meshcat
 from .params import MeshcatVisualizerParams
 from .tree import as_float, full_path
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._state.inspector import SceneGraphInspector
+    from sheldrake.systems.framework import Context
 
 log = logging.getLogger("drake")
 _ALPHA_STEP = 0.02
@@ -120,12 +124,12 @@ class MeshcatVisualizer(LeafSystem):
         """Starts the measurement of the realtime rate anew."""
         self._meshcat._rate_calculator.reset()
 
-    def _initialize(self, context: Any) -> EventStatus:
+    def _initialize(self, context: Context) -> EventStatus:
         if self._params.delete_on_initialization_event:
             self.Delete()
         return self._update(context)
 
-    def _update(self, context: Any) -> EventStatus:
+    def _update(self, context: Context) -> EventStatus:
         """Draws what changed: the geometries, where they are, and how opaque."""
         port = self.query_object_input_port()
         if not port.HasValue(context):
@@ -149,7 +153,7 @@ class MeshcatVisualizer(LeafSystem):
         self._meshcat.SetSimulationTime(time)
         return EventStatus.Succeeded()
 
-    def _set_objects(self, inspector: Any) -> None:
+    def _set_objects(self, inspector: SceneGraphInspector) -> None:
         """Draws the geometries of our role and removes those that have gone."""
         gone, self._geometry_paths = self._geometry_paths, {}
         self._frames, self._frame_paths, self._memo = [], [], {}
@@ -168,8 +172,8 @@ class MeshcatVisualizer(LeafSystem):
                 self._meshcat.Delete(path)
         self._alpha = 1.0
 
-    def _draw(self, inspector: Any, geometry: Any, frame_path: str) -> bool:
-        properties = inspector.GetProperties(geometry, self._params.role)
+    def _draw(self, inspector: SceneGraphInspector, geometry: Any, frame_path: str) -> bool:
+        properties: Any = inspector.GetProperties(geometry, self._params.role)  # there are some: it has the role
         if properties.HasProperty("meshcat", "accepting"):
             if properties.GetProperty("meshcat", "accepting") != self._params.prefix:
                 return False
@@ -187,7 +191,7 @@ class MeshcatVisualizer(LeafSystem):
         self._geometry_paths[geometry] = path
         return True
 
-    def _collision_surface(self, inspector: Any, geometry: Any) -> tuple[np.ndarray, np.ndarray] | None:
+    def _collision_surface(self, inspector: SceneGraphInspector, geometry: Any) -> tuple[np.ndarray, np.ndarray] | None:
         """Vertices and triangles of what collides, where that is not the shape itself.
 
         The surface of the hydroelastic mesh, if that is wanted and there is one; else the hull of a mesh.

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._files import regular_bytes
+
 from .mesh_source import MeshSource
 from .read_dae import read_dae
 from .read_obj import read_obj
@@ -69,7 +71,11 @@ def read_mesh(source: MeshSource, call: str = "reading a mesh") -> MeshData:
 @functools.lru_cache(maxsize=64)
 def _read_file(path: Path, stamp: int) -> MeshData:
     """Cached while the file's time of change stays the same."""
-    return _parse(path.read_bytes(), path.suffix.lower(), str(path), _DiskFiles(path.parent))
+    try:
+        data = regular_bytes(path)
+    except OSError as error:
+        raise RuntimeError(f"cannot read the mesh file '{path}': {error.strerror}.") from None
+    return _parse(data, path.suffix.lower(), str(path), _DiskFiles(path.parent))
 
 
 def _parse(data: bytes, extension: str, name: str, files: Any) -> MeshData:
@@ -178,7 +184,7 @@ class _DiskFiles:
         self._folder = folder
 
     def get(self, name: str) -> bytes:
-        return (self._folder / name.strip()).read_bytes()
+        return regular_bytes(self._folder / name.strip())
 
     __getitem__ = get  # trimesh asks in either way
 
@@ -193,6 +199,6 @@ class _MemoryFiles:
         found = self._files.get(name, self._files.get(name.strip()))
         if found is None:
             raise KeyError(f"the in-memory mesh has no supporting file {name!r}; it has {sorted(self._files)}")
-        return found.contents() if hasattr(found, "contents") else Path(found).read_bytes()
+        return found.contents() if hasattr(found, "contents") else regular_bytes(found)
 
     __getitem__ = get

@@ -9,6 +9,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._files import regular_bytes
+
 from .dae_looks import dae_scene
 from .mesh_source import InMemoryMesh, MeshSource
 
@@ -139,11 +141,12 @@ def load_mesh(shape: Any, call: str = "Meshcat.SetObject()") -> LoadedMesh:
         RuntimeError: when the file is missing or cannot be read.
     """
     source: MeshSource = shape.source()
-    scale = tuple(float(s) for s in shape.scale3())
+    x, y, z = (float(s) for s in shape.scale3())
+    scale = (x, y, z)
     if not source.is_path():
         return LoadedMesh(_scaled(_load_memory(source.in_memory(), source, call), source, scale, call))
     path = Path(source.path())
-    if not path.is_file():
+    if not path.exists():
         raise RuntimeError(f"{call}: mesh file '{path}' does not exist.")
     stat = path.stat()
     return _load_path(path, stat.st_mtime_ns, stat.st_size, scale, call)
@@ -155,8 +158,9 @@ def _load_path(path: Path, _time: int, _size: int, scale: tuple[float, float, fl
 
     try:
         if path.suffix.lower() == ".dae":  # trimesh needs another library for it
-            scene = dae_scene(path.read_bytes(), path.name, lambda file: (path.parent / file).read_bytes())
+            scene = dae_scene(regular_bytes(path), path.name, lambda file: regular_bytes(path.parent / file))
         else:
+            regular_bytes(path)  # trimesh would wait for a pipe
             scene = trimesh.load_scene(path)
     except Exception as error:
         raise RuntimeError(f"{call}: cannot read mesh file '{path}': {error}") from None
@@ -167,7 +171,7 @@ def _load_memory(mesh: InMemoryMesh, source: MeshSource, call: str) -> Any:
     import trimesh
 
     supporting = {name: _bytes_of(file) for name, file in mesh.supporting_files.items()}
-    resolver = _MemoryResolver(supporting)
+    resolver: Any = _MemoryResolver(supporting)
     kind = source.extension().lstrip(".")
     try:
         if kind == "dae":
@@ -179,7 +183,7 @@ def _load_memory(mesh: InMemoryMesh, source: MeshSource, call: str) -> Any:
 
 def _bytes_of(file: Any) -> bytes:
     if isinstance(file, (str, Path)):
-        return Path(file).read_bytes()
+        return regular_bytes(file)
     content = file.contents()
     return content if isinstance(content, bytes) else bytes(content)
 

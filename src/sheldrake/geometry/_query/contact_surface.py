@@ -7,8 +7,18 @@ from typing import Any
 import numpy as np
 
 from sheldrake.geometry._ids import GeometryId
-from sheldrake.geometry._kernels import hydro_model as columns
-from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
+from sheldrake.geometry._kernels.hydro_model import (
+    Choices,
+    Compliance,
+    Face,
+    FaceValue,
+    FaceVertex,
+    Found,
+    HydroModel,
+    HydroTable,
+    Mesh,
+    Surface,
+)
 from sheldrake.geometry._meshes.mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear
 from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh, _index
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
@@ -70,28 +80,26 @@ class ContactSurface:
 
     def area(self, face_index: int) -> float:
         """Area of a face [m^2]."""
-        return plain(self._value[_index("area", face_index, self._faces), columns.AREA])
+        return plain(self._value[_index("area", face_index, self._faces), FaceValue.area])
 
     def total_area(self) -> float:
         """Area of all faces [m^2]."""
-        return plain(self._value[:, columns.AREA].sum())
+        return plain(self._value[:, FaceValue.area].sum())
 
     def face_normal(self, face_index: int) -> np.ndarray:
         """Unit normal of a face in W, out of N into M, shape (3,)."""
-        return self._columns("face_normal", face_index, columns.NORMAL)
+        return self._columns("face_normal", face_index, FaceValue.normal.columns)
 
     def centroid(self, face_index: int | None = None) -> np.ndarray:
         """Centroid of a face, or of the surface, in W [m], shape (3,)."""
         if face_index is not None:
-            return self._columns("centroid", face_index, columns.CENTROID)
-        first, area = int(columns.CENTROID), self._value[:, columns.AREA]
+            return self._columns("centroid", face_index, FaceValue.p_WC.columns)
+        area, centroids = self._value[:, FaceValue.area], self._value[:, FaceValue.p_WC.columns]
         total = area.sum()
-        centroids = self._value[:, first : first + 3]
         return area @ centroids / total if total > 0.0 else centroids.mean(axis=0)
 
-    def _columns(self, call: str, face_index: int, first: np.int64) -> np.ndarray:
-        row = self._value[_index(call, face_index, self._faces)]
-        return row[int(first) : int(first) + 3].copy()
+    def _columns(self, call: str, face_index: int, columns: slice) -> np.ndarray:
+        return self._value[_index(call, face_index, self._faces), columns].copy()
 
     # ---- mesh and pressure
 
@@ -107,14 +115,14 @@ class ContactSurface:
     def _built(self) -> tuple[Any, Any]:
         """Mesh and field; made when first asked for."""
         if self._mesh_and_field is None:
-            points, pressure = self._vertex[:, :3], self._vertex[:, 3].copy()
+            points, pressure = self._vertex[:, FaceVertex.p_WV.columns], self._vertex[:, FaceVertex.pressure].copy()
             if self._triangle:
                 mesh: Any = TriangleSurfaceMesh(self._faces, points)
                 field: Any = TriangleSurfaceMeshFieldLinear._make(mesh, pressure)
             else:
                 mesh = PolygonSurfaceMesh([n for f in self._faces for n in (len(f), *f)], points)
-                first = int(columns.GRADIENT_M if self._has[0] else columns.GRADIENT_N)
-                gradients = self._value[:, first : first + 3]
+                known = FaceValue.gradient_M if self._has[0] else FaceValue.gradient_N
+                gradients = self._value[:, known.columns]
                 field = PolygonSurfaceMeshFieldLinear._make(mesh, pressure, gradients)
             self._mesh_and_field = mesh, field
         return self._mesh_and_field
@@ -190,8 +198,8 @@ class ContactSurface:
                 f"ContactSurface::EvaluateGradE_{which}_W() invalid; no gradient values stored. Mesh {which} may be "
                 "rigid, or the constituent gradients weren't requested."
             )
-        first = columns.GRADIENT_M if which == "M" else columns.GRADIENT_N
-        return self._columns(f"EvaluateGradE_{which}_W", index, first)
+        gradient = FaceValue.gradient_M if which == "M" else FaceValue.gradient_N
+        return self._columns(f"EvaluateGradE_{which}_W", index, gradient.columns)
 
     # ---- values
 
@@ -216,13 +224,13 @@ def surfaces_of(table: HydroTable, model: HydroModel, ids: list[GeometryId]) -> 
         model: what they read.
         ids: of the geometries.
     """
-    triangle = bool(model.setting[columns.TRIANGLES])
-    modulus, half_space = model.number[:, columns.MODULUS], model.geometry[:, columns.NUM_LEAVES] == 0
-    count = int(table.count[columns.NUM_SURFACES])
-    ends = [*table.surface[:count, columns.FIRST_FACE].tolist(), int(table.count[columns.NUM_FACES])]
+    triangle = bool(model.setting[Choices.triangles])
+    modulus, half_space = model.number[:, Compliance.modulus], model.geometry[:, Mesh.num_leaves] == 0
+    count = int(table.count[Found.num_surfaces])
+    ends = [*table.surface[:count, Surface.first_face].tolist(), int(table.count[Found.num_faces])]
     found = []
     for s in sorted(range(count), key=lambda s: tuple(table.surface[s, :2].tolist())):
-        m, n = int(table.surface[s, columns.GEOMETRY_M]), int(table.surface[s, columns.GEOMETRY_N])
+        m, n = int(table.surface[s, Surface.geometry_M]), int(table.surface[s, Surface.geometry_N])
         faces, vertex = _loops(table, ends[s], ends[s + 1], triangle, bool(half_space[m] or half_space[n]))
         value, has = table.value[ends[s] : ends[s + 1]].copy(), (bool(modulus[m] < np.inf), bool(modulus[n] < np.inf))
         found.append((s, ContactSurface._make((ids[m], ids[n]), triangle, faces, vertex, value, has)))
@@ -233,18 +241,19 @@ def _loops(
     table: HydroTable, first: int, end: int, triangle: bool, shared: bool
 ) -> tuple[list[tuple[int, ...]], np.ndarray]:
     """Corners of faces and the vertices they number; `shared` makes vertices at one place one vertex."""
-    at, rows = int(columns.CORNER), table.face[first:end]
+    rows = table.face[first:end]
     if triangle:
-        corners = rows[:, at : at + 3]
+        corners = rows[:, Face.corners.columns]
         low, high = int(corners.min()), int(corners.max()) + 1
         loops = (corners - low).tolist()
     else:
-        low, high = int(rows[0, at]), int(rows[-1, at] + rows[-1, columns.CORNERS])
-        loops = [range(a - low, a - low + n) for n, a in rows[:, int(columns.CORNERS) : at + 1].tolist()]
+        starts, counts = rows[:, Face.corners.at], rows[:, Face.num_corners]
+        low, high = int(starts[0]), int(starts[-1] + counts[-1])
+        loops = [range(a - low, a - low + n) for n, a in zip(counts.tolist(), starts.tolist())]
     points = table.vertex[low:high] + 0.0
     if not shared:
         return [tuple(loop) for loop in loops], points
-    places = values_of(points[:, :3])
+    places = values_of(points[:, FaceVertex.p_WV.columns])
     grid = _SAME_PLACE * max(np.ptp(places, axis=0).max(), 1e-300)
     places = np.round(places / grid)
     _, kept, which = np.unique(places, axis=0, return_index=True, return_inverse=True)

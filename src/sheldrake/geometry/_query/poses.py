@@ -25,6 +25,9 @@ class Poses:
     def __init__(self) -> None:
         self._scene_graph: SceneGraph | None = None
         self._context: Any = None
+        self._ports: dict[Any, Any] = {}
+        self._last_poses: Any = None
+        """Of the last query: its scene, what it made them of, and poses of all bodies."""
 
     def _bind(self, scene_graph: SceneGraph | None, context: Any) -> None:
         self._scene_graph, self._context = scene_graph, context
@@ -130,6 +133,26 @@ class Poses:
             for k in others:
                 X_WF[k] = values_of(world[frames[k]].GetAsMatrix34())
         return X_WF
+
+    def _published(self, memo: dict) -> np.ndarray | None:
+        """The array with the poses of the only source, the same as long as they are; None if there is no such array."""
+        sources = memo.get("sources")
+        if sources is None or len(sources) != 1 or None in sources:
+            return None
+        _, context = self._required()
+        port = self._port_of(next(iter(sources)))
+        read = context._reads.get(port._index)
+        if read is None and not port.HasValue(context):
+            return None
+        rows = port.Eval(context)._rows
+        return None if rows is None else rows[1]
+
+    def _port_of(self, source_id: Any) -> Any:
+        """The port on which a source publishes its poses."""
+        port = self._ports.get(source_id)
+        if port is None:
+            port = self._ports[source_id] = self._required()[0].get_source_pose_port(source_id)
+        return port
 
     def _numbers_of_sources(self, frames: list[FrameId]) -> dict[Any, list[int]]:
         """Which of the frames belong to each source; under None those whose parent is not the world."""

@@ -7,22 +7,36 @@ sources, and calls the same kernels that the plant's step calls.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import _register_value_type
 from sheldrake.geometry._compiled.hydroelastic import explain_unsupported, find_surfaces
 from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._ids import GeometryId, number_of
-from sheldrake.geometry._kernels import model as columns
 from sheldrake.geometry._kernels.contacts import place_geometries
-from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, contact_table
+from sheldrake.geometry._kernels.model import (
+    HALF_SPACE,
+    BodyPose,
+    BodyPoses,
+    ContactPoint,
+    ContactTable,
+    Found,
+    Geometry,
+    GeometryModel,
+    PlacedGeometry,
+    PoseInBody,
+    Size,
+    contact_table,
+)
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._numbers import as_numbers, like, plain, values_of
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
-from sheldrake.geometry._query.pictures import Pictures
+from sheldrake.geometry._query.images import Images
 from sheldrake.geometry._query.ray_casts import Surface, meet_any, rays_of
 from sheldrake.geometry._query.results import (
     PenetrationAsPointPair,
@@ -30,15 +44,28 @@ from sheldrake.geometry._query.results import (
     SignedDistancePair,
     SignedDistanceToPoint,
 )
-from sheldrake.geometry._query.scene import FoundPoints, QueryScene
+from sheldrake.geometry._query.scene import (
+    FoundDistances,
+    FoundPoints,
+    QueryScene,
+    pose_of_point,
+    with_point,
+    world_poses,
+)
 from sheldrake.geometry._roles import HydroelasticContactRepresentation
 from sheldrake.geometry._shapes import Mesh
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.geometry._bounding import Obb
 
+_P_WCA, _P_WCB = ContactPoint.p_WCa.columns, ContactPoint.p_WCb.columns
+_NHAT, _DEPTH = ContactPoint.nhat_BA_W.columns, operator.index(ContactPoint.depth)
+_R_WG, _P_WG = PlacedGeometry.R_WG.columns, PlacedGeometry.p_WG.columns
 
-class QueryObject(Pictures):
+
+class QueryObject(Images):
     """Answers where geometry is and what touches what, at the present poses of the context it came from."""
 
     # ---- proximity
@@ -53,22 +80,30 @@ class QueryObject(Pictures):
         return scene.model, scene.ids, self._body_poses(scene)
 
     def _body_poses(self, scene: QueryScene) -> np.ndarray:
-        """X_WB of a scene's bodies, shape (num_bodies, 12); of duals where poses are."""
+        """X_WB of a scene's bodies, shape (num_bodies, 12), read-only; of duals where poses are."""
         scene_graph, _ = self._required()
-        plain_numbers = scene_graph._scalar is float
-        X_WB = np.full((scene.num_bodies, 12), 0.0, dtype=float if plain_numbers else object)
-        X_WB[:, [0, 4, 8]] = 1.0
-        if plain_numbers:
-            X_WF = self._world_matrices(scene.moving, scene.memo)
-            X_WB[scene.bodies, :9] = X_WF[:, :, :3].reshape(-1, 9)
-            X_WB[scene.bodies, 9:] = X_WF[:, :, 3]
-            return X_WB
+        if scene_graph._scalar is float:
+            return self._plain_body_poses(scene)
+        X_WB = world_poses(scene.num_bodies, object)
         poses = self._world_poses(scene.moving)
         for body, frame in zip(scene.bodies, scene.moving):
-            X_WB[body, :9] = poses[frame].rotation().matrix().ravel()
-            X_WB[body, 9:] = poses[frame].translation()
+            X_WB[body, BodyPose.R_WB.columns] = poses[frame].rotation().matrix().ravel()
+            X_WB[body, BodyPose.p_WB.columns] = poses[frame].translation()
         dual = any(X_WF.translation().dtype == object for X_WF in poses.values())
         return X_WB if dual else X_WB.astype(float)
+
+    def _plain_body_poses(self, scene: QueryScene) -> np.ndarray:
+        """The same of floats; kept until the source publishes others."""
+        published, last = self._published(scene.memo), self._last_poses
+        if published is not None and last is not None and last[0] is scene and last[1] is published:
+            return last[2]
+        X_WB = world_poses(scene.num_bodies, float)
+        X_WF = self._world_matrices(scene.moving, scene.memo)
+        X_WB[scene.bodies, BodyPose.R_WB.columns] = X_WF[:, :, :3].reshape(-1, 9)
+        X_WB[scene.bodies, BodyPose.p_WB.columns] = X_WF[:, :, 3]
+        X_WB.flags.writeable = False
+        self._last_poses = scene, published, X_WB
+        return X_WB
 
     def _contacts(self) -> tuple[FoundPoints, list[GeometryId]]:
         scene = self._scene()
@@ -85,16 +120,9 @@ class QueryObject(Pictures):
     def _point_pairs(points: FoundPoints, ids: list[GeometryId]) -> list[PenetrationAsPointPair]:
         found = []
         for (a, b, _, _), row in zip(points.pair, points.point):
-            found.append(
-                PenetrationAsPointPair(
-                    id_A=ids[a],
-                    id_B=ids[b],
-                    p_WCa=row[0:3].copy(),
-                    p_WCb=row[3:6].copy(),
-                    nhat_BA_W=row[6:9].copy(),
-                    depth=plain(row[9]),
-                )
-            )
+            p_WCa, p_WCb = row[_P_WCA].copy(), row[_P_WCB].copy()
+            nhat, depth = row[_NHAT].copy(), plain(row[_DEPTH])
+            found.append(PenetrationAsPointPair._of(ids[a], ids[b], p_WCa, p_WCb, nhat, depth))
         return found
 
     def HasCollisions(self) -> bool:
@@ -104,15 +132,16 @@ class QueryObject(Pictures):
     def FindCollisionCandidates(self) -> list[tuple[GeometryId, GeometryId]]:
         """Pairs that may touch and whose bounding spheres overlap, sorted."""
         model, ids, X_WB = self._placed()
-        R, p = X_WB[:, :9].reshape(-1, 3, 3), X_WB[:, 9:]
-        R, p = values_of(R), values_of(p)
-        body = model.geometry[:, columns.BODY]
-        R_BG, p_BG = model.X_BG[:, :9].reshape(-1, 3, 3), model.X_BG[:, 9:]
-        centre_G = model.size[:, columns.CENTRE : columns.CENTRE + 3]
+        R = values_of(X_WB[:, BodyPose.R_WB.columns].reshape(-1, 3, 3))
+        p = values_of(X_WB[:, BodyPose.p_WB.columns])
+        body = model.geometry[:, Geometry.body]
+        R_BG = model.X_BG[:, PoseInBody.R_BG.columns].reshape(-1, 3, 3)
+        p_BG = model.X_BG[:, PoseInBody.p_BG.columns]
+        centre_G = model.size[:, Size.centre_G.columns]
         R_WG = R[body] @ R_BG
         p_WG = p[body] + np.einsum("nij,nj->ni", R[body], p_BG)
         centre = p_WG + np.einsum("nij,nj->ni", R_WG, centre_G)
-        bound = model.size[:, columns.BOUND]
+        bound = model.size[:, Size.bound]
         found = []
         for a, b in sorted(model.pair.tolist()):
             if math.isinf(bound[a]) or math.isinf(bound[b]):
@@ -126,35 +155,35 @@ class QueryObject(Pictures):
 
     # ---- distances
 
-    def _distances(self, model: GeometryModel, X_WB: np.ndarray, reach: float) -> ContactTable:
+    @staticmethod
+    def _distances(model: GeometryModel, X_WB: np.ndarray, reach: float) -> FoundDistances:
+        """Distances at poses of duals."""
         table = _table(model, X_WB.dtype)
-        if X_WB.dtype == object:
-            find_distances(model, X_WB, float(reach), table)
-        else:
-            find_distances.native(model, X_WB, float(reach), table)
-        return table
+        find_distances(model, BodyPoses(X_WB), float(reach), table)
+        n = int(table.count[Found.num_contacts])
+        return FoundDistances(table.pair[:n], table.point[:n], table.X_WG)
 
-    def _pair(self, table: ContactTable, row: int, ids: list[GeometryId]) -> SignedDistancePair:
-        a, b = int(table.pair[row, 0]), int(table.pair[row, 1])
+    def _pair(self, table: FoundDistances, row: int, ids: list[GeometryId]) -> SignedDistancePair:
+        a, b = table.pair[row, :2].tolist()
         point = table.point[row]
-        return SignedDistancePair(
-            id_A=ids[a],
-            id_B=ids[b],
-            p_ACa=_in_frame(table.X_WG[a], point[0:3]),
-            p_BCb=_in_frame(table.X_WG[b], point[3:6]),
-            distance=plain(-point[9]),
-            nhat_BA_W=point[6:9].copy(),
-        )
+        p_ACa = _in_frame(table.X_WG[a], point[_P_WCA])
+        p_BCb = _in_frame(table.X_WG[b], point[_P_WCB])
+        distance, nhat = plain(-point[_DEPTH]), point[_NHAT].copy()
+        return SignedDistancePair._of(ids[a], ids[b], p_ACa, p_BCb, distance, nhat)
 
     def ComputeSignedDistancePairwiseClosestPoints(self, max_distance: float = math.inf) -> list[SignedDistancePair]:
         """Signed distance and nearest points of all pairs that may touch and are no farther apart than max_distance.
 
         Meshes count as their convex hulls. Sorted by ids.
         """
-        model, ids, X_WB = self._placed()
-        table = self._distances(model, X_WB, max_distance)
-        rows = sorted(range(table.count[0]), key=lambda row: tuple(table.pair[row, :2]))
-        return [self._pair(table, row, ids) for row in rows]
+        scene = self._scene()
+        X_WB = self._body_poses(scene)
+        if X_WB.dtype == object:
+            table = self._distances(scene.model, X_WB, max_distance)
+        else:
+            table = scene.find_distances(X_WB, max_distance)
+        order = np.lexsort((table.pair[:, 1], table.pair[:, 0])).tolist()
+        return [self._pair(table, row, scene.ids) for row in order]
 
     def ComputeSignedDistancePairClosestPoints(
         self, geometry_id_A: GeometryId, geometry_id_B: GeometryId
@@ -174,16 +203,20 @@ class QueryObject(Pictures):
                     "used in a signed distance query"
                 )
             rows.append(ids.index(geometry_id))
-        if all(model.geometry[row, columns.KIND] == columns.HALF_SPACE for row in rows):
+        if all(model.geometry[row, Geometry.kind] == HALF_SPACE for row in rows):
             raise RuntimeError("Signed distance queries between two half spaces are not supported.")
-        table = self._distances(model._replace(pair=np.array([rows], np.int64)), X_WB, math.inf)
+        if X_WB.dtype == object:
+            table = self._distances(model._replace(pair=np.array([rows], np.int64)), X_WB, math.inf)
+        else:
+            table = self._scene().find_distance(rows[0], rows[1], X_WB)
         found = self._pair(table, 0, ids)
         if found.id_A != geometry_id_A:
             found.id_A, found.id_B, found.p_ACa, found.p_BCb = found.id_B, found.id_A, found.p_BCb, found.p_ACa
             found.nhat_BA_W = -found.nhat_BA_W
         return found
 
-    def ComputeSignedDistanceToPoint(self, p_WQ: Any, threshold: float = math.inf) -> list[SignedDistanceToPoint]:
+    @checked
+    def ComputeSignedDistanceToPoint(self, p_WQ: ArrayLike, threshold: float = math.inf) -> list[SignedDistanceToPoint]:
         """Signed distance of point Q, in W [m], to every proximity geometry no farther away than `threshold`.
 
         Meshes count as they are, not as their hulls. Sorted by id.
@@ -191,21 +224,26 @@ class QueryObject(Pictures):
         from sheldrake.geometry._meshes.mesh_distance import point_to_triangles
 
         p_WQ = as_numbers(p_WQ).reshape(3)
-        model, ids, X_WB = self._placed()
-        model, X_WB = _with_point(model, X_WB, p_WQ)
-        table = self._distances(model, X_WB, math.inf)
-        found = []
-        for row in range(table.count[0]):
-            g = int(table.pair[row, 0])
-            shape = self._state.geometries[ids[g]].shape
+        scene = self._scene()
+        ids, X_WB = scene.ids, self._body_poses(scene)
+        if object in (p_WQ.dtype, X_WB.dtype):
+            X_WB = np.concatenate([X_WB.astype(object), pose_of_point(p_WQ.astype(object))])
+            table: Any = self._distances(with_point(scene.model, scene.num_bodies), X_WB, threshold)
+        else:
+            table = scene.find_distances_to(p_WQ, X_WB, threshold)
+        found, geometries = [], self._state.geometries
+        for row in range(len(table.pair)):
+            g = table.pair.item(row, 0)
+            shape = geometries[ids[g]].shape
             X_WG, point = table.X_WG[g], table.point[row]
-            distance, p_GN, grad_W = plain(-point[9]), _in_frame(X_WG, point[0:3]), -point[6:9]
+            distance, grad_W = plain(-point[_DEPTH]), -point[_NHAT]
+            p_GN = _in_frame(X_WG, point[_P_WCA])
             if isinstance(shape, Mesh):
                 surface = _surface_of(shape, "ComputeSignedDistanceToPoint()")
                 distance, p_GN, gradient = point_to_triangles(_in_frame(X_WG, p_WQ), *surface)
-                grad_W = X_WG[:9].reshape(3, 3) @ gradient
+                grad_W = X_WG[_R_WG].reshape(3, 3) @ gradient
             if distance <= threshold:
-                found.append(SignedDistanceToPoint(id_G=ids[g], p_GN=p_GN, distance=distance, grad_W=grad_W.copy()))
+                found.append(SignedDistanceToPoint._of(ids[g], p_GN, distance, grad_W.copy()))
         return found
 
     def ComputeRayIntersections(
@@ -235,7 +273,7 @@ class QueryObject(Pictures):
             self._state.geometry(geometry_id)
         model, ids, X_WB = self._placed()
         table = _table(model, float)
-        place_geometries.native(model, np.ascontiguousarray(values_of(X_WB)), table)
+        place_geometries.native(model, BodyPoses(np.ascontiguousarray(values_of(X_WB))), table)
         wanted = [g for g, geometry_id in enumerate(ids) if geometry_id not in excluded]
         shapes = {g: self._state.geometries[ids[g]].shape for g in wanted}
         meshes = {g: _surface_of(s, "ComputeRayIntersections()") for g, s in shapes.items() if isinstance(s, Mesh)}
@@ -289,7 +327,7 @@ class QueryObject(Pictures):
                 representation, or a compliant half space with another compliant one.
         """
         surfaces, points, ids = self._surfaces("ComputeContactSurfaces", representation)
-        if points.count[0] > 0:
+        if points.count[Found.num_contacts] > 0:
             a, b = points.pair[0, :2]
             raise explain_unsupported(self._state, ids[a], ids[b])
         return surfaces
@@ -339,7 +377,7 @@ def explain_contact_status(model: GeometryModel, table: ContactTable) -> Excepti
 
 def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
     """p_GQ of a point given in W; X_WG is a row of ContactTable.X_WG."""
-    return (p_WQ - X_WG[9:12]) @ X_WG[:9].reshape(3, 3)
+    return (p_WQ - X_WG[_P_WG]) @ X_WG[_R_WG].reshape(3, 3)
 
 
 def _surface_of(mesh: Mesh, call: str) -> Surface:
@@ -349,23 +387,3 @@ def _surface_of(mesh: Mesh, call: str) -> Surface:
     data, scale = read_mesh(mesh.source(), call), mesh.scale3()
     triangles = data.triangles[:, ::-1] if np.prod(scale) < 0.0 else data.triangles
     return Surface(data.vertices * scale, triangles)
-
-
-def _with_point(model: GeometryModel, X_WB: np.ndarray, p_WQ: np.ndarray) -> tuple[GeometryModel, np.ndarray]:
-    """The model with a point Q as last geometry, paired with all others, on a body of its own."""
-    count = len(model.geometry)
-    geometry = np.vstack([model.geometry, np.zeros((1, columns.GEOMETRY_COLUMNS), np.int64)])
-    geometry[count, columns.KIND], geometry[count, columns.BODY] = columns.SPHERE, len(X_WB)
-    pose = np.array([[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
-    dtype = object if object in (X_WB.dtype, p_WQ.dtype) else float
-    X_WB, body = X_WB.astype(dtype), pose.astype(dtype)
-    body[0, 9:] = p_WQ
-    pairs = np.stack([np.arange(count), np.full(count, count)], axis=1).astype(np.int64)
-    extended = model._replace(
-        geometry=geometry,
-        size=np.vstack([model.size, np.zeros((1, columns.SIZE_COLUMNS))]),
-        material=np.vstack([model.material, np.zeros((1, columns.MATERIAL_COLUMNS))]),
-        X_BG=np.vstack([model.X_BG, pose]),
-        pair=np.ascontiguousarray(pairs),
-    )
-    return extended, np.vstack([X_WB, body])

@@ -11,8 +11,19 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.geometry._kernels import model as columns
-from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.geometry._kernels.model import (
+    BOX,
+    CAPSULE,
+    CYLINDER,
+    ELLIPSOID,
+    HALF_SPACE,
+    HULL,
+    SPHERE,
+    Geometry,
+    GeometryModel,
+    PlacedGeometry,
+    Size,
+)
 
 Hits = tuple[np.ndarray, np.ndarray]
 
@@ -72,8 +83,10 @@ def meet_any(
     """
     distance, who, normal = np.full(len(p_WO), np.inf), np.full(len(p_WO), -1), np.full_like(p_WO, np.nan)
     for g in wanted:
-        R_WG, p_WG = X_WG[g, :9].reshape(3, 3), X_WG[g, 9:12]
-        near = np.flatnonzero(_reaches(p_WO, d_W, X_WG[g, columns.CENTRE_W :], model.size[g, columns.BOUND]))
+        pose = X_WG[g]
+        R_WG, p_WG = pose[PlacedGeometry.R_WG.columns].reshape(3, 3), pose[PlacedGeometry.p_WG.columns]
+        centre_W = pose[PlacedGeometry.centre_W.columns]
+        near = np.flatnonzero(_reaches(p_WO, d_W, centre_W, model.size[g, Size.bound]))
         p, d = (p_WO[near] - p_WG) @ R_WG, d_W[near] @ R_WG
         t, n = meet_triangles(p, d, *surfaces[g]) if g in surfaces else meet(model, g, p, d)
         nearer = t < distance[near]
@@ -93,20 +106,20 @@ def _reaches(p: np.ndarray, d: np.ndarray, centre: np.ndarray, radius: float) ->
 
 def meet(model: GeometryModel, g: int, p: np.ndarray, d: np.ndarray) -> Hits:
     """Rays and geometry g of a model; a mesh counts as its convex hull."""
-    kind, size = int(model.geometry[g, columns.KIND]), model.size[g]
-    if kind == columns.HALF_SPACE:
+    kind, size = int(model.geometry[g, Geometry.kind]), model.size[g]
+    if kind == HALF_SPACE:
         return meet_half_space(p, d)
-    if kind == columns.HULL:
-        first = model.geometry[g, columns.FIRST_FACE]
-        return meet_hull(p, d, model.face[first : first + model.geometry[g, columns.NUM_FACES]])
+    if kind == HULL:
+        first = model.geometry[g, Geometry.first_face]
+        return meet_hull(p, d, model.face[first : first + model.geometry[g, Geometry.num_faces]])
     shapes: dict[int, Callable[..., Hits]] = {
-        int(columns.SPHERE): meet_ellipsoid,
-        int(columns.ELLIPSOID): meet_ellipsoid,
-        int(columns.BOX): meet_box,
-        int(columns.CYLINDER): meet_cylinder,
-        int(columns.CAPSULE): meet_capsule,
+        SPHERE: meet_ellipsoid,
+        ELLIPSOID: meet_ellipsoid,
+        BOX: meet_box,
+        CYLINDER: meet_cylinder,
+        CAPSULE: meet_capsule,
     }
-    sizes = np.full(3, size[columns.RADIUS]) if kind == columns.SPHERE else size[:3]
+    sizes = np.full(3, size[Size.radius]) if kind == SPHERE else size[Size.half_sizes.columns]
     return shapes[kind](p, d, sizes)
 
 
@@ -184,7 +197,7 @@ def meet_box(p: np.ndarray, d: np.ndarray, half: np.ndarray) -> Hits:
 
 def meet_cylinder(p: np.ndarray, d: np.ndarray, size: np.ndarray) -> Hits:
     """A disk in the plane, and a slab along the axis."""
-    radius, half = size[columns.RADIUS], size[columns.HALF_LENGTH]
+    radius, half = size[Size.radius], size[Size.half_length]
     side, caps = _ball(p[:, :2], d[:, :2], radius), _slab(p[:, 2], d[:, 2], half)
     distance = _first_ahead(np.maximum(side[0], caps[0]), np.minimum(side[1], caps[1]))
     at = _points(p, d, distance)
@@ -196,7 +209,7 @@ def meet_cylinder(p: np.ndarray, d: np.ndarray, size: np.ndarray) -> Hits:
 
 def meet_capsule(p: np.ndarray, d: np.ndarray, size: np.ndarray) -> Hits:
     """A cylinder and a ball at each end: what a ray has of each makes one interval."""
-    radius, half = size[columns.RADIUS], size[columns.HALF_LENGTH]
+    radius, half = size[Size.radius], size[Size.half_length]
     side, caps = _ball(p[:, :2], d[:, :2], radius), _slab(p[:, 2], d[:, 2], half)
     parts = [(np.maximum(side[0], caps[0]), np.minimum(side[1], caps[1]))]
     parts += [_ball(p - [0.0, 0.0, z], d, radius) for z in (-half, half)]

@@ -21,6 +21,13 @@ class _Result:
         for name in self._fields:
             setattr(self, name, kwargs[name] if name in kwargs else self._default(name))
 
+    @classmethod
+    def _of(cls, *values: Any) -> Any:
+        """One with all of its fields given, in their order."""
+        new = object.__new__(cls)
+        new.__dict__.update(zip(cls._fields, values))
+        return new
+
     @staticmethod
     def _default(name: str) -> Any:
         if name.startswith("id_"):

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.common.chain import Chain
 from sheldrake.geometry._compiled.search import family_kernels
 from sheldrake.geometry._ids import FrameId, GeometryId
-from sheldrake.geometry._kernels import model as columns
-from sheldrake.geometry._kernels.cells import make_cells
 from sheldrake.geometry._kernels.contacts import place_geometries
-from sheldrake.geometry._kernels.model import ContactTable, GeometryModel, contact_table
+from sheldrake.geometry._kernels.model import (
+    SPHERE,
+    BodyPose,
+    BodyPoses,
+    ContactTable,
+    Found,
+    Geometry,
+    GeometryModel,
+    Material,
+    Size,
+    contact_table,
+)
+from sheldrake.geometry._kernels.pair_distance import find_distances
+from sheldrake.geometry._kernels.spatial_hash import make_cells
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.geometry._state.state import GeometryState
 
@@ -26,8 +37,16 @@ class FoundPoints(NamedTuple):
     @classmethod
     def of(cls, table: ContactTable) -> FoundPoints:
         """A copy of the rows of a table."""
-        n = int(table.count[0])
+        n = int(table.count[Found.num_contacts])
         return cls(table.pair[:n].copy(), table.point[:n].copy())
+
+
+class FoundDistances(NamedTuple):
+    """Pairs and where they are nearest as a table has them, no row more than there are, and poses of all geometry."""
+
+    pair: np.ndarray
+    point: np.ndarray
+    X_WG: np.ndarray
 
 
 class QueryScene:
@@ -43,13 +62,14 @@ class QueryScene:
 
     def __init__(self, state: GeometryState, model: GeometryModel, ids: list[GeometryId], frames: list[FrameId]):
         geometry = model.geometry.copy()
-        geometry[:, columns.MULTI_POINT] = 0
+        geometry[:, Geometry.multi_point] = 0
         self.model, self.ids, self.num_bodies = model._replace(geometry=geometry), ids, len(frames)
         present = {state.geometries[i].frame for i in ids} - {WORLD_FRAME_ID}
         self.bodies = [body for body, frame in enumerate(frames) if frame in present]
         self.moving = [frames[body] for body in self.bodies]
         self.memo: dict = {}
         self._idle: list[_Search] = []
+        self._idle_distances: dict[str, list[_Distances]] = {"pairs": [], "pair": [], "point": []}
 
     def find_points(self, X_WB: np.ndarray) -> FoundPoints:
         """All pairs that overlap at poses that are numbers, shape (num_bodies, 12)."""
@@ -62,18 +82,92 @@ class QueryScene:
         finally:
             self._idle.append(search)
 
+    def find_distances(self, X_WB: np.ndarray, reach: float) -> FoundDistances:
+        """All pairs no farther apart than `reach` [m] at poses that are numbers, shape (num_bodies, 12)."""
+        return self._distances("pairs", lambda: self.model, X_WB, reach)
+
+    def find_distance(self, a: int, b: int, X_WB: np.ndarray) -> FoundDistances:
+        """One pair of rows of the model, whether or not they may touch."""
+        make = lambda: self.model._replace(pair=np.zeros((1, 2), np.int64))  # noqa: E731
+        return self._distances("pair", make, X_WB, np.inf, (a, b))
+
+    def find_distances_to(self, p_WQ: np.ndarray, X_WB: np.ndarray, reach: float) -> FoundDistances:
+        """All geometry no farther away from a point than `reach` [m]."""
+        return self._distances("point", lambda: with_point(self.model, self.num_bodies), X_WB, reach, p_WQ=p_WQ)
+
+    def _distances(
+        self, kind: str, make: Any, X_WB: np.ndarray, reach: float, pair: Any = None, p_WQ: Any = None
+    ) -> FoundDistances:
+        idle = self._idle_distances[kind]
+        try:
+            search = idle.pop()
+        except IndexError:
+            search = _Distances(make(), self.num_bodies)
+        try:
+            return search.find(X_WB, reach, pair, p_WQ)
+        finally:
+            idle.append(search)
+
 
 class _Search:
     """Bound kernels and their arrays: binding takes far longer than the search of a robot's surroundings."""
 
     def __init__(self, model: GeometryModel, num_bodies: int):
-        self._X_WB = np.empty((num_bodies, 12))
+        self._X_WB = np.empty((num_bodies, BodyPose.SIZE))
         self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))  # room for one point a pair
         self._run = Chain([place_geometries, *family_kernels(model)]).bind(
-            geometry_model=model, X_WB=self._X_WB, table=self._table, cells=make_cells(model)
+            geometry_model=model, bodies=BodyPoses(self._X_WB), table=self._table, cells=make_cells(model)
         )
 
     def find(self, X_WB: np.ndarray) -> FoundPoints:
         self._X_WB[:] = X_WB
         self._run()
         return FoundPoints.of(self._table)
+
+
+class _Distances:
+    """The same for distances."""
+
+    def __init__(self, model: GeometryModel, num_bodies: int):
+        self._model, X_WB = model, world_poses(num_bodies + 1, float)  # the last is that of a point
+        self._X_WB, self._p_WQ = X_WB[:-1], X_WB[-1, BodyPose.p_WB.columns]
+        self._table = contact_table(model, capacity=max(1, model.pair.shape[0]))
+        self._run = find_distances.bind(model, BodyPoses(X_WB), np.inf, self._table)
+
+    def find(self, X_WB: np.ndarray, reach: float, pair: Any, p_WQ: Any) -> FoundDistances:
+        self._X_WB[:] = X_WB
+        if p_WQ is not None:
+            self._p_WQ[:] = p_WQ
+        if pair is not None:
+            self._model.pair[0] = pair
+        self._run.set("reach", float(reach))
+        self._run()
+        table = self._table
+        n = int(table.count[Found.num_contacts])
+        return FoundDistances(table.pair[:n].copy(), table.point[:n].copy(), table.X_WG.copy())
+
+
+def with_point(model: GeometryModel, num_bodies: int) -> GeometryModel:
+    """The model with a point as last geometry, paired with all others, on a body of its own after `num_bodies`."""
+    count = len(model.geometry)
+    geometry = np.vstack([model.geometry, np.zeros((1, Geometry.SIZE), np.int64)])
+    geometry[count, Geometry.kind], geometry[count, Geometry.body] = SPHERE, num_bodies
+    return model._replace(
+        geometry=geometry,
+        size=np.vstack([model.size, np.zeros((1, Size.SIZE))]),
+        material=np.vstack([model.material, np.zeros((1, Material.SIZE))]),
+        X_BG=np.vstack([model.X_BG, pose_of_point(np.zeros(3))]),
+        pair=np.array([(k, count) for k in range(count)], np.int64).reshape(-1, 2),
+    )
+
+
+def world_poses(num_bodies: int, dtype: Any) -> np.ndarray:
+    """Poses of bodies that are where the world is, shape (num_bodies, 12)."""
+    X_WB = np.full((num_bodies, BodyPose.SIZE), 0.0, dtype=dtype)
+    X_WB[:, [0, 4, 8]] = 1.0
+    return X_WB
+
+
+def pose_of_point(p_WQ: np.ndarray) -> np.ndarray:
+    """The pose of a body that is a point, shape (1, 12)."""
+    return np.array([[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, *p_WQ]], p_WQ.dtype)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry._kernels import raster_scene as columns
+from sheldrake.geometry._kernels.raster_scene import Vertex
 from sheldrake.geometry._meshcat.drawables import drawable_of_shape, triangles_of
 from sheldrake.geometry._rgba import Rgba
 
@@ -117,11 +117,11 @@ def _primitives(file: _File, item: Item, look: Callable[[Item, Material], Any]) 
     if len(face) == 0:  # a round shape
         triangles = triangles_of(drawable_of_shape(item.shape, Rgba()))
         assert triangles is not None
-        vertex = np.zeros((len(triangles.vertices), columns.VERTEX_COLUMNS))
+        vertex = np.zeros((len(triangles.vertices), Vertex.SIZE))
         vertex[:, :3] = triangles.vertices
         face = np.column_stack([triangles.faces, np.zeros(len(triangles.faces), np.int64)])
-    position, normal = file.add_array(vertex[:, :3]), vertex[:, columns.NORMAL : columns.TEXTURE]
-    uv = vertex[:, columns.TEXTURE : columns.COLOUR] * [1.0, -1.0] + [0.0, 1.0]  # v downwards
+    position, normal = file.add_array(vertex[:, Vertex.p_GV.columns]), vertex[:, Vertex.normal.columns]
+    uv = vertex[:, Vertex.texture.columns] * [1.0, -1.0] + [0.0, 1.0]  # v downwards
     attributes = {"POSITION": position, "TEXCOORD_0": file.add_array(uv)}
     if any(material.smooth for material in item.surface.materials):
         attributes["NORMAL"] = file.add_array(normal)

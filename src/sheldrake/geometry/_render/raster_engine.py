@@ -10,9 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.geometry._ids import GeometryId
-from sheldrake.geometry._kernels import raster_scene as columns
 from sheldrake.geometry._kernels.raster_picture import draw
-from sheldrake.geometry._kernels.raster_scene import Look, Scene, Screen, Surfaces
+from sheldrake.geometry._kernels.raster_scene import (
+    COLOURS,
+    DEPTHS,
+    LABELS,
+    Look,
+    PlacedVertex,
+    PoseInCamera,
+    Scene,
+    Screen,
+    Surfaces,
+)
 from sheldrake.geometry._numbers import values_of
 from sheldrake.geometry._properties import PerceptionProperties
 from sheldrake.geometry._rgba import Rgba
@@ -125,19 +134,19 @@ class RasterEngine(RenderEngine):
         opaque = [k for k, a in enumerate(opacity) if a >= 1.0]
         translucent = [k for k, a in enumerate(opacity) if 0.0 < a < 1.0]
         empty = int(r + (g << 8) + (b << 16) + (255 << 24))
-        seen = self._draw(columns.COLOURS, camera.core(), opaque, translucent, empty).seen
+        seen = self._draw(COLOURS, camera.core(), opaque, translucent, empty).seen
         color_image_out.mutable_data.view(np.uint32)[..., 0] = seen
 
     def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: Any) -> None:
         """Draws depths."""
         depths = camera.depth_range().min_depth(), camera.depth_range().max_depth()
-        screen = self._draw(columns.DEPTHS, camera.core(), range(len(self._items)), depths=depths)
+        screen = self._draw(DEPTHS, camera.core(), range(len(self._items)), depths=depths)
         depth_image_out.mutable_data[..., 0] = screen.nearness
 
     def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: Any) -> None:
         """Draws labels."""
         drawn = [k for k, item in enumerate(self._items.values()) if item.label != RenderLabel.kDoNotRender]
-        screen = self._draw(columns.LABELS, camera.core(), drawn, empty=int(RenderLabel.kEmpty))
+        screen = self._draw(LABELS, camera.core(), drawn, empty=int(RenderLabel.kEmpty))
         label_image_out.mutable_data[..., 0] = screen.seen
 
     def _draw(
@@ -152,7 +161,7 @@ class RasterEngine(RenderEngine):
         """A picture, in arrays that the next picture overwrites."""
         surfaces, look = self._compiled()
         X_CG = self._poses_in_camera()
-        distance = np.linalg.norm(X_CG[:, 9:], axis=1)
+        distance = np.linalg.norm(X_CG[:, PoseInCamera.p_CG.columns], axis=1)
         scene = Scene(
             camera=_camera(core, depths),
             X_CG=X_CG,
@@ -160,7 +169,7 @@ class RasterEngine(RenderEngine):
             opaque=np.array(opaque, np.int64),
             translucent=np.array(sorted(translucent, key=lambda k: -distance[k]), np.int64),
             empty=np.array([empty], np.int64),
-            corner=np.empty((len(surfaces.vertex), 3)),
+            corner=np.empty((len(surfaces.vertex), PlacedVertex.SIZE)),
         )
         screen, layer = self._screens_for(core.intrinsics().height(), core.intrinsics().width(), len(translucent) > 0)
         draw.native(int(kind), surfaces, look, scene, screen, layer)

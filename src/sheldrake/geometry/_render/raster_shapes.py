@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.geometry._kernels import raster_scene as columns
+from sheldrake.geometry._kernels.raster_scene import DISC, QUADRIC, Patch, Vertex
 from sheldrake.geometry._meshcat.drawables import _triangulated
 from sheldrake.geometry._meshes.mesh_looks import load_mesh
 from sheldrake.geometry._properties import PerceptionProperties
@@ -52,12 +52,12 @@ class Material:
 
 @dataclasses.dataclass(frozen=True)
 class Surface:
-    """A geometry to draw; columns as in `_kernels.raster_scene`, without the number of the item.
+    """A geometry to draw; see `_kernels.raster_scene`.
 
     Attributes:
-        vertex: Shape (n, VERTEX_COLUMNS).
+        vertex: Shape (n, Vertex.SIZE).
         face: Three vertices and a material, shape (m, 4).
-        patch: Shape (k, PATCH_COLUMNS); all of the first material.
+        patch: Shape (k, Patch.SIZE); all of the first material.
         patch_kind: QUADRIC or DISC, shape (k,).
         materials: What the last column of `face` counts.
     """
@@ -99,7 +99,7 @@ def surface_of(shape: Shape, properties: PerceptionProperties, default: tuple[fl
     if patches is None:
         raise RuntimeError(f"This class ({engine}) does not support {type(shape).__name__}.")
     kinds, rows = zip(*patches)
-    none = np.zeros((0, columns.VERTEX_COLUMNS)), np.zeros((0, 4), np.int64)
+    none = np.zeros((0, Vertex.SIZE)), np.zeros((0, 4), np.int64)
     return Surface(*none, np.array(rows, float), np.array(kinds, np.int64), (material,))
 
 
@@ -141,14 +141,14 @@ def _texture(image: Any) -> Texture:
 
 
 def _triangles(vertices: np.ndarray, faces: np.ndarray, uv: np.ndarray | None = None, *, material: Material) -> Surface:
-    vertex = np.zeros((len(vertices), columns.VERTEX_COLUMNS))
-    vertex[:, :3] = vertices
-    vertex[:, columns.COLOUR :] = 1.0
+    vertex = np.zeros((len(vertices), Vertex.SIZE))
+    vertex[:, Vertex.p_GV.columns] = vertices
+    vertex[:, Vertex.colour.columns] = 1.0
     if uv is not None:
-        vertex[:, columns.TEXTURE : columns.COLOUR] = uv
+        vertex[:, Vertex.texture.columns] = uv
     face = np.zeros((len(faces), 4), np.int64)
     face[:, :3] = faces
-    return Surface(vertex, face, np.zeros((0, columns.PATCH_COLUMNS)), np.zeros(0, np.int64), (material,))
+    return Surface(vertex, face, np.zeros((0, Patch.SIZE)), np.zeros(0, np.int64), (material,))
 
 
 _UNIT_SQUARE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
@@ -201,9 +201,9 @@ def _mesh_surface(shape: Mesh, properties: PerceptionProperties, default: tuple[
         whole = _triangles(part.vertices, part.faces, part.uv, material=fallback)
         coloured = part.colors is not None and given is None
         if coloured:
-            whole.vertex[:, columns.COLOUR :] = part.colors
+            whole.vertex[:, Vertex.colour.columns] = part.colors
         if part.normals is not None:
-            whole.vertex[:, columns.NORMAL : columns.TEXTURE] = part.normals
+            whole.vertex[:, Vertex.normal.columns] = part.normals
         own = fallback
         if part.diffuse is not None and (coloured or part.colors is None):
             own = Material(part.diffuse, None if part.image is None else _texture(part.image))
@@ -216,7 +216,7 @@ def _mesh_surface(shape: Mesh, properties: PerceptionProperties, default: tuple[
     return Surface(
         np.concatenate(vertex),
         np.concatenate(face),
-        np.zeros((0, columns.PATCH_COLUMNS)),
+        np.zeros((0, Patch.SIZE)),
         np.zeros(0, np.int64),
         tuple(materials),
     )
@@ -247,11 +247,11 @@ def _quadric(
     """
     a, b, c = radii
     box = (a, b, max(z0 - extent, band[0]), min(z0 + extent, band[1]))
-    return columns.QUADRIC, (1 / a**2, 1 / b**2, 1 / c**2, z0, *band, *box, -wrap, wrap)
+    return QUADRIC, (1 / a**2, 1 / b**2, 1 / c**2, z0, *band, *box, -wrap, wrap)
 
 
 def _disc(radius: float, z: float) -> tuple:
-    return columns.DISC, (0.0, 0.0, 0.0, z, 0.0, radius, radius, radius, z, z, 0.0, 0.0)
+    return DISC, (0.0, 0.0, 0.0, z, 0.0, radius, radius, radius, z, z, 0.0, 0.0)
 
 
 def _patches(shape: Shape) -> list[tuple] | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+from sheldrake.common._checked import checked
 from sheldrake.geometry._ids import FilterId, GeometryId
 from sheldrake.geometry._roles import CollisionFilterScope
 from sheldrake.geometry._state.geometry_set import GeometrySet
@@ -176,6 +177,7 @@ class CollisionFilterManager:
         collision_filter, resolve = self._edit()
         return collision_filter.apply_transient(declaration, resolve)
 
+    @checked
     def RemoveDeclaration(self, filter_id: FilterId) -> bool:
         """Removes a transient declaration; returns whether it was active."""
         if not self.IsActive(filter_id):
@@ -183,6 +185,7 @@ class CollisionFilterManager:
         collision_filter, _ = self._edit()
         return collision_filter.remove_declaration(filter_id)
 
+    @checked
     def IsActive(self, filter_id: FilterId) -> bool:
         """True if the transient declaration has been applied and not removed."""
         return self._read().is_active(filter_id)

@@ -8,6 +8,7 @@ from __future__ import annotations
 import copy
 from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry._hydroelastic.representation import representation_of
@@ -91,6 +92,7 @@ class SceneGraphInspector:
         """The geometries a set stands for, or those of them with a role."""
         return self._state.resolve(geometry_set, role)
 
+    @checked
     def NumGeometriesWithRole(self, role: Role) -> int:
         """Number of geometries with a role."""
         return len(self._state.ids_with_role(role))
@@ -113,6 +115,7 @@ class SceneGraphInspector:
 
     # ---- sources
 
+    @checked
     def SourceIsRegistered(self, source_id: SourceId) -> bool:
         """True if the source is registered."""
         return source_id in self._state.sources
@@ -300,6 +303,7 @@ class SceneGraphInspector:
         """Empty: all geometry is rigid."""
         return []
 
+    @checked
     def NumDeformableGeometriesWithRole(self, role: Role) -> int:
         """Zero: all geometry is rigid."""
         return 0

@@ -57,6 +57,9 @@ _ROLE_OF: dict[type, Role] = {
 class GeometryState:
     """Sources, frames, geometries, roles and collision filters. Errors are RuntimeErrors and change nothing."""
 
+    #: Of geometries whose properties do not say; one of `POINT_CONTACT_ALGORITHMS`.
+    point_contact_algorithm = "multi_point"
+
     def __init__(self) -> None:
         self.sources: dict[SourceId, SourceRecord] = {SELF_SOURCE_ID: SourceRecord("SceneGraphInternal")}
         self.frames: dict[FrameId, FrameRecord] = {
@@ -77,6 +80,7 @@ class GeometryState:
         new._frame_names, new._of_frame = set(self._frame_names), dict(self._of_frame)
         new.filter, new.renderers = self.filter.copy(), self.renderers.copy()
         new.version, new.serial = self.version, self.serial
+        new.point_contact_algorithm = self.point_contact_algorithm
         return new
 
     def __deepcopy__(self, memo: dict) -> GeometryState:
@@ -92,6 +96,14 @@ class GeometryState:
     def _touch(self, roles: Iterable[Role] = ()) -> None:
         self.serial = next_version()
         self.version = self.version._changed(roles)
+
+    def set_point_contact_algorithm(self, name: str) -> None:
+        if name not in proximity.POINT_CONTACT_ALGORITHMS:
+            raise RuntimeError(
+                f"Unknown point contact algorithm {name!r}; expected {choices(proximity.POINT_CONTACT_ALGORITHMS)}."
+            )
+        self.point_contact_algorithm = name
+        self._touch([Role.kProximity])
 
     # ---- look-ups that explain themselves
 

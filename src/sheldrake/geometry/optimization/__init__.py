@@ -1,6 +1,5 @@
 """Convex sets, and programs about them."""
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.geometry.optimization._affine_subspace import AffineSubspace
 from sheldrake.geometry.optimization._angles import (
     CheckIfSatisfiesConvexityRadius,
@@ -13,7 +12,11 @@ from sheldrake.geometry.optimization._cspace_certificates import (
     SeparationCertificateProgramBase,
     SeparationCertificateResultBase,
 )
-from sheldrake.geometry.optimization._cspace_free_polytope import CspaceFreePolytope, CspaceFreePolytopeBase
+from sheldrake.geometry.optimization._cspace_free_polytope import (
+    CspaceFreePolytope,
+    CspaceFreePolytopeBase,
+    FindSeparationCertificateOptions,
+)
 from sheldrake.geometry.optimization._cspace_geometries import (
     CIrisCollisionGeometry,
     CIrisGeometryType,
@@ -22,10 +25,12 @@ from sheldrake.geometry.optimization._cspace_geometries import (
     PlaneSide,
     SeparatingPlaneOrder,
 )
-from sheldrake.geometry.optimization._cspace_options import FindSeparationCertificateOptions
 from sheldrake.geometry.optimization._ellipsoids import AffineBall, Hyperellipsoid
-from sheldrake.geometry.optimization._gcs_options import GcsGraphvizOptions, GraphOfConvexSetsOptions
-from sheldrake.geometry.optimization._graph_of_convex_sets import GraphOfConvexSets
+from sheldrake.geometry.optimization._graph_of_convex_sets import (
+    GcsGraphvizOptions,
+    GraphOfConvexSets,
+    GraphOfConvexSetsOptions,
+)
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.geometry.optimization._hyperrectangle import Hyperrectangle
 from sheldrake.geometry.optimization._implicit_graph import (
@@ -83,5 +88,3 @@ __all__ = [
 
 for _name in __all__:
     globals()[_name].__module__ = __name__
-
-refuse_none(__name__)

@@ -6,10 +6,11 @@ The base of the sets beside it: what a set must say of itself, and what follows 
 from __future__ import annotations
 
 import copy
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import dispatch, incompatible, overload
@@ -18,6 +19,11 @@ from sheldrake.solvers import Constraint, MathematicalProgram, Solve, _arrays
 from sheldrake.solvers._functions.bindings import as_kind
 from sheldrake.symbolic import Variable
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common import RandomGenerator
+
 
 class SampledVolume(NamedTuple):
     """A volume found by sampling, a bound of its relative error, and how many samples it took."""
@@ -25,6 +31,18 @@ class SampledVolume(NamedTuple):
     volume: float
     rel_accuracy: float
     num_samples: int
+
+
+def checked_box(call: str, lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
+    """The bounds of a box.
+
+    Raises:
+        RuntimeError: a lower bound is above its upper bound, or the sizes differ.
+    """
+    lb, ub = vector(lb), vector(ub)
+    if lb.size != ub.size or np.any(lb > ub):
+        raise RuntimeError(f"{call}(): lower bounds {lb} must not be above upper bounds {ub}.")
+    return lb, ub
 
 
 class ConvexSet:
@@ -112,6 +130,7 @@ class ConvexSet:
                 f"{call}(): sets of dimensions {self._dimension} and {other.ambient_dimension()} are not in one space."
             )
 
+    @checked
     def IntersectsWith(self, other: ConvexSet) -> bool:
         """Tells whether two sets have a point in common.
 
@@ -155,7 +174,8 @@ class ConvexSet:
             return point
         return self._some_point()
 
-    def PointInSet(self, x: Any, tol: float = 1e-8) -> bool:
+    @checked
+    def PointInSet(self, x: ArrayLike, tol: float = 1e-8) -> bool:
         """Tells whether a point is in the set, up to a tolerance in each coordinate or constraint.
 
         Raises:
@@ -207,10 +227,12 @@ class ConvexSet:
         """
         self._require_dimensions("AddPointInNonnegativeScalingConstraints")
 
-        def plain(self: ConvexSet, prog: Any, x: Any, t: Any) -> list:
+        def plain(self: ConvexSet, prog: MathematicalProgram, x: Any, t: Any) -> list:
             return self._scaled(prog, Affine.of(x), Affine.of([t]))
 
-        def general(self: ConvexSet, prog: Any, A: Any, b: Any, c: Any, scale0: float, x: Any, t: Any) -> list:
+        def general(
+            self: ConvexSet, prog: MathematicalProgram, A: Any, b: Any, c: Any, scale0: float, x: Any, t: Any
+        ) -> list:
             return self._scaled(prog, Affine(x, A, b), Affine(t, c.reshape(1, -1), np.array([scale0])))
 
         program, vector = instance_of(MathematicalProgram), _arrays.float_vector
@@ -256,8 +278,9 @@ class ConvexSet:
             )
         return float(self._volume())
 
+    @checked
     def CalcVolumeViaSampling(
-        self, generator: Any, desired_rel_accuracy: float = 1e-2, max_num_samples: int = 10000
+        self, generator: RandomGenerator, desired_rel_accuracy: float = 1e-2, max_num_samples: int = 10000
     ) -> SampledVolume:
         """Returns the volume as the part of its bounding box whose samples are in the set.
 
@@ -269,23 +292,33 @@ class ConvexSet:
         Raises:
             RuntimeError: the space has no dimensions, or there is no bounding box.
         """
-        from sheldrake.geometry.optimization._hyperrectangle import Hyperrectangle
-
         if self._dimension == 0:
             raise RuntimeError(f"CalcVolumeViaSampling(): {type(self).__name__} is in a space without dimensions.")
-        box = Hyperrectangle.MaybeCalcAxisAlignedBoundingBox(self)
-        if box is None:
+        bounds = self._bounding_box()
+        if bounds is None:
             raise RuntimeError("CalcVolumeViaSampling(): the set has no bounding box: it is empty or unbounded.")
         hits, samples, error = 0, 0, 1.0
         while (error > desired_rel_accuracy or samples < 10) and samples < max_num_samples:
-            hits += self.PointInSet([sample_uniform(generator, lo, hi) for lo, hi in zip(box.lb(), box.ub())])
+            hits += self.PointInSet([sample_uniform(generator, lo, hi) for lo, hi in zip(*bounds)])
             samples += 1
             if hits:
                 part = hits / samples
                 error = float(np.sqrt((1.0 - part) / (part * samples)))
-        return SampledVolume(box.CalcVolume() * hits / max(samples, 1), error, samples)
+        return SampledVolume(float(np.prod(bounds[1] - bounds[0])) * hits / max(samples, 1), error, samples)
 
-    def Projection(self, points: Any) -> tuple[list[float], np.ndarray] | None:
+    def _bounding_box(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Lower and upper corner of the smallest box around the set; None if the set is empty or unbounded."""
+        axes = np.eye(self.ambient_dimension())
+        try:
+            ends = np.array([(-self._extent(-e), self._extent(e)) for e in axes])
+        except RuntimeError:
+            return None
+        if not np.isfinite(ends).all():
+            return None
+        return np.minimum(ends[:, 0], ends[:, 1]), ends[:, 1]
+
+    @checked
+    def Projection(self, points: ArrayLike) -> tuple[list[float], np.ndarray] | None:
         """Returns distances of points to the set and their nearest points, columns; None if the set is empty.
 
         Args:

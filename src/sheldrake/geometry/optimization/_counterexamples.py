@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,10 @@ from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.solvers import Constraint, MathematicalProgram, Solve
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 
 class PairDistance(Constraint):
@@ -23,7 +27,7 @@ class PairDistance(Constraint):
 
     _thread_safe = False
 
-    def __init__(self, plant: Any, context: Any, pair: tuple):
+    def __init__(self, plant: MultibodyPlant, context: Context, pair: tuple):
         self._plant, self._context, self._pair = plant, context, pair
         self._set_sizes(1, plant.num_positions())
         self._set_bounds(np.array([-np.inf]), np.zeros(1))

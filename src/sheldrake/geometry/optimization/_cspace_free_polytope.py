@@ -4,25 +4,212 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common import Parallelism
+from sheldrake.common._enums import BoundEnum
+from sheldrake.common._options import Options
 from sheldrake.common._options import Options as _Options
 from sheldrake.geometry.optimization import _cspace_certificates as certificates
-from sheldrake.geometry.optimization import _cspace_options as options_of
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
-from sheldrake.geometry.optimization._cspace_certificates import Face, SeparationCertificateProgram
+from sheldrake.geometry.optimization._cspace_certificates import (
+    Face,
+    Gram,
+    Identity,
+    SeparationCertificateProgram,
+    affine,
+    polynomial_of,
+    unit,
+)
 from sheldrake.geometry.optimization._cspace_geometries import (
     CIrisCollisionGeometry,
     CSpaceSeparatingPlane_,
     SeparatingPlaneOrder,
 )
-from sheldrake.geometry.optimization._cspace_polynomials import affine, symbolic, unit
-from sheldrake.geometry.optimization._cspace_searches import Searches, SearchResult
+from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.multibody.rational import RationalForwardKinematics
-from sheldrake.solvers import MakeSolver
+from sheldrake.solvers import ClarabelSolver, MakeSolver, MathematicalProgram, SolverOptions
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._scene_graph import SceneGraph
+    from sheldrake.multibody.plant import MultibodyPlant
+
+# ---- options
+
+
+class FindSeparationCertificateOptions(Options):
+    """How certificates are looked for.
+
+    Attributes:
+        parallelism: Of no effect: pairs are looked at one after the other.
+        verbose: Whether it says how each pair went.
+        solver_id: The solver of semidefinite programs.
+        terminate_at_failure: Whether the first pair without a certificate ends the search.
+        solver_options: Options of the solver.
+    """
+
+    _fields: ClassVar[tuple[tuple[str, Any, Any], ...]] = (
+        ("parallelism", Any, None),
+        ("verbose", bool, False),
+        ("solver_id", Any, None),
+        ("terminate_at_failure", bool, True),
+        ("solver_options", SolverOptions | None, None),
+    )
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        if self.parallelism is None:
+            self.parallelism = Parallelism.Max()
+        if self.solver_id is None:
+            self.solver_id = ClarabelSolver.id()
+
+
+class FindSeparationCertificateGivenPolytopeOptions(FindSeparationCertificateOptions):
+    """How certificates for a polytope C s <= d are looked for.
+
+    Attributes:
+        ignore_redundant_C: Whether rows of C that follow from the others have no multipliers.
+    """
+
+    _fields: ClassVar[tuple[tuple[str, Any, Any], ...]] = (
+        *FindSeparationCertificateOptions._fields,
+        ("ignore_redundant_C", bool, False),
+    )
+
+
+class EllipsoidMarginCost(BoundEnum):
+    """What is made large: the sum, or the geometric mean, of the distances of faces to an ellipsoid."""
+
+    kSum = 0
+    kGeometricMean = 1
+
+
+class FindPolytopeGivenLagrangianOptions(Options):
+    """How a polytope is looked for when the multipliers of its faces are fixed.
+
+    Attributes:
+        backoff_scale: If given, the objective may be worse by this part, and any such polytope is taken.
+        ellipsoid_margin_epsilon: What is added to margins in the geometric mean.
+        solver_id: The solver.
+        solver_options: Options of the solver.
+        s_inner_pts: Points that are to be in the polytope, as columns, or None.
+        search_s_bounds_lagrangians: Whether the multipliers of bounds of s are looked for again.
+        ellipsoid_margin_cost: What is made large.
+    """
+
+    _fields = (
+        ("backoff_scale", Any, None),
+        ("ellipsoid_margin_epsilon", float, 1e-5),
+        ("solver_id", Any, None),
+        ("solver_options", SolverOptions | None, None),
+        ("s_inner_pts", np.ndarray | None, None),
+        ("search_s_bounds_lagrangians", bool, True),
+        ("ellipsoid_margin_cost", EllipsoidMarginCost, EllipsoidMarginCost.kGeometricMean),
+    )
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        if self.solver_id is None:
+            self.solver_id = ClarabelSolver.id()
+
+
+class BilinearAlternationOptions(Options):
+    """How certificates and polytopes are looked for in turn.
+
+    Attributes:
+        max_iter: Most rounds.
+        convergence_tol: The search ends where the volume of the inscribed ellipsoid grows by less than this.
+        find_polytope_options: For polytopes.
+        find_lagrangian_options: For certificates.
+        ellipsoid_scaling: What part of the inscribed ellipsoid the next polytope contains.
+    """
+
+    _fields = (
+        ("max_iter", int, 10),
+        ("convergence_tol", float, 1e-3),
+        ("find_polytope_options", FindPolytopeGivenLagrangianOptions, None),
+        ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
+        ("ellipsoid_scaling", float, 0.99),
+    )
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        if self.find_polytope_options is None:
+            self.find_polytope_options = FindPolytopeGivenLagrangianOptions()
+        if self.find_lagrangian_options is None:
+            self.find_lagrangian_options = FindSeparationCertificateGivenPolytopeOptions()
+
+
+class BinarySearchOptions(Options):
+    """How the largest scale of a polytope is looked for.
+
+    Attributes:
+        scale_max: The largest scale that is tried.
+        scale_min: The smallest one.
+        max_iter: Most bisections.
+        convergence_tol: The search ends where the scale is known to this.
+        find_lagrangian_options: For certificates.
+    """
+
+    _fields = (
+        ("scale_max", float, 1.0),
+        ("scale_min", float, 0.01),
+        ("max_iter", int, 10),
+        ("convergence_tol", float, 1e-3),
+        ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
+    )
+
+    def __init__(self, **kwargs: Any):
+        super().__init__(**kwargs)
+        if self.find_lagrangian_options is None:
+            self.find_lagrangian_options = FindSeparationCertificateGivenPolytopeOptions()
+
+
+# ---- searches for large polytopes
+
+
+class SearchResult:
+    """A polytope {s | C s <= d, s_lower <= s <= s_upper} that is proven free of collisions."""
+
+    _C: np.ndarray
+    _d: np.ndarray
+
+    def __init__(self) -> None:
+        self._C, self._d = np.zeros((0, 0)), np.zeros(0)
+        self._a: dict[int, np.ndarray] = {}
+        self._b: dict[int, Any] = {}
+        self._num_iter, self._polytope = 0, HPolyhedron()
+
+    def C(self) -> np.ndarray:
+        """Returns C, shape (m, n)."""
+        return self._C.copy()
+
+    def d(self) -> np.ndarray:
+        """Returns d, shape (m,)."""
+        return self._d.copy()
+
+    def a(self) -> dict[int, np.ndarray]:
+        """Returns a of each separating plane a x + b = 0, polynomials of shape (3,), by its index."""
+        return dict(self._a)
+
+    def b(self) -> dict[int, Any]:
+        """Returns b of each separating plane, by its index."""
+        return dict(self._b)
+
+    def num_iter(self) -> int:
+        """Returns in which round it was found."""
+        return self._num_iter
+
+    def certified_polytope(self) -> HPolyhedron:
+        """Returns the polytope with the bounds of s."""
+        return self._polytope
+
+
+# ---- what is searched
+
 
 _log = logging.getLogger("drake")
 
@@ -42,7 +229,6 @@ class CspaceFreePolytopeBase:
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("pydrake.geometry.optimization.CspaceFreePolytopeBase: No constructor defined!")
 
-    _planes: list
     _pairs: dict[tuple, int]
     _y: np.ndarray
 
@@ -59,7 +245,7 @@ class CspaceFreePolytopeBase:
         return self._y.copy()
 
 
-class CspaceFreePolytope(CspaceFreePolytopeBase, Searches):
+class CspaceFreePolytope(CspaceFreePolytopeBase):
     """Proves polytopes {s | C s <= d, s_lower <= s <= s_upper} free of collisions, and makes them large.
 
     s are tan of half the angles from q*, so that poses are rational in s. For each pair of geometries there is a plane
@@ -82,17 +268,17 @@ class CspaceFreePolytope(CspaceFreePolytopeBase, Searches):
     SeparationCertificate = certificates.SeparationCertificate
     SeparationCertificateProgram = certificates.SeparationCertificateProgram
     SeparationCertificateResult = certificates.SeparationCertificateResult
-    FindSeparationCertificateGivenPolytopeOptions = options_of.FindSeparationCertificateGivenPolytopeOptions
-    FindPolytopeGivenLagrangianOptions = options_of.FindPolytopeGivenLagrangianOptions
-    EllipsoidMarginCost = options_of.EllipsoidMarginCost
-    BilinearAlternationOptions = options_of.BilinearAlternationOptions
-    BinarySearchOptions = options_of.BinarySearchOptions
+    FindSeparationCertificateGivenPolytopeOptions = FindSeparationCertificateGivenPolytopeOptions
+    FindPolytopeGivenLagrangianOptions = FindPolytopeGivenLagrangianOptions
+    EllipsoidMarginCost = EllipsoidMarginCost
+    BilinearAlternationOptions = BilinearAlternationOptions
+    BinarySearchOptions = BinarySearchOptions
     SearchResult = SearchResult
 
     def __init__(
         self,
-        plant: Any,
-        scene_graph: Any,
+        plant: MultibodyPlant,
+        scene_graph: SceneGraph,
         plane_order: SeparatingPlaneOrder,
         q_star: Any,
         options: CspaceFreePolytopeBase.Options | None = None,
@@ -110,14 +296,15 @@ class CspaceFreePolytope(CspaceFreePolytopeBase, Searches):
         values = self._kinematics.ComputeSValue
         self._s_lower = values(plant.GetPositionLowerLimits(), self._q_star, angles_wrap_to_inf=True)
         self._s_upper = values(plant.GetPositionUpperLimits(), self._q_star, angles_wrap_to_inf=True)
-        self._planes, self._pairs = [], {}
+        self._planes: list = []
+        self._pairs: dict = {}
         self._rows: list[np.ndarray] = []
         self._cached: dict[int, list] = {}
         for (A, B), pairs in sorted(self._candidates(plant, scene_graph).items()):
             for first, second in pairs:
                 self._add_plane(A, B, first, second)
 
-    def _candidates(self, plant: Any, scene_graph: Any) -> dict[tuple[int, int], list]:
+    def _candidates(self, plant: MultibodyPlant, scene_graph: SceneGraph) -> dict[tuple[int, int], list]:
         """Pairs of geometries that may collide, by their bodies, the smaller index first."""
         inspector = scene_graph.model_inspector()
         geometries: dict[Any, CIrisCollisionGeometry] = {}
@@ -152,7 +339,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase, Searches):
         for i in range(4):
             mine = v[i * (n + 1) : (i + 1) * (n + 1)]
             keys = [unit(size, n - 1 - k) for k in range(n)] + [(0,) * size]
-            polynomials.append(symbolic({}, [(x, key, 1.0) for x, key in zip(mine, keys)], self._variables))
+            polynomials.append(polynomial_of({}, [(x, key, 1.0) for x, key in zip(mine, keys)], self._variables))
             for k in range(n + 1):
                 rows[i, n - 1 - k if k < n else n, i * (n + 1) + k] = 1.0
         plane.a, plane.b = np.array(polynomials[:3], dtype=object), polynomials[3]
@@ -225,7 +412,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase, Searches):
     def SolveSeparationCertificateProgram(
         self,
         certificate_program: SeparationCertificateProgram,
-        options: options_of.FindSeparationCertificateGivenPolytopeOptions,
+        options: FindSeparationCertificateGivenPolytopeOptions,
     ) -> certificates.SeparationCertificateResult | None:
         """Returns the plane and the multipliers that a program finds, or None.
 
@@ -246,7 +433,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase, Searches):
         C: Any,
         d: Any,
         ignored_collision_pairs: set,
-        options: options_of.FindSeparationCertificateGivenPolytopeOptions,
+        options: FindSeparationCertificateGivenPolytopeOptions,
     ) -> tuple[bool, dict]:
         """Looks for certificates of all pairs of geometries.
 
@@ -279,6 +466,197 @@ class CspaceFreePolytope(CspaceFreePolytopeBase, Searches):
             if options.terminate_at_failure:
                 break
         return success, found
+
+    # ---- searches for large polytopes
+
+    def _polytope(self, C: np.ndarray, d: np.ndarray) -> HPolyhedron:
+        n = len(self._s_lower)
+        A, b = np.vstack((C, np.eye(n), -np.eye(n))), np.concatenate((d, self._s_upper, -self._s_lower))
+        keep = np.isfinite(b)
+        return HPolyhedron(A[keep], b[keep])
+
+    def _found(self, C: np.ndarray, d: np.ndarray, found: dict, num_iter: int) -> SearchResult:
+        out = SearchResult()
+        out._C, out._d, out._num_iter, out._polytope = C.copy(), d.copy(), num_iter, self._polytope(C, d)
+        for certificate in found.values():
+            out._a[certificate.plane_index], out._b[certificate.plane_index] = certificate.a, certificate.b
+        return out
+
+    def BinarySearch(
+        self, ignored_collision_pairs: set, C: Any, d: Any, s_center: Any, options: BinarySearchOptions
+    ) -> SearchResult | None:
+        """Looks for the largest scale of a polytope about a point that has certificates.
+
+        Args:
+            ignored_collision_pairs: Pairs of ids that are left out.
+            C: Shape (m, n); the polytope is {s | C s <= d, s_lower <= s <= s_upper}.
+            d: Shape (m,).
+            s_center: The point, in the polytope, shape (n,).
+            options: How to search.
+
+        Returns:
+            The scaled polytope, or None if not even the smallest scale has certificates.
+
+        Raises:
+            RuntimeError: sizes differ, the point is not in the polytope, or the largest scale is below the smallest.
+        """
+        C, d = self._checked("BinarySearch", C, d)
+        center = np.asarray(s_center, dtype=float).ravel()
+        if not self._polytope(C, d).PointInSet(center):
+            raise RuntimeError(f"BinarySearch(): s_center {center} is not in the polytope.")
+        if not 0.0 < options.scale_min <= options.scale_max:
+            raise RuntimeError(
+                f"BinarySearch(): scale_min must be positive, and at most scale_max; they are {options.scale_min} and "
+                f"{options.scale_max}."
+            )
+
+        def tried(scale: float, num_iter: int) -> SearchResult | None:
+            scaled = C @ center + scale * (d - C @ center)
+            success, found = self.FindSeparationCertificateGivenPolytope(
+                C, scaled, ignored_collision_pairs, options.find_lagrangian_options
+            )
+            return self._found(C, scaled, found, num_iter) if success else None
+
+        low, high = float(options.scale_min), float(options.scale_max)
+        best = tried(high, 0)
+        if best is not None:
+            return best
+        best = tried(low, 0)
+        num_iter = 0
+        while best is not None and num_iter < options.max_iter and high - low > options.convergence_tol:
+            num_iter += 1
+            middle = 0.5 * (low + high)
+            better = tried(middle, num_iter)
+            if better is None:
+                high = middle
+            else:
+                low, best = middle, better
+        if best is not None:
+            best._num_iter = num_iter
+        return best
+
+    def SearchWithBilinearAlternation(
+        self, ignored_collision_pairs: set, C_init: Any, d_init: Any, options: BilinearAlternationOptions
+    ) -> list[SearchResult]:
+        """Looks for certificates of a polytope, then for a larger polytope with their multipliers, and so on.
+
+        Args:
+            ignored_collision_pairs: Pairs of ids that are left out.
+            C_init: Shape (m, n); the first polytope is {s | C s <= d, s_lower <= s <= s_upper}.
+            d_init: Shape (m,).
+            options: How to search.
+
+        Returns:
+            The polytopes of all rounds, each proven by its planes; none if the first polytope has no certificates.
+
+        Raises:
+            RuntimeError: sizes differ.
+        """
+        C, d = self._checked("SearchWithBilinearAlternation", C_init, d_init)
+        out: list[SearchResult] = []
+        ellipsoid = self._polytope(C, d).MaximumVolumeInscribedEllipsoid()
+        for num_iter in range(options.max_iter):
+            success, found = self.FindSeparationCertificateGivenPolytope(
+                C, d, ignored_collision_pairs, options.find_lagrangian_options
+            )
+            larger = self._larger_polytope(C, d, found, ellipsoid, options) if success else None
+            if larger is None:
+                break
+            larger._num_iter = num_iter
+            out.append(larger)
+            C, d, volume = larger._C, larger._d, ellipsoid.CalcVolume()
+            ellipsoid = larger._polytope.MaximumVolumeInscribedEllipsoid()
+            if ellipsoid.CalcVolume() - volume <= options.convergence_tol:
+                break
+        return out
+
+    def _larger_polytope(
+        self, C: np.ndarray, d: np.ndarray, found: dict, ellipsoid: Any, options: Any
+    ) -> SearchResult | None:
+        """C and d with the multipliers of `found`, faces far from the ellipsoid; or None."""
+        how, center = options.find_polytope_options, ellipsoid.center()
+        Q = options.ellipsoid_scaling * np.linalg.inv(ellipsoid.A())  # It is {Q u + center | |u| <= 1}.
+        prog = MathematicalProgram()
+        new_C, new_d = prog.NewContinuousVariables(*C.shape, "C"), prog.NewContinuousVariables(len(d), "d")
+        margin = prog.NewContinuousVariables(len(d), "delta")
+        prog.AddBoundingBoxConstraint(0.0, np.inf, margin)
+        if how.s_inner_pts is not None:
+            for point in np.asarray(how.s_inner_pts, dtype=float).T:
+                for row, end in zip(new_C, new_d):
+                    prog.AddLinearConstraint(np.append(point, -1.0)[None], [-np.inf], [0.0], np.append(row, end))
+        n = len(center)
+        for row, end, delta in zip(new_C, new_d, margin):
+            # |Q c| <= d - c center - delta, and |c| <= 1.
+            x = np.concatenate((row, [end, delta]))
+            top = np.concatenate((-center, [1.0, -1.0]))
+            prog.AddLorentzConeConstraint(np.vstack((top, np.hstack((Q.T, np.zeros((n, 2)))))), np.zeros(n + 1), x)
+            prog.AddLorentzConeConstraint(np.vstack((np.zeros(n), np.eye(n))), np.append(1.0, np.zeros(n)), row)
+        faces = self._faces(C, d, options.find_lagrangian_options.ignore_redundant_C)
+        for certificate in found.values():
+            self._impose_certificate(prog, certificate, faces, new_C, new_d, how.search_s_bounds_lagrangians)
+        cost = self._add_margin_cost(prog, margin, how)
+        solver = MakeSolver(how.solver_id)
+        result = solver.Solve(prog, None, how.solver_options)
+        if result.is_success() and how.backoff_scale is not None:
+            least = result.get_optimal_cost()
+            prog.RemoveCost(cost)
+            a, x = cost.evaluator().a(), cost.variables()
+            prog.AddLinearConstraint(a[None], [-np.inf], [least + how.backoff_scale * abs(least)], x)
+            result = solver.Solve(prog, None, how.solver_options)
+        if not result.is_success():
+            return None
+        out = SearchResult()
+        out._C, out._d = result.GetSolution(new_C).reshape(C.shape), np.atleast_1d(result.GetSolution(new_d))
+        out._polytope = self._polytope(out._C, out._d)
+        for certificate in found.values():
+            plane = self._planes[certificate.plane_index]
+            out._a[certificate.plane_index] = np.array([result.GetSolution(p) for p in plane.a], dtype=object)
+            out._b[certificate.plane_index] = result.GetSolution(plane.b)
+        return out
+
+    @staticmethod
+    def _add_margin_cost(prog: MathematicalProgram, margin: np.ndarray, how: Any) -> Any:
+        if how.ellipsoid_margin_cost is EllipsoidMarginCost.kSum:
+            return prog.AddLinearCost(-np.ones(len(margin)), 0.0, margin)
+        before = len(prog.linear_costs())
+        m = len(margin)
+        prog.AddMaximizeGeometricMeanCost(np.eye(m), np.full(m, how.ellipsoid_margin_epsilon), margin)
+        return prog.linear_costs()[before]
+
+    def _impose_certificate(
+        self,
+        prog: MathematicalProgram,
+        certificate: Any,
+        faces: list,
+        new_C: np.ndarray,
+        new_d: np.ndarray,
+        search_bounds: bool,
+    ) -> None:
+        """The identities of a plane, with the multipliers of faces of C fixed and those of bounds fixed or free."""
+        size = len(self._variables)
+        plane = self._planes[certificate.plane_index]
+        prog.AddDecisionVariables(plane.decision_variables)
+        bounds = self._faces(np.zeros((0, new_C.shape[1])), np.zeros(0), False)
+        for rational, values in zip(self._rationals(certificate.plane_index), certificate._values):
+            identity = Identity()
+            identity.add_rows(rational.numerator, plane.decision_variables)
+            for face, table in zip(faces, values):
+                if face.kind == "polytope":
+                    row, end = new_C[face.index], new_d[face.index]
+                    for key, x in table.items():
+                        identity.add(end, key, -x)
+                        for k, c in enumerate(row):
+                            identity.add(c, tuple(p + q for p, q in zip(key, unit(size, k))), x)
+                elif not search_bounds:
+                    for key, x in table.items():
+                        for other, y in face.slack.items():
+                            place = tuple(p + q for p, q in zip(key, other))
+                            identity.add_numbers({place: -x * y})
+            if search_bounds:
+                for face in bounds:
+                    identity.add_gram(Gram(prog, rational.groups), {key: -x for key, x in face.slack.items()})
+            identity.add_gram(Gram(prog, rational.groups), affine(size, -1.0, []))
+            identity.impose(prog)
 
 
 def _variables(count: int, name: str) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Ellipsoid, Sphere
@@ -265,6 +266,7 @@ class Hyperellipsoid(ConvexSet):
         """Returns the center, shape (n,)."""
         return self._center.copy()
 
+    @checked
     def MinimumUniformScalingToTouch(self, other: ConvexSet) -> tuple[float, np.ndarray]:
         """Returns by which factor it has to be scaled to just reach another set, and where.
 

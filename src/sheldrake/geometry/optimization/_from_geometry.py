@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, Overload, overload
 from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._shapes import Box, Convex, Mesh
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._query.query_object import QueryObject
 
 
 class Placed(NamedTuple):
@@ -20,7 +23,7 @@ class Placed(NamedTuple):
     p_FG: np.ndarray
 
 
-def placed(query_object: Any, geometry_id: GeometryId, reference_frame: FrameId | None) -> Placed:
+def placed(query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None) -> Placed:
     """A geometry's shape and pose in a frame; in the world if there is none."""
     X_FG = query_object.GetPoseInWorld(geometry_id)
     if reference_frame is not None:
@@ -43,7 +46,7 @@ def _frame(value: Any) -> Any:
 def geometry_overload(function: Any, **more: Any) -> Overload:
     """The way to make a set of a geometry: `(query_object, geometry_id, reference_frame=None)`."""
 
-    def make(self: Any, query_object: Any, geometry_id: Any, reference_frame: Any, *rest: Any) -> None:
+    def make(self: Any, query_object: QueryObject, geometry_id: Any, reference_frame: Any, *rest: Any) -> None:
         function(self, placed(query_object, geometry_id, reference_frame), *rest)
 
     kinds = {"query_object": _query, "geometry_id": instance_of(GeometryId), "reference_frame": (_frame, None)}

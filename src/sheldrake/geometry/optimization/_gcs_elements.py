@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._kinds import anything
 from sheldrake.common._overloads import Overload, overload, overloaded
@@ -16,6 +17,9 @@ from sheldrake.solvers import Constraint, Cost, MathematicalProgram
 from sheldrake.solvers import _kinds as kinds
 from sheldrake.solvers._functions.bindings import BindingBase, as_kind
 from sheldrake.symbolic import MakeVectorContinuousVariable, Variable
+
+if TYPE_CHECKING:
+    from sheldrake.solvers import MathematicalProgramResult
 
 
 class VertexId(_Identifier):
@@ -131,7 +135,8 @@ class Element:
     def _constraints_in(self, transcription: Transcription) -> list[BindingBase]:
         return [b for b, use in self._constraints if transcription in use]
 
-    def GetSolutionCost(self, result: Any, cost: Any = None) -> float | None:
+    @checked
+    def GetSolutionCost(self, result: MathematicalProgramResult, cost: Any = None) -> float | None:
         """Returns the sum of its costs in a solution, or one of them; zero where it takes no part.
 
         Raises:
@@ -197,7 +202,8 @@ class Vertex(Element):
         """Returns the edges that start here."""
         return list(self._out)
 
-    def GetSolution(self, result: Any) -> np.ndarray | None:
+    @checked
+    def GetSolution(self, result: MathematicalProgramResult) -> np.ndarray | None:
         """Returns its point in a solution, shape (n,); None where it takes no part."""
         if any(v.get_id() not in result._places for v in self._x):
             return None
@@ -258,15 +264,17 @@ class Edge(Element):
         """Leaves open whether it is taken."""
         self._fixed = None
 
-    def _flow_times(self, result: Any, vars: np.ndarray) -> np.ndarray | None:
+    def _flow_times(self, result: MathematicalProgramResult, vars: np.ndarray) -> np.ndarray | None:
         if any(v.get_id() not in result._places for v in vars):
             return None
         return result.GetSolution(vars)
 
-    def GetSolutionPhiXu(self, result: Any) -> np.ndarray | None:
+    @checked
+    def GetSolutionPhiXu(self, result: MathematicalProgramResult) -> np.ndarray | None:
         """Returns phi times the point where it starts; None in a solution without these products."""
         return self._flow_times(result, self._y)
 
-    def GetSolutionPhiXv(self, result: Any) -> np.ndarray | None:
+    @checked
+    def GetSolutionPhiXv(self, result: MathematicalProgramResult) -> np.ndarray | None:
         """Returns phi times the point where it ends; None in a solution without these products."""
         return self._flow_times(result, self._z)

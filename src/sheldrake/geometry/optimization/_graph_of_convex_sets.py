@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common import Parallelism, RandomGenerator
+from sheldrake.common._checked import checked
+from sheldrake.common._options import Options
 from sheldrake.geometry.optimization import _gcs_elements as elements
 from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.geometry.optimization._gcs_elements import Edge, Vertex
-from sheldrake.geometry.optimization._gcs_graphviz import graphviz
-from sheldrake.geometry.optimization._gcs_options import GcsGraphvizOptions, GraphOfConvexSetsOptions
-from sheldrake.geometry.optimization._gcs_paths import follow, sample_paths, usable_edges
 from sheldrake.geometry.optimization._shortest_path import ShortestPathProgram, restriction
 from sheldrake.solvers import (
     ChooseBestSolver,
@@ -23,7 +23,219 @@ from sheldrake.solvers import (
     MixedIntegerBranchAndBound,
     ProgramType,
     SolutionResult,
+    SolverOptions,
 )
+
+if TYPE_CHECKING:
+    from sheldrake.solvers import MathematicalProgram
+
+# ---- options
+
+
+class GraphOfConvexSetsOptions(Options):
+    """How shortest paths are searched.
+
+    Attributes:
+        convex_relaxation: Whether flows need not be whole numbers; None for the default of the call.
+        preprocessing: Whether edges that no path can take are left out first; None for the default of the call.
+        max_rounded_paths: How many paths are sampled from a relaxation; None for the default of the call.
+        max_rounding_trials: How often sampling is tried.
+        flow_tolerance: Edges with less flow are not sampled.
+        rounding_seed: Of the samples.
+        solver: A solver; None for the best.
+        restriction_solver: For single paths; None for `solver`.
+        preprocessing_solver: Accepted; preprocessing needs none.
+        solver_options: Options of the solver.
+        restriction_solver_options: For single paths; None for `solver_options`.
+        preprocessing_solver_options: Accepted; preprocessing needs none.
+        parallelism: Accepted; one path is solved at a time.
+    """
+
+    _fields = (
+        ("convex_relaxation", Any, None),
+        ("preprocessing", Any, None),
+        ("max_rounded_paths", Any, None),
+        ("max_rounding_trials", int, 100),
+        ("flow_tolerance", float, 1e-5),
+        ("rounding_seed", int, 0),
+        ("solver", Any, None),
+        ("restriction_solver", Any, None),
+        ("preprocessing_solver", Any, None),
+        ("solver_options", Any, SolverOptions()),
+        ("restriction_solver_options", Any, None),
+        ("preprocessing_solver_options", Any, None),
+        ("parallelism", Any, Parallelism.Max()),
+    )
+
+
+class GcsGraphvizOptions(Options):
+    """What pictures of a graph show of a solution.
+
+    Attributes:
+        show_slacks: Values of slack variables.
+        show_vars: Points of vertices.
+        show_flows: Flows of edges, which also become their opacity.
+        show_costs: Costs.
+        scientific: Numbers in scientific notation.
+        precision: Digits.
+    """
+
+    _fields = (
+        ("show_slacks", bool, True),
+        ("show_vars", bool, True),
+        ("show_flows", bool, True),
+        ("show_costs", bool, True),
+        ("scientific", bool, False),
+        ("precision", int, 3),
+    )
+
+
+# ---- paths, read off a solution or sampled from one with divided flows
+
+
+def follow(source: Vertex, target: Vertex, flows: dict[int, float], tolerance: float) -> list[Edge] | None:
+    """The path by the edges with the largest flows, at least 1 - tolerance; None if there is none."""
+    path: list[Edge] = []
+    seen, vertex = {id(source)}, source
+    while vertex is not target:
+        open_edges = [e for e in vertex._out if id(e._v) not in seen and flows.get(id(e), 0.0) >= 1.0 - tolerance]
+        if open_edges:
+            path.append(max(open_edges, key=lambda e: flows[id(e)]))
+            vertex = path[-1]._v
+            seen.add(id(vertex))
+        elif path:
+            vertex = path.pop()._u
+        else:
+            return None
+    return path
+
+
+def sample_paths(
+    source: Vertex, target: Vertex, flows: dict[int, float], options: GraphOfConvexSetsOptions
+) -> tuple[list[list[Edge]], int]:
+    """Different paths, each edge taken with a probability proportional to its flow; and how many came again.
+
+    Section 4.2 of T. Marcucci, M. Petersen, D. von Wrangel and R. Tedrake, "Motion planning around obstacles with
+    convex optimization", Science Robotics, 2023.
+
+    Raises:
+        RuntimeError: less than one path is asked for.
+    """
+    wanted = options.max_rounded_paths or 0
+    if wanted < 1:
+        raise RuntimeError(f"SamplePaths(): max_rounded_paths must be at least 1, got {options.max_rounded_paths}.")
+    generator = RandomGenerator(options.rounding_seed)
+    paths: list[list[Edge]] = []
+    known: set[tuple[int, ...]] = set()
+    trials = 0
+    while len(paths) < wanted and trials < options.max_rounding_trials:
+        trials += 1
+        path = _sample(generator, source, target, flows, options.flow_tolerance)
+        if path is None:
+            break
+        key = tuple(id(e) for e in path)
+        if key not in known:
+            known.add(key)
+            paths.append(path)
+    return paths, trials - len(paths)
+
+
+def _sample(
+    generator: RandomGenerator, source: Vertex, target: Vertex, flows: dict[int, float], least: float
+) -> list[Edge] | None:
+    path: list[Edge] = []
+    seen, vertex = {id(source)}, source
+    while vertex is not target:
+        candidates = [e for e in vertex._out if id(e._v) not in seen and flows.get(id(e), 0.0) > least]
+        if not candidates:
+            if not path:
+                return None
+            vertex = path.pop()._u
+            continue
+        left = generator._uniform() * sum(flows[id(e)] for e in candidates)
+        for e in candidates:
+            if left < flows[id(e)]:
+                break
+            left -= flows[id(e)]
+        path.append(e)
+        vertex = e._v
+        seen.add(id(vertex))
+    return path
+
+
+def usable_edges(source: Vertex, target: Vertex, edges: list[Edge]) -> list[Edge]:
+    """The edges that a path without repeated vertices may take, as far as reachability tells."""
+
+    def reached(start: Vertex, forward: bool) -> set[int]:
+        found, waiting = {id(start)}, [start]
+        while waiting:
+            v = waiting.pop()
+            for e in v._out if forward else v._in:
+                other = e._v if forward else e._u
+                if id(other) not in found and e._fixed is not False:
+                    found.add(id(other))
+                    waiting.append(other)
+        return found
+
+    ahead, behind = reached(source, True), reached(target, False)
+    return [e for e in edges if id(e._u) in ahead and id(e._v) in behind]
+
+
+# ---- pictures in the language of Graphviz
+
+
+def graphviz(
+    vertices: list[Vertex],
+    edges: list[Edge],
+    result: MathematicalProgramResult,
+    options: GcsGraphvizOptions,
+    active_path: list[Edge],
+) -> str:
+    """The graph; with values of a solution, and a path as dashed edges."""
+
+    def number(value: float) -> str:
+        return f"{value:.{options.precision}g}" if options.scientific else f"{value:.{options.precision}f}"
+
+    def numbers(values: np.ndarray) -> str:
+        texts = [number(v) for v in values]
+        width = max((len(t) for t in texts), default=0)
+        return "[" + " ".join(t.rjust(width) for t in texts) + "]"
+
+    def node(v: Vertex) -> str:
+        lines = [v.name()]
+        if result is not None and options.show_vars and (x := v.GetSolution(result)) is not None:
+            lines.append(f"x = {numbers(x)}")
+        if result is not None and options.show_costs:
+            lines.append(f"cost = {number(v.GetSolutionCost(result))}")
+        text = "\n".join(lines)
+        return f'v{v.id().get_value()} [label="{text}"]\n'
+
+    def arrow(e: Edge) -> str:
+        lines, color = [e.name()], ""
+        if result is not None and options.show_costs:
+            lines.append(f"cost = {number(e.GetSolutionCost(result))}")
+        if result is not None and options.show_slacks:
+            y, z = e.GetSolutionPhiXu(result), e.GetSolutionPhiXv(result)
+            products = (("xu", y), ("xv", z))
+            lines.append(",\n".join(f"ϕ{name} = {numbers(v)}" for name, v in products if v is not None))
+        if result is not None and options.show_flows:
+            flow = result.GetSolution(e.phi())
+            lines.append(f"ϕ = {number(flow)}")
+            # What takes no part is still to be seen.
+            color = f', color="#000000{int(np.floor(min(max(flow, 0.0), 1.0) * 223.0 + 32.0)):02X}"'
+        text = "\n".join(lines)
+        return f'v{e.u().id().get_value()} -> v{e.v().id().get_value()} [label="{text}"{color}];\n'
+
+    def dashes(e: Edge) -> str:
+        ends = f"v{e.u().id().get_value()} -> v{e.v().id().get_value()}"
+        return f'{ends} [label="{e.name()} = active", color="#ff0000", style="dashed"];\n'
+
+    parts = [*map(node, vertices), *map(arrow, edges), *map(dashes, active_path)]
+    return "digraph GraphOfConvexSets {\nlabelloc=t;\n" + "".join(parts) + "}\n"
+
+
+# ---- the graph
+
 
 _log = logging.getLogger("drake")
 
@@ -59,12 +271,14 @@ class GraphOfConvexSets:
         """Returns the edges in the order in which they were added."""
         return list(self._edges)
 
+    @checked
     def AddVertex(self, set: ConvexSet, name: str = "") -> Vertex:
         """Adds a vertex with a copy of a set and returns it."""
         vertex = Vertex._make(set, name or f"v{len(self._vertices)}")
         self._vertices.append(vertex)
         return vertex
 
+    @checked
     def AddVertexFromTemplate(self, template_vertex: Vertex) -> Vertex:
         """Adds a vertex like another one, with its name, costs and constraints, and returns it."""
         vertex = self.AddVertex(template_vertex._set, template_vertex.name())
@@ -86,6 +300,7 @@ class GraphOfConvexSets:
         self._edges.append(edge)
         return edge
 
+    @checked
     def AddEdgeFromTemplate(self, u: Vertex, v: Vertex, template_edge: Edge) -> Edge:
         """Adds an edge from u to v like another one, with its name, costs and constraints, and returns it.
 
@@ -100,12 +315,14 @@ class GraphOfConvexSets:
         edge._fixed = template_edge._fixed
         return edge
 
+    @checked
     def GetVertexByName(self, name: str) -> Vertex | None:
         """Returns the first vertex of a name, or None."""
         return next((v for v in self._vertices if v.name() == name), None)
 
     GetMutableVertexByName = GetVertexByName
 
+    @checked
     def GetEdgeByName(self, name: str) -> Edge | None:
         """Returns the first edge of a name, or None."""
         return next((e for e in self._edges if e.name() == name), None)
@@ -156,7 +373,7 @@ class GraphOfConvexSets:
 
     def GetGraphvizString(
         self,
-        result: Any = None,
+        result: MathematicalProgramResult | None = None,
         options: GcsGraphvizOptions | None = None,
         active_path: list[Edge] = [],  # noqa: B006  (pydrake's default; never changed)
         *args: Any,
@@ -179,6 +396,7 @@ class GraphOfConvexSets:
 
     # Shortest paths
 
+    @checked
     def SolveShortestPath(
         self, source: Vertex, target: Vertex, options: GraphOfConvexSetsOptions | None = None
     ) -> MathematicalProgramResult:
@@ -229,7 +447,7 @@ class GraphOfConvexSets:
         relaxed.set_solution_result(SolutionResult.kIterationLimit)
         return relaxed
 
-    def _flows(self, result: Any) -> dict[int, float]:
+    def _flows(self, result: MathematicalProgramResult) -> dict[int, float]:
         return {id(e): result.GetSolution(e._phi) for e in self._edges if e._phi.get_id() in result._places}
 
     def SolveConvexRestriction(
@@ -270,6 +488,7 @@ class GraphOfConvexSets:
             values[e._phi] = 1.0 if id(e) in active else 0.0
         return _with_values(result, values)
 
+    @checked
     def GetSolutionPath(
         self, source: Vertex, target: Vertex, result: MathematicalProgramResult, tolerance: float = 1e-3
     ) -> list[Edge]:
@@ -296,8 +515,15 @@ class GraphOfConvexSets:
             )
         return path
 
+    @checked
     def SamplePaths(
-        self, source: Vertex, target: Vertex, flows: Any = None, options: Any = None, *, result: Any = None
+        self,
+        source: Vertex,
+        target: Vertex,
+        flows: Any = None,
+        options: Any = None,
+        *,
+        result: MathematicalProgramResult | None = None,
     ) -> list[list[Edge]]:
         """Returns different paths, sampled with flows as probabilities.
 
@@ -319,7 +545,7 @@ class GraphOfConvexSets:
         return sample_paths(source, target, given, options)[0]
 
 
-def _solve(prog: Any, solver: Any, solver_options: Any) -> MathematicalProgramResult:
+def _solve(prog: MathematicalProgram, solver: Any, solver_options: SolverOptions) -> MathematicalProgramResult:
     if solver is not None:
         return solver.Solve(prog, None, solver_options)
     try:
@@ -331,7 +557,7 @@ def _solve(prog: Any, solver: Any, solver_options: Any) -> MathematicalProgramRe
     return MakeSolver(best).Solve(prog, None, solver_options)
 
 
-def _branch_and_bound(prog: Any) -> MathematicalProgramResult:
+def _branch_and_bound(prog: MathematicalProgram) -> MathematicalProgramResult:
     """Solves a small program with binary variables by solving relaxations."""
     tree = MixedIntegerBranchAndBound(prog, ClarabelSolver.id())
     outcome = tree.Solve()
@@ -344,7 +570,7 @@ def _branch_and_bound(prog: Any) -> MathematicalProgramResult:
     return result
 
 
-def _with_values(result: Any, values: dict[Any, float]) -> MathematicalProgramResult:
+def _with_values(result: MathematicalProgramResult, values: dict[Any, float]) -> MathematicalProgramResult:
     """The outcome of a solve with other variables' values."""
     out = MathematicalProgramResult()
     out._result, out._cost, out._solver_id, out._details = (

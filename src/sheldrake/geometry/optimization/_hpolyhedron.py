@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._distributions import gaussian_pairs, sample_uniform
 from sheldrake.common._kinds import count, instance_of
 from sheldrake.common._overloads import dispatch, overload
@@ -13,13 +14,15 @@ from sheldrake.geometry._shapes import Box, HalfSpace
 from sheldrake.geometry.optimization import _face_translation
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box, vector
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.geometry.optimization._hulls import half_spaces
-from sheldrake.geometry.optimization._hyperrectangle import checked_box
 from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import MathematicalProgram, _arrays
+
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
 
 
 class HPolyhedron(ConvexSet):
@@ -98,6 +101,7 @@ class HPolyhedron(ConvexSet):
 
     # Redundancy
 
+    @checked
     def ContainedIn(self, other: HPolyhedron, tol: float = 1e-9) -> bool:
         """Tells whether each of its points satisfies the inequalities of another one, up to a tolerance."""
         self._same_space("ContainedIn", other)
@@ -105,6 +109,7 @@ class HPolyhedron(ConvexSet):
             return True
         return all(programs.largest(self._A, self._b, a) <= b + tol for a, b in zip(other._A, other._b))
 
+    @checked
     def Intersection(self, other: HPolyhedron, check_for_redundancy: bool = False, tol: float = 1e-9) -> HPolyhedron:
         """Returns what it has in common with another one.
 
@@ -148,6 +153,7 @@ class HPolyhedron(ConvexSet):
         B, center = programs.inscribed_ellipsoid(self._A, self._b)
         return Hyperellipsoid(np.linalg.inv(B), center)
 
+    @checked
     def MaximumVolumeInscribedAffineTransformation(
         self, circumbody: HPolyhedron, check_bounded: bool = True
     ) -> HPolyhedron:
@@ -215,6 +221,7 @@ class HPolyhedron(ConvexSet):
         at_center = self._A @ center
         return HPolyhedron(self._A, at_center + (self._b - at_center) * scale ** (1.0 / self._dimension))
 
+    @checked
     def CartesianProduct(self, other: HPolyhedron) -> HPolyhedron:
         """Returns the pairs of its points with those of another one."""
         (m1, n1), (m2, n2) = self._A.shape, other._A.shape
@@ -226,6 +233,7 @@ class HPolyhedron(ConvexSet):
         """Returns the lists of n of its points."""
         return HPolyhedron(np.kron(np.eye(n), self._A), np.tile(self._b, n))
 
+    @checked
     def PontryaginDifference(self, other: HPolyhedron) -> HPolyhedron:
         """Returns the points to which every point of another one can be added without leaving it."""
         self._same_space("PontryaginDifference", other)
@@ -254,7 +262,7 @@ class HPolyhedron(ConvexSet):
         ]
         return dispatch("UniformSample", ways, self, args, kwargs)
 
-    def _walk(self, generator: Any, start: np.ndarray, steps: int, subspace: Any, tol: float) -> np.ndarray:
+    def _walk(self, generator: RandomGenerator, start: np.ndarray, steps: int, subspace: Any, tol: float) -> np.ndarray:
         x = np.array(start)
         normals = gaussian_pairs(generator)
         for _ in range(steps):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,20 +10,11 @@ from sheldrake.common._distributions import sample_uniform
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Box
 from sheldrake.geometry.optimization._affine import Affine, Rows
-from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
+from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box, vector
 from sheldrake.math import RigidTransform
 
-
-def checked_box(call: str, lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
-    """The bounds of a box.
-
-    Raises:
-        RuntimeError: a lower bound is above its upper bound, or the sizes differ.
-    """
-    lb, ub = vector(lb), vector(ub)
-    if lb.size != ub.size or np.any(lb > ub):
-        raise RuntimeError(f"{call}(): lower bounds {lb} must not be above upper bounds {ub}.")
-    return lb, ub
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
 
 
 class Hyperrectangle(ConvexSet):
@@ -60,7 +51,7 @@ class Hyperrectangle(ConvexSet):
         """Returns the center, shape (n,)."""
         return 0.5 * (self._lb + self._ub)
 
-    def UniformSample(self, generator: Any) -> np.ndarray:
+    def UniformSample(self, generator: RandomGenerator) -> np.ndarray:
         """Returns a random point, shape (n,)."""
         return np.array([sample_uniform(generator, lo, hi) for lo, hi in zip(self._lb, self._ub)])
 
@@ -83,16 +74,11 @@ class Hyperrectangle(ConvexSet):
     @staticmethod
     def MaybeCalcAxisAlignedBoundingBox(set: ConvexSet) -> Hyperrectangle | None:
         """Returns the smallest box around a set; None if the set is empty or unbounded."""
-        if isinstance(set, Hyperrectangle):
-            return set.Clone()
-        axes = np.eye(set.ambient_dimension())
-        try:
-            ends = np.array([(-set._extent(-e), set._extent(e)) for e in axes])
-        except RuntimeError:
-            return None
-        if not np.isfinite(ends).all():
-            return None
-        return Hyperrectangle(np.minimum(ends[:, 0], ends[:, 1]), ends[:, 1])
+        bounds = set._bounding_box()
+        return None if bounds is None else Hyperrectangle(*bounds)
+
+    def _bounding_box(self) -> tuple[np.ndarray, np.ndarray] | None:
+        return self._lb, self._ub
 
     def _contain(self, into: Rows, x: Affine, scale: Affine) -> None:
         into.within(self._lb, x, self._ub, scale)

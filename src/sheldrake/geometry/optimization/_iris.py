@@ -7,7 +7,7 @@ Algorithmic Foundations of Robotics XI, 2015.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._ellipsoids import Hyperellipsoid
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.geometry.optimization._vpolytope import VPolytope
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._query.query_object import QueryObject
 
 _FIRST_RADIUS = 1e-2  # Of the ball that the search starts with.
 
@@ -167,7 +170,7 @@ def _separated(domain: HPolyhedron, ellipsoid: Hyperellipsoid, obstacles: list[C
     return region
 
 
-def set_of_shape(query_object: Any, geometry: GeometryId, frame: Any) -> ConvexSet:
+def set_of_shape(query_object: QueryObject, geometry: GeometryId, frame: Any) -> ConvexSet:
     """A geometry as a convex set, of the kind that programs are smallest with."""
     shape = query_object.inspector().GetShape(geometry)
     kinds: list[tuple[tuple[type, ...], type[ConvexSet]]] = [
@@ -183,7 +186,7 @@ def set_of_shape(query_object: Any, geometry: GeometryId, frame: Any) -> ConvexS
     raise RuntimeError(f"MakeIrisObstacles(): {type(shape).__name__} is not supported.")
 
 
-def MakeIrisObstacles(query_object: Any, reference_frame: Any = None) -> list[ConvexSet]:
+def MakeIrisObstacles(query_object: QueryObject, reference_frame: Any = None) -> list[ConvexSet]:
     """Returns all geometries with a proximity role, where they are, as convex sets.
 
     Args:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +18,12 @@ from sheldrake.geometry.optimization._iris import (
     tangent,
 )
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
-def IrisNp(plant: Any, context: Any, options: IrisOptions | None = None) -> HPolyhedron:
+
+def IrisNp(plant: MultibodyPlant, context: Context, options: IrisOptions | None = None) -> HPolyhedron:
     """Returns a large region of configurations without collisions, around that in a context.
 
     In turns, each pair of geometries, the nearest first, is cut off by faces through the configurations in collision
@@ -37,7 +41,7 @@ def IrisNp(plant: Any, context: Any, options: IrisOptions | None = None) -> HPol
 
 
 class _Search:
-    def __init__(self, plant: Any, context: Any, options: IrisOptions):
+    def __init__(self, plant: MultibodyPlant, context: Context, options: IrisOptions):
         self._plant, self._context, self._options = plant, context, options
         self._seed = np.array(plant.GetPositions(context))
         limits = HPolyhedron.MakeBox(plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits())

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import pathlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry._shapes import Convex
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._affine_subspace import AffineSubspace, column_space
-from sheldrake.geometry.optimization._convex_set import ConvexSet
+from sheldrake.geometry.optimization._convex_set import ConvexSet, checked_box
 from sheldrake.geometry.optimization._from_geometry import box_vertices, corners, geometry_overload
 from sheldrake.geometry.optimization._hulls import extreme_points, vertices_of
-from sheldrake.geometry.optimization._hyperrectangle import checked_box
 from sheldrake.math import RigidTransform
 from sheldrake.solvers import _arrays
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 
 def _polyhedron(value: Any) -> Any:
@@ -103,7 +106,8 @@ class VPolytope(ConvexSet):
             raise RuntimeError(f"ToShapeConvex(): the polytope is in {self._dimension} dimensions, expected 3.")
         return Convex(points=self._vertices, label=convex_label)
 
-    def WriteObj(self, filename: Any) -> None:
+    @checked
+    def WriteObj(self, filename: PathLike | str) -> None:
         """Writes it as an OBJ mesh.
 
         Raises:

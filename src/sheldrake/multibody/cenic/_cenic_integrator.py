@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +12,10 @@ from sheldrake.multibody.contact_solvers import IcfSolverParameters
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.framework import Diagram
-from sheldrake.systems.framework._kernels import integrate as _integrate
+from sheldrake.systems.framework._kernels.integrate import PYTHON
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class CenicIntegrator(IntegratorBase):
@@ -34,10 +37,10 @@ class CenicIntegrator(IntegratorBase):
         RuntimeError: it is no Diagram, has no such plant, or the plant is discrete.
     """
 
-    _name, _order, _scheme = "cenic", 2.0, int(_integrate.PYTHON)
+    _name, _order, _scheme = "cenic", 2.0, PYTHON
     _default_accuracy, _loosest_accuracy = 1e-3, np.inf
 
-    def __init__(self, system: Any, context: Any = None):
+    def __init__(self, system: Any, context: Context | None = None):
         if not isinstance(system, Diagram):
             raise RuntimeError(f"CenicIntegrator must be given a Diagram, not a {type(system).__name__}")
         plant = system.GetSubsystemByName("plant")

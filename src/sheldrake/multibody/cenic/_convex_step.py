@@ -7,17 +7,18 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.kernel import Kernel
-from sheldrake.geometry._kernels.cells import make_cells
 from sheldrake.geometry._kernels.model import contact_table
-from sheldrake.multibody.cenic._kernels import step as columns
-from sheldrake.multibody.cenic._kernels.step import Calls, Convex, cenic_step
+from sheldrake.geometry._kernels.spatial_hash import make_cells
+from sheldrake.multibody.cenic._kernels.step import Calls, Convex, PlantPlace, Tolerances, cenic_step
 from sheldrake.multibody.contact_solvers import IcfSolverParameters
-from sheldrake.multibody.contact_solvers._kernels.problem import MAX_ITERATIONS
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED
-from sheldrake.multibody.plant._kernels.stribeck import static_friction
+from sheldrake.multibody.plant._kernels.static_friction import static_friction
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.plant._step.arrays import make_plant_model, make_step_work
+from sheldrake.multibody.plant._step.input_ports import sees_geometry
+from sheldrake.multibody.plant._step.kernel_models import is_limited
 from sheldrake.multibody.plant._step.stages import discrete_stages
 from sheldrake.multibody.plant._step.tuning import CONTACT_MARGIN, solver_model_of
 from sheldrake.systems.analysis._kernel_steps import Arguments, callees, prepare, set_step
@@ -41,30 +42,30 @@ class ConvexStep:
 
     def __init__(self, plant: Any, context: Any, span: Any):
         self._plant, self._context = plant, context
-        compiled = plant._geometry_of(context)
-        connected = plant.get_geometry_query_input_port().HasValue(context)
-        if plant._misses_geometry(connected):
-            raise plant._explain_status(GEOMETRY_NOT_CONNECTED, context)
-        models = plant._models(connected, compiled)
+        self._parts = parts = parts_of(plant)
+        connected = sees_geometry(context)
+        if parts.kernel_models.misses_geometry(connected):
+            raise parts.failures.explain(GEOMETRY_NOT_CONNECTED, context)
+        models = parts.kernel_models.of(connected, parts.kernel_models.geometry_of(context))
         geometry, hydro = models["geometry_model"], models["hydro_model"]
         models["geometry_model"] = geometry = geometry._replace(margin=np.array([CONTACT_MARGIN, 0.0]))
         models["plant_model"] = plant_model = self._with_limits(models["plant_model"])
         models["solver_model"] = self._solver = solver_model_of(
-            plant._tree_model, geometry, 1.0, "lagged", stiction_tolerance=plant._stiction_tolerance
+            models["tree_model"], geometry, 1.0, "lagged", stiction_tolerance=parts.settings.stiction_tolerance
         )
         table, cells = contact_table(geometry), make_cells(geometry)
-        work = make_step_work(plant._tree_model, self._solver, plant_model, table, hydro_model=hydro, cells=cells)
-        strict = plant._contact_model is ContactModel.kHydroelastic
+        work = make_step_work(models["tree_model"], self._solver, plant_model, table, hydro_model=hydro, cells=cells)
+        strict = parts.settings.contact_model is ContactModel.kHydroelastic
         stages = discrete_stages(geometry, plant_model, False, hydro, strict)
         stages.insert(stages.index(prepare_problem), static_friction)
         self._work = work
-        self._convex = self._memory(len(context._system._view(context).p))
+        self._convex = self._memory(len(parts.contexts.view(context).p))
         self._models = models
         self._add_to(span, stages, {**work._asdict(), **models, "convex": self._convex})
 
     def _with_limits(self, model: Any) -> Any:
         """Position limits, which derivatives do without."""
-        joints = [j for j in self._plant._joints if j.num_velocities() == 1 and self._plant._has_limits(j)]
+        joints = [joint for joint in self._parts.elements.joints if is_limited(joint)]
         rows = [(j, *j._limits["position"]) for j in joints]
         limits = [dict(dof=j._v_start, q=j._q_start, lower=low[0], upper=high[0]) for j, low, high in rows]
         made = make_plant_model(limits=limits)
@@ -72,7 +73,8 @@ class ConvexStep:
 
     def _memory(self, num_parameters: int) -> Convex:
         n, nv = self._plant.num_multibody_states(), self._plant.num_velocities()
-        xd, out, whole, p, gain, tolerance = (np.zeros(size) for size in (n, n, n, num_parameters, nv, 1))
+        sizes = (n, n, n, num_parameters, nv, Tolerances.SIZE)
+        xd, out, whole, p, gain, tolerance = (np.zeros(size) for size in sizes)
         return Convex(xd, out, whole, p, gain, self._solver.option, tolerance)
 
     def _add_to(self, span: Any, stages: list[Kernel], values: dict[str, Any]) -> None:
@@ -81,17 +83,16 @@ class ConvexStep:
         prepare([*stages, cenic_step])
         u = [slot.span for slot in place.inputs]
         memory = {name: getattr(self._convex, name) for name in ("xd", "out", "p")}
-        spatial = [self._find_applied_force] if plant._uses_spatial_forces() else []
+        spatial = [self._find_applied_force] if self._parts.applied_forces.are_used(plant) else []
         called = callees(span, stages, Arguments(span, {**values, **memory}, {"u": u}), spatial)
         rows = layout.stages(place.derivatives)
-        facts = np.zeros(columns.NUM_PLANT, np.int64)
-        facts[columns.BEGIN] = place.xc[0] - layout.xc[0]
-        facts[columns.NUM_Q], facts[columns.NUM_V] = plant.num_positions(), plant.num_velocities()
-        facts[columns.FED] = bool(spatial) or self._is_fed()
-        facts[columns.SPATIAL] = len(stages) if spatial else -1
-        facts[columns.ROW_BEGIN], facts[columns.ROW_END] = rows[0], rows[-1] + 1
-        starts = [j._q_start for j in plant._joints if j.type_name() == "quaternion_floating"]
-        self._calls = Calls(*called, facts, np.array(starts, np.int64))
+        starts = [j._q_start for j in self._parts.elements.joints if j.type_name() == "quaternion_floating"]
+        self._calls = Calls(*called, np.zeros(PlantPlace.SIZE, np.int64), np.array(starts, np.int64))
+        self._calls.state_begin = place.xc[0] - layout.xc[0]
+        self._calls.num_q, self._calls.num_v = plant.num_positions(), plant.num_velocities()
+        self._calls.is_fed = bool(spatial) or self._is_fed()
+        self._calls.spatial = len(stages) if spatial else -1
+        self._calls.row_begin, self._calls.row_end = rows[0], rows[-1] + 1
         set_step(span, cenic_step, Arguments(span, {**values, "calls": self._calls}, {"u": u, "p": place.p}))
 
     def _is_fed(self) -> bool:
@@ -99,14 +100,12 @@ class ConvexStep:
         plant = self._plant
         parent = plant._parent()
         me = next(k for k, system in enumerate(parent._systems) if system is plant)
-        given = {"actuation", "generalized_force"}
-        forces = [n for key, n in plant._port_numbers.items() if key in given or key[0] in given]
-        return any((me, n) in parent._wires for n in forces)
+        return any((me, n) in parent._wires for n in self._parts.inputs.of_forces())
 
     def _find_applied_force(self) -> None:
-        self._work.step.applied_force[:] = self._plant._applied_as_generalized(self._context)
+        self._work.step.applied_force[:] = self._parts.applied_forces.as_generalized(self._context)
 
     def use(self, parameters: IcfSolverParameters) -> None:
         """Settings of the solver."""
-        self._solver.setting[MAX_ITERATIONS] = parameters.max_iterations
-        self._convex.tolerance[0] = parameters.min_tolerance
+        self._solver.max_iterations = parameters.max_iterations
+        self._convex.least_tolerance = parameters.min_tolerance

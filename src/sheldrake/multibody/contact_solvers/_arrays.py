@@ -6,11 +6,21 @@ from typing import NamedTuple
 
 import numpy as np
 
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.multibody.contact_solvers._kernels import problem as records
 from sheldrake.multibody.contact_solvers._kernels.elimination import BITS
-from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows, SolverModel
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    LAGGED,
+    SAP,
+    SIMILAR,
+    TAMSI,
+    Contacts,
+    Factor,
+    Problem,
+    Rows,
+    SolverModel,
+)
 
-APPROXIMATIONS = {"lagged": columns.LAGGED, "similar": columns.SIMILAR, "sap": columns.SAP, "tamsi": columns.TAMSI}
+APPROXIMATIONS = {"lagged": LAGGED, "similar": SIMILAR, "sap": SAP, "tamsi": TAMSI}
 
 DRAKE_TOLERANCE = 1e-6
 """Residual that Drake accepts, relative to momentum and impulse. A body at rest may creep at 1e-6 g dt."""
@@ -50,7 +60,6 @@ def make_solver_model(
     stiction_tolerance: float = 1e-4,
     near_rigid_threshold: float = 1.0,
     relative_tolerance: float = REST_TOLERANCE,
-    polish: int = 0,
     settle: bool = False,
 ) -> SolverModel:
     """The constants of a solver.
@@ -64,7 +73,6 @@ def make_solver_model(
         stiction_tolerance: slip speed below which friction counts as stiction [m/s].
         near_rigid_threshold: beta of kSap's contacts.
         relative_tolerance: residual at which iterations stop, relative to momentum and impulse.
-        polish: full Newton steps after success; 1 carries the derivatives of duals.
         settle: rest exactly where rest is a solution, and search lines only where the full Newton step does not do;
             False gives Drake's iterates.
 
@@ -75,34 +83,30 @@ def make_solver_model(
         raise ValueError(
             f"make_solver_model(): contact approximation {approximation!r} is not one of {', '.join(APPROXIMATIONS)}."
         )
-    option = np.zeros(columns.NUM_OPTIONS)
-    option[columns.DT] = dt
-    option[columns.STICTION] = stiction_tolerance
-    option[columns.SIGMA] = 1e-3
-    option[columns.NEAR_RIGID] = near_rigid_threshold
-    option[columns.NEAR_RIGID_ROWS] = 0.1
-    option[columns.RELATIVE_TOLERANCE] = relative_tolerance
-    option[columns.ABSOLUTE_TOLERANCE] = 1e-14
-    setting = np.zeros(columns.NUM_SETTINGS, np.int64)
-    setting[columns.APPROXIMATION] = APPROXIMATIONS[approximation]
-    setting[columns.MAX_ITERATIONS] = MAX_ITERATIONS if settle else DRAKE_ITERATIONS
-    setting[columns.POLISH] = polish
-    setting[columns.SETTLE] = settle
-    return SolverModel(
-        option,
-        setting,
-        np.ascontiguousarray(tree, np.int64).reshape(-1, 2),
-        np.ascontiguousarray(dof, np.int64).reshape(-1, 3),
-    )
+    option, setting = np.zeros(records.Options.SIZE), np.zeros(records.Settings.SIZE, np.int64)
+    trees = np.ascontiguousarray(tree, np.int64).reshape(-1, records.Tree.SIZE)
+    dofs = np.ascontiguousarray(dof, np.int64).reshape(-1, records.Dof.SIZE)
+    model = SolverModel(option, setting, trees, dofs)
+    model.dt = dt
+    model.stiction = stiction_tolerance
+    model.sigma = 1e-3
+    model.near_rigid = near_rigid_threshold
+    model.near_rigid_rows = 0.1
+    model.relative_tolerance = relative_tolerance
+    model.absolute_tolerance = 1e-14
+    model.approximation = APPROXIMATIONS[approximation]
+    model.max_iterations = MAX_ITERATIONS if settle else DRAKE_ITERATIONS
+    model.settle = settle
+    return model
 
 
 def widest(model: SolverModel) -> int:
     """Most dofs that can move one constraint: the longest paths to the base in two trees."""
-    longest = sorted(int(model.dof[f : f + n, columns.DEPTH_OF].max()) + 1 for f, n in model.tree if n > 0)
+    longest = sorted(int(model.dof[f : f + n, records.Dof.depth].max()) + 1 for f, n in model.tree if n > 0)
     if not longest:
         return 1
     # Two bodies of one tree may have disjoint branches, at most all of the tree's dofs.
-    return max(sum(longest[-2:]), min(2 * longest[-1], int(model.tree[:, columns.NUM_DOFS].max())))
+    return max(sum(longest[-2:]), min(2 * longest[-1], int(model.tree[:, records.Tree.num_dofs].max())))
 
 
 def make_solver_work(
@@ -118,7 +122,7 @@ def make_solver_work(
         least_width: room for so many dofs in a constraint, if those that bodies may have are fewer.
     """
     nv, num_trees, width = len(model.dof), len(model.tree), max(widest(model), least_width)
-    packed = int(np.sum(model.dof[:, columns.DEPTH_OF] + 1))
+    packed = int(np.sum(model.dof[:, records.Dof.depth] + 1))
 
     def numbers(*shape: int) -> np.ndarray:
         return np.zeros(shape) if dtype is float else np.full(shape, 0.0, dtype=dtype)
@@ -126,36 +130,36 @@ def make_solver_work(
     def integers(*shape: int) -> np.ndarray:
         return np.zeros(shape, np.int64)
 
-    both_sides = model.setting[columns.APPROXIMATION] == columns.TAMSI
-    sizes = model.tree[:, columns.NUM_DOFS]
+    both_sides = model.approximation == TAMSI
+    sizes = model.tree[:, records.Tree.num_dofs]
     size = min(nv * nv if both_sides else (nv * nv + int(np.sum(sizes**2))) // 2, MAX_FACTOR) if contacts + rows else 0
     blocks = min(num_trees * (num_trees - 1) // 2, MAX_BLOCKS) if contacts + rows else 0
     return SolverWork(
         Problem(
             numbers(packed),
-            numbers(columns.NUM_VECTORS, nv),
-            integers(num_trees, columns.NUM_TREE_COLUMNS),
-            integers(columns.NUM_COUNTS),
+            numbers(records.DofVectors.SIZE, nv),
+            integers(num_trees, records.Participation.SIZE),
+            integers(records.Counts.SIZE),
         ),
         Contacts(
-            integers(contacts, int(columns.DOFS) + width),
+            integers(contacts, records.ContactIndex.SIZE + width),
             numbers(3 * contacts, width),
-            numbers(contacts, columns.NUM_LAW),
-            numbers(contacts, columns.NUM_STATE),
+            numbers(contacts, records.ContactLaw.SIZE),
+            numbers(contacts, records.ContactState.SIZE),
         ),
         Rows(
-            integers(rows, int(columns.ROW_DOFS) + width),
+            integers(rows, records.RowIndex.SIZE + width),
             numbers(rows, width),
-            numbers(rows, columns.NUM_ROW_LAW),
-            numbers(rows, columns.NUM_ROW_STATE),
+            numbers(rows, records.RowLaw.SIZE),
+            numbers(rows, records.RowState.SIZE),
         ),
         Factor(
             integers(max(nv, num_trees)),
-            integers(num_trees, columns.NUM_BLOCK_COLUMNS),
-            integers(blocks, 2),
+            integers(num_trees, records.Block.SIZE),
+            integers(blocks, records.Entry.SIZE),
             integers(num_trees, -(-num_trees // int(BITS))),
             numbers(size),
             numbers(nv),
-            integers(nv, 3),
+            integers(nv, records.Path.SIZE),
         ),
     )

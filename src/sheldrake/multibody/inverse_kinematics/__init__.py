@@ -1,6 +1,5 @@
 """Positions of a plant that satisfy constraints, and velocities that follow an end effector."""
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.multibody.inverse_kinematics._center_of_mass import ComInPolyhedronConstraint, ComPositionConstraint
 from sheldrake.multibody.inverse_kinematics._differential import (
     DifferentialInverseKinematicsParameters,
@@ -70,5 +69,3 @@ __all__ = [
 
 for _name in __all__:
     globals()[_name].__module__ = __name__
-
-refuse_none(__name__)

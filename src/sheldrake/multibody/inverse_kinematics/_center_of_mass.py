@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFunction
 from sheldrake.solvers import Constraint
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 
 class _CenterOfMass(KinematicFunction):
@@ -40,7 +44,7 @@ class ComPositionConstraint(_CenterOfMass, Constraint):
         plant_context: Where the positions are put.
     """
 
-    def __init__(self, plant: Any, model_instances: Any, expressed_frame: Any, plant_context: Any):
+    def __init__(self, plant: MultibodyPlant, model_instances: Any, expressed_frame: Any, plant_context: Context):
         self._instances, self._E = model_instances, expressed_frame
         self._set_plant(plant, plant_context, 3, 3)
         self._description = f"{plant.get_name()} CoM position constraint"
@@ -67,7 +71,14 @@ class ComInPolyhedronConstraint(_CenterOfMass, Constraint):
     """
 
     def __init__(
-        self, plant: Any, model_instances: Any, expressed_frame: Any, A: Any, lb: Any, ub: Any, plant_context: Any
+        self,
+        plant: MultibodyPlant,
+        model_instances: Any,
+        expressed_frame: Any,
+        A: Any,
+        lb: Any,
+        ub: Any,
+        plant_context: Context,
     ):
         self._instances, self._E = model_instances, expressed_frame
         self._A = np.array(A, dtype=float).reshape(-1, 3)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,10 @@ from sheldrake.multibody.inverse_kinematics._kinematic import FRAME, PLANT
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
 from sheldrake.solvers._kinds import matrix, vector
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.tree import Frame
+    from sheldrake.systems.framework import Context
 
 
 class DifferentialInverseKinematicsStatus(BoundEnum):
@@ -260,7 +264,7 @@ def nullspace_rows(J: np.ndarray) -> np.ndarray:
     return rows
 
 
-def _add_limits(prog: Any, v_next: Any, q: np.ndarray, v: np.ndarray, parameters: Any, N: Any) -> None:
+def _add_limits(prog: MathematicalProgram, v_next: Any, q: np.ndarray, v: np.ndarray, parameters: Any, N: Any) -> None:
     dt = parameters.get_time_step()
     positions, velocities, accelerations = (parameters._limits[k] for k in ("position", "velocity", "acceleration"))
     if positions is not None:
@@ -278,7 +282,7 @@ def _add_limits(prog: Any, v_next: Any, q: np.ndarray, v: np.ndarray, parameters
 
 
 def _from_velocity(
-    robot: Any, context: Any, V_AE: np.ndarray, frame_A: Any, frame_E: Any, parameters: Any
+    robot: Any, context: Context, V_AE: np.ndarray, frame_A: Frame, frame_E: Frame, parameters: Any
 ) -> DifferentialInverseKinematicsResult:
     """For a velocity of E in A, given in A."""
     wrt = JacobianWrtVariable.kV
@@ -300,7 +304,7 @@ def pose_difference(X: RigidTransform, X_desired: RigidTransform) -> np.ndarray:
 
 
 def _from_pose(
-    robot: Any, context: Any, X_AE_desired: Any, frame_A: Any, frame_E: Any, parameters: Any
+    robot: Any, context: Context, X_AE_desired: Any, frame_A: Frame, frame_E: Frame, parameters: Any
 ) -> DifferentialInverseKinematicsResult:
     X_AE = robot.CalcRelativeTransform(context, frame_A, frame_E)
     V = pose_difference(X_AE, X_AE_desired) / parameters.get_time_step()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,11 +12,14 @@ from sheldrake.planning import DofMask
 from sheldrake.systems.framework import Diagram, DiagramBuilder
 from sheldrake.systems.primitives import DiscreteTimeIntegrator, Selector, SelectorParams, WrapToSystem
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
+
 
 class _PositionIntegrator(DiscreteTimeIntegrator):
     """An integrator whose value is unknown until it is set."""
 
-    def _set_default_context(self, context: Any) -> None:
+    def _set_default_context(self, context: Context) -> None:
         self.set_integral_value(context, np.full(self.get_output_port(0).size(), math.nan))
 
 
@@ -80,7 +83,7 @@ class DifferentialInverseKinematicsController(Diagram):
         """Returns the system that finds velocities, to be changed."""
         return self._ik
 
-    def set_initial_position(self, context: Any, value: Any) -> None:
+    def set_initial_position(self, context: Context, value: Any) -> None:
         """Sets the positions to start from.
 
         Args:

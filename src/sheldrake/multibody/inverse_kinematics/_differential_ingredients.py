@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from sheldrake.common._options import Options
+from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.inverse_kinematics._differential import nullspace_rows
 from sheldrake.planning import DofMask, JointLimits
 
@@ -68,7 +69,7 @@ class _Config(Options):
 def _vector(where: str, value: Any, size: int) -> np.ndarray:
     array = np.array(value, dtype=float)
     if array.size != size:
-        raise TypeError(f"{where}: incompatible function arguments; expected {size} numbers, got {value!r}.")
+        raise Mismatch(f"{where}: incompatible function arguments; expected {size} numbers, got {value!r}.")
     return array.reshape(size)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from sheldrake.multibody.inverse_kinematics._differential import (
     DoDifferentialInverseKinematics,
 )
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _log = logging.getLogger("drake")
 
@@ -85,19 +88,19 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
         """Returns the parameters, to be changed."""
         return self._parameters
 
-    def SetPositions(self, context: Any, positions: Any) -> None:
+    def SetPositions(self, context: Context, positions: Any) -> None:
         """Sets the positions to start from, shape (nq,)."""
         context.SetDiscreteState(0, np.asarray(positions, dtype=float))
 
-    def ForwardKinematics(self, context: Any) -> RigidTransform:
+    def ForwardKinematics(self, context: Context) -> RigidTransform:
         """Returns the pose of E in A at the current positions."""
         self._update_robot(context)
         return self._robot.CalcRelativeTransform(self._robot_context, self._A, self._E)
 
-    def _uses_robot(self, context: Any) -> bool:
+    def _uses_robot(self, context: Context) -> bool:
         return self._use_port.HasValue(context) and bool(self._use_port.Eval(context))
 
-    def _update_robot(self, context: Any) -> np.ndarray:
+    def _update_robot(self, context: Context) -> np.ndarray:
         """Puts the positions to start from into the robot's context and returns them."""
         nq = self._robot.num_positions()
         if self._uses_robot(context):
@@ -108,14 +111,14 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
         self._robot.SetVelocities(self._robot_context, np.zeros(self._robot.num_velocities()))
         return q[:nq]
 
-    def _X_AE(self, context: Any) -> RigidTransform:
+    def _X_AE(self, context: Context) -> RigidTransform:
         """The desired pose; the robot's context has the positions to start from."""
         if self._X_AE_port.HasValue(context) or not self._X_WE_port.HasValue(context):
             return self._X_AE_port.Eval(context)
         X_AW = self._robot.CalcRelativeTransform(self._robot_context, self._A, self._robot.world_frame())
         return X_AW @ self._X_WE_port.Eval(context)
 
-    def _integrate(self, context: Any, discrete_state: Any) -> None:
+    def _integrate(self, context: Context, discrete_state: Any) -> None:
         q = self._update_robot(context)
         found = DoDifferentialInverseKinematics(
             self._robot, self._robot_context, self._X_AE(context), self._A, self._E, self._parameters
@@ -132,10 +135,10 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
             q = q + self._time_step * np.asarray(qdot)
         discrete_state.get_mutable_vector(0).SetFromVector(q)
 
-    def _initialize(self, context: Any, discrete_state: Any) -> None:
+    def _initialize(self, context: Context, discrete_state: Any) -> None:
         if self._state_port.HasValue(context):
             q = self._state_port.Eval(context)[: self._robot.num_positions()]
             discrete_state.get_mutable_vector(0).SetFromVector(np.array(q))
 
-    def _positions_out(self, context: Any, output: Any) -> None:
+    def _positions_out(self, context: Context, output: Any) -> None:
         output.SetFromVector(np.array(context.get_discrete_state(0).value()))

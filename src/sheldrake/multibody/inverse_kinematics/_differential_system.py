@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.planning import DofMask
 from sheldrake.solvers import MathematicalProgram, Solve
 from sheldrake.systems.framework import BusValue, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 _log = logging.getLogger("drake")
 
@@ -143,7 +147,7 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
         """Returns the output port of velocities of the active dofs."""
         return self._commanded
 
-    def _command(self, context: Any, output: Any) -> None:
+    def _command(self, context: Context, output: Any) -> None:
         step = self._make_step(context)
         for i in range(self._recipe.num_ingredients()):
             self._recipe.ingredient(i)._add_to(step)
@@ -155,7 +159,7 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
             v_next = np.zeros(step.v_next.size)
         output.SetFromVector(v_next)
 
-    def _make_step(self, context: Any) -> ingredients.Step:
+    def _make_step(self, context: Context) -> ingredients.Step:
         q, nominal = self._position.Eval(context), self._nominal.Eval(context)
         self._checker.UpdateContextPositions(self._checker_context, q)
         plant, plant_context, T = self.plant(), self._checker_context.plant_context(), self._task_frame
@@ -181,7 +185,7 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
             Jv_TGs=np.vstack(jacobians)[:, self._active],
         )
 
-    def _goals(self, context: Any, plant_context: Any) -> tuple[list, list[RigidTransform], list[np.ndarray]]:
+    def _goals(self, context: Context, plant_context: Context) -> tuple[list, list[RigidTransform], list[np.ndarray]]:
         """The goal frames, where they are, and their desired velocities."""
         ports = [port for port in (self._poses, self._velocities) if port.HasValue(context)]
         if len(ports) != 1:
@@ -209,6 +213,6 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
         return frames, X_TGs, [np.clip(rate * way, -limit, limit) for way in ways]
 
 
-def _frame(plant: Any, name: str) -> Any:
+def _frame(plant: MultibodyPlant, name: str) -> Any:
     model, _, frame = str(name).rpartition("::")
     return plant.GetFrameByName(frame, plant.GetModelInstanceByName(model)) if model else plant.GetFrameByName(frame)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,11 +12,15 @@ from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFun
 from sheldrake.solvers import Constraint
 from sheldrake.solvers._functions.minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
+
 
 class _Distances(KinematicFunction):
     """Signed distances of pairs of geometries and their derivatives."""
 
-    def _check_geometry(self, plant: Any, context: Any) -> None:
+    def _check_geometry(self, plant: MultibodyPlant, context: Context) -> None:
         if not plant.geometry_source_is_registered():
             raise ValueError(
                 "Kinematic constraint: MultibodyPlant has not registered its geometry source with SceneGraph yet. "
@@ -63,7 +67,12 @@ class DistanceConstraint(_Distances, Constraint):
     """
 
     def __init__(
-        self, plant: Any, geometry_pair: Any, plant_context: Any, distance_lower: float, distance_upper: float
+        self,
+        plant: MultibodyPlant,
+        geometry_pair: Any,
+        plant_context: Context,
+        distance_lower: float,
+        distance_upper: float,
     ):
         self._check_geometry(plant, plant_context)
         self._pair = tuple(sorted(geometry_pair))
@@ -88,7 +97,9 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
 
     _checker: Any = None  # a CollisionChecker, when distances are its business
 
-    def _set_distances(self, robot: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
+    def _set_distances(
+        self, robot: Any, bound: float, context: Context, offset: float, penalty: Callable | None
+    ) -> None:
         name = type(self).__name__
         if not math.isfinite(offset):
             raise ValueError(f"{name}: influence_distance must be finite.")
@@ -165,9 +176,9 @@ class MinimumDistanceLowerBoundConstraint(_MinimumDistance):
 
     def __init__(
         self,
-        plant: Any = None,
+        plant: MultibodyPlant | None = None,
         bound: Any = None,
-        plant_context: Any = None,
+        plant_context: Context | None = None,
         penalty_function: Callable | None = None,
         influence_distance_offset: float = 0.01,
         *,
@@ -198,9 +209,9 @@ class MinimumDistanceUpperBoundConstraint(_MinimumDistance):
 
     def __init__(
         self,
-        plant: Any = None,
+        plant: MultibodyPlant | None = None,
         bound: Any = None,
-        plant_context: Any = None,
+        plant_context: Context | None = None,
         influence_distance_offset: Any = None,
         penalty_function: Callable | None = None,
         *,

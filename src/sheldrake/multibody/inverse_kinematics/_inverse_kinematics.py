@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import flag, instance_of
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.multibody.inverse_kinematics import _distance as distance
@@ -13,6 +14,10 @@ from sheldrake.multibody.inverse_kinematics._kinematic import FRAME, PLANT, POIN
 from sheldrake.multibody.inverse_kinematics._plant_constraints import add_limits_and_quaternions
 from sheldrake.solvers import MathematicalProgram
 from sheldrake.systems.framework import Context
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Frame
 
 
 class InverseKinematics:
@@ -29,7 +34,7 @@ class InverseKinematics:
         ),
         overload(plant=PLANT, plant_context=(instance_of(Context), None), with_joint_limits=(flag, True)),
     )
-    def __init__(self, plant: Any, context: Any, limits: bool):
+    def __init__(self, plant: MultibodyPlant, context: Context, limits: bool):
         self._plant = plant
         self._own_context = None if context is not None else plant.CreateDefaultContext()
         self._context = self._own_context if context is None else context
@@ -78,13 +83,14 @@ class InverseKinematics:
     def _add(self, constraint: Any) -> Any:
         return self._prog.AddConstraint(constraint, self._q)
 
-    def AddPositionCost(self, frameA: Any, p_AP: Any, frameB: Any, p_BQ: Any, C: Any) -> Any:
+    def AddPositionCost(self, frameA: Frame, p_AP: Any, frameB: Frame, p_BQ: Any, C: Any) -> Any:
         """Adds the cost e' C e with e from P of frame A to Q of frame B, in A."""
         cost = position.PositionCost(self._plant, frameA, p_AP, frameB, p_BQ, C, self._context)
         return self._prog.AddCost(cost, self._q)
 
+    @checked
     def AddOrientationConstraint(
-        self, frameAbar: Any, R_AbarA: Any, frameBbar: Any, R_BbarB: Any, theta_bound: float
+        self, frameAbar: Frame, R_AbarA: Any, frameBbar: Frame, R_BbarB: Any, theta_bound: float
     ) -> Any:
         """Adds that the angle between A (fixed to Abar) and B (fixed to Bbar) is at most `theta_bound` [rad]."""
         return self._add(
@@ -93,13 +99,14 @@ class InverseKinematics:
             )
         )
 
-    def AddOrientationCost(self, frameAbar: Any, R_AbarA: Any, frameBbar: Any, R_BbarB: Any, c: float) -> Any:
+    @checked
+    def AddOrientationCost(self, frameAbar: Frame, R_AbarA: Any, frameBbar: Frame, R_BbarB: Any, c: float) -> Any:
         """Adds the cost c (1 - cos(angle)) of the angle between A (fixed to Abar) and B (fixed to Bbar)."""
         cost = orientation.OrientationCost(self._plant, frameAbar, R_AbarA, frameBbar, R_BbarB, c, self._context)
         return self._prog.AddCost(cost, self._q)
 
     def AddGazeTargetConstraint(
-        self, frameA: Any, p_AS: Any, n_A: Any, frameB: Any, p_BT: Any, cone_half_angle: float
+        self, frameA: Frame, p_AS: Any, n_A: Any, frameB: Frame, p_BT: Any, cone_half_angle: float
     ) -> Any:
         """Adds that T of frame B is in the cone with apex S and axis n of frame A."""
         return self._add(
@@ -107,7 +114,7 @@ class InverseKinematics:
         )
 
     def AddAngleBetweenVectorsConstraint(
-        self, frameA: Any, na_A: Any, frameB: Any, nb_B: Any, angle_lower: float, angle_upper: float
+        self, frameA: Frame, na_A: Any, frameB: Frame, nb_B: Any, angle_lower: float, angle_upper: float
     ) -> Any:
         """Adds bounds [rad] on the angle between a direction of frame A and one of frame B."""
         return self._add(
@@ -116,7 +123,7 @@ class InverseKinematics:
             )
         )
 
-    def AddAngleBetweenVectorsCost(self, frameA: Any, na_A: Any, frameB: Any, nb_B: Any, c: float) -> Any:
+    def AddAngleBetweenVectorsCost(self, frameA: Frame, na_A: Any, frameB: Frame, nb_B: Any, c: float) -> Any:
         """Adds the cost c (1 - cos(angle)) of the angle between a direction of frame A and one of frame B."""
         cost = orientation.AngleBetweenVectorsCost(self._plant, frameA, na_A, frameB, nb_B, c, self._context)
         return self._prog.AddCost(cost, self._q)
@@ -148,16 +155,21 @@ class InverseKinematics:
             )
         )
 
-    def AddPolyhedronConstraint(self, frameF: Any, frameG: Any, p_GP: Any, A: Any, b: Any) -> Any:
+    @checked
+    def AddPolyhedronConstraint(self, frameF: Frame, frameG: Frame, p_GP: Any, A: Any, b: Any) -> Any:
         """Adds A (p_FP1, p_FP2, ...) <= b for points of frame G seen from frame F."""
         return self._add(position.PolyhedronConstraint(self._plant, frameF, frameG, p_GP, A, b, self._context))
 
-    def AddDistanceConstraint(self, geometry_pair: Any, distance_lower: float, distance_upper: float) -> Any:
+    @checked
+    def AddDistanceConstraint(
+        self, geometry_pair: tuple[Any, Any], distance_lower: float, distance_upper: float
+    ) -> Any:
         """Adds bounds [m] on the signed distance of two geometries."""
         return self._add(
             distance.DistanceConstraint(self._plant, geometry_pair, self._context, distance_lower, distance_upper)
         )
 
+    @checked
     def AddMinimumDistanceLowerBoundConstraint(self, bound: float, influence_distance_offset: float = 0.01) -> Any:
         """Adds that all pairs of geometries that may collide are at least `bound` [m] from each other."""
         return self._add(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import Frame, JacobianWrtVariable
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 QDOT = JacobianWrtVariable.kQDot
 PLANT, FRAME = instance_of(MultibodyPlant), instance_of(Frame)
@@ -31,7 +34,7 @@ class KinematicFunction:
     _num_outputs: int
     _num_vars: int
 
-    def _set_plant(self, plant: Any, context: Any, num_outputs: int, more_vars: int = 0) -> None:
+    def _set_plant(self, plant: MultibodyPlant, context: Context, num_outputs: int, more_vars: int = 0) -> None:
         if context is None:
             raise ValueError(f"{type(self).__name__}: plant_context is None.")
         self._plant, self._context = plant, context
@@ -90,21 +93,21 @@ class KinematicFunction:
 
     # Kinematics of the plant
 
-    def _point(self, frame_B: Any, p_BQ: np.ndarray, frame_A: Any) -> np.ndarray:
+    def _point(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:
         """p_AQ, shape (3,)."""
         return self._plant.CalcPointsPositions(self._context, frame_B, p_BQ.reshape(3, 1), frame_A)[:, 0]
 
-    def _point_slope(self, frame_B: Any, p_BQ: np.ndarray, frame_A: Any) -> np.ndarray:
+    def _point_slope(self, frame_B: Frame, p_BQ: np.ndarray, frame_A: Frame) -> np.ndarray:
         """Derivative of p_AQ by q, shape (3, nq)."""
         return self._plant.CalcJacobianTranslationalVelocity(
             self._context, QDOT, frame_B, p_BQ.reshape(3, 1), frame_A, frame_A
         )
 
-    def _rotation(self, frame_A: Any, frame_B: Any) -> np.ndarray:
+    def _rotation(self, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """R_AB, shape (3, 3)."""
         return self._plant.CalcRelativeTransform(self._context, frame_A, frame_B).rotation().matrix()
 
-    def _rotation_slope(self, frame_A: Any, frame_B: Any) -> np.ndarray:
+    def _rotation_slope(self, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """W with w_AB_A = W qdot, shape (3, nq)."""
         return self._plant.CalcJacobianAngularVelocity(self._context, QDOT, frame_B, frame_A, frame_A)
 

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction, unit3
 from sheldrake.solvers import Constraint, Cost
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Frame
+    from sheldrake.systems.framework import Context
+
 
 class _Turn(KinematicFunction):
     """R_AB, where A is fixed to frame Abar and B to frame Bbar."""
 
-    def _set_turn(self, plant: Any, Abar: Any, R_AbarA: Any, Bbar: Any, R_BbarB: Any, context: Any) -> None:
+    def _set_turn(
+        self, plant: MultibodyPlant, Abar: Any, R_AbarA: Any, Bbar: Any, R_BbarB: Any, context: Context
+    ) -> None:
         self._Abar, self._Bbar = Abar, Bbar
         self._R_AAbar, self._R_BbarB = R_AbarA.matrix().T, R_BbarB.matrix()
         self._set_plant(plant, context, 1)
@@ -49,13 +56,13 @@ class OrientationConstraint(_Turn, Constraint):
 
     def __init__(
         self,
-        plant: Any,
-        frameAbar: Any,
+        plant: MultibodyPlant,
+        frameAbar: Frame,
         R_AbarA: Any,
-        frameBbar: Any,
+        frameBbar: Frame,
         R_BbarB: Any,
         theta_bound: float,
-        plant_context: Any,
+        plant_context: Context,
     ):
         self._set_turn(plant, frameAbar, R_AbarA, frameBbar, R_BbarB, plant_context)
         if theta_bound < 0.0:
@@ -83,7 +90,14 @@ class OrientationCost(_Turn, Cost):
     """
 
     def __init__(
-        self, plant: Any, frameAbar: Any, R_AbarA: Any, frameBbar: Any, R_BbarB: Any, c: float, plant_context: Any
+        self,
+        plant: MultibodyPlant,
+        frameAbar: Frame,
+        R_AbarA: Any,
+        frameBbar: Frame,
+        R_BbarB: Any,
+        c: float,
+        plant_context: Context,
     ):
         self._set_turn(plant, frameAbar, R_AbarA, frameBbar, R_BbarB, plant_context)
         self._c = float(c)
@@ -98,7 +112,7 @@ class OrientationCost(_Turn, Cost):
 class _Angle(KinematicFunction):
     """cos of the angle between direction a of frame A and b of frame B."""
 
-    def _set_angle(self, plant: Any, A: Any, a_A: Any, B: Any, b_B: Any, context: Any) -> None:
+    def _set_angle(self, plant: MultibodyPlant, A: Any, a_A: Any, B: Any, b_B: Any, context: Context) -> None:
         call = type(self).__name__
         self._A, self._B = A, B
         self._a, self._b = unit3(call, "a_A", a_A), unit3(call, "b_B", b_B)
@@ -131,14 +145,14 @@ class AngleBetweenVectorsConstraint(_Angle, Constraint):
 
     def __init__(
         self,
-        plant: Any,
-        frameA: Any,
+        plant: MultibodyPlant,
+        frameA: Frame,
         a_A: Any,
-        frameB: Any,
+        frameB: Frame,
         b_B: Any,
         angle_lower: float,
         angle_upper: float,
-        plant_context: Any,
+        plant_context: Context,
     ):
         self._set_angle(plant, frameA, a_A, frameB, b_B, plant_context)
         if not 0.0 <= angle_lower <= angle_upper <= np.pi:
@@ -165,7 +179,9 @@ class AngleBetweenVectorsCost(_Angle, Cost):
         plant_context: Where the positions are put.
     """
 
-    def __init__(self, plant: Any, frameA: Any, a_A: Any, frameB: Any, b_B: Any, c: float, plant_context: Any):
+    def __init__(
+        self, plant: MultibodyPlant, frameA: Frame, a_A: Any, frameB: Frame, b_B: Any, c: float, plant_context: Context
+    ):
         self._set_angle(plant, frameA, a_A, frameB, b_B, plant_context)
         self._c = float(c)
 

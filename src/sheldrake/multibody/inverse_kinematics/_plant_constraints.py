@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.inverse_kinematics._orientation import OrientationConstraint
 from sheldrake.multibody.inverse_kinematics._position import PointToPointDistanceConstraint, PositionConstraint
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
 from sheldrake.solvers._functions.bindings import as_kind
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
@@ -129,7 +130,7 @@ def AddMultibodyPlantConstraints(plant: Any, q: Any, prog: MathematicalProgram, 
     """
     q = _arrays.variable_vector(q)
     out = add_limits_and_quaternions(plant, q, prog, plant_context, True)
-    for record in plant._constraints.values():
+    for record in parts_of(plant).elements.constraints.values():
         out += _of_record(plant, record, q, prog, plant_context)
     return [as_kind(Constraint, added) for added in out]
 

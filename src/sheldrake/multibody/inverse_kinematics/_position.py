@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,11 @@ from sheldrake.multibody.inverse_kinematics._kinematic import (
     vector3,
 )
 from sheldrake.solvers import Constraint, Cost, _arrays
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Frame
+    from sheldrake.systems.framework import Context
 
 # A box in frame A; a point of frame B, and where positions are put.
 BOX = {"p_AQ_lower": POINT, "p_AQ_upper": POINT}
@@ -42,7 +47,9 @@ class PositionConstraint(KinematicFunction, Constraint):
         ),
         overload(plant=PLANT, frameAbar=FRAME, X_AbarA=POSE, **BOX, **_IN_B),
     )
-    def __init__(self, plant: Any, A: Any, X_AbarA: Any, lower: Any, upper: Any, B: Any, p_BQ: Any, context: Any):
+    def __init__(
+        self, plant: MultibodyPlant, A: Any, X_AbarA: Any, lower: Any, upper: Any, B: Any, p_BQ: Any, context: Context
+    ):
         self._A, self._B = A, B
         call = "PositionConstraint"
         X_AAbar = (RigidTransform() if X_AbarA is None else X_AbarA).inverse()
@@ -89,7 +96,9 @@ class PositionCost(KinematicFunction, Cost):
         plant_context: Where the positions are put.
     """
 
-    def __init__(self, plant: Any, frameA: Any, p_AP: Any, frameB: Any, p_BQ: Any, C: Any, plant_context: Any):
+    def __init__(
+        self, plant: MultibodyPlant, frameA: Frame, p_AP: Any, frameB: Frame, p_BQ: Any, C: Any, plant_context: Context
+    ):
         self._A, self._B = frameA, frameB
         self._p_AP, self._p_BQ = vector3("PositionCost", "p_AP", p_AP), vector3("PositionCost", "p_BQ", p_BQ)
         self._C = np.array(C, dtype=float).reshape(3, 3)
@@ -120,14 +129,14 @@ class PointToPointDistanceConstraint(KinematicFunction, Constraint):
 
     def __init__(
         self,
-        plant: Any,
+        plant: MultibodyPlant,
         frame1: Any,
         p_B1P1: Any,
         frame2: Any,
         p_B2P2: Any,
         distance_lower: float,
         distance_upper: float,
-        plant_context: Any,
+        plant_context: Context,
     ):
         call = "PointToPointDistanceConstraint"
         self._B1, self._B2 = frame1, frame2
@@ -172,7 +181,7 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
 
     def __init__(
         self,
-        plant: Any,
+        plant: MultibodyPlant,
         frame_point: Any,
         p_B1P: Any,
         frame_line: Any,
@@ -180,7 +189,7 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
         n_B2: Any,
         distance_lower: float,
         distance_upper: float,
-        plant_context: Any,
+        plant_context: Context,
     ):
         call = "PointToLineDistanceConstraint"
         self._B1, self._B2 = frame_point, frame_line
@@ -212,7 +221,9 @@ class PolyhedronConstraint(KinematicFunction, Constraint):
         plant_context: Where the positions are put.
     """
 
-    def __init__(self, plant: Any, frameF: Any, frameG: Any, p_GP: Any, A: Any, b: Any, plant_context: Any):
+    def __init__(
+        self, plant: MultibodyPlant, frameF: Frame, frameG: Frame, p_GP: Any, A: Any, b: Any, plant_context: Context
+    ):
         self._F, self._G = frameF, frameG
         points = np.array(p_GP, dtype=float)
         self._points = points.reshape(3, 1) if points.ndim == 1 else points
@@ -253,14 +264,14 @@ class GazeTargetConstraint(KinematicFunction, Constraint):
 
     def __init__(
         self,
-        plant: Any,
-        frameA: Any,
+        plant: MultibodyPlant,
+        frameA: Frame,
         p_AS: Any,
         n_A: Any,
-        frameB: Any,
+        frameB: Frame,
         p_BT: Any,
         cone_half_angle: float,
-        plant_context: Any,
+        plant_context: Context,
     ):
         call = "GazeTargetConstraint"
         self._A, self._B = frameA, frameB

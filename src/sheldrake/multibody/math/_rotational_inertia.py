@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from sheldrake.common._scalars import (
 )
 from sheldrake.math import RotationMatrix, RotationMatrix_
 from sheldrake.multibody.math._spatial_vectors import cross
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 _new = object.__new__
 # Slack of the validity test, times the largest moment [kg m^2] a body of this trace can have, but at least times one:
@@ -97,7 +100,7 @@ class RotationalInertia(ScalarBase):
         return new
 
     @classmethod
-    def TriaxiallySymmetric(cls, I_triaxial: Any) -> Any:
+    def TriaxiallySymmetric(cls, I_triaxial: Any) -> Self:
         """Three equal moments and no products [kg m^2]."""
         moment = cls._argument("TriaxiallySymmetric", scalar(cls._T), I_triaxial=I_triaxial)
         return cls._plain_class()(moment, moment, moment)
@@ -124,7 +127,7 @@ class RotationalInertia(ScalarBase):
 
     def __getitem__(self, index: Any) -> Any:
         if not isinstance(index, tuple):
-            raise TypeError(f"{type(self).__name__}[i, j]: incompatible function arguments: needs two indices")
+            raise Mismatch(f"{type(self).__name__}[i, j]: incompatible function arguments: needs two indices")
         i, j = index
         if i not in (0, 1, 2) or j not in (0, 1, 2):
             raise IndexError(f"{pretty_class_name(type(self))}[{i}, {j}]: indices run from 0 to 2")
@@ -163,7 +166,7 @@ class RotationalInertia(ScalarBase):
             return diagonal[order], np.eye(3)[:, order]
         return np.linalg.eigh(numbers)
 
-    def CouldBePhysicallyValid(self) -> Any:
+    def CouldBePhysicallyValid(self) -> bool:
         """Whether the moments are no NaN, not negative, and no two sum to less than the third.
 
         For a body's inertia about its centre of mass this is sufficient, about other points only necessary.
@@ -191,11 +194,11 @@ class RotationalInertia(ScalarBase):
         scale = smaller(self.CalcMaximumPossibleMomentOfInertia(), other.CalcMaximumPossibleMomentOfInertia(), self._T)
         return at_most(largest_magnitude(self._I - other._I, self._T), precision * scale, self._T)
 
-    def IsNaN(self) -> Any:
+    def IsNaN(self) -> bool:
         """Whether any number is NaN."""
         return any_nan(self._I, self._T)
 
-    def IsZero(self) -> Any:
+    def IsZero(self) -> bool:
         """Whether all numbers are zero."""
         return all_equal(self._I, np.zeros((3, 3)), self._T)
 
@@ -207,7 +210,7 @@ class RotationalInertia(ScalarBase):
         """Make all numbers zero."""
         self._I = as_array(self._T, np.zeros((3, 3)), (3, 3))
 
-    def ReExpress(self, R_AE: Any) -> Any:
+    def ReExpress(self, R_AE: Any) -> RotationalInertia:
         """I_BP_A, expressed in frame A instead of E.
 
         Args:

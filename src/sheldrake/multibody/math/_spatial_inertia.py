@@ -108,7 +108,7 @@ class SpatialInertia(ScalarBase):
         return new
 
     @classmethod
-    def MakeFromCentralInertia(cls, mass: Any, p_PScm_E: Any, I_SScm_E: Any) -> Any:
+    def MakeFromCentralInertia(cls, mass: Any, p_PScm_E: Any, I_SScm_E: Any) -> SpatialInertia:
         """From the rotational inertia about the centre of mass.
 
         Args:
@@ -127,13 +127,13 @@ class SpatialInertia(ScalarBase):
         return cls._plain_class()(mass, p, G.ShiftFromCenterOfMass(p))
 
     @classmethod
-    def Zero(cls) -> Any:
+    def Zero(cls) -> SpatialInertia:
         """No mass at all."""
         T = cls._T
         return cls._make(T(0.0), as_array(T, np.zeros(3), (3,)), as_array(T, np.zeros((3, 3)), (3, 3)))
 
     @classmethod
-    def NaN(cls) -> Any:
+    def NaN(cls) -> SpatialInertia:
         """All numbers NaN."""
         T = cls._T
         nan = math.nan
@@ -164,25 +164,25 @@ class SpatialInertia(ScalarBase):
         return u
 
     @classmethod
-    def SolidBoxWithDensity(cls, density: Any, lx: Any, ly: Any, lz: Any) -> Any:
+    def SolidBoxWithDensity(cls, density: Any, lx: Any, ly: Any, lz: Any) -> SpatialInertia:
         """A box [kg/m^3, m] about its centre."""
         density, lx, ly, lz = cls._positive("SolidBoxWithDensity", density=density, lx=lx, ly=ly, lz=lz)
         return cls.SolidBoxWithMass(density * (lx * ly * lz), lx, ly, lz)
 
     @classmethod
-    def SolidBoxWithMass(cls, mass: Any, lx: Any, ly: Any, lz: Any) -> Any:
+    def SolidBoxWithMass(cls, mass: Any, lx: Any, ly: Any, lz: Any) -> SpatialInertia:
         """A box [kg, m] about its centre."""
         mass, lx, ly, lz = cls._positive("SolidBoxWithMass", mass=mass, lx=lx, ly=ly, lz=lz)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidBox(lx, ly, lz))
 
     @classmethod
-    def SolidCubeWithDensity(cls, density: Any, length: Any) -> Any:
+    def SolidCubeWithDensity(cls, density: Any, length: Any) -> SpatialInertia:
         """A cube [kg/m^3, m] about its centre."""
         density, length = cls._positive("SolidCubeWithDensity", density=density, length=length)
         return cls.SolidBoxWithMass(density * (length * length * length), length, length, length)
 
     @classmethod
-    def SolidCapsuleWithDensity(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCapsuleWithDensity(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
         """A capsule [kg/m^3, m] about its centre, its axis along `unit_vector`."""
         call = "SolidCapsuleWithDensity"
         density, radius, length = cls._positive(call, density=density, radius=radius, length=length)
@@ -191,7 +191,7 @@ class SpatialInertia(ScalarBase):
         return cls.SolidCapsuleWithMass(density * volume, radius, length, unit_vector)
 
     @classmethod
-    def SolidCapsuleWithMass(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCapsuleWithMass(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
         """A capsule [kg, m] about its centre, its axis along `unit_vector`; `length` without the half balls."""
         call = "SolidCapsuleWithMass"
         mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
@@ -199,13 +199,15 @@ class SpatialInertia(ScalarBase):
         return cls._about_center(mass, UnitInertia_[cls._T].SolidCapsule(radius, length, u))
 
     @classmethod
-    def SolidCylinderWithDensity(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCylinderWithDensity(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
         """A cylinder [kg/m^3, m] about its centre, its axis along `unit_vector`."""
         mass = cls._cylinder_mass("SolidCylinderWithDensity", density, radius, length, unit_vector)
         return cls.SolidCylinderWithMass(mass, radius, length, unit_vector)
 
     @classmethod
-    def SolidCylinderWithDensityAboutEnd(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCylinderWithDensityAboutEnd(
+        cls, density: Any, radius: Any, length: Any, unit_vector: Any
+    ) -> SpatialInertia:
         """A cylinder [kg/m^3, m] about the centre of one end, from there along `unit_vector`."""
         mass = cls._cylinder_mass("SolidCylinderWithDensityAboutEnd", density, radius, length, unit_vector)
         return cls.SolidCylinderWithMassAboutEnd(mass, radius, length, unit_vector)
@@ -217,7 +219,7 @@ class SpatialInertia(ScalarBase):
         return density * (math.pi * radius * radius * length)
 
     @classmethod
-    def SolidCylinderWithMass(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCylinderWithMass(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
         """A cylinder [kg, m] about its centre, its axis along `unit_vector`."""
         call = "SolidCylinderWithMass"
         mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
@@ -225,7 +227,7 @@ class SpatialInertia(ScalarBase):
         return cls._about_center(mass, UnitInertia_[cls._T].SolidCylinder(radius, length, u))
 
     @classmethod
-    def SolidCylinderWithMassAboutEnd(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCylinderWithMassAboutEnd(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
         """A cylinder [kg, m] about the centre of one end, from there along `unit_vector`."""
         call = "SolidCylinderWithMassAboutEnd"
         mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
@@ -234,58 +236,58 @@ class SpatialInertia(ScalarBase):
         return centered.Shift(u * (-0.5 * length))
 
     @classmethod
-    def ThinRodWithMass(cls, mass: Any, length: Any, unit_vector: Any) -> Any:
+    def ThinRodWithMass(cls, mass: Any, length: Any, unit_vector: Any) -> SpatialInertia:
         """A thin rod [kg, m] about its centre, along `unit_vector`."""
         mass, length = cls._positive("ThinRodWithMass", mass=mass, length=length)
         u = cls._direction("ThinRodWithMass", unit_vector)
         return cls._about_center(mass, UnitInertia_[cls._T].ThinRod(length, u))
 
     @classmethod
-    def ThinRodWithMassAboutEnd(cls, mass: Any, length: Any, unit_vector: Any) -> Any:
+    def ThinRodWithMassAboutEnd(cls, mass: Any, length: Any, unit_vector: Any) -> SpatialInertia:
         """A thin rod [kg, m] about one end, from there along `unit_vector`."""
         mass, length = cls._positive("ThinRodWithMassAboutEnd", mass=mass, length=length)
         u = cls._direction("ThinRodWithMassAboutEnd", unit_vector)
         return cls._about_center(mass, UnitInertia_[cls._T].ThinRod(length, u)).Shift(u * (-0.5 * length))
 
     @classmethod
-    def SolidEllipsoidWithDensity(cls, density: Any, a: Any, b: Any, c: Any) -> Any:
+    def SolidEllipsoidWithDensity(cls, density: Any, a: Any, b: Any, c: Any) -> SpatialInertia:
         """An ellipsoid with half axes `a, b, c` [kg/m^3, m] about its centre."""
         density, a, b, c = cls._positive("SolidEllipsoidWithDensity", density=density, a=a, b=b, c=c)
         return cls.SolidEllipsoidWithMass(density * (4.0 / 3.0 * math.pi * a * b * c), a, b, c)
 
     @classmethod
-    def SolidEllipsoidWithMass(cls, mass: Any, a: Any, b: Any, c: Any) -> Any:
+    def SolidEllipsoidWithMass(cls, mass: Any, a: Any, b: Any, c: Any) -> SpatialInertia:
         """An ellipsoid with half axes `a, b, c` [kg, m] about its centre."""
         mass, a, b, c = cls._positive("SolidEllipsoidWithMass", mass=mass, a=a, b=b, c=c)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidEllipsoid(a, b, c))
 
     @classmethod
-    def SolidSphereWithDensity(cls, density: Any, radius: Any) -> Any:
+    def SolidSphereWithDensity(cls, density: Any, radius: Any) -> SpatialInertia:
         """A ball [kg/m^3, m] about its centre."""
         density, radius = cls._positive("SolidSphereWithDensity", density=density, radius=radius)
         return cls.SolidSphereWithMass(density * (4.0 / 3.0 * math.pi * radius * radius * radius), radius)
 
     @classmethod
-    def SolidSphereWithMass(cls, mass: Any, radius: Any) -> Any:
+    def SolidSphereWithMass(cls, mass: Any, radius: Any) -> SpatialInertia:
         """A ball [kg, m] about its centre."""
         mass, radius = cls._positive("SolidSphereWithMass", mass=mass, radius=radius)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidSphere(radius))
 
     @classmethod
-    def HollowSphereWithDensity(cls, area_density: Any, radius: Any) -> Any:
+    def HollowSphereWithDensity(cls, area_density: Any, radius: Any) -> SpatialInertia:
         """A thin spherical shell [kg/m^2, m] about its centre."""
         area_density, radius = cls._positive("HollowSphereWithDensity", area_density=area_density, radius=radius)
         return cls.HollowSphereWithMass(area_density * (4.0 * math.pi * radius * radius), radius)
 
     @classmethod
-    def HollowSphereWithMass(cls, mass: Any, radius: Any) -> Any:
+    def HollowSphereWithMass(cls, mass: Any, radius: Any) -> SpatialInertia:
         """A thin spherical shell [kg, m] about its centre."""
         mass, radius = cls._positive("HollowSphereWithMass", mass=mass, radius=radius)
         return cls._about_center(mass, UnitInertia_[cls._T].HollowSphere(radius))
 
     # --- queries ---
 
-    def get_mass(self) -> Any:
+    def get_mass(self) -> float:
         """Mass [kg]."""
         return self._mass
 
@@ -313,15 +315,15 @@ class SpatialInertia(ScalarBase):
         C = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]], dtype=self._p.dtype)
         return np.block([[self._G._I * mass, C], [-C, identity(T, 3) * mass]])
 
-    def IsPhysicallyValid(self) -> Any:
+    def IsPhysicallyValid(self) -> bool:
         """Whether a body can have this inertia."""
         return as_condition(not self._fault(), self._T)
 
-    def IsNaN(self) -> Any:
+    def IsNaN(self) -> bool:
         """Whether any number is NaN."""
         return any_nan(np.array([self._mass, *self._p, *self._G._I.flat]), self._T)
 
-    def IsZero(self) -> Any:
+    def IsZero(self) -> bool:
         """Whether there is no mass and no inertia."""
         return all_equal(np.array([self._mass, *self._G._I.flat]), np.zeros(10), self._T)
 
@@ -340,12 +342,12 @@ class SpatialInertia(ScalarBase):
 
     # --- changes ---
 
-    def ReExpress(self, R_AE: Any) -> Any:
+    def ReExpress(self, R_AE: Any) -> SpatialInertia:
         """M_SP_A, expressed in frame A instead of E."""
         R = self._argument("ReExpress", instance_of(RotationMatrix_[self._T]), R_AE=R_AE)
         return self._make(self._mass, R._M.dot(self._p), self._G._turned(R))
 
-    def Shift(self, p_PQ_E: Any) -> Any:
+    def Shift(self, p_PQ_E: Any) -> SpatialInertia:
         """M_SQ_E, about a point Q instead of P; `p_PQ_E` [m], shape (3,)."""
         p_PQ = self._argument("Shift", vector(self._T, 3), p_PQ_E=p_PQ_E)
         T, p_QScm = self._T, self._p - p_PQ

@@ -14,6 +14,9 @@ from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, as_s
 from sheldrake.math import RotationMatrix_
 
 _new = object.__new__
+_FLOAT64 = np.dtype(np.float64)
+_ZERO = np.zeros(6)
+_ZERO.setflags(write=False)
 
 
 def cross(a: Any, b: Any) -> list:
@@ -21,6 +24,11 @@ def cross(a: Any, b: Any) -> list:
     ax, ay, az = a
     bx, by, bz = b
     return [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
+
+
+def _is_plain(part: Any) -> bool:
+    """Whether it is what most calls give: three numbers in an array."""
+    return type(part) is np.ndarray and part.shape == (3,) and part.dtype is _FLOAT64
 
 
 class SpatialVector(ScalarBase):
@@ -32,7 +40,10 @@ class SpatialVector(ScalarBase):
 
     def __init__(self, *args: Any, **kwargs: Any):
         """Both parts, shape (3,) each, or the whole, shape (6,), angular first; without arguments all NaN."""
-        if args or kwargs:
+        if len(args) == 2 and self._T is float and not kwargs and _is_plain(args[0]) and _is_plain(args[1]):
+            self._c = np.concatenate(args)
+            self._c.setflags(False)  # type: ignore[call-arg]
+        elif args or kwargs:
             self._choose("init", args, kwargs)
         else:
             self._c = as_array(self._T, [math.nan] * 6, (6,))
@@ -59,15 +70,15 @@ class SpatialVector(ScalarBase):
         """Unchecked, from six numbers, or an array that nobody else will write."""
         if type(coefficients) is not np.ndarray:
             coefficients = np.array(coefficients, dtype=np.float64 if cls._T is float else object)
-        new = _new(cls._template[cls._T])
-        coefficients.setflags(write=False)
+        new = _new(cls if "_template" in cls.__dict__ else cls._template[cls._T])
+        coefficients.setflags(False)
         new._c = coefficients
         return new
 
     @classmethod
     def Zero(cls) -> Any:
         """The zero vector."""
-        return cls._make(as_array(cls._T, np.zeros(6), (6,)))
+        return cls._make(_ZERO if cls._T is float else as_array(cls._T, np.zeros(6), (6,)))
 
     def SetZero(self) -> Any:
         """Make this the zero vector; gives this object."""

@@ -10,7 +10,6 @@ from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Overload, overload
 from sheldrake.common._scalar_math import sqrt
 from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, vector
-from sheldrake.multibody.math._retired_arguments import retired_arguments
 from sheldrake.multibody.math._rotational_inertia import RotationalInertia, RotationalInertia_, point_mass
 
 _UNIT_TOLERANCE = 1e-14  # how far from one the length of a direction may be, as in Drake
@@ -86,43 +85,42 @@ class UnitInertia(RotationalInertia):
         return self
 
     @classmethod
-    def PointMass(cls, p_FQ: Any) -> Any:
+    def PointMass(cls, p_FQ: Any) -> UnitInertia:
         """A particle at `p_FQ` [m], shape (3,), about the origin."""
         return cls._make(point_mass(cls._T, cls._argument("PointMass", vector(cls._T, 3), p_FQ=p_FQ)))
 
     @classmethod
-    def SolidSphere(cls, r: Any) -> Any:
+    def SolidSphere(cls, r: Any) -> UnitInertia:
         """A ball of radius `r` [m] about its centre."""
         r = cls._argument("SolidSphere", scalar(cls._T), r=r)
         return cls.TriaxiallySymmetric(0.4 * r * r)
 
     @classmethod
-    def HollowSphere(cls, r: Any) -> Any:
+    def HollowSphere(cls, r: Any) -> UnitInertia:
         """A thin spherical shell of radius `r` [m] about its centre."""
         r = cls._argument("HollowSphere", scalar(cls._T), r=r)
         return cls.TriaxiallySymmetric(2.0 / 3.0 * r * r)
 
     @classmethod
-    def SolidEllipsoid(cls, a: Any, b: Any, c: Any) -> Any:
+    def SolidEllipsoid(cls, a: Any, b: Any, c: Any) -> UnitInertia:
         """An ellipsoid with half axes `a, b, c` [m] about its centre."""
         a, b, c = cls._lengths("SolidEllipsoid", a=a, b=b, c=c)
         aa, bb, cc = a * a, b * b, c * c
         return cls._plain_class()((bb + cc) / 5.0, (aa + cc) / 5.0, (aa + bb) / 5.0)
 
     @classmethod
-    def SolidBox(cls, Lx: Any, Ly: Any, Lz: Any) -> Any:
+    def SolidBox(cls, Lx: Any, Ly: Any, Lz: Any) -> UnitInertia:
         """A box with edges `Lx, Ly, Lz` [m] about its centre."""
         x, y, z = cls._lengths("SolidBox", Lx=Lx, Ly=Ly, Lz=Lz)
         xx, yy, zz = x * x, y * y, z * z
         return cls._plain_class()((yy + zz) / 12.0, (xx + zz) / 12.0, (xx + yy) / 12.0)
 
     @classmethod
-    def SolidCube(cls, L: Any) -> Any:
+    def SolidCube(cls, L: Any) -> UnitInertia:
         """A cube with edge `L` [m] about its centre."""
         return cls.SolidBox(L, L, L)
 
     @classmethod
-    @retired_arguments(2, r="radius", L="length", b_E="unit_vector")
     def SolidCylinder(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
         """A cylinder [m] about its centre, its axis along `unit_vector`, shape (3,)."""
         radius, length = cls._lengths("SolidCylinder", radius=radius, length=length)
@@ -131,7 +129,6 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCylinder", along, across, unit_vector)
 
     @classmethod
-    @retired_arguments(2, r="radius", L="length", b_E="unit_vector")
     def SolidCylinderAboutEnd(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
         """A cylinder [m] about the centre of one end, its axis along `unit_vector`, shape (3,)."""
         radius, length = cls._lengths("SolidCylinderAboutEnd", radius=radius, length=length)
@@ -140,7 +137,6 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCylinderAboutEnd", along, across, unit_vector)
 
     @classmethod
-    @retired_arguments(2, r="radius", L="length")
     def SolidCapsule(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
         """A cylinder of `length` [m] with half balls of `radius` [m] on its ends, about its centre."""
         radius, length = cls._lengths("SolidCapsule", radius=radius, length=length)
@@ -159,7 +155,6 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCapsule", along, across, unit_vector)
 
     @classmethod
-    @retired_arguments(L="length", b_E="unit_vector")
     def ThinRod(cls, length: Any, unit_vector: Any) -> Any:
         """A thin rod of `length` [m] about its centre, along `unit_vector`, shape (3,)."""
         (length,) = cls._lengths("ThinRod", length=length)
@@ -169,7 +164,6 @@ class UnitInertia(RotationalInertia):
         return cls._axial("ThinRod", 0.0 * length, length * length / 12.0, unit_vector)
 
     @classmethod
-    @retired_arguments(J="moment_parallel", K="moment_perpendicular", b_E="unit_vector")
     def AxiallySymmetric(cls, moment_parallel: Any, moment_perpendicular: Any, unit_vector: Any) -> Any:
         """A body of revolution with the given moments [m^2], its axis along `unit_vector`, shape (3,).
 
@@ -187,7 +181,6 @@ class UnitInertia(RotationalInertia):
         return cls._axial(call, along, across, unit_vector)
 
     @classmethod
-    @retired_arguments(K="moment_perpendicular", b_E="unit_vector")
     def StraightLine(cls, moment_perpendicular: Any, unit_vector: Any) -> Any:
         """Mass along a line: `moment_perpendicular` [m^2] across `unit_vector`, nothing along it."""
         (across,) = cls._lengths("StraightLine", moment_perpendicular=moment_perpendicular)
@@ -203,7 +196,7 @@ class UnitInertia(RotationalInertia):
         check_unit_vector(T, call, u)
         return cls._make(identity(T, 3) * across + np.outer(u, u) * (along - across))
 
-    def ReExpress(self, R_AE: Any) -> Any:
+    def ReExpress(self, R_AE: Any) -> UnitInertia:
         """G_BP_A, expressed in frame A instead of E."""
         return self._make(self._turned(R_AE))
 

@@ -40,6 +40,30 @@ def frames_along(vectors: np.ndarray) -> np.ndarray:
     return R
 
 
+class Longest:
+    """How long an arrow is drawn at most: as long as the scene, whatever the force.
+
+    Forces of bodies that overlap at rest are a million times their weight; arrows of kilometres would hide the scene.
+
+    Args:
+        meshcat: Where to draw.
+    """
+
+    def __init__(self, meshcat: Meshcat):
+        self._meshcat = meshcat
+        self._extent: float | None = None
+
+    def of(self, lengths: Any) -> Any:
+        """Returns lengths [m], those longer than the scene as long as the scene when its first arrow was drawn."""
+        if self._extent is None:
+            self._extent = self._meshcat._extent()
+        return lengths if self._extent is None else np.minimum(lengths, self._extent)
+
+    def forget(self) -> None:
+        """Has the scene measured anew."""
+        self._extent = None
+
+
 class Shown:
     """Which paths below a prefix are drawn and which of them are visible now.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from sheldrake.multibody.plant import ContactResults
 
 from ._hydroelastic_arrows import _HydroelasticContactVisualizerItem
 from ._point_contact_arrows import _PointContactVisualizerItem
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraphInspector
+    from sheldrake.multibody.plant import MultibodyPlant
 
 
 def name_of_side(body: str, model: str | None, geometry: str | None) -> str:
@@ -38,7 +42,7 @@ class Names:
         self._inspector: Any = None
         self._known: dict[tuple[Any, Any], str] = {}
 
-    def look_at(self, plant: Any, inspector: Any) -> None:
+    def look_at(self, plant: MultibodyPlant, inspector: SceneGraphInspector | None) -> None:
         """Takes names from a plant, and from the SceneGraph's inspector where it is known."""
         if plant is not self._plant or (inspector is None) != (self._inspector is None):
             self._known.clear()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import kind, overload, overloaded
@@ -18,6 +18,9 @@ from ._contact_items import Names, point_items, surface_item
 from ._contact_visualizer_params import ContactVisualizerParams
 from ._hydroelastic_arrows import _HydroelasticContactVisualizer
 from ._point_contact_arrows import _PointContactVisualizer
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _NAME = "meshcat_contact_visualizer"
 
@@ -128,12 +131,12 @@ class ContactVisualizer(LeafSystem):
         self._surfaces.Delete()
         self._meshcat.Delete(self._params.prefix)
 
-    def _initialize(self, context: Any) -> EventStatus:
+    def _initialize(self, context: Context) -> EventStatus:
         if self._params.delete_on_initialization_event:
             self.Delete()
         return self._update(context)
 
-    def _update(self, context: Any) -> EventStatus:
+    def _update(self, context: Context) -> EventStatus:
         port = self.contact_results_input_port()
         if not port.HasValue(context):
             raise RuntimeError(

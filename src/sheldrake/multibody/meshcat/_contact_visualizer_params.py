@@ -22,8 +22,8 @@ class ContactVisualizerParams:
         delete_on_initialization_event: Whether an initialization clears what was drawn before.
         force_threshold: Forces below this are not drawn [N]; positive.
         moment_threshold: Moments below this are not drawn [N m]; positive.
-        newtons_per_meter: Force that an arrow of one metre stands for [N/m].
-        newton_meters_per_meter: Moment that an arrow of one metre stands for [N m/m].
+        newtons_per_meter: Force that an arrow of one metre stands for [N/m]; none is longer than the scene.
+        newton_meters_per_meter: Moment that an arrow of one metre stands for [N m/m]; none is longer than the scene.
         radius: Radius of the arrows' shafts [m].
     """
 

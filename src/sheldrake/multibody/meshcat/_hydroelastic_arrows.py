@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.geometry import Cylinder, Meshcat, Rgba
 from sheldrake.math import RigidTransform
 
-from ._arrow import HEAD, X_TURNED, Shown, along, as_floats, draw_head
+from ._arrow import HEAD, X_TURNED, Longest, Shown, along, as_floats, draw_head
 from ._contact_visualizer_params import ContactVisualizerParams
 
 _FLAME = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [1.0, 1.0, 1.0]])
@@ -61,12 +61,14 @@ class _HydroelasticContactVisualizer:
 
     def __init__(self, meshcat: Meshcat, params: ContactVisualizerParams):
         self._meshcat, self._params = meshcat, params
-        self._shown = Shown(meshcat)
+        self._shown, self._longest = Shown(meshcat), Longest(meshcat)
+        meshcat._note(params.prefix)
 
     def Delete(self) -> None:
         """Removes everything below the prefix."""
         self._meshcat.Delete(self._params.prefix)
         self._shown.clear()
+        self._longest.forget()
 
     def Update(self, time: float, items: list[_HydroelasticContactVisualizerItem]) -> None:
         """Shows these surfaces and no others, at a simulation time [s]."""
@@ -122,7 +124,7 @@ class _HydroelasticContactVisualizer:
         self._shown.show(path, size >= threshold, time)
         if size < threshold:
             return
-        length = size / unit_per_meter
+        length = float(self._longest.of(size / unit_per_meter))
         meshcat.SetTransform(path, along(vector, np.zeros(3)), time)
         meshcat.SetProperty(f"{path}/cylinder", "position", [0.0, 0.0, length / 2], time)
         meshcat.SetProperty(f"{path}/cylinder", "scale", [1.0, 1.0, length], time)

@@ -64,7 +64,7 @@ class JointSliders(LeafSystem):
         upper = np.minimum(upper, as_floats(plant.GetPositionUpperLimits()))
         lower = np.minimum(np.maximum(lower, as_floats(plant.GetPositionLowerLimits())), upper)
         self._sliders: dict[int, str] = {}
-        for i, name in enumerate(_slider_names(plant)):
+        for i, name in enumerate(slider_names(plant)):
             meshcat.AddSlider(name, lower[i], upper[i], steps[i], self._initial[i], down[i], up[i])
             self._sliders[i] = name
         self.DeclareVectorOutputPort("positions", nq, self._calc, {self.time_ticket()}).disable_caching_by_default()
@@ -138,7 +138,7 @@ def _keys(nq: int, name: str, keys: Sequence[str]) -> list[str]:
     return keys or [""] * nq
 
 
-def _slider_names(plant: Any) -> list[str]:
+def slider_names(plant: Any) -> list[str]:
     """Returns the joints' names with what tells their positions apart, and the models' where they are needed."""
     plain = plant.GetPositionNames(add_model_instance_prefix=False, always_add_suffix=False)
     if len(set(plain)) == len(plain):

@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.geometry import Cylinder, Meshcat
 from sheldrake.geometry._meshcat.tree import full_path
 
-from ._arrow import HEAD, X_TURNED, Shown, as_floats, draw_head, frames_along
+from ._arrow import HEAD, X_TURNED, Longest, Shown, as_floats, draw_head, frames_along
 from ._contact_visualizer_params import ContactVisualizerParams
 
 _UNSEEN = 1e-7  # relative change of a force or a place that nobody can see
@@ -38,13 +38,15 @@ class _PointContactVisualizer:
     def __init__(self, meshcat: Meshcat, params: ContactVisualizerParams):
         self._meshcat, self._params = meshcat, params
         self._root = full_path(params.prefix)
-        self._shown = Shown(meshcat)
+        self._shown, self._longest = Shown(meshcat), Longest(meshcat)
+        meshcat._note(params.prefix)
         self._last: tuple[list[str], np.ndarray] = ([], np.zeros((0, 6)))
 
     def Delete(self) -> None:
         """Removes everything below the prefix."""
         self._meshcat.Delete(self._params.prefix)
         self._shown.clear()
+        self._longest.forget()
         self._last = ([], np.zeros((0, 6)))
 
     def Update(self, time: float, items: list[_PointContactVisualizerItem]) -> None:
@@ -92,7 +94,7 @@ class _PointContactVisualizer:
     def _draw(self, paths: list[str], forces: np.ndarray, points: np.ndarray, sizes: np.ndarray, time: float) -> None:
         """Places the arrows of contacts, all at once: this is part of a simulation's time."""
         n = len(paths)
-        lengths = sizes / self._params.newtons_per_meter
+        lengths = self._longest.of(sizes / self._params.newtons_per_meter)
         poses = np.zeros((3 * n, 3, 4))
         poses[:n, :, :3], poses[:n, :, 3] = frames_along(forces), points
         poses[n : 2 * n, :, :3], poses[2 * n :, :, :3] = np.eye(3), X_TURNED.matrix()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.optimization._motion_constraints import require_duals
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 
 class ContactWrench:
@@ -50,7 +54,7 @@ class ContactWrenchFromForceInWorldFrameEvaluator(KinematicFunction, EvaluatorBa
         geometry_id_pair: The geometries (A, B) in contact.
     """
 
-    def __init__(self, plant: Any, context: Any, geometry_id_pair: Any):
+    def __init__(self, plant: MultibodyPlant, context: Context, geometry_id_pair: Any):
         require_duals(type(self).__name__, plant, context)
         self._set_plant(plant, context, 6, 3)
         self._description = "contact_wrench_from_pure_force_in_world_frame"
@@ -71,7 +75,7 @@ class Touch(NamedTuple):
     distance: Any
 
 
-def touch(plant: Any, context: Any, pair: tuple) -> Touch:
+def touch(plant: MultibodyPlant, context: Context, pair: tuple) -> Touch:
     """The nearest points of a pair of geometries at the positions in the context."""
     query = plant.get_geometry_query_input_port().Eval(context)
     found = query.ComputeSignedDistancePairClosestPoints(*pair)

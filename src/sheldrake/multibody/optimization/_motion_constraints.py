@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,8 +13,13 @@ from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.solvers import Constraint
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Frame
+    from sheldrake.systems.framework import Context
 
-def require_duals(call: str, plant: Any, context: Any) -> None:
+
+def require_duals(call: str, plant: MultibodyPlant, context: Context) -> None:
     """Checks that a plant is one of AutoDiffXd.
 
     Raises:
@@ -39,7 +44,7 @@ class CentroidalMomentumConstraint(KinematicFunction, Constraint):
         angular_only: h is the angular momentum [kg m^2/s], shape (3,), instead of the spatial one, shape (6,).
     """
 
-    def __init__(self, plant: Any, model_instances: Any, plant_context: Any, angular_only: bool):
+    def __init__(self, plant: MultibodyPlant, model_instances: Any, plant_context: Context, angular_only: bool):
         require_duals(type(self).__name__, plant, plant_context)
         self._instances = [] if model_instances is None else [list(model_instances)]
         self._size = 3 if angular_only else 6
@@ -83,13 +88,13 @@ class SpatialVelocityConstraint(KinematicFunction, Constraint):
 
     def __init__(
         self,
-        plant: Any,
-        frameA: Any,
+        plant: MultibodyPlant,
+        frameA: Frame,
         v_AC_lower: Any,
         v_AC_upper: Any,
-        frameB: Any,
+        frameB: Frame,
         p_BCo: Any,
-        plant_context: Any,
+        plant_context: Context,
         w_AC_bounds: AngularVelocityBounds | None = None,
     ):
         if plant_context is None:

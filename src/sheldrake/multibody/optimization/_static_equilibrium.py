@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,11 +16,16 @@ from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import Constraint, MathematicalProgram
 from sheldrake.symbolic import Variable
 
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.systems.framework import Context
+
 
 class StaticEquilibriumConstraint(KinematicFunction, Constraint):
     """0 = g(q) + B u + sum J' F of contact forces F; variables (q, u, forces)."""
 
-    def __init__(self, plant: Any, context: Any, pairs: list):
+    def __init__(self, plant: MultibodyPlant, context: Context, pairs: list):
         self._pairs, self._B = pairs, plant.MakeActuationMatrix()
         nv = plant.num_velocities()
         self._set_plant(plant, context, nv, plant.num_actuated_dofs() + 3 * len(pairs))
@@ -47,7 +52,7 @@ class StaticFrictionConeComplementarityNonlinearConstraint(KinematicFunction, Co
     The values are f'((1 + mu^2) n n' - I) f >= 0, n'f - alpha = 0, distance - beta = 0, 0 <= alpha beta <= tolerance.
     """
 
-    def __init__(self, plant: Any, context: Any, pair: tuple, tolerance: float):
+    def __init__(self, plant: MultibodyPlant, context: Context, pair: tuple, tolerance: float):
         self._pair = pair
         inspector = plant.get_geometry_query_input_port().Eval(context).inspector()
         surfaces = [inspector.GetProximityProperties(g).GetProperty("material", "coulomb_friction") for g in pair]
@@ -76,7 +81,7 @@ class StaticEquilibriumProblem:
         ignored_collision_pairs: Pairs of geometries that neither touch nor keep apart.
     """
 
-    def __init__(self, plant: Any, context: Any, ignored_collision_pairs: Any):
+    def __init__(self, plant: MultibodyPlant, context: Context, ignored_collision_pairs: Any):
         require_duals(type(self).__name__, plant, context)
         self._plant, self._context = plant, context
         inspector = plant.get_geometry_query_input_port().Eval(context).inspector()
@@ -114,7 +119,7 @@ class StaticEquilibriumProblem:
         """Returns the variables of the actuation, shape (nu,)."""
         return self._u.copy()
 
-    def GetContactWrenchSolution(self, result: Any) -> list[ContactWrench]:
+    def GetContactWrenchSolution(self, result: MathematicalProgramResult) -> list[ContactWrench]:
         """Returns the wrenches of all contacts of a solution."""
         self._plant.SetPositions(self._context, result.GetSolution(self._q))
         out = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from sheldrake.multibody.optimization._toppra_passes import (
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import MathematicalProgram
 from sheldrake.trajectories import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
 
 _log = logging.getLogger("drake")
 
@@ -63,7 +66,7 @@ class Toppra:
         ValueError: they do not begin and end with the path, or the path has another size than the positions.
     """
 
-    def __init__(self, path: Any, plant: Any, gridpoints: Any):
+    def __init__(self, path: Any, plant: MultibodyPlant, gridpoints: Any):
         s = np.array(gridpoints, dtype=float).ravel()
         if s.size < 2 or s[0] != path.start_time() or s[-1] != path.end_time():
             raise ValueError(

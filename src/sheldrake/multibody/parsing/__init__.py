@@ -1,7 +1,5 @@
 """Robot descriptions (URDF, SDFormat, MJCF, model directives) to a MultibodyPlant."""
 
-from sheldrake.common._refuse_none import refuse_none
-
 from ._collision_filter_groups import CollisionFilterGroups
 from ._directives.directives import (
     AddCollisionFilterGroup,
@@ -44,5 +42,3 @@ __all__ = [
     "Parser",
     "ProcessModelDirectives",
 ]
-
-refuse_none(__name__)

@@ -10,12 +10,15 @@ from contextlib import AbstractContextManager
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import overload, overloaded
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.geometry import SceneGraph
 from sheldrake.multibody.plant import MultibodyPlant
-from sheldrake.multibody.plant._building.saved_model import all_or_nothing
+from sheldrake.multibody.plant._parts import parts_of
+from sheldrake.multibody.plant._saved_model import all_or_nothing
+from sheldrake.multibody.tree import ModelInstanceIndex
 from sheldrake.systems.framework import DiagramBuilder
 
 from ._build import ModelBuilder
@@ -124,7 +127,14 @@ class Parser:
         """The same as `GetCollisionFilterGroups`."""
         return self.GetCollisionFilterGroups()
 
-    def AddModels(self, file_name=None, *, url=None, file_contents=None, file_type=None) -> list:
+    def AddModels(
+        self,
+        file_name: str | os.PathLike[str] | None = None,
+        *,
+        url: str | None = None,
+        file_contents: str | None = None,
+        file_type: str | None = None,
+    ) -> list[ModelInstanceIndex]:
         """Adds all models of a file, an address, or a text.
 
         Call it as `AddModels(file_name)`, `AddModels(url="package://...")` or
@@ -144,16 +154,19 @@ class Parser:
             )
         if url is not None:
             return self.AddModelsFromUrl(url)
-        if file_contents is not None:
+        if file_contents is not None and file_type is not None:
             return self.AddModelsFromString(file_contents, file_type)
+        assert file_name is not None
         return self._add_file(os.fspath(file_name))
 
-    def AddModelsFromUrl(self, url: str) -> list:
+    @checked
+    def AddModelsFromUrl(self, url: str) -> list[ModelInstanceIndex]:
         """Adds all models of the file behind a `package://`, `model://` or `file://` address."""
         where = Location("AddModelsFromUrl()")
         return self._add_file(resolve_uri(url, self._packages, None, where, self._policy))
 
-    def AddModelsFromString(self, file_contents: str, file_type: str) -> list:
+    @checked
+    def AddModelsFromString(self, file_contents: str, file_type: str) -> list[ModelInstanceIndex]:
         """Adds all models of a text; `file_type` is a file name ending without the dot, such as `urdf`."""
         source = f"<literal-string>.{file_type}"
         kind = self._kind_of(source)
@@ -244,7 +257,7 @@ class Parser:
         """Adds a file that must describe one model, under another name; for model directives.
 
         Raises:
-            ParseError: When the file describes a world or several models.
+            ParseError: When the file describes several models. (A world may have one.)
         """
         kind = self._kind_of(path)
         if kind == ".dmd.yaml":
@@ -252,6 +265,12 @@ class Parser:
         reading = self._reading_of(path)
         reading.num_bodies, reading.num_actuators = self._plant.num_bodies(), self._plant.num_actuators()
         models = read_models(kind, reading, None, model_name)
+        if len(models) == 1 and models[0].is_world and len(models[0].nested) == 1:
+            (world,) = models
+            models = world.nested
+            models[0].name, models[0].comes_first = model_name, False
+            if world.elements:
+                self._policy.Warning(world.where, "add_model takes the model of a <world>, without what is beside it.")
         if len(models) != 1 or models[0].is_world:
             self._policy.Error(Location(path), "add_model needs a file with exactly one model.")
         return self._build(models, namespace)
@@ -319,4 +338,4 @@ def _find_system(builder, name: str):
 
 def _find_scene_graph(plant):
     """The scene graph a plant is registered with, or None."""
-    return plant._scene_graph if plant.geometry_source_is_registered() else None
+    return parts_of(plant).geometry.scene_graph

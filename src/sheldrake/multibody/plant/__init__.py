@@ -1,6 +1,5 @@
 """MultibodyPlant: bodies, joints, geometry and contact as a system."""
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.multibody.math._coulomb_friction import CalcContactFrictionFromSurfaceProperties, CoulombFriction
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
@@ -11,7 +10,7 @@ from ._contact.hydroelastic import HydroelasticContactInfo
 from ._contact.results import ContactResults, PointPairContactInfo
 from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 from ._multibody_plant import MultibodyPlant
-from ._step.applied_forces import ExternallyAppliedSpatialForce
+from ._step.external_force import ExternallyAppliedSpatialForce
 from ._systems.contact_results_to_lcm import ConnectContactResultsToDrakeVisualizer, ContactResultsToLcmSystem
 from ._systems.forces import ExternallyAppliedSpatialForceMultiplexer, Propeller, PropellerInfo, Wing
 
@@ -72,5 +71,3 @@ __all__ = [
     "Wing",
     "Wing_",
 ]
-
-refuse_none(__name__)

@@ -7,11 +7,12 @@ from typing import Any, NamedTuple
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._options import typed_fields
-from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.geometry import HydroelasticContactRepresentation, SceneGraph, SceneGraphConfig
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
 from sheldrake.multibody.plant._multibody_plant import MultibodyPlant
 from sheldrake.systems.framework import DiagramBuilder
+from sheldrake.systems.framework._templates import on_scalar_of
 
 _CONTACT_MODELS = {
     "point": ContactModel.kPoint,
@@ -75,7 +76,7 @@ def ApplyMultibodyPlantConfig(config: MultibodyPlantConfig, plant: MultibodyPlan
             f"ApplyMultibodyPlantConfig(): the plant's time_step is {plant.time_step()}, the configuration's "
             f"{config.time_step}; the time step is given to the constructor."
         )
-    plant._require_not_finalized("ApplyMultibodyPlantConfig")
+    plant._parts.elements.require_not_finalized("ApplyMultibodyPlantConfig")
     model = _choice("contact_model", _CONTACT_MODELS, config.contact_model)
     approximation = _choice("discrete_contact_approximation", _APPROXIMATIONS, config.discrete_contact_approximation)
     surface = _choice("contact_surface_representation", _REPRESENTATIONS, config.contact_surface_representation)
@@ -94,7 +95,7 @@ class PlantAndSceneGraph(NamedTuple):
     """A plant and the SceneGraph that it is connected with; unpacks to both."""
 
     plant: MultibodyPlant
-    scene_graph: Any
+    scene_graph: SceneGraph
 
 
 def AddMultibodyPlantSceneGraph(
@@ -117,11 +118,11 @@ def AddMultibodyPlantSceneGraph(
         plant = time_step
     if not isinstance(plant, MultibodyPlant):
         if plant is None:
-            raise TypeError(
+            raise Mismatch(
                 "AddMultibodyPlantSceneGraph(): incompatible function arguments. Takes (builder, plant: "
                 "MultibodyPlant, scene_graph=None) or (builder, time_step: float, scene_graph=None)."
             )
-        plant = MultibodyPlant._template[builder._scalar](plant)
+        plant = on_scalar_of(builder, MultibodyPlant)(plant)
     if scene_graph is None:
         scene_graph = SceneGraph_[builder._scalar]()
     for system, name in ((plant, "plant"), (scene_graph, "scene_graph")):
@@ -139,9 +140,13 @@ def AddMultibodyPlantSceneGraph(
     return PlantAndSceneGraph(plant, scene_graph)
 
 
+def _with_default_geometry(config: MultibodyPlantConfig, builder: DiagramBuilder) -> PlantAndSceneGraph:
+    return AddMultibodyPlant(config, SceneGraphConfig(), builder)
+
+
 @overloaded(
     overload(
-        lambda config, builder: AddMultibodyPlant(config, SceneGraphConfig(), builder),
+        _with_default_geometry,
         config=instance_of(MultibodyPlantConfig),
         builder=instance_of(DiagramBuilder),
     ),

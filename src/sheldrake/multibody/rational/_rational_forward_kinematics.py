@@ -5,13 +5,16 @@ from __future__ import annotations
 import itertools
 import math
 import sys
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.symbolic import Expression, Monomial, Polynomial, RationalFunction, Variable, atan2, tan
 from sheldrake.symbolic import _build as build
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
 
 _KINDS = ("weld", "revolute", "prismatic")
 # A pose is a sum of products of indeterminates, of no joint's twice, with coefficients of shape (4, 4).
@@ -92,7 +95,7 @@ class RationalForwardKinematics:
         RuntimeError: it is not finalized, or has a joint that is neither weld, revolute nor prismatic.
     """
 
-    def __init__(self, plant: Any):
+    def __init__(self, plant: MultibodyPlant):
         if not plant.is_finalized():
             raise RuntimeError("RationalForwardKinematics(): the plant is not finalized.")
         self._plant = plant

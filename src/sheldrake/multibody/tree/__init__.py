@@ -1,6 +1,5 @@
 """Bodies, frames, joints, actuators and force elements, and the algorithms on trees of them."""
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.multibody.math import (
     RotationalInertia,
     RotationalInertia_,
@@ -39,7 +38,7 @@ from ._joint_actuator import JointActuator, PdControllerGains
 from ._joint_curvilinear import CurvilinearJoint
 from ._joints_axis import PrismaticJoint, RevoluteJoint, ScrewJoint, WeldJoint
 from ._joints_floating import QuaternionFloatingJoint, RpyFloatingJoint
-from ._joints_wide import BallRpyJoint, PlanarJoint, UniversalJoint
+from ._joints_of_several_axes import BallRpyJoint, PlanarJoint, UniversalJoint
 from ._multibody_forces import MultibodyForces
 from ._rigid_body import RigidBody
 from ._scoped_name import ScopedName
@@ -155,5 +154,3 @@ __all__ = [
     "world_index",
     "world_model_instance",
 ]
-
-refuse_none(__name__)

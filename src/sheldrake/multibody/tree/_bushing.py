@@ -179,13 +179,13 @@ class LinearBushingRollPitchYaw(ForceElement):
         return self._constants[9:12].copy()
 
     def _get(self, context: Any, call: str, at: int) -> np.ndarray:
-        return np.array(self._finalized(call)._numbers(context, self._group)[at : at + 3])
+        return np.array(self._finalized(call).contexts.numbers(context, self._group)[at : at + 3])
 
     def _set(self, context: Any, call: str, at: int, values: Any) -> None:
         owner = self._finalized(call)
-        numbers = np.array(owner._numbers(context, self._group))
+        numbers = np.array(owner.contexts.numbers(context, self._group))
         numbers[at : at + 3] = vector(call, "the constants", values, 3)
-        owner._write_numbers(context, self._group, numbers)
+        owner.contexts.write_numbers(context, self._group, numbers)
 
     def GetTorqueStiffnessConstants(self, context: Any) -> np.ndarray:
         """Stiffness of roll, pitch, yaw as the context has it [N m/rad], shape (3,)."""
@@ -222,14 +222,14 @@ class LinearBushingRollPitchYaw(ForceElement):
     def _force_on(self, context: Any, call: str, frame: Frame) -> Any:
         """Spatial force on a body of the bushing at the origin of its frame, expressed in that frame."""
         owner = self._finalized(call)
-        view = owner._view(context)
+        view = owner.contexts.view(context)
         work = view.velocities()
-        one = owner._force_model_of(self)
+        one = owner.elements.forces_of(self)
         F = view.zeros(len(work.F), 6)
         forces.add_bushings(view.model, one, view.p, work, F)
-        row = owner._rows[int(frame.body().index())]
+        row = owner.elements.row_of(frame.body())
         X_WF = frame.CalcPoseInWorld(context)
-        root = work.X_WB[view.model.body[row, 2], 9:]
+        root = np.array(work[view.model.bodies[row].root].p_WB)
         torque = F[row, :3] + np.cross(root - X_WF.translation(), F[row, 3:])
         R_FW = X_WF.rotation().matrix().T
         return view.of(SpatialForce_)(R_FW @ torque, R_FW @ F[row, 3:])

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from sheldrake.common.record import Record
 from sheldrake.multibody.tree._kernels import model as m
 
 NUM_POSITIONS = {"weld": 0, "revolute": 1, "prismatic": 1, "screw": 1, "quaternion_floating": 7, "rpy_floating": 6,
@@ -62,9 +63,10 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         ValueError: if a body comes before its inboard body, or the bodies of a tree are not contiguous.
     """
     nb = len(description.mobilizers) + 1
-    body = np.zeros((nb, m.BODY_COLUMNS), np.int64)
-    body[0, [m.PARENT, m.TREE, m.FRAME_F, m.FRAME_M, m.TIP]] = -1
-    joint = np.zeros((nb, m.JOINT_COLUMNS))
+    body = np.zeros((nb, m.Body.SIZE), np.int64)
+    for field_of_world in (m.Body.parent, m.Body.tree, m.Body.frame_F, m.Body.frame_M, m.Body.tip):
+        body[0, field_of_world] = -1
+    joint = np.zeros((nb, m.JointPose.SIZE))
     gravity = np.zeros((nb, 3))
     pieces: list[tuple[float, ...]] = []
     dofs: list[tuple[int, ...]] = []
@@ -78,45 +80,45 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         if kind == m.QUATERNION and parent == 0 and mobilizer.frame_F < 0 and mobilizer.frame_M < 0:
             kind = m.FREE
         nq, nv = NUM_POSITIONS[mobilizer.type_name], NUM_VELOCITIES[mobilizer.type_name]
-        root, tree = body[parent, m.ROOT], body[parent, m.TREE]
+        root, tree = body[parent, m.Body.root], body[parent, m.Body.tree]
         if root == 0 and nv > 0:
             root, tree = row, len(trees)
             trees.append([row, 0, len(dofs), 0])
         if tree >= 0:
             if tree != len(trees) - 1:
                 raise ValueError(f"compile_tree(): body row {row} is apart from the other bodies of its tree.")
-            trees[tree][m.TREE_NUM_BODIES] += 1
-            trees[tree][m.TREE_NV] += nv
-        body[row, : m.TIP] = (parent, kind, root, tree, q, len(dofs), nv, mobilizer.frame_F, mobilizer.frame_M,
+            trees[tree][m.Tree.num_bodies] += 1
+            trees[tree][m.Tree.num_dofs] += nv
+        body[row, : m.Body.tip.at] = (parent, kind, root, tree, q, len(dofs), nv, mobilizer.frame_F, mobilizer.frame_M,
                               mobilizer.inertia)  # fmt: skip
         joint[row, : len(mobilizer.constants)] = mobilizer.constants
-        body[row, m.PATH], body[row, m.PATH_END] = nb + len(pieces), nb + len(pieces) + len(mobilizer.path)
+        body[row, m.Body.path], body[row, m.Body.path_end] = nb + len(pieces), nb + len(pieces) + len(mobilizer.path)
         pieces += mobilizer.path
-        body[row, m.AXIS] = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
-        body[row, m.DIRECT] = all(
-            f < 0 or description.frames[f][m.FRAME_PARENT] < 0 for f in (mobilizer.frame_F, mobilizer.frame_M)
+        body[row, m.Body.along] = _axis_of_frame(mobilizer.constants[:3]) if m.REVOLUTE <= kind <= m.SCREW else 0
+        body[row, m.Body.direct] = all(
+            f < 0 or description.frames[f][m.OffsetFrame.parent] < 0 for f in (mobilizer.frame_F, mobilizer.frame_M)
         )
         gravity[row] = mobilizer.gravity
         above = last_dof[parent]
         for k in range(nv):
-            depth = dofs[above][m.DEPTH] + 1 if above >= 0 else 0
+            depth = dofs[above][m.Dof.depth] + 1 if above >= 0 else 0
             position = q + k if nq == nv and mobilizer.type_name not in ("ball_rpy", "rpy_floating") else -1
-            run = dofs[above][m.RUN] if 0 <= above == len(dofs) - 1 else len(dofs)
+            run = dofs[above][m.Dof.run] if 0 <= above == len(dofs) - 1 else len(dofs)
             dofs.append((above, row, int(tree), depth, packed, mobilizer.damping[k], position, run))
             packed += depth + 1
             above = len(dofs) - 1
-        body[row, m.TIP] = last_dof[row] = above
+        body[row, m.Body.tip] = last_dof[row] = above
         q += nq
 
-    def table(rows: list, columns: int) -> np.ndarray:
-        return np.array(rows, np.int64).reshape(-1, columns)
+    def table(rows: list, record: type[Record]) -> np.ndarray:
+        return np.array(rows, np.int64).reshape(-1, record.SIZE)
 
-    paths = np.zeros((len(pieces), m.JOINT_COLUMNS))
+    paths = np.zeros((len(pieces), m.JointPose.SIZE))
     for row, piece in enumerate(pieces):
         paths[row, : len(piece)] = piece
     return m.TreeModel(
-        body, np.concatenate([joint, paths]), table(dofs, m.DOF_COLUMNS), table(description.frames, m.FRAME_COLUMNS),
-        table(trees, m.TREE_COLUMNS), table(description.actuators, m.ACTUATOR_COLUMNS), gravity,
+        body, np.concatenate([joint, paths]), table(dofs, m.Dof), table(description.frames, m.OffsetFrame),
+        table(trees, m.Tree), table(description.actuators, m.Actuator), gravity,
     )  # fmt: skip
 
 

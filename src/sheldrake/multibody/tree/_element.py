@@ -1,12 +1,7 @@
 """What bodies, frames, joints, actuators and force elements have in common.
 
-An element knows its *owner*, the plant, once it is added. It reads and writes a context only through these methods of
-the owner (all arrays are what the context holds, in the context's scalar type):
-
-    _require_finalized(call), _require_not_finalized(call)
-    _positions(context), _velocities(context)           read-only arrays of all q, all v
-    _write_positions(context, start, values), _write_velocities(context, start, values)
-    _numbers(context, group), _write_numbers(context, group, values)     a group of numeric parameters
+An element knows its *owner*, the parts of its plant, once it is added (see `_owner`). What a context holds of it, it
+reads and writes through these.
 """
 
 from __future__ import annotations
@@ -15,7 +10,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.tree._index import ModelInstanceIndex
+from sheldrake.multibody.tree._owner import Owner
 from sheldrake.multibody.tree._scoped_name import ScopedName
 
 _FLOAT64 = np.dtype(np.float64)
@@ -27,28 +24,32 @@ class Element:
     _index_type: ClassVar[type]
 
     def __init__(self, model_instance: Any = None):
-        self._owner: Any = None
+        self._owner: Owner | None = None
         self._index: Any = None
         self._instance = model_instance
         self._group: Any = None
         self._ephemeral = False
 
-    def _adopt(self, owner: Any, index: int, model_instance: Any = None) -> None:
+    def _adopt(self, owner: Owner, index: int, model_instance: Any = None) -> None:
         if self._owner is not None:
             raise RuntimeError(f"{self!r} is already part of a MultibodyPlant; an element is added once.")
         self._owner, self._index = owner, self._index_type(index)
         if model_instance is not None:
             self._instance = model_instance
 
-    def _plant(self, call: str) -> Any:
+    def _abandon(self) -> None:
+        """It is taken out of its plant."""
+        self._owner = self._index = None
+
+    def _required_owner(self, call: str) -> Owner:
         if self._owner is None:
             raise RuntimeError(f"{type(self).__name__}.{call}(): {self!r} is not part of a MultibodyPlant yet.")
         return self._owner
 
-    def _finalized(self, call: str) -> Any:
+    def _finalized(self, call: str) -> Owner:
         """The owner, after Finalize()."""
-        owner = self._plant(call)
-        owner._require_finalized(call)
+        owner = self._required_owner(call)
+        owner.elements.require_finalized(call)
         return owner
 
     def index(self) -> Any:
@@ -69,12 +70,12 @@ class Element:
         Raises:
             RuntimeError: it has not been added to one.
         """
-        return self._plant("GetParentPlant")
+        return self._required_owner("GetParentPlant").plant
 
     @property
     def _scalar(self) -> type:
         """The scalar type of the plant it belongs to."""
-        return float if self._owner is None else self._owner._scalar
+        return float if self._owner is None else self._owner.plant._scalar
 
     def __repr__(self) -> str:
         family = type(self).__name__ + ("" if self._scalar is float else f"_[{self._scalar.__name__}]")
@@ -88,7 +89,7 @@ class NamedElement(Element):
     def __init__(self, name: str, model_instance: Any = None):
         super().__init__(model_instance)
         if not isinstance(name, str):
-            raise TypeError(
+            raise Mismatch(
                 f"{type(self).__name__}(): incompatible constructor arguments. name must be a str, not {name!r}."
             )
         self._name = name
@@ -99,7 +100,8 @@ class NamedElement(Element):
 
     def scoped_name(self) -> ScopedName:
         """Its name with that of its model instance, `model::name`."""
-        return ScopedName(self._plant("scoped_name").GetModelInstanceName(self._instance), self._name)
+        plant = self._required_owner("scoped_name").plant
+        return ScopedName(plant.GetModelInstanceName(self._instance), self._name)
 
 
 def scalar_of(numbers: np.ndarray) -> type:
@@ -129,7 +131,7 @@ def vector(call: str, name: str, value: Any, size: int) -> np.ndarray:
     if array.shape == (size, 1):
         array = array[:, 0]
     if array.shape != (size,):
-        raise TypeError(
+        raise Mismatch(
             f"{call}(): incompatible function arguments. {name} must be a vector of {size} numbers, "
             f"not {np.shape(value) or value!r}."
         )
@@ -144,7 +146,7 @@ def require_numbers(call: str, values: Any) -> None:
     """
     for value in values:
         if value is None or isinstance(value, (str, list, tuple, np.ndarray)):
-            raise TypeError(f"{call}(): incompatible function arguments. Takes a number, not {value!r}.")
+            raise Mismatch(f"{call}(): incompatible function arguments. Takes a number, not {value!r}.")
 
 
 def nonnegative(call: str, **numbers: Any) -> None:

@@ -9,7 +9,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.tree._element import Element, finite, nonnegative, vector
 from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex, world_model_instance
 from sheldrake.multibody.tree._joints_axis import PrismaticJoint, RevoluteJoint
@@ -61,21 +63,22 @@ class UniformGravityFieldElement(ForceElement):
         call = "UniformGravityFieldElement.set_gravity_vector"
         self._g_W = finite(call, "g_W", vector(call, "g_W", g_W, 3))
         if self._owner is not None:
-            self._owner._gravity_changed()
+            self._owner.gravity_changed()
 
     def is_enabled(self, model_instance: ModelInstanceIndex) -> bool:
         """Whether it acts on the bodies of a model instance."""
         return int(model_instance) not in self._disabled
 
+    @checked
     def set_enabled(self, model_instance: ModelInstanceIndex, is_enabled: bool) -> None:
         """Switches it on or off for the bodies of a model instance, before Finalize()."""
         if self._owner is not None:
-            self._owner._require_not_finalized("set_enabled")
+            self._owner.elements.require_not_finalized("set_enabled")
         (self._disabled.discard if is_enabled else self._disabled.add)(int(model_instance))
 
     def CalcGravityGeneralizedForces(self, context: Any) -> np.ndarray:
         """Generalized forces of gravity [N or N m], shape (nv,)."""
-        return self._finalized("CalcGravityGeneralizedForces").CalcGravityGeneralizedForces(context)
+        return self._finalized("CalcGravityGeneralizedForces").plant.CalcGravityGeneralizedForces(context)
 
 
 class JointElement(ForceElement):
@@ -85,7 +88,7 @@ class JointElement(ForceElement):
 
     def __init__(self, joint: Any):
         if not isinstance(joint, self._joint_type):
-            raise TypeError(
+            raise Mismatch(
                 f"{type(self).__name__}(): incompatible constructor arguments. joint must be a "
                 f"{self._joint_type.__name__}, not {joint!r}."
             )
@@ -121,7 +124,8 @@ class _JointSpring(JointElement):
 
     def _stretched(self, context: Any) -> tuple[Any, Any]:
         """Stiffness [N m/rad or N/m], and how far the joint is from where the spring rests [rad or m]."""
-        stiffness, nominal = self._owner._numbers(context, self._group)
+        owner = self._required_owner("CalcPotentialEnergy")
+        stiffness, nominal = owner.contexts.numbers(context, self._group)
         return stiffness, self._joint.GetOnePosition(context) - nominal
 
 
@@ -149,22 +153,22 @@ class RevoluteSpring(_JointSpring):
 
     def GetNominalAngle(self, context: Any) -> float:
         """Angle without torque as the context has it [rad]."""
-        return self._finalized("GetNominalAngle")._numbers(context, self._group).item(1)
+        return self._finalized("GetNominalAngle").contexts.numbers(context, self._group).item(1)
 
     def SetNominalAngle(self, context: Any, nominal_angle: float) -> None:
         """Changes the angle without torque in a context [rad]."""
         owner = self._finalized("SetNominalAngle")
-        owner._write_numbers(context, self._group, [self.GetStiffness(context), nominal_angle])
+        owner.contexts.write_numbers(context, self._group, [self.GetStiffness(context), nominal_angle])
 
     def GetStiffness(self, context: Any) -> float:
         """Stiffness as the context has it [N m/rad]."""
-        return self._finalized("GetStiffness")._numbers(context, self._group).item(0)
+        return self._finalized("GetStiffness").contexts.numbers(context, self._group).item(0)
 
     def SetStiffness(self, context: Any, stiffness: float) -> None:
         """Changes the stiffness in a context [N m/rad]."""
         owner = self._finalized("SetStiffness")
         nonnegative("RevoluteSpring.SetStiffness", stiffness=stiffness)
-        owner._write_numbers(context, self._group, [stiffness, self.GetNominalAngle(context)])
+        owner.contexts.write_numbers(context, self._group, [stiffness, self.GetNominalAngle(context)])
 
 
 class PrismaticSpring(_JointSpring):

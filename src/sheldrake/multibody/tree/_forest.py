@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.tree._joint import Joint
 
 
 class Step(NamedTuple):
@@ -75,7 +78,7 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
     return steps
 
 
-def _closes_a_loop(joint: Any) -> RuntimeError:
+def _closes_a_loop(joint: Joint) -> RuntimeError:
     return RuntimeError(
         f"MultibodyPlant.Finalize(): the bodies and joints form a loop, closed by joint {joint.name()!r} "
         f"between bodies {joint.parent_body().name()!r} and {joint.child_body().name()!r}. Loops in the "
@@ -84,7 +87,7 @@ def _closes_a_loop(joint: Any) -> RuntimeError:
     )
 
 
-def _is_not_reversible(joint: Any) -> RuntimeError:
+def _is_not_reversible(joint: Joint) -> RuntimeError:
     return RuntimeError(
         f"MultibodyPlant::Finalize(): parent/child ordering for {joint.type_name()} joint {joint.name()} "
         f"(body {joint.parent_body().name()!r} to body {joint.child_body().name()!r}) would have to be "

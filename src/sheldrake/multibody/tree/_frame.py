@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar
 from sheldrake.multibody.tree._index import FrameIndex
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.math import SpatialAcceleration, SpatialVelocity
+    from sheldrake.multibody.tree._rigid_body import RigidBody
 
 
 class Frame(NamedElement):
@@ -21,7 +25,7 @@ class Frame(NamedElement):
         super().__init__(name, body.model_instance() if model_instance is None else model_instance)
         self._body = body
 
-    def body(self) -> Any:
+    def body(self) -> RigidBody:
         """The RigidBody it is fixed to."""
         return self._body
 
@@ -40,7 +44,7 @@ class Frame(NamedElement):
 
     def CalcPoseInBodyFrame(self, context: Any) -> RigidTransform:
         """X_BF."""
-        T = self._finalized("CalcPoseInBodyFrame")._view(context).T
+        T = self._finalized("CalcPoseInBodyFrame").contexts.view(context).T
         return of_scalar(self._X_BF(context), T)
 
     def CalcRotationMatrixInBodyFrame(self, context: Any) -> RotationMatrix:
@@ -79,7 +83,7 @@ class Frame(NamedElement):
 
     def CalcPoseInWorld(self, context: Any) -> RigidTransform:
         """X_WF."""
-        return self._finalized("CalcPoseInWorld")._pose_of_frame(context, self)
+        return self._finalized("CalcPoseInWorld").kinematics.pose_of_frame(context, self)
 
     def CalcPose(self, context: Any, frame_M: Frame) -> RigidTransform:
         """X_MF: this frame F in another frame M."""
@@ -105,51 +109,55 @@ class Frame(NamedElement):
         """w_MF expressed in E [rad/s], shape (3,)."""
         return self.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame).rotational().copy()
 
-    def CalcSpatialVelocityInWorld(self, context: Any) -> Any:
+    def CalcSpatialVelocityInWorld(self, context: Any) -> SpatialVelocity:
         """V_WF expressed in W, a SpatialVelocity."""
-        return self._finalized("CalcSpatialVelocityInWorld")._velocity_of_frame(context, self)
+        return self._finalized("CalcSpatialVelocityInWorld").kinematics.velocity_of_frame(context, self)
 
-    def CalcSpatialVelocity(self, context: Any, frame_M: Frame, frame_E: Frame) -> Any:
+    def CalcSpatialVelocity(self, context: Any, frame_M: Frame, frame_E: Frame) -> SpatialVelocity:
         """V_MF expressed in E, a SpatialVelocity."""
         owner = self._finalized("CalcSpatialVelocity")
-        V_WF = owner._velocity_of_frame(context, self)
+        V_WF = owner.kinematics.velocity_of_frame(context, self)
         if frame_M.is_world_frame():
             return _express(context, V_WF, frame_E)
-        V_WM = owner._velocity_of_frame(context, frame_M)
+        V_WM = owner.kinematics.velocity_of_frame(context, frame_M)
         p_MoFo_W = self.CalcPoseInWorld(context).translation() - frame_M.CalcPoseInWorld(context).translation()
         return _express(context, V_WF - V_WM.Shift(p_MoFo_W), frame_E)
 
-    def CalcRelativeSpatialVelocityInWorld(self, context: Any, other_frame: Frame) -> Any:
+    def CalcRelativeSpatialVelocityInWorld(self, context: Any, other_frame: Frame) -> SpatialVelocity:
         """V_WF - V_WB of another frame B, expressed in W."""
         owner = self._finalized("CalcRelativeSpatialVelocityInWorld")
-        return owner._velocity_of_frame(context, self) - owner._velocity_of_frame(context, other_frame)
+        return owner.kinematics.velocity_of_frame(context, self) - owner.kinematics.velocity_of_frame(
+            context, other_frame
+        )
 
     def CalcRelativeSpatialVelocity(
         self, context: Any, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
-    ) -> Any:
+    ) -> SpatialVelocity:
         """V_MF - V_MB of another frame B, expressed in E."""
         return self.CalcSpatialVelocity(
             context, measured_in_frame, expressed_in_frame
         ) - other_frame.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame)
 
-    def CalcSpatialAccelerationInWorld(self, context: Any) -> Any:
+    def CalcSpatialAccelerationInWorld(self, context: Any) -> SpatialAcceleration:
         """A_WF expressed in W, a SpatialAcceleration."""
-        return self._finalized("CalcSpatialAccelerationInWorld")._acceleration_of_frame(context, self)
+        return self._finalized("CalcSpatialAccelerationInWorld").accelerations.of_frame(context, self)
 
-    def CalcSpatialAcceleration(self, context: Any, measured_in_frame: Frame, expressed_in_frame: Frame) -> Any:
+    def CalcSpatialAcceleration(
+        self, context: Any, measured_in_frame: Frame, expressed_in_frame: Frame
+    ) -> SpatialAcceleration:
         """A_MF expressed in E, a SpatialAcceleration."""
         owner = self._finalized("CalcSpatialAcceleration")
-        A_MF_W = owner._relative_acceleration(context, self, measured_in_frame)
+        A_MF_W = owner.accelerations.of_frame_in(context, self, measured_in_frame)
         return _express(context, A_MF_W, expressed_in_frame)
 
-    def CalcRelativeSpatialAccelerationInWorld(self, context: Any, other_frame: Frame) -> Any:
+    def CalcRelativeSpatialAccelerationInWorld(self, context: Any, other_frame: Frame) -> SpatialAcceleration:
         """A_WF - A_WB of another frame B, expressed in W."""
         owner = self._finalized("CalcRelativeSpatialAccelerationInWorld")
-        return owner._acceleration_of_frame(context, self) - owner._acceleration_of_frame(context, other_frame)
+        return owner.accelerations.of_frame(context, self) - owner.accelerations.of_frame(context, other_frame)
 
     def CalcRelativeSpatialAcceleration(
         self, context: Any, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
-    ) -> Any:
+    ) -> SpatialAcceleration:
         """A_MF - A_MB of another frame B, expressed in E."""
         return self.CalcSpatialAcceleration(
             context, measured_in_frame, expressed_in_frame
@@ -194,7 +202,7 @@ class FixedOffsetFrame(Frame):
         P = retired.pop("bodyB", P)
         X_PF = retired.pop("X_BF", X_PF)
         if retired or P is None or not isinstance(X_PF, RigidTransform):
-            raise TypeError(
+            raise Mismatch(
                 "FixedOffsetFrame(): incompatible constructor arguments. Takes (name: str, P: Frame, X_PF: "
                 "RigidTransform, model_instance: ModelInstanceIndex = None) or (name: str, bodyB: RigidBody, X_BF: "
                 "RigidTransform)."
@@ -214,12 +222,12 @@ class FixedOffsetFrame(Frame):
     def GetPoseInParentFrame(self, context: Any) -> RigidTransform:
         """X_PF as the context has it."""
         owner = self._finalized("GetPoseInParentFrame")
-        return owner._transform(context, owner._numbers(context, self._group))
+        return owner.contexts.transform(context, owner.contexts.numbers(context, self._group))
 
     def SetPoseInParentFrame(self, context: Any, X_PF: RigidTransform) -> None:
         """Changes X_PF in a context."""
         owner = self._finalized("SetPoseInParentFrame")
-        owner._write_numbers(context, self._group, pose_numbers(X_PF))
+        owner.contexts.write_numbers(context, self._group, pose_numbers(X_PF))
 
 
 def pose_numbers(X: RigidTransform) -> np.ndarray:

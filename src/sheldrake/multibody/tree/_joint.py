@@ -6,14 +6,21 @@ bodies is a row of the `TreeModel`, computed by the kernels.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar, require_numbers, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._index import JointIndex
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.tree._rigid_body import RigidBody
 
 _LIMITS = ("position", "velocity", "acceleration")
 
@@ -39,7 +46,7 @@ class Joint(NamedElement):
         """
         for argument, value in (("frame_on_parent", frame_on_parent), ("frame_on_child", frame_on_child)):
             if not isinstance(value, Frame):
-                raise TypeError(
+                raise Mismatch(
                     f"{type(self).__name__}(): incompatible constructor arguments. {argument} must be a Frame, "
                     f"not {value!r}."
                 )
@@ -65,11 +72,11 @@ class Joint(NamedElement):
         """Its kind, such as "revolute"."""
         return self.kTypeName
 
-    def parent_body(self) -> Any:
+    def parent_body(self) -> RigidBody:
         """The body of F."""
         return self._F.body()
 
-    def child_body(self) -> Any:
+    def child_body(self) -> RigidBody:
         """The body of M."""
         return self._M.body()
 
@@ -160,15 +167,18 @@ class Joint(NamedElement):
         """Upper limits of the accelerations, shape (nv,). They are not enforced."""
         return self._limits["acceleration"][1].copy()
 
-    def set_position_limits(self, lower_limits: Any, upper_limits: Any) -> None:
+    @checked
+    def set_position_limits(self, lower_limits: ArrayLike, upper_limits: Any) -> None:
         """Sets the limits of the positions; before Finalize(), if the discrete update is to enforce them."""
         self._set_limits("position", lower_limits, upper_limits)
 
-    def set_velocity_limits(self, lower_limits: Any, upper_limits: Any) -> None:
+    @checked
+    def set_velocity_limits(self, lower_limits: ArrayLike, upper_limits: Any) -> None:
         """Sets the limits of the velocities."""
         self._set_limits("velocity", lower_limits, upper_limits)
 
-    def set_acceleration_limits(self, lower_limits: Any, upper_limits: Any) -> None:
+    @checked
+    def set_acceleration_limits(self, lower_limits: ArrayLike, upper_limits: Any) -> None:
         """Sets the limits of the accelerations."""
         self._set_limits("acceleration", lower_limits, upper_limits)
 
@@ -185,7 +195,7 @@ class Joint(NamedElement):
             RuntimeError: after Finalize(), or an effort is negative or not finite.
         """
         if self._owner is not None:
-            self._owner._require_not_finalized("set_dry_friction")
+            self._owner.elements.require_not_finalized("set_dry_friction")
         values = np.asarray(efforts, float) * np.ones(self.num_velocities())
         if not np.all((values >= 0.0) & np.isfinite(values)):
             raise RuntimeError(f"{type(self).__name__}.set_dry_friction(): joint {self._name!r}: found {efforts}.")
@@ -228,15 +238,16 @@ class Joint(NamedElement):
         """Damping of each velocity, shape (nv,)."""
         return self._damping.copy()
 
-    def set_default_damping_vector(self, damping: Any) -> None:
+    @checked
+    def set_default_damping_vector(self, damping: ArrayLike) -> None:
         """Sets the damping of each velocity, before Finalize()."""
         if self._owner is not None:
-            self._owner._require_not_finalized("set_default_damping_vector")
+            self._owner.elements.require_not_finalized("set_default_damping_vector")
         self._damping = self._checked_damping(damping)
 
     def GetDampingVector(self, context: Any) -> np.ndarray:
         """Damping of each velocity as the context has it, shape (nv,)."""
-        return np.array(self._finalized("GetDampingVector")._numbers(context, self._group))
+        return np.array(self._finalized("GetDampingVector").contexts.numbers(context, self._group))
 
     def SetDampingVector(self, context: Any, damping: Any) -> None:
         """Changes the damping in a context."""
@@ -244,7 +255,7 @@ class Joint(NamedElement):
         damping = vector("SetDampingVector", "damping", damping, self.num_velocities())
         if damping.dtype != object:
             self._checked_damping(damping)
-        owner._write_numbers(context, self._group, damping)
+        owner.contexts.write_numbers(context, self._group, damping)
 
     def AddInDamping(self, context: Any, forces: Any) -> None:
         """Adds its damping forces to `forces`."""
@@ -276,7 +287,8 @@ class Joint(NamedElement):
         """Positions of a default context, shape (nq,)."""
         return self._default_q.copy()
 
-    def set_default_positions(self, default_positions: Any) -> None:
+    @checked
+    def set_default_positions(self, default_positions: ArrayLike) -> None:
         """Sets the positions of a default context."""
         size = self.num_positions()
         values = np.ravel(np.asarray(default_positions, float))
@@ -290,6 +302,7 @@ class Joint(NamedElement):
         """X_FM at the default positions."""
         return self._pose_at(self._default_q)
 
+    @checked
     def SetDefaultPose(self, X_FM: RigidTransform) -> None:
         """Sets the default positions that put M at X_FM.
 
@@ -364,24 +377,24 @@ class Joint(NamedElement):
 
     def _q(self, context: Any, call: str) -> np.ndarray:
         owner = self._finalized(call)
-        return np.array(owner._positions(context)[self._q_start : self._q_start + self.num_positions()])
+        return np.array(owner.contexts.positions(context)[self._q_start : self._q_start + self.num_positions()])
 
     def _velocities(self, context: Any, call: str) -> np.ndarray:
         owner = self._finalized(call)
-        return np.array(owner._velocities(context)[self._v_start : self._v_start + self.num_velocities()])
+        return np.array(owner.contexts.velocities(context)[self._v_start : self._v_start + self.num_velocities()])
 
     def _write_q(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
         owner = self._finalized(call)
         require_numbers(f"{type(self).__name__}.{call}", values)
         finite(f"{type(self).__name__}.{call}", "the positions", values)
-        owner._write_positions(context, self._q_start + at, values)
+        owner.contexts.write_positions(context, self._q_start + at, values)
         return self
 
     def _write_v(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
         owner = self._finalized(call)
         require_numbers(f"{type(self).__name__}.{call}", values)
         finite(f"{type(self).__name__}.{call}", "the velocities", values)
-        owner._write_velocities(context, self._v_start + at, values)
+        owner.contexts.write_velocities(context, self._v_start + at, values)
         return self
 
     # --- locking
@@ -389,14 +402,14 @@ class Joint(NamedElement):
     def Lock(self, context: Any) -> None:
         """Locks it in a context: it keeps its positions and its velocities become zero."""
         owner = self._finalized("Lock")
-        owner._set_locked(context, self, True)
+        owner.contexts.set_locked(context, self, True)
         if self.num_velocities():
-            owner._write_velocities(context, self._v_start, np.zeros(self.num_velocities()))
+            owner.contexts.write_velocities(context, self._v_start, np.zeros(self.num_velocities()))
 
     def Unlock(self, context: Any) -> None:
         """Undoes Lock()."""
-        self._finalized("Unlock")._set_locked(context, self, False)
+        self._finalized("Unlock").contexts.set_locked(context, self, False)
 
     def is_locked(self, context: Any) -> bool:
         """Whether it is locked in a context."""
-        return self._finalized("is_locked")._is_locked(context, self)
+        return self._finalized("is_locked").contexts.is_locked(context, self)

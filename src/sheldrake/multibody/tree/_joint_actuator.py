@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.multibody.tree._element import NamedElement, vector
 from sheldrake.multibody.tree._index import JointActuatorIndex
 from sheldrake.multibody.tree._joint import Joint
@@ -49,7 +50,7 @@ class JointActuator(NamedElement):
         self._gains: PdControllerGains | None = None
         self._input_start = -1
 
-    def joint(self) -> Joint:
+    def joint(self) -> Any:
         """The joint it acts on."""
         return self._joint
 
@@ -67,7 +68,7 @@ class JointActuator(NamedElement):
             raise RuntimeError(f"JointActuator effort limit must be strictly positive (not {effort_limit})")
         self._effort_limit = float(effort_limit)
         if self._owner is not None:
-            self._owner._actuator_changed(self)
+            self._owner.actuator_changed(self)
 
     # --- rotor
 
@@ -95,19 +96,19 @@ class JointActuator(NamedElement):
 
     def rotor_inertia(self, context: Any) -> float:
         """Rotor inertia as the context has it [kg m²]."""
-        return self._finalized("rotor_inertia")._numbers(context, self._group).item(0)
+        return self._finalized("rotor_inertia").contexts.numbers(context, self._group).item(0)
 
     def gear_ratio(self, context: Any) -> float:
         """Gear ratio as the context has it."""
-        return self._finalized("gear_ratio")._numbers(context, self._group + 1).item(0)
+        return self._finalized("gear_ratio").contexts.numbers(context, self._group + 1).item(0)
 
     def SetRotorInertia(self, context: Any, rotor_inertia: float) -> None:
         """Changes the rotor inertia in a context [kg m²]."""
-        self._finalized("SetRotorInertia")._write_numbers(context, self._group, [rotor_inertia])
+        self._finalized("SetRotorInertia").contexts.write_numbers(context, self._group, [rotor_inertia])
 
     def SetGearRatio(self, context: Any, gear_ratio: float) -> None:
         """Changes the gear ratio in a context."""
-        self._finalized("SetGearRatio")._write_numbers(context, self._group + 1, [gear_ratio])
+        self._finalized("SetGearRatio").contexts.write_numbers(context, self._group + 1, [gear_ratio])
 
     def calc_reflected_inertia(self, context: Any) -> float:
         """Rotor inertia as the joint feels it, in a context [kg m² or kg]."""
@@ -128,7 +129,7 @@ class JointActuator(NamedElement):
     def get_actuation_vector(self, u: Any) -> np.ndarray:
         """Its part of the plant's actuation vector u."""
         owner = self._finalized("get_actuation_vector")
-        u = vector("get_actuation_vector", "u", u, owner.num_actuated_dofs())
+        u = vector("get_actuation_vector", "u", u, owner.plant.num_actuated_dofs())
         return u[self._input_start : self._input_start + self.num_inputs()]
 
     def set_actuation_vector(self, u_actuator: Any, u: np.ndarray) -> None:
@@ -141,6 +142,7 @@ class JointActuator(NamedElement):
 
     # --- position control
 
+    @checked
     def set_controller_gains(self, gains: PdControllerGains) -> None:
         """Gives it a position controller, which the discrete update treats implicitly; before Finalize().
 
@@ -153,10 +155,10 @@ class JointActuator(NamedElement):
                 f"not p = {gains.p} and d = {gains.d}."
             )
         if self._owner is not None and self._gains is None:
-            self._owner._require_not_finalized("set_controller_gains")
+            self._owner.elements.require_not_finalized("set_controller_gains")
         self._gains = copy.copy(gains)
         if self._owner is not None:
-            self._owner._actuator_changed(self)
+            self._owner.actuator_changed(self)
 
     def has_controller(self) -> bool:
         """Whether it has a position controller."""

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.tree._element import scalar_of
 from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joints_axis import OneVelocityJoint
 from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory, PiecewiseConstantCurvatureTrajectory_
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class CurvilinearJoint(OneVelocityJoint):
@@ -46,7 +50,7 @@ class CurvilinearJoint(OneVelocityJoint):
             damping: Viscous damping along the path [N s/m].
         """
         if not isinstance(curvilinear_path, PiecewiseConstantCurvatureTrajectory) or len(args) > 3:
-            raise TypeError(
+            raise Mismatch(
                 "CurvilinearJoint(): incompatible constructor arguments. Takes (name, frame_on_parent, frame_on_child, "
                 "curvilinear_path: PiecewiseConstantCurvatureTrajectory, damping: float = 0) or (..., curvilinear_path,"
                 f" pos_lower_limit: float, pos_upper_limit: float, damping: float = 0), found {curvilinear_path!r}."
@@ -83,19 +87,19 @@ class CurvilinearJoint(OneVelocityJoint):
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         return PiecewiseConstantCurvatureTrajectory_[scalar_of(q)](self._path).CalcPose(q[0])
 
-    def get_distance(self, context: Any) -> float:
+    def get_distance(self, context: Context) -> float:
         """The distance along the path [m]."""
         return self._q(context, "get_distance").item(0)
 
-    def set_distance(self, context: Any, distance: float) -> CurvilinearJoint:
+    def set_distance(self, context: Context, distance: float) -> CurvilinearJoint:
         """Sets the distance along the path [m]."""
         return self._write_q(context, "set_distance", [distance])
 
-    def get_tangential_velocity(self, context: Any) -> float:
+    def get_tangential_velocity(self, context: Context) -> float:
         """The speed along the path [m/s]."""
         return self._velocities(context, "get_tangential_velocity").item(0)
 
-    def set_tangential_velocity(self, context: Any, tangential_velocity: float) -> CurvilinearJoint:
+    def set_tangential_velocity(self, context: Context, tangential_velocity: float) -> CurvilinearJoint:
         """Sets the speed along the path [m/s]."""
         return self._write_v(context, "set_tangential_velocity", [tangential_velocity])
 
@@ -111,6 +115,6 @@ class CurvilinearJoint(OneVelocityJoint):
         """Sets the expression from which SetRandomState() draws the distance."""
         self._random_q = [distance]
 
-    def AddInForce(self, context: Any, force: float, forces: Any) -> None:
+    def AddInForce(self, context: Context, force: float, forces: Any) -> None:
         """Adds a force along the path's tangent [N] to `forces`."""
         self.AddInOneForce(context, 0, force, forces)

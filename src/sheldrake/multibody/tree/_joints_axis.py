@@ -5,15 +5,21 @@ Revolute, prismatic and screw joints; see `_joint` for what a joint is.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.eigen_geometry import AngleAxis_
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.tree._element import finite, scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joint import Joint
+
+if TYPE_CHECKING:
+    from sheldrake.symbolic import Expression
+    from sheldrake.systems.framework import Context
 
 
 class OneDampingJoint(Joint):
@@ -23,11 +29,11 @@ class OneDampingJoint(Joint):
         """Viscous damping [N m s or N s/m]."""
         return float(self._damping[0])
 
-    def GetDamping(self, context: Any) -> float:
+    def GetDamping(self, context: Context) -> float:
         """Viscous damping as the context has it [N m s or N s/m]."""
         return self.GetDampingVector(context).item(0)
 
-    def SetDamping(self, context: Any, damping: float) -> None:
+    def SetDamping(self, context: Context, damping: float) -> None:
         """Changes the damping in a context [N m s or N s/m]."""
         self.SetDampingVector(context, [damping])
 
@@ -62,6 +68,7 @@ class OneVelocityJoint(OneDampingJoint):
         """Upper limit of the acceleration [rad/s² or m/s²]; not enforced."""
         return self._one("acceleration", 1)
 
+    @checked
     def set_default_damping(self, damping: float) -> None:
         """Sets the damping, before Finalize()."""
         self.set_default_damping_vector([damping])
@@ -160,19 +167,19 @@ class RevoluteJoint(_AxisJoint):
         T = scalar_of(q)
         return RigidTransform_[T](AngleAxis_[T](q[0], self._axis), np.zeros(3))
 
-    def get_angle(self, context: Any) -> float:
+    def get_angle(self, context: Context) -> float:
         """The angle [rad]."""
         return self._q(context, "get_angle").item(0)
 
-    def set_angle(self, context: Any, angle: float) -> RevoluteJoint:
+    def set_angle(self, context: Context, angle: float) -> RevoluteJoint:
         """Sets the angle [rad]."""
         return self._write_q(context, "set_angle", [angle])
 
-    def get_angular_rate(self, context: Any) -> float:
+    def get_angular_rate(self, context: Context) -> float:
         """The rate of the angle [rad/s]."""
         return self._velocities(context, "get_angular_rate").item(0)
 
-    def set_angular_rate(self, context: Any, angle: float) -> RevoluteJoint:
+    def set_angular_rate(self, context: Context, angle: float) -> RevoluteJoint:
         """Sets the rate of the angle [rad/s]."""
         return self._write_v(context, "set_angular_rate", [angle])
 
@@ -180,11 +187,13 @@ class RevoluteJoint(_AxisJoint):
         """The angle in a default context [rad]."""
         return float(self._default_q[0])
 
+    @checked
     def set_default_angle(self, angle: float) -> None:
         """Sets the angle in a default context [rad]."""
         self.set_default_positions([angle])
 
-    def set_random_angle_distribution(self, angle: Any) -> None:
+    @checked
+    def set_random_angle_distribution(self, angle: Expression) -> None:
         """Sets the expression from which SetRandomState() draws the angle."""
         self._random_q = [angle]
 
@@ -205,19 +214,19 @@ class PrismaticJoint(_AxisJoint):
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         return RigidTransform_[scalar_of(q)](q[0] * self._axis)
 
-    def get_translation(self, context: Any) -> float:
+    def get_translation(self, context: Context) -> float:
         """The translation [m]."""
         return self._q(context, "get_translation").item(0)
 
-    def set_translation(self, context: Any, translation: float) -> PrismaticJoint:
+    def set_translation(self, context: Context, translation: float) -> PrismaticJoint:
         """Sets the translation [m]."""
         return self._write_q(context, "set_translation", [translation])
 
-    def get_translation_rate(self, context: Any) -> float:
+    def get_translation_rate(self, context: Context) -> float:
         """The rate of the translation [m/s]."""
         return self._velocities(context, "get_translation_rate").item(0)
 
-    def set_translation_rate(self, context: Any, translation_dot: float) -> PrismaticJoint:
+    def set_translation_rate(self, context: Context, translation_dot: float) -> PrismaticJoint:
         """Sets the rate of the translation [m/s]."""
         return self._write_v(context, "set_translation_rate", [translation_dot])
 
@@ -225,11 +234,13 @@ class PrismaticJoint(_AxisJoint):
         """The translation in a default context [m]."""
         return float(self._default_q[0])
 
+    @checked
     def set_default_translation(self, translation: float) -> None:
         """Sets the translation in a default context [m]."""
         self.set_default_positions([translation])
 
-    def set_random_translation_distribution(self, translation: Any) -> None:
+    @checked
+    def set_random_translation_distribution(self, translation: Expression) -> None:
         """Sets the expression from which SetRandomState() draws the translation."""
         self._random_q = [translation]
 
@@ -266,7 +277,7 @@ class ScrewJoint(OneDampingJoint):
         screw_pitch = rest.pop(0) if rest else screw_pitch
         damping = rest.pop(0) if rest else damping
         if rest or screw_pitch is None or damping is None:
-            raise TypeError(
+            raise Mismatch(
                 "ScrewJoint(): incompatible constructor arguments. Takes (name, frame_on_parent, frame_on_child, "
                 "screw_pitch: float, damping: float) or (name, frame_on_parent, frame_on_child, axis, screw_pitch: "
                 "float, damping: float)."
@@ -298,35 +309,35 @@ class ScrewJoint(OneDampingJoint):
         """Translation for one turn [m]."""
         return self._pitch
 
-    def get_rotation(self, context: Any) -> float:
+    def get_rotation(self, context: Context) -> float:
         """The angle [rad]."""
         return self._q(context, "get_rotation").item(0)
 
-    def set_rotation(self, context: Any, theta: float) -> ScrewJoint:
+    def set_rotation(self, context: Context, theta: float) -> ScrewJoint:
         """Sets the angle [rad]."""
         return self._write_q(context, "set_rotation", [theta])
 
-    def get_translation(self, context: Any) -> float:
+    def get_translation(self, context: Context) -> float:
         """The translation along the axis [m]."""
         return self._q(context, "get_translation").item(0) * self._lead()
 
-    def set_translation(self, context: Any, translation: float) -> ScrewJoint:
+    def set_translation(self, context: Context, translation: float) -> ScrewJoint:
         """Sets the translation along the axis [m]."""
         return self._write_q(context, "set_translation", [self._angle_of("set_translation", translation)])
 
-    def get_angular_velocity(self, context: Any) -> float:
+    def get_angular_velocity(self, context: Context) -> float:
         """The rate of the angle [rad/s]."""
         return self._velocities(context, "get_angular_velocity").item(0)
 
-    def set_angular_velocity(self, context: Any, theta_dot: float) -> ScrewJoint:
+    def set_angular_velocity(self, context: Context, theta_dot: float) -> ScrewJoint:
         """Sets the rate of the angle [rad/s]."""
         return self._write_v(context, "set_angular_velocity", [theta_dot])
 
-    def get_translational_velocity(self, context: Any) -> float:
+    def get_translational_velocity(self, context: Context) -> float:
         """The speed along the axis [m/s]."""
         return self._velocities(context, "get_translational_velocity").item(0) * self._lead()
 
-    def set_translational_velocity(self, context: Any, translation_dot: float) -> ScrewJoint:
+    def set_translational_velocity(self, context: Context, translation_dot: float) -> ScrewJoint:
         """Sets the speed along the axis [m/s]."""
         rate = self._angle_of("set_translational_velocity", translation_dot)
         return self._write_v(context, "set_translational_velocity", [rate])

@@ -5,7 +5,7 @@ A plant gives the one with a quaternion to each body that no joint holds; the on
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, Rotat
 from sheldrake.multibody.tree._element import scalar_of, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 def _unit_quaternion(q: np.ndarray) -> Quaternion:
@@ -62,27 +65,27 @@ class _FloatingJoint(Joint):
         """Viscous damping of v_FM [N s/m]."""
         return float(self._damping[3])
 
-    def get_translation(self, context: Any) -> np.ndarray:
+    def get_translation(self, context: Context) -> np.ndarray:
         """p_FM [m], shape (3,)."""
         return self._q(context, "get_translation")[self._p_start :]
 
-    def SetTranslation(self, context: Any, p_FM: Any) -> Any:
+    def SetTranslation(self, context: Context, p_FM: Any) -> Any:
         """Moves M's origin to p_FM [m]."""
         return self._write_q(context, "SetTranslation", vector("SetTranslation", "p_FM", p_FM, 3), self._p_start)
 
-    def get_angular_velocity(self, context: Any) -> np.ndarray:
+    def get_angular_velocity(self, context: Context) -> np.ndarray:
         """w_FM expressed in F [rad/s], shape (3,)."""
         return self._velocities(context, "get_angular_velocity")[:3]
 
-    def set_angular_velocity(self, context: Any, w_FM: Any) -> Any:
+    def set_angular_velocity(self, context: Context, w_FM: Any) -> Any:
         """Sets w_FM expressed in F [rad/s]."""
         return self._write_v(context, "set_angular_velocity", vector("set_angular_velocity", "w_FM", w_FM, 3))
 
-    def get_translational_velocity(self, context: Any) -> np.ndarray:
+    def get_translational_velocity(self, context: Context) -> np.ndarray:
         """v_FM expressed in F [m/s], shape (3,)."""
         return self._velocities(context, "get_translational_velocity")[3:]
 
-    def set_translational_velocity(self, context: Any, v_FM: Any) -> Any:
+    def set_translational_velocity(self, context: Context, v_FM: Any) -> Any:
         """Sets v_FM expressed in F [m/s]."""
         call = "set_translational_velocity"
         return self._write_v(context, call, vector(call, "v_FM", v_FM, 3), 3)
@@ -111,16 +114,16 @@ class QuaternionFloatingJoint(_FloatingJoint):
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         return RigidTransform_[scalar_of(q)](_unit_quaternion(q[:4]), q[4:])
 
-    def SetOrientation(self, context: Any, R: RotationMatrix) -> Any:
+    def SetOrientation(self, context: Context, R: RotationMatrix) -> Any:
         """Turns M to R, which is R_FM."""
         return self._write_q(context, "SetOrientation", self._rotation_positions(R))
 
-    def get_quaternion(self, context: Any) -> Quaternion:
+    def get_quaternion(self, context: Context) -> Quaternion:
         """The quaternion, normalised."""
         q = self._q(context, "get_quaternion")[:4]
         return _unit_quaternion(q)
 
-    def SetQuaternion(self, context: Any, q_FM: Quaternion) -> QuaternionFloatingJoint:
+    def SetQuaternion(self, context: Context, q_FM: Quaternion) -> QuaternionFloatingJoint:
         """Sets the quaternion."""
         return self._write_q(context, "SetQuaternion", q_FM.wxyz())
 
@@ -163,15 +166,15 @@ class RpyFloatingJoint(_FloatingJoint):
         T = scalar_of(q)
         return RigidTransform_[T](RollPitchYaw_[T](q[:3]), q[3:])
 
-    def SetOrientation(self, context: Any, R_FM: RotationMatrix) -> Any:
+    def SetOrientation(self, context: Context, R_FM: RotationMatrix) -> Any:
         """Turns M to R_FM."""
         return self._write_q(context, "SetOrientation", self._rotation_positions(R_FM))
 
-    def get_angles(self, context: Any) -> np.ndarray:
+    def get_angles(self, context: Context) -> np.ndarray:
         """Roll, pitch, yaw [rad], shape (3,)."""
         return self._q(context, "get_angles")[:3]
 
-    def set_angles(self, context: Any, angles: Any) -> RpyFloatingJoint:
+    def set_angles(self, context: Context, angles: Any) -> RpyFloatingJoint:
         """Sets roll, pitch, yaw [rad]."""
         return self._write_q(context, "set_angles", vector("set_angles", "angles", angles, 3))
 

@@ -6,6 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
+
 
 class MultibodyForces:
     """Generalized forces, and spatial forces on the bodies at their origins, in W."""
@@ -24,12 +27,15 @@ class MultibodyForces:
             nb = int(plant)
         if nb is None:
             if plant is None or nv is not None or not hasattr(plant, "num_velocities"):
-                raise TypeError(
+                raise Mismatch(
                     "MultibodyForces(): incompatible constructor arguments. Takes (plant: MultibodyPlant) or "
                     "(nb: int, nv: int)."
                 )
-            plant._require_finalized("MultibodyForces")
-            nb, nv, dtype = plant.num_bodies(), plant.num_velocities(), plant._dtype
+            if not plant.is_finalized():
+                raise RuntimeError(
+                    "MultibodyForces(): this plant is pre-finalize; it answers once Finalize() is called."
+                )
+            nb, nv, dtype = plant.num_bodies(), plant.num_velocities(), float if plant._scalar is float else object
         self._zero = 0.0 if plant is None else plant._scalar(0.0)
         self._F_Bo_W = np.full((int(nb), 6), self._zero, dtype=dtype)
         self._tau = np.full(int(nv or 0), self._zero, dtype=dtype)
@@ -62,6 +68,7 @@ class MultibodyForces:
 
         return [SpatialForce(F) for F in self._F_Bo_W]
 
+    @checked
     def AddInForces(self, addend: MultibodyForces) -> None:
         """Adds other forces.
 

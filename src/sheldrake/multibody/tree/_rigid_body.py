@@ -6,16 +6,23 @@ view.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.deprecation import _warn_deprecated
 from sheldrake.multibody.math import RotationalInertia, SpatialForce, SpatialForce_, SpatialInertia, UnitInertia
 from sheldrake.multibody.tree._element import NamedElement, vector
 from sheldrake.multibody.tree._frame import Frame, RigidBodyFrame
 from sheldrake.multibody.tree._index import BodyIndex, ModelInstanceIndex, default_model_instance
 from sheldrake.systems.framework._vector import lifted
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.math import SpatialAcceleration, SpatialVelocity
+    from sheldrake.systems.framework import Context
 
 
 class RigidBody(NamedElement):
@@ -65,16 +72,16 @@ class RigidBody(NamedElement):
 
     def get_mass(self, context: Any) -> float:
         """Mass [kg] as the context has it."""
-        return self._finalized("get_mass")._numbers(context, self._group).item(0)
+        return self._finalized("get_mass").contexts.numbers(context, self._group).item(0)
 
     def CalcCenterOfMassInBodyFrame(self, context: Any) -> np.ndarray:
         """p_BoBcm_B [m] as the context has it, shape (3,)."""
-        return np.array(self._finalized("CalcCenterOfMassInBodyFrame")._numbers(context, self._group)[1:4])
+        return np.array(self._finalized("CalcCenterOfMassInBodyFrame").contexts.numbers(context, self._group)[1:4])
 
     def CalcSpatialInertiaInBodyFrame(self, context: Any) -> SpatialInertia:
         """M_BBo_B as the context has it."""
         owner = self._finalized("CalcSpatialInertiaInBodyFrame")
-        return owner._spatial_inertia(context, owner._numbers(context, self._group))
+        return owner.contexts.spatial_inertia(context, owner.contexts.numbers(context, self._group))
 
     def SetMass(self, context: Any, mass: float) -> None:
         """Changes the mass [kg] in a context; the unit inertia stays, so the rotational inertia scales.
@@ -96,34 +103,35 @@ class RigidBody(NamedElement):
         central = M.get_unit_inertia().ShiftToCenterOfMass(M.get_com())
         self._change(context, call, 1, [*new, *unit_inertia_numbers(central.ShiftFromCenterOfMass(new))])
 
-    def SetSpatialInertiaInBodyFrame(self, context: Any, M_Bo_B: SpatialInertia) -> None:
+    @checked
+    def SetSpatialInertiaInBodyFrame(self, context: Context, M_Bo_B: SpatialInertia) -> None:
         """Changes the spatial inertia in a context."""
         self._change(context, "SetSpatialInertiaInBodyFrame", 0, inertia_numbers(M_Bo_B))
 
     def _change(self, context: Any, call: str, start: int, values: Any) -> None:
         owner = self._finalized(call)
-        numbers = np.array(owner._numbers(context, self._group))
+        numbers = np.array(owner.contexts.numbers(context, self._group))
         numbers[start : start + len(values)] = lifted(np.array(values), context._system._scalar)
         if numbers.dtype != object and not (np.all(np.isfinite(numbers)) and numbers[0] >= 0.0):
             raise RuntimeError(
                 f"RigidBody.{call}(): body {self._name!r} needs a finite inertia and a mass of at least zero, "
                 f"not {values}."
             )
-        owner._write_numbers(context, self._group, numbers)
+        owner.contexts.write_numbers(context, self._group, numbers)
 
     # --- where it is
 
-    def EvalPoseInWorld(self, context: Any) -> Any:
+    def EvalPoseInWorld(self, context: Any) -> RigidTransform:
         """X_WB."""
-        return self._finalized("EvalPoseInWorld").EvalBodyPoseInWorld(context, self)
+        return self._finalized("EvalPoseInWorld").plant.EvalBodyPoseInWorld(context, self)
 
-    def EvalSpatialVelocityInWorld(self, context: Any) -> Any:
+    def EvalSpatialVelocityInWorld(self, context: Any) -> SpatialVelocity:
         """V_WB, of Bo, expressed in W."""
-        return self._finalized("EvalSpatialVelocityInWorld").EvalBodySpatialVelocityInWorld(context, self)
+        return self._finalized("EvalSpatialVelocityInWorld").plant.EvalBodySpatialVelocityInWorld(context, self)
 
-    def EvalSpatialAccelerationInWorld(self, context: Any) -> Any:
+    def EvalSpatialAccelerationInWorld(self, context: Any) -> SpatialAcceleration:
         """A_WB, of Bo, expressed in W."""
-        return self._finalized("EvalSpatialAccelerationInWorld").EvalBodySpatialAccelerationInWorld(context, self)
+        return self._finalized("EvalSpatialAccelerationInWorld").plant.EvalBodySpatialAccelerationInWorld(context, self)
 
     def CalcCenterOfMassTranslationalVelocityInWorld(self, context: Any) -> np.ndarray:
         """v_WBcm, expressed in W [m/s], shape (3,)."""
@@ -141,17 +149,20 @@ class RigidBody(NamedElement):
 
     # --- forces
 
-    def GetForceInWorld(self, context: Any, forces: Any) -> SpatialForce:
+    @checked
+    def GetForceInWorld(self, context: Context, forces: Any) -> SpatialForce:
         """The spatial force on it at Bo, in W, among `forces`."""
         self._finalized("GetForceInWorld")
         return SpatialForce_[context._system._scalar](forces._F_Bo_W[int(self._index)].copy())
 
-    def AddInForceInWorld(self, context: Any, F_Bo_W: SpatialForce, forces: Any) -> None:
+    @checked
+    def AddInForceInWorld(self, context: Context, F_Bo_W: SpatialForce, forces: Any) -> None:
         """Adds a spatial force at Bo, given in W, to `forces`."""
         self._finalized("AddInForceInWorld")
         forces._F_Bo_W[int(self._index)] += F_Bo_W.get_coeffs()
 
-    def AddInForce(self, context: Any, p_BP_E: Any, F_Bp_E: SpatialForce, frame_E: Frame, forces: Any) -> None:
+    @checked
+    def AddInForce(self, context: Context, p_BP_E: Any, F_Bp_E: SpatialForce, frame_E: Frame, forces: Any) -> None:
         """Adds a spatial force at a point P of the body, given in E, to `forces`.
 
         Args:
@@ -169,7 +180,7 @@ class RigidBody(NamedElement):
 
     def is_floating_base_body(self) -> bool:
         """Whether it floats from the world by a joint that Finalize() added."""
-        return self._finalized("is_floating_base_body")._is_floating_base(self)
+        return self._finalized("is_floating_base_body").elements.is_floating_base(self)
 
     def is_floating(self) -> bool:
         """The retired name of `is_floating_base_body`."""
@@ -178,7 +189,7 @@ class RigidBody(NamedElement):
 
     def has_quaternion_dofs(self) -> bool:
         """Whether it floats with a quaternion."""
-        return self._finalized("has_quaternion_dofs")._has_quaternion(self)
+        return self._finalized("has_quaternion_dofs").elements.has_quaternion(self)
 
     def floating_positions_start(self) -> int:
         """Where its seven (or six) positions start in q."""
@@ -188,19 +199,21 @@ class RigidBody(NamedElement):
         """Where its six velocities start in v."""
         return self._floating_joint("floating_velocities_start_in_v").velocity_start()
 
+    @checked
     def floating_position_suffix(self, position_index_in_body: int) -> str:
         """Suffix of one of its positions."""
         return self._floating_joint("floating_position_suffix").position_suffix(position_index_in_body)
 
+    @checked
     def floating_velocity_suffix(self, velocity_index_in_body: int) -> str:
         """Suffix of one of its velocities."""
         return self._floating_joint("floating_velocity_suffix").velocity_suffix(velocity_index_in_body)
 
     def _floating_joint(self, call: str) -> Any:
         owner = self._finalized(call)
-        if not owner._is_floating_base(self):
+        if not owner.elements.is_floating_base(self):
             raise RuntimeError(f"RigidBody.{call}(): body {self._name!r} is not a floating base body.")
-        return owner._inboard_joint(self)
+        return owner.elements.inboard_joint(self)
 
     def Lock(self, context: Any) -> None:
         """Locks the joint by which it floats.
@@ -220,7 +233,7 @@ class RigidBody(NamedElement):
 
     def is_locked(self, context: Any) -> bool:
         """Whether its inboard joint is locked."""
-        return self._finalized("is_locked")._inboard_joint(self).is_locked(context)
+        return self._finalized("is_locked").elements.inboard_joint(self).is_locked(context)
 
 
 def body_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any, SpatialInertia]:
@@ -238,7 +251,7 @@ def body_arguments(call: str, args: tuple, kwargs: dict[str, Any]) -> tuple[Any,
     inertia = SpatialInertia.Zero() if inertia is None else inertia
     wrong = rest or kwargs or not isinstance(inertia, SpatialInertia)
     if wrong or not (model_instance is None or isinstance(model_instance, ModelInstanceIndex)):
-        raise TypeError(
+        raise Mismatch(
             f"{call}(): incompatible function arguments. Takes (name: str, M_BBo_B: SpatialInertia = zero) or (name: "
             "str, model_instance: ModelInstanceIndex, M_BBo_B: SpatialInertia = zero)."
         )

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Shape, TriangleSurfaceMesh
 from sheldrake.geometry._meshes.mass_properties import mass_properties
 from sheldrake.multibody.math import RotationalInertia, SpatialInertia
@@ -24,7 +25,7 @@ def CalcSpatialInertia(shape: Any = None, density: float | None = None, *, mesh:
     """
     solid = shape if mesh is None else mesh
     if density is None or not isinstance(solid, (Shape, TriangleSurfaceMesh)):
-        raise TypeError(
+        raise Mismatch(
             "CalcSpatialInertia(): incompatible function arguments. Takes (shape: Shape, density: float) or (mesh: "
             "TriangleSurfaceMesh, density: float)."
         )

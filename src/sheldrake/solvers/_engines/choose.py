@@ -12,8 +12,10 @@ from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.equality import EqualityConstrainedQPSolver, LinearSystemSolver
 from sheldrake.solvers._engines.highs import ClpSolver, HighsSolver
 from sheldrake.solvers._engines.interface import SolverInterface
+from sheldrake.solvers._engines.ipopt import IpoptSolver
 from sheldrake.solvers._engines.lemke import MobyLcpSolver, UnrevisedLemkeSolver
-from sheldrake.solvers._engines.nonlinear import IpoptSolver, NloptSolver, SnoptSolver
+from sheldrake.solvers._engines.nlopt import NloptSolver
+from sheldrake.solvers._engines.snopt import InteriorPointSolver, SnoptSolver
 from sheldrake.solvers._engines.splitting import OsqpSolver, ScsSolver
 from sheldrake.solvers._engines.unavailable import CsdpSolver, GurobiSolver, MosekSolver
 from sheldrake.solvers._ids import ProgramType, SolverId
@@ -23,7 +25,7 @@ from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable
 
 _P = ProgramType
-_NLP: list[type[SolverInterface]] = [SnoptSolver, IpoptSolver, NloptSolver]
+_NLP: list[type[SolverInterface]] = [InteriorPointSolver, IpoptSolver, NloptSolver]
 _BEST: dict[ProgramType, list[type[SolverInterface]]] = {
     _P.kLP: [GurobiSolver, MosekSolver, ClpSolver, ClarabelSolver, *_NLP, CsdpSolver, ScsSolver],
     _P.kQP: [GurobiSolver, MosekSolver, ClarabelSolver, OsqpSolver, *_NLP, ScsSolver],
@@ -37,7 +39,7 @@ _BEST: dict[ProgramType, list[type[SolverInterface]]] = {
     _P.kMISDP: [MosekSolver],
     _P.kQuadraticCostConicConstraint: [MosekSolver, GurobiSolver, ClarabelSolver, ScsSolver],
     _P.kNLP: _NLP,
-    _P.kLCP: [MobyLcpSolver, SnoptSolver],
+    _P.kLCP: [MobyLcpSolver, InteriorPointSolver],
     _P.kUnknown: [],
 }
 _ALL: list[type[SolverInterface]] = [
@@ -49,6 +51,7 @@ _ALL: list[type[SolverInterface]] = [
     OsqpSolver,
     MobyLcpSolver,
     *_NLP,
+    SnoptSolver,
     ClpSolver,
     CsdpSolver,
     ScsSolver,

@@ -83,9 +83,10 @@ _CLP_STATUS = {0: 0, 1: 3, 2: 1, 3: 2}
 
 
 class ClpSolver(SolverInterface):
-    """Solves linear programs. In sheldrake HiGHS does it, by way of SciPy."""
+    """Solves linear programs. In sheldrake HiGHS does it, by way of SciPy, and results say so."""
 
     _name = "Clp"
+    _method = "HiGHS"
     _attributes = LINEAR
 
     def _do_solve(

@@ -31,6 +31,7 @@ class SolverInterface:
     """A solver of mathematical programs. Not made directly."""
 
     _name = ""
+    _method: str | None = None  # what does the work, where that is not what the solver is named after
     _attributes: frozenset[ProgramAttribute] = frozenset()
 
     def __init__(self) -> None:
@@ -124,7 +125,7 @@ class SolverInterface:
         if reason:
             raise ValueError(reason)
         out = MathematicalProgramResult() if result is None else result
-        out._start(prog, self.solver_id())
+        out._start(prog, SolverId(self._method or self._name))
         guess = prog.initial_guess() if initial_guess is None else np.asarray(initial_guess, dtype=float).ravel()
         if guess.size != prog.num_vars():
             raise ValueError(f"Solve expects initial guess of size {prog.num_vars()}, got {guess.size} instead.")

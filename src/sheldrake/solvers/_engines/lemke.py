@@ -80,9 +80,10 @@ class _LcpSolver(SolverInterface):
 
 
 class MobyLcpSolver(_LcpSolver):
-    """Solves linear complementarity problems by Lemke's method."""
+    """Solves linear complementarity problems, by Lemke's method as UnrevisedLemkeSolver; results say so."""
 
     _name = "Moby LCP"
+    _method = "Unrevised Lemke"
 
 
 class UnrevisedLemkeSolver(_LcpSolver):

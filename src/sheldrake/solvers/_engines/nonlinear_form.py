@@ -1,4 +1,4 @@
-"""A program as min f(x), lower <= g(x) <= upper with derivatives, for solvers that see only functions."""
+"""A program as min f(x), lower <= g(x) <= upper with sparse derivatives, for solvers that see only functions."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sheldrake.solvers._engines.highs import variable_bounds
+from sheldrake.solvers._engines.terms import grouped
 from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 from sheldrake.solvers._program.program import MathematicalProgram
@@ -23,18 +24,10 @@ _ROWS = (
 
 
 class Rows(NamedTuple):
-    """A constraint, the places of its variables and of its rows."""
+    """A constraint and the places of its rows."""
 
-    binding: BindingBase | None
-    evaluator: EvaluatorBase
-    at: np.ndarray
+    binding: BindingBase
     rows: slice
-    distinct: bool
-
-
-def _without_nan(J: np.ndarray) -> np.ndarray:
-    """Derivatives, those that are nan (of a length at zero, say) taken as zero."""
-    return np.where(np.isnan(J), 0.0, J) if np.isnan(J.sum()) else J
 
 
 class _Complementarity(EvaluatorBase):
@@ -57,6 +50,10 @@ class NonlinearForm:
 
     Args:
         prog: The program.
+
+    Attributes:
+        J_rows, J_cols: Where the entries of the Jacobian are; those at one place add up.
+        H_rows, H_cols: Where the entries of the Hessian are, both halves of it; those at one place add up.
     """
 
     def __init__(self, prog: MathematicalProgram):
@@ -65,112 +62,113 @@ class NonlinearForm:
         for place, s in prog.GetVariableScaling().items():
             self.scale[place] = s
         low, high = variable_bounds(prog)
-        self._costs = [(b._evaluator, prog._indices(b)) for name in _COSTS for b in prog._lists[name]]
+        costs = [b for name in _COSTS for b in prog._lists[name]]
+        self._costs = grouped([(b._evaluator, prog._indices(b), np.array([i])) for i, b in enumerate(costs)])
         self.rows: list[Rows] = []
+        found: list[tuple[EvaluatorBase, np.ndarray, np.ndarray]] = []
         lower: list[np.ndarray] = []
         upper: list[np.ndarray] = []
         at = 0
         for name in _ROWS:
             for b in prog._lists[name]:
                 c = b._evaluator
-                places = prog._indices(b)
-                distinct = len(set(places)) == len(places)
-                self.rows.append(Rows(b, c, places, slice(at, at + c.num_constraints()), distinct))
+                end = at + c.num_constraints()
+                self.rows.append(Rows(b, slice(at, end)))
+                found.append((c, prog._indices(b), np.arange(at, end)))
                 lower.append(c._lower)
                 upper.append(c._upper)
-                at += c.num_constraints()
+                at = end
         for b in prog._lists["linear_complementarity_constraints"]:
             n = len(b._variables)
             places = prog._indices(b)
             low[places] = np.maximum(low[places], 0.0)
-            self.rows.append(
-                Rows(None, _Complementarity(b._evaluator._M, b._evaluator._q), places, slice(at, at + n + 1))
-            )
+            both = _Complementarity(b._evaluator._M, b._evaluator._q)
+            found.append((both, places, np.arange(at, at + n + 1)))
             lower.append(np.append(np.zeros(n), -np.inf))
             upper.append(np.append(np.full(n, np.inf), 0.0))
             at += n + 1
         self.num_rows = at
+        self._constraints = grouped(found)
         self.lower = np.concatenate(lower) if lower else np.zeros(0)
         self.upper = np.concatenate(upper) if upper else np.zeros(0)
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
         self._callbacks = [(b._evaluator, prog._indices(b)) for b in prog._lists["visualization_callbacks"]]
-        self._last_cost: tuple[bytes, Any] | None = None
-        self._last_rows: tuple[bytes, Any] | None = None
-        self.evaluations = 0
+        self.J_rows = _joined([t.J_rows for t in self._constraints])
+        self.J_cols = _joined([t.J_cols for t in self._constraints])
+        self.H_rows = _joined([t.H_rows for t in [*self._costs, *self._constraints]])
+        self.H_cols = _joined([t.H_cols for t in [*self._costs, *self._constraints]])
+        self._J_scale = self.scale[self.J_cols]
+        self._H_scale = self.scale[self.H_rows] * self.scale[self.H_cols]
+        self._values = _Last(self._values_at)
+        self._cost_slopes = _Last(self._cost_slopes_at)
+        self._row_slopes = _Last(self._row_slopes_at)
 
     def start(self, guess: np.ndarray) -> np.ndarray:
         """The guess in scaled units, zero where there is none, inside the bounds."""
-        x = np.where(np.isnan(guess), 0.0, guess) / self.scale
-        return np.minimum(np.maximum(x, self.x_lower), self.x_upper)
+        return self.clip(np.where(np.isnan(guess), 0.0, guess) / self.scale)
 
     def clip(self, y: np.ndarray) -> np.ndarray:
         """The nearest point inside the bounds of the variables."""
         return np.minimum(np.maximum(y, self.x_lower), self.x_upper)
 
-    def cost(self, y: np.ndarray) -> tuple[float, np.ndarray]:
-        """The cost and its gradient."""
-        key = y.tobytes()
-        if self._last_cost is None or self._last_cost[0] != key:
-            self._last_cost = (key, self._cost(y * self.scale))
-        return self._last_cost[1]
-
-    def _cost(self, x: np.ndarray) -> tuple[float, np.ndarray]:
-        self.evaluations += 1
-        total, gradient = 0.0, np.zeros(self.num_vars)
-        self.cost_blocks = []
-        for evaluator, at in self._costs:
-            value, J = evaluator._eval_with_jacobian(x[at])
-            total += float(value[0])
-            block = _without_nan(J) * self.scale[at]
-            self.cost_blocks.append(block)
-            np.add.at(gradient, at, block[0])
-        return total, gradient
-
-    def constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The values of all rows, shape `(num_rows,)`, and their derivatives, shape `(num_rows, num_vars)`."""
-        key = y.tobytes()
-        if self._last_rows is None or self._last_rows[0] != key:
-            self._last_rows = (key, self._rows(y * self.scale))
-        return self._last_rows[1]
-
-    def _rows(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values, J = np.zeros(self.num_rows), np.zeros((self.num_rows, self.num_vars))
-        self.row_blocks = []
-        for row in self.rows:
-            values[row.rows], block = row.evaluator._eval_with_jacobian(x[row.at])
-            block = _without_nan(block) * self.scale[row.at]
-            self.row_blocks.append(block)
-            target = J[row.rows]
-            if row.distinct:
-                target[:, row.at] = block
-            else:
-                for j, place in enumerate(row.at):
-                    target[:, place] += block[:, j]
-        return values, J
-
     def values(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         """Cost and values of rows, without derivatives."""
-        key = y.tobytes()
-        known, rows = self._last_cost, self._last_rows
-        if known is not None and rows is not None and known[0] == rows[0] == key:
-            return known[1][0], rows[1][0]
+        return self._values(y)
+
+    def _values_at(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         x = y * self.scale
-        cost = sum(float(evaluator._eval(x[at])[0]) for evaluator, at in self._costs)
-        out = np.zeros(self.num_rows)
-        for row in self.rows:
-            out[row.rows] = row.evaluator._eval(x[row.at])
-        return cost, out
+        rows = np.zeros(self.num_rows)
+        for terms in self._constraints:
+            rows[terms.places] = terms.values(x)
+        return sum(float(terms.values(x).sum()) for terms in self._costs), rows
+
+    def cost(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        """The cost and its gradient."""
+        return self._cost_slopes(y)
+
+    def _cost_slopes_at(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        x, total, gradient = y * self.scale, 0.0, np.zeros(self.num_vars)
+        for terms in self._costs:
+            values, J = terms.slopes(x)
+            total += float(values.sum())
+            gradient += np.bincount(terms.J_cols, J, self.num_vars)
+        return total, gradient * self.scale
+
+    def constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The values of all rows, shape `(num_rows,)`, and the entries of their Jacobian, as long as `J_rows`."""
+        return self._row_slopes(y)
+
+    def _row_slopes_at(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        x, rows, entries = y * self.scale, np.zeros(self.num_rows), []
+        for terms in self._constraints:
+            rows[terms.places], J = terms.slopes(x)
+            entries.append(J)
+        return rows, _joined(entries, float) * self._J_scale
+
+    def dense_constraints(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The values of all rows and their Jacobian, shape `(num_rows, num_vars)`."""
+        values, entries = self.constraints(y)
+        J = np.zeros((self.num_rows, self.num_vars))
+        np.add.at(J, (self.J_rows, self.J_cols), entries)
+        return values, J
+
+    def curvature(self, y: np.ndarray, cost_weight: float, weights: np.ndarray) -> np.ndarray:
+        """Entries of the Hessian of cost_weight * cost + weights' rows, as long as `H_rows`."""
+        x = y * self.scale
+        entries = [t.curvature(x, np.full(len(t.places), cost_weight)) for t in self._costs]
+        entries += [t.curvature(x, weights[t.places]) for t in self._constraints]
+        return _joined(entries, float) * self._H_scale
 
     def excess(self, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """By how much each row is beyond its bounds, with sign, and the derivatives of that."""
-        values, J = self.constraints(y)
+        values, J = self.dense_constraints(y)
         below, above = values < self.lower, values > self.upper
         r = np.where(below, values - self.lower, 0.0) + np.where(above, values - self.upper, 0.0)
         return r, np.where((below | above)[:, None], J, 0.0)
 
     def violation(self, y: np.ndarray) -> float:
         """The largest violation of a constraint, relative to the size of its bound if that is above one."""
-        values = self.constraints(y)[0]
+        values = self.values(y)[1]
         low, high = (np.where(np.isfinite(b), b, 0.0) for b in (self.lower, self.upper))
         over = np.concatenate(
             (
@@ -196,7 +194,7 @@ class NonlinearForm:
         Least squares of the condition that the cost's gradient is a combination of those of the active constraints.
         """
         gradient = self.cost(y)[1]
-        values, J = self.constraints(y)
+        values, J = self.dense_constraints(y)
 
         def close(a: np.ndarray, bound: np.ndarray) -> np.ndarray:
             size = np.maximum(1.0, np.abs(np.where(np.isfinite(bound), bound, 0.0)))
@@ -211,3 +209,23 @@ class NonlinearForm:
         box = np.zeros(self.num_vars)
         box[fixed] = found[len(rows) :] / self.scale[fixed]
         return dual, np.maximum(box, 0.0), np.minimum(box, 0.0)
+
+
+def _joined(arrays: list[np.ndarray], kind: Any = int) -> np.ndarray:
+    return np.concatenate(arrays) if arrays else np.zeros(0, dtype=kind)
+
+
+class _Last:
+    """A function that remembers its last value."""
+
+    def __init__(self, function: Any):
+        self._function = function
+        self._key: bytes | None = None
+        self._found: Any = None
+
+    def __call__(self, y: np.ndarray) -> Any:
+        key = y.tobytes()
+        if key != self._key:
+            self._found = self._function(y)
+            self._key = key
+        return self._found

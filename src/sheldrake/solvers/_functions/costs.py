@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.evaluators import Cost, EvaluatorBase
 from sheldrake.solvers._functions.expressions import ExpressionFunction
@@ -65,6 +66,7 @@ class LinearCost(Cost):
         same_count(new_a.size, self._num_vars)
         self._a, self._b = new_a, float(new_b)
 
+    @checked
     def update_coefficient_entry(self, i: int, val: float) -> None:
         """Sets one coefficient."""
         self._a[i] = val
@@ -141,12 +143,14 @@ class QuadraticCost(Cost):
         self._Q, self._b, self._c = Q, b, float(new_c)
         self._is_convex = is_semidefinite(Q) if is_convex is None else bool(is_convex)
 
+    @checked
     def UpdateHessianEntry(self, i: int, j: int, val: float, is_hessian_psd: bool | None = None) -> None:
         """Sets Q(i, j) and Q(j, i)."""
         self._Q = self._Q.copy()
         self._Q[i, j] = self._Q[j, i] = val
         self._is_convex = is_semidefinite(self._Q) if is_hessian_psd is None else bool(is_hessian_psd)
 
+    @checked
     def update_linear_coefficient_entry(self, i: int, val: float) -> None:
         """Sets b(i)."""
         self._b[i] = val

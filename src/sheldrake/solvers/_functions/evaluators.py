@@ -3,17 +3,34 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Hashable
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common._checked import checked
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
 from sheldrake.symbolic import Expression, Formula, logical_and
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 ANY = -1  # Number of variables of a function that takes any.
+
+
+class Many(Protocol):
+    """Evaluators that differ by their variables alone, evaluated together: each at its own point."""
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Values at points of shape (evaluators, n), shape (evaluators, m)."""
+
+    def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values, shape (evaluators, m), and their derivatives, shape (evaluators, m, n)."""
+
+    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives of the values times weights of shape (evaluators, m), shape (evaluators, n, n)."""
 
 
 class EvaluatorBase:
@@ -55,6 +72,14 @@ class EvaluatorBase:
         """Values and derivatives at x."""
         return self._eval(x), self._jacobian(x)
 
+    def _alike(self) -> Hashable | None:
+        """What evaluators must have in common to be evaluated together; None: one at a time."""
+        return None
+
+    def _many(self) -> Many:
+        """Evaluates all that are alike, where there is something to be alike by."""
+        raise NotImplementedError
+
     def _eval_duals(self, x: np.ndarray) -> np.ndarray:
         values, gradient = _arrays.values_and_gradient(x)
         y, J = self._eval_with_jacobian(values)
@@ -75,6 +100,7 @@ class EvaluatorBase:
         """Returns what a user called it."""
         return self._description
 
+    @checked
     def set_description(self, arg0: str) -> None:
         """Gives it a name for messages."""
         self._description = arg0
@@ -182,7 +208,8 @@ class Constraint(EvaluatorBase):
             parts += [y <= upper] if np.isfinite(upper) else []
         return logical_and(*parts) if parts else Formula.True_()
 
-    def CheckSatisfiedVectorized(self, x: Any, tol: float) -> list[bool]:
+    @checked
+    def CheckSatisfiedVectorized(self, x: ArrayLike, tol: float) -> list[bool]:
         """Tells for each column of x whether it satisfies the constraint."""
         return [bool(self.CheckSatisfied(column, tol)) for column in np.atleast_2d(np.asarray(x, dtype=float)).T]
 

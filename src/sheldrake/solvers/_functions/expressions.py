@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 
 import numpy as np
 
+from sheldrake.solvers._functions.evaluators import Many
 from sheldrake.symbolic import Expression, Jacobian, Variable
 from sheldrake.symbolic import _traverse as traverse
-from sheldrake.symbolic._compiled import Compiled
+from sheldrake.symbolic._compiled import Compiled, Vectorized, smooth_source
 
 
 class ExpressionFunction:
@@ -30,6 +31,14 @@ class ExpressionFunction:
     def vars(self) -> np.ndarray:
         """Returns the variables of the expressions, shape `(n,)`."""
         return self._vars.copy()
+
+    def _alike(self) -> Hashable | None:
+        return smooth_source(self._expressions, self._vars)
+
+    def _many(self) -> Many:
+        found = Vectorized.of(self._expressions, self._vars)
+        assert found is not None  # it has something to be alike by
+        return found
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         return np.array(self._values(x.tolist()), dtype=float)

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Mismatch, dispatch, overload
 from sheldrake.solvers import _kinds as kinds
@@ -311,18 +312,22 @@ class ProgramCones:
             raise RuntimeError("The constraint is not in the program.")
         return constraint.variables().reshape(n, n).T
 
+    @checked
     def TightenPsdConstraintToDd(self, constraint: BindingBase) -> np.ndarray:
         """Puts a diagonally dominant matrix in the place of a positive semidefinite one; returns its slack matrix."""
         return self.AddPositiveDiagonallyDominantMatrixConstraint(self._psd_matrix(constraint))
 
+    @checked
     def TightenPsdConstraintToSdd(self, constraint: BindingBase) -> list[list[np.ndarray]]:
         """Puts a scaled diagonally dominant matrix in the place of a positive semidefinite one; returns its parts."""
         return self.AddScaledDiagonallyDominantMatrixConstraint(self._psd_matrix(constraint))
 
+    @checked
     def RelaxPsdConstraintToDdDualCone(self, constraint: BindingBase) -> Any:
         """Puts the dual of diagonally dominant matrices in the place of positive semidefinite ones."""
         return self.AddPositiveDiagonallyDominantDualConeMatrixConstraint(self._psd_matrix(constraint))
 
+    @checked
     def RelaxPsdConstraintToSddDualCone(self, constraint: BindingBase) -> list:
         """Puts the dual of scaled diagonally dominant matrices in the place of positive semidefinite ones."""
         return self.AddScaledDiagonallyDominantDualConeMatrixConstraint(self._psd_matrix(constraint))

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of, text
 from sheldrake.common._overloads import Mismatch, dispatch, overload
 from sheldrake.solvers import _kinds as kinds
@@ -227,14 +228,17 @@ class ProgramConstraints:
 
     # Taking out
 
+    @checked
     def RemoveCost(self, cost: BindingBase) -> int:
         """Takes out a cost and returns how many times it was there."""
         return self._remove(cost)
 
+    @checked
     def RemoveConstraint(self, constraint: BindingBase) -> int:
         """Takes out a constraint and returns how many times it was there."""
         return self._remove(constraint)
 
+    @checked
     def RemoveVisualizationCallback(self, callback: BindingBase) -> int:
         """Takes out a callback and returns how many times it was there."""
         return self._remove(callback)

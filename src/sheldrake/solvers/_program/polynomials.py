@@ -86,7 +86,7 @@ class ProgramPolynomials:
         `(gramian, monomial_basis, type)` with a given matrix, which returns the polynomial alone.
 
         Raises:
-            RuntimeError: the degree is not even and positive.
+            RuntimeError: the degree is odd or negative.
         """
 
         def of_basis(self: Any, basis: np.ndarray, type: Any, gram_name: str) -> tuple:
@@ -94,10 +94,14 @@ class ProgramPolynomials:
             return self._nonnegative_form(Q, basis, type), Q
 
         def of_degree(self: Any, indeterminates: Variables, degree: int, type: Any, gram_name: str) -> tuple:
-            if degree <= 0 or degree % 2:
+            if degree < 0 or degree % 2:
                 raise RuntimeError(
-                    f"NewSosPolynomial: degree must be a positive even integer, but {degree} is given instead."
+                    f"NewSosPolynomial: degree must be a nonnegative even integer, but {degree} is given instead."
                 )
+            if degree == 0:
+                Q = self.NewContinuousVariables(1, 1, gram_name)
+                self.AddBoundingBoxConstraint(0.0, np.inf, Q)
+                return quadratic_form(Q, MonomialBasis(indeterminates, 0)), Q
             return of_basis(self, MonomialBasis(indeterminates, degree // 2), type, gram_name)
 
         name = (text, "S")

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._names import name_parts_after
 from sheldrake.common._overloads import expect, incompatible, overload, overloaded
@@ -108,6 +109,7 @@ class MathematicalProgram(ProgramVariables, ProgramCosts, ProgramConstraints, Pr
 
     # Values
 
+    @checked
     def GetBindingVariableValues(self, binding: BindingBase, prog_var_vals: Any) -> np.ndarray:
         """Returns the values of the variables of a binding from those of all decision variables.
 

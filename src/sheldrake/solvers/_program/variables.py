@@ -6,14 +6,18 @@ One of the parts that `MathematicalProgram` is put together from.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, count, instance_of, text
 from sheldrake.common._overloads import Mismatch, dispatch, incompatible, overload, overloaded
 from sheldrake.solvers import _arrays
 from sheldrake.symbolic import Expression, Variable, Variables
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _TYPE = Variable.Type
 
@@ -96,6 +100,7 @@ class ProgramVariables:
         self._indeterminate_places[v.get_id()] = len(self._indeterminates)
         self._indeterminates.append(v)
 
+    @checked
     def AddIndeterminate(self, new_indeterminate: Variable) -> int:
         """Adds an indeterminate, if it is not one yet, and returns its place.
 
@@ -112,6 +117,7 @@ class ProgramVariables:
         for v in given if isinstance(given, Variables) else self._expect_variables("AddIndeterminates", given):
             self.AddIndeterminate(v)
 
+    @checked
     def RemoveDecisionVariable(self, var: Variable) -> int:
         """Takes out a variable that no cost or constraint has, and returns the place it had.
 
@@ -166,6 +172,7 @@ class ProgramVariables:
         """Returns the place of each indeterminate by its identity number."""
         return dict(self._indeterminate_places)
 
+    @checked
     def FindDecisionVariableIndex(self, var: Variable) -> int:
         """Returns the place of a decision variable.
 
@@ -185,6 +192,7 @@ class ProgramVariables:
         found = self._expect_variables("FindDecisionVariableIndices", vars)
         return [self.FindDecisionVariableIndex(v) for v in found]
 
+    @checked
     def FindIndeterminateIndex(self, var: Variable) -> int:
         """Returns the place of an indeterminate.
 
@@ -242,7 +250,8 @@ class ProgramVariables:
         for v, value in self._pairs("SetInitialGuess", decision_variable, variable_guess):
             self._guess[self.FindDecisionVariableIndex(v)] = value
 
-    def SetInitialGuessForAllVariables(self, x0: Any) -> None:
+    @checked
+    def SetInitialGuessForAllVariables(self, x0: ArrayLike) -> None:
         """Sets the guess of all decision variables, shape `(num_vars,)`.
 
         Raises:

@@ -1,6 +1,7 @@
 """Simulators and integrators."""
 
 from sheldrake.systems.analysis._batch import BatchEvalTimeDerivatives, BatchEvalUniquePeriodicDiscreteUpdate
+from sheldrake.systems.analysis._batch_simulator import BatchSimulator, WorldFailure, WorldsFailed
 from sheldrake.systems.analysis._config import (
     ApplySimulatorConfig,
     ExtractSimulatorConfig,
@@ -39,6 +40,7 @@ __all__ = [
     "ApplySimulatorConfig",
     "BatchEvalTimeDerivatives",
     "BatchEvalUniquePeriodicDiscreteUpdate",
+    "BatchSimulator",
     "BogackiShampine3Integrator",
     "DiscreteTimeApproximation",
     "ExplicitEulerIntegrator",
@@ -68,6 +70,8 @@ __all__ = [
     "SimulatorStatus",
     "Simulator_",
     "VelocityImplicitEulerIntegrator",
+    "WorldFailure",
+    "WorldsFailed",
 ]
 
 for _name in __all__:

@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._crew import Crew, threads_of
+from sheldrake.common._native.binding import HERE
 from sheldrake.systems.framework import InputPortSelection, PortDataType, System
+from sheldrake.systems.framework._declarations import DISCRETE
+from sheldrake.systems.framework._kernels.columns import derivatives_at, updates_at
+from sheldrake.systems.framework._kernels.program import Run, RunWords, Sizes
+
+_COLUMNS = 64
+"""How many a thread takes at a time."""
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 def BatchEvalTimeDerivatives(
     system: System,
-    context: Any,
+    context: Context,
     times: Any,
     states: Any,
     inputs: Any,
@@ -27,7 +38,8 @@ def BatchEvalTimeDerivatives(
         states: Continuous states, shape (n, N).
         inputs: Inputs, shape (m, N); ignored without an input.
         input_port_index: Which input, or an InputPortSelection.
-        parallelize: Accepted for compatibility; columns are computed one after the other.
+        parallelize: How many threads: a number, a Parallelism, or True for as many as this process may use; these if
+            not given. Values do not depend on it. Systems written in Python are computed by one thread.
 
     Raises:
         RuntimeError: shapes do not fit.
@@ -37,6 +49,11 @@ def BatchEvalTimeDerivatives(
         raise RuntimeError(
             f"BatchEvalTimeDerivatives(): states must have {clone.num_continuous_states()} rows, not {len(states)}."
         )
+    group = int(clone._store.layout.program.size[Sizes.derivatives])
+    if columns and _is_native(clone._store, group):
+        native = _on_threads(derivatives_at, clone, port, group, columns, parallelize)
+        if native is not None:
+            return native
     found = []
     for t, x, u in columns:
         clone.SetTimeAndContinuousState(t, x)
@@ -48,7 +65,7 @@ def BatchEvalTimeDerivatives(
 
 def BatchEvalUniquePeriodicDiscreteUpdate(
     system: System,
-    context: Any,
+    context: Context,
     times: Any,
     states: Any,
     inputs: Any,
@@ -66,7 +83,7 @@ def BatchEvalUniquePeriodicDiscreteUpdate(
         inputs: Inputs, shape (m, N); ignored without an input.
         num_time_steps: How many steps.
         input_port_index: Which input, or an InputPortSelection.
-        parallelize: Accepted for compatibility; columns are computed one after the other.
+        parallelize: As there.
 
     Raises:
         RuntimeError: shapes do not fit, or the system is no difference equation.
@@ -75,6 +92,13 @@ def BatchEvalUniquePeriodicDiscreteUpdate(
     if not is_difference:
         raise RuntimeError(f"BatchEvalUniquePeriodicDiscreteUpdate(): {system._describe()} is no difference equation.")
     clone, port, columns = _prepare(system, context, times, states, inputs, input_port_index)
+    layout = clone._store.layout
+    (group,) = (g for g, (kind, clock, *_) in enumerate(layout.group_list) if (kind, clock) == (DISCRETE, 0))
+    if columns and len(states) == clone.num_total_states() and _is_native(clone._store, group):
+        more = layout.xd[0], group, num_time_steps, period
+        native = _on_threads(updates_at, clone, port, group, columns, parallelize, *more)
+        if native is not None:
+            return native
     found = []
     for t, x, u in columns:
         clone.SetDiscreteState(x)
@@ -87,7 +111,54 @@ def BatchEvalUniquePeriodicDiscreteUpdate(
     return _columns(found, len(states))
 
 
-def _prepare(system: System, context: Any, times: Any, states: Any, inputs: Any, selection: Any) -> tuple:
+def _rows_of(layout: Any, group: int) -> list[int]:
+    """Rows of a group, and those that it reads."""
+    program = layout.program
+    acts = program.act[program.act_ptr[group] : program.act_ptr[group + 1]].tolist()
+    return acts + program.pre[program.pre_ptr[group] : program.pre_ptr[group + 1]].tolist()
+
+
+def _is_native(store: Any, group: int) -> bool:
+    """Whether kernels compute all that a group does and reads."""
+    return store.native and all(r >= 0 and store.layout.rows[r].native for r in _rows_of(store.layout, group))
+
+
+def _on_threads(
+    kernel: Any, context: Any, port: Any, group: int, columns: list, parallelize: Any, *more: Any
+) -> np.ndarray | None:
+    """What a kernel of `columns` finds, one column for each; None if it fails somewhere, which Python can explain.
+
+    Each thread has a copy of the context.
+    """
+    layout, inputs_at = context._store.layout, np.zeros(0, np.int64)
+    times, states, inputs = (np.ascontiguousarray(part, float) for part in zip(*columns))
+    if port is not None:
+        port.FixValue(context, inputs[0])
+        layout = context._store.layout
+        slot = layout.input_slot(layout.node_of[port.get_system()._system_id], port.get_index())
+        inputs_at = np.arange(*slot.span)
+    for r in _rows_of(layout, group):
+        context._store.check_inputs(layout.rows[r])
+    found, good = np.empty(states.shape), [True] * len(columns)
+    rows = np.array([HERE.address(row.calc) if row.native else 0 for row in layout.rows], np.int64)
+    run = (Run(np.zeros(RunWords.SIZE, np.int64)),) if "run" in kernel.names else ()
+    calls: dict[int, Any] = {}
+
+    def work(thread: int, part: int) -> None:
+        if thread not in calls:
+            store = context.Clone()._store
+            given = store.S, store.side, store.L, rows, times, states, inputs, inputs_at, found
+            calls[thread] = kernel.bind(layout.program, *run, *given, *more, 0, 0)
+        calls[thread].set("first", part * _COLUMNS)
+        calls[thread].set("last", min((part + 1) * _COLUMNS, len(columns)))
+        good[part] = calls[thread]() == 0
+
+    crew = Crew(min(threads_of(parallelize, True), len(columns)))
+    crew.run(work, -(-len(columns) // _COLUMNS))
+    return found.T if all(good) else None
+
+
+def _prepare(system: System, context: Context, times: Any, states: Any, inputs: Any, selection: Any) -> tuple:
     system.ValidateContext(context)
     times, states = np.ravel(times), np.atleast_2d(states)
     port = _port(system, selection)

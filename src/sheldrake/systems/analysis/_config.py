@@ -43,7 +43,7 @@ class SimulatorConfig(Options):
     )
 
 
-def ApplySimulatorConfig(config: Any, simulator: Any) -> None:
+def ApplySimulatorConfig(config: Any, simulator: Simulator) -> None:
     """Gives a simulator these settings; `Initialize` follows."""
     if isinstance(config, Simulator):  # the order of before 2022
         config, simulator = simulator, config

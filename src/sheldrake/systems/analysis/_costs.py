@@ -5,13 +5,17 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._native.binding import HERE
 from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels.replay import replay
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis import Simulator
 
 _PATIENCE = 0.3  # [s] in which each chain of rows is called again, about
 _LARGEST = 3e7  # numbers in kept slabs, at most
@@ -37,12 +41,12 @@ class Cost(NamedTuple):
     kernel: bool
 
 
-def seconds_in_steps(simulator: Any) -> float:
+def seconds_in_steps(simulator: Simulator) -> float:
     """Time spent in steps since Initialize(), without the pauses of a real-time rate [s]."""
     return simulator._seconds
 
 
-def costs_of_run(simulator: Any, set_state: Callable[[Any, float], None], times: Sequence[float]) -> list[Cost]:
+def costs_of_run(simulator: Simulator, set_state: Callable[[Any, float], None], times: Sequence[float]) -> list[Cost]:
     """The costs of all that happened in steps since Initialize(), as far as they can be measured.
 
     The simulator's context is left as it is, and no Python function is called.
@@ -68,18 +72,18 @@ def costs_of_run(simulator: Any, set_state: Callable[[Any, float], None], times:
 # How often.
 
 
-def _calls(simulator: Any) -> dict[int, int]:
+def _calls(simulator: Simulator) -> dict[int, int]:
     """How often each row was called: as often as the fastest group that calls it."""
-    layout, N = simulator._span.layout, simulator._N
+    layout, run = simulator._span.layout, simulator._run
     first, last = simulator._time0, float(simulator.get_context()._store.S[0])
     found: dict[int, int] = {}
     for g, (kind, clock, rows, _) in enumerate(layout.group_list):
         if clock >= 0:
             ticks = _ticks(layout.clocks[clock], first, last, kind == PUBLISH)
-        elif clock == int(_program.PER_STEP):
-            ticks = int(N[_program.STEPS]) + (kind == PUBLISH)
+        elif clock == _program.PER_STEP:
+            ticks = int(run.steps) + (kind == PUBLISH)
         else:
-            ticks = int(N[_program.EVALS]) if g == len(layout.group_list) - 1 else 0
+            ticks = int(run.evals) if g == len(layout.group_list) - 1 else 0
         for r in (*_prerequisites(layout, g), *rows):
             found[r] = max(found.get(r, 0), ticks)
     return found
@@ -103,7 +107,7 @@ def _prerequisites(layout: Any, g: int) -> list[int]:
 
 def _python_costs(span: Any, calls: dict[int, int]) -> list[Cost]:
     costs = []
-    num_rows, steps = len(span.layout.rows), int(span.N[_program.STEPS])
+    num_rows, steps = len(span.layout.rows), int(span.run.steps)
     for r, first in span.first_calls.items():
         seen = len(first.seconds)
         if not seen or r - num_rows == _program.PYTHON_STEP:  # an integrator's steps are made of rows
@@ -176,17 +180,17 @@ def _slabs(root: Any, chain: list[int], period: float, set_state: Any, times: Se
 def _kernel_costs(store: Any, chain: list[int], calls: dict[int, int], slabs: np.ndarray) -> list[Cost]:
     """Costs of the kernels of a chain: what k + 1 of them take, less what k of them take."""
     P = store.layout.program
-    table = np.array([row.calc.address if row.native else 0 for row in store.layout.rows], np.int64)
-    room = np.zeros(1 + int(max((P.log[-1 - r, 1] for r in chain if r < 0), default=0)))
+    table = np.array([HERE.address(row.calc) if row.native else 0 for row in store.layout.rows], np.int64)
+    room = np.zeros(1 + int(max((P.logs[-1 - r].length for r in chain if r < 0), default=0)))
     links, changed = np.array(chain, np.int64), np.zeros(len(store.S), bool)
     everywhere = np.arange(len(store.S))
     for slab in slabs:
-        replay.bind(P, store.S, store.I, room, table, everywhere, slab[None], links, len(chain))()
+        replay.bind(P, store.S, store.side, room, table, everywhere, slab[None], links, len(chain))()
         changed |= (store.S != slab) | (slab != slabs[0])
     changed[0] = True
     (places,) = np.nonzero(changed)  # the less is put back between the runs, the less it is in the way
     kept = np.ascontiguousarray(slabs[:, places])
-    bound = replay.bind(P, store.S, store.I, room, table, places, kept, links, 0)
+    bound = replay.bind(P, store.S, store.side, room, table, places, kept, links, 0)
     each = np.maximum(np.diff(_least_times(bound, len(chain))), 0.0) / len(slabs)
     return [Cost(*_names(store, r), calls[r], float(e), True) for r, e in zip(chain, each)]
 

@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from sheldrake.systems.analysis._config import ApplySimulatorConfig, SimulatorConfig
 from sheldrake.systems.analysis._simulator import Simulator
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType, System
+from sheldrake.systems.framework._vector import plain
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 def DiscreteTimeApproximation(
@@ -41,11 +47,17 @@ def DiscreteTimeApproximation(
     return _Sampled(system, float(time_period), integrator_config or SimulatorConfig())
 
 
+def _numbers(vector: Any) -> np.ndarray:
+    """The default values of a context on any scalar."""
+    return np.array([plain(x) for x in vector.CopyToVector()], dtype=float)
+
+
 class _Sampled(LeafSystem):
     """A continuous system, integrated from sample to sample."""
 
     def __init__(self, system: System, period: float, config: SimulatorConfig):
         super().__init__()
+        self._scalar = system._scalar
         self._system, self._period, self._config = system, period, config
         self.set_name(system.get_name())
         context = system.CreateDefaultContext()
@@ -55,9 +67,9 @@ class _Sampled(LeafSystem):
                 self.DeclareVectorInputPort(port.get_name(), port.size())
             else:
                 self.DeclareAbstractInputPort(port.get_name(), port.Allocate())
-        self.DeclareDiscreteState(context.get_continuous_state_vector().CopyToVector())
+        self.DeclareDiscreteState(_numbers(context.get_continuous_state_vector()))
         for k in range(context.num_numeric_parameter_groups()):
-            self.DeclareNumericParameter(BasicVector(context.get_numeric_parameter(k).CopyToVector()))
+            self.DeclareNumericParameter(BasicVector(_numbers(context.get_numeric_parameter(k))))
         for k in range(context.num_abstract_parameters()):
             self.DeclareAbstractParameter(context.get_abstract_parameter(k))
         for j in range(system.num_output_ports()):
@@ -71,7 +83,7 @@ class _Sampled(LeafSystem):
             self.input_port_ticket(i) for i in range(self.num_input_ports()) if self._system.HasDirectFeedthrough(i, j)
         }
 
-        def calc(context: Any, output: Any) -> None:
+        def calc(context: Context, output: Any) -> None:
             value = self._system.get_output_port(j).EvalAbstract(self._continuous(context))
             output.SetFrom(value.get_value() if isinstance(output, BasicVector) else value)
 
@@ -80,7 +92,7 @@ class _Sampled(LeafSystem):
         else:
             self.DeclareAbstractOutputPort(port.get_name(), port.Allocate, calc, tickets)
 
-    def _continuous(self, context: Any) -> Any:
+    def _continuous(self, context: Context) -> Any:
         """A context of the continuous system with the values of `context`."""
         inner = self._system.CreateDefaultContext()
         inner.SetTimeAndContinuousState(context.get_time(), context.get_discrete_state_vector().value())
@@ -94,11 +106,11 @@ class _Sampled(LeafSystem):
                 self._system.get_input_port(i).FixValue(inner, port.EvalAbstract(context))
         return inner
 
-    def _update(self, context: Any, x_next: Any) -> None:
+    def _update(self, context: Context, x_next: Any) -> None:
         inner = self._continuous(context)
         t = inner.get_time()
         simulator = Simulator(self._system, inner)
         ApplySimulatorConfig(self._config, simulator)
         inner.SetTime(t)
-        simulator.AdvanceTo(t + self._period)
+        simulator.AdvanceTo(plain(t) + self._period)
         x_next.set_value(inner.get_continuous_state_vector().CopyToVector())

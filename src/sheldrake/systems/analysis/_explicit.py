@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.analysis._integrator import IntegratorBase
-from sheldrake.systems.framework._kernels import integrate as _integrate
-from sheldrake.systems.framework._kernels.integrate import (
-    EULER,
-    RK2,
-)
+from sheldrake.systems.framework._kernels.integrate import EULER, RK2, TABLEAU
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class RungeKutta3Integrator(IntegratorBase):
     """Explicit, third order, with error control by an embedded second-order result."""
 
-    def __init__(self, system: Any, context: Any = None):
+    def __init__(self, system: Any, context: Context | None = None):
         self._set_up(system, context)
 
 
 class RungeKutta2Integrator(IntegratorBase):
     """Explicit trapezoid (Heun), second order, steps of the maximum size."""
 
-    _scheme, _order, _supports_error_estimation, _name = int(RK2), 2.0, False, "runge_kutta2"
+    _scheme, _order, _supports_error_estimation, _name = RK2, 2.0, False, "runge_kutta2"
 
-    def __init__(self, system: Any, max_step_size: float, context: Any = None):
+    def __init__(self, system: Any, max_step_size: float, context: Context | None = None):
         self._set_up(system, context)
         self.set_maximum_step_size(max_step_size)
 
@@ -34,9 +33,9 @@ class RungeKutta2Integrator(IntegratorBase):
 class ExplicitEulerIntegrator(IntegratorBase):
     """Explicit Euler, first order, steps of the maximum size."""
 
-    _scheme, _order, _supports_error_estimation, _name = int(EULER), 1.0, False, "explicit_euler"
+    _scheme, _order, _supports_error_estimation, _name = EULER, 1.0, False, "explicit_euler"
 
-    def __init__(self, system: Any, max_step_size: float, context: Any = None):
+    def __init__(self, system: Any, max_step_size: float, context: Context | None = None):
         self._set_up(system, context)
         self.set_maximum_step_size(max_step_size)
 
@@ -44,21 +43,21 @@ class ExplicitEulerIntegrator(IntegratorBase):
 class _TableauIntegrator(IntegratorBase):
     """Explicit, with error control, by a Butcher tableau: nodes, coefficients, weights, and weights of lower order."""
 
-    _scheme = int(_integrate.TABLEAU)
+    _scheme = TABLEAU
     _nodes: tuple = ()
     _coefficients: tuple = ()
     _weights: tuple = ()
     _lower: tuple = ()
 
-    def __init__(self, system: Any, context: Any = None):
+    def __init__(self, system: Any, context: Context | None = None):
         self._set_up(system, context)
-        Z, width = self._Z, int(_integrate.WIDTH)
-        Z[_integrate.STAGES] = stages = len(self._nodes)
-        Z[_integrate.NODES : _integrate.NODES + stages] = self._nodes
+        numbers = self._numbers
+        numbers.stages = stages = len(self._nodes)
+        numbers.nodes[:stages] = self._nodes
         for s, row in enumerate(self._coefficients):
-            Z[_integrate.ROWS + s * width : _integrate.ROWS + s * width + len(row)] = row
-        Z[_integrate.WEIGHTS : _integrate.WEIGHTS + stages] = self._weights
-        Z[_integrate.ERRORS : _integrate.ERRORS + stages] = np.subtract(self._weights, self._lower)
+            numbers.rows[s, : len(row)] = row
+        numbers.weights[:stages] = self._weights
+        numbers.errors[:stages] = np.subtract(self._weights, self._lower)
 
 
 class BogackiShampine3Integrator(_TableauIntegrator):

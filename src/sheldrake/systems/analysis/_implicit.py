@@ -69,8 +69,10 @@ class ImplicitIntegrator(PythonIntegrator):
 
     def _remember(self, memory: list[Any]) -> None:
         super()._remember(memory)
-        self._jacobian, *inverses = (None if m is None else np.array(m) for m in memory[1:])
-        for newton, inverse in zip(self._newtons(), inverses):
+        self._jacobian, *inverses = (None if m is None else np.array(m, float) for m in memory[1:])
+        if any(m is not None and (m.ndim != 2 or m.shape[0] != m.shape[1]) for m in (self._jacobian, *inverses)):
+            raise ValueError("its matrices are not square")
+        for newton, inverse in zip(self._newtons(), inverses, strict=True):
             newton.inverse = inverse
 
     def ResetStatistics(self) -> None:

@@ -2,31 +2,33 @@
 
 from __future__ import annotations
 
+import operator
 from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.framework._kernels import integrate as _integrate
-from sheldrake.systems.framework._kernels import program as _program
-from sheldrake.systems.framework._kernels.integrate import (
-    ACCURACY,
-    FIXED,
-    H_FIRST,
-    H_IDEAL,
-    H_INITIAL,
-    H_LARGEST,
-    H_MAX,
-    H_MIN,
-    H_SMALLEST,
-    ORDER,
-    RK3,
-    SCHEME,
-    THROW_ON_MIN,
-)
-from sheldrake.systems.framework._kernels.program import FAILURES, SHRINKS_ERROR, SHRINKS_FAILURE, XC_STEPS
+from sheldrake.systems.framework._kernels.integrate import RK3, Integrator, IntegratorNumbers
+from sheldrake.systems.framework._kernels.program import Run, RunWords
 from sheldrake.systems.framework._vector import plain
 
 nan = float("nan")
+H_MAX, H_MIN, H_IDEAL, H_INITIAL, ACCURACY, T_BREAK = map(
+    operator.index,
+    (
+        IntegratorNumbers.h_max,
+        IntegratorNumbers.h_min,
+        IntegratorNumbers.h_ideal,
+        IntegratorNumbers.h_initial,
+        IntegratorNumbers.accuracy,
+        IntegratorNumbers.t_break,
+    ),
+)
+"""Where these are among the numbers."""
+TAKEN = slice(operator.index(IntegratorNumbers.h_first), operator.index(IntegratorNumbers.h_largest) + 1)
+"""Lengths of the steps that were taken."""
+COUNTS = slice(operator.index(RunWords.evals), operator.index(RunWords.xc_steps) + 1)
+"""What an integrator counts."""
+_NOT_YET = np.full(3, nan).data
 
 
 class IntegratorBase:
@@ -37,7 +39,7 @@ class IntegratorBase:
         context: Its context; may be given later by `reset_context`.
     """
 
-    _scheme = int(RK3)
+    _scheme = RK3
     _order = 3.0
     _supports_error_estimation = True
     _name = "runge_kutta3"
@@ -49,10 +51,13 @@ class IntegratorBase:
 
     def _set_up(self, system: Any, context: Any) -> None:
         self._system, self._context = system, context
-        self._Z, self._N = np.zeros(int(_integrate.NUM_Z)), np.zeros(16, np.int64)
-        self._Z[SCHEME], self._Z[ORDER], self._Z[THROW_ON_MIN] = self._scheme, self._order, 1.0
-        self._Z[FIXED] = 0.0 if self._supports_error_estimation else 1.0
-        self._Z[_integrate.T_BREAK] = np.inf
+        self._numbers: Any = Integrator(np.zeros(IntegratorNumbers.SIZE))
+        self._run: Any = Run(np.zeros(RunWords.SIZE, np.int64))
+        self._number: Any = self._numbers.number.data  # which is faster than the array
+        numbers = self._numbers
+        numbers.scheme, numbers.order, numbers.throw_on_min = self._scheme, self._order, 1.0
+        numbers.fixed = 0.0 if self._supports_error_estimation else 1.0
+        numbers.t_break = np.inf
         self._maximum, self._accuracy, self._initial, self._minimum = nan, nan, nan, 0.0
         self._initialized = False
         self._dense: list | None = None
@@ -69,7 +74,7 @@ class IntegratorBase:
         seconds = float(plain(max_step_size))
         if not seconds >= 0:
             raise RuntimeError(f"set_maximum_step_size(): must not be negative, got {max_step_size}.")
-        self._maximum = self._Z[H_MAX] = seconds
+        self._maximum = self._numbers.h_max = seconds
 
     def get_maximum_step_size(self) -> float:
         """No step is longer than this [s]."""
@@ -92,11 +97,11 @@ class IntegratorBase:
 
     def get_accuracy_in_use(self) -> float:
         """What error control works with."""
-        return float(self._Z[ACCURACY])
+        return float(self._numbers.accuracy)
 
     def _use_accuracy(self) -> None:
-        wanted = self._default_accuracy if np.isnan(self._accuracy) else self._accuracy
-        self._Z[ACCURACY] = min(wanted, self._loosest_accuracy)
+        wanted = self._default_accuracy if self._accuracy != self._accuracy else self._accuracy
+        self._number[ACCURACY] = min(wanted, self._loosest_accuracy)
 
     def set_fixed_step_mode(self, flag: bool) -> None:
         """Whether to take steps of the maximum size, without error control.
@@ -106,11 +111,11 @@ class IntegratorBase:
         """
         if not flag and not self._supports_error_estimation:
             raise RuntimeError("Integrator does not support accuracy estimation")
-        self._Z[FIXED] = float(bool(flag))
+        self._numbers.fixed = float(bool(flag))
 
     def get_fixed_step_mode(self) -> bool:
         """Whether steps have the maximum size, without error control."""
-        return bool(self._Z[FIXED])
+        return bool(self._numbers.fixed)
 
     def request_initial_step_size_target(self, step_size: float) -> None:
         """Length of the first step with error control [s]."""
@@ -124,7 +129,7 @@ class IntegratorBase:
 
     def set_requested_minimum_step_size(self, min_step_size: float) -> None:
         """Error control does not go below this [s]."""
-        self._minimum = self._Z[H_MIN] = float(plain(min_step_size))
+        self._minimum = self._numbers.h_min = float(plain(min_step_size))
 
     def get_requested_minimum_step_size(self) -> float:
         """Error control does not go below this [s]."""
@@ -137,11 +142,11 @@ class IntegratorBase:
 
     def set_throw_on_minimum_step_size_violation(self, throws: bool) -> None:
         """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
-        self._Z[THROW_ON_MIN] = float(bool(throws))
+        self._numbers.throw_on_min = float(bool(throws))
 
     def get_throw_on_minimum_step_size_violation(self) -> bool:
         """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
-        return bool(self._Z[THROW_ON_MIN])
+        return bool(self._numbers.throw_on_min)
 
     def get_context(self) -> Any:
         """The context it integrates."""
@@ -161,17 +166,17 @@ class IntegratorBase:
         """
         if self._context is None:
             raise RuntimeError("Context has not been set.")
-        if np.isnan(self._maximum):
+        if self._maximum != self._maximum:
             raise RuntimeError(
                 "Neither initial step size target nor maximum step size has been set!"
                 if self._supports_error_estimation
                 else "Maximum step size has not been set!"
             )
-        if self._supports_error_estimation and np.isnan(self._initial):
+        if self._supports_error_estimation and self._initial != self._initial:
             self._initial = self._first_step * self._maximum
-        self._Z[H_MAX], self._Z[H_MIN] = self._maximum, self._minimum
-        self._Z[H_INITIAL] = 0.0 if np.isnan(self._initial) else self._initial
-        self._Z[H_IDEAL] = 0.0
+        number = self._number
+        number[H_MAX], number[H_MIN], number[H_IDEAL] = self._maximum, self._minimum, 0.0
+        number[H_INITIAL] = 0.0 if self._initial != self._initial else self._initial
         self._use_accuracy()
         self.ResetStatistics()
         self._initialized = True
@@ -180,16 +185,18 @@ class IntegratorBase:
         """Back to how it was made."""
         self._maximum = self._accuracy = self._initial = nan
         self._minimum, self._initialized = 0.0, False
-        self._Z[H_IDEAL] = 0.0
+        self._numbers.h_ideal = 0.0
         self.ResetStatistics()
 
     def _memory(self) -> list[Any]:
         """What later steps depend on beside the context: numbers, arrays and None."""
-        return [float(self._Z[H_IDEAL])]  # the size it would like its next step to have [s]; 0 before the first
+        return [self._number[H_IDEAL]]  # the size it would like its next step to have [s]; 0 before the first
 
     def _remember(self, memory: list[Any]) -> None:
         """Takes up what an integrator of the same class knew; arrays may have become lists."""
-        self._Z[H_IDEAL] = memory[0]
+        if type(memory[0]) is not float or not 0.0 <= memory[0] < np.inf:
+            raise ValueError(f"{memory[0]!r} is no step size")
+        self._numbers.h_ideal = memory[0]
 
     def _join(self, span: Any) -> None:
         """Gives a new event loop what this integrator has of its own."""
@@ -243,40 +250,40 @@ class IntegratorBase:
 
     def ResetStatistics(self) -> None:
         """Begins counting anew."""
-        self._Z[[H_FIRST, H_SMALLEST, H_LARGEST]] = nan
-        self._N[[_program.EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS]] = 0
+        self._number[TAKEN] = _NOT_YET
+        self._run.word[COUNTS] = 0
 
     def get_actual_initial_step_size_taken(self) -> float:
         """Length of the first step with error control [s]."""
-        return float(self._Z[H_FIRST])
+        return float(self._numbers.h_first)
 
     def get_smallest_adapted_step_size_taken(self) -> float:
         """Length of the shortest step that error control chose [s]."""
-        return float(self._Z[H_SMALLEST])
+        return float(self._numbers.h_smallest)
 
     def get_largest_step_size_taken(self) -> float:
         """Length of the longest step [s]."""
-        return float(self._Z[H_LARGEST])
+        return float(self._numbers.h_largest)
 
     def get_num_derivative_evaluations(self) -> int:
         """How often derivatives were computed."""
-        return int(self._N[_program.EVALS])
+        return int(self._run.evals)
 
     def get_num_step_shrinkages_from_error_control(self) -> int:
         """How many steps were repeated shorter for their error."""
-        return int(self._N[SHRINKS_ERROR])
+        return int(self._run.shrinks_error)
 
     def get_num_step_shrinkages_from_substep_failures(self) -> int:
         """How many steps were repeated shorter because they failed."""
-        return int(self._N[SHRINKS_FAILURE])
+        return int(self._run.shrinks_failure)
 
     def get_num_substep_failures(self) -> int:
         """How many steps failed."""
-        return int(self._N[FAILURES])
+        return int(self._run.failures)
 
     def get_num_steps_taken(self) -> int:
         """How many steps were taken."""
-        return int(self._N[XC_STEPS])
+        return int(self._run.xc_steps)
 
     def GetStatisticsSummary(self) -> list[tuple[str, int | float]]:
         """All statistics by name."""

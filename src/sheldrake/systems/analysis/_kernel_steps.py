@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._native.binding import HERE, Words, arguments_in_slab, join
 from sheldrake.common._native.parallel import prepare
-from sheldrake.common._native.words import pack_row
 from sheldrake.common.kernel import Kernel
 
 
@@ -16,35 +16,32 @@ class Arguments:
     """What kernels of a span are called with, by the names of their parameters.
 
     Args:
-        span: The event loop, which has `program_model`, `Z`, `S`, `I` and `row_table`.
+        span: The event loop, which has `program_model`, `integrator`, `S`, `side` and `row_table`.
         values: Arrays, and NamedTuples of such.
         slab: What is in the slab: (begin, end) of a Vector, a list of these for Vectors.
     """
 
     def __init__(self, span: Any, values: Mapping[str, Any], slab: Mapping[str, Any]):
         store = span.store
-        own = {"program_model": span.program, "Z": span.Z, "S": store.S, "I": store.I}
+        own = {"program_model": span.program, "integrator": span.numbers, "S": store.S, "side": store.side}
         self._values = {**values, **own, "row_table": span.table if span.native else span.python}
         self._slab, self._S = slab, store.S
 
-    def words(self, kernel: Kernel) -> np.ndarray:
-        """For a native call on the slab: arrays elsewhere have their distance from it."""
+    def words(self, kernel: Kernel) -> Words:
+        """For a native call on the slab."""
         places: dict[str, Any] = {}
         for name in kernel.names:
             if name in self._slab:
                 spans = self._slab[name]
                 sized = [(a, b - a) for a, b in (spans if isinstance(spans, list) else [spans])]
                 places[name] = sized if isinstance(spans, list) else sized[0]
-            elif name.endswith("_model"):
-                places[name] = self._values[name]
             elif name in self._values:
-                value = self._values[name]
-                places[name] = [self._place(a) for a in value] if isinstance(value, tuple) else self._place(value)
-        return pack_row(kernel, places)
+                places[name] = self._values[name]
+        return arguments_in_slab(kernel, places)
 
-    def _place(self, a: np.ndarray) -> tuple[int, ...]:
-        begin, slab = (x.__array_interface__["data"][0] for x in (a, self._S))
-        return ((begin - slab) // 8, *a.shape)
+    def placed(self, words: Words) -> np.ndarray:
+        """The words for the span's slab."""
+        return words.placed(HERE, HERE.place(self._S))
 
     def call(self, kernel: Kernel) -> Callable[[], int]:
         """A call of the kernel's Python source."""
@@ -66,19 +63,18 @@ def callees(
     guarded = [span.guard(f) for f in functions]
     if not span.native:
         return [*(arguments.call(k) for k in kernels), *guarded], np.zeros(1, np.int64), np.zeros(len(kernels) + 1, int)
-    words = [arguments.words(k) for k in kernels]
-    at = np.cumsum([0, *(len(w) for w in words)], dtype=np.int64)
-    table = np.array([*(k.address for k in kernels), *(span.address_of(f) for f in guarded)], np.int64)
-    return table, np.concatenate(words), at
+    words, at = join(arguments.words(k) for k in kernels)
+    table = np.array([*map(HERE.address, kernels), *(span.address_of(f) for f in guarded)], np.int64)
+    return table, arguments.placed(words), np.array(at)
 
 
 def set_step(span: Any, kernel: Kernel, arguments: Arguments) -> None:
-    """Has a kernel make the steps of a span; it leaves a bad status in I by itself."""
+    """Has a kernel make the steps of a span; it leaves a bad status in the side by itself."""
     if not span.native:
         span.set_step(arguments.call(kernel), None)
         return
-    words, slab, call = arguments.words(kernel), span.store.S, kernel._native[0]
-    span.set_step(lambda: call(slab[0], slab.ctypes.data, words.ctypes.data), (kernel.address, words))
+    words, slab, call = arguments.placed(arguments.words(kernel)), span.store.S, kernel.function
+    span.set_step(lambda: call(slab[0], HERE.place(slab), HERE.place(words)), (HERE.address(kernel), words))
 
 
 __all__ = ["Arguments", "callees", "prepare", "set_step"]

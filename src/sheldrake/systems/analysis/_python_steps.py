@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,22 +10,24 @@ from sheldrake.systems.analysis._integrator import IntegratorBase
 from sheldrake.systems.analysis._rates import Rates
 from sheldrake.systems.analysis._schemes import SCHEMES
 from sheldrake.systems.framework._kernels import integrate as _integrate
-from sheldrake.systems.framework._kernels import program as _program
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class PythonIntegrator(IntegratorBase):
     """A step is made by `_step`, which may evaluate derivatives; the event loop does the rest."""
 
-    _scheme = int(_integrate.PYTHON)
-    _rates_store: Any = None
+    _scheme = _integrate.PYTHON
+    _rates_there: Any = None
 
-    def __init__(self, system: Any, context: Any = None):
+    def __init__(self, system: Any, context: Context | None = None):
         self._set_up(system, context)
 
     def _rates_in(self, store: Any) -> Rates:
         """How velocities change positions in this context."""
-        if self._rates_store is not store:
-            self._rates_store, self._rates_there = store, Rates(store)
+        if self._rates_there is None or self._rates_there.memory is not store.S:
+            self._rates_there = Rates(store)
         return self._rates_there
 
     def _derivatives(self, span: Any, t: float, x: np.ndarray) -> np.ndarray:
@@ -34,14 +36,14 @@ class PythonIntegrator(IntegratorBase):
         store.S[0] = t
         store.S[slice(*store.layout.xc)] = x
         span.interpreted(_derivatives)
-        if store.I[_program.STATUS]:
+        if store.side.status:
             raise _Stopped
         return store.S[slice(*store.layout.xdot)].copy()
 
     def _make_step(self, span: Any) -> None:
-        """Steps by Z[H_TRY] [s], or less if that fails; leaves the state in the slab, length and error in Z."""
-        store, Z = span.store, self._Z
-        t, h = float(store.S[0]), float(Z[_integrate.H_TRY])
+        """Steps by `h_try` [s], or less if that fails; leaves the state in the slab, length and error in `_numbers`."""
+        store, numbers = span.store, self._numbers
+        t, h = float(store.S[0]), float(numbers.h_try)
         x = store.S[slice(*store.layout.xc)].copy()
         try:
             found = self._step(span, t, x, h)
@@ -50,8 +52,8 @@ class PythonIntegrator(IntegratorBase):
                 found = self._step(span, t, x, h)
         except _Stopped:  # a derivative failed: its error is kept already
             return
-        store.S[slice(*store.layout.xc)], Z[_integrate.H_ERROR] = found
-        Z[_integrate.H_TRY] = h
+        store.S[slice(*store.layout.xc)], numbers.h_error = found
+        numbers.h_try = h
 
     def _shorter(self, t: float, h: float) -> float:
         """The step [s] to try at t [s] after one of h [s] failed.
@@ -62,8 +64,8 @@ class PythonIntegrator(IntegratorBase):
         h *= 0.5
         if h < self.get_working_minimum_step_size():
             raise RuntimeError(f"{type(self).__name__}: the step at time {t} s fails even when it is {2 * h:g} s long.")
-        self._N[_program.FAILURES] += 1
-        self._N[_program.SHRINKS_FAILURE] += 1
+        self._run.failures += 1
+        self._run.shrinks_failure += 1
         return h
 
     def _step(self, span: Any, t: float, x: np.ndarray, h: float) -> tuple[np.ndarray, float] | None:
@@ -75,8 +77,8 @@ class _Stopped(Exception):
     pass
 
 
-def _derivatives(P: Any, N: Any, S: Any, I: Any, L: Any, rows: Any) -> None:
-    _integrate.derivatives(P, N, S, I, L, rows, P.size[_program.XDOT])
+def _derivatives(program: Any, run: Any, S: Any, side: Any, L: Any, rows: Any) -> None:
+    _integrate.derivatives(program, run, S, side, L, rows, program.xdot)
 
 
 class SemiExplicitEulerIntegrator(PythonIntegrator):
@@ -84,7 +86,7 @@ class SemiExplicitEulerIntegrator(PythonIntegrator):
 
     _name, _order, _supports_error_estimation = "semi_explicit_euler", 1.0, False
 
-    def __init__(self, system: Any, max_step_size: float, context: Any = None):
+    def __init__(self, system: Any, max_step_size: float, context: Context | None = None):
         self._set_up(system, context)
         self.set_maximum_step_size(max_step_size)
 

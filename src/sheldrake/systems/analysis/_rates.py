@@ -14,13 +14,14 @@ class Rates:
         q: Where positions are in the continuous state, shape (nq,).
         v: Where velocities are, shape (nv,).
         y: Where velocities and other variables are, shape (nv + nz,).
+        memory: The slab.
     """
 
     def __init__(self, store: Any):
         layout = store.layout
         q, v, z = (_indices(parts) for parts in layout.places[0].parts)
         self.q, self.v, self.y = q, v, np.concatenate([v, z])
-        self._S, self._at_q = store.S, layout.xc[0] + q
+        self.memory, self._at_q = store.S, layout.xc[0] + q
         self._leaves: list[tuple[Any, Any, slice, slice]] = []  # system, context, its places among q and v
         at_q = at_v = 0
         for n in layout.leaves:
@@ -35,7 +36,7 @@ class Rates:
         """N(q) v, shape (nq,); leaves q in the context."""
         if self._is_identity:
             return v
-        self._S[self._at_q] = q
+        self.memory[self._at_q] = q
         return self._qdot(v)
 
     def change_norm(self, dx: np.ndarray) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.analysis._explicit import (
     BogackiShampine3Integrator,
@@ -13,6 +13,9 @@ from sheldrake.systems.analysis._explicit import (
     RungeKutta5Integrator,
 )
 from sheldrake.systems.analysis._integrator import IntegratorBase
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis import Simulator
 
 SCHEMES = {
     "bogacki_shampine3": BogackiShampine3Integrator,
@@ -32,7 +35,7 @@ def GetIntegrationSchemes() -> list[str]:
     return sorted([*SCHEMES, *_FROM_ABOVE])
 
 
-def ResetIntegratorFromFlags(simulator: Any, scheme: str, max_step_size: float) -> IntegratorBase:
+def ResetIntegratorFromFlags(simulator: Simulator, scheme: str, max_step_size: float) -> IntegratorBase:
     """Gives a simulator the integrator of this name, with this maximum step size [s].
 
     Raises:

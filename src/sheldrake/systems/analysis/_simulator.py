@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
+import operator
 import time
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._overloads import expect, incompatible
+from sheldrake.common._overloads import Mismatch, expect, incompatible
 from sheldrake.systems.analysis._explicit import RungeKutta3Integrator
-from sheldrake.systems.analysis._integrator import IntegratorBase
+from sheldrake.systems.analysis._integrator import H_MAX, T_BREAK, IntegratorBase
 from sheldrake.systems.analysis._progress import Progress
 from sheldrake.systems.analysis._simulator_settings import SimulatorSettings
 from sheldrake.systems.analysis._span import Span, note_status
@@ -19,14 +21,28 @@ from sheldrake.systems.analysis._witness import WitnessWatch
 from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._engine import logs
 from sheldrake.systems.framework._event import EventStatus, checked_status
-from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels.program import Run, RunWords, SideWords
 from sheldrake.systems.framework._system import System
 from sheldrake.systems.framework._vector import plain
 
-_FRESH = int(_program.FRESH)
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
+
 _Reason = SimulatorStatus.ReturnReason
+_HAS_COMMIT, _HAS_WITNESS, _HAS_MONITOR, _HAS_EVERY_STEP, _BUDGET, _FRESH = map(
+    operator.index,
+    (
+        RunWords.has_commit,
+        RunWords.has_witness,
+        RunWords.has_monitor,
+        RunWords.has_every_step,
+        RunWords.budget,
+        RunWords.fresh,
+    ),
+)
+_TERMINATE, _STATUS = operator.index(SideWords.terminate), operator.index(SideWords.status)
 
 
 class InitializeParams:
@@ -64,15 +80,17 @@ class Simulator(SimulatorSettings):
 
     def __init__(self, system: System, context: Any = None):
         if not isinstance(system, System):
-            raise TypeError(f"Simulator(): incompatible constructor arguments: {system!r} is no System")
+            raise Mismatch(f"Simulator(): incompatible constructor arguments: {system!r} is no System")
         self._system = system
-        self._N = np.zeros(16, np.int64)
+        self._run: Any = Run(np.zeros(RunWords.SIZE, np.int64))
+        self._count: Any = self._run.word.data  # which is faster than the array
         self._rate, self._show, self._native = 0.0, True, True
         self._monitor: Any = None
         self._between: list[Any] = []
+        self._interrupt: Any = None  # called between native spans, may raise
         self._publish_at_initialization = self._publish_every_step = False
         self._span: Any = None
-        self._ready = False
+        self._ready = self._steps = False
         self._last_time: Any = None
         if context is None:
             context = system.CreateDefaultContext()
@@ -83,9 +101,14 @@ class Simulator(SimulatorSettings):
         self._integrator.request_initial_step_size_target(1e-4)
         self._integrator.set_target_accuracy(1e-4)
 
+    def __reduce_ex__(self, protocol: Any) -> Any:
+        raise TypeError(
+            "Simulator: it can be neither copied nor pickled; make another, Simulator(system, context.Clone())."
+        )
+
     # What it works on.
 
-    def get_system(self) -> System:
+    def get_system(self) -> Any:
         """The system."""
         return self._system
 
@@ -93,24 +116,45 @@ class Simulator(SimulatorSettings):
         """Whether it has a context."""
         return self._context is not None
 
-    def get_context(self) -> Any:
+    def __repr__(self) -> str:
+        where = "without a context" if self._context is None else f"at t = {self._context.get_time()} s"
+        return f"<Simulator of '{self._system.get_name()}' {where}, {self.get_num_steps_taken()} steps taken>"
+
+    def get_context(self) -> Context:
         """The context."""
         return self._context
 
     get_mutable_context = get_context
 
     def reset_context(self, context: Any) -> None:
-        """Takes another context, or none; `Initialize` follows."""
+        """Takes another context, or none; `Initialize` follows.
+
+        Raises:
+            RuntimeError: the simulator is taking steps: this is a call from one of its callbacks.
+        """
+        self._must_rest("reset_context")
         if context is not None:
             self._check_context(context)
         self._context, self._span, self._ready = context, None, False
         self._integrator.reset_context(context)
 
-    def release_context(self) -> Any:
-        """Gives its context away and has none."""
+    def release_context(self) -> Context:
+        """Gives its context away and has none.
+
+        Raises:
+            RuntimeError: the simulator is taking steps: this is a call from one of its callbacks.
+        """
+        self._must_rest("release_context")
         context = self._context
         self.reset_context(None)
         return context
+
+    def _must_rest(self, call: str) -> None:
+        if self._steps:
+            raise RuntimeError(
+                f"Simulator.{call}(): the simulator is taking steps, and this call comes from one of its callbacks; "
+                "make it when AdvanceTo() has returned."
+            )
 
     def _check_context(self, context: Any) -> None:
         self._system.ValidateContext(context)
@@ -124,12 +168,17 @@ class Simulator(SimulatorSettings):
     get_mutable_integrator = get_integrator
 
     def reset_integrator(self, integrator: IntegratorBase) -> IntegratorBase:
-        """Takes another integrator; `Initialize` follows."""
+        """Takes another integrator; `Initialize` follows.
+
+        Raises:
+            RuntimeError: the simulator is taking steps: this is a call from one of its callbacks.
+        """
+        self._must_rest("reset_integrator")
         self._adopt(expect("reset_integrator", integrator, IntegratorBase))
         return integrator
 
     def _adopt(self, integrator: IntegratorBase) -> None:
-        integrator._N = self._N
+        integrator._run = self._run
         integrator._context = self._context
         self._integrator, self._span, self._ready = integrator, None, False
         integrator.ResetStatistics()
@@ -137,40 +186,89 @@ class Simulator(SimulatorSettings):
     # Running.
 
     def Initialize(self, params: InitializeParams | None = None) -> SimulatorStatus:
-        """Runs initialization events, sets the clocks, and publishes what is due at the beginning."""
+        """Runs initialization events, sets the clocks, and publishes what is due at the beginning.
+
+        Raises:
+            RuntimeError: there is no context; another thread or simulator works on it; an event handler failed.
+        """
+        return self._alone("Initialize", self._initialize, params or InitializeParams())
+
+    def _alone(self, call: str, work: Any, *args: Any) -> Any:
+        """Does the work of a call while the context is this simulator's, in this thread."""
         if self._context is None:
-            raise RuntimeError("Initialize() called without a Context; give one with reset_context().")
-        params = params or InitializeParams()
+            raise RuntimeError(f"{call}() called without a Context; give one with reset_context().")
+        store = self._context._store
+        store.claim(f"Simulator.{call}()")
+        self._steps = True
+        try:
+            return work(*args)
+        finally:
+            self._steps = False
+            store.release()
+
+    def _initialize(self, params: InitializeParams) -> SimulatorStatus:
         store, status = self._context._store, EventStatus.Succeeded()
         if store.unsettled:
             store.settle()
         self._integrator.Initialize()
-        self.ResetStatistics()
-        self._make_span()
-        store.I[_program.TERMINATE] = 0
+        self._reset_counts()
+        if self._span_serves():
+            logs.grow(store)
+        else:
+            self._make_span()
+        store.i[_TERMINATE] = 0
         if store.scalar is not float:
             store.S[0] = float(plain(store.S[0]))  # derivatives with respect to time stop here
-        t = store.S[0]
-        if not params.suppress_initialization_events:
+        t = float(store.S.item(0))
+        self._horizon = self._last_instant(store)
+        self._check_time(t, "Initialize")
+        if store.layout.updates_at_start and not params.suppress_initialization_events:
             for kind, apply in (
-                (_program.UNRESTRICTEDS, _evaluate.apply_unrestricted),
-                (_program.DISCRETES, _evaluate.apply_discrete),
+                (RunWords.unrestricteds, _evaluate.apply_unrestricted),
+                (RunWords.discretes, _evaluate.apply_discrete),
             ):
                 result, any_ = apply(store, 0, _evaluate.initialization)
-                self._N[kind] += any_
+                self._run.word[kind] += any_
                 status.KeepMoreSevere(result)
-        self._set_clocks(float(t))
-        self._publish_first(params)
-        self._ready, self._last_time = True, store.S[0]
+        self._span.begin(not params.suppress_initialization_events)
+        self._finish_step(self._publish_at_initialization)
+        self._ready, self._last_time = True, store.S.item(0)
         if status.severity() is EventStatus.Severity.kReachedTermination:
             note_status(status, self._span.outcome, store)
-        return self._status(float(t), int(_program.TERMINATED) if store.I[_program.TERMINATE] else int(_program.DONE))
+        return self._status(t, _program.TERMINATED if store.i[_TERMINATE] else _program.DONE)
+
+    def _last_instant(self, store: Any) -> float:
+        """Time [s] from which numbers lie so far apart that steps or periods are lost between them."""
+        shortest = store.layout.shortest_period
+        if store.layout.xc[1] > store.layout.xc[0]:
+            shortest = min(shortest, self._integrator._number[H_MAX])
+        return shortest * 2.0**51
+
+    def _check_time(self, t: float, call: str) -> None:
+        """Whether time can go on from t [s]."""
+        if abs(t) < self._horizon:
+            return
+        if not np.isfinite(t):
+            raise RuntimeError(f"Simulator.{call}(): the time of the context is {t} s; it must be finite.")
+        else:
+            raise RuntimeError(
+                f"Simulator.{call}(): at the time {t:g} s, numbers are {np.spacing(abs(t)):g} s apart, and the system "
+                f"has periods or steps of {self._horizon / 2.0**51:g} s: time would stand still."
+            )
+
+    def _span_serves(self) -> bool:
+        """Whether the event loop of the last `Initialize` is right for the next."""
+        span, integrator = self._span, self._integrator
+        if span is None or span.store is not self._context._store or not span.is_current():
+            return False
+        joins = type(integrator)._join is not IntegratorBase._join
+        return span.numbers is integrator._numbers and self._watch is None and not joins
 
     def _make_span(self) -> None:
         store = self._context._store
         me = weakref.ref(self)  # the span must not own its simulator
         special = [store.commit_abstract, *(_method(me, name) for name in _SPECIAL)]
-        self._span = Span(store, self._N, self._integrator._Z, special, self._native)
+        self._span = Span(store, self._run, self._integrator._numbers, special, self._native)
         self._watch: Any = None
         if store.layout.witness_nodes:
             self._watch = WitnessWatch(self._system, self._span, self._integrator)
@@ -183,38 +281,14 @@ class Simulator(SimulatorSettings):
         self._watch.after()
 
     def _call_monitor(self) -> Any:
-        return self._monitor(self._context)
+        return None if self._monitor is None else self._monitor(self._context)
 
     def _python_step(self) -> None:
         self._integrator._make_step(self._span)
 
     def _every_step(self) -> None:
         self._system.ForcedPublish(self._context)
-        self._N[_program.PUBLISHES] += 1
-
-    def _set_clocks(self, t: float) -> None:
-        """Every clock to its first tick at or after t [s]; what ticks at t is triggered."""
-        store = self._context._store
-        layout = store.layout
-        store.I[layout.trig0 : layout.log0] = 0
-        for c, (offset, period) in enumerate(layout.clocks):
-            k = max(0, int(np.ceil((t - offset) / period)))
-            while k > 0 and offset + (k - 1) * period >= t:
-                k -= 1
-            while offset + k * period < t:
-                k += 1
-            store.I[layout.k0 + c] = k
-        _loop.tick(layout.program, store.I, t)
-
-    def _publish_first(self, params: InitializeParams) -> None:
-        store, span = self._context._store, self._span
-        program = store.layout.program
-        if not params.suppress_initialization_events:
-            _loop.trigger(program, store.I, _program.AT_START)
-            self._clear_start_updates(store)
-        _loop.trigger(program, store.I, _program.PER_STEP)
-        span.interpreted(_loop.publish)
-        self._finish_step(self._publish_at_initialization)
+        self._run.publishes += 1
 
     def _finish_step(self, publish: bool) -> None:
         """What follows the publishes outside the event loop: a forced one, if wanted, and the monitor.
@@ -223,20 +297,18 @@ class Simulator(SimulatorSettings):
             RuntimeError: something failed.
         """
         store = self._context._store
-        if publish and not store.I[_program.STATUS]:
-            self._every_step()
-        if self._monitor is not None and not store.I[_program.STATUS]:
-            result = self._monitor(self._context)
-            if result is not None and note_status(checked_status(result), self._span.outcome, store):
-                store.I[_program.STATUS] = -1
-        if store.I[_program.STATUS]:
+        store.enter()
+        try:
+            if publish and not store.i[_STATUS]:
+                self._every_step()
+            if self._monitor is not None and not store.i[_STATUS]:
+                result = self._monitor(self._context)
+                if result is not None and note_status(checked_status(result), self._span.outcome, store):
+                    store.side.status = -1
+        finally:
+            store.leave()
+        if store.i[_STATUS]:
             self._raise()
-
-    def _clear_start_updates(self, store: Any) -> None:
-        """Initialization updates are done already."""
-        for g, (kind, clock, _, _) in enumerate(store.layout.group_list):
-            if clock == int(_program.AT_START) and kind != int(_program.PUBLISH):
-                store.I[store.layout.trig0 + g] = 0
 
     def AdvanceTo(self, boundary_time: float, interruptible: bool = True) -> SimulatorStatus:
         """Advances to `boundary_time` [s]; updates due just then stay pending.
@@ -253,23 +325,27 @@ class Simulator(SimulatorSettings):
             ways = ["(boundary_time: float, interruptible: bool = True)"]
             raise incompatible("Simulator.AdvanceTo", ways, (boundary_time,), {})
         T = float(plain(boundary_time))
+        return self._alone("AdvanceTo", self._advance_to, T)
+
+    def _advance_to(self, T: float) -> SimulatorStatus:
         self._get_ready()
-        store = self._context._store
-        if not store.S[0] <= T:
+        store, count = self._context._store, self._count
+        t = store.S.item(0)
+        if not t <= T:
             raise RuntimeError(
-                f"Simulator.AdvanceTo(): boundary_time {T} lies before the current time {store.S[0]} of the context."
+                f"Simulator.AdvanceTo(): boundary_time {T} lies before the current time {t} of the context."
             )
-        switches = [store.layout.num_abstract > 0, self._watch is not None, self._monitor is not None]
-        self._N[:4] = [*switches, self._publish_every_step]
-        self._N[_FRESH] = 1
-        progress = Progress(float(store.S[0]), T, self._show)
+        if not abs(t) < self._horizon:
+            self._check_time(float(t), "AdvanceTo")
+        count[_HAS_COMMIT], count[_HAS_WITNESS] = store.layout.num_abstract > 0, self._watch is not None
+        count[_HAS_MONITOR], count[_HAS_EVERY_STEP] = self._monitor is not None, self._publish_every_step
+        count[_FRESH] = 1
         try:
-            code = self._run(T, progress)
+            code = self._advance(T)
         finally:
             self._look_in(True)
-            self._last_time = store.S[0]
-            store.stopped = (float(store.S[0]), type(self._integrator).__name__, self._integrator._memory())
-            progress.close()
+            t = self._last_time = store.S.item(0)
+            store.stopped = (float(t), type(self._integrator).__name__, self._integrator._memory())
         return self._status(T, code)
 
     def _get_ready(self) -> None:
@@ -278,63 +354,93 @@ class Simulator(SimulatorSettings):
             if store.goes_on is not None and store.goes_on[0] == store.S[0]:
                 self._go_on(store)
             else:
-                self.Initialize()
+                self._initialize(InitializeParams())
         if store.unsettled:
             store.settle()
-        if self._span.layout is not store.layout or self._span.Z is not self._integrator._Z:
+        if not self._span.is_current() or self._span.numbers is not self._integrator._numbers:
             self._make_span()
-        if not store.S[0] == self._last_time:
+        if not store.S.item(0) == self._last_time:
             raise RuntimeError(
                 "Simulation time has changed since last Initialize() or AdvanceTo(). Resetting simulation time "
                 "requires a call to Initialize()."
             )
+
+    def _ready_span(self, call: str) -> Span:
+        """The event loop at the simulator's context, as the next `AdvanceTo` would find it.
+
+        Raises:
+            RuntimeError: an input port that kernels read has no value; or `Initialize` failed, which comes first.
+        """
+        self._alone(call, self._get_ready)
+        self._span.check_inputs()
+        return self._span
 
     def _go_on(self, store: Any) -> None:
         """Takes up a run that another process saved."""
         _, integrator, memory = store.goes_on
         self._integrator.Initialize()
         if integrator == type(self._integrator).__name__:
-            self._integrator._remember(memory)
+            try:
+                self._integrator._remember(memory)
+            except (LookupError, ValueError, TypeError, AttributeError) as error:
+                raise RuntimeError(f"The file of the context says no such thing of a {integrator}: {error}.") from error
         self.ResetStatistics()
         self._make_span()
+        self._horizon = self._last_instant(store)
         self._ready, self._last_time, store.goes_on = True, store.S[0], None
 
-    def _run(self, T: float, progress: Progress) -> int:
+    def _advance(self, T: float) -> int:
         """Advances in native spans, between which Python looks at Ctrl-C, the clock and the terminal."""
-        store, span, N, Z = self._context._store, self._span, self._N, self._integrator._Z
-        store.I[_program.TERMINATE] = 0
-        N[_program.BUDGET] = 1 if self._between else 1000
-        while True:
-            Z[_integrate.T_BREAK] = np.inf
-            if self._rate > 0:
-                self._pause(float(store.S[0]))
-                Z[_integrate.T_BREAK] = float(store.S[0]) + 0.004 * self._rate
-            dense, t0 = self._integrator._dense is not None, float(store.S[0])
-            if dense:
-                N[_program.BUDGET] = 1
-            begin = time.monotonic()
-            code = span.advance(T)
-            if store.unsettled:
-                store.settle()
-                self._make_span()
-                span = self._span
-                N[_program.BUDGET] = 1 if self._between else 1000
-            if dense:
-                self._integrator._keep_step(t0)
-            elapsed = time.monotonic() - begin
-            self._seconds += elapsed
-            self._look_in(False)
-            if code == _program.ERROR:
-                self._raise()
-            elif code == _program.ROOM:
-                logs.grow(store)
-            elif code != _program.BREAK:
-                return code
-            if elapsed < 0.02:
-                N[_program.BUDGET] = min(2 * int(N[_program.BUDGET]), 1 << 24)
-            elif elapsed > 0.08:
-                N[_program.BUDGET] = max(int(N[_program.BUDGET]) // 2, 1)
-            progress.update(float(store.S[0]))
+        store, span, count, number = self._context._store, self._span, self._count, self._integrator._number
+        store.i[_TERMINATE] = 0
+        count[_BUDGET] = 1 if self._between else 1000
+        progress: Any = None
+        try:
+            while True:
+                number[T_BREAK] = math.inf
+                if self._rate > 0:
+                    self._pause(float(store.S[0]))
+                    number[T_BREAK] = float(store.S[0]) + 0.004 * self._rate
+                begin = time.monotonic()
+                code = self._advance_span(span, T)
+                elapsed = time.monotonic() - begin
+                self._seconds += elapsed
+                self._look_in(False)
+                if self._interrupt is not None:
+                    self._interrupt()
+                if code == _program.ERROR:
+                    self._raise()
+                elif code == _program.ROOM:
+                    logs.grow(store)
+                elif code != _program.BREAK:
+                    return code
+                if not abs(store.S[0]) < self._horizon:
+                    self._check_time(float(store.S[0]), "AdvanceTo")  # a callback has set it
+                if not span.is_current():
+                    self._make_span()
+                    span = self._span
+                if elapsed < 0.02:
+                    count[_BUDGET] = min(2 * count[_BUDGET], 1 << 24)
+                elif elapsed > 0.08:
+                    count[_BUDGET] = max(count[_BUDGET] // 2, 1)
+                progress = progress or Progress(float(self._last_time), T, self._show)
+                progress.update(float(store.S[0]))
+        finally:
+            if progress is not None:
+                progress.close()
+
+    def _advance_span(self, span: Span, T: float) -> int:
+        """One native span; what waits for memory to rest is done after it."""
+        store, dense = self._context._store, self._integrator._dense is not None
+        if dense:
+            self._count[_BUDGET], t0 = 1, float(store.S[0])
+        code = span.advance(T)
+        if dense:
+            self._integrator._keep_step(t0)
+        if store.unsettled:
+            store.settle()
+            self._count[_BUDGET] = 1 if self._between else 1000
+        return code
 
     def _look_in(self, is_end: bool) -> None:
         """Lets those in who want to see the context from time to time: streams of logs."""
@@ -351,16 +457,16 @@ class Simulator(SimulatorSettings):
         span = self._span
         failed = span.outcome.status
         if span.outcome.error is None and failed is not None and failed.severity() is EventStatus.Severity.kFailed:
-            span.store.I[_program.STATUS] = 0
+            span.store.side.status = 0
             status = self._status(0.0, None)
             raise RuntimeError(status.FormatMessage())
         span.raise_error()
 
     def _status(self, boundary: float, code: int | None) -> SimulatorStatus:
         store, span = self._context._store, self._span
-        t, outcome = float(store.S[0]), span.outcome.status
+        t, outcome = float(store.S.item(0)), span.outcome.status
         span.outcome.status = None
-        store.I[_program.TERMINATE] = 0
+        store.i[_TERMINATE] = 0
         if code is None:
             return SimulatorStatus._make(boundary, t, _Reason.kEventHandlerFailed, outcome.system(), outcome.message())
         if code == _program.TERMINATED and outcome is not None:
@@ -370,24 +476,39 @@ class Simulator(SimulatorSettings):
 
     def AdvancePendingEvents(self) -> SimulatorStatus:
         """Handles the updates that are pending at the current time, then publishes; time stands still."""
+        return self._alone("AdvancePendingEvents", self._advance_pending_events)
+
+    def _advance_pending_events(self) -> SimulatorStatus:
         self._get_ready()
         store, span = self._context._store, self._span
-        program, I = store.layout.program, store.I
-        I[_program.TERMINATE] = 0
-        self._N[_program.HAS_COMMIT] = store.layout.num_abstract > 0
+        program, side = store.layout.program, store.side
+        side.terminate = 0
+        self._run.has_commit = store.layout.num_abstract > 0
         logs.grow(store)
-        _loop.trigger(program, I, _program.PER_STEP)
+        _loop.trigger(program, side, _program.PER_STEP)
         for kind in (_program.UNRESTRICTED, _program.DISCRETE):
             span.interpreted(_loop.update, kind)
-            if I[_program.STATUS]:
+            if side.status:
                 self._raise()
-        if not I[_program.TERMINATE]:
-            _loop.clear_updates(program, I)
-            self._N[_program.STEPS] += 1
+        if side.terminate not in (0, 1):  # what moves memory does so after the publishes
+            side.terminate = 0
+        if not side.terminate:
+            _loop.clear_updates(program, side)
+            self._run.steps += 1
             span.interpreted(_loop.publish)
             self._finish_step(self._publish_every_step)
-        code = _program.TERMINATED if I[_program.TERMINATE] else _program.DONE
+        code = _program.TERMINATED if side.terminate else _program.DONE
         return self._status(float(store.S[0]), int(code))
+
+
+def first_tick(offset: float, period: float, t: float) -> int:
+    """Number of a clock's first tick at or after t [s]."""
+    k = max(0, int(np.ceil((t - offset) / period)))
+    while k > 0 and offset + (k - 1) * period >= t:
+        k -= 1
+    while offset + k * period < t:
+        k += 1
+    return k
 
 
 _SPECIAL = ("_witness_before", "_witness_after", "_call_monitor", "_every_step", "_python_step")

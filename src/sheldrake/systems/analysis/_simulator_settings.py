@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+import operator
 import time
 from typing import Any
 
-import numpy as np
-
+from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.analysis._integrator import IntegratorBase
-from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels.program import RunWords
 from sheldrake.systems.framework._vector import plain
+
+_COUNTS = slice(operator.index(RunWords.steps), operator.index(RunWords.unrestricteds) + 1)
 
 
 class SimulatorSettings:
@@ -18,7 +20,7 @@ class SimulatorSettings:
 
     _context: Any
     _integrator: IntegratorBase
-    _N: np.ndarray
+    _run: Any
     _rate: float
     _last_time: float | None
     _monitor: Any
@@ -43,7 +45,7 @@ class SimulatorSettings:
 
     def set_publish_every_time_step(self, publish: bool) -> None:
         """Whether to force a publish after every step."""
-        self._publish_every_step = bool(publish)
+        self._publish_every_step = self._run.has_every_step = bool(publish)
 
     def get_publish_every_time_step(self) -> bool:
         """Whether to force a publish after every step."""
@@ -56,12 +58,12 @@ class SimulatorSettings:
     def set_monitor(self, monitor: Any) -> None:
         """`monitor(context)` is called after `Initialize` and every step; it may return an EventStatus."""
         if not callable(monitor):
-            raise TypeError(f"set_monitor(): incompatible function arguments: {monitor!r} cannot be called")
-        self._monitor = monitor
+            raise Mismatch(f"set_monitor(): incompatible function arguments: {monitor!r} cannot be called")
+        self._monitor, self._run.has_monitor = monitor, True
 
     def clear_monitor(self) -> None:
         """Forgets the monitor."""
-        self._monitor = None
+        self._monitor, self._run.has_monitor = None, False
 
     def get_monitor(self) -> Any:
         """The monitor, or None."""
@@ -75,24 +77,28 @@ class SimulatorSettings:
 
     def ResetStatistics(self) -> None:
         """Begins counting anew."""
-        self._N[[_program.STEPS, _program.PUBLISHES, _program.DISCRETES, _program.UNRESTRICTEDS]] = 0
+        self._reset_counts()
         self._integrator.ResetStatistics()
+
+    def _reset_counts(self) -> None:
+        """Those of the simulator; its integrator has its own."""
+        self._run.word[_COUNTS] = 0
         self._seconds = 0.0  # spent in steps, without pauses
         self._real0 = time.monotonic()
-        self._time0 = 0.0 if self._context is None else float(plain(self._context._store.S[0]))
+        self._time0 = 0.0 if self._context is None else float(plain(self._context._store.S.item(0)))
 
     def get_num_steps_taken(self) -> int:
         """How many steps were taken."""
-        return int(self._N[_program.STEPS])
+        return int(self._run.steps)
 
     def get_num_publishes(self) -> int:
         """How many times anything was published."""
-        return int(self._N[_program.PUBLISHES])
+        return int(self._run.publishes)
 
     def get_num_discrete_updates(self) -> int:
         """How many times discrete state was updated."""
-        return int(self._N[_program.DISCRETES])
+        return int(self._run.discretes)
 
     def get_num_unrestricted_updates(self) -> int:
         """How many times unrestricted updates were made."""
-        return int(self._N[_program.UNRESTRICTEDS])
+        return int(self._run.unrestricteds)

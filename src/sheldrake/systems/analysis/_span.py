@@ -3,24 +3,29 @@
 from __future__ import annotations
 
 import ctypes
+import operator
 import sys
 from typing import Any
 
 import numpy as np
 
+from sheldrake.common._native.binding import HERE
 from sheldrake.common._native.parallel import prepare
 from sheldrake.systems.analysis._first_calls import FirstCalls
-from sheldrake.systems.framework._declarations import KIND_NAMES, PUBLISH
+from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED
 from sheldrake.systems.framework._engine import logs, python_rows
 from sheldrake.systems.framework._engine.store import FAILED, Store
 from sheldrake.systems.framework._event import EventStatus, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import loop as _loop
 from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels.integrate import Integrator
+from sheldrake.systems.framework._kernels.program import Run
 
+_MOVE = 2
+"""In place of 1 in `SideWords.terminate`: an update asked for what moves memory; the step goes on when that is done."""
+_TERMINATE = operator.index(_program.SideWords.terminate)
 _ROW = ctypes.CFUNCTYPE(ctypes.c_int64)  # the caller hands over t, slab and words in registers: nobody looks
-_STATUS, _TERMINATE = int(_program.STATUS), int(_program.TERMINATE)
-_ROW_AT, _IDLE = int(_program.ROW), int(_program.IDLE)
 
 
 class Outcome:
@@ -38,17 +43,18 @@ class Span:
 
     Args:
         store: The context's memory.
-        N: Settings and counts of the simulator (see `_kernels.program`).
-        Z: The integrator's numbers.
+        run: Settings and counts of the simulator.
+        numbers: The integrator's.
         special: The simulator's own rows, by number after the program's: Python functions.
         native: Run the loop itself as machine code, where possible.
     """
 
-    def __init__(self, store: Store, N: np.ndarray, Z: np.ndarray, special: list[Any], native: bool = True):
-        self.store, self.N, self.Z = store, N, Z
+    def __init__(self, store: Store, run: Run, numbers: Integrator, special: list[Any], native: bool = True):
+        self.store, self.run, self.numbers = store, run, numbers
         self.layout, self.program = store.layout, store.layout.program
+        self._slab = store.S
         self.outcome = Outcome()
-        self._inputs_there = False
+        self._inputs_there = self._publish_inputs_there = False
         logs.grow(store)
         self._ctrl_c: KeyboardInterrupt | None = None
         self._held: list[Any] = []  # what Python rows ask for again and again
@@ -62,12 +68,20 @@ class Span:
         if self.native:
             self._bind()
 
-    def _check_inputs(self) -> None:
-        """Kernels see all inputs: those that the loop will call must have them all."""
+    def check_inputs(self, of_publishes: bool = False) -> None:
+        """Kernels see all inputs: those that the loop will call, or only its publishes, must have them all.
+
+        Raises:
+            RuntimeError: one has no value, naming it.
+        """
         program, rows = self.program, self.layout.rows
-        for r in {*program.act.tolist(), *program.pre.tolist()}:
-            if r >= 0 and rows[r].node >= 0 and rows[r].native:
-                self.store.check_inputs(rows[r])
+        for g, (kind, *_) in enumerate(self.layout.group_list):
+            if of_publishes and kind != PUBLISH:
+                continue
+            called = program.act[program.act_ptr[g] : program.act_ptr[g + 1]].tolist()
+            for r in called + program.pre[program.pre_ptr[g] : program.pre_ptr[g + 1]].tolist():
+                if r >= 0 and rows[r].free:
+                    self.store.check_inputs(rows[r])
 
     def _guard_row(self, r: int) -> Any:
         store, row = self.store, self.layout.rows[r]
@@ -77,7 +91,23 @@ class Span:
             return self._checked_kernel(r, row) if row.free else lambda: store._call_kernel(r, row)
         system = store.systems[row.node]
         self._held += [store.context(row.node), *(system._input_port(i) for i in range(system.num_input_ports()))]
-        return _guard(python_rows.bound(store, r), self.outcome, store, system, KIND_NAMES[row.kind])
+        return self._waiting(
+            row, _guard(python_rows.bound(store, r), self.outcome, store, system, KIND_NAMES[row.kind])
+        )
+
+    def _waiting(self, row: Any, run: Any) -> Any:
+        """An update after which memory may move before time goes on."""
+        if row.kind not in (DISCRETE, UNRESTRICTED):
+            return run
+        store = self.store
+
+        def update() -> int:
+            status = run()
+            if store.unsettled and not store.side.terminate:
+                store.side.terminate = _MOVE
+            return status
+
+        return update
 
     def _checked_kernel(self, r: int, row: Any) -> Any:
         """A kernel called from Python, by `Initialize` or without a compiler: it must have its inputs."""
@@ -104,7 +134,7 @@ class Span:
 
     def set_row(self, r: int, function: Any) -> None:
         """Gives a row that belongs to no leaf its Python function; before the first advance."""
-        self.python[r] = _guard(function, self.outcome, self.store, None, "")
+        self.python[r] = self._waiting(self.layout.rows[r], _guard(function, self.outcome, self.store, None, ""))
         if self.native:
             self._bind()
 
@@ -115,7 +145,7 @@ class Span:
             function: Calls it from Python.
             native: Its address and its words.
         """
-        r = len(self.layout.rows) + int(_program.PYTHON_STEP)
+        r = len(self.layout.rows) + _program.PYTHON_STEP
         self.python[r] = function
         if native is not None:
             self.table[r], words = native
@@ -129,12 +159,12 @@ class Span:
         return _guard(function, self.outcome, self.store, None, "")
 
     def _bind(self) -> None:
-        prepare([*(row.calc for row in self.layout.rows if row.native), _loop.advance])
+        prepare([*(row.calc for row in self.layout.rows if row.native), _loop.advance, _loop.begin])
         table: Any = np.zeros(len(self.python), np.int64)
         self._callbacks: list[Any] = []
         for r, function in enumerate(self.python):
             if self._is_native(r):
-                table[r] = self.layout.rows[r].calc.address
+                table[r] = HERE.address(self.layout.rows[r].calc)
             elif function is not None:
                 table[r] = self.address_of(function)
         self.table = table
@@ -148,33 +178,76 @@ class Span:
 
     def advance(self, T: float) -> int:
         """Steps until T, an error, a termination, a full log, or the end of the budget; says which."""
-        self.store.running = self.N
+        store = self.store
+        store.enter()
+        store.running = self.run
         try:
-            return self._advance(T)
+            code = self._advance(T)
         finally:
-            self.store.running = None
+            store.running = None
+            store.leave()
+        if code == _program.TERMINATED and store.i[_TERMINATE] == _MOVE:
+            store.i[_TERMINATE] = 0
+            _loop.clear_updates(self.program, store.side)
+            return _program.BREAK
+        return code
+
+    def is_current(self) -> bool:
+        """Whether its context's memory is still where it was."""
+        return self._slab is self.store.S and self.layout is self.store.layout
 
     def _advance(self, T: float) -> int:
-        store = self.store
         if not self._inputs_there:
-            self._check_inputs()
+            self.check_inputs()
             self._inputs_there = True
         if not self.native:
-            return int(_loop.advance(self.program, self.N, self.Z, store.S, store.I, store.L, self.python, T))
-        if self._logs is not store.L:
-            arguments = (self.program, self.N, self.Z, store.S, store.I, store.L, self.table, float(T))
-            self._bound = _loop.advance.bind(*arguments)
-            self._logs = store.L
+            return int(_loop.advance(*self._tables(), self.python, T))
+        if self._logs is not self.store.L:
+            self._bind_loop()
         self._bound.set("T", T)
+        return self._run(self._bound)
+
+    def begin(self, initializes: bool) -> None:
+        """Sets the clocks and publishes what is due at the beginning; `initializes`: at initialization too."""
+        if not self.native:
+            self.interpreted(_loop.begin, initializes)
+            return
+        if not self._publish_inputs_there:
+            self.check_inputs(of_publishes=True)
+            self._publish_inputs_there = True
+        if self._logs is not self.store.L:
+            self._bind_loop()
+        self._bound_begin.set("initializes", initializes)
+        self.store.enter()
+        try:
+            self._run(self._bound_begin)
+        finally:
+            self.store.leave()
+        if self.outcome.error is not None:
+            self.store.side.status = self.store.side.status or FAILED
+
+    def _bind_loop(self) -> None:
+        program, run, numbers, S, side, L = self._tables()
+        self._bound = _loop.advance.bind(program, run, numbers, S, side, L, self.table, float(S[0]))
+        self._bound_begin = _loop.begin.bind(program, run, S, side, L, self.table, 0)
+        self._logs = L
+
+    def _run(self, bound: Any) -> int:
+        """Runs machine code that calls Python rows; its status."""
         others, sys.unraisablehook = sys.unraisablehook, self._keep_ctrl_c
         self._others = others
         try:
-            code = self._bound()
+            code = bound()
         finally:
             sys.unraisablehook = others
         if self._ctrl_c is not None:
-            self.outcome.error, self._ctrl_c, code = self._ctrl_c, None, int(_program.ERROR)
+            self.outcome.error, self._ctrl_c, code = self._ctrl_c, None, _program.ERROR
         return code
+
+    def _tables(self) -> tuple:
+        """What the event loop works on."""
+        store = self.store
+        return self.program, self.run, self.numbers, store.S, store.side, store.L
 
     def _keep_ctrl_c(self, unraisable: Any) -> None:
         """Keeps a KeyboardInterrupt that came before a Python row could catch it: ctypes would drop it."""
@@ -186,29 +259,37 @@ class Span:
     def interpreted(self, function: Any, *args: Any) -> Any:
         """Runs another function of the loop, interpreted."""
         store = self.store
-        return function(self.program, self.N, store.S, store.I, store.L, self.python, *args)
+        store.enter()
+        try:
+            return function(self.program, self.run, store.S, store.side, store.L, self.python, *args)
+        finally:
+            store.leave()
 
     def raise_error(self) -> None:
         """Raises what stopped the span, with the system and the time, and clears it."""
         store, outcome = self.store, self.outcome
-        status, r = int(store.I[_STATUS]), int(store.I[_ROW_AT])
-        store.I[_STATUS] = 0
+        status, r = int(store.side.status), int(store.side.row)
+        store.side.status = 0
         error, system, kind = outcome.error, outcome.system, outcome.kind
         outcome.error = None
         if error is None:
-            if status == int(_integrate.MIN_STEP_STATUS):
-                error = RuntimeError(
-                    f"Error control asks for a step below the minimum step size "
-                    f"({self.Z[_integrate.H_MIN]:g} s requested) at time {store.S[0]!r}; "
-                    "the derivatives may be discontinuous."
-                )
-            else:
-                row = self.layout.rows[r]
-                system, kind = store.systems[row.node], KIND_NAMES[row.kind]
-                error = store.explain(row, status)
+            error, system, kind = failure(store, self.numbers, status, r)
         if system is not None:
             _add_note(error, f"in the {kind} of {system._describe()} at t = {_plain(store.S[0])} s")
         raise error
+
+
+def failure(store: Store, numbers: Integrator, status: int, r: int) -> tuple[BaseException, Any, str]:
+    """What the status of a kernel row, or of the integrator, stands for: error, system or None, what it computed."""
+    if status == _integrate.MIN_STEP_STATUS:
+        error = RuntimeError(
+            f"Error control asks for a step below the minimum step size ({numbers.h_min:g} s requested) at time "
+            f"{store.S[0]!r}; the derivatives may be discontinuous."
+        )
+        return error, None, ""
+    row = store.layout.rows[r]
+    system = store.systems[row.node]
+    return store.explain(row, status), system, KIND_NAMES[row.kind]
 
 
 def _plain(t: Any) -> Any:
@@ -233,10 +314,10 @@ def note_status(status: EventStatus, outcome: Outcome, store: Store) -> int:
     """Keeps the worst status of the events of a span; gives the row's status."""
     severity = status.severity()
     if severity is EventStatus.Severity.kDidNothing:
-        store.I[_IDLE] += 1
+        store.side.idle += 1
         return 0
     if severity is EventStatus.Severity.kReachedTermination:
-        store.I[_TERMINATE] = 1
+        store.side.terminate = 1
     elif severity is not EventStatus.Severity.kFailed:
         return 0
     if outcome.status is None:
@@ -256,4 +337,4 @@ def _add_note(error: BaseException, note: str) -> None:
         error.__notes__ = [*getattr(error, "__notes__", []), note]  # type: ignore[attr-defined]
 
 
-__all__ = ["PUBLISH", "Outcome", "Span", "note_status"]
+__all__ = ["PUBLISH", "Outcome", "Span", "failure", "note_status"]

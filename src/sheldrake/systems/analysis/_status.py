@@ -75,6 +75,9 @@ class SimulatorStatus:
             )
         return f'Simulator stopped at time {_number(self._time)} because {who} failed with message: "{self._message}"'
 
+    def __repr__(self) -> str:
+        return f"<SimulatorStatus: {self.FormatMessage()}>"
+
     def IsIdenticalStatus(self, other: SimulatorStatus) -> bool:
         """Whether all of it is the same."""
         mine = (self._boundary, self._time, self._reason, self._message)

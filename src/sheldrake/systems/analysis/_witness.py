@@ -40,7 +40,7 @@ class WitnessWatch:
 
     def before(self) -> None:
         """Remembers the beginning of a step."""
-        store, updates = self._store, int(self._span.N[_program.UNRESTRICTEDS])
+        store, updates = self._store, int(self._span.run.unrestricteds)
         if updates != self._seen_updates:
             self._seen_updates = updates
             self._active = self._system.GetWitnessFunctions(store.context(0))
@@ -59,7 +59,7 @@ class WitnessWatch:
         window = self._window()
         if window is not None and not self._isolate(window):
             return
-        self._store.I[_program.WITNESSED] = 1
+        self._store.side.witnessed = 1
 
     def _window(self) -> float | None:
         """How exactly to locate a change of sign [s]; None: not at all."""
@@ -91,12 +91,12 @@ class WitnessWatch:
         store = self._store
         store.S[0] = self._t0
         store.S[slice(*store.layout.xc)] = self._x0
-        _program.changed(store.I, _program.CONTINUOUS)
+        _program.changed(store.side, _program.CONTINUOUS)
         if t <= self._t0:
             return
         while store.S[0] < t:
-            self._span.interpreted(_integrate_until, self._span.Z, t)
-            if store.I[_program.STATUS]:
+            self._span.interpreted(_integrate_until, self._span.numbers, t)
+            if store.side.status:
                 return
 
     def _fire(self, kind: int) -> EventStatus | None:
@@ -113,5 +113,5 @@ class WitnessWatch:
         return status
 
 
-def _integrate_until(P: Any, N: Any, S: Any, I: Any, L: Any, rows: Any, Z: Any, t: float) -> None:
-    _integrate.integrate(P, N, Z, S, I, L, rows, np.inf, t)
+def _integrate_until(program: Any, run: Any, S: Any, side: Any, L: Any, rows: Any, numbers: Any, t: float) -> None:
+    _integrate.integrate(program, run, numbers, S, side, L, rows, np.inf, t)

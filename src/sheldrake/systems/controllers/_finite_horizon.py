@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.systems.controllers._lqr import _square
 from sheldrake.systems.framework import InputPortSelection, LeafSystem, OutputPortSelection, System
 from sheldrake.systems.primitives import FirstOrderTaylorApproximation
 from sheldrake.trajectories import PiecewisePolynomial, Trajectory
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _SAMPLES = 201
 """At how many times the solution is sampled for the trajectories returned."""
@@ -65,7 +68,7 @@ class FiniteHorizonLinearQuadraticRegulatorResult(NamedTuple):
 class _Problem:
     """The Riccati equation of one call, backwards in time (Anderson and Moore 1990, section 2.3)."""
 
-    def __init__(self, system: System, context: Any, t0: float, tf: float, Q: Any, R: Any, options: Any):
+    def __init__(self, system: System, context: Context, t0: float, tf: float, Q: Any, R: Any, options: Any):
         call = "FiniteHorizonLinearQuadraticRegulator"
         system.ValidateContext(context)
         if not tf > t0:
@@ -151,7 +154,7 @@ class _Problem:
 
 def FiniteHorizonLinearQuadraticRegulator(
     system: System,
-    context: Any,
+    context: Context,
     t0: float,
     tf: float,
     Q: Any,
@@ -218,7 +221,7 @@ class _Regulator(LeafSystem):
         self.DeclareVectorInputPort("plant_state", result.x0.rows())
         self.DeclareVectorOutputPort("command", result.u0.rows(), self._calc_command)
 
-    def _calc_command(self, context: Any, output: Any) -> None:
+    def _calc_command(self, context: Context, output: Any) -> None:
         t, r = context.get_time(), self._result
         deviation = np.array(self.get_input_port(0).Eval(context)) - r.x0.value(t)[:, 0]
         output.SetFromVector(r.u0.value(t)[:, 0] - r.K.value(t) @ deviation - r.k0.value(t)[:, 0])
@@ -226,7 +229,7 @@ class _Regulator(LeafSystem):
 
 def MakeFiniteHorizonLinearQuadraticRegulator(
     system: System,
-    context: Any,
+    context: Context,
     t0: float,
     tf: float,
     Q: Any,

@@ -31,6 +31,8 @@ class _PlantKeeper(LeafSystem):
     _kept_systems = (("_plant", "_plant_context"),)
 
     _plant: MultibodyPlant
+    _forces: tuple[Any, Any] = None, None
+    """A plant, and room for the forces of its force elements: a copy on another scalar has another plant."""
 
     def _keep(self, plant: MultibodyPlant, plant_context: Any = None) -> None:
         self._plant = plant
@@ -42,7 +44,10 @@ class _PlantKeeper(LeafSystem):
         return self._plant_context
 
     def _applied_forces(self, context: Any) -> Any:
-        forces = MultibodyForces_[self._plant._scalar](self._plant)
+        plant, forces = self._forces
+        if plant is not self._plant:
+            forces = MultibodyForces_[self._plant._scalar](self._plant)
+            self._forces = self._plant, forces
         self._plant.CalcForceElementsContribution(context, forces)
         return forces
 

@@ -5,12 +5,17 @@ Of matrices, of a linear system, or of any system about a point: `Linearize`, th
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._blas import one_thread
+from sheldrake.math._matrix_equations import require_stable
 from sheldrake.systems.framework import InputPortSelection, OutputPortSelection, System
 from sheldrake.systems.primitives import AffineSystem, Linearize, LinearSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 def _matrix(value: Any) -> np.ndarray:
@@ -76,6 +81,7 @@ def LinearQuadraticRegulator(*args: Any, **kwargs: Any) -> Any:
     return _of_linear_system(*args, **kwargs)
 
 
+@one_thread()
 def _of_matrices(A: Any, B: Any, Q: Any, R: Any, N: Any = None, F: Any = None) -> tuple[np.ndarray, np.ndarray]:
     from scipy.linalg import null_space, solve_continuous_are
 
@@ -89,9 +95,12 @@ def _of_matrices(A: Any, B: Any, Q: Any, R: Any, N: Any = None, F: Any = None) -
     # Completing the square in u takes N away (Bertsekas 2017, section 3.1).
     A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
     S = _riccati(call, solve_continuous_are, A1, B, Q1, R)
-    return R_inverse @ (B.T @ S + N.T), S
+    K = R_inverse @ (B.T @ S + N.T)
+    require_stable(call, A - B @ K, discrete=False)
+    return K, S
 
 
+@one_thread()
 def DiscreteTimeLinearQuadraticRegulator(
     A: Any, B: Any, Q: Any, R: Any, N: Any = None
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -107,7 +116,9 @@ def DiscreteTimeLinearQuadraticRegulator(
     R_inverse = np.linalg.inv(R)
     A1, Q1 = A - B @ R_inverse @ N.T, Q - N @ R_inverse @ N.T
     S = _riccati(call, solve_discrete_are, A1, B, Q1, R)
-    return np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T), S
+    K = np.linalg.solve(R + B.T @ S @ B, B.T @ S @ A + N.T)
+    require_stable(call, A - B @ K, discrete=True)
+    return K, S
 
 
 def _gain(system: LinearSystem, Q: Any, R: Any, N: Any) -> np.ndarray:
@@ -125,7 +136,7 @@ def _of_linear_system(system: LinearSystem, Q: Any, R: Any, N: Any = None) -> Li
 
 def _of_system_at(
     system: System,
-    context: Any,
+    context: Context,
     Q: Any,
     R: Any,
     N: Any = None,

@@ -24,14 +24,14 @@ def _vector(call: str, name: str, value: Any) -> np.ndarray:
     if array.ndim == 2 and array.shape[1] == 1:
         array = array[:, 0]
     if array.ndim != 1:
-        raise TypeError(f"{call}(): incompatible constructor arguments; {name} must be a vector, got {value!r}.")
+        raise Mismatch(f"{call}(): incompatible constructor arguments; {name} must be a vector, got {value!r}.")
     return array
 
 
 def _matrix(call: str, name: str, value: Any) -> np.ndarray:
     array = np.array(value, dtype=float)
     if array.ndim != 2:
-        raise TypeError(f"{call}(): incompatible constructor arguments; {name} must be a matrix, got {value!r}.")
+        raise Mismatch(f"{call}(): incompatible constructor arguments; {name} must be a matrix, got {value!r}.")
     return array
 
 
@@ -89,9 +89,9 @@ class PidController(LeafSystem):
             raise RuntimeError(
                 f"PidController(): Output projection column dimension mismatch, expecting {n}, is {O.shape[1]}"
             )
-        self._model = pid.Pid(gains, np.ascontiguousarray(P), np.ascontiguousarray(O), projects)
+        self._model: Any = pid.Pid(gains, np.ascontiguousarray(P), np.ascontiguousarray(O), projects)
         self.DeclareContinuousState(n)
-        self._declare_time_derivatives(pid.integral)
+        self.DeclareTimeDerivatives(pid.integral)
         self.DeclareVectorInputPort("estimated_state", P.shape[1])
         self.DeclareVectorInputPort("desired_state", 2 * n)
         self.DeclareVectorOutputPort("control", O.shape[0], pid.control)
@@ -101,15 +101,15 @@ class PidController(LeafSystem):
 
     def get_Kp_vector(self) -> np.ndarray:
         """Returns the proportional gains, shape `(n,)`."""
-        return self._model.gains[0].copy()
+        return self._model.kp.copy()
 
     def get_Ki_vector(self) -> np.ndarray:
         """Returns the integral gains [1/s], shape `(n,)`."""
-        return self._model.gains[1].copy()
+        return self._model.ki.copy()
 
     def get_Kd_vector(self) -> np.ndarray:
         """Returns the derivative gains [s], shape `(n,)`."""
-        return self._model.gains[2].copy()
+        return self._model.kd.copy()
 
     def get_input_port_estimated_state(self) -> InputPort:
         """Returns the input for the state."""

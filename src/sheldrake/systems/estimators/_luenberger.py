@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,9 @@ from sheldrake.systems.controllers import DiscreteTimeLinearQuadraticRegulator, 
 from sheldrake.systems.controllers._lqr import _square
 from sheldrake.systems.framework import BasicVector, InputPort, LeafSystem, OutputPort, System
 from sheldrake.systems.primitives import Linearize, LinearSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class LuenbergerObserver(LeafSystem):
@@ -66,7 +69,7 @@ class LuenbergerObserver(LeafSystem):
             raise RuntimeError("LuenbergerObserver(): a discrete system must have one periodic update.")
         self.DeclarePeriodicDiscreteUpdateEvent(timing.period_sec(), timing.offset_sec(), self._update)
 
-    def _correction(self, context: Any, x: np.ndarray) -> np.ndarray:
+    def _correction(self, context: Context, x: np.ndarray) -> np.ndarray:
         """Puts estimate and input into the copy; returns L times the error of the output."""
         if self._discrete:
             self._context.SetDiscreteState(x)
@@ -79,7 +82,7 @@ class LuenbergerObserver(LeafSystem):
         y = np.array(self.get_observed_system_output_input_port().Eval(context))
         return self._gain @ (y - np.array(self._system.get_output_port().Eval(self._context)))
 
-    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
         """The derivative of the estimate."""
         if self._discrete:
             return
@@ -88,7 +91,7 @@ class LuenbergerObserver(LeafSystem):
         rates = np.array(self._system.EvalTimeDerivatives(self._context).CopyToVector())
         derivatives.get_mutable_vector().SetFromVector(rates + correction)
 
-    def _update(self, context: Any, discrete_state: Any) -> None:
+    def _update(self, context: Context, discrete_state: Any) -> None:
         x = np.array(context.get_discrete_state_vector().CopyToVector())
         correction = self._correction(context, x)
         following = np.array(self._system.EvalUniquePeriodicDiscreteUpdate(self._context).value())
@@ -177,5 +180,5 @@ def _of_linear_system(system: LinearSystem, W: Any, V: Any) -> LuenbergerObserve
     return LuenbergerObserver(system, system.CreateDefaultContext(), _gain(system, W, V))
 
 
-def _of_system_at(system: System, context: Any, W: Any, V: Any) -> LuenbergerObserver:
+def _of_system_at(system: System, context: Context, W: Any, V: Any) -> LuenbergerObserver:
     return LuenbergerObserver(system, context, _gain(Linearize(system, context), W, V))

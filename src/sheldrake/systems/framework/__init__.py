@@ -1,6 +1,5 @@
 """Systems, diagrams, contexts, ports, events: the framework that models are built in."""
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.systems.framework._cache import CacheEntry, CacheEntryValue, ValueProducer
 from sheldrake.systems.framework._context.base import ContextBase
 from sheldrake.systems.framework._context.context import Context, LeafContext
@@ -161,5 +160,3 @@ __all__ = [
 for _name in __all__:
     if isinstance(globals()[_name], type) and not hasattr(globals()[_name], "__dataclass_fields__"):
         globals()[_name].__module__ = __name__
-
-refuse_none(__name__)

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine.freshness import freshness
 from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
 
 
 class ValueProducer:
@@ -20,11 +24,11 @@ class ValueProducer:
 
     def __init__(self, allocate: Callable, calc: Callable[[Any, Any], None]):
         if not callable(allocate) or not callable(calc):
-            raise TypeError("ValueProducer(): incompatible constructor arguments: allocate and calc must be callable.")
+            raise Mismatch("ValueProducer(): incompatible constructor arguments: allocate and calc must be callable.")
         self._allocate, self._calc = allocate, calc
 
     @staticmethod
-    def NoopCalc(context: Any, value: AbstractValue, /) -> None:
+    def NoopCalc(context: Context, value: AbstractValue, /) -> None:
         """A `calc` that does nothing."""
 
 
@@ -38,7 +42,7 @@ class CacheEntryValue:
         raise TypeError("CacheEntryValue: No constructor defined!")
 
     @classmethod
-    def _make(cls, entry: CacheEntry, context: Any) -> CacheEntryValue:
+    def _make(cls, entry: CacheEntry, context: Context) -> CacheEntryValue:
         value = object.__new__(cls)
         value._entry, value._context = entry, context
         return value
@@ -114,7 +118,7 @@ class CacheEntry:
 
     # The value in one context.
 
-    def _record(self, context: Any) -> _Record:
+    def _record(self, context: Context) -> _Record:
         self._system.ValidateContext(context)
         store, key = context._store, (context._node, self._number)
         record = store.cache.get(key)
@@ -126,7 +130,7 @@ class CacheEntry:
             record = store.cache[key] = _Record(self._declaration.enabled, level, keys)
         return record
 
-    def _row(self, context: Any) -> int:
+    def _row(self, context: Context) -> int:
         """Row of the output port it belongs to, or -1."""
         j = self._declaration.output
         if j < 0:
@@ -134,7 +138,7 @@ class CacheEntry:
         self._system.ValidateContext(context)
         return context._store.layout.places[context._node].outputs[j].row
 
-    def _kept(self, context: Any) -> AbstractValue:
+    def _kept(self, context: Context) -> AbstractValue:
         if self._declaration.output >= 0:
             return self._system.get_output_port(self._declaration.output).EvalAbstract(context)
         record = self._record(context)
@@ -142,7 +146,7 @@ class CacheEntry:
             record.value = _as_value(self._declaration.allocate(self._system), self._name())
         return record.value
 
-    def is_out_of_date(self, context: Any) -> bool:
+    def is_out_of_date(self, context: Context) -> bool:
         """Whether it must be computed anew."""
         store, r = context._store, self._row(context)
         if r >= 0:
@@ -150,7 +154,7 @@ class CacheEntry:
         record = self._record(context)
         return record.stamp != store.stamp(record.level, record.keys)
 
-    def EvalAbstract(self, context: Any) -> AbstractValue:
+    def EvalAbstract(self, context: Context) -> AbstractValue:
         """The value as an AbstractValue, computed if needed."""
         if self._declaration.output >= 0:
             return self._system.get_output_port(self._declaration.output).EvalAbstract(context)
@@ -169,19 +173,19 @@ class CacheEntry:
         record.stamp = stamp
         return value
 
-    def Eval(self, context: Any) -> Any:
+    def Eval(self, context: Context) -> Any:
         """The object it holds, computed if needed."""
         return self.EvalAbstract(context).get_value()
 
-    def get_cache_entry_value(self, context: Any) -> CacheEntryValue:
+    def get_cache_entry_value(self, context: Context) -> CacheEntryValue:
         """The kept value, to look at."""
         return CacheEntryValue._make(self, context)
 
-    def get_mutable_cache_entry_value(self, context: Any) -> CacheEntryValue:
+    def get_mutable_cache_entry_value(self, context: Context) -> CacheEntryValue:
         """The kept value, to change."""
         return CacheEntryValue._make(self, context)
 
-    def disable_caching(self, context: Any) -> None:
+    def disable_caching(self, context: Context) -> None:
         """Computes it anew whenever it is asked for in this context."""
         if (r := self._row(context)) >= 0:
             context._store._cold.add(r)
@@ -189,14 +193,14 @@ class CacheEntry:
         else:
             self._record(context).enabled = False
 
-    def enable_caching(self, context: Any) -> None:
+    def enable_caching(self, context: Context) -> None:
         """Undoes `disable_caching`."""
         if (r := self._row(context)) >= 0:
             context._store._cold.discard(r)
         else:
             self._record(context).enabled = True
 
-    def is_cache_entry_disabled(self, context: Any) -> bool:
+    def is_cache_entry_disabled(self, context: Context) -> bool:
         """Whether it is computed whenever it is asked for in this context."""
         r = self._row(context)
         return r in context._store._cold if r >= 0 else not self._record(context).enabled

@@ -7,6 +7,7 @@ import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.kernel import Kernel
 from sheldrake.systems.framework._event import Event
 from sheldrake.systems.framework._index import PortDataType
@@ -35,7 +36,7 @@ class Callback:
         if isinstance(function, (Kernel, Stages)):
             return function
         if not callable(function):
-            raise TypeError(f"{what}: incompatible function arguments: {function!r} cannot be called.")
+            raise Mismatch(f"{what}: incompatible function arguments: {function!r} cannot be called.")
         if isinstance(function, types.MethodType) and function.__self__ is system:
             return Callback(function.__func__, True)
         return Callback(function)
@@ -45,10 +46,36 @@ class Callback:
 
 
 @dataclasses.dataclass(slots=True)
-class Stages:
-    """Kernels that follow each other as one handler of an event; the last of them completes what the event writes."""
+class PythonStage:
+    """A stage that needs what kernels do not see, such as abstract inputs: it fills scratch that later stages read."""
 
-    choose: Callable[[Any, Any], Sequence[Kernel]]
+    function: Callable[[Any, Any], None]
+    """Called with the system and its context."""
+    fills: tuple[str, str]
+    """Field of the scratch and its part."""
+
+
+@dataclasses.dataclass(slots=True)
+class FedStage:
+    """A kernel among stages that reads inputs of another system, which feeds its own: what both would do in Python.
+
+    The slots of the inputs, by parameter name, come from `RootView.slot`.
+    """
+
+    kernel: Kernel
+    reads: dict[str, Any]
+    models: dict[str, Any]
+    """Constant arrays of the other system, by parameter name."""
+
+
+@dataclasses.dataclass(slots=True)
+class Stages:
+    """What follows each other as one handler of an event: kernels, and Python stages before them.
+
+    The last kernel completes what the event writes.
+    """
+
+    choose: Callable[[Any, Any], Sequence[Kernel | PythonStage | FedStage]]
     """Tells which, when a root is compiled: of the system and its view of the root."""
 
 

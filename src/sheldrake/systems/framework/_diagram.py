@@ -9,11 +9,16 @@ from __future__ import annotations
 import operator
 import weakref
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from sheldrake.common._checked import checked
 from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
 from sheldrake.systems.framework._index import InputPortIndex, OutputPortIndex, Ticket
 from sheldrake.systems.framework._system import System
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._port import OutputPort
 
 
 class Diagram(System):
@@ -73,11 +78,13 @@ class Diagram(System):
         """The subsystems."""
         return list(self._systems)
 
+    @checked
     def HasSubsystemNamed(self, name: str) -> bool:
         """Whether there is a subsystem of this name."""
         return any(s.get_name() == name for s in self._systems)
 
-    def GetSubsystemByName(self, name: str) -> System:
+    @checked
+    def GetSubsystemByName(self, name: str) -> Any:
         """The subsystem of this name.
 
         Raises:
@@ -92,7 +99,7 @@ class Diagram(System):
             f"{{{valid}}}."
         )
 
-    def GetMutableSubsystemState(self, subsystem: System, context: Any) -> Any:
+    def GetMutableSubsystemState(self, subsystem: System, context: Context) -> Any:
         """State of a subsystem, to be changed."""
         return self.GetSubsystemContext(subsystem, context).get_mutable_state()
 
@@ -108,7 +115,8 @@ class Diagram(System):
             for (a, i), (b, j) in self._wires.items()
         }
 
-    def AreConnected(self, output: Any, input: Any) -> bool:
+    @checked
+    def AreConnected(self, output: OutputPort, input: Any) -> bool:
         """Whether an output port of a subsystem feeds an input port of one."""
         source = self._wires.get((self._child(input.get_system()), int(input.get_index())))
         return source is not None and source == (self._child(output.get_system()), int(output.get_index()))

@@ -7,9 +7,10 @@ It checks each wire as it is drawn (types, sizes, one source for an input), and 
 from __future__ import annotations
 
 import operator
-from typing import Any
+from typing import Any, TypeVar
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.systems.framework._diagram import Diagram
 from sheldrake.systems.framework._engine.topology import Topology
 from sheldrake.systems.framework._index import (
@@ -21,6 +22,8 @@ from sheldrake.systems.framework._index import (
 )
 from sheldrake.systems.framework._port import InputPort, OutputPort
 from sheldrake.systems.framework._system import System
+
+_System = TypeVar("_System", bound=System)
 
 
 class DiagramBuilder:
@@ -38,7 +41,7 @@ class DiagramBuilder:
 
     # Systems.
 
-    def AddSystem(self, system: System) -> System:
+    def AddSystem(self, system: _System) -> _System:
         """Adds a system and gives it back. A system without a name gets one.
 
         Raises:
@@ -46,9 +49,9 @@ class DiagramBuilder:
         """
         self._not_built("AddSystem")
         if not isinstance(system, System):
-            raise TypeError(f"AddSystem(): incompatible function arguments: {system!r} is no System")
+            raise Mismatch(f"AddSystem(): incompatible function arguments: {system!r} is no System")
         if system._scalar is not self._scalar:
-            raise TypeError(
+            raise Mismatch(
                 f"AddSystem(): incompatible function arguments: {system._describe()} is on {system._scalar.__name__}, "
                 f"this DiagramBuilder on {self._scalar.__name__}."
             )
@@ -63,10 +66,10 @@ class DiagramBuilder:
         self._systems.append(system)
         return system
 
-    def AddNamedSystem(self, name: str, system: System) -> System:
+    def AddNamedSystem(self, name: str, system: _System) -> _System:
         """Names a system, adds it and gives it back."""
         if not isinstance(name, str):
-            raise TypeError(f"AddNamedSystem(): incompatible function arguments: {name!r} is no str")
+            raise Mismatch(f"AddNamedSystem(): incompatible function arguments: {name!r} is no str")
         system.set_name(name)
         return self.AddSystem(system)
 
@@ -103,11 +106,13 @@ class DiagramBuilder:
         """The systems added so far."""
         return self.GetSystems()
 
+    @checked
     def HasSubsystemNamed(self, name: str) -> bool:
         """Whether there is a system of this name."""
         return any(s.get_name() == name for s in self._systems)
 
-    def GetSubsystemByName(self, name: str) -> System:
+    @checked
+    def GetSubsystemByName(self, name: str) -> Any:
         """The system of this name.
 
         Raises:
@@ -169,7 +174,7 @@ class DiagramBuilder:
         """
         self._not_built("Connect")
         if not isinstance(output, OutputPort) or not isinstance(input, InputPort):
-            raise TypeError(
+            raise Mismatch(
                 "DiagramBuilder.Connect(): incompatible function arguments: expected (OutputPort, InputPort), got "
                 f"({type(output).__name__}, {type(input).__name__}). Systems give their ports by get_output_port() and "
                 "get_input_port(), or by name with GetOutputPort() and GetInputPort()."
@@ -276,7 +281,7 @@ class DiagramBuilder:
         """Makes an input port one of the diagram's; gives its number there."""
         self._not_built("ExportInput")
         if not isinstance(input, InputPort):
-            raise TypeError(f"ExportInput(): incompatible function arguments: {input!r} is no InputPort")
+            raise Mismatch(f"ExportInput(): incompatible function arguments: {input!r} is no InputPort")
         self._free(input, "ExportInput")
         self._inputs.append((self._export_name(input, name, [n for n, _ in self._inputs], "input"), [input]))
         return InputPortIndex(len(self._inputs) - 1)
@@ -285,7 +290,7 @@ class DiagramBuilder:
         """Makes an output port one of the diagram's; gives its number there."""
         self._not_built("ExportOutput")
         if not isinstance(output, OutputPort):
-            raise TypeError(f"ExportOutput(): incompatible function arguments: {output!r} is no OutputPort")
+            raise Mismatch(f"ExportOutput(): incompatible function arguments: {output!r} is no OutputPort")
         self._has(output.get_system(), "ExportOutput")
         self._outputs.append((self._export_name(output, name, [n for n, _ in self._outputs], "output"), output))
         return OutputPortIndex(len(self._outputs) - 1)
@@ -294,7 +299,7 @@ class DiagramBuilder:
         if isinstance(name, UseDefaultName):
             name = f"{port.get_system().get_name()}_{port.get_name()}"
         if not isinstance(name, str):
-            raise TypeError(f"Export{kind.title()}(): incompatible function arguments: {name!r} is no str")
+            raise Mismatch(f"Export{kind.title()}(): incompatible function arguments: {name!r} is no str")
         if not name:
             raise RuntimeError(f"DiagramBuilder.Export{kind.title()}(): the name of a port must not be empty.")
         if name in taken:

@@ -2,10 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from sheldrake.systems.framework._declarations import DISCRETE, KIND_NAMES, PUBLISH, UNRESTRICTED, EventDeclaration
+from sheldrake.systems.framework._declarations import (
+    DISCRETE,
+    KIND_NAMES,
+    PUBLISH,
+    UNRESTRICTED,
+    EventDeclaration,
+    PythonStage,
+)
 from sheldrake.systems.framework._engine import logs
 from sheldrake.systems.framework._engine.layout import NO_ROW
 from sheldrake.systems.framework._engine.store import Store
@@ -22,9 +30,24 @@ def leaves_under(store: Store, n: int) -> list[int]:
     return store.layout.leaves[node.first_leaf : node.last_leaf]
 
 
+@contextlib.contextmanager
+def computing(store: Store) -> Iterator[None]:
+    """What is done here finds memory where it is now."""
+    if store.unsettled:
+        store.settle()
+    store.enter()
+    try:
+        yield
+    finally:
+        store.leave()
+
+
 def prepare(store: Store, r: int) -> None:
     """Brings up to date what kernel row `r` reads."""
     layout, row = store.layout, store.layout.rows[r]
+    for slot in row.reads.values():
+        if slot.row >= 0:
+            store.pull(slot.row)
     if row.native and "u" in row.calc.names:
         for slot in layout.places[row.node].inputs:
             if slot.row >= 0 and slot.vector:
@@ -36,8 +59,12 @@ def run_stages(store: Store, first: int) -> Any:
     rows = store.layout.stages(first)
     for r in rows:
         prepare(store, r)
-    if store.scalar is not float and store.on_complex_numbers(first, rows):
-        return None
+    if store.scalar is not float:
+        while isinstance(store.layout.rows[rows[0]].calc, PythonStage):
+            store.compute(rows[0])
+            rows = rows[1:]
+        if store.on_complex_numbers(first, rows):
+            return None
     for r in rows:
         result = store.compute(r)
     return result
@@ -47,15 +74,19 @@ def derivatives(store: Store, n: int) -> None:
     """Fills the derivatives of all leaves under node `n`, as far as they are out of date."""
     if store.unsettled:
         store.settle()
-    layout, i = store.layout, store.i
-    for m in leaves_under(store, n):
-        r = layout.places[m].derivatives
-        if r < 0:
-            continue
-        at = layout.stamp0 + r
-        if i[at] != i[2] or store.uncached:
-            run_stages(store, r)
-            i[at] = i[2]
+    store.enter()
+    try:
+        layout, i = store.layout, store.i
+        for m in leaves_under(store, n):
+            r = layout.places[m].derivatives
+            if r < 0:
+                continue
+            at = layout.stamp0 + r
+            if i[at] != i[2] or store.uncached:
+                run_stages(store, r)
+                i[at] = i[2]
+    finally:
+        store.leave()
 
 
 def events(store: Store, n: int, kind: int, select: Select) -> Iterator[tuple[int, EventDeclaration, int]]:
@@ -93,31 +124,29 @@ def _copy_to_next(store: Store, n: int, names: tuple[str, ...]) -> None:
 
 def discrete_update(store: Store, n: int, select: Select) -> tuple[DiscreteValues, EventStatus, bool]:
     """x+ of node `n` after its selected discrete updates (a view), how they went, and whether there were any."""
-    if store.unsettled:
-        store.settle()
     status = EventStatus.Succeeded()
-    _copy_to_next(store, n, ("xd",))
-    found = list(events(store, n, DISCRETE, select))
-    _run(store, found, status)
+    with computing(store):
+        _copy_to_next(store, n, ("xd",))
+        found = list(events(store, n, DISCRETE, select))
+        _run(store, found, status)
     return store.context(n)._discrete_view(store.layout.plus), status, bool(found)
 
 
 def unrestricted_update(store: Store, n: int, select: Select) -> tuple[State, EventStatus, bool]:
     """The whole next state of node `n` after its selected unrestricted updates (views), and how they went."""
-    if store.unsettled:
-        store.settle()
     status = EventStatus.Succeeded()
-    _copy_to_next(store, n, ("xc", "xd"))
-    store.pending.clear()
-    found = list(events(store, n, UNRESTRICTED, select))
-    try:
-        _run(store, found, status)
-        abstract = []
-        for m in leaves_under(store, n):
-            first, last = store.layout.places[m].abstract
-            abstract += store.pending.get(m, store.abstract[first:last])
-    finally:
-        pending, store.pending = store.pending, {}
+    with computing(store):
+        _copy_to_next(store, n, ("xc", "xd"))
+        store.pending.clear()
+        found = list(events(store, n, UNRESTRICTED, select))
+        try:
+            _run(store, found, status)
+            abstract = []
+            for m in leaves_under(store, n):
+                first, last = store.layout.places[m].abstract
+                abstract += store.pending.get(m, store.abstract[first:last])
+        finally:
+            pending, store.pending = store.pending, {}
     state = store.context(n)._state_view(store.layout.plus, abstract)
     state._pending = pending
     return state, status, bool(found)
@@ -125,11 +154,10 @@ def unrestricted_update(store: Store, n: int, select: Select) -> tuple[State, Ev
 
 def publish(store: Store, n: int, select: Select) -> tuple[EventStatus, bool]:
     """Runs the selected publishes of node `n`."""
-    if store.unsettled:
-        store.settle()
     status = EventStatus.Succeeded()
-    found = list(events(store, n, PUBLISH, select))
-    _run(store, found, status)
+    with computing(store):
+        found = list(events(store, n, PUBLISH, select))
+        _run(store, found, status)
     return status, bool(found)
 
 

@@ -6,10 +6,14 @@ Systems declare them; the simulator's loop triggers them by kind: unrestricted, 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._enums import IndexEnum
-from sheldrake.common._overloads import expect
+from sheldrake.common._overloads import Mismatch, expect
+
+if TYPE_CHECKING:
+    from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.systems.framework._context.context import Context
 
 
 class TriggerType(IndexEnum):
@@ -56,6 +60,10 @@ class EventStatus:
         status = object.__new__(cls)
         status._severity, status._system, status._message = severity, system, message
         return status
+
+    def __repr__(self) -> str:
+        said = f": {self._message}" if self._message else ""
+        return f"<EventStatus {self._severity.name.removeprefix('k')}{said}>"
 
     @staticmethod
     def DidNothing() -> EventStatus:
@@ -151,13 +159,13 @@ class Event:
         self._callback = values.pop("callback", None)
         self._system_callback = values.pop("system_callback", None)
         if values or ((args or kwargs) and not callable(self._callback or self._system_callback)):
-            raise TypeError(f"{type(self).__name__}(): incompatible constructor arguments: {args} {kwargs}")
+            raise Mismatch(f"{type(self).__name__}(): incompatible constructor arguments: {args} {kwargs}")
 
     def get_trigger_type(self) -> TriggerType:
         """Why it happens."""
         return self._trigger
 
-    def _call(self, system: Any, context: Any, *args: Any) -> Any:
+    def _call(self, system: Any, context: Context, *args: Any) -> Any:
         if self._system_callback is not None:
             return self._system_callback(system, context, self, *args)
         return None if self._callback is None else self._callback(context, self, *args)
@@ -238,7 +246,7 @@ class WitnessFunction:
         }[self._direction]
 
 
-def checked_status(result: Any) -> EventStatus:
+def checked_status(result: MathematicalProgramResult) -> EventStatus:
     """What an event's handler returned, if it is an EventStatus.
 
     Raises:

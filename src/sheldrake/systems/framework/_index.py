@@ -8,6 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 from sheldrake.common._enums import IndexEnum
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import _register_value_type
 
 _UNSET = -1234567
@@ -24,13 +25,13 @@ class _TypedIndex:
 
     def __init__(self, value: Any = _UNSET, /):
         if isinstance(value, _TypedIndex) and type(value) is not type(self):
-            raise TypeError(
+            raise Mismatch(
                 f"__init__(): incompatible constructor arguments. {type(self).__name__} takes an int, not {value!r}."
             )
         try:
             self._value = value.__index__()
         except AttributeError:
-            raise TypeError(
+            raise Mismatch(
                 f"__init__(): incompatible constructor arguments. {type(self).__name__} takes an int, not {value!r}."
             ) from None
 

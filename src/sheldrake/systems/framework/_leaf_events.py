@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework._declarations import DISCRETE, PUBLISH, UNRESTRICTED, Callback, EventDeclaration
 from sheldrake.systems.framework._event import (
     DiscreteUpdateEvent,
@@ -18,6 +20,9 @@ from sheldrake.systems.framework._event import (
     WitnessFunctionDirection,
 )
 from sheldrake.systems.framework._system import System
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
 
 _KIND_OF = {PublishEvent: PUBLISH, DiscreteUpdateEvent: DISCRETE, UnrestrictedUpdateEvent: UNRESTRICTED}
 _CLASS_OF = {kind: cls for cls, kind in _KIND_OF.items()}
@@ -70,15 +75,18 @@ class LeafEvents(System):
         """`event` at offset + k period [s]."""
         self._declare_event(_kind_of(event), "periodic", event, period_sec, offset_sec)
 
-    def DeclarePerStepPublishEvent(self, publish: Any) -> None:
+    @checked
+    def DeclarePerStepPublishEvent(self, publish: Callable[..., Any]) -> None:
         """`publish(context)` at the end of every step."""
         self._declare_event(PUBLISH, "per_step", publish)
 
-    def DeclarePerStepDiscreteUpdateEvent(self, update: Any) -> None:
+    @checked
+    def DeclarePerStepDiscreteUpdateEvent(self, update: Callable[..., Any]) -> None:
         """`update(context, discrete_state)` at the beginning of every step."""
         self._declare_event(DISCRETE, "per_step", update)
 
-    def DeclarePerStepUnrestrictedUpdateEvent(self, update: Any) -> None:
+    @checked
+    def DeclarePerStepUnrestrictedUpdateEvent(self, update: Callable[..., Any]) -> None:
         """`update(context, state)` at the beginning of every step."""
         self._declare_event(UNRESTRICTED, "per_step", update)
 
@@ -86,15 +94,18 @@ class LeafEvents(System):
         """`event` in every step."""
         self._declare_event(_kind_of(event), "per_step", event)
 
-    def DeclareInitializationPublishEvent(self, publish: Any) -> None:
+    @checked
+    def DeclareInitializationPublishEvent(self, publish: Callable[..., Any]) -> None:
         """`publish(context)` when a simulation is initialized."""
         self._declare_event(PUBLISH, "initialization", publish)
 
-    def DeclareInitializationDiscreteUpdateEvent(self, update: Any) -> None:
+    @checked
+    def DeclareInitializationDiscreteUpdateEvent(self, update: Callable[..., Any]) -> None:
         """`update(context, discrete_state)` when a simulation is initialized."""
         self._declare_event(DISCRETE, "initialization", update)
 
-    def DeclareInitializationUnrestrictedUpdateEvent(self, update: Any) -> None:
+    @checked
+    def DeclareInitializationUnrestrictedUpdateEvent(self, update: Callable[..., Any]) -> None:
         """`update(context, state)` when a simulation is initialized."""
         self._declare_event(UNRESTRICTED, "initialization", update)
 
@@ -102,15 +113,18 @@ class LeafEvents(System):
         """`event` when a simulation is initialized."""
         self._declare_event(_kind_of(event), "initialization", event)
 
-    def DeclareForcedPublishEvent(self, publish: Any) -> None:
+    @checked
+    def DeclareForcedPublishEvent(self, publish: Callable[..., Any]) -> None:
         """`publish(context)` in `ForcedPublish`."""
         self._declare_event(PUBLISH, "forced", publish)
 
-    def DeclareForcedDiscreteUpdateEvent(self, update: Any) -> None:
+    @checked
+    def DeclareForcedDiscreteUpdateEvent(self, update: Callable[..., Any]) -> None:
         """`update(context, discrete_state)` in `CalcForcedDiscreteVariableUpdate`."""
         self._declare_event(DISCRETE, "forced", update)
 
-    def DeclareForcedUnrestrictedUpdateEvent(self, update: Any) -> None:
+    @checked
+    def DeclareForcedUnrestrictedUpdateEvent(self, update: Callable[..., Any]) -> None:
         """`update(context, state)` in `CalcForcedUnrestrictedUpdate`."""
         self._declare_event(UNRESTRICTED, "forced", update)
 
@@ -130,30 +144,31 @@ class LeafEvents(System):
                 found.append(EventDeclaration(kind, trigger, _Dispatch(name, events), None, offset, period))
         return found
 
-    def DoPublish(self, context: Any, events: list) -> None:
+    def DoPublish(self, context: Context, events: list) -> None:
         """Handles publish events that happen together; may be overridden."""
         for event in events:
             event._call(self, context)
 
-    def DoCalcDiscreteVariableUpdates(self, context: Any, events: list, discrete_state: Any) -> None:
+    def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: Any) -> None:
         """Handles discrete updates that happen together; may be overridden."""
         for event in events:
             event._call(self, context, discrete_state)
 
-    def DoCalcUnrestrictedUpdate(self, context: Any, events: list, state: Any) -> None:
+    def DoCalcUnrestrictedUpdate(self, context: Context, events: list, state: Any) -> None:
         """Handles unrestricted updates that happen together; may be overridden."""
         for event in events:
             event._call(self, context, state)
 
     # Witness functions.
 
+    @checked
     def MakeWitnessFunction(
         self, description: str, direction_type: WitnessFunctionDirection, calc: Callable, e: Event | None = None
     ) -> WitnessFunction:
         """A function `calc(context)` whose change of sign triggers `e`, to be returned by `DoGetWitnessFunctions`."""
         return WitnessFunction._make(self, description, direction_type, calc, e)
 
-    def DoGetWitnessFunctions(self, context: Any) -> list[WitnessFunction]:
+    def DoGetWitnessFunctions(self, context: Context) -> list[WitnessFunction]:
         """Witness functions that are active now; to be overridden."""
         return []
 
@@ -168,13 +183,13 @@ class _Dispatch(Event):
         super().__init__()
         self._name, self._events = name, events
 
-    def _call(self, system: Any, context: Any, *target: Any) -> Any:
+    def _call(self, system: Any, context: Context, *target: Any) -> Any:
         return getattr(system, self._name)(context, self._events, *target)
 
 
 def _kind_of(event: Any) -> int:
     if type(event) not in _KIND_OF:
-        raise TypeError(f"Declare...Event(): incompatible function arguments: {event!r} is no event with a kind")
+        raise Mismatch(f"Declare...Event(): incompatible function arguments: {event!r} is no event with a kind")
     return _KIND_OF[type(event)]
 
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.kernel import Kernel
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._declarations import (
@@ -15,6 +16,7 @@ from sheldrake.systems.framework._declarations import (
     Callback,
     EventDeclaration,
     OutputDeclaration,
+    Stages,
     vector_model,
 )
 from sheldrake.systems.framework._engine.scratch import arrays_of
@@ -32,6 +34,10 @@ from sheldrake.systems.framework._leaf_events import LeafEvents
 from sheldrake.systems.framework._port import InputPort, LeafOutputPort
 from sheldrake.systems.framework._vector import BasicVector
 
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
+    from sheldrake.systems.framework._context.context import Context
+
 _VECTOR, _ABSTRACT = PortDataType.kVectorValued, PortDataType.kAbstractValued
 
 
@@ -43,7 +49,8 @@ class LeafSystem(LeafEvents):
 
     In `__init__`, after `super().__init__()`, a derived class declares ports, state, parameters and events. Wherever a
     callback is taken, a compiled kernel may be given instead: its parameters' names tell what it sees (`t, xc, xd, p,
-    u, work, model`), and the last is what it fills.
+    u, work, model`), and the last is what it fills. An array may be a `Record` of `common.record`, or a `table` of one
+    array, which names what is in it. A system of nothing but kernels converts to other scalars.
 
     Args:
         converter: A SystemScalarConverter, if the system can be converted to other scalars.
@@ -62,7 +69,7 @@ class LeafSystem(LeafEvents):
         self._pn_models: list[BasicVector] = []
         self._pa_models: list[AbstractValue] = []
         self._events: list[EventDeclaration] = []
-        self._derivatives_kernel: Kernel | None = None
+        self._declared_derivatives: Callback | Kernel | Stages | None = None
         self._scratch_prototype: Any = 0
         self._output_models: dict[int, dict] = {}
         """Constant arrays for the kernel of one output port, over those of `_kernel_models`."""
@@ -153,7 +160,7 @@ class LeafSystem(LeafEvents):
         if isinstance(state_index, AbstractStateIndex):
             value = self._xa_models[k]
             return self._declare_output(name, _ABSTRACT, 0, Callback(value.Clone), None, {Ticket.XA}, ("xa", k))
-        raise TypeError(
+        raise Mismatch(
             f"DeclareStateOutputPort(): incompatible function arguments: {state_index!r} is no index of a state"
         )
 
@@ -181,7 +188,7 @@ class LeafSystem(LeafEvents):
             args = (kwargs.pop("num_state_variables"),)
         args += tuple(kwargs.pop(name) for name in ("num_q", "num_v", "num_z") if name in kwargs)
         if kwargs or len(args) not in (1, 3, 4):
-            raise TypeError("DeclareContinuousState(): incompatible function arguments")
+            raise Mismatch("DeclareContinuousState(): incompatible function arguments")
         if len(args) == 3:
             counts = tuple(int(n) for n in args)
             model = BasicVector(np.zeros(sum(counts)))
@@ -202,7 +209,7 @@ class LeafSystem(LeafEvents):
         for name in ("vector", "num_state_variables"):
             model_vector = kwargs.pop(name, model_vector)
         if kwargs or model_vector is None:
-            raise TypeError("DeclareDiscreteState(): incompatible function arguments")
+            raise Mismatch("DeclareDiscreteState(): incompatible function arguments")
         self._xd_models.append(vector_model(model_vector, "DeclareDiscreteState()"))
         self._changed()
         return DiscreteStateIndex(len(self._xd_models) - 1)
@@ -229,23 +236,37 @@ class LeafSystem(LeafEvents):
 
     # Derivatives.
 
-    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
         """Computes the derivatives of the continuous state; to be overridden by a system that has some."""
         raise NotImplementedError(
             f"{self._describe()} has continuous state, so it must override DoCalcTimeDerivatives(context, derivatives)."
         )
 
-    def _declare_time_derivatives(self, calc: Kernel) -> None:
-        """Derivatives by a kernel, instead of `DoCalcTimeDerivatives`."""
-        self._derivatives_kernel = calc
+    def DeclareTimeDerivatives(self, calc: Any) -> None:
+        """Declares what computes the derivatives of the continuous state, instead of `DoCalcTimeDerivatives`.
+
+        Args:
+            calc: A kernel, or `calc(context, derivatives)`.
+        """
+        self._declared_derivatives = Callback.of(self, calc, "DeclareTimeDerivatives()")
         self._changed()
 
     def _derivatives_calc(self) -> Any:
-        if self._derivatives_kernel is not None:
-            return self._derivatives_kernel
+        if self._declared_derivatives is not None:
+            return self._declared_derivatives
         return Callback(type(self).DoCalcTimeDerivatives, True)
 
     # For compiled systems.
+
+    def _is_generic(self) -> bool:
+        return self._generic or self._is_of_kernels()
+
+    def _is_of_kernels(self) -> bool:
+        """Whether nothing but kernels computes anything, and they something: their source takes every scalar."""
+        calcs = [output.calc for output in self._outputs if output.state is None]
+        calcs += [event.handler for event in self._all_events()]
+        calcs += [self._derivatives_calc()] if self._xc_model.size() else []
+        return bool(calcs) and all(isinstance(c, Kernel) for c in calcs) and not self._has_witnesses()
 
     def _declare_scratch(self, prototype: Any) -> None:
         """Memory in the context for kernels: a size, or a NamedTuple of arrays to copy, or of NamedTuples of arrays.
@@ -255,7 +276,7 @@ class LeafSystem(LeafEvents):
         self._scratch_prototype = prototype
         self._changed()
 
-    def _scratch(self, context: Any) -> Any:
+    def _scratch(self, context: Context) -> Any:
         """Read-only views of this system's scratch: what its last kernels left there."""
         self.ValidateContext(context)
         views = context._store.scratch(context._node)
@@ -277,10 +298,17 @@ class LeafSystem(LeafEvents):
     def _carry_scratch(self, old: Any, new: Any) -> None:
         """Fills scratch of another prototype with what is still true, when the memory of a context moves."""
 
+    _integers_kept: frozenset[str] = frozenset()
+    """Integers of the scratch, FIELD.PART, that still mean something when a step is over; others are not loaded."""
+
+    def _scratch_fault(self, scratch: Any) -> str:
+        """What is wrong with scratch that a file brings, or "": it may hold anything where `_integers_kept` says."""
+        return ""
+
     _structured = False
     """Whether `_structure_in` may say something."""
 
-    def _structure_in(self, context: Any) -> Any:
+    def _structure_in(self, context: Context) -> Any:
         """What kernels must be made anew for where a context has it otherwise than new ones; None: nothing.
 
         It is compared, and whatever feeds from this system finds it in `RootView.given`. After a change of it the
@@ -296,20 +324,20 @@ class LeafSystem(LeafEvents):
         """
         return {}
 
-    def _explain_status(self, status: int, context: Any) -> Exception:
+    def _explain_status(self, status: int, context: Context) -> Exception:
         """The error that a kernel's status stands for."""
         return RuntimeError(f"{self._describe()}: a computation failed with status {status}.")
 
-    def _set_default_context(self, context: Any) -> None:
+    def _set_default_context(self, context: Context) -> None:
         """Sets defaults that are not declared; called after the declared ones are in place."""
 
     def _sets_own_defaults(self) -> bool:
         return type(self)._set_default_context is not LeafSystem._set_default_context
 
-    def _set_random_context(self, context: Any, generator: Any) -> None:
+    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         """Sets random state and parameters."""
 
 
 def _need_abstract(value: Any, call: str) -> None:
     if not isinstance(value, AbstractValue):
-        raise TypeError(f"{call}: incompatible function arguments: expected an AbstractValue, got {value!r}")
+        raise Mismatch(f"{call}: incompatible function arguments: expected an AbstractValue, got {value!r}")

@@ -6,39 +6,53 @@ reads what it is connected to, or a value fixed in the context.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._checked import checked
+from sheldrake.common._names import pretty_class_name
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import ScalarTemplate
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._engine.store import CONSTANT, SAMPLED, Store, not_connected
 from sheldrake.systems.framework._index import DependencyTicket, InputPortIndex, OutputPortIndex, PortDataType
 from sheldrake.systems.framework._vector import BasicVector, as_vector, lifted
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+
 
 class FixedInputPortValue:
     """The value an input port was fixed to."""
 
     _store: Store
-    _slot: Any
+    _port: tuple[int, int]
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("FixedInputPortValue: No constructor defined! Use InputPort.FixValue().")
 
     @classmethod
-    def _make(cls, store: Store, slot: Any) -> FixedInputPortValue:
+    def _make(cls, store: Store, node: int, index: int) -> FixedInputPortValue:
         fixed = object.__new__(cls)
-        fixed._store, fixed._slot = store, slot
+        fixed._store, fixed._port = store, (node, index)
         return fixed
 
     def GetMutableData(self) -> AbstractValue:
         """The value, to be changed."""
-        store, slot = self._store, self._slot
+        store = self._store
+        if (late := store.late_input(*self._port)) is not None:
+            return late if isinstance(late, AbstractValue) else _value_on(late, None)
+        slot = store.layout.input_slot(*self._port)
         store.touch(CONSTANT, ("fixed", slot.free))
         if not slot.vector:
             return store.fixed[slot.free]
-        value = Value[BasicVector](BasicVector(0))
-        value._held = BasicVector._view(store.S[slice(*slot.span)], lambda: store.touch(CONSTANT, ("fixed", slot.free)))
-        return value
+        return _value_on(store.S[slice(*slot.span)], lambda: store.touch(CONSTANT, ("fixed", slot.free)))
+
+
+def _value_on(memory: Any, on_write: Any) -> AbstractValue:
+    """A vector's value that lies in this memory."""
+    value = Value[BasicVector](BasicVector(0))
+    value._held = BasicVector._view(memory, on_write)
+    return value
 
 
 class _Port:
@@ -88,7 +102,7 @@ class _Port:
             )
         return BasicVector(value)
 
-    def _node_in(self, context: Any) -> int:
+    def _node_in(self, context: Context) -> int:
         try:
             if context._system is self._system:
                 return context._node
@@ -97,7 +111,7 @@ class _Port:
         from sheldrake.systems.framework._context.base import ContextBase
 
         if not isinstance(context, ContextBase):
-            raise TypeError(f"Eval(): incompatible function arguments: expected a Context, got {context!r}")
+            raise Mismatch(f"Eval(): incompatible function arguments: expected a Context, got {context!r}")
         if context._node == 0 and context._system is not self._system:
             n = context._store.layout.node_of.get(self._system._system_id)
             where = " (it is the root Context; use GetMyContextFromRoot())" if n is not None else ""
@@ -107,6 +121,14 @@ class _Port:
             f"{self._kind}: The Context given as an argument was not created for this "
             f"{self.GetFullDescription()}{where}"
         )
+
+
+def _settled(context: Context) -> Store:
+    """A context's store; what waits for its memory to move is done first, if it may move."""
+    store = context._store
+    if store.unsettled:
+        store.settle()
+    return store
 
 
 def value_at(store: Store, slot: Any) -> Any:
@@ -153,25 +175,31 @@ class InputPort(_Port):
         """Names it as a prerequisite."""
         return DependencyTicket(self._declaration.ticket)
 
-    def _slot(self, context: Any) -> Any:
+    def _slot(self, context: Context) -> Any:
         node = self._node_in(context)
-        store = context._store
+        store = _settled(context)
         slot = store.layout.input_slot(node, self._index)
         if slot.free >= 0 and not store.i[store.layout.fixed0 + slot.free]:
             return None
         return slot
 
-    def _required(self, context: Any) -> Any:
+    def _required(self, context: Context) -> Any:
         slot = self._slot(context)
         if slot is None:
             raise not_connected(self._system, self._index)
         return slot
 
-    def HasValue(self, context: Any) -> bool:
-        """Whether it is connected or fixed."""
-        return self._slot(context) is not None
+    def _late(self, context: Context) -> Any:
+        """What it will be fixed to when memory may move; None if nothing waits."""
+        if not context._store.unsettled:
+            return None
+        return _settled(context).late_input(self._node_in(context), self._index)
 
-    def Eval(self, context: Any) -> Any:
+    def HasValue(self, context: Context) -> bool:
+        """Whether it is connected or fixed."""
+        return self._slot(context) is not None or self._late(context) is not None
+
+    def Eval(self, context: Context) -> Any:
         """Its value: the caller's own array, or the object that an abstract port carries.
 
         Raises:
@@ -184,23 +212,31 @@ class InputPort(_Port):
                 return read()
         return self._first_eval(context)
 
-    def _first_eval(self, context: Any) -> Any:
+    def _first_eval(self, context: Context) -> Any:
+        self._node_in(context)
+        if (late := self._late(context)) is not None:
+            return late.get_value() if isinstance(late, AbstractValue) else late.copy()
         slot = self._required(context)
         if slot.free < 0 and (read := context._store.reader(slot)) is not None:
             context._reads[self._index] = read
         return value_at(context._store, slot)
 
-    def EvalAbstract(self, context: Any) -> AbstractValue:
+    @checked
+    def EvalAbstract(self, context: Context) -> AbstractValue:
         """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""
-        return _as_abstract(context._store, self._required(context))
+        slot = self._slot(context)
+        if (late := self._late(context)) is not None:
+            return late if isinstance(late, AbstractValue) else Value[BasicVector](BasicVector(late))
+        return _as_abstract(context._store, slot or self._required(context))
 
-    def EvalBasicVector(self, context: Any) -> BasicVector:
+    @checked
+    def EvalBasicVector(self, context: Context) -> BasicVector:
         """A vector port's value as a BasicVector.
 
         Raises:
             RuntimeError: it has none, or the port is abstract.
         """
-        return self._as_vector(value_at(context._store, self._required(context)))
+        return self._as_vector(self._first_eval(context))
 
     def Allocate(self) -> AbstractValue:
         """A value of the type it takes."""
@@ -209,8 +245,11 @@ class InputPort(_Port):
             return Value[BasicVector](model._on_scalar(scalar))
         return _on_scalar(model, scalar).Clone()
 
-    def FixValue(self, context: Any, value: Any) -> FixedInputPortValue:
+    def FixValue(self, context: Context, value: Any) -> FixedInputPortValue:
         """Gives it this value in this context, over any connection.
+
+        Called while a simulator steps or something is computed in the context, over a connection: who asks a port has
+        the new value at once, kernels have it when the step, update or computation that is under way has ended.
 
         Args:
             value: A vector, or what the abstract port carries, or an AbstractValue of it.
@@ -219,29 +258,26 @@ class InputPort(_Port):
             RuntimeError: a vector of another size, or an AbstractValue of something else.
             TypeError: something of another type.
         """
-        node = self._node_in(context)
-        store = context._store
-        if store.layout.resolve_fixed(node, self._index) is None:
-            store.override(node, self._index)
-        slot = store.layout.input_slot(node, self._index)
+        node, store = self._node_in(context), _settled(context)
+        store.fix(node, self._index, self._numbers(value, store) if self._is_vector() else self._abstract_value(value))
+        return FixedInputPortValue._make(store, node, self._index)
+
+    def _is_vector(self) -> bool:
+        return self._declaration.data_type is PortDataType.kVectorValued
+
+    def _numbers(self, value: Any, store: Store) -> Any:
+        """A vector as an array for the slab."""
         declaration = self._declaration
-        if slot.vector:
-            if isinstance(value, AbstractValue):
-                value = _vector_in(value)
-            fresh = value if isinstance(value, BasicVector) else _coerced(value, store)
-            if fresh.size() != declaration.size:
-                name = "drake::systems::BasicVector<double>"
-                raise RuntimeError(
-                    f"System::FixInputPortTypeCheck(): expected value of type {name} with size={declaration.size} for "
-                    f"input port '{declaration.name}' (index {self._index}) but the actual type was {name} with "
-                    f"size={fresh.size()}. (System {self._system.GetSystemPathname()})"
-                )
-            store.S[slice(*slot.span)] = lifted(fresh._v, store.scalar)
-        else:
-            store.fixed[slot.free] = self._abstract_value(value)
-        store.i[store.layout.fixed0 + slot.free] = 1
-        store.touch(CONSTANT, ("fixed", slot.free))
-        return FixedInputPortValue._make(store, slot)
+        if isinstance(value, AbstractValue):
+            value = _vector_in(value)
+        fresh = value if isinstance(value, BasicVector) else _coerced(value, store)
+        if fresh.size() != declaration.size:
+            raise RuntimeError(
+                f"FixValue(): input port '{declaration.name}' (index {self._index}) of system "
+                f"'{self._system.GetSystemPathname()}' takes a vector of size {declaration.size}, not one of size "
+                f"{fresh.size()}."
+            )
+        return lifted(fresh._v.copy(), store.scalar)
 
     def _abstract_value(self, value: Any) -> AbstractValue:
         model = _on_scalar(self._declaration.model, self._system._scalar)
@@ -251,9 +287,9 @@ class InputPort(_Port):
             return new
         if type(value) is not type(model):
             raise RuntimeError(
-                f"System::FixInputPortTypeCheck(): expected value of type {type(model).__name__}[{model._type}] for "
-                f"input port '{self.get_name()}' (index {self._index}) but the actual type was "
-                f"{type(value).__name__}[{value._type}]. (System {self._system.GetSystemPathname()})"
+                f"FixValue(): input port '{self.get_name()}' (index {self._index}) of system "
+                f"'{self._system.GetSystemPathname()}' takes a {pretty_class_name(type(model))}, not a "
+                f"{pretty_class_name(type(value))}."
             )
         return value.Clone()
 
@@ -301,10 +337,11 @@ class OutputPort(_Port):
         """Its number."""
         return OutputPortIndex(self._index)
 
-    def _slot(self, context: Any) -> Any:
-        return context._store.layout.output_slot(self._node_in(context), self._index)[2]
+    def _slot(self, context: Context) -> Any:
+        node = self._node_in(context)
+        return _settled(context).layout.output_slot(node, self._index)[2]
 
-    def Eval(self, context: Any) -> Any:
+    def Eval(self, context: Context) -> Any:
         """Its value, computed if needed: the caller's own array, or the object that an abstract port carries."""
         reads = getattr(context, "_reads", None)
         if reads is not None and context._system is self._system:
@@ -316,11 +353,13 @@ class OutputPort(_Port):
             context._reads[-1 - self._index] = read
         return value_at(context._store, slot)
 
-    def EvalAbstract(self, context: Any) -> AbstractValue:
+    @checked
+    def EvalAbstract(self, context: Context) -> AbstractValue:
         """Its value as an AbstractValue; a vector port's is a `Value[BasicVector]`."""
         return _as_abstract(context._store, self._slot(context))
 
-    def EvalBasicVector(self, context: Any) -> BasicVector:
+    @checked
+    def EvalBasicVector(self, context: Context) -> BasicVector:
         """A vector port's value as a BasicVector.
 
         Raises:

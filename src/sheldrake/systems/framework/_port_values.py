@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue, _register_value_type
 from sheldrake.systems.framework._values import _index
 from sheldrake.systems.framework._vector import BasicVector
@@ -19,7 +20,7 @@ class BusValue:
     def Set(self, name: str, value: AbstractValue) -> None:
         """Stores a copy of `value` under `name`."""
         if not isinstance(value, AbstractValue):
-            raise TypeError(f"BusValue.Set(): incompatible function arguments: {value!r} is no AbstractValue.")
+            raise Mismatch(f"BusValue.Set(): incompatible function arguments: {value!r} is no AbstractValue.")
         self._values[name] = value.Clone()
 
     def Find(self, name: str) -> Any:

@@ -79,7 +79,7 @@ class ScalarConversion:
         return self._converted(scalar)
 
     def _converted(self: Any, scalar: Any) -> Any:
-        if not self._generic or not (self._symbolic or scalar is not expression_class()):
+        if not self._is_generic() or not (self._symbolic or scalar is not expression_class()):
             return None
         new = self._copy()
         if not all(self._convert_kept(new, scalar, *names) for names in self._kept_systems):
@@ -116,7 +116,7 @@ class ScalarConversion:
 
     def _clone(self: Any) -> Any:
         new = self._convert(self._scalar)
-        if new is None and self._generic:
+        if new is None and self._is_generic():
             new = self._copy()
         for scalar in scalar_types():  # there and back
             there = None if new is not None or scalar is self._scalar else self._convert(scalar)
@@ -150,12 +150,9 @@ class ScalarConversion:
         if new is None:
             if not must:
                 return None
-            name = {"float": "double", "Expression": "drake::symbolic::Expression"}.get(
-                scalar.__name__, f"drake::{scalar.__name__}"
-            )
             raise RuntimeError(
                 f"System {self.GetSystemPathname()} of type {self.GetSystemType()} does not support scalar conversion "
-                f"to type {name}"
+                f"to type {scalar.__name__}"
             )
         if not new.get_name():
             new.set_name(self.get_name())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
 from sheldrake.systems.framework._vector import BasicVector
@@ -117,6 +118,7 @@ class Parameters:
         """All groups."""
         return self._numeric
 
+    @checked
     def set_numeric_parameters(self, numeric_params: DiscreteValues) -> None:
         """Sets all groups."""
         self._numeric.SetFrom(numeric_params)
@@ -133,10 +135,12 @@ class Parameters:
         """All abstract values."""
         return self._abstract
 
+    @checked
     def set_abstract_parameters(self, abstract_params: AbstractValues) -> None:
         """Sets all abstract values."""
         self._abstract.SetFrom(abstract_params)
 
+    @checked
     def SetFrom(self, other: Parameters, /) -> None:
         """Copies other parameters of the same structure."""
         self._numeric.SetFrom(other._numeric)

@@ -6,10 +6,12 @@ import contextlib
 import gc
 import operator
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework import _evaluate
 from sheldrake.systems.framework._context import defaults
 from sheldrake.systems.framework._declarations import DISCRETE
@@ -23,6 +25,11 @@ from sheldrake.systems.framework._state import State
 from sheldrake.systems.framework._system_ports import SystemPorts
 from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
 from sheldrake.systems.framework._vector import lifted
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from sheldrake.systems.framework._context.context import Context
 
 
 @contextlib.contextmanager
@@ -52,11 +59,11 @@ class System(ScalarConversion, SystemPorts):
                 layout = self._layouts[overrides] = Layout(self, overrides)
         return layout
 
-    def AllocateContext(self) -> Any:
+    def AllocateContext(self) -> Context:
         """A context whose state is not set yet."""
         return Store(self._layout_with(), tree_of(self), self._scalar).context(0)
 
-    def CreateDefaultContext(self) -> Any:
+    def CreateDefaultContext(self) -> Context:
         """A context with default state and parameters, for this system as root."""
         with _no_collection():
             context = self.AllocateContext()
@@ -74,7 +81,7 @@ class System(ScalarConversion, SystemPorts):
         for m in _evaluate.leaves_under(context._store, context._node):
             context._store.systems[m]._set_random_context(context._store.context(m), generator)
 
-    def GetSubsystemContext(self, subsystem: System, context: Any) -> Any:
+    def GetSubsystemContext(self, subsystem: System, context: Any) -> Context:
         """The part of `context`, which is this system's, that belongs to a subsystem.
 
         Raises:
@@ -94,14 +101,14 @@ class System(ScalarConversion, SystemPorts):
 
     GetMutableSubsystemContext = GetSubsystemContext
 
-    def GetMyContextFromRoot(self, root_context: Any) -> Any:
+    def GetMyContextFromRoot(self, root_context: Any) -> Context:
         """This system's part of the context of the diagram it is in.
 
         Raises:
             RuntimeError: `root_context` is no root context, or of another diagram.
         """
         if not hasattr(root_context, "_store"):
-            raise TypeError(
+            raise Mismatch(
                 f"GetMyContextFromRoot(): incompatible function arguments: expected a Context, got {root_context!r}"
             )
         store = root_context._store
@@ -160,8 +167,9 @@ class System(ScalarConversion, SystemPorts):
         """Time derivatives of the continuous state, into `derivatives`."""
         derivatives.SetFrom(self.EvalTimeDerivatives(context))
 
+    @checked
     def CalcImplicitTimeDerivativesResidual(
-        self, context: Any, proposed_derivatives: ContinuousState, residual: np.ndarray | None = None
+        self, context: Context, proposed_derivatives: ContinuousState, residual: np.ndarray | None = None
     ) -> Any:
         """Proposed derivatives minus those computed, shape (n,); also into `residual` if given."""
         value = proposed_derivatives.CopyToVector() - self.EvalTimeDerivatives(context).CopyToVector()
@@ -365,7 +373,7 @@ class System(ScalarConversion, SystemPorts):
         """How many constraints are declared."""
         return 0
 
-    def Clone(self) -> Any:
+    def Clone(self) -> Self:
         """A copy of the system, through its scalar converter.
 
         Raises:

@@ -5,9 +5,11 @@ from __future__ import annotations
 import itertools
 import operator
 import weakref
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.systems.framework._cache import CacheEntry, ValueProducer
 from sheldrake.systems.framework._declarations import CacheDeclaration, Callback, InputDeclaration, OutputDeclaration
 from sheldrake.systems.framework._graphviz import Graphviz
@@ -64,9 +66,8 @@ class SystemBase(Graphviz, metaclass=SystemType):
 
     _inputs: list[InputDeclaration]
     _outputs: list[OutputDeclaration]
-    if TYPE_CHECKING:  # subsystems are of any class
-
-        def __getattr__(self, name: str) -> Any: ...
+    _scalar: Any
+    get_input_port: Callable[..., Any]
 
     def __init__(self) -> None:
         self._system_id = next(_ids)
@@ -96,6 +97,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
 
     # Names.
 
+    @checked
     def set_name(self, name: str) -> None:
         """Sets the name; unique among siblings by the time the diagram is built."""
         self._name = expect("set_name", name, str)
@@ -210,7 +212,8 @@ class SystemBase(Graphviz, metaclass=SystemType):
         """Dependency on an abstract parameter."""
         return self._indexed_ticket(Ticket.PA, index, self.num_abstract_parameters(), "abstract_parameter_ticket")
 
-    def input_port_ticket(self, index: Any) -> DependencyTicket:
+    @checked
+    def input_port_ticket(self, index: int) -> DependencyTicket:
         """Dependency on an input port."""
         return self.get_input_port(index).ticket()
 
@@ -225,7 +228,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
     ) -> CacheEntry:
         """Declares a value to be computed on demand and kept until one of its prerequisites changes."""
         if not isinstance(value_producer, ValueProducer):
-            raise TypeError(
+            raise Mismatch(
                 f"DeclareCacheEntry(): incompatible function arguments: {value_producer!r} is no ValueProducer."
             )
         tickets = frozenset(
@@ -294,7 +297,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
         if system is self:
             return
         if system is None or not hasattr(context, "_store"):
-            raise TypeError(f"ValidateContext(): incompatible function arguments: expected a Context, got {context!r}")
+            raise Mismatch(f"ValidateContext(): incompatible function arguments: expected a Context, got {context!r}")
         raise RuntimeError(
             f"A function call on a {self.GetSystemType()} system named '{self.GetSystemPathname()}' was passed the "
             + (

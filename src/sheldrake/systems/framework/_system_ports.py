@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import operator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework._declarations import InputDeclaration
 from sheldrake.systems.framework._index import PortDataType, UseDefaultName
 from sheldrake.systems.framework._port import InputPort, OutputPort
 from sheldrake.systems.framework._system_base import SystemBase
 from sheldrake.systems.framework._vector import BasicVector
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
 
 
 class SystemPorts(SystemBase):
@@ -36,7 +40,7 @@ class SystemPorts(SystemBase):
 
     def _check_name(self, name: Any, ports: list, kind: str) -> None:
         if not isinstance(name, str):
-            raise TypeError(f"incompatible function arguments: the name of a port must be a str, not {name!r}")
+            raise Mismatch(f"incompatible function arguments: the name of a port must be a str, not {name!r}")
         if not name:
             raise RuntimeError(f"System.Declare{kind.title()}Port(): the name of a port must not be empty.")
         if any(port.name == name for port in ports):
@@ -62,7 +66,7 @@ class SystemPorts(SystemBase):
                 )
             return 0
         if not hasattr(index, "__index__"):
-            raise TypeError(f"get_{kind}_port(): incompatible function arguments: expected an index, got {index!r}")
+            raise Mismatch(f"get_{kind}_port(): incompatible function arguments: expected an index, got {index!r}")
         i = operator.index(index)
         if i < 0:
             raise IndexError(
@@ -85,23 +89,28 @@ class SystemPorts(SystemBase):
             f"System {self.GetSystemName()} does not have an {kind} port named {name} (valid port names: {valid})"
         )
 
+    @checked
     def GetInputPort(self, port_name: str) -> InputPort:
         """The input port of this name."""
         return self._input_port(self._named(self._inputs, port_name, "input"))
 
+    @checked
     def GetOutputPort(self, port_name: str) -> OutputPort:
         """The output port of this name."""
         return self._output_port(self._named(self._outputs, port_name, "output"))
 
+    @checked
     def HasInputPort(self, port_name: str) -> bool:
         """Whether there is an input port of this name."""
         return any(port.name == port_name for port in self._inputs)
 
+    @checked
     def HasOutputPort(self, port_name: str) -> bool:
         """Whether there is an output port of this name."""
         return any(port.name == port_name for port in self._outputs)
 
-    def EvalVectorInput(self, context: Any, port_index: int) -> BasicVector | None:
+    @checked
+    def EvalVectorInput(self, context: Context, port_index: int) -> BasicVector | None:
         """Value of a vector input port; None without one.
 
         Raises:
@@ -115,19 +124,23 @@ class SystemPorts(SystemBase):
             )
         return port.EvalBasicVector(context) if port.HasValue(context) else None
 
-    def EvalAbstractInput(self, context: Any, port_index: int) -> AbstractValue | None:
+    @checked
+    def EvalAbstractInput(self, context: Context, port_index: int) -> AbstractValue | None:
         """Value of an input port as an AbstractValue; None without one."""
         port = self.get_input_port(port_index)
         return port.EvalAbstract(context) if port.HasValue(context) else None
 
+    @checked
     def AllocateInputVector(self, input_port: InputPort) -> BasicVector:
         """A vector that fits an input port."""
         return input_port.Allocate().get_value()
 
+    @checked
     def AllocateInputAbstract(self, input_port: InputPort) -> AbstractValue:
         """A value that fits an input port."""
         return input_port.Allocate()
 
+    @checked
     def FixInputPortsFrom(self, other_system: SystemPorts, other_context: Any, target_context: Any) -> None:
         """Fixes all input ports to the values that a system built alike has on its own."""
         for i in range(self.num_input_ports()):

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._scalars import scalar_types
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.common.value import _register_value_type
 from sheldrake.systems.framework._vector import BasicVector
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._diagram_builder import DiagramBuilder
 
-def on_scalar_of(builder: Any, cls: type) -> Any:
+
+def on_scalar_of(builder: DiagramBuilder, cls: type) -> Any:
     """The version of a system's class for the scalar type of a DiagramBuilder."""
     return cls._template[builder._scalar]  # type: ignore[attr-defined]
 

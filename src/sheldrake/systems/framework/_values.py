@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._vector import BasicVector, Subvector, Supervector, VectorBase, as_vector
 
@@ -84,7 +86,7 @@ class DiscreteValues:
         groups: list[Any] = [] if data is None else [data] if isinstance(data, VectorBase) else list(data)
         for group in groups:
             if not isinstance(group, BasicVector):
-                raise TypeError(f"DiscreteValues(): incompatible constructor arguments: {group!r} is no BasicVector.")
+                raise Mismatch(f"DiscreteValues(): incompatible constructor arguments: {group!r} is no BasicVector.")
         self._groups: list[BasicVector] = groups
 
     @classmethod
@@ -145,8 +147,9 @@ class DiscreteValues:
         elif len(args) == 2:
             self.get_vector(args[0]).SetFromVector(args[1])
         else:
-            raise TypeError("set_value(): incompatible function arguments: give (value) or (index, value).")
+            raise Mismatch("set_value(): incompatible function arguments: give (value) or (index, value).")
 
+    @checked
     def SetFrom(self, other: DiscreteValues, /) -> None:
         """Copies all groups of `other`, which must have as many of the same sizes."""
         if other.num_groups() != self.num_groups():
@@ -189,7 +192,7 @@ class ContinuousState:
     def __init__(self, state: VectorBase | None = None, num_q: int = 0, num_v: int = 0, num_z: int | None = None):
         vector = BasicVector([]) if state is None else state
         if not isinstance(vector, VectorBase):
-            raise TypeError(f"ContinuousState(): incompatible constructor arguments: {state!r} is no VectorBase.")
+            raise Mismatch(f"ContinuousState(): incompatible constructor arguments: {state!r} is no VectorBase.")
         n = vector.size()
         num_z = n - num_q - num_v if num_z is None else num_z
         if num_q + num_v + num_z != n or min(num_q, num_v, num_z) < 0 or num_v > num_q:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import expect
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import _register_value_type
 
 _FLOAT = np.dtype(float)
@@ -52,13 +52,13 @@ def as_vector(value: Any, dtype: Any = None) -> np.ndarray:
         if dtype is not None and a.dtype != dtype:
             a = a.astype(dtype)
     except (TypeError, ValueError):
-        raise TypeError(f"incompatible function arguments: expected a vector of numbers, got {value!r}") from None
+        raise Mismatch(f"incompatible function arguments: expected a vector of numbers, got {value!r}") from None
     if a.ndim == 0:
         a = a.reshape(1)
     if a.ndim == 2 and 1 in a.shape:
         a = a.reshape(-1)
     if a.ndim != 1:
-        raise TypeError(f"incompatible function arguments: expected a vector, got an array of shape {a.shape}")
+        raise Mismatch(f"incompatible function arguments: expected a vector, got an array of shape {a.shape}")
     return np.array(a)
 
 
@@ -120,7 +120,7 @@ class VectorBase:
                 a = lifted(a, self._number_type())
         if a.shape != self._v.shape:
             if np.ndim(value) == 0 and not isinstance(value, VectorBase):
-                raise TypeError(f"incompatible function arguments: expected a vector, got {value!r}")
+                raise Mismatch(f"incompatible function arguments: expected a vector, got {value!r}")
             raise IndexError(f"Operand vector size {a.size} does not match {self._describe()} size {self._v.size}")
         return a
 
@@ -131,7 +131,7 @@ class VectorBase:
         try:
             return value.__float__()
         except (AttributeError, TypeError, ValueError):
-            raise TypeError(f"incompatible function arguments: expected a number, got {value!r}") from None
+            raise Mismatch(f"incompatible function arguments: expected a number, got {value!r}") from None
 
     def _number_type(self) -> Any:
         """Type of the numbers in memory of objects."""
@@ -158,12 +158,12 @@ class VectorBase:
             IndexError: `value` has another size.
         """
         v, kind = self._v, type(value)
+        if self._on_write is not None:
+            self._on_write()  # first: it refuses other threads
         if kind is np.ndarray and value.dtype is v.dtype and value.shape == v.shape:
             v[:] = value
         elif not (kind is list and v.dtype is _FLOAT and len(value) == v.size and _filled(v, value)):
             v[:] = self._checked(value)
-        if self._on_write is not None:
-            self._on_write()
 
     def SetFrom(self, value: VectorBase) -> None:
         """Copies the elements of another vector of the same size."""
@@ -171,8 +171,8 @@ class VectorBase:
 
     def SetZero(self) -> None:
         """Sets all elements to zero."""
-        self._v[:] = self._number_type()(0.0) if self._v.dtype == object else 0.0
         self._wrote()
+        self._v[:] = self._number_type()(0.0) if self._v.dtype == object else 0.0
 
     def GetAtIndex(self, index: int) -> Any:
         """Element `index`, counted from 0."""
@@ -242,7 +242,7 @@ class BasicVector(VectorBase):
 
     def __init__(self, data: Any = None, *, size: int | None = None):
         if data is None and size is None:
-            raise TypeError("BasicVector(): incompatible constructor arguments: give data or size.")
+            raise Mismatch("BasicVector(): incompatible constructor arguments: give data or size.")
         if size is None and (isinstance(data, (int, np.integer)) and not isinstance(data, bool)):
             data, size = None, int(data)
         if size is not None:
@@ -349,7 +349,7 @@ class Supervector(VectorBase):
 
 def _to_basic_vector(value: Any) -> BasicVector:
     if isinstance(value, str):
-        raise TypeError(f"set_value(): incompatible function arguments: a BasicVector holds numbers, not {value!r}")
+        raise Mismatch(f"set_value(): incompatible function arguments: a BasicVector holds numbers, not {value!r}")
     return BasicVector(as_vector(value))
 
 

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework._index import PortDataType, Ticket
 from sheldrake.systems.framework._leaf_system import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
 
 
 class VectorSystem(LeafSystem):
@@ -28,26 +31,26 @@ class VectorSystem(LeafSystem):
             self._feeds_through = direct_feedthrough is not False
             self.DeclareVectorOutputPort("y0", output_size, self._calc_output, prerequisites)
 
-    def _vector_input(self, context: Any) -> np.ndarray:
+    def _vector_input(self, context: Context) -> np.ndarray:
         return self.get_input_port(0).Eval(context) if self.num_input_ports() else np.empty(0)
 
-    def _vector_state(self, context: Any) -> np.ndarray:
+    def _vector_state(self, context: Context) -> np.ndarray:
         if context.num_discrete_state_groups():
             return context.get_discrete_state_vector().CopyToVector()
         return context.get_continuous_state_vector().CopyToVector()
 
-    def _calc_output(self, context: Any, output: Any) -> None:
+    def _calc_output(self, context: Context, output: Any) -> None:
         u = self._vector_input(context) if self._feeds_through else np.empty(0)
         y = np.zeros_like(output._v)
         self.DoCalcVectorOutput(context, u, self._vector_state(context), y)
         output.SetFromVector(y)
 
-    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
         xdot = np.zeros_like(derivatives.get_vector()._v)
         self.DoCalcVectorTimeDerivatives(context, self._vector_input(context), self._vector_state(context), xdot)
         derivatives.SetFromVector(xdot)
 
-    def DoCalcDiscreteVariableUpdates(self, context: Any, events: list, discrete_state: Any) -> None:
+    def DoCalcDiscreteVariableUpdates(self, context: Context, events: list, discrete_state: Any) -> None:
         if not discrete_state.num_groups():
             return
         x_next = np.zeros_like(discrete_state.get_vector()._v)
@@ -55,16 +58,16 @@ class VectorSystem(LeafSystem):
         self.DoCalcVectorDiscreteVariableUpdates(context, u, x, x_next)
         discrete_state.set_value(x_next)
 
-    def DoCalcVectorOutput(self, context: Any, u: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
+    def DoCalcVectorOutput(self, context: Context, u: np.ndarray, x: np.ndarray, y: np.ndarray) -> None:
         """Computes the output from input and state, into `y`; to be overridden."""
         raise NotImplementedError(f"{self._describe()} must override DoCalcVectorOutput(context, u, x, y).")
 
-    def DoCalcVectorTimeDerivatives(self, context: Any, u: np.ndarray, x: np.ndarray, xdot: np.ndarray) -> None:
+    def DoCalcVectorTimeDerivatives(self, context: Context, u: np.ndarray, x: np.ndarray, xdot: np.ndarray) -> None:
         """Computes derivatives of continuous state, into `xdot`; to be overridden."""
         raise NotImplementedError(f"{self._describe()} must override DoCalcVectorTimeDerivatives(context, u, x, xdot).")
 
     def DoCalcVectorDiscreteVariableUpdates(
-        self, context: Any, u: np.ndarray, x: np.ndarray, x_next: np.ndarray
+        self, context: Context, u: np.ndarray, x: np.ndarray, x_next: np.ndarray
     ) -> None:
         """Computes the next discrete state, into `x_next`; to be overridden."""
         raise NotImplementedError(

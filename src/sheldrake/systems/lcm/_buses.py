@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import logging
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface, DrakeLcmParams
 from sheldrake.systems.lcm._systems import LcmInterfaceSystem
 from sheldrake.systems.primitives import SharedPointerSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import DiagramBuilder
 
 NULL_URL = "memq://null"
 
@@ -53,13 +57,13 @@ class LcmBuses:
             RuntimeError: the name is taken.
         """
         if not isinstance(bus, DrakeLcmInterface):
-            raise TypeError(f"LcmBuses.Add(): incompatible function arguments: {bus!r} is no DrakeLcmInterface")
+            raise Mismatch(f"LcmBuses.Add(): incompatible function arguments: {bus!r} is no DrakeLcmInterface")
         if bus_name in self._buses:
             raise RuntimeError(f"An LCM bus with name '{bus_name}' has already been defined")
         self._buses[bus_name] = bus
 
 
-def ApplyLcmBusConfig(lcm_buses: dict[str, DrakeLcmParams | None], builder: Any) -> LcmBuses:
+def ApplyLcmBusConfig(lcm_buses: dict[str, DrakeLcmParams | None], builder: DiagramBuilder) -> LcmBuses:
     """Makes the connections and adds, for each, what keeps it going to a builder.
 
     Args:
@@ -69,7 +73,7 @@ def ApplyLcmBusConfig(lcm_buses: dict[str, DrakeLcmParams | None], builder: Any)
     buses = LcmBuses()
     for name, params in sorted(lcm_buses.items()):
         if params is None or params.lcm_url == NULL_URL:
-            lcm: DrakeLcmInterface = DrakeLcm(NULL_URL)
+            lcm: Any = DrakeLcm(NULL_URL)
         else:
             lcm = DrakeLcm(params)
             logging.getLogger("drake").info("LCM bus '%s' created for URL %s", name, lcm.get_lcm_url())

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_scope
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.lcm._serializer import PySerializer
 from sheldrake.systems.lcm._systems import LcmPublisherSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context, DiagramBuilder
 
 
 class LcmScopeSystem(LeafSystem):
@@ -23,13 +26,13 @@ class LcmScopeSystem(LeafSystem):
         self.DeclareVectorInputPort("input", size)
         self.DeclareAbstractOutputPort("output", lambda: AbstractValue.Make(lcmt_scope()), self._calc)
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         value = self.get_input_port().Eval(context)
         time = int(context.get_time() * 1e6)
         output.set_value(lcmt_scope(utime=time, size=len(value), value=value.tolist()))
 
     @staticmethod
-    def AddToBuilder(builder: Any, lcm: Any, signal: Any, channel: str, publish_period: float) -> list:
+    def AddToBuilder(builder: DiagramBuilder, lcm: Any, signal: Any, channel: str, publish_period: float) -> list:
         """Publishes an output port's vector.
 
         Args:

@@ -8,12 +8,16 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm import DrakeLcmInterface
 from sheldrake.systems.framework import AbstractStateIndex, EventStatus, LeafSystem, TriggerType
 from sheldrake.systems.lcm._serializer import PySerializer, SerializerInterface
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
@@ -29,7 +33,7 @@ class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
         self.DeclarePerStepUnrestrictedUpdateEvent(self._pump)
         self.DeclareInitializationUnrestrictedUpdateEvent(self._pump)
 
-    def _pump(self, context: Any, state: Any) -> EventStatus:
+    def _pump(self, context: Context, state: Any) -> EventStatus:
         self._lcm.HandleSubscriptions(0)
         return EventStatus.DidNothing()
 
@@ -51,9 +55,9 @@ class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
 
 def _checked(call: str, serializer: Any, lcm: Any) -> None:
     if not isinstance(serializer, SerializerInterface):
-        raise TypeError(f"{call}(): incompatible constructor arguments: {serializer!r} is no SerializerInterface")
+        raise Mismatch(f"{call}(): incompatible constructor arguments: {serializer!r} is no SerializerInterface")
     if not isinstance(lcm, DrakeLcmInterface):
-        raise TypeError(f"{call}(): incompatible constructor arguments: {lcm!r} is no DrakeLcmInterface")
+        raise Mismatch(f"{call}(): incompatible constructor arguments: {lcm!r} is no DrakeLcmInterface")
 
 
 class LcmPublisherSystem(LeafSystem):
@@ -128,7 +132,7 @@ class LcmPublisherSystem(LeafSystem):
         """The channel."""
         return self._channel
 
-    def _publish(self, context: Any) -> None:
+    def _publish(self, context: Context) -> None:
         message = self.get_input_port().EvalAbstract(context)
         self._lcm.Publish(self._channel, self._serializer.Serialize(message), context.get_time())
 
@@ -187,7 +191,7 @@ class LcmSubscriberSystem(LeafSystem):
         """How many messages have come."""
         return self._box[1]
 
-    def GetMessageCount(self, context: Any) -> int:
+    def GetMessageCount(self, context: Context) -> int:
         """How many messages had come when the context's was taken."""
         return context.get_abstract_state(1).get_value()
 
@@ -212,12 +216,12 @@ class LcmSubscriberSystem(LeafSystem):
             self._serializer.Deserialize(self._box[0], message)
         return self._box[1]
 
-    def _initialize(self, context: Any, state: Any) -> EventStatus:
+    def _initialize(self, context: Context, state: Any) -> EventStatus:
         if self._timeout > 0:
             self.WaitForMessage(context.get_abstract_state(1).get_value(), timeout=self._timeout)
         return self._take(context, state)
 
-    def _take(self, context: Any, state: Any) -> EventStatus:
+    def _take(self, context: Context, state: Any) -> EventStatus:
         if isinstance(self._lcm, LcmInterfaceSystem):
             self._lcm.HandleSubscriptions(0)  # whatever the order of the two systems in the diagram
         raw, count = self._box

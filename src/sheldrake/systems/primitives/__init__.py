@@ -3,7 +3,6 @@
 Sums, gains, filters, delays, linear systems, sources and logs. Most are kernels: a diagram of them advances natively.
 """
 
-from sheldrake.common._refuse_none import refuse_none
 from sheldrake.systems.framework import Diagram_, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 from sheldrake.systems.primitives._affine_system import AffineSystem, LinearSystem, MatrixGain
@@ -43,10 +42,8 @@ from sheldrake.systems.primitives._linearization import (
     Linearize,
     ObservabilityMatrix,
 )
-from sheldrake.systems.primitives._log_all import AllLogs, LogAll
-from sheldrake.systems.primitives._log_files import ReadLogs
+from sheldrake.systems.primitives._log_files import LogStream, ReadLogs, StreamLogs
 from sheldrake.systems.primitives._log_set import LogSet
-from sheldrake.systems.primitives._log_stream import LogStream, StreamLogs
 from sheldrake.systems.primitives._multilayer_perceptron import MultilayerPerceptron, PerceptronActivationType
 from sheldrake.systems.primitives._random_source import AddRandomInputs, RandomSource
 from sheldrake.systems.primitives._routing import BusCreator, BusSelector, Selector, SelectorParams, SharedPointerSystem
@@ -58,7 +55,7 @@ from sheldrake.systems.primitives._trajectory_systems import (
     TrajectorySource,
 )
 from sheldrake.systems.primitives._vector_log import VectorLog
-from sheldrake.systems.primitives._vector_log_sink import LogVectorOutput, VectorLogSink
+from sheldrake.systems.primitives._vector_log_sink import AllLogs, LogAll, LogVectorOutput, VectorLogSink
 
 
 def _family(cls: type, base: SystemTemplate = LeafSystem_) -> SystemTemplate:
@@ -194,5 +191,3 @@ __all__ = [
 for _name in __all__:
     if isinstance(globals()[_name], type) and not hasattr(globals()[_name], "__dataclass_fields__"):
         globals()[_name].__module__ = __name__
-
-refuse_none(__name__)

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._vector import as_vector
 from sheldrake.systems.primitives._kernels import blocks
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common import RandomGenerator
+    from sheldrake.systems.framework import Context
 
 
 class AffineSystem(LeafSystem):
@@ -65,7 +73,7 @@ class AffineSystem(LeafSystem):
             self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, update)
         elif n:
             self.DeclareContinuousState(n)
-            self._declare_time_derivatives(blocks.affine_derivatives if m else blocks.autonomous_derivatives)
+            self.DeclareTimeDerivatives(blocks.affine_derivatives if m else blocks.autonomous_derivatives)
         if k:
             through = coefficients.D.any()
             self.DeclareVectorOutputPort("y0", k, blocks.affine_output if through else blocks.affine_output_of_state)
@@ -74,7 +82,7 @@ class AffineSystem(LeafSystem):
         return {"model": self._coefficients}
 
     def _motion_and_slopes(
-        self, context: Any, x: np.ndarray, u: np.ndarray, i: int | None, j: int | None
+        self, context: Context, x: np.ndarray, u: np.ndarray, i: int | None, j: int | None
     ) -> tuple[np.ndarray, np.ndarray]:
         A, B, f0, C, D, y0 = self._coefficients
         if i is None and B.size + D.size:
@@ -90,14 +98,18 @@ class AffineSystem(LeafSystem):
     def UpdateCoefficients(
         self, A: Any = None, B: Any = None, f0: Any = None, C: Any = None, D: Any = None, y0: Any = None
     ) -> None:
-        """Replaces coefficients; those not given become zero. Sizes and feedthrough stay as they are.
+        """Replaces coefficients; those not given stay zero. Sizes and feedthrough stay as they are.
 
         Raises:
-            RuntimeError: a size differs.
+            RuntimeError: a size differs, or one is not given that is not zero.
         """
         old = self._coefficients
         for name, target, value in zip(old._fields, old, (A, B, f0, C, D, y0)):
+            if value is None and target.size and target.any():
+                raise RuntimeError(f"{type(self).__name__}.UpdateCoefficients(): {name} is missing; give all of them.")
             value = np.zeros(target.shape) if value is None else np.asarray(value, float)
+            if target.ndim == 1 and value.shape == (len(target), 1):
+                value = value[:, 0]
             if value.shape != target.shape:
                 raise RuntimeError(
                     f"{type(self).__name__}.UpdateCoefficients(): {name} has shape {target.shape}, got {value.shape}."
@@ -122,8 +134,10 @@ class AffineSystem(LeafSystem):
         E = expm(M * period)
         A, B, f0 = E[:n, :n], E[:n, n : n + m], E[:n, n + m]
         if isinstance(self, LinearSystem):
-            return LinearSystem(A, B, self.C(), self.D(), period)
-        return AffineSystem(A, B, f0, self.C(), self.D(), self.y0(), period)
+            sampled: AffineSystem = LinearSystem(A, B, self.C(), self.D(), period)
+        else:
+            sampled = AffineSystem(A, B, f0, self.C(), self.D(), self.y0(), period)
+        return sampled if self._scalar is float else sampled._convert(self._scalar)
 
     def A(self) -> np.ndarray:
         """Shape (n, n)."""
@@ -177,11 +191,12 @@ class AffineSystem(LeafSystem):
             (self._xd_models[0] if self._period > 0 else self._xc_model).SetFromVector(x0)
             self._defaults_changed()
 
-    def configure_random_state(self, covariance: Any) -> None:
+    @checked
+    def configure_random_state(self, covariance: ArrayLike) -> None:
         """Lets `SetRandomContext` add normal noise of this covariance, shape (n, n), to the default state."""
         self._covariance = np.array(covariance, float)
 
-    def _set_random_context(self, context: Any, generator: Any) -> None:
+    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         if self._covariance is None or not self.num_states():
             return
         values, vectors = np.linalg.eigh(self._covariance)
@@ -214,7 +229,7 @@ class MatrixGain(LinearSystem):
 
     def __init__(self, D: Any):
         if np.ndim(D) not in (1, 2):
-            raise TypeError(f"MatrixGain(): incompatible constructor arguments: D must be a matrix, got {D!r}")
+            raise Mismatch(f"MatrixGain(): incompatible constructor arguments: D must be a matrix, got {D!r}")
         super().__init__(D=D)
 
 

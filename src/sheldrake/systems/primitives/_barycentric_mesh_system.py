@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class BarycentricMeshSystem(LeafSystem):
@@ -37,5 +40,5 @@ class BarycentricMeshSystem(LeafSystem):
         """Values at the mesh's points."""
         return self._values.copy()
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._mesh.Eval(self._values, self.get_input_port().Eval(context)))

@@ -5,17 +5,20 @@ Declarations only; what they compute is in `_kernels/blocks.py`.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._kinds import called, count, instance_of
-from sheldrake.common._overloads import overload, overloaded
+from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._vector import as_vector, is_size, plain
 from sheldrake.systems.primitives._kernels import blocks
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class Adder(LeafSystem):
@@ -138,7 +141,7 @@ class Demultiplexer(LeafSystem):
         begin = 0
         for j, n in enumerate(self._sizes):
             self.DeclareVectorOutputPort(f"y{j}", n, blocks.piece)
-            self._output_models[j] = {"model": np.array([begin], np.int64)}
+            self._output_models[j] = {"model": blocks.Piece.of(start=begin)}
             begin += n
 
     def get_output_ports_sizes(self) -> list[int]:
@@ -161,12 +164,12 @@ class ConstantVectorSource(LeafSystem):
         self.DeclareNumericParameter(BasicVector(as_vector(source_value)))
         self.DeclareVectorOutputPort("y0", self._pn_models[0].size(), blocks.copy_parameter)
 
-    def get_source_value(self, context: Any) -> BasicVector:
+    def get_source_value(self, context: Context) -> BasicVector:
         """The vector in a context."""
         self.ValidateContext(context)
         return context.get_numeric_parameter(0)
 
-    def get_mutable_source_value(self, context: Any) -> BasicVector:
+    def get_mutable_source_value(self, context: Context) -> BasicVector:
         """The vector in a context, to be changed."""
         self.ValidateContext(context)
         return context.get_mutable_numeric_parameter(0)
@@ -184,11 +187,11 @@ class ConstantValueSource(LeafSystem):
     def __init__(self, value: AbstractValue):
         super().__init__()
         if not isinstance(value, AbstractValue):
-            raise TypeError(f"ConstantValueSource(): incompatible constructor arguments: {value!r} is no AbstractValue")
+            raise Mismatch(f"ConstantValueSource(): incompatible constructor arguments: {value!r} is no AbstractValue")
         self._value = value.Clone()
         self.DeclareAbstractOutputPort("y0", self._value.Clone, self._calc, {Ticket.NOTHING})
 
-    def _calc(self, context: Any, output: AbstractValue) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         output.SetFrom(self._value)
 
 
@@ -221,7 +224,7 @@ class PassThrough(LeafSystem):
             self._inputs[0].optional = True
             self.DeclareVectorOutputPort("y", BasicVector(default), blocks.copy_input)
 
-    def _copy_value(self, context: Any, output: AbstractValue) -> None:
+    def _copy_value(self, context: Context, output: AbstractValue) -> None:
         port = self.get_input_port(0)
         output.SetFrom(port.EvalAbstract(context) if port.HasValue(context) else self._value)
 
@@ -254,7 +257,7 @@ class PortSwitch(LeafSystem):
         """The input that tells which one."""
         return self.get_input_port(0)
 
-    def _calc(self, context: Any, output: BasicVector) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         which = self.get_input_port(0).Eval(context)
         output.SetFromVector(self.get_input_port(int(which)).Eval(context))
 

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework import Diagram, DiagramBuilder_, LeafSystem, State
 from sheldrake.systems.framework._templates import on_scalar_of
 from sheldrake.systems.framework._vector import as_vector
 from sheldrake.systems.primitives._blocks import Multiplexer
 from sheldrake.systems.primitives._kernels import blocks
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class DiscreteDerivative(LeafSystem):
@@ -38,7 +39,7 @@ class DiscreteDerivative(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(self._dt, 0.0, blocks.difference_next)
 
     def _kernel_models(self, root: Any) -> dict:
-        return {"difference_model": blocks.Difference(np.array([self._dt, float(self._suppress)]))}
+        return {"difference_model": blocks.Difference.of(dt=self._dt, begins_with_zero=self._suppress)}
 
     def time_step(self) -> float:
         """Time step [s]."""
@@ -84,7 +85,7 @@ class StateInterpolatorWithDiscreteDerivative(Diagram):
         """Whether velocities are zero until there are two samples."""
         return self._derivative.suppress_initial_transient()
 
-    def set_initial_position(self, context: Any = None, position: Any = None, *, state: Any = None) -> None:
+    def set_initial_position(self, context: Context | None = None, position: Any = None, *, state: Any = None) -> None:
         """Sets the position as if it had stood still, in a context or a State."""
         target = context if state is None else state
         if not isinstance(target, State):

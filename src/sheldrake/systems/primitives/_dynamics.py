@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.framework._vector import as_vector, is_size
 from sheldrake.systems.primitives._kernels import blocks
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class Integrator(LeafSystem):
@@ -31,9 +34,9 @@ class Integrator(LeafSystem):
         initial = np.zeros(given) if is_size(given) else as_vector(given)
         self.DeclareVectorInputPort("u0", len(initial))
         self.DeclareStateOutputPort("y0", self.DeclareContinuousState(BasicVector(initial)))
-        self._declare_time_derivatives(blocks.copy_input)
+        self.DeclareTimeDerivatives(blocks.copy_input)
 
-    def set_integral_value(self, context: Any, value: Any) -> None:
+    def set_integral_value(self, context: Context, value: Any) -> None:
         """Sets the integral in a context."""
         self.ValidateContext(context)
         context.SetContinuousState(value)
@@ -65,7 +68,7 @@ class FirstOrderLowPassFilter(LeafSystem):
         n = len(self._tau)
         self.DeclareVectorInputPort("u0", n)
         self.DeclareStateOutputPort("y0", self.DeclareContinuousState(n))
-        self._declare_time_derivatives(blocks.low_pass)
+        self.DeclareTimeDerivatives(blocks.low_pass)
 
     def _kernel_models(self, root: Any) -> dict:
         return {"model": self._tau}
@@ -84,7 +87,7 @@ class FirstOrderLowPassFilter(LeafSystem):
         """Time constants [s], shape (size,)."""
         return self._tau.copy()
 
-    def set_initial_output_value(self, context: Any, z0: Any, /) -> None:
+    def set_initial_output_value(self, context: Context, z0: Any, /) -> None:
         """Sets the output in a context."""
         self.ValidateContext(context)
         context.SetContinuousState(z0)
@@ -122,7 +125,7 @@ class ZeroOrderHold(LeafSystem):
             self.DeclareStateOutputPort("y", self.DeclareDiscreteState(int(model)))
             self.DeclarePeriodicDiscreteUpdateEvent(self._period, self._offset, blocks.copy_input)
 
-    def _hold_value(self, context: Any, state: Any) -> None:
+    def _hold_value(self, context: Context, state: Any) -> None:
         state.get_mutable_abstract_state(0).SetFrom(self.get_input_port(0).EvalAbstract(context))
 
     def period(self) -> float:
@@ -133,7 +136,7 @@ class ZeroOrderHold(LeafSystem):
         """Time of the first sample [s]."""
         return self._offset
 
-    def SetVectorState(self, context: Any, value: Any, /) -> None:
+    def SetVectorState(self, context: Context, value: Any, /) -> None:
         """Sets what is held, in a context."""
         self.ValidateContext(context)
         context.SetDiscreteState(value)
@@ -175,7 +178,7 @@ class DiscreteTimeDelay(LeafSystem):
             self.DeclareVectorOutputPort("delayed_u", n, blocks.first_elements)
             self.DeclarePeriodicDiscreteUpdateEvent(float(update_sec), 0.0, blocks.delay)
 
-    def _shift(self, context: Any, state: Any) -> None:
+    def _shift(self, context: Context, state: Any) -> None:
         values = state.get_mutable_abstract_state()
         last = values.size() - 2
         for k in range(last):
@@ -201,9 +204,9 @@ class DiscreteTimeIntegrator(LeafSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(self._dt, 0.0, blocks.euler)
 
     def _kernel_models(self, root: Any) -> dict:
-        return {"step_model": blocks.Step(np.array([self._dt]))}
+        return {"step_model": blocks.Step.of(dt=self._dt)}
 
-    def set_integral_value(self, context: Any, value: Any) -> None:
+    def set_integral_value(self, context: Context, value: Any) -> None:
         """Sets the sum in a context."""
         self.ValidateContext(context)
         context.SetDiscreteState(value)
@@ -224,7 +227,7 @@ class WrapToSystem(LeafSystem):
 
     def __init__(self, input_size: int, /):
         super().__init__()
-        self._intervals = np.zeros((int(input_size), 2))
+        self._intervals = np.zeros((int(input_size), blocks.Interval.SIZE))
         self.DeclareVectorInputPort("u0", int(input_size))
         self.DeclareVectorOutputPort("y0", int(input_size), blocks.wrap)
 
@@ -238,4 +241,4 @@ class WrapToSystem(LeafSystem):
         self._intervals[index] = low, high
 
     def _kernel_models(self, root: Any) -> dict:
-        return {"model": self._intervals}
+        return {"model": blocks.Intervals(self._intervals)}

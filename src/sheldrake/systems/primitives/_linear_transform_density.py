@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common import CalcProbabilityDensity, RandomDistribution
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class LinearTransformDensity(LeafSystem):
@@ -55,7 +58,7 @@ class LinearTransformDensity(LeafSystem):
         """The output with the density of w_out."""
         return self.get_output_port(1)
 
-    def FixConstantA(self, context: Any, A: Any) -> Any:
+    def FixConstantA(self, context: Context, A: Any) -> Any:
         """Fixes A, shape (output_size, input_size)."""
         A = np.asarray(A)
         if A.shape != self._shape:
@@ -64,19 +67,19 @@ class LinearTransformDensity(LeafSystem):
             )
         return self.get_input_port_A().FixValue(context, A.reshape(-1, order="F"))
 
-    def FixConstantB(self, context: Any, b: Any) -> Any:
+    def FixConstantB(self, context: Context, b: Any) -> Any:
         """Fixes b, shape (output_size,)."""
         return self.get_input_port_b().FixValue(context, b)
 
-    def _matrix(self, context: Any) -> np.ndarray:
+    def _matrix(self, context: Context) -> np.ndarray:
         return self.get_input_port_A().Eval(context).reshape(self._shape, order="F")
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         w = self._matrix(context) @ self.get_input_port_w_in().Eval(context)
         port = self.get_input_port_b()
         output.SetFromVector(w + port.Eval(context) if port.HasValue(context) else w)
 
-    def CalcDensity(self, context: Any) -> Any:
+    def CalcDensity(self, context: Context) -> Any:
         """Density of w_out.
 
         Raises:
@@ -90,5 +93,5 @@ class LinearTransformDensity(LeafSystem):
         density = CalcProbabilityDensity(self._distribution, self.get_input_port_w_in().Eval(context))
         return density / abs(float(np.linalg.det(A)))
 
-    def _calc_density(self, context: Any, output: Any) -> None:
+    def _calc_density(self, context: Context, output: Any) -> None:
         output.SetFromVector([self.CalcDensity(context)])

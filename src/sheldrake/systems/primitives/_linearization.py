@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,10 +11,13 @@ from sheldrake.systems.framework import InputPortSelection, OutputPortSelection,
 from sheldrake.systems.framework._engine.linear_rows import motion_by_rows, split
 from sheldrake.systems.primitives._affine_system import AffineSystem, LinearSystem
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
+
 
 def Linearize(
     system: System,
-    context: Any,
+    context: Context,
     input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
     output_port_index: Any = OutputPortSelection.kUseFirstOutputIfItExists,
     equilibrium_check_tolerance: float = 1e-6,
@@ -45,7 +48,7 @@ def Linearize(
 
 def FirstOrderTaylorApproximation(
     system: System,
-    context: Any,
+    context: Context,
     input_port_index: Any = InputPortSelection.kUseFirstInputIfItExists,
     output_port_index: Any = OutputPortSelection.kUseFirstOutputIfItExists,
 ) -> AffineSystem:
@@ -65,7 +68,7 @@ def _chosen(selection: Any, ports: list, none: Any, first: Any) -> int | None:
     return operator.index(selection)
 
 
-def _taylor(system: System, context: Any, input_index: Any, output_index: Any) -> tuple:
+def _taylor(system: System, context: Context, input_index: Any, output_index: Any) -> tuple:
     """x' or x+ and y, their derivatives by x and u, x, u, and the period [s], 0 for continuous state."""
     system.ValidateContext(context)
     periods = system._periodic_discrete()
@@ -96,7 +99,7 @@ def _taylor(system: System, context: Any, input_index: Any, output_index: Any) -
 
 
 def _by_conversion(
-    system: System, context: Any, x0: np.ndarray, u0: np.ndarray, i: int | None, j: int | None, period: float
+    system: System, context: Context, x0: np.ndarray, u0: np.ndarray, i: int | None, j: int | None, period: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """The same from the system on AutoDiffXd."""
     from sheldrake.autodiffutils import AutoDiffXd

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.systems.primitives import _log_export as export
-from sheldrake.systems.primitives._vector_log import VectorLog, _need
+from sheldrake.systems.primitives._vector_log import VectorLog, _need, write_csv, write_mcap, write_npz, write_parquet
 
 
 class TableLog(VectorLog):
@@ -101,7 +100,7 @@ class LogSet(Mapping):
     def ToCsv(self, path: str | os.PathLike) -> None:
         """Writes one CSV file with a column for each element, empty where a log has no sample."""
         times, values = self.table()
-        export.write_csv(path, times, values, self.columns())
+        write_csv(path, times, values, self.columns())
 
     def ToNpz(self, path: str | os.PathLike) -> None:
         """Writes an NPZ file: `titles`, and for log k `time_k`, `data_k` (size, samples), `names_k`, `units_k`."""
@@ -110,7 +109,7 @@ class LogSet(Mapping):
             arrays[f"time_{k}"], arrays[f"data_{k}"] = log.sample_times(), log.data()
             arrays[f"names_{k}"] = np.array(log.names(), dtype=str)
             arrays[f"units_{k}"] = np.array(log.units(), dtype=str)
-        np.savez_compressed(path, **arrays)
+        write_npz(path, **arrays)
 
     def ToParquet(self, path: str | os.PathLike) -> None:
         """Writes a Parquet file with a column `time` and one for each element; units are in the columns' metadata.
@@ -119,7 +118,7 @@ class LogSet(Mapping):
             ImportError: pyarrow is not installed.
         """
         times, values = self.table()
-        export.write_parquet(path, times, values, self.columns(), self.units(), "LogSet.ToParquet()")
+        write_parquet(path, times, values, self.columns(), self.units(), "LogSet.ToParquet()")
 
     def ToMcap(self, path: str | os.PathLike) -> None:
         """Writes an MCAP file with a topic for each log, messages as JSON with a schema.
@@ -127,7 +126,7 @@ class LogSet(Mapping):
         Raises:
             ImportError: mcap is not installed.
         """
-        export.write_mcap(path, self._logs, "LogSet.ToMcap()")
+        write_mcap(path, self._logs, "LogSet.ToMcap()")
 
 
 def column_name(title: str, name: str, log: VectorLog) -> str:

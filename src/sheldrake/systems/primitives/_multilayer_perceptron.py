@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._enums import IndexEnum
 from sheldrake.systems.framework import BasicVector, LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
+    from sheldrake.systems.framework import Context
 
 
 class PerceptronActivationType(IndexEnum):
@@ -100,37 +104,37 @@ class MultilayerPerceptron(LeafSystem):
         self.ValidateContext(source)
         return source.get_numeric_parameter(0)._v
 
-    def GetParameters(self, context: Any) -> np.ndarray:
+    def GetParameters(self, context: Context) -> np.ndarray:
         """All parameters, shape (num_parameters,), read-only."""
         self.ValidateContext(context)
         return context.get_numeric_parameter(0).value()
 
-    def GetMutableParameters(self, context: Any) -> np.ndarray:
+    def GetMutableParameters(self, context: Context) -> np.ndarray:
         """All parameters, shape (num_parameters,), to write through."""
         self.ValidateContext(context)
         return context.get_mutable_numeric_parameter(0).get_mutable_value()
 
-    def SetParameters(self, context: Any, params: Any) -> None:
+    def SetParameters(self, context: Context, params: Any) -> None:
         """Sets all parameters."""
         self.ValidateContext(context)
         context.get_mutable_numeric_parameter(0).SetFromVector(params)
 
-    def GetWeights(self, context: Any = None, layer: int = 0, *, params: Any = None) -> np.ndarray:
+    def GetWeights(self, context: Context | None = None, layer: int = 0, *, params: Any = None) -> np.ndarray:
         """Weights `layer`, shape (rows, cols), in a context or an array of parameters."""
         a, b, _ = self._at[layer]
         return self._vector(context if params is None else params)[a:b].reshape(self._shape(layer), order="F").copy()
 
-    def GetBiases(self, context: Any = None, layer: int = 0, *, params: Any = None) -> np.ndarray:
+    def GetBiases(self, context: Context | None = None, layer: int = 0, *, params: Any = None) -> np.ndarray:
         """Biases `layer`, shape (rows,), in a context or an array of parameters."""
         _, b, c = self._at[layer]
         return self._vector(context if params is None else params)[b:c].copy()
 
-    def SetWeights(self, context: Any = None, layer: int = 0, W: Any = None, *, params: Any = None) -> None:
+    def SetWeights(self, context: Context | None = None, layer: int = 0, W: Any = None, *, params: Any = None) -> None:
         """Sets weights `layer`."""
         a, b, _ = self._at[layer]
         self._write(context if params is None else params, a, b, np.asarray(W), self._shape(layer))
 
-    def SetBiases(self, context: Any = None, layer: int = 0, b: Any = None, *, params: Any = None) -> None:
+    def SetBiases(self, context: Context | None = None, layer: int = 0, b: Any = None, *, params: Any = None) -> None:
         """Sets biases `layer`."""
         _, first, last = self._at[layer]
         self._write(context if params is None else params, first, last, np.asarray(b), (last - first,))
@@ -145,7 +149,7 @@ class MultilayerPerceptron(LeafSystem):
     def _shape(self, layer: int) -> tuple[int, int]:
         return self._layers[layer + 1], self._layers[layer]
 
-    def _set_random_context(self, context: Any, generator: Any) -> None:
+    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         params = self.GetMutableParameters(context)
         for layer, (a, _, c) in enumerate(self._at):
             bound = np.sqrt(3.0 / self._layers[layer])
@@ -161,7 +165,7 @@ class MultilayerPerceptron(LeafSystem):
             rows += [np.sin(x), np.cos(x)] if periodic else [x]
         return np.stack(rows)
 
-    def _forward(self, context: Any, X: np.ndarray) -> list[np.ndarray]:
+    def _forward(self, context: Context, X: np.ndarray) -> list[np.ndarray]:
         """Values of all layers, each with a column for each sample."""
         values = [self._features(X)]
         for layer, kind in enumerate(self._kinds):
@@ -169,7 +173,7 @@ class MultilayerPerceptron(LeafSystem):
             values.append(_activate(kind, W @ values[-1] + b[:, None]))
         return values
 
-    def _calc(self, context: Any, output: BasicVector) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         x = self.get_input_port().Eval(context)
         if x.dtype == object and any(self._periodic):
             rows: list[Any] = []
@@ -182,7 +186,7 @@ class MultilayerPerceptron(LeafSystem):
         else:
             output.SetFromVector(self._forward(context, x[:, None])[-1][:, 0])
 
-    def BatchOutput(self, context: Any, X: Any, Y: Any = None, dYdX: Any = None) -> Any:
+    def BatchOutput(self, context: Context, X: Any, Y: Any = None, dYdX: Any = None) -> Any:
         """Outputs for columns of inputs; into `Y` if given, with gradients into `dYdX` for a single output."""
         self.ValidateContext(context)
         X = np.asarray(X, float)
@@ -210,7 +214,7 @@ class MultilayerPerceptron(LeafSystem):
             row += 1 + periodic
         return out
 
-    def _backward(self, context: Any, values: list, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _backward(self, context: Context, values: list, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Gradients by parameters and by features, of the sum over samples of slopes times outputs."""
         gradient = np.zeros(self._count)
         for layer in range(len(self._kinds) - 1, -1, -1):
@@ -221,7 +225,7 @@ class MultilayerPerceptron(LeafSystem):
             slopes = self.GetWeights(context, layer).T @ slopes
         return gradient, slopes
 
-    def Backpropagation(self, context: Any, X: Any, loss: Callable, dloss_dparams: np.ndarray) -> float:
+    def Backpropagation(self, context: Context, X: Any, loss: Callable, dloss_dparams: np.ndarray) -> float:
         """The loss of the outputs for columns of inputs, and its gradient by the parameters, into `dloss_dparams`.
 
         Args:
@@ -237,7 +241,9 @@ class MultilayerPerceptron(LeafSystem):
         dloss_dparams[:] = self._backward(context, values, slopes)[0]
         return float(value)
 
-    def BackpropagationMeanSquaredError(self, context: Any, X: Any, Y_desired: Any, dloss_dparams: np.ndarray) -> float:
+    def BackpropagationMeanSquaredError(
+        self, context: Context, X: Any, Y_desired: Any, dloss_dparams: np.ndarray
+    ) -> float:
         """`Backpropagation` with the mean over samples of the squared distance to `Y_desired`."""
         wanted = np.asarray(Y_desired, float)
 

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common import RandomDistribution, RandomGenerator
 from sheldrake.common.value import Value
 from sheldrake.systems.framework import LeafSystem, PortDataType
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context, DiagramBuilder
 
 _seeds = itertools.count(RandomGenerator.default_seed)
 
@@ -34,9 +37,16 @@ class _Sampler:
         return {"generator": self.generator.ToPlain(), "spare": self._spare}
 
     def SetFromPlain(self, content: dict) -> None:
-        """Goes on from where `ToPlain` was called."""
+        """Goes on from where `ToPlain` was called.
+
+        Raises:
+            ValueError: the content is not what `ToPlain` gives.
+        """
+        spare = content["spare"]
+        if not (spare is None or (type(spare) is float and np.isfinite(spare))):
+            raise ValueError("that is no state of a RandomSource")
         self.generator.SetFromPlain(content["generator"])
-        self._spare = content["spare"]
+        self._spare = spare
 
     def _normal(self) -> float:
         """Marsaglia's polar method, as C++'s normal_distribution does it."""
@@ -72,25 +82,25 @@ class RandomSource(LeafSystem):
         self.DeclareAbstractState(Value[object](_Sampler(distribution, self._seed)))
         self.DeclarePeriodicUnrestrictedUpdateEvent(float(sampling_interval_sec), 0.0, self._draw)
 
-    def _draw(self, context: Any, state: Any) -> None:
+    def _draw(self, context: Context, state: Any) -> None:
         sampler = state.get_mutable_abstract_state(0).get_mutable_value()
         x = state.get_mutable_discrete_state(0)
         x.SetFromVector([sampler.draw() for _ in range(x.size())])
 
-    def _set_default_context(self, context: Any) -> None:
+    def _set_default_context(self, context: Context) -> None:
         self._start(context, self._seed)
 
-    def _set_random_context(self, context: Any, generator: Any) -> None:
+    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         self._start(context, generator())
 
-    def _start(self, context: Any, seed: int) -> None:
+    def _start(self, context: Context, seed: int) -> None:
         sampler = _Sampler(self._distribution, seed)
         context.SetAbstractState(0, sampler)
         x = context.get_mutable_discrete_state_vector()
         x.SetFromVector([sampler.draw() for _ in range(x.size())])
 
 
-def AddRandomInputs(sampling_interval_sec: float, builder: Any) -> int:
+def AddRandomInputs(sampling_interval_sec: float, builder: DiagramBuilder) -> int:
     """Feeds every unconnected input port that was declared with a distribution from a RandomSource; says how many."""
     count = 0
     for system in builder.GetSystems():

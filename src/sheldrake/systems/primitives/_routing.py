@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from sheldrake.systems.framework import BusValue, LeafSystem, UseDefaultName, kU
 from sheldrake.systems.framework._templates import on_scalar_of
 from sheldrake.systems.framework._vector import BasicVector
 from sheldrake.systems.primitives._kernels import blocks
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context, DiagramBuilder
 
 
 class BusCreator(LeafSystem):
@@ -28,7 +31,7 @@ class BusCreator(LeafSystem):
         super().__init__()
         self.DeclareAbstractOutputPort(output_port_name, Value[BusValue]().Clone, self._pack)
 
-    def _pack(self, context: Any, output: AbstractValue) -> None:
+    def _pack(self, context: Context, output: AbstractValue) -> None:
         bus = BusValue()
         for i, declaration in enumerate(self._inputs):
             port = self.get_input_port(i)
@@ -54,7 +57,7 @@ class BusSelector(LeafSystem):
         super().__init__()
         self.DeclareAbstractInputPort(input_port_name, Value[BusValue]())
 
-    def _find(self, context: Any, name: str) -> Any:
+    def _find(self, context: Context, name: str) -> Any:
         bus = self.get_input_port(0).Eval(context)
         found = bus.Find(name)
         if found is None:
@@ -69,7 +72,7 @@ class BusSelector(LeafSystem):
         j = len(self._outputs)
         name = f"y{j}" if isinstance(name, UseDefaultName) else name
 
-        def calc(system: Any, context: Any, output: BasicVector) -> None:
+        def calc(system: Any, context: Context, output: BasicVector) -> None:
             found = system._find(context, name)
             if not isinstance(found, BasicVector):
                 raise RuntimeError(f"BusSelector: the input signal {name} is {found!r}, not a vector.")
@@ -169,7 +172,7 @@ class Selector(LeafSystem):
                     )
             j = len(self._outputs)
             self.DeclareVectorOutputPort(f"y{j}" if port.name is None else port.name, len(picks), blocks.pick)
-            self._output_models[j] = {"model": np.array(picks, np.int64).reshape(-1, 2)}
+            self._output_models[j] = {"model": blocks.Picks(np.array(picks, np.int64).reshape(-1, blocks.Pick.SIZE))}
 
 
 class SharedPointerSystem(LeafSystem):
@@ -186,7 +189,7 @@ class SharedPointerSystem(LeafSystem):
         self._value = value_to_hold
 
     @staticmethod
-    def AddToBuilder(builder: Any, value_to_hold: Any) -> Any:
+    def AddToBuilder(builder: DiagramBuilder, value_to_hold: Any) -> Any:
         """Adds a holder of an object to a builder; gives the object."""
         builder.AddSystem(on_scalar_of(builder, SharedPointerSystem)(value_to_hold))
         return value_to_hold

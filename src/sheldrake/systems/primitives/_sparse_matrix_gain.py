@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
+
+
+def _csc(D: Any) -> Any:
+    """A matrix of one's own, of floats."""
+    from scipy.sparse import csc_matrix
+
+    return csc_matrix(D, dtype=float, copy=True)
 
 
 class SparseMatrixGain(LeafSystem):
     """y = D u.
 
     Args:
-        D: scipy.sparse.csc_matrix of shape (k, m).
+        D: A sparse matrix of SciPy, or a dense one, shape (k, m).
     """
 
     _generic = True
 
     def __init__(self, D: Any):
         super().__init__()
-        self._D = D.tocsc().copy()
+        self._D = _csc(D)
         k, m = self._D.shape
         self.DeclareVectorInputPort("u", m)
         self.DeclareVectorOutputPort("y", k, self._calc)
@@ -29,11 +39,12 @@ class SparseMatrixGain(LeafSystem):
 
     def set_D(self, D: Any) -> None:
         """Replaces the matrix by one of the same shape."""
-        if D.shape != self._D.shape:
-            raise RuntimeError(f"SparseMatrixGain.set_D(): D must have shape {self._D.shape}, not {D.shape}.")
-        self._D = D.tocsc().copy()
+        new = _csc(D)
+        if new.shape != self._D.shape:
+            raise RuntimeError(f"SparseMatrixGain.set_D(): D must have shape {self._D.shape}, not {new.shape}.")
+        self._D = new
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         u = self.get_input_port(0).Eval(context)
         if u.dtype == object:
             output.SetFromVector(self._D.toarray() @ u)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.systems.framework import BasicVector, LeafSystem
 from sheldrake.systems.framework._index import Ticket
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class SymbolicVectorSystem(LeafSystem):
@@ -78,7 +81,7 @@ class SymbolicVectorSystem(LeafSystem):
                 return expression
         raise IndexError(f"SymbolicVectorSystem: {var} is no state variable.")
 
-    def _numbers(self, context: Any, by_inputs: bool) -> list:
+    def _numbers(self, context: Context, by_inputs: bool) -> list:
         """Time, state, input and parameters in a context, as `_all_variables`; the input only if it counts."""
         state, inputs, parameters = self._variables
         numbers = [] if self._time is None else [context.get_time()]
@@ -91,17 +94,17 @@ class SymbolicVectorSystem(LeafSystem):
             numbers += context.get_numeric_parameter(0).CopyToVector().tolist()
         return numbers
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         output.SetFromVector(self._functions[1].at(self._numbers(context, self._functions[1].by_inputs)))
 
-    def _update(self, context: Any, x_next: Any) -> None:
+    def _update(self, context: Context, x_next: Any) -> None:
         x_next.set_value(self._functions[0].at(self._numbers(context, self._functions[0].by_inputs)))
 
-    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
         derivatives.SetFromVector(self._functions[0].at(self._numbers(context, self._functions[0].by_inputs)))
 
     def _motion_and_slopes(
-        self, context: Any, x: np.ndarray, u: np.ndarray, i: int | None, j: int | None
+        self, context: Context, x: np.ndarray, u: np.ndarray, i: int | None, j: int | None
     ) -> tuple[np.ndarray, np.ndarray]:
         functions = [f for f, wanted in zip(self._functions, (len(x), j is not None)) if wanted]
         numbers = self._numbers(context, i is not None or any(f.by_inputs for f in functions))

@@ -5,15 +5,21 @@ A trajectory as an output, and linear systems whose matrices are trajectories.
 
 from __future__ import annotations
 
-from typing import Any
+import bisect
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.autodiffutils._matrices import filled
+from sheldrake.common._checked import checked
 from sheldrake.common._overloads import incompatible
 from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._index import Ticket
 from sheldrake.systems.framework._vector import as_vector
+from sheldrake.trajectories import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from sheldrake.trajectories import Trajectory
 
 
 class TrajectorySource(LeafSystem):
@@ -48,8 +54,11 @@ class TrajectorySource(LeafSystem):
             raise RuntimeError(f"TrajectorySource: output_derivative_order must not be negative, got {self._order}.")
         self._trajectory = trajectory
         self._derivatives = [trajectory.MakeDerivative(k) for k in range(1, self._order + 1)]
+        is_plain = type(trajectory) is PiecewisePolynomial and len(trajectory.get_segment_times()) > 1
+        self._pieces = _Pieces([trajectory, *self._derivatives]) if is_plain else None
 
-    def UpdateTrajectory(self, trajectory: Any) -> None:
+    @checked
+    def UpdateTrajectory(self, trajectory: Trajectory) -> None:
         """Follows another trajectory of the same size from now on; contexts must be told their cache is out of date."""
         if trajectory.rows() != self._trajectory.rows():
             raise RuntimeError(
@@ -60,12 +69,43 @@ class TrajectorySource(LeafSystem):
 
     def _calc(self, context: Any, output: Any) -> None:
         t = context.get_time()
+        if self._pieces is not None and type(t) is float:
+            output.SetFromVector(self._pieces.at(t, self._trajectory.rows() if self._zero else None))
+            return
         time = number_of(t)
         parts = [value_at(self._trajectory, t).ravel()]
         inside = self._trajectory.start_time() <= time <= self._trajectory.end_time()
         for derivative in self._derivatives:
             parts.append(np.zeros(len(parts[0])) if self._zero and not inside else value_at(derivative, t).ravel())
         output.SetFromVector(np.concatenate(parts))
+
+
+class _Pieces:
+    """A piecewise polynomial and its derivatives, evaluated together."""
+
+    def __init__(self, functions: list[Any]):
+        self._breaks = [float(b) for b in functions[0].get_segment_times()]
+        self._coefficients = []
+        for i in range(len(self._breaks) - 1):
+            parts = [f._c[i].reshape(f.rows(), -1) for f in functions]
+            n = max(c.shape[1] for c in parts)
+            together = np.concatenate([np.pad(c, ((0, 0), (0, n - c.shape[1]))) for c in parts])
+            self._coefficients.append(list(np.ascontiguousarray(together.T)))  # highest power last
+
+    def at(self, t: float, values: int | None) -> np.ndarray:
+        """The value and the derivatives at a time [s]; only the first `values` outside, the others zero, if given."""
+        breaks = self._breaks
+        inside = min(max(t, breaks[0]), breaks[-1])
+        i = min(max(bisect.bisect_right(breaks, inside) - 1, 0), len(breaks) - 2)
+        *lower, out = self._coefficients[i]
+        x = inside - breaks[i]
+        for c in reversed(lower):  # Horner's rule
+            out = out * x + c
+        if not lower:
+            out = out.copy()  # a constant, which may begin at minus infinity
+        if values is not None and inside != t:
+            out[values:] = 0.0
+        return out
 
 
 def number_of(t: Any) -> float:

@@ -1,15 +1,148 @@
-"""Logs of vectors: times, values, names, and export to tables."""
+"""Logs of vectors: times, values, names and units, and their export as CSV, Parquet and MCAP."""
 
 from __future__ import annotations
 
+import json
+import math
 import os
-from typing import Any
+import re
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._files import whole_file
+from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework._engine import logs
-from sheldrake.systems.primitives._log_export import write_csv, write_mcap, write_parquet
-from sheldrake.systems.primitives._log_units import quantity
+
+# ---- kinds and units of quantities, from their names
+
+
+class Quantity(NamedTuple):
+    """What a name says.
+
+    Attributes:
+        kind: Such as "angular velocity"; "" when the name says a unit only.
+        unit: "" when it is not known.
+        label: The name without what kind and unit say already.
+    """
+
+    kind: str
+    unit: str
+    label: str
+
+
+# Endings of state names, their kind and unit, and the label after what stands before the ending.
+_ENDINGS = [
+    (r"_(q[wxyz])$", "orientation (quaternion)", "1", r"\1"),
+    (r"_(roll|pitch|yaw)$", "orientation (roll, pitch, yaw)", "rad", r"\1"),
+    (r"_w([xyz])$", "angular velocity", "rad/s", r"w\1"),
+    (r"_v([xyz])$", "velocity", "m/s", r"v\1"),
+    (r"_([xyz])$", "position", "m", r"\1"),
+    (r"_q$", "joint position", "rad or m", ""),
+    (r"_w$", "joint angular velocity", "rad/s", ""),
+    (r"_v$", "joint velocity", "m/s", ""),
+]
+
+
+def quantity(name: str) -> Quantity:
+    """The kind, unit and label of a named quantity; `name [unit]` and `name (unit)` state their unit."""
+    stated = re.fullmatch(r"(.*?)\s*[\[(]([^\])]*)[\])]", name)
+    plain, unit = (stated[1], stated[2]) if stated else (name, "")
+    for ending, kind, usual, label in _ENDINGS:
+        found = re.search(ending, plain)
+        if found:
+            stem = plain[: found.start()]
+            part = found.expand(label)
+            return Quantity(kind, unit or usual, f"{stem} {part}".strip() if part else stem)
+    return Quantity("", unit, plain) if unit else Quantity("value", "", plain)
+
+
+def short_labels(labels: list[str]) -> tuple[str, list[str]]:
+    """What all labels of a plot begin with, in whole words, and the labels without it.
+
+    The model instance for what belongs to no model is never worth a word. Numbers keep the word before them.
+    """
+    words = [re.split(r"(?<=[_ /])(?=.)", label.removeprefix("DefaultModelInstance_")) for label in labels]
+    same = 0
+    if len(words) > 1:
+        most = min(map(len, words)) - 1
+        while same < most and len({word[same] for word in words}) == 1:
+            same += 1
+        while same and any(word[same][0].isdigit() for word in words):
+            same -= 1
+    start = "".join(words[0][:same]).rstrip("_ /") if words else ""
+    return start, ["".join(word[same:]) for word in words]
+
+
+# ---- export
+
+
+def write_csv(path: str | os.PathLike, times: np.ndarray, values: np.ndarray, names: list[str]) -> None:
+    """A line of names, then one line a sample; numbers in full precision, nothing where there is none."""
+    with whole_file(path, encoding="utf-8", newline="") as file:
+        file.write(",".join(quoted(name) for name in ["time", *names]) + "\n")
+        for time, row in zip(times.tolist(), values.tolist()):
+            file.write(",".join([repr(time), *("" if x != x else repr(x) for x in row)]) + "\n")
+
+
+def quoted(name: str) -> str:
+    """A name as CSV takes it; one that spreadsheets would take for a formula begins with an apostrophe."""
+    if name.startswith(("=", "+", "-", "@", "\t", "\r")):
+        name = "'" + name
+    return '"' + name.replace('"', '""') + '"' if any(c in name for c in ',"\n') else name
+
+
+def write_parquet(
+    path: str | os.PathLike, times: np.ndarray, values: np.ndarray, names: list[str], units: list[str], call: str
+) -> None:
+    """A column `time` and one for each element, null where there is none; units as metadata of the columns."""
+
+    hint = "pip install 'sheldrake[parquet]'"
+    arrow = _need("pyarrow", call, hint)
+    parquet = _need("pyarrow.parquet", call, hint)
+    fields = [arrow.field("time", arrow.float64(), metadata={"unit": "s"})]
+    fields += [arrow.field(n, arrow.float64(), metadata={"unit": u}) for n, u in zip(names, units)]
+    columns = [arrow.array(times)] + [arrow.array(column, from_pandas=True) for column in values.T]
+    parquet.write_table(arrow.Table.from_arrays(columns, schema=arrow.schema(fields)), os.fspath(path))
+
+
+def write_npz(path: str | os.PathLike, **arrays: np.ndarray) -> None:
+    """A compressed archive; its name ends in .npz."""
+    name = os.fspath(path)
+    with whole_file(name if name.endswith(".npz") else f"{name}.npz") as file:
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]  # names of arrays, not its other parameters
+
+
+def write_mcap(path: str | os.PathLike, logs: Mapping[str, Any], call: str) -> None:
+    """A topic for each log; messages are JSON objects with a number for each element, NaN and infinity as null."""
+
+    writers = _need("mcap.writer", call, "pip install 'sheldrake[mcap]'")
+    with whole_file(path) as file:
+        writer = writers.Writer(file)
+        writer.start("", "sheldrake")
+        queue: list[tuple[int, int, int, int]] = []
+        records = []
+        for number, (title, log) in enumerate(logs.items()):
+            names = log.names()
+            schema = {
+                "type": "object",
+                "properties": {n: {"type": "number", "description": u} for n, u in zip(names, log.units())},
+            }
+            schema_id = writer.register_schema(title, "jsonschema", json.dumps(schema).encode())
+            channel = writer.register_channel("/" + title.lstrip("/"), "json", schema_id)
+            times, data = log.sample_times(), log.data().T
+            records.append((names, data))
+            queue += [(round(t * 1e9), number, row, channel) for row, t in enumerate(times.tolist())]
+        for nanoseconds, number, row, channel in sorted(queue):
+            names, data = records[number]
+            message = {n: x if math.isfinite(x) else None for n, x in zip(names, data[row].tolist())}
+            text = json.dumps(message).encode()
+            writer.add_message(channel, nanoseconds, text, nanoseconds, row)
+        writer.finish()
+
+
+# ---- logs
 
 
 class VectorLog:
@@ -23,7 +156,7 @@ class VectorLog:
 
     def __init__(self, input_size: int):
         if not hasattr(input_size, "__index__") or input_size < 0:
-            raise TypeError(f"VectorLog(): incompatible constructor arguments: {input_size!r} is no size")
+            raise Mismatch(f"VectorLog(): incompatible constructor arguments: {input_size!r} is no size")
         self._size, self._count = int(input_size), 0
         self._own = np.empty((self.kDefaultCapacity, self._size + 1))
 
@@ -34,6 +167,11 @@ class VectorLog:
     def get_input_size(self) -> int:
         """Number of elements of a sample."""
         return self._size
+
+    def __repr__(self) -> str:
+        times = self.sample_times()
+        span = f", from {times[0]:g} to {times[-1]:g} s" if len(times) else ""
+        return f"<VectorLog of {self._size} elements, {len(times)} samples{span}>"
 
     def num_samples(self) -> int:
         """How many samples there are."""
@@ -107,7 +245,7 @@ class VectorLog:
     def ToNpz(self, path: str | os.PathLike) -> None:
         """Writes an NPZ file with arrays `time`, `data` (input_size, num_samples), `names` and `units`."""
         names, units = (np.array(words, dtype=str) for words in (self.names(), self.units()))
-        np.savez_compressed(path, time=self.sample_times(), data=self.data(), names=names, units=units)
+        write_npz(path, time=self.sample_times(), data=self.data(), names=names, units=units)
 
     def ToParquet(self, path: str | os.PathLike) -> None:
         """Writes a Parquet file with a column `time` and one for each element.

@@ -1,13 +1,20 @@
-"""VectorLogSink: a system that keeps a log of its input."""
+"""VectorLogSink, a system that keeps a log of its input; and logs of everything in a diagram."""
 
 from __future__ import annotations
 
-from typing import Any
+import re
+from typing import TYPE_CHECKING, Any
 
-from sheldrake.systems.framework import LeafSystem, TriggerType
+from sheldrake.common._checked import checked
+from sheldrake.systems.framework import LeafSystem, PortDataType, TriggerType
 from sheldrake.systems.framework._declarations import PUBLISH
 from sheldrake.systems.framework._templates import on_scalar_of
+from sheldrake.systems.primitives._log_set import LogSet
 from sheldrake.systems.primitives._vector_log import VectorLog, _ContextLog
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context, DiagramBuilder
+
 
 _SUPPORTED = (TriggerType.kForced, TriggerType.kPerStep, TriggerType.kPeriodic)
 
@@ -57,7 +64,7 @@ class VectorLogSink(LeafSystem):
     def _main(self) -> str:
         return "periodic" if TriggerType.kPeriodic in self._triggers else "per_step"
 
-    def _log(self, context: Any) -> VectorLog:
+    def _log(self, context: Context) -> VectorLog:
         store = context._store
         n = store.layout.node_of.get(self._system_id)
         if n is None or (context._node != 0 and context._node != n):
@@ -74,26 +81,105 @@ class VectorLogSink(LeafSystem):
         names = getattr(store.systems[m], "_output_names", None)
         return None if names is None else names(j)
 
-    def FindLog(self, context: Any) -> VectorLog:
+    @checked
+    def FindLog(self, context: Context) -> VectorLog:
         """This sink's log in a root context."""
         return self._log(context)
 
-    def FindMutableLog(self, context: Any) -> VectorLog:
+    def FindMutableLog(self, context: Context) -> VectorLog:
         """This sink's log in a root context, to be changed."""
         return self._log(context)
 
-    def GetLog(self, context: Any) -> VectorLog:
+    def GetLog(self, context: Context) -> VectorLog:
         """The log in this sink's own context."""
         self.ValidateContext(context)
         return self._log(context)
 
-    def GetMutableLog(self, context: Any) -> VectorLog:
+    def GetMutableLog(self, context: Context) -> VectorLog:
         """The log in this sink's own context, to be changed."""
         return self.GetLog(context)
 
 
-def LogVectorOutput(src: Any, builder: Any, publish_triggers: Any = None, publish_period: float = 0.0) -> VectorLogSink:
+def LogVectorOutput(
+    src: Any, builder: DiagramBuilder, publish_triggers: Any = None, publish_period: float = 0.0
+) -> VectorLogSink:
     """Adds a VectorLogSink to `builder`, connected to the output port `src`; its arguments as there."""
     sink = builder.AddSystem(on_scalar_of(builder, VectorLogSink)(src.size(), publish_triggers, publish_period))
     builder.Connect(src, sink.get_input_port())
     return sink
+
+
+class AllLogs:
+    """The sinks that `LogAll` added.
+
+    Attributes:
+        sinks: VectorLogSink by title, such as `plant/state`.
+        skipped: Why ports are not logged: text by title.
+    """
+
+    def __init__(self) -> None:
+        self.sinks: dict[str, VectorLogSink] = {}
+        self.skipped: dict[str, str] = {}
+
+    def FindLogs(self, context: Context) -> LogSet:
+        """The logs in a root context."""
+        return LogSet({title: sink.FindLog(context) for title, sink in self.sinks.items()})
+
+    def __repr__(self) -> str:
+        return f"AllLogs({', '.join(self.sinks)})"
+
+
+def LogAll(
+    builder: DiagramBuilder, publish_triggers: Any = None, publish_period: float = 0.0, *, only: str = ""
+) -> AllLogs:
+    """Logs every vector output port of the systems in a DiagramBuilder.
+
+    Call it when everything is connected, before Build(). Of a plant the whole state is logged, not the parts of its
+    model instances again; of a diagram in the builder, the ports it exports. A port that needs an input that nothing is
+    connected to is skipped, and named in `skipped`. A port that is computed in Python, such as the accelerations of a
+    plant, costs some 0.1 ms a sample: give a period, or say `only` what you want, where speed counts.
+
+    Args:
+        builder: The builder.
+        publish_triggers: As of VectorLogSink.
+        publish_period: Period [s]; 0 logs after every step.
+        only: A regular expression that titles `system/port` must contain.
+    """
+    found = AllLogs()
+    for system in builder.GetSystems():
+        if isinstance(system, VectorLogSink):
+            continue
+        for number in range(system.num_output_ports()):
+            port = system.get_output_port(number, warn_deprecated=False)
+            title = f"{system.get_name()}/{port.get_name()}"
+            if port.get_data_type() != PortDataType.kVectorValued or not re.search(only, title):
+                continue
+            reason = _why_not(builder, system, port)
+            if reason:
+                found.skipped[title] = reason
+                continue
+            sink = LogVectorOutput(port, builder, publish_triggers, publish_period)
+            sink.set_name(f"log of {title}")
+            found.sinks[title] = sink
+    return found
+
+
+def _why_not(builder: DiagramBuilder, system: Any, port: Any) -> str:
+    if port.size() == 0:
+        return "it is empty"
+    if hasattr(system, "GetModelInstanceName") and port.get_name() != "state":
+        repeated = ("_state", "_generalized_acceleration", "_net_actuation")
+        if port.get_name().endswith(repeated):
+            return "it is part of another port"
+    for i, j in system.GetDirectFeedthroughs():
+        if j != port.get_index() or _is_optional(system, i):
+            continue
+        if not builder.IsConnectedOrExported(system.get_input_port(i, warn_deprecated=False)):
+            name = system.get_input_port(i, warn_deprecated=False).get_name()
+            return f"it needs the input '{name}', which is not connected"
+    return ""
+
+
+def _is_optional(system: Any, i: int) -> bool:
+    inputs = getattr(system, "_inputs", ())
+    return i < len(inputs) and bool(getattr(inputs[i], "optional", False))

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import FramePoseVector
 from sheldrake.systems.framework import LeafSystem
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context
 
 
 class MultibodyPositionToGeometryPose(LeafSystem):
@@ -22,7 +26,7 @@ class MultibodyPositionToGeometryPose(LeafSystem):
         RuntimeError: The plant is not finalized or knows no SceneGraph.
     """
 
-    def __init__(self, plant: Any, input_multibody_state: bool = False):
+    def __init__(self, plant: MultibodyPlant, input_multibody_state: bool = False):
         super().__init__()
         if not plant.is_finalized():
             raise RuntimeError("MultibodyPositionToGeometryPose(): the plant must be finalized first.")
@@ -40,7 +44,7 @@ class MultibodyPositionToGeometryPose(LeafSystem):
         """The plant."""
         return self._plant
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         u = self.get_input_port(0).Eval(context)
         self._plant.SetPositions(self._context, u[: self._plant.num_positions()])
         output.set_value(self._plant.get_geometry_pose_output_port().Eval(self._context))

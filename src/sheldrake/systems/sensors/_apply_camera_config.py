@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.geometry._image import PixelType
 from sheldrake.lcm._messages import lcmt_image_array
@@ -13,13 +13,18 @@ from ._lcm_images import ImageToLcmImageArrayT
 from ._rgbd_sensor import RgbdSensor
 from ._rgbd_sensor_async import RgbdSensorAsync
 
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraph
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import DiagramBuilder
+
 
 def ApplyCameraConfig(
     config: CameraConfig,
-    builder: Any,
+    builder: DiagramBuilder,
     lcm_buses: Any = None,
-    plant: Any = None,
-    scene_graph: Any = None,
+    plant: MultibodyPlant | None = None,
+    scene_graph: SceneGraph | None = None,
     lcm: Any = None,
 ) -> None:
     """Adds a sensor named "rgbd_sensor_" and the camera's name to a diagram, and its render engine where that is new.
@@ -42,14 +47,14 @@ def ApplyCameraConfig(
     if not (config.rgb or config.depth or config.label):
         return
     bus = _find_bus(config, lcm_buses, lcm)
-    plant = builder.GetSubsystemByName("plant") if plant is None else plant
-    scene_graph = builder.GetSubsystemByName("scene_graph") if scene_graph is None else scene_graph
-    frame, X_PB = place(config, plant, scene_graph)
-    ensure_renderer(config, scene_graph)
+    mover: Any = builder.GetSubsystemByName("plant") if plant is None else plant
+    scene: Any = builder.GetSubsystemByName("scene_graph") if scene_graph is None else scene_graph
+    frame, X_PB = place(config, mover, scene)
+    ensure_renderer(config, scene)
     color, depth = config.MakeCameras()
     if config.output_delay > 0.0:
         sensor: Any = RgbdSensorAsync(
-            scene_graph,
+            scene,
             frame,
             X_PB,
             config.fps,
@@ -62,7 +67,7 @@ def ApplyCameraConfig(
     else:
         sensor = RgbdSensor(frame, X_PB, color, depth)
     builder.AddNamedSystem(f"rgbd_sensor_{config.name}", sensor)
-    builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
+    builder.Connect(scene.get_query_output_port(), sensor.query_object_input_port())
     if bus is not None:
         _publish(config, builder, sensor, bus)
 
@@ -79,7 +84,7 @@ def _find_bus(config: CameraConfig, lcm_buses: Any, lcm: Any) -> Any:
     return None if lcm is None or lcm.get_lcm_url() == LcmBuses.kLcmUrlMemqNull else lcm
 
 
-def _publish(config: CameraConfig, builder: Any, sensor: Any, bus: Any) -> None:
+def _publish(config: CameraConfig, builder: DiagramBuilder, sensor: Any, bus: Any) -> None:
     """Sends a sensor's images, as messages of lcmt_image_array."""
     packer = builder.AddNamedSystem(f"image_to_lcm_{config.name}", ImageToLcmImageArrayT(config.do_compress))
     for wanted, name, kind, port in (

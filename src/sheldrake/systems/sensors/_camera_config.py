@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,10 @@ from sheldrake.geometry import (
 )
 from sheldrake.geometry._camera_info import CameraInfo
 from sheldrake.math import RigidTransform
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import SceneGraph
+    from sheldrake.multibody.plant import MultibodyPlant
 
 _PARAMS = {
     "RenderEngineVtk": RenderEngineVtkParams,
@@ -227,7 +231,7 @@ def engine_params(config: CameraConfig) -> Any:
     return kind(default_clear_color=background)
 
 
-def ensure_renderer(config: CameraConfig, scene_graph: Any) -> None:
+def ensure_renderer(config: CameraConfig, scene_graph: SceneGraph) -> None:
     """Adds the render engine that a configuration names, unless it is there.
 
     Raises:
@@ -250,7 +254,7 @@ def ensure_renderer(config: CameraConfig, scene_graph: Any) -> None:
         )
 
 
-def place(config: CameraConfig, plant: Any, scene_graph: Any) -> tuple[Any, RigidTransform]:
+def place(config: CameraConfig, plant: MultibodyPlant, scene_graph: SceneGraph) -> tuple[Any, RigidTransform]:
     """The geometry frame that a camera is fixed to, and the pose of the camera's body in it."""
     X_FB = config.X_PB.GetDeterministicValue()
     if not config.X_PB.base_frame:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import copy
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId, QueryObject
 from sheldrake.geometry._image import ConvertDepth32FTo16U, ImageDepth16U, ImageDepth32F, ImageLabel16I, ImageRgba8U
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _CAMERA = 0  # abstract parameter
 
@@ -71,36 +74,36 @@ class CameraSystem(CameraPorts, LeafSystem):
         self.DeclareAbstractInputPort("geometry_query", AbstractValue.Make(QueryObject()))
         self.DeclareAbstractParameter(AbstractValue.Make(mounting))
 
-    def _set_default_context(self, context: Any) -> None:
+    def _set_default_context(self, context: Context) -> None:
         context.get_mutable_parameters().get_mutable_abstract_parameter(_CAMERA).set_value(self._default)
 
-    def _mounting(self, context: Any) -> Mounting:
+    def _mounting(self, context: Context) -> Mounting:
         return context.get_abstract_parameter(_CAMERA).get_value()
 
-    def _mount(self, context: Any, **changes: Any) -> None:
+    def _mount(self, context: Context, **changes: Any) -> None:
         self.ValidateContext(context)
         mounting = self._mounting(context)._replace(**changes)
         context.get_mutable_abstract_parameter(_CAMERA).set_value(mounting)
 
     # ---- what the camera sees now
 
-    def _query(self, context: Any) -> QueryObject:
+    def _query(self, context: Context) -> QueryObject:
         return self.query_object_input_port().Eval(context)
 
-    def _pose(self, context: Any) -> RigidTransform:
+    def _pose(self, context: Context) -> RigidTransform:
         """X_WB."""
         mounting = self._mounting(context)
         return self._query(context).GetPoseInWorld(mounting.parent_frame_id) @ mounting.X_PB
 
-    def _color(self, context: Any) -> ImageRgba8U:  # type: ignore[valid-type]
+    def _color(self, context: Context) -> ImageRgba8U:  # type: ignore[valid-type]
         mounting = self._mounting(context)
         return self._query(context).RenderColorImage(mounting.color_camera, mounting.parent_frame_id, mounting.X_PB)
 
-    def _depth(self, context: Any) -> ImageDepth32F:  # type: ignore[valid-type]
+    def _depth(self, context: Context) -> ImageDepth32F:  # type: ignore[valid-type]
         mounting = self._mounting(context)
         return self._query(context).RenderDepthImage(mounting.depth_camera, mounting.parent_frame_id, mounting.X_PB)
 
-    def _label(self, context: Any) -> ImageLabel16I:  # type: ignore[valid-type]
+    def _label(self, context: Context) -> ImageLabel16I:  # type: ignore[valid-type]
         mounting = self._mounting(context)
         return self._query(context).RenderLabelImage(mounting.color_camera, mounting.parent_frame_id, mounting.X_PB)
 
@@ -120,11 +123,11 @@ class CameraSystem(CameraPorts, LeafSystem):
         """Sets the frame P that the camera is fixed to in new contexts."""
         self._default = self._default._replace(parent_frame_id=id)
 
-    def GetParentFrameId(self, context: Any) -> FrameId:
+    def GetParentFrameId(self, context: Context) -> FrameId:
         """The frame P that the camera is fixed to."""
         return self._mounting(context).parent_frame_id
 
-    def SetParentFrameId(self, context: Any, id: FrameId) -> None:
+    def SetParentFrameId(self, context: Context, id: FrameId) -> None:
         """Fixes the camera to another frame."""
         self._mount(context, parent_frame_id=id)
 
@@ -136,11 +139,11 @@ class CameraSystem(CameraPorts, LeafSystem):
         """Sets the pose of the camera's body in its parent frame for new contexts."""
         self._default = self._default._replace(X_PB=RigidTransform(sensor_pose))
 
-    def GetX_PB(self, context: Any) -> RigidTransform:
+    def GetX_PB(self, context: Context) -> RigidTransform:
         """Pose of the camera's body in its parent frame."""
         return copy.copy(self._mounting(context).X_PB)
 
-    def SetX_PB(self, context: Any, sensor_pose: RigidTransform) -> None:
+    def SetX_PB(self, context: Context, sensor_pose: RigidTransform) -> None:
         """Moves the camera in its parent frame."""
         self._mount(context, X_PB=RigidTransform(sensor_pose))
 
@@ -152,11 +155,11 @@ class CameraSystem(CameraPorts, LeafSystem):
         """Sets the camera for colours and labels of new contexts."""
         self._default = self._default._replace(color_camera=color_camera)
 
-    def GetColorRenderCamera(self, context: Any) -> ColorRenderCamera | None:
+    def GetColorRenderCamera(self, context: Context) -> ColorRenderCamera | None:
         """The camera for colours and labels."""
         return self._mounting(context).color_camera
 
-    def SetColorRenderCamera(self, context: Any, color_camera: ColorRenderCamera) -> None:
+    def SetColorRenderCamera(self, context: Context, color_camera: ColorRenderCamera) -> None:
         """Sets the camera for colours and labels."""
         self._mount(context, color_camera=color_camera)
 
@@ -168,11 +171,11 @@ class CameraSystem(CameraPorts, LeafSystem):
         """Sets the camera for depths of new contexts."""
         self._default = self._default._replace(depth_camera=depth_camera)
 
-    def GetDepthRenderCamera(self, context: Any) -> DepthRenderCamera | None:
+    def GetDepthRenderCamera(self, context: Context) -> DepthRenderCamera | None:
         """The camera for depths."""
         return self._mounting(context).depth_camera
 
-    def SetDepthRenderCamera(self, context: Any, depth_camera: DepthRenderCamera) -> None:
+    def SetDepthRenderCamera(self, context: Context, depth_camera: DepthRenderCamera) -> None:
         """Sets the camera for depths."""
         self._mount(context, depth_camera=depth_camera)
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._options import typed_fields
+from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry._image import (
     ImageDepth16U,
     ImageDepth32F,
@@ -111,7 +112,7 @@ class ImageIo:
             path = rest.pop(0)
         format_ = given.pop("format", rest.pop(0) if rest else None)
         if rest or given or (path is None and format_ is None) or not hasattr(image, "Traits"):
-            raise TypeError("ImageIo.Save(): incompatible function arguments; expected (image, path, format=None).")
+            raise Mismatch("ImageIo.Save(): incompatible function arguments; expected (image, path, format=None).")
         format_ = _format_of(path, "Save") if format_ is None else format_
         data = _encoded(image, format_)
         if path is None:
@@ -192,7 +193,7 @@ def _source(call: str, args: tuple, kwargs: dict) -> tuple[str, Any, ImageFileFo
         values["format"] = args[1]
     format_ = values.pop("format", None)
     if len(args) > 2 or len(values) != 1 or not set(values) <= {"path", "buffer"}:
-        raise TypeError(f"ImageIo.{call}(): incompatible function arguments; expected a path or a buffer.")
+        raise Mismatch(f"ImageIo.{call}(): incompatible function arguments; expected a path or a buffer.")
     ((kind, value),) = values.items()
     return ("buffer", io.BytesIO(value), format_) if kind == "buffer" else (os.fspath(value), Path(value), format_)
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import string
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry._image import Image, PixelType
 from sheldrake.systems.framework import InputPort, LeafSystem
 
 from ._image_io import ImageIo
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _KINDS = {  # name of the image type, extension
     PixelType.kRgba8U: ("color", ".png"),
@@ -62,7 +65,7 @@ class ImageWriter(LeafSystem):
         index = len(self._counts)
         self._counts.append(0)
 
-        def publish(context: Any) -> None:
+        def publish(context: Context) -> None:
             time = float(context.get_time())
             path = file_name_format.format(
                 port_name=port_name,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,10 @@ from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import LeafSystem, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.systems.framework import Context, DiagramBuilder
 
 
 class _OnBody(LeafSystem):
@@ -29,7 +33,7 @@ class _OnBody(LeafSystem):
     def _declare(self, name: str) -> Any:
         return self.DeclareAbstractInputPort(name, AbstractValue.Make([]))
 
-    def _of_body(self, port: Any, context: Any) -> Any:
+    def _of_body(self, port: Any, context: Context) -> Any:
         return port.Eval(context)[int(self._body)]
 
     def body_index(self) -> Any:
@@ -77,7 +81,7 @@ class Accelerometer(_OnBody):
         """Takes the plant's spatial accelerations."""
         return self.GetInputPort("body_spatial_accelerations")
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         X_WB = self._of_body(self.get_body_poses_input_port(), context)
         V_WB = self._of_body(self.get_body_velocities_input_port(), context)
         A_WB = self._of_body(self.get_body_accelerations_input_port(), context)
@@ -89,7 +93,7 @@ class Accelerometer(_OnBody):
 
     @classmethod
     def AddToDiagram(
-        cls, body: Any, X_BS: RigidTransform, gravity_vector: Any, plant: Any, builder: Any
+        cls, body: Any, X_BS: RigidTransform, gravity_vector: Any, plant: MultibodyPlant, builder: DiagramBuilder
     ) -> Accelerometer:
         """Adds one to a diagram and connects it to the plant."""
         sensor = builder.AddSystem(cls(body, X_BS, gravity_vector))
@@ -113,14 +117,14 @@ class Gyroscope(_OnBody):
             self._declare(name)
         self.DeclareVectorOutputPort("measurement", 3, self._calc)
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         X_WB = self._of_body(self.get_body_poses_input_port(), context)
         w_WB = self._of_body(self.get_body_velocities_input_port(), context).rotational()
         R_WS = X_WB.rotation() @ self._X_BS.rotation()
         output.SetFromVector(R_WS.inverse() @ w_WB)
 
     @classmethod
-    def AddToDiagram(cls, body: Any, X_BS: RigidTransform, plant: Any, builder: Any) -> Gyroscope:
+    def AddToDiagram(cls, body: Any, X_BS: RigidTransform, plant: MultibodyPlant, builder: DiagramBuilder) -> Gyroscope:
         """Adds one to a diagram and connects it to the plant."""
         sensor = builder.AddSystem(cls(body, X_BS))
         builder.Connect(plant.get_body_poses_output_port(), sensor.get_body_poses_input_port())

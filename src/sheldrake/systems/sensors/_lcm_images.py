@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import zlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from sheldrake.geometry._image import (
 )
 from sheldrake.lcm._messages import lcmt_header, lcmt_image, lcmt_image_array
 from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 _FORMATS = {
     PixelFormat.kGrey: lcmt_image.PIXEL_FORMAT_GRAY,
@@ -147,7 +150,7 @@ class ImageToLcmImageArrayT(LeafSystem):
         """The message, an lcmt_image_array."""
         return self.get_output_port(0)
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: Any) -> None:
         utime = int(context.get_time() * 1e6)
         ports = [self.get_input_port(k) for k in range(self.num_input_ports())]
         images = [packed_image(port.Eval(context), port.get_name(), utime, self._compress) for port in ports]
@@ -183,7 +186,7 @@ class LcmImageArrayToImages(LeafSystem):
         self._declare("label_image", ImageLabel16I, lambda images: _first(images, ImageLabel16I))
 
     def _declare(self, name: str, kind: type, find: Any) -> None:
-        def calc(context: Any, output: Any) -> None:
+        def calc(context: Context, output: Any) -> None:
             images = [unpacked_image(message) for message in self.image_array_t_input_port().Eval(context).images]
             found = find(images)
             output.set_value(kind() if found is None else found)

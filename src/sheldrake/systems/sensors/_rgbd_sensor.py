@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._overloads import incompatible
 from sheldrake.common.value import AbstractValue
@@ -14,6 +14,9 @@ from sheldrake.systems.framework import Diagram, DiagramBuilder
 from sheldrake.systems.primitives import ZeroOrderHold
 
 from ._camera_system import CameraPorts, CameraSystem, Mounting, empty_like
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class RgbdSensor(CameraSystem):
@@ -39,7 +42,7 @@ class RgbdSensor(CameraSystem):
         tickets = {self.input_port_ticket(0), self.all_parameters_ticket()}
 
         def declare(name: str, image: type, camera: Callable[[], Any], see: Callable[[Any], Any]) -> None:
-            def calc(context: Any, output: Any) -> None:
+            def calc(context: Context, output: Any) -> None:
                 output.set_value(see(context))
 
             self.DeclareAbstractOutputPort(name, lambda: empty_like(image, camera()), calc, tickets)
@@ -61,7 +64,7 @@ class RgbdSensor(CameraSystem):
             {self.time_ticket()},
         )
 
-    def _depth_in_millimetres(self, context: Any) -> Any:
+    def _depth_in_millimetres(self, context: Context) -> Any:
         return self._in_millimetres(self.depth_image_32F_output_port().Eval(context))
 
 

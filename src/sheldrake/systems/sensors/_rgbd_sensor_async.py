@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera, FrameId, SceneGraph
@@ -12,6 +12,9 @@ from sheldrake.geometry._image import ImageDepth16U, ImageDepth32F, ImageLabel16
 from sheldrake.math import RigidTransform
 
 from ._camera_system import CameraSystem, Mounting
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class Exposure(NamedTuple):
@@ -105,17 +108,17 @@ class RgbdSensorAsync(CameraSystem):
             raise RuntimeError(f"RgbdSensorAsync(): {'; '.join(wrong)}.")
 
     def _declare(self, name: str, kind: type, part: Callable[[Exposure], Any]) -> None:
-        def calc(context: Any, output: Any) -> None:
+        def calc(context: Context, output: Any) -> None:
             value = part(self._exposures(context).shown)
             output.set_value(kind() if value is None else value)
 
         self.DeclareAbstractOutputPort(name, lambda: AbstractValue.Make(kind()), calc, {self.abstract_state_ticket(0)})
 
     @staticmethod
-    def _exposures(context: Any) -> Exposures:
+    def _exposures(context: Context) -> Exposures:
         return context.get_abstract_state(0).get_value()
 
-    def _capture(self, context: Any, state: Any) -> None:
+    def _capture(self, context: Context, state: Any) -> None:
         color, depth = self._mounting(context)[2:]
         depths = None if depth is None else self._depth(context)
         exposure = Exposure(
@@ -128,7 +131,7 @@ class RgbdSensorAsync(CameraSystem):
         )
         state.get_mutable_abstract_state(0).set_value(self._exposures(context)._replace(coming=exposure))
 
-    def _show(self, context: Any, state: Any) -> None:
+    def _show(self, context: Context, state: Any) -> None:
         coming = self._exposures(context).coming
         state.get_mutable_abstract_state(0).set_value(Exposures(shown=coming, coming=coming))
 

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework import BasicVector, LeafSystem, LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 
 from ._kernels import encoders
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
 
 
 class RotaryEncoders(LeafSystem):
@@ -31,7 +35,7 @@ class RotaryEncoders(LeafSystem):
             kwargs.update(zip(names, args))
         ticks = kwargs.get("ticks_per_revolution")
         if len(args) > 3 or set(kwargs) - set(names) or (ticks is None and len(kwargs) < 2):
-            raise TypeError(
+            raise Mismatch(
                 "RotaryEncoders(): incompatible constructor arguments: expected (ticks_per_revolution), "
                 "(input_port_size, input_vector_indices) or both."
             )
@@ -43,7 +47,8 @@ class RotaryEncoders(LeafSystem):
                 f"RotaryEncoders(): indices {indices} must be in [0, {size}), with as many ticks_per_revolution >= 0; "
                 f"got {ticks}."
             )
-        self._model = np.array([indices, [t / (2.0 * math.pi) for t in ticks]], float).T.reshape(-1, 2).copy()
+        rows = np.array([indices, [t / (2.0 * math.pi) for t in ticks]], float).T.reshape(-1, encoders.Encoder.SIZE)
+        self._model = encoders.Encoders(rows.copy())
         self.DeclareVectorInputPort("u0", size)
         self.DeclareNumericParameter(BasicVector(np.zeros(len(indices))))
         self.DeclareVectorOutputPort("y0", len(indices), encoders.encode)
@@ -51,12 +56,12 @@ class RotaryEncoders(LeafSystem):
     def _kernel_models(self, root: Any) -> dict:
         return {"model": self._model}
 
-    def set_calibration_offsets(self, context: Any, calibration_offsets: Any) -> None:
+    def set_calibration_offsets(self, context: Context, calibration_offsets: Any) -> None:
         """Sets what is subtracted from each angle [rad]."""
         self.ValidateContext(context)
         context.get_mutable_numeric_parameter(0).SetFromVector(calibration_offsets)
 
-    def get_calibration_offsets(self, context: Any) -> np.ndarray:
+    def get_calibration_offsets(self, context: Context) -> np.ndarray:
         """What is subtracted from each angle [rad]."""
         self.ValidateContext(context)
         return context.get_numeric_parameter(0).CopyToVector()

@@ -5,7 +5,6 @@ import pytest
 from test_factor import direct
 
 from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
 
 
 def path(parents, k):
@@ -38,37 +37,36 @@ class Tree:
         for c, (a, b) in enumerate(contacts):
             sides = path(parents, a), path(parents, b)
             dofs = [k for k in sides[0] if k not in sides[1]] + [k for k in sides[1] if k not in sides[0]]
-            self._put(table.index, c, columns.DOFS, dofs)
+            self._put(table, c, dofs)
             J, X = rng.normal(size=(3, len(dofs))), rng.normal(size=(3, 3))
             G = X @ X.T
-            table.J[3 * c : 3 * c + 3, : len(dofs)] = J
-            table.state[c, columns.G_XX : columns.DUAL_X] = G[0, 0], G[0, 1], G[1, 1], G[0, 2], G[1, 2], G[2, 2]
+            table[c].J[:, : len(dofs)] = J
+            table[c].G = G[0, 0], G[0, 1], G[1, 1], G[0, 2], G[1, 2], G[2, 2]
             self.H[np.ix_(dofs, dofs)] += J.T @ G @ J
         for r, dofs in enumerate(rows):
-            self._put(scalar.index, r, columns.ROW_DOFS, dofs)
+            self._put(scalar, r, dofs)
             J, G = rng.normal(size=len(dofs)), rng.uniform(0.5, 2.0)
-            scalar.J[r, : len(dofs)], scalar.state[r, columns.ROW_G] = J, G
+            scalar[r].J[: len(dofs)], scalar[r].G = J, G
             self.H[np.ix_(dofs, dofs)] += G * np.outer(J, J)
-        problem.x[columns.GRADIENT] = rng.normal(size=nv)
-        problem.count[columns.TREES_END] = 1
-        problem.count[columns.CONTACTS_END], problem.count[columns.ROWS_END] = len(contacts), len(rows)
+        problem.gradient[:] = rng.normal(size=nv)
+        problem.trees_end, problem.contacts_end, problem.rows_end = 1, len(contacts), len(rows)
 
     @staticmethod
-    def _put(index, c, at, dofs):
-        index[c, columns.WIDTH], index[c, columns.TREE_A], index[c, columns.TREE_B] = len(dofs), 0, -1
-        index[c, columns.ORDER] = c
-        index[c, at : at + len(dofs)] = dofs
+    def _put(constraints, c, dofs):
+        constraint = constraints[c]
+        constraint.width, constraint.tree_a, constraint.tree_b, constraint.order = len(dofs), 0, -1, c
+        constraint.dofs[: len(dofs)] = dofs
 
     def solve(self, native=True):
         status = direct.bind(self.model, *self.work)() if native else direct(self.model, *self.work)
-        assert self.work.problem.count[columns.ALONG_BRANCHES] == 1
-        return status, self.work.problem.x[columns.DV].copy()
+        assert self.work.problem.along_branches == 1
+        return status, self.work.problem.dv.copy()
 
     def expected(self):
-        return -np.linalg.solve(self.H, self.work.problem.x[columns.GRADIENT])
+        return -np.linalg.solve(self.H, self.work.problem.gradient)
 
     def size(self):
-        return self.work.problem.count[columns.FACTOR_SIZE]
+        return self.work.problem.factor_size
 
 
 HUMANOID = [-1, 0, 1, 2, 3, 4, *(5, 6, 7), *(5, 9, 10), *(5, 12), *(13, 14, 15), *(13, 17, 18)]

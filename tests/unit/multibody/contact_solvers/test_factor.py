@@ -5,12 +5,19 @@ import pytest
 
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
 from sheldrake.multibody.contact_solvers._kernels import tamsi
 from sheldrake.multibody.contact_solvers._kernels.block_lu import eliminate
 from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
-from sheldrake.multibody.contact_solvers._kernels.hessian import newton_direction, renew_factor
-from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows, SolverModel
+from sheldrake.multibody.contact_solvers._kernels.hessian import newton_direction, renew_factor, scatter
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    Block,
+    Contacts,
+    Factor,
+    Participation,
+    Problem,
+    Rows,
+    SolverModel,
+)
 
 
 @kernel(top=True)
@@ -26,13 +33,13 @@ def direct(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows
 
 @kernel(top=True)
 def unsymmetric(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """`direct` of kTamsi's matrix, its solution in x[DV]; 2 when it is singular."""
+    """`direct` of kTamsi's matrix, its solution in dv; 2 when it is singular."""
     if lay_out(solver_model, problem, contacts, rows, factor) != 0:
         return 1
     tamsi.assemble(solver_model, problem, contacts, factor)
-    if eliminate(factor, problem.count[columns.TREES_END]) != 0:
+    if eliminate(factor, problem.trees_end) != 0:
         return 2
-    tamsi.scatter(solver_model, problem, factor)
+    scatter(solver_model, problem, factor)
     return 0
 
 
@@ -64,41 +71,40 @@ class Island:
                 at = dof[f + k][2]
                 problem.A[at : at + k + 1] = A[k, : k + 1]
         for c, (a, b) in enumerate(pairs):
-            dofs = self._put(contacts.index, c, columns.DOFS, a, b, first, sizes)
+            dofs = self._put(contacts, c, a, b, first, sizes)
             J = rng.normal(size=(3, len(dofs)))
-            contacts.J[3 * c : 3 * c + 3, : len(dofs)] = J
+            contacts[c].J[:, : len(dofs)] = J
             X = rng.normal(size=(3, 3))
             G = X @ X.T
-            contacts.state[c, columns.G_XX : columns.DUAL_X] = G[0, 0], G[0, 1], G[1, 1], G[0, 2], G[1, 2], G[2, 2]
+            contacts[c].G = G[0, 0], G[0, 1], G[1, 1], G[0, 2], G[1, 2], G[2, 2]
             if approximation == "tamsi":
                 G[2, :2] = 0.0
             self.H[np.ix_(dofs, dofs)] += J.T @ G @ J
         for r, (a, b) in enumerate(row_pairs):
-            dofs = self._put(rows.index, r, columns.ROW_DOFS, a, b, first, sizes)
+            dofs = self._put(rows, r, a, b, first, sizes)
             J, G = rng.normal(size=len(dofs)), rng.uniform(0.5, 2.0)
-            rows.J[r, : len(dofs)], rows.state[r, columns.ROW_G] = J, G
+            rows[r].J[: len(dofs)], rows[r].G = J, G
             self.H[np.ix_(dofs, dofs)] += G * np.outer(J, J)
-        problem.x[columns.GRADIENT] = rng.normal(size=nv)
-        problem.tree[:, columns.TREE_ORDER] = np.arange(len(sizes))
-        problem.count[columns.TREES_END] = len(sizes)
-        problem.count[columns.CONTACTS_END], problem.count[columns.ROWS_END] = len(pairs), len(row_pairs)
+        problem.gradient[:] = rng.normal(size=nv)
+        problem.tree[:, Participation.order] = np.arange(len(sizes))
+        problem.trees_end, problem.contacts_end, problem.rows_end = len(sizes), len(pairs), len(row_pairs)
 
     @staticmethod
-    def _put(index, c, at, a, b, first, sizes):
+    def _put(constraints, c, a, b, first, sizes):
         dofs = [k for t in (a, b) if t >= 0 for k in range(first[t], first[t] + sizes[t])]
-        index[c, columns.WIDTH], index[c, columns.TREE_A], index[c, columns.TREE_B] = len(dofs), a, b
-        index[c, columns.ORDER] = c
-        index[c, at : at + len(dofs)] = dofs
+        constraint = constraints[c]
+        constraint.width, constraint.tree_a, constraint.tree_b, constraint.order = len(dofs), a, b, c
+        constraint.dofs[: len(dofs)] = dofs
         return dofs
 
     def solve(self, native=True):
         arguments = (self.model, *self.work)
         status = self.direct.bind(*arguments)() if native else self.direct(*arguments)
-        return status, self.work.problem.x[columns.DV].copy()
+        return status, self.work.problem.dv.copy()
 
     def blocks(self):
         block = self.work.factor.block
-        return int((block[:, columns.BELOW_END] - block[:, columns.BELOW_BEGIN]).sum())
+        return int((block[:, Block.below_end] - block[:, Block.below_begin]).sum())
 
 
 CHAIN = [(i, i + 1) for i in range(11)]
@@ -123,7 +129,7 @@ def test_direction_is_that_of_dense_algebra(name, native):
     island = Island(sizes, pairs, rows)
     status, dv = island.solve(native)
     assert status == 0
-    expected = -np.linalg.solve(island.H, island.work.problem.x[columns.GRADIENT])
+    expected = -np.linalg.solve(island.H, island.work.problem.gradient)
     np.testing.assert_allclose(dv, expected, rtol=1e-9, atol=1e-12)
 
 
@@ -135,7 +141,7 @@ def test_direction_of_unsymmetric_matrices_is_that_of_dense_algebra(name, native
     assert not np.allclose(island.H, island.H.T)
     status, dv = island.solve(native)
     assert status == 0
-    expected = -np.linalg.solve(island.H, island.work.problem.x[columns.GRADIENT])
+    expected = -np.linalg.solve(island.H, island.work.problem.gradient)
     np.testing.assert_allclose(dv, expected, rtol=1e-9, atol=1e-11)
 
 
@@ -148,7 +154,7 @@ def test_rows_of_a_tree_are_exchanged_where_its_pivot_is_zero():
     island.H[:2, :2] += np.array([[0.0, 40.0], [40.0, 0.0]]) - before
     status, dv = island.solve()
     assert status == 0
-    expected = -np.linalg.solve(island.H, island.work.problem.x[columns.GRADIENT])
+    expected = -np.linalg.solve(island.H, island.work.problem.gradient)
     np.testing.assert_allclose(dv, expected, rtol=1e-9, atol=1e-12)
 
 
@@ -162,7 +168,7 @@ def test_random_graphs(approximation):
         island = Island(sizes, pairs, seed=seed, approximation=approximation)
         status, dv = island.solve()
         assert status == 0
-        residual = island.H @ dv + island.work.problem.x[columns.GRADIENT]
+        residual = island.H @ dv + island.work.problem.gradient
         assert np.abs(residual).max() < 1e-9 * np.abs(island.H).max()
 
 
@@ -179,7 +185,7 @@ def test_the_comparison_sees_one_wrong_block():
     island = Island(sizes, pairs, rows)
     island.H[0, 0] *= 1.0 + 1e-6
     _, dv = island.solve()
-    expected = -np.linalg.solve(island.H, island.work.problem.x[columns.GRADIENT])
+    expected = -np.linalg.solve(island.H, island.work.problem.gradient)
     assert not np.allclose(dv, expected, rtol=1e-9, atol=1e-12)
 
 

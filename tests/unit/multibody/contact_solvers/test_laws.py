@@ -2,36 +2,42 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
-from sheldrake.multibody.contact_solvers._kernels.lagged import lagged_cost, lagged_impulse
-from sheldrake.multibody.contact_solvers._kernels.sap_cone import sap_cone_cost, sap_cone_impulse
-from sheldrake.multibody.contact_solvers._kernels.scalar_row import row_cost, row_impulse
-from sheldrake.multibody.contact_solvers._kernels.similar import similar_cost, similar_impulse
+from sheldrake.multibody.contact_solvers._kernels.laws import (
+    lagged_cost,
+    lagged_impulse,
+    row_cost,
+    row_impulse,
+    sap_cone_cost,
+    sap_cone_impulse,
+    similar_cost,
+    similar_impulse,
+)
 
 DT, K, D, FE0, N0, EPS = 1e-3, 5e5, 20.0, 30.0, 0.02, 1e-3
+
+
+def contact(mu, **numbers):
+    """A law takes anything with the fields it reads."""
+    return SimpleNamespace(
+        **{"stiffness": K, "dissipation": D, "friction": mu, "fe0": FE0, "n0": N0, "eps": EPS, "back": 0.0} | numbers
+    )
+
+
+def of(cost, impulse, *dt, **numbers):
+    return lambda mu, vc: cost(contact(mu, **numbers), *dt, vc), lambda mu, vc: impulse(contact(mu, **numbers), *dt, vc)
+
+
 LAWS = {
-    "lagged": (
-        lambda mu, vc: lagged_cost(K, D, mu, FE0, 0.0, N0, EPS, DT, vc),
-        lambda mu, vc: lagged_impulse(K, D, mu, FE0, 0.0, N0, EPS, DT, vc),
-    ),
-    "similar": (
-        lambda mu, vc: similar_cost(K, D, mu, FE0, 0.0, EPS, DT, vc),
-        lambda mu, vc: similar_impulse(K, D, mu, FE0, 0.0, EPS, DT, vc),
-    ),
-    "elastic, was in": (
-        lambda mu, vc: lagged_cost(K, 0.0, mu, FE0, -0.3 * FE0, N0, EPS, DT, vc),
-        lambda mu, vc: lagged_impulse(K, 0.0, mu, FE0, -0.3 * FE0, N0, EPS, DT, vc),
-    ),
-    "elastic, was out": (
-        lambda mu, vc: similar_cost(K, 0.0, mu, FE0, -1.5 * FE0, EPS, DT, vc),
-        lambda mu, vc: similar_impulse(K, 0.0, mu, FE0, -1.5 * FE0, EPS, DT, vc),
-    ),
-    "sap": (
-        lambda mu, vc: sap_cone_cost(mu, 0.05, 0.4, 0.02, vc),
-        lambda mu, vc: sap_cone_impulse(mu, 0.05, 0.4, 0.02, vc),
-    ),
+    "lagged": of(lagged_cost, lagged_impulse, DT),
+    "similar": of(similar_cost, similar_impulse, DT),
+    "elastic, was in": of(lagged_cost, lagged_impulse, DT, dissipation=0.0, back=-0.3 * FE0),
+    "elastic, was out": of(similar_cost, similar_impulse, DT, dissipation=0.0, back=-1.5 * FE0),
+    "sap": of(sap_cone_cost, sap_cone_impulse, R_t=0.05, R_n=0.4, vhat_n=0.02),
 }
 
 
@@ -89,10 +95,11 @@ def test_friction_opposes_slip_and_stays_in_its_cone(law):
 
 
 def test_a_scalar_row_is_clamped():
+    row = SimpleNamespace(R=0.5, vhat=0.1, lower=-0.3, upper=0.4)
     for vc in (-1.0, -0.1, 0.0, 0.02, 2.0):
-        gamma, G = row_impulse(0.5, 0.1, -0.3, 0.4, vc)
+        gamma, G = row_impulse(row, vc)
         assert gamma == np.clip((0.1 - vc) / 0.5, -0.3, 0.4)
         assert G == (2.0 if -0.3 < (0.1 - vc) / 0.5 < 0.4 else 0.0)
         h = 1e-6
-        slope = (row_cost(0.5, 0.1, -0.3, 0.4, vc + h) - row_cost(0.5, 0.1, -0.3, 0.4, vc - h)) / (2 * h)
+        slope = (row_cost(row, vc + h) - row_cost(row, vc - h)) / (2 * h)
         np.testing.assert_allclose(slope, -gamma, atol=1e-6)

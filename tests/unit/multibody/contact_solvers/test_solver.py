@@ -6,10 +6,15 @@ import numpy as np
 import pytest
 
 from sheldrake.multibody.contact_solvers import _arrays
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
 from sheldrake.multibody.contact_solvers._kernels import status as codes
+from sheldrake.multibody.contact_solvers._kernels.problem import ContactLaw, ContactState, DofVectors, Participation
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
-from sheldrake.multibody.contact_solvers._kernels.tamsi_limit import step_limit
+from sheldrake.multibody.contact_solvers._kernels.tamsi import step_limit
+
+
+def put_material(contact, stiffness, dissipation, relaxation, friction, depth):
+    contact.stiffness, contact.dissipation, contact.relaxation = stiffness, dissipation, relaxation
+    contact.friction, contact.depth = friction, depth
 
 
 class RandomProblem:
@@ -34,25 +39,25 @@ class RandomProblem:
             for k in range(n):
                 for j in range(k + 1):
                     self.work.problem.A[dof[f + k, 2] + j] = self.A[f + k, f + j]
-        x = self.work.problem.x
+        problem = self.work.problem
         self.v0, self.v_star = rng.normal(0, 0.1, nv), rng.normal(0, 0.1, nv)
-        x[columns.V0], x[columns.V_STAR] = self.v0, self.v_star
-        x[columns.P_STAR] = self.A @ (self.v_star - self.v0)
+        problem.v0[:], problem.v_star[:] = self.v0, self.v_star
+        problem.p_star[:] = self.A @ (self.v_star - self.v0)
         self.J = np.zeros((3 * contacts, nv))
         self.touched = set()
         for c in range(contacts):
             pair = sorted(rng.choice(len(sizes) - 1, 2, replace=False)) if len(sizes) > 2 and c else [0]
             self.touched.update(pair)
             dofs = np.concatenate([np.arange(first[t], first[t] + sizes[t]) for t in pair])
-            index = self.work.contacts.index[c]
-            index[columns.WIDTH], index[columns.TREE_A] = len(dofs), pair[0]
-            index[columns.TREE_B] = pair[1] if len(pair) > 1 else -1
-            index[int(columns.DOFS) : int(columns.DOFS) + len(dofs)] = dofs
+            contact = self.work.contacts[c]
+            contact.width, contact.tree_a = len(dofs), pair[0]
+            contact.tree_b = pair[1] if len(pair) > 1 else -1
+            contact.dofs[: len(dofs)] = dofs
             block = rng.normal(size=(3, len(dofs)))
-            self.work.contacts.J[3 * c : 3 * c + 3, : len(dofs)] = block
+            contact.J[:, : len(dofs)] = block
             self.J[3 * c : 3 * c + 3, dofs] = block
-            self.work.contacts.law[c, :5] = 1e5, 10.0, 0.1, 0.5, rng.uniform(0, 1e-3)
-        self.work.problem.count[columns.NUM_CONTACTS] = contacts
+            put_material(contact, 1e5, 10.0, 0.1, 0.5, rng.uniform(0, 1e-3))
+        problem.num_contacts = contacts
         self.run = solve_tamsi if name == "tamsi" else solve
 
     def solve(self):
@@ -61,11 +66,10 @@ class RandomProblem:
 
     @property
     def v(self):
-        return self.work.problem.x[columns.V]
+        return self.work.problem.v
 
     def gamma(self):
-        n = self.work.problem.count[columns.NUM_CONTACTS]
-        return self.work.contacts.state[:n, int(columns.GAMMA) : int(columns.GAMMA) + 3].ravel()
+        return self.work.contacts.state[: self.work.problem.num_contacts, ContactState.gamma.columns].ravel()
 
 
 @pytest.mark.parametrize("settle", [False, True])
@@ -79,11 +83,13 @@ def test_momentum_balance(name, settle):
         residual = problem.A @ (problem.v - problem.v_star) - problem.J.T @ problem.gamma()
         if name != "tamsi":  # it may take sub-steps, and reports the forces of the last
             assert np.abs(residual).max() < 1e-7
-        elif problem.work.problem.count[columns.SUBSTEPS] == 1:
+        elif problem.work.problem.substeps == 1:
             assert np.abs(residual).max() < 1e-3  # it stops on changes of velocity below 1e-6 m/s
         free = slice(9, 14)
         np.testing.assert_array_equal(problem.v[free], problem.v_star[free])
-        assert problem.work.problem.tree[:, 0].tolist() == [int(t in problem.touched) for t in range(4)]
+        assert problem.work.problem.tree[:, Participation.active].tolist() == [
+            int(t in problem.touched) for t in range(4)
+        ]
 
 
 @pytest.mark.parametrize("name", ["lagged", "similar", "sap"])
@@ -93,9 +99,9 @@ def test_full_steps_and_line_searches_find_the_same_minimum(name):
         for settle in (False, True):
             problem = RandomProblem(np.random.default_rng(seed), name, relative_tolerance=1e-12)
             if name == "sap":  # settling, its problem is another one where something slides: nothing does
-                problem.model.option[columns.STICTION] = 1e6
+                problem.model.stiction = 1e6
             prepare_problem.native(problem.model, *problem.work[:3])
-            problem.model.setting[columns.SETTLE] = settle
+            problem.model.settle = settle
             assert problem.run.native(problem.model, *problem.work) == codes.SOLVED
             results.append(problem.v.copy())
         np.testing.assert_allclose(results[0], results[1], atol=1e-9)
@@ -106,9 +112,10 @@ def sliding_problem(seed, name, settle):
     problem = RandomProblem(
         np.random.default_rng(seed), name, sizes=(6,) * 12, contacts=40, settle=settle, relative_tolerance=1e-9
     )
-    problem.work.problem.x[columns.V_STAR] *= 1e-3
-    problem.work.problem.x[columns.P_STAR] = problem.A @ (problem.work.problem.x[columns.V_STAR] - problem.v0)
-    problem.work.contacts.law[:40, 4] = 1e-2
+    smooth = problem.work.problem
+    smooth.v_star[:] *= 1e-3
+    smooth.p_star[:] = problem.A @ (smooth.v_star - problem.v0)
+    problem.work.contacts.law[:40, ContactLaw.depth] = 1e-2
     assert problem.solve() == codes.SOLVED
     return problem
 
@@ -120,7 +127,7 @@ def test_friction_duals_save_iterations_and_change_no_solution(name):
     for seed in range(10):
         found = {settle: sliding_problem(seed, name, settle) for settle in iterations}
         for settle, problem in found.items():
-            iterations[settle] += problem.work.problem.count[columns.ITERATIONS]
+            iterations[settle] += problem.work.problem.iterations
         np.testing.assert_allclose(found[True].v, found[False].v, atol=1e-6)
     assert iterations[True] < 0.67 * iterations[False]
 
@@ -131,13 +138,12 @@ def test_where_steps_settle_sap_expects_the_slip_it_ends_with():
         problem = RandomProblem(np.random.default_rng(1), "sap", sizes=(3, 1), contacts=1, settle=settle)
         work, dt, g, k = problem.work, 1e-3, 10.0, 1e5
         work.problem.A[:6] = [1.0, 0.0, 1.0, 0.0, 0.0, 1.0]
-        x = work.problem.x
-        x[:] = 0.0
-        x[columns.V0, 0] = 1.0
-        x[columns.V_STAR, :3] = [1.0, 0.0, -g * dt]
-        x[columns.P_STAR, 2] = -g * dt
-        work.contacts.J[:3, :3] = np.eye(3)
-        work.contacts.law[0, :5] = k, 0.0, 0.2, 0.5, g / k
+        work.problem.x[:] = 0.0
+        work.problem.v0[0] = 1.0
+        work.problem.v_star[:3] = [1.0, 0.0, -g * dt]
+        work.problem.p_star[2] = -g * dt
+        work.contacts[0].J[:, :3] = np.eye(3)
+        put_material(work.contacts[0], k, 0.0, 0.2, 0.5, g / k)
         assert problem.solve() == codes.SOLVED
         assert problem.v[2] == pytest.approx(rises, abs=2e-4 if settle else 0.15)
         assert not settle or problem.v[0] == pytest.approx(1.0 - 0.5 * g * dt, abs=0.05 * g * dt)
@@ -151,20 +157,21 @@ def test_islands_move_as_if_they_were_alone(name):
     contacts, x = both.work.contacts, both.work.problem.x
     for c in range(6):
         first = 2 * (c % 2)
-        contacts.index[c, columns.WIDTH] = 12
-        contacts.index[c, [columns.TREE_A, columns.TREE_B]] = first, first + 1
-        contacts.index[c, columns.DOFS :] = np.arange(6 * first, 6 * first + 12)
-        contacts.J[3 * c : 3 * c + 3] = rng.normal(size=(3, 12))
+        contact = contacts[c]
+        contact.width, contact.tree_a, contact.tree_b = 12, first, first + 1
+        contact.dofs[:] = np.arange(6 * first, 6 * first + 12)
+        contact.J[:] = rng.normal(size=(3, 12))
     assert both.solve() == codes.SOLVED
     found = both.v.copy()
     for k in range(2):
         alone = RandomProblem(np.random.default_rng(2), name, sizes=(6, 6, 6, 6), contacts=6, settle=True)
-        alone.work.problem.count[columns.NUM_CONTACTS] = 3
+        alone.work.problem.num_contacts = 3
         for own, other in zip(alone.work.contacts[:1] + alone.work.contacts[2:3], contacts[:1] + contacts[2:3]):
             own[:3] = other[k::2]
         alone.work.contacts.J[:] = 0.0
         alone.work.contacts.J[:9] = contacts.J.reshape(6, 3, 12)[k::2].reshape(9, 12)
-        alone.work.problem.x[[columns.V0, columns.V_STAR]] = x[[columns.V0, columns.V_STAR]]
+        start = [DofVectors.v0.at, DofVectors.v_star.at]
+        alone.work.problem.x[start] = x[start]
         assert alone.solve() == codes.SOLVED
         np.testing.assert_array_equal(alone.v[12 * k : 12 * k + 12], found[12 * k : 12 * k + 12])
 
@@ -174,23 +181,23 @@ def test_where_steps_settle_sap_has_coulombs_law(seed):
     """What slides at vt and is pushed by n neither glides away nor hangs back: v_n = vhat - R_n n, on the cone."""
     problem = RandomProblem(np.random.default_rng(seed), "sap", sizes=(6, 6, 6, 6), contacts=5, settle=True)
     law, state = problem.work.contacts.law[:5], problem.work.contacts.state[:5]
-    law[:, columns.FRICTION] = 0.3
+    law[:, ContactLaw.friction] = 0.3
     assert problem.solve() == codes.SOLVED
-    gamma, vc = state[:, columns.GAMMA : columns.G_XX], state[:, columns.VC : columns.DVC]
+    gamma, vc = state[:, ContactState.gamma.columns], state[:, ContactState.vc.columns]
     v0 = (problem.J @ problem.v0).reshape(5, 3)
     slip = np.hypot(*vc[:, :2].T)
     ahead = (vc[:, :2] * v0[:, :2]).sum(axis=1) / (slip * np.hypot(*v0[:, :2].T))
-    vhat = law[:, columns.DEPTH] / (1e-3 + law[:, columns.RELAXATION])
+    vhat = law[:, ContactLaw.depth] / (1e-3 + law[:, ContactLaw.relaxation])
     for c in np.flatnonzero((gamma[:, 2] > 0.0) & (slip > 1e-2) & (ahead > 0.0)):
         assert np.hypot(*gamma[c, :2]) == pytest.approx(0.3 * gamma[c, 2], rel=1e-9)
         lift = 0.3 * slip[c] * (1.0 - ahead[c])  # only slip along that of the start is foreseen
-        softer = law[c, columns.R_N] + 0.3**2 * law[c, columns.R_T]
+        softer = law[c, ContactLaw.R_n] + 0.3**2 * law[c, ContactLaw.R_t]
         assert vc[c, 2] == pytest.approx(vhat[c] - softer * gamma[c, 2] + lift, abs=1e-4)
 
 
 def test_more_iterations_than_allowed_are_a_status():
     problem = RandomProblem(np.random.default_rng(1))
-    problem.model.setting[columns.MAX_ITERATIONS] = 1
+    problem.model.max_iterations = 1
     assert problem.solve() == codes.ITERATION_LIMIT
 
 
@@ -202,8 +209,8 @@ def test_a_small_factor_is_a_status():
 def test_nan_is_a_status_and_not_an_answer():
     for settle in (False, True):
         problem = RandomProblem(np.random.default_rng(1), settle=settle)
-        problem.work.problem.x[columns.V0, 0] = np.nan
-        problem.work.problem.x[columns.P_STAR, 0] = np.nan
+        problem.work.problem.v0[0] = np.nan
+        problem.work.problem.p_star[0] = np.nan
         assert problem.solve() != codes.SOLVED
 
 
@@ -218,13 +225,12 @@ def test_rest_is_exact_where_rest_is_a_solution():
         problem = RandomProblem(np.random.default_rng(1), sizes=(3, 1), contacts=1, settle=settle)
         work, dt, g = problem.work, 1e-3, 10.0
         work.problem.A[:6] = [1.0, 0.0, 1.0, 0.0, 0.0, 1.0]
-        x = work.problem.x
-        x[:] = 0.0
-        x[columns.V0, 2] = 1e-13
-        x[columns.V_STAR, 2] = 1e-13 - g * dt
-        x[columns.P_STAR, 2] = -g * dt
-        work.contacts.J[:3, :3] = np.eye(3)
-        work.contacts.law[0, :5] = 1e5, 10.0, 0.1, 0.5, g / 1e5
+        work.problem.x[:] = 0.0
+        work.problem.v0[2] = 1e-13
+        work.problem.v_star[2] = 1e-13 - g * dt
+        work.problem.p_star[2] = -g * dt
+        work.contacts[0].J[:, :3] = np.eye(3)
+        put_material(work.contacts[0], 1e5, 10.0, 0.1, 0.5, g / 1e5)
         assert problem.solve() == codes.SOLVED
         assert problem.v[2] == expected
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from tests.unit.multibody.contact_solvers.test_solver import RandomProblem
 
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
 from sheldrake.multibody.contact_solvers._kernels import status as codes
+from sheldrake.multibody.contact_solvers._kernels.problem import ContactIndex, ContactState
 from sheldrake.multibody.contact_solvers._kernels.six import dot_six, mul_packed_six, put_packed_six
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
 
@@ -17,23 +17,24 @@ SIZES = (6, 6, 4, 6, 2)
 
 def prepared(seed, name="lagged", **options):
     problem = RandomProblem(np.random.default_rng(seed), name, sizes=SIZES, contacts=20, **options)
-    problem.model.option[columns.SIGMA] = 3.0  # so that the regularisation of some contacts is above the tolerance
+    problem.model.sigma = 3.0  # so that the regularisation of some contacts is above the tolerance
     prepare_problem.native(problem.model, *problem.work[:3])
     return problem
 
 
 def test_contacts_know_how_many_trees_of_six_move_them():
     problem = prepared(0)
-    for row in problem.work.contacts.index:
-        trees = [t for t in row[[columns.TREE_A, columns.TREE_B]] if t >= 0]
-        assert row[columns.SIXES] == (len(trees) if all(SIZES[t] == 6 for t in trees) else 0)
-    assert set(problem.work.contacts.index[:, columns.SIXES]) == {0, 1, 2}
+    for c in range(20):
+        contact = problem.work.contacts[c]
+        trees = [t for t in (contact.tree_a, contact.tree_b) if t >= 0]
+        assert contact.sixes == (len(trees) if all(SIZES[t] == 6 for t in trees) else 0)
+    assert set(problem.work.contacts.index[:, ContactIndex.sixes]) == {0, 1, 2}
 
 
 @pytest.mark.parametrize("name", ["lagged", "sap", "tamsi"])
 def test_velocities_of_contacts(name):
     problem = prepared(1, name)
-    vc = problem.work.contacts.state[:, int(columns.VC) : int(columns.VC) + 3]
+    vc = problem.work.contacts.state[:, ContactState.vc.columns]
     np.testing.assert_allclose(vc.ravel(), problem.J @ problem.v0, atol=1e-14)
 
 
@@ -43,16 +44,17 @@ def test_regularisation_speeds(name):
     larger = 0
     for seed in range(5):
         problem = prepared(seed, name)
-        law, option = problem.work.contacts.law, problem.model.option
+        model = problem.model
         touched = np.concatenate([np.full(n, k in problem.touched) for k, n in enumerate(SIZES)])
         mobility = np.where(touched, 1.0 / np.diag(problem.A), 0.0)
         for c in range(20):
             J = problem.J[3 * c : 3 * c + 3]
             w = np.linalg.norm(J * mobility @ J.T) / 3.0
-            slip = law[c, columns.FRICTION] * option[columns.SIGMA] * w * law[c, columns.N0]
-            expected = max(option[columns.STICTION], slip)
-            larger += slip > option[columns.STICTION]
-            assert law[c, columns.EPS] == pytest.approx(expected, rel=1e-14)
+            contact = problem.work.contacts[c]
+            slip = contact.friction * model.sigma * w * contact.n0
+            expected = max(model.stiction, slip)
+            larger += slip > model.stiction
+            assert contact.eps == pytest.approx(expected, rel=1e-14)
     assert 10 < larger < 90
 
 

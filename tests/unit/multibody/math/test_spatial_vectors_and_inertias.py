@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from sheldrake.autodiffutils import AutoDiffXd
-from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.common.value import Value
 from sheldrake.math import RotationMatrix
 from sheldrake.multibody.math import (
@@ -224,30 +223,6 @@ def test_ellipsoid_of_an_ellipsoid():
 def test_derivative_of_an_inertia():
     M = SpatialInertia_[AutoDiffXd].SolidBoxWithMass(2.0, AutoDiffXd(1.0, [1.0]), 2.0, 3.0)
     np.testing.assert_allclose(M.CalcRotationalInertia()[1, 1].derivatives(), [2.0 * 2.0 / 12.0])
-
-
-@pytest.mark.parametrize(
-    "old, today",
-    [
-        (lambda: UnitInertia.SolidCylinder(1, 2), lambda: UnitInertia.SolidCylinder(1, 2, [0, 0, 1])),
-        (lambda: UnitInertia.SolidCylinder(r=1, L=2), lambda: UnitInertia.SolidCylinder(1, 2, [0, 0, 1])),
-        (lambda: UnitInertia.SolidCylinder(1, L=2, b_E=[1, 0, 0]), lambda: UnitInertia.SolidCylinder(1, 2, [1, 0, 0])),
-        (
-            lambda: UnitInertia.SolidCylinderAboutEnd(r=1, L=2),
-            lambda: UnitInertia.SolidCylinderAboutEnd(1, 2, [0, 0, 1]),
-        ),
-        (lambda: UnitInertia.ThinRod(L=2, b_E=[1, 0, 0]), lambda: UnitInertia.ThinRod(2, [1, 0, 0])),
-        (lambda: UnitInertia.StraightLine(K=2, b_E=[1, 0, 0]), lambda: UnitInertia.StraightLine(2, [1, 0, 0])),
-        (
-            lambda: UnitInertia.AxiallySymmetric(J=1, K=2, b_E=[1, 0, 0]),
-            lambda: UnitInertia.AxiallySymmetric(1, 2, [1, 0, 0]),
-        ),
-    ],
-)
-def test_retired_arguments_still_work_with_a_hint(old, today):
-    with pytest.warns(DrakeDeprecationWarning, match="UnitInertia"):
-        got = old()
-    assert got.CopyToFullMatrix3().tolist() == today().CopyToFullMatrix3().tolist()
 
 
 def test_tests_of_symbolic_inertias_give_formulas():

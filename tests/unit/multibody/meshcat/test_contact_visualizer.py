@@ -163,3 +163,16 @@ def test_wrong_arguments_say_what_is_expected():
         diagram = builder.Build()
         diagram.ForcedPublish(diagram.CreateDefaultContext())
     assert visualizer.query_object_input_port().get_name() == "query_object"
+
+
+def test_no_arrow_is_longer_than_the_scene(meshcat):
+    """Bodies that overlap at rest press with a million times their weight."""
+    meshcat.SetObject("body", Sphere(0.5))
+    meshcat.SetObject("hidden", Sphere(1e3))
+    meshcat.SetProperty("hidden", "visible", False)
+    diagonal = np.sqrt(3.0)
+    arrows = _PointContactVisualizer(meshcat, ContactVisualizerParams(prefix="f"))
+    forces = {"a": 5.0, "b": 1e7}
+    arrows.Update(0, [_PointContactVisualizerItem(k, k, [0, 0, f], [0, 0, 0]) for k, f in forces.items()])
+    scales = [meshcat._hub.tree.get(f"/drake/f/{k}+{k}/cylinder").properties["scale"][2] for k in forces]
+    assert scales == pytest.approx([0.5, diagonal])

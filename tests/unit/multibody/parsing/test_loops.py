@@ -65,6 +65,13 @@ def test_a_loop_of_links_without_mass_is_refused():
         make(parallelogram(mass=0.0).replace("0.02", "0"))
 
 
+def test_a_loop_between_the_models_of_a_world_is_refused():
+    model = '<model name="m"><link name="a"/></model>'
+    joint = '<joint name="{}" type="fixed"><parent>world</parent><child>m::a</child></joint>'
+    with pytest.raises(ParseError, match=r"'d' closes a kinematic loop.* a world has no links at which"):
+        make(f'<sdf version="1.9"><world name="w">{model}{joint.format("c")}{joint.format("d")}</world></sdf>')
+
+
 GEARS = """<sdf version="1.9"><model name="gears">{rods}{joints}
 <joint name="gear" type="gearbox"><parent>motor</parent><child>wheel</child>{reference}
 <gearbox_ratio>0.25</gearbox_ratio><axis><xyz>0 1 0</xyz></axis></joint></model></sdf>"""

@@ -178,3 +178,23 @@ def test_flattening_prefixes_names(tmp_path):
     assert model.add_model.name == "left::m"
     assert group.add_collision_filter_group.model_namespace == "left"
     assert instance.add_model_instance.name == "left::i"
+
+
+def test_the_one_model_of_a_world(tmp_path):
+    """It is added under the name given, where the world has it, as in Drake; what is beside it is not."""
+    model = '<model name="m"><pose relative_to="f">1 2 3 0 0 0</pose><link name="a"/></model>'
+    beside = '<frame name="f"><pose>0 0 1 0 0 0</pose></frame>'
+    for text, count in ((beside + model, 1), (beside + model + model.replace('"m"', '"n"'), 2)):
+        (tmp_path / "w.sdf").write_text(f'<sdf version="1.7"><world name="w">{text}</world></sdf>')
+        directives = load(f'- add_model: {{name: q, file: "file://{tmp_path}/w.sdf"}}')
+        plant = MultibodyPlant(0.0)
+        if count > 1:
+            with pytest.raises(ParseError, match="exactly one model"):
+                ProcessModelDirectives(directives, Parser(plant))
+            continue
+        ProcessModelDirectives(directives, Parser(plant))
+        plant.Finalize()
+        body = plant.GetBodyByName("a", plant.GetModelInstanceByName("q"))
+        pose = plant.EvalBodyPoseInWorld(plant.CreateDefaultContext(), body)
+        np.testing.assert_allclose(pose.translation(), [1.0, 2.0, 4.0])
+        assert not plant.HasFrameNamed("f")

@@ -1,5 +1,7 @@
 """The XML reader: positions, lenient corners, refusals."""
 
+import re
+
 import pytest
 
 from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy, ParseError
@@ -61,11 +63,10 @@ def test_bytes_may_carry_their_encoding():
         ("<a>\n<b>\n</a>", "mismatched tag; the innermost open element is the <b> of line 2", 3),
         ("<a>\n<b/>\n", "no element found; the innermost open element is the <a> of line 1", 3),
         ("<a", "well-formed", 1),
-        ("<a/>\n<a/>", "junk after document element; the document ended with </a> before this", 2),
+        ("<a/>\ntext", "junk after document element; the document ended with </a> before this", 2),
         ("<a x=1/>", "invalid token at '1/>'; a model is one element", 1),
         ('{"a": 1}', "invalid token at '.*'; a model is one element, such as <robot> or <sdf>", 1),
         ("<a x='1' x='2'/>", "duplicate attribute", 1),
-        ("<a>\n&undefined;</a>", "undefined entity", 2),
         ('<!DOCTYPE a [\n<!ENTITY e "text">]><a>&e;</a>', "entity 'e'", 2),
         ('<!DOCTYPE a [<!ENTITY e SYSTEM "file:///etc/passwd">]><a>&e;</a>', "entity 'e'", 1),
         ('<!DOCTYPE a SYSTEM "http://example.org/a.dtd"><a/>', "external definition", 1),
@@ -78,6 +79,32 @@ def test_bad_text_is_refused_with_its_place(text, message, line):
     assert caught.value.location.source == "robot.urdf"
     assert caught.value.location.line in (line, 0)
     assert isinstance(caught.value, RuntimeError)
+
+
+@pytest.mark.parametrize(
+    ("text", "warning"),
+    [
+        ("<a><b c='1 & 2'/>x &nbsp; y</a>\n<a/>", "2:1: warning: .* what follows the root element is ignored"),
+        ("<a><b c='1 & 2'/>x &nbsp; y</a></a>", "1:32: warning: .* what follows the root element is ignored"),
+        ("<a><b c='1 & 2'/>x &nbsp; y</a>", "1:12: warning: .*'&' begins no character reference"),
+        ("<?xml version=1.0?>\n<a><b c='1 &amp; 2'/>x &amp;nbsp; y</a>", "1:1: warning: .* declaration is malformed"),
+        ("<a d='1'e='2'><b c='1 &amp; 2'/>x &amp;nbsp; y</a>", "1:9: warning: .* a space is missing"),
+        ("<a d='<'><b c='1 &amp; 2'/>x &amp;nbsp; y</a>", "1:7: warning: .* '<' in a value"),
+        ("<a><b c='1 &amp; 2'/>\x01x &amp;nbsp; y</a>", "1:22: warning: .* a control character"),
+    ],
+)
+def test_what_drake_reads_is_read_with_a_warning(text, warning):
+    policy, seen = DiagnosticPolicy(), []
+    policy.SetActionForWarnings(lambda detail: seen.append(detail.FormatWarning()))
+    root = parse_xml(text, "robot.urdf", policy)
+    assert root.find("b").get("c") == "1 & 2" and root.text == "x &nbsp; y"
+    assert any(re.match("robot.urdf:" + warning, found) for found in seen)
+
+
+@pytest.mark.parametrize("text", ["<a " * 10**5, "<![CDATA[" * 10**5, "<a x='" * 10**5, "<a>&" * 10**5, "&" * 10**6])
+def test_what_cannot_be_mended_is_refused_quickly(text):
+    with pytest.raises(ParseError, match=r"well-formed|nested"):
+        parse(text)
 
 
 def test_nested_entities_never_expand():

@@ -2,7 +2,7 @@
 
 from sheldrake.geometry import Box, Sphere
 from sheldrake.lcm import DrakeLcm
-from sheldrake.lcm._contact_messages import lcmt_contact_results_for_viz
+from sheldrake.lcm._messages import lcmt_contact_results_for_viz
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.plant import (
     AddMultibodyPlantSceneGraph,

@@ -115,6 +115,17 @@ def test_against_finite_differences(plant, state, monkeypatch):
         np.testing.assert_allclose(gradient[:, k], slope, atol=2e-9 * (1 + np.abs(slope).max()))
 
 
+def test_rows_of_what_stages_leave_are_its_arrays(plant, state):
+    plant = plant.ToAutoDiffXd()
+    context = plant.CreateDefaultContext()
+    plant.SetPositionsAndVelocities(context, InitializeAutoDiff(state)[:, 0])
+    work = plant._parts.contexts.view(context).velocities()
+    np.testing.assert_array_equal(work[3].p_WB, work.X_WB[3, 9:])
+    np.testing.assert_array_equal(np.concatenate(work.dofs[7].S), work.S[7])
+    with pytest.raises(AttributeError, match="x_WB"):
+        _ = work.x_WB
+
+
 def test_derivatives_by_parameters_and_along_one_direction(plant, state, monkeypatch):
     compiled(monkeypatch)
     direction = np.random.default_rng(9).normal(size=(len(state), 1))

@@ -19,8 +19,7 @@ from sheldrake.geometry import (
     Sphere,
 )
 from sheldrake.geometry._compiled import hydroelastic
-from sheldrake.geometry._kernels import hydro_model
-from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
+from sheldrake.geometry._kernels.hydro_model import Mesh, empty_hydro_model
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw
 from sheldrake.multibody.math import SpatialAcceleration_, SpatialForce_, SpatialVelocity, SpatialVelocity_
 from sheldrake.multibody.plant import (
@@ -30,6 +29,7 @@ from sheldrake.multibody.plant import (
     DiscreteContactApproximation,
     HydroelasticContactInfo,
 )
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import SpatialInertia
 from sheldrake.systems.analysis import Simulator, Simulator_
 from sheldrake.systems.framework import DiagramBuilder
@@ -194,10 +194,9 @@ def test_defaults_of_the_scene_graph_make_compliant_geometry():
 def test_plants_without_hydroelastic_geometry_have_no_stage_for_it():
     fallback = ContactModel.kHydroelasticWithFallback
     scene = Scene((Sphere(0.1), {}, (0, 0, 0, 0, 0, 0.1)), ground={}, model=fallback)
-    names = [
-        kernel.__name__
-        for kernel in scene.plant._step_stages(scene.plant._models(True, scene.plant._compiled_geometry()))
-    ]
+    parts = parts_of(scene.plant)
+    models = parts.kernel_models.of(True, parts.kernel_models.compiled_geometry())
+    names = [kernel.__name__ for kernel in parts.advance.equations.stages(models)]
     assert names == ["smooth_motion", "half_space_pairs", "contact_constraints", "prepare_problem", "solve",
                      "next_state"]  # fmt: skip
     work = scene.context._store.scratch(scene.context._node)
@@ -238,8 +237,8 @@ def test_too_many_faces_are_an_error_and_the_state_stays(monkeypatch):
 def test_very_fine_meshes_do_not_take_all_memory():
     leaves = np.array([1 << 17, 1 << 17, 64], np.int64)
     model = empty_hydro_model()
-    geometry = np.zeros((3, hydro_model.GEOMETRY_COLUMNS), np.int64)
-    geometry[:, hydro_model.NUM_LEAVES] = leaves
+    geometry = np.zeros((3, Mesh.SIZE), np.int64)
+    geometry[:, Mesh.num_leaves] = leaves
     pair, family = np.array([[0, 1], [0, 2], [1, 2]], np.int64), np.array([0, 0, 0, 3, 3], np.int64)
     assert hydroelastic.face_capacity(model._replace(geometry=geometry, pair=pair, family=family)) == 1 << 16
 

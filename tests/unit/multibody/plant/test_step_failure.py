@@ -8,7 +8,6 @@ import pytest
 from sheldrake.geometry import Sphere
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.contact_solvers import _arrays
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction
 from sheldrake.multibody.tree import SpatialInertia
 from sheldrake.systems.analysis import Simulator
@@ -20,7 +19,7 @@ def test_the_iteration_limit_names_time_and_bodies(monkeypatch):
 
     def impatient(*args, **kwargs):
         model = make(*args, **kwargs)
-        model.setting[columns.MAX_ITERATIONS] = 0
+        model.max_iterations = 0
         return model
 
     monkeypatch.setattr(_arrays, "make_solver_model", impatient)

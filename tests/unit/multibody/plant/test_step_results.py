@@ -33,10 +33,10 @@ def test_forces_and_momentum_balance():
         force_on_cube = -contacts.f_Bc_W if contacts.pair[0, 2] == 1 else contacts.f_Bc_W
         tau = generalized_contact_forces(scene.work, scene.dt)
         np.testing.assert_allclose(tau[3:], force_on_cube.sum(axis=0), rtol=1e-12, atol=1e-12)
-        arm = contacts.p_WC - scene.work.tree.X_WB[1, 9:]
+        arm = contacts.p_WC - np.array(scene.work.tree[1].p_WB)
         np.testing.assert_allclose(tau[:3], np.cross(arm, force_on_cube).sum(axis=0), rtol=1e-12, atol=1e-12)
         # M vdot + bias = J^T f for a body to the solver's tolerance
-        R_WB = scene.work.tree.X_WB[1, :9].reshape(3, 3)
+        R_WB = np.reshape(scene.work.tree[1].R_WB, (3, 3))
         c, w, vdot = R_WB @ CUBE[2], scene.work.step.v[:3], accelerations(scene.work, scene.dt)
         a_com = vdot[3:] + np.cross(vdot[:3], c) + np.cross(w, np.cross(w, c))
         weight = np.array([0.0, 0.0, -9.81 * mass])
@@ -53,6 +53,6 @@ def test_speeds_are_those_of_the_contact_point():
     scene.step()
     contacts = step_contacts(scene.work, scene.geometry.material[:, 0], scene.dt)
     v = scene.work.step.v_next  # of the solution, at the positions of the step's start
-    speed = v[3:6] + np.cross(v[:3], contacts.p_WC - scene.work.tree.X_WB[1, 9:])
+    speed = v[3:6] + np.cross(v[:3], contacts.p_WC - np.array(scene.work.tree[1].p_WB))
     np.testing.assert_allclose(contacts.slip_speed, np.hypot(speed[:, 0], speed[:, 1]), rtol=1e-12)
     np.testing.assert_allclose(contacts.separation_speed, speed[:, 2], atol=1e-13)

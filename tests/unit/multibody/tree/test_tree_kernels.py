@@ -21,9 +21,9 @@ class Tree:
         self.update()
 
     def update(self):
-        queries.calc_positions.native(self.model, self.p, self.work, self.q)
-        queries.calc_inertias.native(self.model, self.p, self.work)
-        queries.calc_velocities.native(self.model, self.p, self.work, self.q, self.v)
+        kinematics.position_kinematics.native(self.model, self.p, self.work, self.q)
+        dynamics.body_inertias.native(self.model, self.p, self.work)
+        kinematics.velocity_kinematics.native(self.model, self.p, self.work, self.q, self.v)
 
     def at(self, q, v=None):
         other = object.__new__(Tree)
@@ -53,7 +53,8 @@ class Tree:
         return out
 
     def poses(self):
-        return [np.vstack([np.c_[X[:9].reshape(3, 3), X[9:]], [0, 0, 0, 1]]) for X in self.work.X_WB]
+        bodies = [self.work[b] for b in range(len(self.work.X_WB))]
+        return [np.vstack([np.c_[np.reshape(b.R_WB, (3, 3)), b.p_WB], [0, 0, 0, 1]]) for b in bodies]
 
     def energy(self):
         """Kinetic and potential energy [J], body by body."""
@@ -97,8 +98,8 @@ def test_bias_acceleration_is_the_derivative_of_the_velocity(seed):
     V0, V1 = t.at(t.q - h * qdot).velocities(), t.at(t.q + h * qdot).velocities()
     for row in range(1, len(t.model.body)):
         w, v = t.velocities()[row].reshape(2, 3)
-        alpha, a = t.work.A[row].reshape(2, 3)
-        p_RootB = t.work.X_WB[row, 9:] - t.work.X_WB[t.model.body[row, m.ROOT], 9:]
+        alpha, a = map(np.array, t.work[row].A_WB)
+        p_RootB = np.subtract(t.work[row].p_WB, t.work[t.model.bodies[row].root].p_WB)
         expected = np.r_[alpha, a + np.cross(alpha, p_RootB) + np.cross(w, v)]
         np.testing.assert_allclose((V1 - V0)[row] / (2 * h), expected, atol=1e-6 * (1 + np.abs(expected).max()))
 
@@ -163,7 +164,7 @@ def test_factor_solves_what_M_multiplies(seed):
     np.testing.assert_allclose(y, M @ x, atol=1e-12 * np.abs(y).max())
     vdot, tau = np.zeros(t.nv), t.rng.normal(size=t.nv)
     status = queries.calc_forward_dynamics.native(t.model, t.p, t.work, t.q, t.v, tau, 0.1, vdot)
-    D = np.diag(t.p[t.model.dof[:, m.DAMPING]])
+    D = np.diag(t.p[t.model.dof[:, m.Dof.damping]])
     expected = np.linalg.solve(M + 0.1 * D, tau - t.bias(1.0) - D @ t.v)
     assert status == 0
     np.testing.assert_allclose(vdot, expected, rtol=1e-9, atol=1e-10 * np.abs(expected).max())
@@ -211,7 +212,7 @@ def test_free_motion_of_a_floating_chain_conserves_energy_with_second_order_erro
         d, model, p, nq, nv = random_tree(rng, 4, types=("revolute",))
         t = object.__new__(Tree)
         t.description, t.model, t.p, t.nq, t.nv, t.work = d, model, p, nq, nv, m.make_work(model)
-        p[model.dof[:, m.DAMPING]] = 0.0
+        p[model.dof[:, m.Dof.damping]] = 0.0
         t.q, t.v, dt = rng.normal(size=nq), rng.normal(size=nv), 0.2 / steps
         t.update()
         start, a = sum(t.energy()), np.zeros(nv)

@@ -9,7 +9,7 @@ from sheldrake.systems.primitives import Adder
 def test_the_same_scalar_is_refused():
     adder = Adder(2, 3)
     assert adder.ToScalarTypeMaybe[float]() is None
-    with pytest.raises(RuntimeError, match="does not support scalar conversion to type double"):
+    with pytest.raises(RuntimeError, match="does not support scalar conversion to type float"):
         adder.ToScalarType[float]()
     dual = adder.ToAutoDiffXd()
     assert dual.ToAutoDiffXdMaybe() is None

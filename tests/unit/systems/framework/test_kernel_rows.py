@@ -1,19 +1,38 @@
 """Systems whose behaviour is kernels: what they see, what they fill, how they fail."""
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 import pytest
 
+from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from sheldrake.common.kernel import IntVector, Matrix, Vector, Vectors, kernel
+from sheldrake.common.record import Record, number, table
+from sheldrake.symbolic import Variable
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import BasicVector, DiagramBuilder, LeafSystem
-from sheldrake.systems.primitives import ConstantVectorSource, Gain, LogVectorOutput
+from sheldrake.systems.primitives import ConstantVectorSource, Gain, Linearize, LogVectorOutput
 
 
+class Settings(Record):
+    dt = number("time step", "s")
+    mass = number("of each", "kg")
+    longest = number("extension", "m")
+
+
+@table
 class Springs(NamedTuple):
     stiffness: Matrix  # [N/m]
-    settings: Vector  # time step [s], mass [kg], longest extension [m]
+    settings: Annotated[Vector, Settings]
+
+
+class Factor(Record):
+    gain = number("of the forces")
+
+
+@table
+class Parameters(NamedTuple):
+    values: Annotated[Vector, Factor]
 
 
 class Work(NamedTuple):
@@ -22,17 +41,17 @@ class Work(NamedTuple):
 
 
 @kernel(top=True)
-def step(t: float, model: Springs, xd: Vector, p: Vector, u: Vectors, work: Work, x_next: Vector) -> int:
+def step(t: float, model: Springs, xd: Vector, p: Parameters, u: Vectors, work: Work, x_next: Vector) -> int:
     n = xd.shape[0] // 2
-    dt = model.settings[0]
+    dt = model.dt
     for i in range(n):
-        work.force[i, 0] = p[0] * u[0][i]
+        work.force[i, 0] = p.gain * u[0][i]
         for j in range(n):
             work.force[i, 0] -= model.stiffness[i, j] * xd[j]
-        if xd[i] > model.settings[2]:
+        if xd[i] > model.longest:
             return 7 + i
     for i in range(n):
-        x_next[n + i] = xd[n + i] + dt * work.force[i, 0] / model.settings[1]
+        x_next[n + i] = xd[n + i] + dt * work.force[i, 0] / model.mass
         x_next[i] = xd[i] + dt * x_next[n + i]
     work.count[0] += 1
     return 0
@@ -196,6 +215,115 @@ def test_feedthrough_and_freshness_are_read_off_the_signature():
     system = LeafSystem()
     system.DeclareVectorOutputPort("y", 1, wrong)
     with pytest.raises(TypeError, match="'speed' is none of t, xc, xd, p, u, work, model"):
+        system.CreateDefaultContext()
+
+
+class Motion(Record):
+    x = number("position", "m")
+    v = number("velocity", "m/s")
+
+
+class Law(Record):
+    stiffness = number("for each kilogram", "N/(m kg)")
+    damping = number("for each kilogram", "N s/(m kg)")
+
+
+class Pushed(Record):
+    push = number("acceleration", "m/s²")
+
+
+@kernel(top=True)
+def spring(xc: Motion, p: Law, u: Pushed, xdot: Motion) -> None:
+    xdot.x = xc.v
+    xdot.v = u.push - p.stiffness * np.sin(xc.x) - p.damping * xc.v
+
+
+@kernel(top=True)
+def energy(xc: Motion, p: Law, y: Vector) -> None:
+    y[0] = xc.v**2 / 2 - p.stiffness * np.cos(xc.x)
+
+
+class Oscillator(LeafSystem):
+    """Nothing but kernels, whose vectors are records."""
+
+    def __init__(self, inputs=1):
+        super().__init__()
+        for i in range(inputs):
+            self.DeclareVectorInputPort(f"push{i}", 1)
+        state = self.DeclareContinuousState(Motion.of(x=0.5, v=0.0))
+        self.DeclareNumericParameter(Law.of(stiffness=4.0, damping=0.5))
+        self.DeclareTimeDerivatives(spring)
+        self.DeclareStateOutputPort("state", state)
+        self.DeclareVectorOutputPort("energy", 1, energy)
+
+
+def oscillator_at(system, state, push):
+    context = system.CreateDefaultContext()
+    context.SetContinuousState(state)
+    system.get_input_port(0).FixValue(context, push)
+    return context
+
+
+def test_vectors_of_a_system_are_records():
+    system = Oscillator()
+    context = oscillator_at(system, [0.5, 2.0], [3.0])
+    derivatives = system.EvalTimeDerivatives(context).CopyToVector()
+    assert derivatives == pytest.approx([2.0, 3.0 - 4.0 * np.sin(0.5) - 1.0])
+    assert system.GetOutputPort("energy").Eval(context) == pytest.approx([2.0 - 4.0 * np.cos(0.5)])
+    context.get_mutable_numeric_parameter(0)[Law.damping] = 0.0
+    assert system.EvalTimeDerivatives(context)[1] == pytest.approx(3.0 - 4.0 * np.sin(0.5))
+    assert system.HasDirectFeedthrough(1, 0) is False
+
+
+def test_a_system_of_kernels_takes_every_scalar():
+    system = Oscillator()
+    dual = system.ToAutoDiffXd()
+    seeds = InitializeAutoDiff([0.5, 2.0, 3.0]).ravel()
+    gradient = ExtractGradient(dual.EvalTimeDerivatives(oscillator_at(dual, seeds[:2], seeds[2:])).CopyToVector())
+    expected = [[0.0, 1.0, 0.0], [-4.0 * np.cos(0.5), -0.5, 1.0]]
+    np.testing.assert_allclose(gradient, expected, rtol=1e-14)
+    x, v, a = (Variable(name) for name in "xva")
+    symbolic = system.ToSymbolic()
+    found = symbolic.EvalTimeDerivatives(oscillator_at(symbolic, [x, v], [a])).CopyToVector()
+    assert found[0].EqualTo(v) and found[1].Evaluate({x: 0.5, v: 2.0, a: 3.0}) == pytest.approx(2.0 - 4.0 * np.sin(0.5))
+    linear = Linearize(system, oscillator_at(system, [0.0, 0.0], [0.0]), output_port_index=0)
+    np.testing.assert_allclose(linear.A(), [[0.0, 1.0], [-4.0, -0.5]])
+    assert Oscillator()._clone().num_continuous_states() == 2
+
+    class Listens(Oscillator):
+        def __init__(self):
+            super().__init__()
+            self.DeclareVectorOutputPort("python", 1, lambda context, y: y.SetAtIndex(0, 1.0))
+
+    assert Listens().ToAutoDiffXdMaybe() is None and LeafSystem().ToAutoDiffXdMaybe() is None
+
+
+def test_derivatives_may_be_a_python_function():
+    class Decay(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareContinuousState([1.0])
+            self.DeclareTimeDerivatives(self.rate)
+
+        def rate(self, context, derivatives):
+            derivatives.get_mutable_vector()[0] = -context.get_continuous_state_vector()[0]
+
+    simulator = Simulator(Decay())
+    simulator.get_mutable_integrator().set_target_accuracy(1e-8)
+    simulator.AdvanceTo(1.0)
+    assert simulator.get_context().get_continuous_state_vector()[0] == pytest.approx(np.exp(-1.0), rel=1e-7)
+    with pytest.raises(TypeError, match=r"DeclareTimeDerivatives\(\): .* cannot be called"):
+        LeafSystem().DeclareTimeDerivatives(3)
+
+
+def test_a_record_that_does_not_fit_is_refused():
+    with pytest.raises(TypeError, match=r"`u` is a Pushed in a kernel, .* there are 2. Annotate it Vectors"):
+        Oscillator(inputs=2).CreateDefaultContext()
+    system = LeafSystem()
+    system.DeclareContinuousState(3)
+    system.DeclareVectorOutputPort("energy", 1, energy)
+    system.DeclareTimeDerivatives(spring)
+    with pytest.raises(TypeError, match="xc is a Motion of 2 numbers, not of 3"):
         system.CreateDefaultContext()
 
 

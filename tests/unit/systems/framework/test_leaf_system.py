@@ -215,7 +215,9 @@ def test_abstract_input_takes_what_its_model_takes():
     assert typed.get_input_port().Eval(context) == "world"
     with pytest.raises(TypeError):
         typed.get_input_port().FixValue(context, 3)
-    with pytest.raises(RuntimeError, match="FixInputPortTypeCheck"):
+    with pytest.raises(
+        RuntimeError, match=r"FixValue\(\): input port 'text' .* takes a Value\[.*str.*\], not a Value\[.*float"
+    ):
         typed.get_input_port().FixValue(context, Value(1.0))
 
 
@@ -226,7 +228,9 @@ def test_a_fixed_value_may_be_changed_in_place():
     assert np.array_equal(system.EvalTimeDerivatives(context).CopyToVector(), [1.0, 2.0])
     fixed.GetMutableData().get_mutable_value().SetFromVector([3.0, 4.0])
     assert np.array_equal(system.EvalTimeDerivatives(context).CopyToVector(), [3.0, 4.0])
-    with pytest.raises(RuntimeError, match=r"size=2 for input port 'u0'.*size=3"):
+    with pytest.raises(
+        RuntimeError, match=r"FixValue\(\): input port 'u0' .* takes a vector of size 2, not one of size 3"
+    ):
         system.get_input_port().FixValue(context, [1.0, 2.0, 3.0])
     with pytest.raises(TypeError):
         system.get_input_port().FixValue(context, "a")

@@ -76,7 +76,7 @@ def test_oracle_interpreted_and_native_agree_on_many_more(seed):
     compare(seed)
 
 
-def no_prerequisites(self, rows, original=Layout._prerequisites):
+def no_prerequisites(self, rows, original=Layout.prerequisites):
     return []
 
 
@@ -100,7 +100,7 @@ def one_clock(self, original=Layout._make_groups):
 @pytest.mark.parametrize(
     ("name", "fault"),
     [
-        ("_prerequisites", no_prerequisites),
+        ("prerequisites", no_prerequisites),
         ("_levels", all_constant),
         ("_levels", all_sampled),
         ("_segments", nothing_kept),

@@ -8,7 +8,6 @@ import pytest
 from sheldrake.common.kernel import Vector, Vectors, kernel
 from sheldrake.systems.analysis import ResetIntegratorFromFlags, Simulator
 from sheldrake.systems.framework import DiagramBuilder, LeafSystem
-from sheldrake.systems.framework._kernels.program import STEADY
 from sheldrake.systems.primitives import ConstantVectorSource, Integrator, Sine
 
 
@@ -32,7 +31,7 @@ class Rates(LeafSystem):
         self.DeclareVectorInputPort("rate", 2)
         self.DeclareNumericParameter(np.array([0.7]))
         self.DeclareContinuousState(2)
-        self._declare_time_derivatives(derivatives)
+        self.DeclareTimeDerivatives(derivatives)
 
 
 def run(system, source, scheme, steady=None):
@@ -44,11 +43,11 @@ def run(system, source, scheme, steady=None):
     simulator.get_mutable_context().SetContinuousState(np.array([0.3, -1.7]))
     ResetIntegratorFromFlags(simulator, scheme, 0.01)
     simulator.Initialize()
-    size = simulator._span.program.size
-    found = bool(size[STEADY])
+    program = simulator._span.program
+    found = bool(program.steady)
     if steady is not None:
-        size.setflags(write=True)
-        size[STEADY] = steady
+        program.size.setflags(write=True)
+        program.steady = steady
     simulator.AdvanceTo(0.1234)
     x = simulator.get_context().get_continuous_state_vector().CopyToVector()
     return x.tobytes(), simulator.get_integrator().get_num_derivative_evaluations(), found

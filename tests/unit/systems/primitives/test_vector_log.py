@@ -1,6 +1,7 @@
 """Logs: samples, triggers, names and files."""
 
 import builtins
+import csv
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ import pytest
 from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder, TriggerType
 from sheldrake.systems.primitives import LogVectorOutput, Sine, VectorLog, VectorLogSink
+from sheldrake.systems.primitives._vector_log import write_csv
 
 
 def logged(**kwargs):
@@ -142,3 +144,10 @@ def test_names_of_states_where_the_source_knows_them():
     sink = LogVectorOutput(wave.get_output_port(0), builder)
     context = builder.Build().CreateDefaultContext()
     assert sink.FindLog(context).names() == ["angle [rad]", "rate [rad/s]"]
+
+
+@pytest.mark.parametrize("name", ["=1+1", "+x", "-x", "@SUM(A1)", "\tx", '=HYPERLINK("a,b")'])
+def test_a_name_is_no_formula_of_a_spreadsheet(tmp_path, name):
+    write_csv(tmp_path / "log.csv", np.zeros(1), np.zeros((1, 1)), [name])
+    with open(tmp_path / "log.csv", newline="", encoding="utf-8") as file:
+        assert next(csv.reader(file)) == ["time", "'" + name]

@@ -1,52 +1,47 @@
 """A step of CENIC in the event loop: convex problems whole and in halves, and how far apart they end.
 
-P, S, I, Z: see `systems/framework/_kernels`.
+S: see `systems/framework/_kernels`.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
-import numpy as np
+from typing import Annotated, NamedTuple
 
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common.kernel import IntVector, Vector, Vectors, kernel
+from sheldrake.common.record import Record, integer, number, table
 from sheldrake.common.rows import call_row
-from sheldrake.multibody.contact_solvers._kernels.problem import DT, RELATIVE_TOLERANCE
+from sheldrake.multibody.contact_solvers._kernels.problem import Options
 from sheldrake.multibody.plant._kernels.forces import add_actuation, add_applied_forces
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors
 from sheldrake.multibody.tree._kernels.integrate import integrate_positions
-from sheldrake.multibody.tree._kernels.model import DAMPING, TreeModel
-from sheldrake.systems.framework._kernels.integrate import ACCURACY, FIXED, H_ERROR, H_TRY
-from sheldrake.systems.framework._kernels.program import (
-    CONTINUOUS,
-    DERIV,
-    NUM_XC,
-    RK,
-    ROW,
-    STATUS,
-    XC,
-    XDOT,
-    Program,
-    call,
-    changed,
-    refresh,
-)
+from sheldrake.multibody.tree._kernels.model import TreeModel
+from sheldrake.systems.framework._kernels.integrate import Integrator
+from sheldrake.systems.framework._kernels.program import CONTINUOUS, Program, Side, call, changed, refresh
 
-KAPPA = np.float64(1e-3)  # tolerance of the solver over accuracy
-DIFFERENCE = np.float64(1e-6)  # by how much velocities are changed to see what forces do [m/s or rad/s]
-
-# Calls.plant
-BEGIN = np.int64(0)  # of the plant's state in the whole continuous state
-NUM_Q = np.int64(1)
-NUM_V = np.int64(2)
-FED = np.int64(3)  # 1 if other systems give forces
-SPATIAL = np.int64(4)  # number of the row that finds what applied spatial forces amount to, -1 for none
-ROW_BEGIN = np.int64(5)  # the plant's own derivatives in the program, which the step does without
-ROW_END = np.int64(6)
-NUM_PLANT = 7
+KAPPA = 1e-3  # tolerance of the solver over accuracy
+DIFFERENCE = 1e-6  # by how much velocities are changed to see what forces do [m/s or rad/s]
 
 
+class Tolerances(Record):
+    """Numbers of CENIC, beside those of the solver."""
+
+    least_tolerance = number("least relative tolerance of the solver")
+
+
+class PlantPlace(Record):
+    """Where a plant is in its diagram."""
+
+    state_begin = integer("of its state in the whole continuous state")
+    num_q = integer("its positions")
+    num_v = integer("its velocities")
+    is_fed = integer("1 if other systems give forces")
+    spatial = integer("number of the row that finds what applied spatial forces amount to, -1 for none")
+    row_begin = integer("its own derivatives in the program, which the step does without, from here")
+    row_end = integer("to here")
+
+
+@table
 class Convex(NamedTuple):
     """Memory of the step, beside that of its stages.
 
@@ -57,7 +52,7 @@ class Convex(NamedTuple):
         p: the plant's parameters, as the stages read them.
         gain: how much forces of ports brake, shape (nv,).
         option: the solver's numbers.
-        tolerance: least relative tolerance of the solver, shape (1,).
+        tolerance: what bounds one of them.
     """
 
     xd: Vector
@@ -65,10 +60,11 @@ class Convex(NamedTuple):
     whole: Vector
     p: Vector
     gain: Vector
-    option: Vector
-    tolerance: Vector
+    option: Annotated[Vector, Options]
+    tolerance: Annotated[Vector, Tolerances]
 
 
+@table
 class Calls(NamedTuple):
     """What the step calls.
 
@@ -76,94 +72,83 @@ class Calls(NamedTuple):
         stage: the stages of a discrete step in turn, then what else is called.
         words: their arguments.
         at: where each one's arguments begin; its length is the number of stages and one.
-        plant: shape (7,), columns `BEGIN` .. `ROW_END`.
+        plant: where the plant is.
         quaternion: where quaternions begin in the plant's state.
     """
 
     stage: IntVector
     words: IntVector
     at: IntVector
-    plant: IntVector
+    plant: Annotated[IntVector, PlantPlace]
     quaternion: IntVector
 
 
 @kernel
-def read_forces(program_model, plant_model, S, I, row_table, step, calls, u, tau):
-    """Brings the input ports up to date; their generalized forces into tau."""
-    changed(I, CONTINUOUS)
-    refresh(program_model, S, I, row_table, program_model.size[DERIV])
-    for k in range(tau.shape[0]):
+def forces_at(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, v, h, tau):
+    """Puts velocities v into the slab, and the positions to which those lead from xd within h; the ports' forces there.
+
+    These are generalized forces, in tau.
+    """
+    q_begin = program.xc + calls.state_begin
+    v_begin = q_begin + calls.num_q
+    integrate_positions(tree_model, convex.xd, v, h, convex.out)
+    for i in range(calls.num_q):
+        S[q_begin + i] = convex.out[i]
+    for k in range(calls.num_v):
+        S[v_begin + k] = v[k]
+    changed(side, CONTINUOUS)
+    refresh(program, S, side, row_table, program.derivatives)
+    for k in range(calls.num_v):
         step.applied_force[k] = 0.0
         tau[k] = 0.0
-    spatial = calls.plant[SPATIAL]
-    if spatial >= 0 and I[STATUS] == 0:
-        I[STATUS] = call_row(calls.stage, spatial, S[0], S, calls.words, 0)
+    if calls.spatial >= 0 and side.status == 0:
+        side.status = call_row(calls.stage, calls.spatial, S[0], S, calls.words, 0)
     add_applied_forces(plant_model, u, step.applied_force, tau)
     add_actuation(plant_model, u, tau, step.net_actuation, True)
 
 
-@kernel
-def lead(tree_model, program_model, S, convex, calls, v, h):
-    """Puts velocities v into the slab, and the positions to which those lead from xd within h."""
-    begin = program_model.size[XC] + calls.plant[BEGIN]
-    nq = calls.plant[NUM_Q]
-    integrate_positions(tree_model, convex.xd, v, h, convex.out)
-    for i in range(nq):
-        S[begin + i] = convex.out[i]
-    for k in range(calls.plant[NUM_V]):
-        S[begin + nq + k] = v[k]
-
-
 @kernel(outline=True)
-def linearize(program_model, tree_model, plant_model, S, I, row_table, convex, step, calls, u, h):
+def linearize(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, h):
     """Reads the ports where the step leads with its first velocity, and adds damping for what they brake.
 
     tau(v) = tau0 - K (v - v0): K goes to the joints' damping, which is implicit, and K v0 to the applied force.
     Vectors of the stages hold v, tau0 and tau until these run.
     """
-    nq = calls.plant[NUM_Q]
-    v = step.v_next
-    tau0 = step.v
-    tau = step.force
+    v, tau0, tau = step.v_next, step.v, step.force
     for k in range(v.shape[0]):
-        v[k] = convex.xd[nq + k]
-    lead(tree_model, program_model, S, convex, calls, v, h)
-    read_forces(program_model, plant_model, S, I, row_table, step, calls, u, tau0)
+        v[k] = convex.xd[calls.num_q + k]
+    forces_at(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, v, h, tau0)
     for k in range(v.shape[0]):
         v0 = v[k]
-        v[k] += DIFFERENCE * (abs(v0) if abs(v0) > 1.0 else 1.0)
-        lead(tree_model, program_model, S, convex, calls, v, h)
-        read_forces(program_model, plant_model, S, I, row_table, step, calls, u, tau)
-        gain = (tau0[k] - tau[k]) / (v[k] - v0)
-        convex.gain[k] = gain if gain > 0.0 else 0.0
+        v[k] += DIFFERENCE * max(1.0, abs(v0))
+        forces_at(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, v, h, tau)
+        convex.gain[k] = max(0.0, (tau0[k] - tau[k]) / (v[k] - v0))
         v[k] = v0
-    lead(tree_model, program_model, S, convex, calls, v, h)
-    read_forces(program_model, plant_model, S, I, row_table, step, calls, u, tau)
-    begin = program_model.size[XC] + calls.plant[BEGIN]
+    forces_at(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, v, h, tau)
+    begin = program.xc + calls.state_begin
     for i in range(convex.xd.shape[0]):
         S[begin + i] = convex.xd[i]
-    changed(I, CONTINUOUS)
+    changed(side, CONTINUOUS)
     for k in range(v.shape[0]):
-        convex.p[tree_model.dof[k, DAMPING]] += convex.gain[k]
+        convex.p[tree_model.dofs[k].damping] += convex.gain[k]
         step.applied_force[k] += convex.gain[k] * v[k]
 
 
 @kernel
-def move_others(program_model, S, I, row_table, calls, h):
+def move_others(program, S, side, row_table, calls, h):
     """Explicit Euler for the continuous states of other systems."""
-    P = program_model
-    deriv = P.size[DERIV]
-    first = calls.plant[BEGIN]
-    end = first + calls.plant[NUM_Q] + calls.plant[NUM_V]
-    refresh(P, S, I, row_table, deriv)
-    for j in range(P.act_ptr[deriv], P.act_ptr[deriv + 1]):
-        r = P.act[j]
-        if I[STATUS] == 0 and (r < calls.plant[ROW_BEGIN] or r >= calls.plant[ROW_END]):
-            call(P, S, I, row_table, r)
-    if I[STATUS] == 0:
-        for i in range(P.size[NUM_XC]):
+    deriv = program.derivatives
+    first = calls.state_begin
+    end = first + calls.num_q + calls.num_v
+    refresh(program, S, side, row_table, deriv)
+    for j in range(program.act_ptr[deriv], program.act_ptr[deriv + 1]):
+        r = program.act[j]
+        if side.status == 0 and (r < calls.row_begin or r >= calls.row_end):
+            call(program, S, side, row_table, r)
+    if side.status == 0:
+        for i in range(program.num_xc):
             if i < first or i >= end:
-                S[P.size[XC] + i] += h * S[P.size[XDOT] + i]
+                S[program.xc + i] += h * S[program.xdot + i]
 
 
 @kernel
@@ -178,32 +163,31 @@ def normalize_quaternions(convex, calls):
 
 
 @kernel(outline=True)
-def convex_step(program_model, tree_model, plant_model, S, I, row_table, convex, step, calls, u, p, h):
-    """From the slab's state to that a step of h later, without an estimate; a bad status is left in I."""
-    P = program_model
-    begin = P.size[XC] + calls.plant[BEGIN]
-    n = calls.plant[NUM_Q] + calls.plant[NUM_V]
+def convex_step(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, p, h):
+    """From the slab's state to that a step of h later, without an estimate; a bad status is left in the side."""
+    begin = program.xc + calls.state_begin
+    n = calls.num_q + calls.num_v
     for i in range(n):
         convex.xd[i] = S[begin + i]
     for i in range(p.shape[0]):
         convex.p[i] = p[i]
-    convex.option[DT] = h
-    if calls.plant[FED] == 1:
-        linearize(P, tree_model, plant_model, S, I, row_table, convex, step, calls, u, h)
+    convex.dt = h
+    if calls.is_fed == 1:
+        linearize(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, h)
     else:
-        changed(I, CONTINUOUS)
-        refresh(P, S, I, row_table, P.size[DERIV])
+        changed(side, CONTINUOUS)
+        refresh(program, S, side, row_table, program.derivatives)
     for s in range(calls.at.shape[0] - 1):
-        if I[STATUS] == 0:
-            I[STATUS] = call_row(calls.stage, s, S[0], S, calls.words, calls.at[s])
-            I[ROW] = calls.plant[ROW_BEGIN]
-    if I[STATUS] == 0 and P.size[NUM_XC] > n:
-        move_others(P, S, I, row_table, calls, h)
-    if I[STATUS] == 0:
+        if side.status == 0:
+            side.status = call_row(calls.stage, s, S[0], S, calls.words, calls.at[s])
+            side.row = calls.row_begin
+    if side.status == 0 and program.num_xc > n:
+        move_others(program, S, side, row_table, calls, h)
+    if side.status == 0:
         normalize_quaternions(convex, calls)
         for i in range(n):
             S[begin + i] = convex.out[i]
-        changed(I, CONTINUOUS)
+        changed(side, CONTINUOUS)
 
 
 @kernel(top=True)
@@ -211,9 +195,9 @@ def cenic_step(
     program_model: Program,
     tree_model: TreeModel,
     plant_model: PlantModel,
-    Z: Vector,
+    integrator: Integrator,
     S: Vector,
-    I: IntVector,
+    side: Side,
     row_table: IntVector,
     convex: Convex,
     step: StepVectors,
@@ -221,32 +205,31 @@ def cenic_step(
     u: Vectors,
     p: Vector,
 ) -> None:
-    """Steps by Z[H_TRY] [s], and leaves the norm of the error in Z[H_ERROR]; a bad status stays in I.
+    """Steps by `h_try` [s], and leaves the norm of the error in `h_error`; a bad status stays in the side.
 
     The step is made once whole and once in two halves; the positions' difference is the estimate of the error, and the
-    halves are kept. The state at the beginning is at S[RK:].
+    halves are kept. The state at the beginning is at S[x0:].
     """
-    P = program_model
-    h = Z[H_TRY]
+    program = program_model
+    h = integrator.h_try
     t = S[0]
-    tolerance = convex.tolerance[0]
-    if Z[FIXED] == 0.0 and KAPPA * Z[ACCURACY] > tolerance:
-        tolerance = KAPPA * Z[ACCURACY]
-    convex.option[RELATIVE_TOLERANCE] = tolerance
-    convex_step(P, tree_model, plant_model, S, I, row_table, convex, step, calls, u, p, h)
+    convex.relative_tolerance = convex.least_tolerance
+    if integrator.fixed == 0.0:
+        convex.relative_tolerance = max(convex.least_tolerance, KAPPA * integrator.accuracy)
+    convex_step(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, p, h)
     error = 0.0
-    if Z[FIXED] == 0.0 and I[STATUS] == 0:
+    if integrator.fixed == 0.0 and side.status == 0:
         for i in range(convex.out.shape[0]):
             convex.whole[i] = convex.out[i]
-        for i in range(P.size[NUM_XC]):
-            S[P.size[XC] + i] = S[P.size[RK] + i]
-        convex_step(P, tree_model, plant_model, S, I, row_table, convex, step, calls, u, p, 0.5 * h)
-        if I[STATUS] == 0:
+        for i in range(program.num_xc):
+            S[program.xc + i] = S[program.x0 + i]
+        convex_step(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, p, 0.5 * h)
+        if side.status == 0:
             S[0] = t + 0.5 * h
-            convex_step(P, tree_model, plant_model, S, I, row_table, convex, step, calls, u, p, 0.5 * h)
+            convex_step(program, tree_model, plant_model, S, side, row_table, convex, step, calls, u, p, 0.5 * h)
             S[0] = t
-        for i in range(calls.plant[NUM_Q]):
+        for i in range(calls.num_q):
             e = abs(convex.out[i] - convex.whole[i])
             if not e <= error:
                 error = e
-    Z[H_ERROR] = error
+    integrator.h_error = error

@@ -5,26 +5,16 @@ after column. Those of two free bodies, 6 by 6, are unrolled so that a column is
 are loops. The diagonal of a diagonal block holds 1 / L_ii.
 """
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.problem import (
-    ADDRESS,
-    BELOW_BEGIN,
-    BELOW_END,
-    BELOW_PLACE,
-    DIAGONAL,
-    FIRST_SLOT,
-    SIZE,
-)
 from sheldrake.multibody.contact_solvers._kernels.six import SIX, dot_six, load_six, minus_scaled, store_six
+from sheldrake.multibody.contact_solvers._kernels.status import HESSIAN_NOT_POSITIVE, SOLVED
 
 
 @kernel
 def subtract_scaled(L, to, s, of, n):
     """L[to ..] -= s L[of ..] of n numbers, the last ones four at a time."""
-    a = np.int64(0)
+    a = 0
     while (n - a) % 4 != 0:
         L[to + a] -= s * L[of + a]
         a += 1
@@ -71,73 +61,74 @@ def subtract_product(L, C, A, B, rows, columns, inner):
 
 @kernel
 def factorise_diagonal(L, D, n):
-    """Cholesky of the lower triangle of the block at D in place; 1 when a pivot is not positive, else 0."""
+    """Cholesky of the lower triangle of the block at D in place; a status."""
     for c in range(n):
         column = D + n * c
         for e in range(c):
             subtract_scaled(L, column + c, L[D + n * e + c], D + n * e + c, n - c)
         if not L[column + c] > 0.0:
-            return 1
+            return HESSIAN_NOT_POSITIVE
         s = 1.0 / sqrt(L[column + c])
         L[column + c] = s
         for a in range(c + 1, n):
             L[column + a] *= s
-    return 0
+    return SOLVED
 
 
 @kernel(outline=True)
-def divide_six(L, B, D):
-    """B <- B L_D^-T of blocks 6 by 6."""
+def divide_six(L, B, D, across, along, ones):
+    """`divide` of a block 6 by 6."""
     for c in range(SIX):
         x = load_six(L, B + SIX * c)
         for e in range(c):
-            x = minus_scaled(x, L[D + SIX * e + c], load_six(L, B + SIX * e))
-        s = L[D + SIX * c + c]
-        store_six(L, B + SIX * c, (s * x[0], s * x[1], s * x[2], s * x[3], s * x[4], s * x[5]))
+            x = minus_scaled(x, L[D + across * e + along * c], load_six(L, B + SIX * e))
+        if ones == 0:
+            s = L[D + SIX * c + c]
+            x = (s * x[0], s * x[1], s * x[2], s * x[3], s * x[4], s * x[5])
+        store_six(L, B + SIX * c, x)
 
 
 @kernel
-def divide_by_diagonal(L, B, rows, D, n):
-    """B <- B L_D^-T of the block at B, rows by n."""
+def divide(L, B, rows, D, n, across, along, ones):
+    """B <- B T^-1, T upper triangular with T_ec at D + across e + along c and 1 / T_cc on the diagonal, or ones."""
     if rows == SIX and n == SIX:
-        divide_six(L, B, D)
+        divide_six(L, B, D, across, along, ones)
     else:
         for c in range(n):
             for e in range(c):
-                s = L[D + n * e + c]
+                s = L[D + across * e + along * c]
                 for a in range(rows):
                     L[B + rows * c + a] -= L[B + rows * e + a] * s
-            s = L[D + n * c + c]
-            for a in range(rows):
-                L[B + rows * c + a] *= s
+            if ones == 0:
+                s = L[D + n * c + c]
+                for a in range(rows):
+                    L[B + rows * c + a] *= s
 
 
 @kernel(outline=True)
 def factorise(factor, n):
-    """Factorises the n block columns in place. Returns 1 when a pivot is not positive, else 0."""
+    """Factorises the n block columns in place; a status."""
     L = factor.L
-    block = factor.block
-    below = factor.below
     for k in range(n):
-        inner = block[k, SIZE]
-        if factorise_diagonal(L, block[k, DIAGONAL], inner) != 0:
-            return 1
-        begin = block[k, BELOW_BEGIN]
-        end = block[k, BELOW_END]
-        for e in range(begin, end):
-            divide_by_diagonal(L, below[e, ADDRESS], block[below[e, BELOW_PLACE], SIZE], block[k, DIAGONAL], inner)
-        for e in range(begin, end):
-            B = below[e, ADDRESS]
-            j = below[e, BELOW_PLACE]
-            columns = block[j, SIZE]
-            subtract_product(L, block[j, DIAGONAL], B, B, columns, columns, inner)
-            g = block[j, BELOW_BEGIN]
-            for f in range(e + 1, end):
-                i = below[f, BELOW_PLACE]
-                while below[g, BELOW_PLACE] != i:
+        column = factor.blocks[k]
+        inner = column.size
+        if factorise_diagonal(L, column.diagonal, inner) != SOLVED:
+            return HESSIAN_NOT_POSITIVE
+        for e in range(column.below_begin, column.below_end):
+            entry = factor.entries[e]
+            divide(L, entry.address, factor.blocks[entry.place].size, column.diagonal, inner, inner, 1, 0)  # by L^T
+        for e in range(column.below_begin, column.below_end):
+            B = factor.entries[e].address
+            behind = factor.blocks[factor.entries[e].place]
+            subtract_product(L, behind.diagonal, B, B, behind.size, behind.size, inner)
+            g = behind.below_begin
+            for f in range(e + 1, column.below_end):
+                entry = factor.entries[f]
+                while factor.entries[g].place != entry.place:
                     g += 1
-                subtract_product(L, below[g, ADDRESS], below[f, ADDRESS], B, block[i, SIZE], columns, inner)
-    return 0
+                rows = factor.blocks[entry.place].size
+                subtract_product(L, factor.entries[g].address, entry.address, B, rows, behind.size, inner)
+    return SOLVED
 
 
 @kernel
@@ -212,23 +203,20 @@ def backwards(L, D, n, x, at):
 @kernel(outline=True)
 def substitute(factor, n):
     """rhs <- H^-1 rhs, forwards and backwards through the n block columns."""
-    L = factor.L
-    block = factor.block
-    below = factor.below
-    x = factor.rhs
+    L, x = factor.L, factor.rhs
     for k in range(n):
-        size = block[k, SIZE]
-        D = block[k, DIAGONAL]
-        at = block[k, FIRST_SLOT]
-        forwards(L, D, size, x, at)
-        for e in range(block[k, BELOW_BEGIN], block[k, BELOW_END]):
-            place = below[e, BELOW_PLACE]
-            subtract_block_times(L, below[e, ADDRESS], block[place, SIZE], size, x, at, block[place, FIRST_SLOT])
+        column = factor.blocks[k]
+        size, at = column.size, column.first_slot
+        forwards(L, column.diagonal, size, x, at)
+        for e in range(column.below_begin, column.below_end):
+            entry = factor.entries[e]
+            row = factor.blocks[entry.place]
+            subtract_block_times(L, entry.address, row.size, size, x, at, row.first_slot)
     for k in range(n - 1, -1, -1):
-        size = block[k, SIZE]
-        D = block[k, DIAGONAL]
-        at = block[k, FIRST_SLOT]
-        for e in range(block[k, BELOW_BEGIN], block[k, BELOW_END]):
-            place = below[e, BELOW_PLACE]
-            subtract_transpose_times(L, below[e, ADDRESS], block[place, SIZE], size, x, at, block[place, FIRST_SLOT])
-        backwards(L, D, size, x, at)
+        column = factor.blocks[k]
+        size, at = column.size, column.first_slot
+        for e in range(column.below_begin, column.below_end):
+            entry = factor.entries[e]
+            row = factor.blocks[entry.place]
+            subtract_transpose_times(L, entry.address, row.size, size, x, at, row.first_slot)
+        backwards(L, column.diagonal, size, x, at)

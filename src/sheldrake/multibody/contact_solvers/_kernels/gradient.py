@@ -1,181 +1,194 @@
-"""Impulses and gradient of the convex cost at the iterate, over an island's trees, contacts and rows."""
+"""Velocities of constraints, impulses, and the gradient of the convex cost, over an island's trees, contacts and rows.
+
+The gradient is A (v - v*) - J^T gamma (Castro, Permenter, Han 2022, section IV-A), what is left of eq. 18.
+"""
 
 from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import column3, dot3, load3_at, store3_at
+from sheldrake.common._kernels.vec import add3, column3, dot3, scale3, store3
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.contact_law import contact_impulse
+from sheldrake.multibody.contact_solvers._kernels.laws import contact_impulse, row_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
-    ABSOLUTE_TOLERANCE,
-    CONTACTS_BEGIN,
-    CONTACTS_END,
-    DEPTH_OF,
-    DOFS,
-    FIRST_DOF,
-    G_XX,
-    G_XY,
-    G_XZ,
-    G_YY,
-    G_YZ,
-    G_ZZ,
-    GAMMA,
-    GRADIENT,
-    J_GAMMA,
-    MOBILITY,
-    NUM_DOFS,
-    ORDER,
-    P_STAR,
-    PARENT_DOF,
-    RELATIVE_TOLERANCE,
-    ROW_DOFS,
-    ROW_G,
-    ROW_GAMMA,
-    ROW_LOWER,
-    ROW_R,
-    ROW_START,
-    ROW_UPPER,
-    ROW_VC,
-    ROW_VHAT,
-    ROWS_BEGIN,
-    ROWS_END,
-    SIXES,
-    TREE_ORDER,
-    TREES_BEGIN,
-    TREES_END,
-    VC,
-    WIDTH,
-    P,
+    contacts_of_island,
+    diagonal,
+    dofs_above,
+    dofs_of_island,
+    rows_of_island,
+    trees_of_island,
 )
-from sheldrake.multibody.contact_solvers._kernels.scalar_row import row_impulse
 from sheldrake.multibody.contact_solvers._kernels.six import (
     SIX,
-    load_six_of,
+    dot_six,
+    load_six,
+    load_three_sixes,
     mul_packed_six,
     plus_scaled,
-    store_six_of,
+    store_six,
 )
+
+# ---- constraint velocities
+#
+# Constraint velocities: J times a vector over the dofs, columns only for the dofs that move the constraint.
+
+FIRST = 0  # column
+
+
+@kernel
+def put_velocity(contact, v, which):
+    """J v of a contact [m/s] becomes its velocity or, `which` being DVC, the change of it."""
+    if contact.sixes > 0:
+        u = velocity_of_six(contact, FIRST, v)
+        if contact.sixes > 1:
+            u = add3(u, velocity_of_six(contact, SIX, v))
+        store3(contact.velocity, which, u)
+    else:
+        store3(contact.velocity, which, velocity_of_any(contact, v))
+
+
+@kernel
+def velocity_of_six(contact, at, v):
+    """The part of six columns of J, from `at` on, in J v."""
+    x, y, z = load_three_sixes(contact.J, at)
+    s = load_six(v, contact.dofs[at])
+    return (dot_six(x, s), dot_six(y, s), dot_six(z, s))
+
+
+@kernel
+def velocity_of_any(contact, v):
+    """J v of a contact with any columns."""
+    u = (0.0, 0.0, 0.0)
+    for a in range(contact.width):
+        u = add3(u, scale3(column3(contact.J, 0, a), v[contact.dofs[a]]))
+    return u
+
+
+@kernel(outline=True)
+def contact_velocities(problem, contacts, v, which):
+    """`put_velocity` of the island's contacts."""
+    for contact in contacts_of_island(problem, contacts):
+        put_velocity(contact, v, which)
+
+
+@kernel
+def row_velocities(problem, rows, v, which):
+    """J v of the island's rows, as `put_velocity`."""
+    for row in rows_of_island(problem, rows):
+        u = 0.0
+        for a in range(row.width):
+            u += row.J[a] * v[row.dofs[a]]
+        row.velocity[which] = u
+
+
+@kernel
+def put_v0(model, problem):
+    """v = v0."""
+    for k in dofs_of_island(model, problem):
+        problem.v[k] = problem.v0[k]
+
+
+@kernel
+def move(model, problem, contacts, alpha):
+    """v += alpha dv, and with it momenta and contact velocities."""
+    for k in dofs_of_island(model, problem):
+        problem.v[k] += alpha * problem.dv[k]
+        problem.p[k] += alpha * problem.a_dv[k]
+    for contact in contacts_of_island(problem, contacts):
+        contact.vc = add3(contact.vc, scale3(contact.dvc, alpha))
+
+
+# ---- impulses and gradient
 
 
 @kernel
 def is_chain_of_six(model, t):
     """Whether a tree has six dofs, each moved by those before it: its part of A is a packed triangle."""
-    return model.tree[t, NUM_DOFS] == SIX and model.dof[model.tree[t, FIRST_DOF] + 5, DEPTH_OF] == 5
+    tree = model.trees[t]
+    return tree.num_dofs == SIX and model.dofs[tree.first_dof + 5].depth == 5
 
 
 @kernel
-def mul_A(model, problem, source, target):
-    """x[target] = A x[source] over the participating dofs."""
-    x = problem.x
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
+def mul_A(model, problem, x, y):
+    """y = A x over the participating dofs, of two vectors of the problem."""
+    for t in trees_of_island(problem):
+        first = model.trees[t].first_dof
         if is_chain_of_six(model, t):
-            y = mul_packed_six(problem.A, model.dof[first, ROW_START], load_six_of(x, source, first))
-            store_six_of(x, target, first, y)
+            store_six(y, first, mul_packed_six(problem.A, model.dofs[first].row_start, load_six(x, first)))
             continue
-        for k in range(first, first + model.tree[t, NUM_DOFS]):
-            at = model.dof[k, ROW_START] + model.dof[k, DEPTH_OF]
-            x_k = x[source, k]
-            y_k = problem.A[at] * x_k
-            j = model.dof[k, PARENT_DOF]
-            while j >= 0:
-                at -= 1
-                y_k += problem.A[at] * x[source, j]
-                x[target, j] += problem.A[at] * x_k
-                j = model.dof[j, PARENT_DOF]
-            x[target, k] = y_k
+        for k in range(first, first + model.trees[t].num_dofs):
+            x_k = x[k]
+            y_k = problem.A[diagonal(model, k)] * x_k
+            for j, at in dofs_above(model, k):
+                y_k += problem.A[at] * x[j]
+                y[j] += problem.A[at] * x_k
+            y[k] = y_k
 
 
 @kernel(outline=True)
-def multiply_A(model, problem, source, target):
+def multiply_A(model, problem, x, y):
     """`mul_A`, compiled once for all but the first call of a step."""
-    mul_A(model, problem, source, target)
+    mul_A(model, problem, x, y)
 
 
 @kernel
 def apply_contact_impulses(model, problem, contacts):
-    """Impulses and G at the present vc; adds J^T gamma to x[J_GAMMA].
+    """Impulses and G at the present vc; adds J^T gamma to `problem.j_gamma`.
 
     In two loops: no contact then waits for the roots and quotients of the one before it.
     """
-    state = contacts.state
-    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-        c = contacts.index[place, ORDER]
-        gamma, G = contact_impulse(model, contacts.law, c, load3_at(state, c, VC))
-        store3_at(state, c, GAMMA, gamma)
-        state[c, G_XX] = G[0]
-        state[c, G_XY] = G[1]
-        state[c, G_YY] = G[2]
-        state[c, G_XZ] = G[3]
-        state[c, G_YZ] = G[4]
-        state[c, G_ZZ] = G[5]
-    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-        c = contacts.index[place, ORDER]
-        push_trees(problem.x, contacts, c, load3_at(state, c, GAMMA))
+    for contact in contacts_of_island(problem, contacts):
+        contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
+    for contact in contacts_of_island(problem, contacts):
+        push_trees(problem.j_gamma, contact, contact.gamma)
 
 
 @kernel
-def push_trees(x, contacts, c, gamma):
-    """x[J_GAMMA] += J^T gamma of a contact."""
-    sixes = contacts.index[c, SIXES]
+def push_trees(j_gamma, contact, gamma):
+    """j_gamma += J^T gamma of a contact."""
+    sixes = contact.sixes
     for side in range(sixes):
         at = SIX * side
-        k = contacts.index[c, DOFS + at]
-        push = load_six_of(x, J_GAMMA, k)
-        push = plus_scaled(push, gamma[0], load_six_of(contacts.J, 3 * c, at))
-        push = plus_scaled(push, gamma[1], load_six_of(contacts.J, 3 * c + 1, at))
-        push = plus_scaled(push, gamma[2], load_six_of(contacts.J, 3 * c + 2, at))
-        store_six_of(x, J_GAMMA, k, push)
+        k = contact.dofs[at]
+        x, y, z = load_three_sixes(contact.J, at)
+        push = plus_scaled(load_six(j_gamma, k), gamma[0], x)
+        store_six(j_gamma, k, plus_scaled(plus_scaled(push, gamma[1], y), gamma[2], z))
     if sixes == 0:
-        for a in range(contacts.index[c, WIDTH]):
-            x[J_GAMMA, contacts.index[c, DOFS + a]] += dot3(column3(contacts.J, 3 * c, a), gamma)
+        for a in range(contact.width):
+            j_gamma[contact.dofs[a]] += dot3(column3(contact.J, 0, a), gamma)
 
 
 @kernel
 def apply_row_impulses(problem, rows):
-    """Impulses and G of the scalar rows at the present velocity; adds J^T gamma to x[J_GAMMA]."""
-    law = rows.law
-    for place in range(problem.count[ROWS_BEGIN], problem.count[ROWS_END]):
-        r = rows.index[place, ORDER]
-        vc = rows.state[r, ROW_VC]
-        gamma, G = row_impulse(law[r, ROW_R], law[r, ROW_VHAT], law[r, ROW_LOWER], law[r, ROW_UPPER], vc)
-        rows.state[r, ROW_GAMMA] = gamma
-        rows.state[r, ROW_G] = G
-        for a in range(rows.index[r, WIDTH]):
-            problem.x[J_GAMMA, rows.index[r, ROW_DOFS + a]] += rows.J[r, a] * gamma
+    """Impulses and G of the scalar rows at the present velocity; adds J^T gamma to `problem.j_gamma`."""
+    for row in rows_of_island(problem, rows):
+        row.gamma, row.G = row_impulse(row, row.vc)
+        for a in range(row.width):
+            problem.j_gamma[row.dofs[a]] += row.J[a] * row.gamma
 
 
 @kernel
 def judge(model, problem, contacts, rows):
-    """Impulses and gradient at the iterate.
+    """Impulses and gradient at the iterate, and whether it will do (Castro, Permenter, Han 2022, eqs. 25 and 26).
 
     Returns:
         (excess, momentum, impulse): the square of the gradient over that of what is small against momentum and impulse;
         the squares of these two, weighted by the mobilities [J].
     """
-    x = problem.x
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
-        for k in range(first, first + model.tree[t, NUM_DOFS]):
-            x[J_GAMMA, k] = 0.0
+    for k in dofs_of_island(model, problem):
+        problem.j_gamma[k] = 0.0
     apply_contact_impulses(model, problem, contacts)
     apply_row_impulses(problem, rows)
     residual = 0.0
     momentum = 0.0
     impulse = 0.0
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
-        for k in range(first, first + model.tree[t, NUM_DOFS]):
-            g = x[P, k] - x[P_STAR, k] - x[J_GAMMA, k]
-            x[GRADIENT, k] = g
-            residual += g * g * x[MOBILITY, k]
-            momentum += x[P, k] * x[P, k] * x[MOBILITY, k]
-            impulse += x[J_GAMMA, k] * x[J_GAMMA, k] * x[MOBILITY, k]
+    for k in dofs_of_island(model, problem):
+        g = problem.p[k] - problem.p_star[k] - problem.j_gamma[k]
+        problem.gradient[k] = g
+        residual += g * g * problem.mobility[k]
+        momentum += problem.p[k] * problem.p[k] * problem.mobility[k]
+        impulse += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
     scale = momentum
     if impulse > scale:
         scale = impulse
-    limit = model.option[RELATIVE_TOLERANCE] * root(scale) + model.option[ABSOLUTE_TOLERANCE]
+    limit = model.relative_tolerance * root(scale) + model.absolute_tolerance
     return residual / (limit * limit), momentum, impulse
 
 
@@ -191,3 +204,11 @@ def root(x):
     if x > 0.0:
         return sqrt(x)
     return 0.0 * x
+
+
+@kernel
+def magnitude(x):
+    """|x| of a number or a dual."""
+    if x < 0.0:
+        return -x
+    return x

@@ -1,263 +1,358 @@
-"""What one contact solve is made of: momentum, contacts, scalar rows; the arrays and the names of their columns.
+"""What one contact solve is made of: momentum, contacts, scalar rows; the arrays and what is in them.
 
-The convex problem (Castro, Permenter, Han 2022, eq. 21) is
+The convex problem (Castro, Permenter, Han 2022, eq. 24; numbers as in IEEE Transactions on Robotics 39) is
 
     minimise over v:  1/2 (v - v*)^T A (v - v*) + sum_i l_i(J_i v),      gamma_i = -dl_i/dvc_i,  G_i = d2l_i/dvc_i2
 
-with A = M(q0) + dt D block diagonal by kinematic tree. A solver sees dofs, trees and rows, not bodies or joints.
+with A = M(q0) + dt D (eq. 15) block diagonal by kinematic tree. A solver sees dofs, trees and rows, not bodies or
+joints.
 """
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import numpy as np
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
+from sheldrake.common.record import Each, Items, Record, Stack, array, integer, integers, number, numbers, table, vector
 
-from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector
+# Settings.approximation
+LAGGED = 0
+SIMILAR = 1
+SAP = 2
+TAMSI = 3
+
+# RowIndex.kind
+LIMIT = 0
+ACTUATOR = 1
+HOLONOMIC = 2
+DRY_FRICTION = 3
+
+# ContactState.velocity and RowState.velocity
+VC = 0
+DVC = 1
 
 
+class Options(Record):
+    """Numbers of the solver."""
+
+    dt = number("time step", "s")
+    stiction = number("regularisation speed v_s", "m/s")
+    sigma = number("tangential regularisation relative to the Delassus estimate")
+    near_rigid = number("beta of kSap's contacts")
+    near_rigid_rows = number("beta of scalar rows")
+    relative_tolerance = number("residual at which iterations stop, over momentum and impulse")
+    absolute_tolerance = number("residual at which they stop in any case", "sqrt(J)")
+
+
+class Settings(Record):
+    """Choices of the solver."""
+
+    approximation = integer("LAGGED, SIMILAR, SAP or TAMSI")
+    max_iterations = integer("after which it gives up")
+    settle = integer("1: rest exactly where rest is a solution; full steps where they do; 0: Drake's iterates")
+
+
+class Tree(Record):
+    """A kinematic tree."""
+
+    first_dof = integer("its first dof")
+    num_dofs = integer("how many it has")
+
+
+class Dof(Record):
+    """A dof as constraints and the momentum matrix see it."""
+
+    parent = integer("next dof towards the base, or -1")
+    depth = integer("number of ancestors")
+    row_start = integer("start of its row in the packed momentum matrix")
+
+
+class DofVectors(Stack):
+    """Vectors over the dofs."""
+
+    v0 = vector("v at the start of the step", "m/s, rad/s")
+    v_star = vector("v without constraints")
+    v = vector("the iterate; in the end v_next")
+    p_star = vector("A v*; the plant leaves A (v* - v0) here", "N s")
+    p = vector("A v", "N s")
+    j_gamma = vector("J^T gamma", "N s")
+    gradient = vector("A (v - v*) - J^T gamma", "N s")
+    dv = vector("search direction")
+    a_dv = vector("A dv", "N s")
+    mobility = vector("1 / diag(A)", "1/kg")
+    start_momentum = vector("kTamsi: p* of the sub-step; J^T gamma is made at the end", "N s", same_as=j_gamma)
+
+
+class Participation(Record):
+    """Who takes part, and in which island: rows are trees, then places, then islands."""
+
+    active = integer("1 for a tree touched by a constraint, else 0")
+    root = integer("towards the first tree of its island; then the number of the island")
+    order = integer("the tree at a place: islands one after the other")
+    ends = array(3, "where an island's trees, contacts and rows end", dtype=int)
+    all_ends = integers(3, "the three of them", same_as=ends)
+    num_contacts = integer("while kSap's slip is guessed: contacts of the tree", same_as=ends)
+
+
+class Counts(Record):
+    """Numbers of this solve, and the island at hand."""
+
+    num_contacts = integer("of this step")
+    num_rows = integer("of this step")
+    iterations = integer("of all islands")
+    participating = integer("dofs of the last island that needed a factor")
+    substeps = integer("of kTamsi")
+    num_islands = integer("that constraints make of the trees")
+    trees_begin = integer("the island at hand: places in the orders of trees, contacts and rows")
+    contacts_begin = integer("")
+    rows_begin = integer("")
+    trees_end = integer("")
+    contacts_end = integer("")
+    rows_end = integer("")
+    begins = integers(3, "of trees, contacts and rows", same_as=trees_begin)
+    ends = integers(3, "of trees, contacts and rows", same_as=trees_end)
+    factor_size = integer("numbers in the island's factor")
+    along_branches = integer("1 if they are rows along the branches of a tree, 0 if blocks")
+
+
+class ContactIndex(Record):
+    """Who a contact is between."""
+
+    width = integer("how many dofs move it")
+    tree_a = integer("tree of body A, -1 for none")
+    tree_b = integer("tree of body B, -1 for none")
+    order = integer("the contact at this place: islands one after the other")
+    sixes = integer("how many trees of six dofs all its columns belong to, 0 if there are others; `prepare` finds it")
+    dofs = array(..., "the dofs that move it", dtype=int)
+
+
+class ContactLaw(Record):
+    """The material, then what `prepare` derives for Hunt and Crossley's laws, and in the same memory for kSap."""
+
+    stiffness = number("k", "N/m")
+    dissipation = number("d", "s/m")
+    relaxation = number("tau", "s")
+    friction = number("mu")
+    depth = number("-phi0", "m")
+    fe0 = number("elastic force at q0", "N")
+    n0 = number("normal impulse at v0", "N s")
+    eps = number("regularisation speed", "m/s")
+    R_t = number("kSap: regularisation along the surface", "1/kg", same_as=fe0)
+    R_n = number("kSap: regularisation along the normal", "1/kg", same_as=n0)
+    vhat_n = number("kSap: velocity that would close the penetration", "m/s", same_as=eps)
+    delassus = number("kSap: w", "1/kg")
+    back = number("elastic contacts: how much larger the force was half a step back, see `elastic`; else 0", "N")
+    reach = number("the plant leaves here how far ahead an elastic contact is seen, else 0", "m", same_as=back)
+
+
+class ContactState(Record):
+    """What the solver finds."""
+
+    vc = numbers(3, "velocity at the contact", "m/s")
+    dvc = numbers(3, "its change along the search direction", "m/s")
+    gamma = numbers(3, "impulse", "N s")
+    G = numbers(6, "-dgamma/dvc as xx, xy, yy, xz, yz, zz", "kg")
+    G_t = numbers(3, "its block along the surface: xx, xy, yy", "kg", same_as=G)
+    dual = numbers(2, "dual of friction, see `friction_dual`")
+    velocity = array((2, 3), "vc and dvc", "m/s", same_as=vc)
+
+
+class RowIndex(Record):
+    """What a scalar row is, and who moves it."""
+
+    width = integer("how many dofs move it")
+    tree_a = integer("-1 for none")
+    tree_b = integer("-1 for none")
+    order = integer("the row at this place: islands one after the other")
+    kind = integer("LIMIT, ACTUATOR, HOLONOMIC or DRY_FRICTION")
+    owner = integer("number of the joint, actuator or constraint")
+    group = integer("n in the first of n rows that share their dofs and one Delassus estimate, 0 in the others")
+    dofs = array(..., "the dofs that move it", dtype=int)
+
+
+class RowColumns(Record):
+    """Its Jacobian."""
+
+    J = array(..., "a column for each dof that moves it")
+
+
+class RowLaw(Record):
+    """gamma = clamp((vhat - vc) / R, lower, upper); `prepare` makes R and vhat of what is behind them."""
+
+    R = number("regularisation", "1/kg")
+    vhat = number("velocity it would have", "m/s")
+    lower = number("least impulse", "N s")
+    upper = number("largest impulse", "N s")
+    gap = number("violation g at q0; of an actuator q0 - q_desired", "m")
+    stiffness = number("k, may be infinite; proportional gain", "N/m")
+    relaxation = number("tau [s]; derivative gain [N s/m]")
+    rate = number("actuators: v_desired", "m/s")
+    forward = number("actuators: feed-forward effort", "N")
+
+
+class RowState(Record):
+    """What the solver finds."""
+
+    vc = number("velocity", "m/s")
+    dvc = number("its change along the search direction", "m/s")
+    gamma = number("impulse", "N s")
+    G = number("-dgamma/dvc", "kg")
+    velocity = array(2, "vc and dvc", same_as=vc)
+
+
+class Block(Record):
+    """A block column of the factor: the tree at this place of the elimination order."""
+
+    tree = integer("which tree")
+    first_slot = integer("place of its first dof in `rhs`")
+    size = integer("dofs of the tree")
+    below_begin = integer("its blocks below the diagonal: `entries` from here")
+    below_end = integer("to here")
+    diagonal = integer("address of the diagonal block in L")
+    of_tree = integer("see `PlaceOfTree`: counted by trees")
+    node = integer("while blocks are laid out: number of the tree within the island", same_as=first_slot)
+
+
+class Node(Record):
+    """A tree while the elimination order is sought, by its number within the island."""
+
+    degree = integer("neighbours that are left", same_as=Block.below_begin)
+    done = integer("1 when eliminated", same_as=Block.below_end)
+
+
+class PlaceOfTree(Record):
+    """A tree by its number in the plant."""
+
+    place = integer("its place in the elimination order", same_as=Block.of_tree)
+
+
+class Entry(Record):
+    """A block below the diagonal: column after column, rows ascending."""
+
+    place = integer("of its row in the elimination order")
+    address = integer("where it is in L; for kTamsi the transpose of the one above the diagonal follows it")
+
+
+class Path(Record):
+    """A dof of an island that is one tree, as in `Dof`, with what constraints add."""
+
+    parent = integer("next dof towards the base, or -1")
+    depth = integer("number of dofs on the way to the base")
+    row_start = integer("start of its row in L")
+
+
+@table
 class SolverModel(NamedTuple):
-    """Constants of a plant's contact solver.
+    """Constants of a plant's contact solver: `model.dt`, `model.trees[t].first_dof`, `model.dofs[k].depth`."""
 
-    Attributes:
-        option: Numbers of the solver, shape (7,), columns `DT` .. `ABSOLUTE_TOLERANCE`.
-        setting: Choices of the solver, shape (4,), columns `APPROXIMATION` .. `SETTLE`.
-        tree: First dof, number of dofs of each kinematic tree, shape (num_trees, 2).
-        dof: Next dof towards the base or -1, number of ancestors, start of the packed row of each dof, shape (nv, 3).
-    """
-
-    option: Vector
-    setting: IntVector
-    tree: IntMatrix
-    dof: IntMatrix
+    option: Annotated[Vector, Options]
+    setting: Annotated[IntVector, Settings]
+    tree: Annotated[IntMatrix, Items("trees", Tree)]
+    dof: Annotated[IntMatrix, Items("dofs", Dof)]
 
 
+@table
 class Problem(NamedTuple):
-    """The smooth part of one solve.
+    """The smooth part of one solve: `problem.v_star[k]`, `problem.trees[t].active`, `problem.num_contacts`.
 
-    Attributes:
-        A: Momentum matrix, packed: entry of dof k and its ancestor j at A[dof[k, ROW_START] + dof[j, DEPTH_OF]].
-        x: Vectors over the dofs, shape (10, nv), rows `V0` .. `MOBILITY`.
-        tree: Who takes part, and in which island, shape (num_trees, 6), columns `ACTIVE` .. `ISLAND_ROWS`.
-        count: Numbers of this solve, shape (16,), columns `NUM_CONTACTS` .. `ROWS_END`.
+    A is the momentum matrix, packed: entry of dof k and its ancestor j at A[dofs[k].row_start + dofs[j].depth].
     """
 
     A: Vector
-    x: Matrix
-    tree: IntMatrix
-    count: IntVector
+    x: Annotated[Matrix, DofVectors]
+    tree: Annotated[IntMatrix, Items("trees", Participation)]
+    count: Annotated[IntVector, Counts]
 
 
+@table
 class Contacts(NamedTuple):
-    """Frictional contacts, three rows each (two tangents, normal) in the contact frame C.
+    """Frictional contacts, three rows each (two tangents, normal) in the contact frame C: `contacts[c].stiffness`.
 
-    Attributes:
-        index: Shape (capacity, 5 + width): `WIDTH` .. `SIXES`, then the dofs that move it.
-        J: Shape (3 capacity, width): rows 3 c .. 3 c + 2, a column for each of those dofs.
-        law: Numbers of the contact law, shape (capacity, 10), columns `STIFFNESS` .. `BACK`.
-        state: Shape (capacity, 17): vc [m/s] (3), its change along the search direction (3), gamma [N s] (3),
-            G = -dgamma/dvc [kg] as xx, xy, yy, xz, yz, zz (6), the dual of friction (2, see `friction_dual`).
+    `contacts[c].J` has three rows and a column for each of the dofs that move the contact.
     """
 
-    index: IntMatrix
-    J: Matrix
-    law: Matrix
-    state: Matrix
+    index: Annotated[IntMatrix, ContactIndex]
+    J: Annotated[Matrix, Each(3)]
+    law: Annotated[Matrix, ContactLaw]
+    state: Annotated[Matrix, ContactState]
 
 
+@table
 class Rows(NamedTuple):
-    """Scalar constraint rows: joint limits, PD actuators, couplers, distances, each direction of a ball or weld.
+    """Scalar rows: joint limits, PD actuators, couplers, distances, each direction of a ball or weld: `rows[r].R`."""
 
-    Attributes:
-        index: Shape (capacity, 7 + width): as of contacts to `ORDER`, then `ROW_KIND`, `ROW_OWNER`, `ROW_GROUP`, dofs.
-        J: Shape (capacity, width).
-        law: Shape (capacity, 9), columns `ROW_R` .. `ROW_FORWARD`: gamma = clamp((vhat - vc) / R, lower, upper);
-            `prepare` makes R and vhat from the columns behind them.
-        state: Shape (capacity, 4): vc, its change along the search direction, gamma, G.
-    """
-
-    index: IntMatrix
-    J: Matrix
-    law: Matrix
-    state: Matrix
+    index: Annotated[IntMatrix, RowIndex]
+    J: Annotated[Matrix, RowColumns]
+    law: Annotated[Matrix, RowLaw]
+    state: Annotated[Matrix, RowState]
 
 
+@table
 class Factor(NamedTuple):
-    """Work of a sparse block factor, Cholesky's or (kTamsi) L U: one block row and column for each tree of an island.
+    """Work of a sparse factor, Cholesky's or (kTamsi) L U, with a block row and column for each tree of an island.
 
-    Attributes:
-        slot: Place of each dof in `rhs`, shape (nv,).
-        block: Shape (num_trees, 7), columns `BLOCK_TREE` .. `DIAGONAL` by place in the order; `PLACE` by tree.
-        below: Blocks below the diagonal, column after column, rows ascending: place of the row, address in L,
-            shape (capacity, 2).
-        graph: Who is coupled to whom, a bit for each pair of trees, shape (num_trees, words).
-        L: The blocks, each column after column, shape (capacity,); for kTamsi behind each one below the diagonal the
-            transpose of the one above.
-        rhs: Right-hand side and solution, shape (nv,).
-        branch: Of an island of one tree the path of each dof, shape (nv, 3), columns `BRANCH_PARENT` .. `BRANCH_START`.
+    L has the blocks, each column after column; or, for an island that is one tree, rows along its branches. `slot` is
+    the place of each dof in `rhs`, the right-hand side and solution. `graph` tells who is coupled to whom, a bit for
+    each pair of trees.
     """
 
     slot: IntVector
-    block: IntMatrix
-    below: IntMatrix
+    block: Annotated[IntMatrix, Items("blocks", Block), Items("nodes", Node), Items("trees", PlaceOfTree)]
+    below: Annotated[IntMatrix, Items("entries", Entry)]
     graph: IntMatrix
     L: Vector
     rhs: Vector
-    branch: IntMatrix
+    branch: Annotated[IntMatrix, Items("dofs", Path)]
 
 
-# SolverModel.option
-DT = np.int64(0)  # time step [s]
-STICTION = np.int64(1)  # regularisation speed v_s [m/s]
-SIGMA = np.int64(2)  # tangential regularisation relative to the Delassus estimate [-]
-NEAR_RIGID = np.int64(3)  # beta of kSap's contacts [-]
-NEAR_RIGID_ROWS = np.int64(4)  # beta of scalar rows [-]
-RELATIVE_TOLERANCE = np.int64(5)
-ABSOLUTE_TOLERANCE = np.int64(6)
-NUM_OPTIONS = 7
+# ---- what loops go over: `for contact in contacts_of_island(problem, contacts):`
 
-# SolverModel.setting
-APPROXIMATION = np.int64(0)
-MAX_ITERATIONS = np.int64(1)
-POLISH = np.int64(2)  # full Newton steps after success; 1 carries derivatives of duals through the solution
-SETTLE = np.int64(3)  # 1: rest exactly where rest is a solution; full steps where they do; 0: Drake's iterates
-NUM_SETTINGS = 4
 
-# values of setting[APPROXIMATION]
-LAGGED = np.int64(0)
-SIMILAR = np.int64(1)
-SAP = np.int64(2)
-TAMSI = np.int64(3)
+@kernel
+def trees_of_island(problem):
+    """The trees of the island at hand."""
+    for place in range(problem.trees_begin, problem.trees_end):
+        yield problem.trees[place].order
 
-# SolverModel.tree
-FIRST_DOF = np.int64(0)
-NUM_DOFS = np.int64(1)
 
-# SolverModel.dof
-PARENT_DOF = np.int64(0)
-DEPTH_OF = np.int64(1)
-ROW_START = np.int64(2)
+@kernel
+def dofs_of_tree(model, t):
+    """The dofs of a tree."""
+    tree = model.trees[t]
+    yield from range(tree.first_dof, tree.first_dof + tree.num_dofs)
 
-# Problem.x
-V0 = np.int64(0)  # v at the start of the step
-V_STAR = np.int64(1)  # v without constraints
-V = np.int64(2)  # the iterate; in the end v_next
-P_STAR = np.int64(3)  # A v*; the plant leaves A (v* - v0) here
-P = np.int64(4)  # A v
-J_GAMMA = np.int64(5)  # J^T gamma
-GRADIENT = np.int64(6)  # A (v - v*) - J^T gamma
-DV = np.int64(7)  # search direction
-A_DV = np.int64(8)  # A dv
-MOBILITY = np.int64(9)  # 1 / diag(A)
-NUM_VECTORS = 10
 
-# Problem.count
-NUM_CONTACTS = np.int64(0)
-NUM_ROWS = np.int64(1)
-ITERATIONS = np.int64(2)
-PARTICIPATING = np.int64(3)  # dofs of the last island that needed a factor
-SUBSTEPS = np.int64(4)
-NUM_ISLANDS = np.int64(5)
-TREES_BEGIN = np.int64(6)  # the island at hand: places in the orders of trees, contacts and rows
-TREES_END = np.int64(7)
-CONTACTS_BEGIN = np.int64(8)
-CONTACTS_END = np.int64(9)
-ROWS_BEGIN = np.int64(10)
-ROWS_END = np.int64(11)
-FACTOR_SIZE = np.int64(12)  # numbers in the island's factor
-ALONG_BRANCHES = np.int64(13)  # 1 if they are rows along the branches of a tree, 0 if blocks
-NUM_COUNTS = 16
+@kernel
+def dofs_of_island(model, problem):
+    """The dofs of the island at hand, tree after tree."""
+    for t in trees_of_island(problem):
+        yield from dofs_of_tree(model, t)
 
-# Problem.tree: rows are trees, then places, then islands
-ACTIVE = np.int64(0)  # 1 for a tree touched by a constraint, else 0
-ROOT_TREE = np.int64(1)  # towards the first tree of its island; then the number of the island
-TREE_ORDER = np.int64(2)  # the tree at a place: islands one after the other
-ISLAND_TREES = np.int64(3)  # where an island's trees end
-ISLAND_CONTACTS = np.int64(4)  # where an island's contacts end
-ISLAND_ROWS = np.int64(5)  # where an island's rows end
-NUM_TREE_COLUMNS = 6
 
-# Contacts.index and the first columns of Rows.index
-WIDTH = np.int64(0)
-TREE_A = np.int64(1)  # -1 for none
-TREE_B = np.int64(2)
-ORDER = np.int64(3)  # the contact or row at this place: islands one after the other
-SIXES = np.int64(4)  # how many trees of six dofs all its columns belong to; 0 if there are others; `prepare` finds it
-DOFS = np.int64(5)
-ROW_KIND = np.int64(4)
-ROW_OWNER = np.int64(5)
-ROW_GROUP = np.int64(6)  # n in the first of n rows that share their dofs and one Delassus estimate, 0 in the others
-ROW_DOFS = np.int64(7)
+@kernel
+def contacts_of_island(problem, contacts):
+    """The contacts of the island at hand."""
+    for place in range(problem.contacts_begin, problem.contacts_end):
+        yield contacts[contacts[place].order]
 
-# Contacts.law: the material, then what `prepare` derives (Hunt-Crossley | kSap)
-STIFFNESS = np.int64(0)  # k [N/m]
-DISSIPATION = np.int64(1)  # d [s/m]
-RELAXATION = np.int64(2)  # tau [s]
-FRICTION = np.int64(3)  # mu [-]
-DEPTH = np.int64(4)  # -phi0 [m]
-FE0 = np.int64(5)  # elastic force at q0 [N]         | Rt [1/kg]
-N0 = np.int64(6)  # normal impulse at v0 [N s]       | Rn [1/kg]
-EPS = np.int64(7)  # regularisation speed [m/s]      | vhat_n [m/s]
-R_T = FE0
-R_N = N0
-VHAT_N = EPS
-DELASSUS = np.int64(8)  #                                 | w [1/kg]
-BACK = np.int64(9)  # elastic contacts: how much larger the force was half a step back [N], see `elastic`; else 0.
-# The plant leaves there how far ahead an elastic contact is seen [m], else 0.
-NUM_LAW = 10
 
-# Contacts.state
-VC = np.int64(0)
-DVC = np.int64(3)
-GAMMA = np.int64(6)
-G_XX = np.int64(9)
-G_XY = np.int64(10)
-G_YY = np.int64(11)
-G_XZ = np.int64(12)
-G_YZ = np.int64(13)
-G_ZZ = np.int64(14)
-DUAL_X = np.int64(15)
-DUAL_Y = np.int64(16)
-NUM_STATE = 17
+@kernel
+def rows_of_island(problem, rows):
+    """The scalar rows of the island at hand."""
+    for place in range(problem.rows_begin, problem.rows_end):
+        yield rows[rows[place].order]
 
-# Rows.law
-ROW_R = np.int64(0)
-ROW_VHAT = np.int64(1)
-ROW_LOWER = np.int64(2)
-ROW_UPPER = np.int64(3)
-ROW_GAP = np.int64(4)  # violation g at q0                | q0 - q_desired of an actuator
-ROW_STIFFNESS = np.int64(5)  # k, may be infinite         | proportional gain
-ROW_RELAXATION = np.int64(6)  # tau [s]                   | derivative gain
-ROW_RATE = np.int64(7)  #                                 | v_desired
-ROW_FORWARD = np.int64(8)  #                              | feed-forward effort
-NUM_ROW_LAW = 9
 
-# Rows.state
-ROW_VC = np.int64(0)
-ROW_DVC = np.int64(1)
-ROW_GAMMA = np.int64(2)
-ROW_G = np.int64(3)
-NUM_ROW_STATE = 4
+@kernel
+def diagonal(packed, k):
+    """Address of the entry of dof k itself, the last one of its row of a packed matrix."""
+    return packed.dofs[k].row_start + packed.dofs[k].depth
 
-# Rows.index[ROW_KIND]
-LIMIT = np.int64(0)
-ACTUATOR = np.int64(1)
-HOLONOMIC = np.int64(2)
-DRY_FRICTION = np.int64(3)
 
-# Factor.block
-BLOCK_TREE = np.int64(0)
-FIRST_SLOT = np.int64(1)
-SIZE = np.int64(2)  # dofs of the tree
-BELOW_BEGIN = np.int64(3)  # rows of `below`
-BELOW_END = np.int64(4)
-DIAGONAL = np.int64(5)  # address of the diagonal block in L
-PLACE = np.int64(6)  # by tree: its place in the elimination order
-NUM_BLOCK_COLUMNS = 7
-
-# Factor.branch: as in `SolverModel.dof`, with what constraints add
-BRANCH_PARENT = np.int64(0)
-BRANCH_DEPTH = np.int64(1)
-BRANCH_START = np.int64(2)  # where its row of L starts
-
-# Factor.below
-BELOW_PLACE = np.int64(0)
-ADDRESS = np.int64(1)
+@kernel
+def dofs_above(packed, k):
+    """The dofs on the way from dof k to the base, each with the address of its entry in the row of k."""
+    at = diagonal(packed, k)
+    i = packed.dofs[k].parent
+    while i >= 0:
+        at -= 1
+        yield i, at
+        i = packed.dofs[i].parent

@@ -3,12 +3,10 @@
 Loops over six cost more than what is in them; written out, the numbers are vectors of the processor.
 """
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import mul_add
 from sheldrake.common.kernel import kernel
 
-SIX = np.int64(6)
+SIX = 6
 
 
 @kernel
@@ -18,12 +16,7 @@ def load_six(L, i):
 
 @kernel
 def store_six(L, i, x):
-    L[i] = x[0]
-    L[i + 1] = x[1]
-    L[i + 2] = x[2]
-    L[i + 3] = x[3]
-    L[i + 4] = x[4]
-    L[i + 5] = x[5]
+    L[i], L[i + 1], L[i + 2], L[i + 3], L[i + 4], L[i + 5] = x
 
 
 @kernel
@@ -33,13 +26,9 @@ def load_six_of(A, row, k):
 
 
 @kernel
-def store_six_of(A, row, k, x):
-    A[row, k] = x[0]
-    A[row, k + 1] = x[1]
-    A[row, k + 2] = x[2]
-    A[row, k + 3] = x[3]
-    A[row, k + 4] = x[4]
-    A[row, k + 5] = x[5]
+def load_three_sixes(J, k):
+    """Columns k .. k + 5 of the three rows of a contact's J."""
+    return (load_six_of(J, 0, k), load_six_of(J, 1, k), load_six_of(J, 2, k))
 
 
 @kernel

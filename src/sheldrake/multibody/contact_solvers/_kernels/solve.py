@@ -1,47 +1,165 @@
-"""One solve, from the plant's rows to the next velocities, in two stages. kTamsi has a kernel of its own."""
+"""One solve, from the plant's rows to the next velocities: a problem is prepared, then solved island by island.
+
+Islands are trees that constraints connect, directly or through others. In one step nothing passes between islands.
+"""
 
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.prepare import prepare
+from sheldrake.multibody.contact_solvers._kernels.prepare import leave_free, prepare
 from sheldrake.multibody.contact_solvers._kernels.problem import (
-    ACTIVE,
-    FIRST_DOF,
-    NUM_CONTACTS,
-    NUM_DOFS,
-    NUM_ROWS,
-    V_STAR,
     Contacts,
     Factor,
     Problem,
     Rows,
     SolverModel,
-    V,
+    dofs_of_tree,
 )
-from sheldrake.multibody.contact_solvers._kernels.sap import sap_solve
+from sheldrake.multibody.contact_solvers._kernels.sap import sap_island
 from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
-from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_solve
+from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_island
+
+# ---- islands
+
+TREES, CONTACTS, ROWS = 0, 1, 2  # of `ends`
 
 
 @kernel
-def leave_free(model, problem):
-    """Takes every tree out of the solve."""
-    for t in range(model.tree.shape[0]):
-        problem.tree[t, ACTIVE] = 0
+def find_root(problem, t):
+    """First tree of the set of t; shortens the way for the next who asks."""
+    while problem.trees[t].root != t:
+        problem.trees[t].root = problem.trees[problem.trees[t].root].root
+        t = problem.trees[t].root
+    return t
+
+
+@kernel
+def connect(problem, constraints, count):
+    """Joins the sets of the two trees of each constraint; the lower tree leads.
+
+    Contacts of one pair follow each other: the first of them tells all.
+    """
+    a = b = -1
+    for c in range(count):
+        if constraints[c].tree_a == a and constraints[c].tree_b == b:
+            continue
+        a, b = constraints[c].tree_a, constraints[c].tree_b
+        if a >= 0 and b >= 0 and a != b:
+            root_a, root_b = find_root(problem, a), find_root(problem, b)
+            problem.trees[max(root_a, root_b)].root = min(root_a, root_b)
+
+
+@kernel
+def island_of_tree(problem, tree):
+    """The island of a tree, -1 if no constraint touches it."""
+    return tree.root if tree.active == 1 else -1
+
+
+@kernel
+def island_of_constraint(problem, constraint):
+    """The island of a contact or row; the first one's if it touches no tree."""
+    t = constraint.tree_a if constraint.tree_a >= 0 else constraint.tree_b
+    return problem.trees[t].root if t >= 0 else 0
+
+
+@kernel
+def sort_by_island(problem, items, count, kind, island_of):
+    """Places of trees, contacts or rows, island after island, each in their order; where islands end."""
+    for k in range(problem.num_islands):
+        problem.trees[k].ends[kind] = 0
+    for i in range(count):
+        k = island_of(problem, items[i])
+        if k >= 0:
+            problem.trees[k].ends[kind] += 1
+    begin = 0
+    for k in range(problem.num_islands):
+        ends = problem.trees[k].ends
+        begin, ends[kind] = begin + ends[kind], begin
+    for i in range(count):
+        k = island_of(problem, items[i])
+        if k >= 0:
+            ends = problem.trees[k].ends
+            items[ends[kind]].order = i
+            ends[kind] += 1
+
+
+@kernel(outline=True)
+def sort_islands(problem, contacts, rows):
+    """Finds islands, numbered by their first trees, and orders trees, contacts and rows by them."""
+    num_trees = len(problem.trees)
+    for t in range(num_trees):
+        problem.trees[t].root = t
+    connect(problem, contacts, problem.num_contacts)
+    connect(problem, rows, problem.num_rows)
+    for t in range(num_trees):
+        problem.trees[t].root = find_root(problem, t)
+    islands = 0
+    for t in range(num_trees):  # a root comes before the others of its set: it has its number when they ask
+        tree = problem.trees[t]
+        if tree.active == 1:
+            if tree.root == t:
+                tree.root = islands
+                islands += 1
+            else:
+                tree.root = problem.trees[tree.root].root
+    problem.num_islands = islands
+    sort_by_island(problem, problem.trees, num_trees, TREES, island_of_tree)
+    sort_by_island(problem, contacts, problem.num_contacts, CONTACTS, island_of_constraint)
+    sort_by_island(problem, rows, problem.num_rows, ROWS, island_of_constraint)
+
+
+@kernel
+def group_islands(problem, contacts, rows, separate):
+    """Orders everything by island; all is one island unless `separate` is 1 and there are several trees."""
+    places = 0
+    for t in range(len(problem.trees)):
+        if problem.trees[t].active == 1:
+            problem.trees[places].order = t
+            places += 1
+    if separate == 1 and places > 1:
+        sort_islands(problem, contacts, rows)
+    else:
+        problem.num_islands = 1
+        problem.trees[0].all_ends = (places, problem.num_contacts, problem.num_rows)
+        for c in range(problem.num_contacts):
+            contacts[c].order = c
+        for r in range(problem.num_rows):
+            rows[r].order = r
+
+
+@kernel
+def solve_islands(model, problem, contacts, rows, factor, solve_island):
+    """Fills v over the participating dofs, the impulses and `j_gamma`, by a kernel for the island at hand; a status.
+
+    Drake solves all at once, and stops when the sum of all residuals is small. When settling, each island of trees that
+    constraints connect is solved on its own: one that moves does not make those at rest iterate.
+    """
+    problem.iterations = 0
+    problem.substeps = 0
+    group_islands(problem, contacts, rows, model.settle)
+    for island in range(problem.num_islands):
+        problem.begins = problem.trees[island - 1].all_ends if island > 0 else (0, 0, 0)
+        problem.ends = problem.trees[island].all_ends
+        status = solve_island(model, problem, contacts, rows, factor)
+        if status != SOLVED:
+            return status
+    return SOLVED
+
+
+# ---- entries
 
 
 @kernel
 def move_free_trees(model, problem):
-    """x[V] = v* for the trees that no constraint touches."""
-    for t in range(model.tree.shape[0]):
-        if problem.tree[t, ACTIVE] == 0:
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                problem.x[V, k] = problem.x[V_STAR, k]
+    """v = v* for the trees that no constraint touches."""
+    for t in range(len(model.trees)):
+        if problem.trees[t].active == 0:
+            for k in dofs_of_tree(model, t):
+                problem.v[k] = problem.v_star[k]
 
 
 @kernel(top=True, short_loops=True)
 def prepare_problem(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
     """What the laws need of contacts and rows, and which trees take part."""
-    if problem.count[NUM_CONTACTS] + problem.count[NUM_ROWS] == 0:
+    if problem.num_contacts + problem.num_rows == 0:
         leave_free(solver_model, problem)
     else:
         prepare(solver_model, problem, contacts, rows)
@@ -49,19 +167,19 @@ def prepare_problem(solver_model: SolverModel, problem: Problem, contacts: Conta
 
 @kernel(top=True, short_loops=True)
 def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """x[V] of all dofs of a prepared problem under kLagged, kSimilar or kSap. Returns a status."""
+    """v of all dofs of a prepared problem under kLagged, kSimilar or kSap. Returns a status."""
     status = SOLVED
-    if problem.count[NUM_CONTACTS] + problem.count[NUM_ROWS] != 0:
-        status = sap_solve(solver_model, problem, contacts, rows, factor)
+    if problem.num_contacts + problem.num_rows != 0:
+        status = solve_islands(solver_model, problem, contacts, rows, factor, sap_island)
     move_free_trees(solver_model, problem)
     return status
 
 
 @kernel(top=True, short_loops=True)
 def solve_tamsi(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """x[V] of all dofs of a prepared problem under kTamsi, which knows contacts alone. Returns a status."""
+    """v of all dofs of a prepared problem under kTamsi, which knows contacts alone. Returns a status."""
     status = SOLVED
-    if problem.count[NUM_CONTACTS] != 0:
-        status = tamsi_solve(solver_model, problem, contacts, rows, factor)
+    if problem.num_contacts != 0:
+        status = solve_islands(solver_model, problem, contacts, rows, factor, tamsi_island)
     move_free_trees(solver_model, problem)
     return status

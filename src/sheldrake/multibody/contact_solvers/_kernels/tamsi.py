@@ -4,96 +4,104 @@ Castro, Qu, Kuppuswamy, Alspach, Sherman 2020, "A transition-aware method for th
 regularized friction". M, the forces and the contact geometry stay frozen over the sub-steps.
 """
 
-import numpy as np
-
-from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import column3, dot3, load3_at, scale3, store3_at
+from sheldrake.common._kernels.generic import has_slopes, sqrt, value_of
+from sheldrake.common._kernels.vec import column3, dot3, scale3
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.block_lu import eliminate
 from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
-from sheldrake.multibody.contact_solvers._kernels.gradient import mul_A, root
-from sheldrake.multibody.contact_solvers._kernels.hessian import FIRST, ONE, places_of, put_momentum
-from sheldrake.multibody.contact_solvers._kernels.islands import group_islands, select_island
-from sheldrake.multibody.contact_solvers._kernels.problem import (
-    A_DV,
-    BLOCK_TREE,
-    CONTACTS_BEGIN,
-    CONTACTS_END,
-    DEPTH,
-    DIAGONAL,
-    DISSIPATION,
-    DOFS,
-    DT,
-    DV,
-    DVC,
-    FE0,
-    FIRST_DOF,
-    FIRST_SLOT,
-    FRICTION,
-    G_XX,
-    G_XY,
-    G_XZ,
-    G_YY,
-    G_YZ,
-    G_ZZ,
-    GAMMA,
-    GRADIENT,
-    ITERATIONS,
-    J_GAMMA,
-    NUM_DOFS,
-    NUM_ISLANDS,
-    ORDER,
-    P_STAR,
-    PLACE,
-    POLISH,
-    SETTLE,
-    SIZE,
-    STICTION,
-    STIFFNESS,
-    SUBSTEPS,
-    TREE_A,
-    TREE_B,
-    TREE_ORDER,
-    TREES_BEGIN,
-    TREES_END,
-    V0,
-    VC,
-    WIDTH,
-    P,
-    V,
+from sheldrake.multibody.contact_solvers._kernels.gradient import contact_velocities, move, mul_A, put_v0, root
+from sheldrake.multibody.contact_solvers._kernels.hessian import (
+    FIRST,
+    places_of,
+    put_momentum,
+    resists,
+    scatter,
+    times_G,
 )
+from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, tamsi_friction
+from sheldrake.multibody.contact_solvers._kernels.problem import DVC, VC, contacts_of_island, dofs_of_island
 from sheldrake.multibody.contact_solvers._kernels.status import FACTOR_CAPACITY, SOLVED, TAMSI_FAILED
-from sheldrake.multibody.contact_solvers._kernels.tamsi_limit import TOLERANCE, step_limit
-from sheldrake.multibody.contact_solvers._kernels.velocity import contact_velocities, move
 
-NEWTON_LIMIT = np.int64(20)
-SUBSTEP_LIMIT = np.int64(20)
-START_MOMENTUM = J_GAMMA  # row of Problem.x that holds p* of the sub-step; its own content is made at the end
+# ---- step limit
+#
+# How far a TAMSI iteration may move the slip velocity of one contact (Castro et al. 2020, section V).
+
+COS_MAX = 0.5  # a slip velocity may turn by 60 degrees in one iteration
 
 
 @kernel
-def regularised_friction(mu, vt, vs):
-    """(slip direction, friction coefficient at that slip, its derivative over the slip [s/m], slip [m/s])."""
-    small = TOLERANCE * vs
-    slip = sqrt(vt[0] * vt[0] + vt[1] * vt[1] + small * small)
-    s = slip / vs
-    direction = (vt[0] / slip, vt[1] / slip)
-    if s >= 1.0:
-        return direction, mu + 0.0 * slip, 0.0 * slip, slip
-    return direction, mu * s * (2.0 - s), 2.0 * mu * (1.0 - s) / vs, slip
+def step_limit(vt, dvt, vs):
+    """Largest step in (0, 1] along dvt that does not jump over the stiction region; -1 when there is none."""
+    small = NO_SLIP * vs
+    v1 = (vt[0] + dvt[0], vt[1] + dvt[1])
+    d2 = dvt[0] * dvt[0] + dvt[1] * dvt[1]
+    if d2 < small * small:
+        return 1.0 + 0.0 * d2
+    d = sqrt(d2)
+    vv = vt[0] * vt[0] + vt[1] * vt[1]
+    vv1 = v1[0] * v1[0] + v1[1] * v1[1]
+    slip = root(vv) / vs
+    slip1 = root(vv1) / vs
+    if slip < NO_SLIP and slip1 > 1.0:
+        return 0.5 * vs / d
+    if slip > 1.0 and slip1 < NO_SLIP:
+        return 1.0 - 0.5 * vs / d
+    if slip < 1.0 or slip1 < 1.0:
+        return 1.0 + 0.0 * d2
+    along = vt[0] * dvt[0] + vt[1] * dvt[1]
+    if along < 0.0:
+        closest = -along / d2
+        if closest < 1.0:
+            wx = vt[0] + closest * dvt[0]
+            wy = vt[1] + closest * dvt[1]
+            least = wx * wx + wy * wy
+            if least < small * small:
+                return closest - 0.5 * vs / d
+            if least < vs * vs:
+                return closest
+    cosine = (vt[0] * v1[0] + vt[1] * v1[1]) / (slip * slip1 * vs * vs)
+    if cosine > COS_MAX:
+        return 1.0 + 0.0 * d2
+    return turn_limit(slip * slip, along / (vs * vs), d / vs)
+
+
+@kernel
+def turn_limit(x2, x_dx, dx):
+    """Smallest positive step at which the slip velocity has turned by the largest allowed angle."""
+    c2 = COS_MAX * COS_MAX
+    A = x2 * dx * dx * c2 - x_dx * x_dx
+    B = 2.0 * x2 * x_dx * (c2 - 1.0)
+    C = x2 * x2 * (c2 - 1.0)
+    if A < 2.220446049250313e-16 and A > -2.220446049250313e-16:
+        return -C / B
+    discriminant = B * B - 4.0 * A * C
+    if not discriminant > 0.0:
+        return -1.0 + 0.0 * A
+    s = sqrt(discriminant)
+    if B > 0.0:
+        numerator = -0.5 * (B + s)
+    else:
+        numerator = -0.5 * (B - s)
+    first = numerator / A
+    second = C / numerator
+    if first > 0.0 and second > 0.0:
+        return first if first < second else second
+    return first if first > second else second
+
+
+# ---- iterations
+
+NEWTON_LIMIT = 20
+SUBSTEP_LIMIT = 20
 
 
 @kernel(outline=True)
 def contact_forces(model, problem, contacts, h):
     """Impulses h f, and K = -d(h f)/dvc with rows (xx, xy, xz), (xy, yy, yz), (0, 0, zz), at the present vc."""
-    law = contacts.law
-    state = contacts.state
-    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-        c = contacts.index[place, ORDER]
-        vx, vy, vn = load3_at(state, c, VC)
-        k = law[c, STIFFNESS]
-        d = law[c, DISSIPATION]
-        force = law[c, FE0] - h * k * vn
+    for contact in contacts_of_island(problem, contacts):
+        vx, vy, vn = contact.vc
+        k, d = contact.stiffness, contact.dissipation
+        force = contact.fe0 - h * k * vn
         damping = 1.0 - d * vn
         slope = 0.0 * vn
         if force >= 0.0 and damping > 0.0:
@@ -103,32 +111,29 @@ def contact_forces(model, problem, contacts, h):
         fn = 0.0 * vn
         if force > 0.0 and damping > 0.0:
             fn = force * damping
-        t, mu, dmu, slip = regularised_friction(law[c, FRICTION], (vx, vy), model.option[STICTION])
-        store3_at(state, c, GAMMA, (-h * mu * t[0] * fn, -h * mu * t[1] * fn, h * fn))
+        (tx, ty), mu, dmu, slip = tamsi_friction(contact.friction, (vx, vy), model.stiction)
+        contact.gamma = (-h * mu * tx * fn, -h * mu * ty * fn, h * fn)
         across = h * fn * mu / slip
         along = h * fn * dmu
-        state[c, G_XX] = across + (along - across) * t[0] * t[0]
-        state[c, G_XY] = (along - across) * t[0] * t[1]
-        state[c, G_YY] = across + (along - across) * t[1] * t[1]
-        state[c, G_XZ] = h * mu * t[0] * slope
-        state[c, G_YZ] = h * mu * t[1] * slope
-        state[c, G_ZZ] = -h * slope
+        contact.G = (
+            across + (along - across) * tx * tx,
+            (along - across) * tx * ty,
+            across + (along - across) * ty * ty,
+            h * mu * tx * slope,
+            h * mu * ty * slope,
+            -h * slope,
+        )
 
 
 @kernel
 def momentum_residual(model, problem, contacts):
-    """x[GRADIENT] = A v - p* - J^T gamma over the participating dofs."""
-    x = problem.x
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
-        for k in range(first, first + model.tree[t, NUM_DOFS]):
-            x[GRADIENT, k] = x[P, k] - x[START_MOMENTUM, k]
-    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-        c = contacts.index[place, ORDER]
-        gamma = load3_at(contacts.state, c, GAMMA)
-        for a in range(contacts.index[c, WIDTH]):
-            x[GRADIENT, contacts.index[c, DOFS + a]] -= dot3(column3(contacts.J, 3 * c, a), gamma)
+    """gradient = A v - p* - J^T gamma over the participating dofs."""
+    for k in dofs_of_island(model, problem):
+        problem.gradient[k] = problem.p[k] - problem.start_momentum[k]
+    for contact in contacts_of_island(problem, contacts):
+        gamma = contact.gamma
+        for a in range(contact.width):
+            problem.gradient[contact.dofs[a]] -= dot3(column3(contact.J, 0, a), gamma)
 
 
 @kernel(outline=True)
@@ -136,187 +141,161 @@ def assemble(model, problem, contacts, factor):
     """H = A + J^T K J, unsymmetric, in the blocks of `block_lu`, and -residual in factor.rhs."""
     put_momentum(model, problem, factor)
     H = factor.L
-    for place in range(problem.count[TREES_END] - problem.count[TREES_BEGIN]):
-        n = factor.block[place, SIZE]
-        D = factor.block[place, DIAGONAL]
-        first = model.tree[factor.block[place, BLOCK_TREE], FIRST_DOF]
+    for place in range(problem.trees_end - problem.trees_begin):
+        block = factor.blocks[place]
+        n, D = block.size, block.diagonal
+        first = model.trees[block.tree].first_dof
         for i in range(n):
-            factor.rhs[factor.block[place, FIRST_SLOT] + i] = -problem.x[GRADIENT, first + i]
+            factor.rhs[block.first_slot + i] = -problem.gradient[first + i]
             for j in range(i):
                 H[D + n * i + j] = H[D + n * j + i]
-    state = contacts.state
-    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-        c = contacts.index[place, ORDER]
-        if state[c, G_XX] > 0.0 or state[c, G_ZZ] > 0.0:
-            add_contact(factor, contacts, c, places_of(model, factor, contacts.index, c, DOFS))
+    for contact in contacts_of_island(problem, contacts):
+        if resists(contact):
+            add_contact(factor, contact, places_of(model, factor, contact))
 
 
 @kernel
-def add_column(contacts, c, begin, end, K_u, H, at, step):
+def add_column(contact, begin, end, K_u, H, at, step):
     """Adds J^T K u to a column of H, where its dof k is at `at` + `step` k, for a contact's columns begin .. end."""
     for a in range(begin, end):
-        H[at + step * contacts.index[c, DOFS + a]] += dot3(column3(contacts.J, 3 * c, a), K_u)
+        H[at + step * contact.dofs[a]] += dot3(column3(contact.J, 0, a), K_u)
 
 
 @kernel
-def add_contact(factor, contacts, c, places):
+def add_contact(factor, contact, places):
     """H += J^T K J of a contact."""
     split, first, second, coupling = places
     address, step_second, step_first = coupling
-    index = contacts.index
-    width = index[c, WIDTH]
-    below = address  # rows of the second tree, columns of the first
-    above = address
+    width = contact.width
+    below = above = address  # rows of the second tree, columns of the first; the other way round
     if split < width:
-        if factor.block[index[c, TREE_B], PLACE] > factor.block[index[c, TREE_A], PLACE]:
+        if factor.trees[contact.tree_b].place > factor.trees[contact.tree_a].place:
             above += first[1] * second[1]
         else:
             below += first[1] * second[1]
-    state = contacts.state
     for b in range(width):
-        u = column3(contacts.J, 3 * c, b)
-        K_u = (
-            state[c, G_XX] * u[0] + state[c, G_XY] * u[1] + state[c, G_XZ] * u[2],
-            state[c, G_XY] * u[0] + state[c, G_YY] * u[1] + state[c, G_YZ] * u[2],
-            state[c, G_ZZ] * u[2],
-        )
-        j = index[c, DOFS + b]
+        u = column3(contact.J, 0, b)
+        x, y, _ = times_G(contact.G, u)
+        K_u = (x, y, contact.G[5] * u[2])
+        j = contact.dofs[b]
         if b < split:
-            add_column(contacts, c, FIRST, split, K_u, factor.L, first[0] + first[1] * j, ONE)
-            add_column(contacts, c, split, width, K_u, factor.L, below + step_first * j, step_second)
+            add_column(contact, FIRST, split, K_u, factor.L, first[0] + first[1] * j, 1)
+            add_column(contact, split, width, K_u, factor.L, below + step_first * j, step_second)
         else:
-            add_column(contacts, c, FIRST, split, K_u, factor.L, above + step_second * j, step_first)
-            add_column(contacts, c, split, width, K_u, factor.L, second[0] + second[1] * j, ONE)
+            add_column(contact, FIRST, split, K_u, factor.L, above + step_second * j, step_first)
+            add_column(contact, split, width, K_u, factor.L, second[0] + second[1] * j, 1)
+
+
+@kernel
+def direction(model, problem, contacts, factor):
+    """Newton's dv, A dv, and the change of the contacts' velocities along it; a status."""
+    assemble(model, problem, contacts, factor)
+    if eliminate(factor, problem.trees_end - problem.trees_begin) != SOLVED:
+        return TAMSI_FAILED
+    scatter(model, problem, factor)
+    mul_A(model, problem, problem.dv, problem.a_dv)
+    contact_velocities(problem, contacts, problem.dv, DVC)
+    return SOLVED
+
+
+@kernel(outline=True)
+def differentiate(model, problem, contacts, factor, h):
+    """Gives the solution of a sub-step its derivatives, as that of `newton.differentiate`; a status."""
+    for k in dofs_of_island(model, problem):
+        problem.v[k] = value_of(problem.v[k])
+    mul_A(model, problem, problem.v, problem.p)
+    contact_velocities(problem, contacts, problem.v, VC)
+    contact_forces(model, problem, contacts, h)
+    momentum_residual(model, problem, contacts)
+    for k in dofs_of_island(model, problem):
+        problem.gradient[k] -= value_of(problem.gradient[k])
+    if direction(model, problem, contacts, factor) != SOLVED:
+        return TAMSI_FAILED
+    move(model, problem, contacts, 1.0)
+    contact_forces(model, problem, contacts, h)
+    return SOLVED
 
 
 @kernel(outline=True)
 def newton(model, problem, contacts, factor, h):
-    """Newton iterations of one sub-step from v in x[V]; 1 when they converge, else 0."""
-    state = contacts.state
-    tolerance = TOLERANCE * model.option[STICTION]
+    """Newton iterations of one sub-step from the iterate v; a status."""
+    tolerance = NO_SLIP * model.stiction
     change = 2.0 * tolerance
-    polished = 0
     for _ in range(NEWTON_LIMIT):
         contact_forces(model, problem, contacts, h)
         if change < tolerance:
-            if polished == model.setting[POLISH]:
-                return 1
-            polished += 1
+            if has_slopes(change):
+                return differentiate(model, problem, contacts, factor, h)
+            return SOLVED
         momentum_residual(model, problem, contacts)
-        assemble(model, problem, contacts, factor)
-        if eliminate(factor, problem.count[TREES_END] - problem.count[TREES_BEGIN]) != 0:
-            return 0
-        scatter(model, problem, factor)
-        mul_A(model, problem, DV, A_DV)
-        contact_velocities(problem, contacts, DV, DVC)
+        if direction(model, problem, contacts, factor) != SOLVED:
+            return TAMSI_FAILED
         tangential = 0.0
         normal = 0.0
         alpha = 1.0
-        for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-            c = contacts.index[place, ORDER]
-            u = load3_at(state, c, DVC)
-            tangential += u[0] * u[0] + u[1] * u[1]
-            normal += u[2] * u[2]
-            limit = step_limit((state[c, VC], state[c, VC + 1]), (u[0], u[1]), model.option[STICTION])
+        for contact in contacts_of_island(problem, contacts):
+            ux, uy, un = contact.dvc
+            tangential += ux * ux + uy * uy
+            normal += un * un
+            limit = step_limit((contact.vc[0], contact.vc[1]), (ux, uy), model.stiction)
             if limit < 0.0:
-                return 0
-            if limit < alpha:
-                alpha = limit
+                return TAMSI_FAILED
+            alpha = limit if limit < alpha else alpha
         change = root(tangential)
         if root(normal) > change:
             change = root(normal)
         move(model, problem, contacts, alpha)
-        problem.count[ITERATIONS] += 1
-    return 0
-
-
-@kernel
-def scatter(model, problem, factor):
-    """x[DV] from the solution by slots."""
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
-        for dof in range(first, first + model.tree[t, NUM_DOFS]):
-            problem.x[DV, dof] = factor.rhs[factor.slot[dof]]
+        problem.iterations += 1
+    return TAMSI_FAILED
 
 
 @kernel(outline=True)
 def substeps(model, problem, contacts, factor, n):
-    """The whole step in n equal sub-steps from v0; 1 when all converge, else 0."""
-    x = problem.x
-    law = contacts.law
-    h = model.option[DT] / n
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
-        for k in range(first, first + model.tree[t, NUM_DOFS]):
-            x[V, k] = x[V0, k]
-    mul_A(model, problem, V, P)
-    contact_velocities(problem, contacts, V, VC)
-    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-        c = contacts.index[place, ORDER]
-        law[c, FE0] = law[c, STIFFNESS] * law[c, DEPTH]
+    """The whole step in n equal sub-steps from v0; a status."""
+    h = model.dt / n
+    put_v0(model, problem)
+    mul_A(model, problem, problem.v, problem.p)
+    contact_velocities(problem, contacts, problem.v, VC)
+    for contact in contacts_of_island(problem, contacts):
+        contact.fe0 = contact.stiffness * contact.depth
     for _ in range(n):
-        for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-            t = problem.tree[place, TREE_ORDER]
-            first = model.tree[t, FIRST_DOF]
-            for k in range(first, first + model.tree[t, NUM_DOFS]):
-                x[START_MOMENTUM, k] = x[P, k] + x[P_STAR, k] / n
-        if newton(model, problem, contacts, factor, h) == 0:
-            return 0
-        for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-            c = contacts.index[place, ORDER]
-            force = law[c, FE0] - h * law[c, STIFFNESS] * contacts.state[c, VC + 2]
+        for k in dofs_of_island(model, problem):
+            problem.start_momentum[k] = problem.p[k] + problem.p_star[k] / n
+        if newton(model, problem, contacts, factor, h) != SOLVED:
+            return TAMSI_FAILED
+        for contact in contacts_of_island(problem, contacts):
+            force = contact.fe0 - h * contact.stiffness * contact.vc[2]
             if force < 0.0:
                 force = 0.0 * force
-            law[c, FE0] = force
-    return 1
+            contact.fe0 = force
+    return SOLVED
 
 
 @kernel
 def store_impulses(model, problem, contacts, n):
-    """Impulses of the last sub-step's forces over the whole step, and J^T of them in x[J_GAMMA]."""
-    x = problem.x
-    for place in range(problem.count[TREES_BEGIN], problem.count[TREES_END]):
-        t = problem.tree[place, TREE_ORDER]
-        first = model.tree[t, FIRST_DOF]
-        for k in range(first, first + model.tree[t, NUM_DOFS]):
-            x[J_GAMMA, k] = 0.0
-    for place in range(problem.count[CONTACTS_BEGIN], problem.count[CONTACTS_END]):
-        c = contacts.index[place, ORDER]
-        gamma = scale3(load3_at(contacts.state, c, GAMMA), 1.0 * n)
-        store3_at(contacts.state, c, GAMMA, gamma)
-        for a in range(contacts.index[c, WIDTH]):
-            x[J_GAMMA, contacts.index[c, DOFS + a]] += dot3(column3(contacts.J, 3 * c, a), gamma)
+    """Impulses of the last sub-step's forces over the whole step, and J^T of them in `j_gamma`."""
+    for k in dofs_of_island(model, problem):
+        problem.j_gamma[k] = 0.0
+    for contact in contacts_of_island(problem, contacts):
+        gamma = scale3(contact.gamma, 1.0 * n)
+        contact.gamma = gamma
+        for a in range(contact.width):
+            problem.j_gamma[contact.dofs[a]] += dot3(column3(contact.J, 0, a), gamma)
 
 
 @kernel
-def solve_island(model, problem, contacts, rows, factor):
-    """The island at hand in as few sub-steps as will do; a status."""
-    if lay_out(model, problem, contacts, rows, factor) != 0:
+def tamsi_island(model, problem, contacts, rows, factor):
+    """The island at hand, prepared, in as few sub-steps as will do; a status.
+
+    p* holds dt times the generalized forces; here A = M. Drake's sub-steps are those of all bodies at once; when
+    settling, each island of trees that contacts connect has its own.
+    """
+    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     for parts in range(1, SUBSTEP_LIMIT + 1):
-        if parts > problem.count[SUBSTEPS]:
-            problem.count[SUBSTEPS] = parts
-        if substeps(model, problem, contacts, factor, parts) == 1:
+        if parts > problem.substeps:
+            problem.substeps = parts
+        if substeps(model, problem, contacts, factor, parts) == SOLVED:
             store_impulses(model, problem, contacts, parts)
             return SOLVED
     return TAMSI_FAILED
-
-
-@kernel
-def tamsi_solve(model, problem, contacts, rows, factor):
-    """Fills x[V] over the participating dofs, the impulses and x[J_GAMMA]; after `prepare`. Returns a status.
-
-    x[P_STAR] holds dt times the generalized forces; here A = M. Drake's sub-steps are those of all bodies at once; when
-    settling, each island of trees that contacts connect has its own.
-    """
-    problem.count[ITERATIONS] = 0
-    problem.count[SUBSTEPS] = 0
-    group_islands(model, problem, contacts, rows, model.setting[SETTLE])
-    for island in range(problem.count[NUM_ISLANDS]):
-        select_island(problem, island)
-        status = solve_island(model, problem, contacts, rows, factor)
-        if status != SOLVED:
-            return status
-    return SOLVED

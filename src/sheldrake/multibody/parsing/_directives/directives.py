@@ -5,6 +5,8 @@ import typing
 
 import numpy as np
 
+from sheldrake.common._files import regular_bytes
+
 from .._files.diagnostics import DiagnosticPolicy, Location
 from .._files.struct import Struct, is_optional, plain_type
 
@@ -139,8 +141,7 @@ def load_directives_file(path: str, policy: DiagnosticPolicy) -> ModelDirectives
     try:
         if os.path.getsize(path) > MAX_YAML_BYTES:
             policy.Error(Location(path), f"The file is larger than {MAX_YAML_BYTES} bytes; this is refused.")
-        with open(path, encoding="utf-8") as file:
-            text = file.read()
+        text = regular_bytes(path, MAX_YAML_BYTES).decode("utf-8")
     except OSError as error:
         policy.Error(Location(path), f"The file cannot be read: {error.strerror}.")
     except UnicodeDecodeError as error:

@@ -5,6 +5,8 @@ import logging
 import os
 import urllib.parse
 
+from sheldrake.common._checked import checked
+
 from . import remote_package
 from .diagnostics import DiagnosticPolicy, Location, ParseError
 from .remote_package import check_remote, fetch_remote
@@ -73,6 +75,7 @@ class PackageMap:
             raise RuntimeError(f"PackageMap.Add(): the folder '{path}' of package '{package_name}' does not exist.")
         self._insert(package_name, path, "Add()")
 
+    @checked
     def AddMap(self, other_map: "PackageMap") -> None:
         """Adds every package of another map.
 
@@ -95,6 +98,7 @@ class PackageMap:
         path = os.fspath(filename)
         self._insert(_package_name(path), os.path.dirname(os.path.abspath(path)), "AddPackageXml()")
 
+    @checked
     def AddRemote(self, package_name: str, params: remote_package.RemoteParams) -> None:
         """Adds a package that is downloaded, checked against its SHA-256 sum and unpacked when first used.
 
@@ -104,10 +108,12 @@ class PackageMap:
         check_remote(package_name, params)
         self._insert_remote(package_name, copy.deepcopy(params), "AddRemote()")
 
+    @checked
     def Contains(self, package_name: str) -> bool:
         """True when the map knows this package."""
         return package_name in self._paths or package_name in self._remotes
 
+    @checked
     def Remove(self, package_name: str) -> None:
         """Forgets a package.
 
@@ -127,6 +133,7 @@ class PackageMap:
         """The names of all packages, sorted."""
         return sorted(self._paths.keys() | self._remotes.keys())
 
+    @checked
     def GetPath(self, package_name: str) -> str:
         """The folder of a package; a remote package is downloaded first.
 
@@ -139,6 +146,7 @@ class PackageMap:
             return fetch_remote(package_name, self._remotes[package_name])
         raise RuntimeError(f"PackageMap.GetPath(): {self._unknown(package_name)}")
 
+    @checked
     def ResolveUrl(self, url: str) -> str:
         """The path of the file that a `package://`, `model://` or `file://` address stands for.
 

@@ -81,8 +81,9 @@ def fetch_remote(name: str, params: RemoteParams) -> str:
 
 
 def _cache_root() -> str:
-    base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    return os.path.join(base, "sheldrake", "package_map")
+    from sheldrake.common._native.own_files import users_caches
+
+    return str(users_caches() / "sheldrake" / "package_map")
 
 
 def _suffix(params: RemoteParams) -> str:

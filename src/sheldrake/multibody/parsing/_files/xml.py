@@ -2,12 +2,14 @@
 
 expat is used instead of lxml because it gives a column and has no line limit. Model files in the wild were mostly
 written for lenient readers, so two harmless deviations from XML are accepted: white space before the XML declaration
-and `--` inside comments.
+and `--` inside comments. What tinyxml2, which Drake reads with, understands besides is read with a warning (`_mend`).
 """
 
 import os
 import re
 from xml.parsers import expat
+
+from sheldrake.common._files import regular_bytes
 
 from .diagnostics import DiagnosticPolicy, Location
 
@@ -16,7 +18,7 @@ MAX_DEPTH = 500  # levels of nested elements
 MAX_ELEMENTS = 1_000_000
 _INVALID_TOKEN = expat.ErrorString(expat.errors.codes[expat.errors.XML_ERROR_INVALID_TOKEN])
 
-_COMMENT_OR_CDATA = re.compile(rb"<!\[CDATA\[.*?\]\]>|<!--.*?-->", re.DOTALL)
+_COMMENT_OR_CDATA = re.compile(rb"<!--|<!\[CDATA\[")
 
 
 class Element:
@@ -183,13 +185,21 @@ def parse_xml(data: "bytes | str", name: str, policy: DiagnosticPolicy) -> Eleme
     if len(data) > MAX_BYTES:
         policy.Error(Location(name), f"The XML text has {len(data)} bytes; more than {MAX_BYTES} are refused.")
     data, skipped_lines = _make_strict(data)
-    source = _Source(name, data)
-    builder = _TreeBuilder(source, skipped_lines, policy)
+    builder = _TreeBuilder(_Source(name, data), skipped_lines, policy)
     try:
-        _feed(builder.parser, data, encoding)
-    except expat.ExpatError as error:
-        where = Location(name, error.lineno + skipped_lines, error.offset + 1)
-        policy.Error(where, f"This is not well-formed XML: {builder.explain(error)}")
+        try:
+            _feed(builder.parser, data, encoding)
+        except expat.ExpatError as error:
+            mended, faults = _mend(data)
+            second = _TreeBuilder(_Source(name, mended), skipped_lines, policy)
+            if not faults or not _is_fed(second.parser, mended, encoding):
+                where = Location(name, error.lineno + skipped_lines, error.offset + 1)
+                policy.Error(where, f"This is not well-formed XML: {builder.explain(error)}")
+            builder = second
+            for at, text in faults:
+                line = 1 + data.count(b"\n", 0, at)
+                where = Location(name, line + skipped_lines, at - data.rfind(b"\n", 0, at))
+                policy.Warning(where, f"This is not well-formed XML: {text}.")
     except (LookupError, ValueError) as error:
         policy.Error(Location(name, 1), f"The text cannot be decoded: {error}.")
     if builder.root is None:
@@ -204,6 +214,106 @@ def _feed(parser, data: bytes, encoding: "str | None") -> None:
     parser.Parse(data, True)
 
 
+def _is_fed(parser, data: bytes, encoding: "str | None") -> bool:
+    try:
+        _feed(parser, data, encoding)
+    except expat.ExpatError:
+        return False
+    return True
+
+
+_DECLARATION = re.compile(rb"<\?xml\b.*?\?>", re.DOTALL)
+_GOOD_DECLARATION = re.compile(
+    rb"""<\?xml\s+version\s*=\s*("1\.\d"|'1\.\d')(\s+encoding\s*=\s*("[\w.-]+"|'[\w.-]+'))?"""
+    rb"""(\s+standalone\s*=\s*("(yes|no)"|'(yes|no)'))?\s*\?>"""
+)
+_NAME = re.compile(rb"""<[^\s<>/"'=]+""")
+_ATTRIBUTE = re.compile(rb"""(\s*)([^\s=<>/"']+\s*=\s*)("[^"]*"|'[^']*')""")
+_CLOSE = re.compile(rb"\s*/?>")
+_BARE_AMPERSAND = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9a-fA-F]+);)")
+_CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f]")
+
+
+def _mend(data: bytes) -> "tuple[bytes, list[tuple[int, str]]]":
+    """The text as tinyxml2 understands it, in XML, and what was wrong, each with its offset.
+
+    A malformed or second declaration means nothing, `&` stands for itself where no character reference begins, so do
+    `<` and control characters in values, attributes need no space between them, and what follows the root is not read.
+    """
+    faults: list[tuple[int, str]] = []
+    at, out = _declarations(data, faults)
+    depth = 0
+    while (tag := data.find(b"<", at)) >= 0:
+        out.append(_text_of(data, at, tag, faults))
+        is_end = data.startswith(b"</", tag)
+        if is_end or data.startswith((b"<!", b"<?"), tag):
+            closing = b"]]>" if data.startswith(b"<![CDATA[", tag) else b">"
+            at = data.find(closing, tag) + len(closing)
+            if at < len(closing):
+                break
+            out.append(data[tag:at])
+            depth -= is_end
+            if not is_end:
+                continue
+        else:
+            at = _start_tag(data, tag, out, faults)
+            if at < 0:
+                break
+            depth += data[at - 2 : at] != b"/>"
+        if depth == 0:
+            rest = data[at:].lstrip()
+            if rest.startswith(b"<"):
+                faults.append((len(data) - len(rest), "what follows the root element is ignored"))
+                return b"".join(out), faults
+            return b"".join(out) + rest, faults
+    return data, []
+
+
+def _declarations(data: bytes, faults: "list[tuple[int, str]]") -> "tuple[int, list[bytes]]":
+    """Where the XML declarations end, and what stays of them."""
+    at, out = 0, []
+    while (declaration := _DECLARATION.match(data, at)) is not None:
+        if at == 0 and _GOOD_DECLARATION.fullmatch(declaration.group()):
+            out.append(declaration.group())
+        else:
+            faults.append((at, "the declaration is malformed or not the first, and is ignored"))
+            out.append(re.sub(rb"[^\n]", b" ", declaration.group()))
+        at = declaration.end()
+    return at, out
+
+
+def _start_tag(data: bytes, tag: int, out: "list[bytes]", faults: "list[tuple[int, str]]") -> int:
+    """Adds a tag with its attributes to `out`; where it ends, or -1 where it cannot be read."""
+    name = _NAME.match(data, tag)
+    if name is None:
+        return -1
+    out.append(name.group())
+    at = name.end()
+    while (attribute := _ATTRIBUTE.match(data, at)) is not None:
+        space, key, value = attribute.groups()
+        if not space:
+            faults.append((at, "a space is missing before this attribute"))
+        if b"<" in value:
+            faults.append((attribute.start(3) + value.index(b"<"), "'<' in a value is taken as it is"))
+        at = attribute.end()
+        out += [space or b" ", key, _text_of(data, attribute.start(3), at, faults).replace(b"<", b"&lt;")]
+    close = _CLOSE.match(data, at)
+    if close is None:
+        return -1
+    out.append(close.group())
+    return close.end()
+
+
+def _text_of(data: bytes, start: int, end: int, faults: "list[tuple[int, str]]") -> bytes:
+    """Text or a value, in which `&` begins character references alone."""
+    part = data[start:end]
+    for match in _BARE_AMPERSAND.finditer(part):
+        faults.append((start + match.start(), "'&' begins no character reference, and is taken as it is"))
+    for match in _CONTROL.finditer(part):
+        faults.append((start + match.start(), "a control character is ignored"))
+    return _CONTROL.sub(b"", _BARE_AMPERSAND.sub(b"&amp;", part))
+
+
 def _make_strict(data: bytes) -> "tuple[bytes, int]":
     """The text without leading white space (and how many lines that was) and with blanked comments.
 
@@ -214,11 +324,16 @@ def _make_strict(data: bytes) -> "tuple[bytes, int]":
     stripped = data.lstrip(b" \t\r\n")
     skipped_lines = data.count(b"\n", 0, len(data) - len(stripped))
 
-    def blank(match: "re.Match[bytes]") -> bytes:
-        text = match.group(0)
-        return text if text.startswith(b"<![") else re.sub(rb"[^\n]", b" ", text)
-
-    return _COMMENT_OR_CDATA.sub(blank, stripped), skipped_lines
+    out, at = [], 0
+    while (opening := _COMMENT_OR_CDATA.search(stripped, at)) is not None:
+        is_comment = opening.group() == b"<!--"
+        end = stripped.find(b"-->" if is_comment else b"]]>", opening.end()) + 3
+        if end < 3:
+            break
+        text = stripped[opening.start() : end]
+        out += [stripped[at : opening.start()], re.sub(rb"[^\n]", b" ", text) if is_comment else text]
+        at = end
+    return b"".join(out) + stripped[at:], skipped_lines
 
 
 def read_xml(path: "str | os.PathLike", policy: DiagnosticPolicy) -> Element:
@@ -232,8 +347,7 @@ def read_xml(path: "str | os.PathLike", policy: DiagnosticPolicy) -> Element:
         size = os.path.getsize(path)
         if size > MAX_BYTES:
             policy.Error(Location(path), f"The file has {size} bytes; XML files above {MAX_BYTES} are refused.")
-        with open(path, "rb") as file:
-            data = file.read(MAX_BYTES + 1)
+        data = regular_bytes(path, MAX_BYTES)
     except OSError as error:
         policy.Error(Location(path), f"The file cannot be read: {error.strerror}.")
     return parse_xml(data, path, policy)

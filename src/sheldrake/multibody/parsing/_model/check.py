@@ -126,6 +126,8 @@ def _check_topology(model, scope, bodies, frame_body, policy, parents: dict) -> 
 
 def _close_loop(model, joint, scope, child, bodies, frame_body, policy) -> None:
     """Cuts a loop at a joint, if its child is a link with mass."""
+    if model.is_world:
+        _refuse_loop(joint, policy, ", and a world has no links at which it could be cut")
     body = bodies.get(child)
     is_link = child == ((*scope, *joint.child.scope), joint.child.name)
     if body is None or not is_link or body.M_BBo_B is None or not body.M_BBo_B.get_mass() > 0.0:

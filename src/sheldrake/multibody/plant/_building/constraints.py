@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import copy
-import dataclasses
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from sheldrake.multibody.plant._enums import DiscreteContactApproximation
+from sheldrake.common._checked import checked
+from sheldrake.multibody.plant._building.elements import ConstraintRecord, Elements
+from sheldrake.multibody.plant._building.frozen_model import FrozenModel
+from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.tree import BodyIndex, Joint, MultibodyConstraintId, RigidBody
-from sheldrake.multibody.tree._element import vector
+from sheldrake.multibody.tree._element import NamedElement, vector
 from sheldrake.multibody.tree._frame import pose_numbers
-from sheldrake.multibody.tree._kernels import model as tree_columns
-from sheldrake.multibody.tree._kernels import queries
+from sheldrake.multibody.tree._owner import ContextNumbers
+from sheldrake.systems.framework import Context
 from sheldrake.systems.framework._vector import plain
 
 
@@ -24,9 +27,9 @@ class DistanceConstraintParams:
     def __init__(
         self,
         bodyA: BodyIndex | None = None,
-        p_AP: Any = (0.0, 0.0, 0.0),
+        p_AP: ArrayLike = (0.0, 0.0, 0.0),
         bodyB: BodyIndex | None = None,
-        p_BQ: Any = (0.0, 0.0, 0.0),
+        p_BQ: ArrayLike = (0.0, 0.0, 0.0),
         distance: float = 1.0,
         stiffness: float = np.inf,
         damping: float = 0.0,
@@ -96,36 +99,33 @@ class DistanceConstraintParams:
         return copy.copy(self)
 
 
-@dataclasses.dataclass
-class ConstraintRecord:
-    """A registered constraint: its kind, what it joins, its numbers in p after the flag."""
-
-    kind: str
-    A: Any
-    B: Any
-    numbers: list[float]
-    group: int = -1
-    joints: tuple[Joint, ...] = ()
-    """The joints of a tendon."""
-    open_point: bool = False
-    """p_BQ of a ball is to be found at Finalize()."""
-
-
 class Constraints:
-    """Registering constraints, before Finalize(), and changing them in contexts."""
+    """Registering constraints, before Finalize(), and changing them in contexts.
 
-    def _add_constraint(self, call: str, kind: Any, A: Any, B: Any, numbers: Any, **options: Any) -> Any:
-        self._require_not_finalized(call)
-        if self.is_discrete() and self._approximation is DiscreteContactApproximation.kTamsi:
+    Args:
+        elements: What constraints join.
+        contexts: Where their numbers are.
+        settings: kTamsi takes no constraints.
+    """
+
+    def __init__(self, elements: Elements, contexts: ContextNumbers, settings: Settings) -> None:
+        self._elements, self._contexts, self._settings = elements, contexts, settings
+
+    def _add(
+        self, call: str, kind: str, A: NamedElement, B: NamedElement, numbers: Iterable[float], **options: Any
+    ) -> MultibodyConstraintId:
+        self._elements.require_not_finalized(call)
+        if self._settings.is_discrete() and self._settings.is_tamsi:
             raise RuntimeError(
                 f"{call}(): Currently this MultibodyPlant is set to use the TAMSI solver, which takes no constraints. "
                 "Choose another DiscreteContactApproximation."
             )
-        self._require_mine(call, A, B)
+        self._elements.require_mine(call, A, B)
         new = MultibodyConstraintId.get_new_id()
-        self._constraints[new] = ConstraintRecord(kind, A, B, [float(x) for x in numbers], **options)
+        self._elements.constraints[new] = ConstraintRecord(kind, A, B, [float(x) for x in numbers], **options)
         return new
 
+    @checked
     def AddCouplerConstraint(
         self, joint0: Joint, joint1: Joint, gear_ratio: float, offset: float = 0.0
     ) -> MultibodyConstraintId:
@@ -140,12 +140,12 @@ class Constraints:
                     f"AddCouplerConstraint(): Coupler constraint can only be defined on single-DOF joints. However "
                     f"joint '{joint.name()}' has {joint.num_velocities()} degrees of freedom."
                 )
-        return self._add_constraint("AddCouplerConstraint", "coupler", joint0, joint1, [gear_ratio, offset])
+        return self._add("AddCouplerConstraint", "coupler", joint0, joint1, [gear_ratio, offset])
 
     def AddTendonConstraint(
         self,
         joints: Sequence[Joint],
-        a: Any,
+        a: ArrayLike,
         offset: float | None = None,
         lower_limit: float | None = None,
         upper_limit: float | None = None,
@@ -191,16 +191,17 @@ class Constraints:
                 f"{call}(): needs lower_limit <= upper_limit, one of them finite, stiffness > 0 and damping >= 0, not "
                 f"{lower}, {upper}, {k} and {d}."
             )
-        self._require_mine(call, *joints)
+        self._elements.require_mine(call, *joints)
         numbers = [offset or 0.0, lower, upper, k, d, *coefficients]
-        return self._add_constraint(call, "tendon", joints[0], joints[-1], numbers, joints=joints)
+        return self._add(call, "tendon", joints[0], joints[-1], numbers, joints=joints)
 
+    @checked
     def AddDistanceConstraint(
         self,
         body_A: RigidBody,
-        p_AP: Any,
+        p_AP: ArrayLike,
         body_B: RigidBody,
-        p_BQ: Any,
+        p_BQ: ArrayLike,
         distance: float,
         stiffness: float = np.inf,
         damping: float = 0.0,
@@ -211,10 +212,11 @@ class Constraints:
             RuntimeError: a number is out of range, the plant is continuous, uses TAMSI, or is finalized.
         """
         params = DistanceConstraintParams(body_A.index(), p_AP, body_B.index(), p_BQ, distance, stiffness, damping)
-        return self._add_constraint("AddDistanceConstraint", "distance", body_A, body_B, params._numbers())
+        return self._add("AddDistanceConstraint", "distance", body_A, body_B, params._numbers())
 
+    @checked
     def AddBallConstraint(
-        self, body_A: RigidBody, p_AP: Any, body_B: RigidBody, p_BQ: Any = None
+        self, body_A: RigidBody, p_AP: ArrayLike, body_B: RigidBody, p_BQ: ArrayLike | None = None
     ) -> MultibodyConstraintId:
         """Keeps a point P of body A and a point Q of body B together [m]; Q is by default where P is at the default
         positions.
@@ -226,8 +228,9 @@ class Constraints:
         if body_A is body_B:
             raise RuntimeError(f"{call}(): Invalid set of parameters for constraint: bodies A and B are the same.")
         points = [*vector(call, "p_AP", p_AP, 3), *(np.zeros(3) if p_BQ is None else vector(call, "p_BQ", p_BQ, 3))]
-        return self._add_constraint(call, "ball", body_A, body_B, points, open_point=p_BQ is None)
+        return self._add(call, "ball", body_A, body_B, points, open_point=p_BQ is None)
 
+    @checked
     def AddWeldConstraint(self, body_A: RigidBody, X_AP: Any, body_B: RigidBody, X_BQ: Any) -> MultibodyConstraintId:
         """Keeps a frame P of body A and a frame Q of body B together.
 
@@ -239,116 +242,119 @@ class Constraints:
                 "AddWeldConstraint(): Invalid set of parameters for constraint: bodies A and B are the same."
             )
         P, Q = pose_numbers(X_AP), pose_numbers(X_BQ)
-        return self._add_constraint("AddWeldConstraint", "weld", body_A, body_B, [*P, *Q])
+        return self._add("AddWeldConstraint", "weld", body_A, body_B, [*P, *Q])
 
+    @checked
     def RemoveConstraint(self, id: MultibodyConstraintId) -> None:
         """Takes a constraint out again, before Finalize()."""
-        self._require_not_finalized("RemoveConstraint")
-        self._constraint("RemoveConstraint", id)
-        del self._constraints[id]
+        self._elements.require_not_finalized("RemoveConstraint")
+        self.record("RemoveConstraint", id)
+        del self._elements.constraints[id]
 
-    def _constraint(self, call: str, id: MultibodyConstraintId) -> ConstraintRecord:
-        if id not in self._constraints:
+    def record(self, call: str, id: MultibodyConstraintId) -> ConstraintRecord:
+        """What was registered under an id.
+
+        Raises:
+            RuntimeError: nothing was.
+        """
+        if id not in self._elements.constraints:
             raise RuntimeError(f"{call}(): The constraint id {id!r} does not match any constraint of this plant.")
-        return self._constraints[id]
+        return self._elements.constraints[id]
 
     def num_constraints(self) -> int:
         """Number of constraints."""
-        return len(self._constraints)
+        return len(self._elements.constraints)
 
     def GetConstraintIds(self) -> list[MultibodyConstraintId]:
         """All constraints."""
-        return list(self._constraints)
+        return list(self._elements.constraints)
 
     # --- in a context
 
-    def GetConstraintActiveStatus(self, context: Any, id: MultibodyConstraintId) -> bool:
+    @checked
+    def GetConstraintActiveStatus(self, context: Context, id: MultibodyConstraintId) -> bool:
         """Whether a constraint is active in a context."""
-        record = self._constraint("GetConstraintActiveStatus", id)
-        return bool(plain(self._numbers(context, record.group)[0]))
+        record = self.record("GetConstraintActiveStatus", id)
+        return bool(plain(self._contexts.numbers(context, record.group)[0]))
 
-    def SetConstraintActiveStatus(self, context: Any, id: MultibodyConstraintId, status: bool) -> None:
+    @checked
+    def SetConstraintActiveStatus(self, context: Context, id: MultibodyConstraintId, status: bool) -> None:
         """Makes a constraint active in a context, or not."""
-        record = self._constraint("SetConstraintActiveStatus", id)
-        numbers = np.array(self._numbers(context, record.group))
+        record = self.record("SetConstraintActiveStatus", id)
+        numbers = np.array(self._contexts.numbers(context, record.group))
         numbers[0] = float(status)
-        self._write_numbers(context, record.group, numbers)
+        self._contexts.write_numbers(context, record.group, numbers)
 
     def GetDefaultDistanceConstraintParams(self) -> dict[MultibodyConstraintId, DistanceConstraintParams]:
         """The distance constraints as contexts are made with."""
         return {
             id: self._distance_params(record, record.numbers)
-            for id, record in self._constraints.items()
+            for id, record in self._elements.constraints.items()
             if record.kind == "distance"
         }
 
-    def _distance_params(self, record: ConstraintRecord, n: Any) -> DistanceConstraintParams:
+    def _distance_params(self, record: ConstraintRecord, n: Sequence[float] | np.ndarray) -> DistanceConstraintParams:
         return DistanceConstraintParams(record.A.index(), n[:3], record.B.index(), n[3:6], n[6], n[7], n[8])
 
-    def GetDistanceConstraintParams(self, context: Any, id: MultibodyConstraintId | None = None) -> Any:
+    @checked
+    def GetDistanceConstraintParams(self, context: Context, id: MultibodyConstraintId | None = None) -> Any:
         """A distance constraint as a context has it, or all by id."""
         if id is None:
             return {i: self.GetDistanceConstraintParams(context, i) for i in self.GetDefaultDistanceConstraintParams()}
-        record = self._constraint("GetDistanceConstraintParams", id)
+        record = self.record("GetDistanceConstraintParams", id)
         if record.kind != "distance":
             raise RuntimeError(f"GetDistanceConstraintParams(): constraint {id!r} is no distance constraint.")
-        return self._distance_params(record, self._numbers(context, record.group)[1:])
+        return self._distance_params(record, self._contexts.numbers(context, record.group)[1:])
 
+    @checked
     def SetDistanceConstraintParams(
-        self, context: Any, id: MultibodyConstraintId, params: DistanceConstraintParams
+        self, context: Context, id: MultibodyConstraintId, params: DistanceConstraintParams
     ) -> None:
         """Changes the numbers of a distance constraint in a context; its bodies stay.
 
         Raises:
             RuntimeError: it is no distance constraint, or joins other bodies than params say.
         """
-        record = self._constraint("SetDistanceConstraintParams", id)
+        record = self.record("SetDistanceConstraintParams", id)
         if record.kind != "distance" or {params.bodyA(), params.bodyB()} != {record.A.index(), record.B.index()}:
             raise RuntimeError(
                 f"SetDistanceConstraintParams(): constraint {id!r} is no distance constraint between the bodies of "
                 "params."
             )
-        active = self._numbers(context, record.group)[0]
-        self._write_numbers(context, record.group, [active, *params._numbers()])
+        active = self._contexts.numbers(context, record.group)[0]
+        self._contexts.write_numbers(context, record.group, [active, *params._numbers()])
 
     # --- for the kernels
 
-    def _place_open_points(self) -> None:
-        """Points of balls that are where the other one is at the default positions."""
-        if not any(record.open_point for record in self._constraints.values()):
-            return
-        p = np.concatenate([*self._parameter_models, np.zeros(0)])
-        work = tree_columns.make_work(self._tree_model)
-        queries.calc_positions(self._tree_model, p, work, self._all_default_positions())
-        for record in self._constraints.values():
-            if record.open_point:
-                X_A, X_B = (work.X_WB[self._rows[int(body.index())]] for body in (record.A, record.B))
-                p_WP = X_A[9:] + X_A[:9].reshape(3, 3) @ record.numbers[:3]
-                record.numbers[3:6] = X_B[:9].reshape(3, 3).T @ (p_WP - X_B[9:])
-                self._parameter_models[record.group][4:7] = record.numbers[3:6]
+    def rows(self) -> list[dict[str, Any]]:
+        """The constraints as `make_plant_model` takes them.
 
-    def _constraint_rows(self) -> list[dict[str, Any]]:
+        Raises:
+            NotImplementedError: a tendon pulls at more than two trees.
+        """
+        model = self._elements.model("Finalize")
         rows: list[dict[str, Any]] = []
         tendons = 0
-        for record in self._constraints.values():
-            start = self._parameter_starts[record.group]
+        for record in self._elements.constraints.values():
+            start = model.parameters.starts[record.group]
             if record.kind == "coupler":
                 ends = dict(a=record.A._v_start, b=record.B._v_start, q_a=record.A._q_start, q_b=record.B._q_start)
             elif record.kind == "tendon":
                 joints = sorted((j._v_start, j._q_start, i) for i, j in enumerate(record.joints))
-                self._require_two_trees(record)
+                _require_two_trees(model, record)
                 ends = dict(a=tendons, b=tendons + len(joints), joints=joints)
                 tendons += len(joints)
             else:
-                ends = dict(a=int(self._rows[int(record.A.index())]), b=int(self._rows[int(record.B.index())]))
+                ends = dict(a=int(model.row_of(record.A)), b=int(model.row_of(record.B)))
             rows.append(dict(kind=record.kind, active=start, p=start + 1, **ends))
         return rows
 
-    def _require_two_trees(self, tendon: ConstraintRecord) -> None:
-        trees = {int(self._tree_model.dof[joint._v_start, tree_columns.DOF_TREE]) for joint in tendon.joints}
-        if len(trees) > 2:
-            names = ", ".join(joint.name() for joint in tendon.joints)
-            raise NotImplementedError(
-                f"Finalize(): the tendon over joints {names} pulls at {len(trees)} trees; more than two are not "
-                "implemented."
-            )
+
+def _require_two_trees(model: FrozenModel, tendon: ConstraintRecord) -> None:
+    trees = {int(model.tree.dofs[joint._v_start].tree) for joint in tendon.joints}
+    if len(trees) > 2:
+        names = ", ".join(joint.name() for joint in tendon.joints)
+        raise NotImplementedError(
+            f"Finalize(): the tendon over joints {names} pulls at {len(trees)} trees; more than two are not "
+            "implemented."
+        )

@@ -2,215 +2,208 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Any
 
 import numpy as np
 
 from sheldrake.math import RigidTransform, RotationMatrix
+from sheldrake.multibody.plant._building.elements import ConstraintRecord, Elements
+from sheldrake.multibody.plant._building.frozen_model import FrozenModel, Parameters
 from sheldrake.multibody.tree import (
-    DoorHinge,
     FixedOffsetFrame,
-    LinearBushingRollPitchYaw,
+    Frame,
+    Joint,
     PrismaticJoint,
     QuaternionFloatingJoint,
     RevoluteJoint,
+    RigidBody,
     WeldJoint,
 )
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
-from sheldrake.multibody.tree._force_element import LinearSpringDamper, _JointSpring
 from sheldrake.multibody.tree._forest import Step, span_forest
 from sheldrake.multibody.tree._frame import pose_numbers
-from sheldrake.multibody.tree._kernels.forces import ForceModel
+from sheldrake.multibody.tree._kernels import kinematics
+from sheldrake.multibody.tree._kernels.forces import empty_force_model
+from sheldrake.multibody.tree._kernels.model import make_work
 from sheldrake.multibody.tree._rigid_body import inertia_numbers
 
 _EPSILON = np.finfo(float).eps
 
 
-class Finalization:
-    """What `Finalize()` does to the tree."""
+def freeze(elements: Elements, default_poses: dict[int, RigidTransform]) -> FrozenModel:
+    """The model of a plant; adds the floating joints of free bodies and the frames that mobilizers have.
 
-    def _finalize_tree(self) -> None:
-        floating: list[Any] = []
+    Args:
+        elements: What was registered; constraints get their groups of parameters and their open points.
+        default_poses: Of free bodies, by number.
 
-        def float_body(body: Any) -> Any:
-            names = {j.name() for j in (*self._joints, *floating) if j.model_instance() == body.model_instance()}
-            name = body.name()
-            while name in names:
-                name = f"_{name}"
-            joint = QuaternionFloatingJoint(name, self.world_frame(), body.body_frame())
-            joint._ephemeral = True
-            floating.append(joint)
-            return joint
+    Raises:
+        RuntimeError: the joints do not make a forest.
+    """
+    constraints = list(elements.constraints.values())
+    steps = _span(elements, default_poses)
+    _add_mobilizer_frames(elements, steps)
+    numbers = _number(elements, steps)
+    parameters, lock_group = _lay_out_parameters(elements, constraints)
+    offset_frames = [f for f in elements.frames if isinstance(f, FixedOffsetFrame)]
+    frame_rows = {int(f.index()): row for row, f in enumerate(offset_frames)}
+    description = _describe(elements, steps, numbers["rows"], parameters, offset_frames, frame_rows)
+    model = FrozenModel(
+        steps=steps,
+        joints=list(elements.joints),
+        actuators=list(elements.actuators),
+        **numbers,
+        parameters=parameters,
+        lock_group=lock_group,
+        frame_rows=frame_rows,
+        tree=compile_tree(description),
+        forces=empty_force_model(),
+    )
+    model = dataclasses.replace(model, forces=model.forces_of(elements.force_elements))
+    _place_open_points(model, constraints)
+    return model
 
-        steps = span_forest(list(self._bodies), list(self._joints), float_body)
-        for joint in floating:
-            self._add_joint(joint)
-            if int(joint.child_body().index()) in self._default_free_poses:
-                joint.SetDefaultPose(self._default_free_poses[int(joint.child_body().index())])
-        self._add_mobilizer_frames(steps)
-        self._number(steps)
-        self._lay_out_parameters()
-        self._tree_model = compile_tree(self._tree_description(steps))
-        self._force_model = self._compile_forces()
-        self._place_open_points()
 
-    def _add_mobilizer_frames(self, steps: list[Step]) -> None:
-        """The frames that Drake's mobilizers have beside those of their joints, so that frames count and list alike.
+def _span(elements: Elements, default_poses: dict[int, RigidTransform]) -> list[Step]:
+    """The forest; bodies that no joint holds float."""
+    floating: list[Joint] = []
 
-        Drake turns about and slides along +x, +y and +z only, and welds frames onto each other. The kernels here need
-        none of these frames.
-        """
-        for joint, backwards in ((step.joint, step.reversed) for step in steps):
-            F, M = joint.frame_on_parent(), joint.frame_on_child()
-            if backwards:
-                F, M = M, F
-            if isinstance(joint, WeldJoint):
-                X_FM = joint.X_FM().inverse() if backwards else joint.X_FM()
-                if not X_FM.IsExactlyIdentity():
-                    self._add_mobilizer_frame(f"{joint.name()}_{F.name()}_F", F, X_FM, joint)
-            elif isinstance(joint, (RevoluteJoint, PrismaticJoint)):
-                axis = -joint._axis if backwards else joint._axis
-                if max(axis) < 1.0 - _EPSILON:
-                    X = RigidTransform(RotationMatrix.MakeFromOneVector(axis, 2))
-                    self._add_mobilizer_frame(f"{joint.name()}_{F.name()}_F", F, X, joint)
-                    self._add_mobilizer_frame(f"{joint.name()}_{M.name()}_M", M, X, joint)
-
-    def _add_mobilizer_frame(self, name: str, parent: Any, X_PF: RigidTransform, joint: Any) -> None:
-        while self._frames.find(name, joint.model_instance()):
+    def float_body(body: RigidBody) -> Joint:
+        taken = {j.name() for j in (*elements.joints, *floating) if j.model_instance() == body.model_instance()}
+        name = body.name()
+        while name in taken:
             name = f"_{name}"
-        self.AddFrame(FixedOffsetFrame(name, parent, X_PF, joint.model_instance()))._ephemeral = True
+        joint = QuaternionFloatingJoint(name, elements.world.body_frame(), body.body_frame())
+        joint._ephemeral = True
+        floating.append(joint)
+        return joint
 
-    def _number(self, steps: list[Step]) -> None:
-        """Rows of bodies; starts of positions, velocities and inputs."""
-        self._steps = steps
-        self._row_bodies = [self.world_body(), *(s.body for s in steps)]
-        self._rows = np.zeros(len(self._row_bodies), np.int64)
-        self._inboard = {}
-        q = v = 0
-        for row, step in enumerate(steps, start=1):
-            self._rows[int(step.body.index())] = row
-            self._inboard[int(step.body.index())] = step
-            step.joint._q_start, step.joint._v_start = q, v
-            q += step.joint.num_positions()
-            v += step.joint.num_velocities()
-        self._row_indices = np.array([int(b.index()) for b in self._row_bodies], np.int64)
-        self._rows_in_order = bool(np.all(np.diff(self._rows) == 1))
-        self._nq, self._nv, u = q, v, 0
-        for actuator in self._actuators:
-            actuator._input_start = u
-            u += actuator.num_inputs()
-        self._nu = u
+    steps = span_forest(list(elements.bodies), list(elements.joints), float_body)
+    for joint in floating:
+        elements.add_joint(joint)
+        body = int(joint.child_body().index())
+        if body in default_poses:
+            joint.SetDefaultPose(default_poses[body])
+    return steps
 
-    def _lay_out_parameters(self) -> None:
-        """Gives every element its group of numeric parameters, in Drake's order; lock flags come last."""
-        self._parameter_models: list[np.ndarray] = []
-        self._parameter_starts: list[int] = []
-        self._num_parameters = 0
 
-        def take(element: Any, values: Any) -> int:
-            self._parameter_models.append(np.asarray(values, float))
-            self._parameter_starts.append(self._num_parameters)
-            self._num_parameters += len(self._parameter_models[-1])
-            return len(self._parameter_models) - 1
+def _add_mobilizer_frames(elements: Elements, steps: list[Step]) -> None:
+    """The frames that Drake's mobilizers have beside those of their joints, so that frames count and list alike.
 
-        for joint in self._joints:
-            joint._group = take(joint, joint.default_damping_vector())
-        for actuator in self._actuators:
-            actuator._group = take(actuator, [actuator.default_rotor_inertia()])
-            take(actuator, [actuator.default_gear_ratio()])
-        for body in self._bodies:
-            body._group = take(body, inertia_numbers(body.default_spatial_inertia()))
-        for frame in self._frames:
-            if isinstance(frame, FixedOffsetFrame):
-                frame._group = take(frame, pose_numbers(frame._X_PF))
-        for element in self._force_elements:
-            if element._defaults():
-                element._group = take(element, element._defaults())
-        for record in self._constraints.values():
-            record.group = take(record, [1.0, *record.numbers])
-        self._lock_group = take(None, np.zeros(len(self._joints.slots)))
+    Drake turns about and slides along +x, +y and +z only, and welds frames onto each other. The kernels here need
+    none of these frames.
+    """
+    for joint, backwards in ((step.joint, step.reversed) for step in steps):
+        F, M = joint.frame_on_parent(), joint.frame_on_child()
+        if backwards:
+            F, M = M, F
+        if isinstance(joint, WeldJoint):
+            X_FM = joint.X_FM().inverse() if backwards else joint.X_FM()
+            if not X_FM.IsExactlyIdentity():
+                _add_mobilizer_frame(elements, f"{joint.name()}_{F.name()}_F", F, X_FM, joint)
+        elif isinstance(joint, (RevoluteJoint, PrismaticJoint)):
+            axis = -joint._axis if backwards else joint._axis
+            if max(axis) < 1.0 - _EPSILON:
+                X = RigidTransform(RotationMatrix.MakeFromOneVector(axis, 2))
+                _add_mobilizer_frame(elements, f"{joint.name()}_{F.name()}_F", F, X, joint)
+                _add_mobilizer_frame(elements, f"{joint.name()}_{M.name()}_M", M, X, joint)
 
-    def _refresh_parameter_models(self) -> None:
-        """Defaults that may change after Finalize()."""
-        for actuator in self._actuators:
-            self._parameter_models[actuator._group][0] = actuator.default_rotor_inertia()
-            self._parameter_models[actuator._group + 1][0] = actuator.default_gear_ratio()
 
-    def _start(self, element: Any) -> int:
-        """Where the parameters of an element start in p."""
-        return self._parameter_starts[element._group]
+def _add_mobilizer_frame(elements: Elements, name: str, parent: Frame, X_PF: RigidTransform, joint: Joint) -> None:
+    while elements.frames.find(name, joint.model_instance()):
+        name = f"_{name}"
+    elements.AddFrame(FixedOffsetFrame(name, parent, X_PF, joint.model_instance()))._ephemeral = True
 
-    def _tree_description(self, steps: list[Step]) -> TreeDescription:
-        offset_frames = [f for f in self._frames if isinstance(f, FixedOffsetFrame)]
-        self._frame_rows = {int(f.index()): row for row, f in enumerate(offset_frames)}
 
-        def frame_row(frame: Any) -> int:
-            return self._frame_rows.get(int(frame.index()), -1)
+def _number(elements: Elements, steps: list[Step]) -> dict[str, Any]:
+    """Rows of bodies; starts of positions, velocities and inputs."""
+    row_bodies = [elements.world, *(s.body for s in steps)]
+    rows = np.zeros(len(row_bodies), np.int64)
+    inboard = {}
+    q = v = u = 0
+    for row, step in enumerate(steps, start=1):
+        rows[int(step.body.index())] = row
+        inboard[int(step.body.index())] = step
+        step.joint._q_start, step.joint._v_start = q, v
+        q += step.joint.num_positions()
+        v += step.joint.num_velocities()
+    for actuator in elements.actuators:
+        actuator._input_start = u
+        u += actuator.num_inputs()
+    return dict(row_bodies=row_bodies, rows=rows, inboard=inboard, nq=q, nv=v, nu=u)
 
-        description = TreeDescription(frames=[(frame_row(f._parent), self._start(f)) for f in offset_frames])
-        for step in steps:
-            joint, backwards = step.joint, step.reversed
-            F, M = joint.frame_on_parent(), joint.frame_on_child()
-            constants = joint._reversed_constants() if backwards else joint._constants()
-            start = self._start(joint)
-            description.mobilizers.append(
-                Mobilizer(
-                    parent=int(self._rows[int(step.parent.index())]),
-                    type_name=joint.type_name(),
-                    inertia=self._start(step.body),
-                    frame_F=frame_row(M if backwards else F),
-                    frame_M=frame_row(F if backwards else M),
-                    constants=constants,
-                    path=joint._path_pieces(),
-                    damping=tuple(range(start, start + joint.num_velocities())),
-                    gravity=tuple(self._gravity_on(step.body)),
-                )
+
+def _lay_out_parameters(elements: Elements, constraints: list[ConstraintRecord]) -> tuple[Parameters, int]:
+    """Gives every element its group of numeric parameters, in Drake's order; lock flags come last."""
+    parameters = Parameters()
+    for joint in elements.joints:
+        joint._group = parameters.add(joint.default_damping_vector())
+    for actuator in elements.actuators:
+        actuator._group = parameters.add([actuator.default_rotor_inertia()])
+        parameters.add([actuator.default_gear_ratio()])
+    for body in elements.bodies:
+        body._group = parameters.add(inertia_numbers(body.default_spatial_inertia()))
+    for frame in elements.frames:
+        if isinstance(frame, FixedOffsetFrame):
+            frame._group = parameters.add(pose_numbers(frame._X_PF))
+    for element in elements.force_elements:
+        if element._defaults():
+            element._group = parameters.add(element._defaults())
+    for record in constraints:
+        record.group = parameters.add([1.0, *record.numbers])
+    return parameters, parameters.add(np.zeros(len(elements.joints.slots)))
+
+
+def _describe(
+    elements: Elements,
+    steps: list[Step],
+    rows: np.ndarray,
+    parameters: Parameters,
+    offset_frames: list[FixedOffsetFrame],
+    frame_rows: dict[int, int],
+) -> TreeDescription:
+    """The tree in words that its compiler takes."""
+
+    def start_of(element: Any) -> int:
+        return parameters.starts[element._group]
+
+    def frame_row(frame: Frame) -> int:
+        return frame_rows.get(int(frame.index()), -1)
+
+    description = TreeDescription(frames=[(frame_row(f._parent), start_of(f)) for f in offset_frames])
+    for step in steps:
+        joint, backwards = step.joint, step.reversed
+        F, M = joint.frame_on_parent(), joint.frame_on_child()
+        start = start_of(joint)
+        description.mobilizers.append(
+            Mobilizer(
+                parent=int(rows[int(step.parent.index())]),
+                type_name=joint.type_name(),
+                inertia=start_of(step.body),
+                frame_F=frame_row(M if backwards else F),
+                frame_M=frame_row(F if backwards else M),
+                constants=joint._reversed_constants() if backwards else joint._constants(),
+                path=joint._path_pieces(),
+                damping=tuple(range(start, start + joint.num_velocities())),
+                gravity=tuple(elements.gravity_on(step.body)),
             )
-        for actuator in self._actuators:
-            start = self._start(actuator)
-            description.actuators.append((actuator.joint()._v_start, start, start + 1))
-        return description
+        )
+    for actuator in elements.actuators:
+        start = start_of(actuator)
+        description.actuators.append((actuator.joint()._v_start, start, start + 1))
+    return description
 
-    def _gravity_on(self, body: Any) -> np.ndarray:
-        on = self._gravity.is_enabled(body.model_instance())
-        return self._gravity.gravity_vector() if on else np.zeros(3)
 
-    def _gravity_changed(self) -> None:
-        if self._finalized:
-            for body in self._row_bodies[1:]:
-                self._tree_model.gravity[self._rows[int(body.index())]] = self._gravity_on(body)
-            self._model_changed()
-
-    def _compile_forces(self, only: Any = None) -> ForceModel:
-        """Force elements, or only one of them, as arrays."""
-        springs, hinges, struts, bushings = [], [], [], []
-
-        def place(frame: Any) -> tuple[int, int]:
-            return int(self._rows[int(frame.body().index())]), self._frame_rows.get(int(frame.index()), -1)
-
-        for element in self._force_elements:
-            if only is not None and element is not only:
-                continue
-            if isinstance(element, DoorHinge):
-                joint = element.joint()
-                hinges.append((joint._v_start, joint._q_start, self._start(element)))
-            elif isinstance(element, LinearBushingRollPitchYaw):
-                bushings.append((*place(element.frameA()), *place(element.frameC()), self._start(element)))
-            elif isinstance(element, _JointSpring):
-                joint = element.joint()
-                springs.append((joint._v_start, joint._q_start, self._start(element)))
-            elif isinstance(element, LinearSpringDamper):
-                A, B = element.bodyA(), element.bodyB()
-                struts.append((self._rows[int(A.index())], self._rows[int(B.index())], self._start(element)))
-        tables = ((springs, 3), (hinges, 3), (struts, 3), (bushings, 5))
-        return ForceModel(*(np.array(rows, np.int64).reshape(-1, columns) for rows, columns in tables))
-
-    def _force_model_of(self, element: Any) -> ForceModel:
-        """One force element as arrays."""
-        return self._compile_forces(element)
-
-    def _inboard_joint(self, body: Any) -> Any:
-        step = self._inboard.get(int(body.index()))
-        if step is None:
-            raise RuntimeError(f"The world body {body.name()!r} has no inboard joint.")
-        return step.joint
+def _place_open_points(model: FrozenModel, constraints: list[ConstraintRecord]) -> None:
+    """Points of balls that are where the other one is at the default positions."""
+    if not any(record.open_point for record in constraints):
+        return
+    work = make_work(model.tree)
+    kinematics.position_kinematics(model.tree, model.parameters.all_defaults(), work, model.default_positions())
+    for record in constraints:
+        if record.open_point:
+            A, B = (work[model.row_of(body)] for body in (record.A, record.B))
+            p_WP = np.array(A.p_WB) + np.reshape(A.R_WB, (3, 3)) @ record.numbers[:3]
+            record.numbers[3:6] = np.reshape(B.R_WB, (3, 3)).T @ (p_WP - np.array(B.p_WB))
+            model.parameters.defaults[record.group][4:7] = record.numbers[3:6]

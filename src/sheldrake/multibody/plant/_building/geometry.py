@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import (
     CollisionFilterDeclaration,
     FrameId,
@@ -18,78 +20,100 @@ from sheldrake.geometry import (
     PerceptionProperties,
     ProximityProperties,
     RenderLabel,
+    SceneGraph,
     Shape,
     SourceId,
 )
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math._coulomb_friction import CoulombFriction
+from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.tree import BodyIndex, RigidBody
 from sheldrake.multibody.tree._element import finite
 
 
 class PlantGeometry:
-    """Registering geometry, before Finalize()."""
+    """Frames and shapes of the bodies in a SceneGraph, registered before Finalize().
 
-    def _start_geometry(self) -> None:
-        self._scene_graph: Any = None
-        self._source_id: SourceId | None = None
-        self._frame_of_body: dict[int, FrameId] = {}
-        self._pose_rows: tuple[tuple[FrameId, ...], Any] | None = None  # frames and their bodies' rows in X_WB
-        self._body_of_frame: dict[FrameId, RigidBody] = {}
-        self._collision_ids: dict[int, list[GeometryId]] = {}
-        self._visual_ids: dict[int, list[GeometryId]] = {}
-        self._adjacent_filters = True
+    Args:
+        elements: The bodies.
+    """
+
+    def __init__(self, elements: Elements) -> None:
+        self._elements = elements
+        self.scene_graph: SceneGraph | None = None
+        self.source_id: SourceId | None = None
+        self.frame_of_body: dict[int, FrameId] = {}
+        self.body_of_frame: dict[FrameId, RigidBody] = {}
+        self.collision_ids: dict[int, list[GeometryId]] = {}
+        self.visual_ids: dict[int, list[GeometryId]] = {}
+        self.adjacent_filters = True
 
     # --- registration
 
-    def RegisterAsSourceForSceneGraph(self, scene_graph: Any) -> SourceId:
+    def register_as_source(self, scene_graph: SceneGraph, name: str) -> SourceId:
         """Makes the plant a source of a SceneGraph; its bodies become frames there.
+
+        Args:
+            scene_graph: The SceneGraph.
+            name: Of the plant.
 
         Raises:
             RuntimeError: it is one already, or the plant is finalized.
         """
-        self._require_not_finalized("RegisterAsSourceForSceneGraph")
-        if self._scene_graph is not None:
+        self._elements.require_not_finalized("RegisterAsSourceForSceneGraph")
+        if self.scene_graph is not None:
             raise RuntimeError("RegisterAsSourceForSceneGraph(): this MultibodyPlant is a source already.")
-        self._scene_graph = scene_graph
-        self._source_id = scene_graph.RegisterSource(self.get_name())
-        self._frame_of_body[0] = scene_graph.world_frame_id()
-        self._body_of_frame[self._frame_of_body[0]] = self.world_body()
-        for body in self._bodies:
-            self._register_frame(body)
-        return self._source_id
+        self.scene_graph = scene_graph
+        self.source_id = scene_graph.RegisterSource(name)
+        self.frame_of_body[0] = scene_graph.world_frame_id()
+        self.body_of_frame[self.frame_of_body[0]] = self._elements.world
+        for body in self._elements.bodies:
+            self.register_frame(body)
+        return self.source_id
 
-    def _register_frame(self, body: RigidBody) -> None:
+    def register_frame(self, body: RigidBody) -> None:
         """Makes a body a frame of the SceneGraph, if there is one."""
         index = int(body.index())
-        if self._scene_graph is None or index in self._frame_of_body:
+        if self.scene_graph is None or index in self.frame_of_body:
             return
         frame = GeometryFrame(self._full_name(body, body.name()), int(body.model_instance()))
-        self._frame_of_body[index] = self._scene_graph.RegisterFrame(self._source_id, frame)
-        self._body_of_frame[self._frame_of_body[index]] = body
+        self.frame_of_body[index] = self.scene_graph.RegisterFrame(self.source_id, frame)
+        self.body_of_frame[self.frame_of_body[index]] = body
 
     def _full_name(self, body: RigidBody, name: str) -> str:
         if int(body.model_instance()) < 2:
             return name
-        return f"{self.GetModelInstanceName(body.model_instance())}::{name}"
+        return f"{self._elements.GetModelInstanceName(body.model_instance())}::{name}"
 
     def geometry_source_is_registered(self) -> bool:
         """Whether it is a source of a SceneGraph."""
-        return self._scene_graph is not None
+        return self.scene_graph is not None
 
     def get_source_id(self) -> SourceId | None:
         """Its id as a source."""
-        return self._source_id
+        return self.source_id
 
-    def _require_registrable(self, call: str, body: RigidBody) -> None:
-        self._require_not_finalized(call)
-        self._require_mine(call, body)
-        if self._scene_graph is None:
+    def required_scene_graph(self) -> SceneGraph:
+        """The SceneGraph of a plant that has one."""
+        assert self.scene_graph is not None
+        return self.scene_graph
+
+    def _registrable(self, call: str, body: RigidBody) -> SceneGraph:
+        """The SceneGraph, to register a geometry of a body in.
+
+        Raises:
+            RuntimeError: there is none, the plant is finalized, or the body is of another plant.
+        """
+        self._elements.require_not_finalized(call)
+        self._elements.require_mine(call, body)
+        if self.scene_graph is None:
             raise RuntimeError(
                 f"Failure in {call}(): condition 'geometry_source_is_registered()' failed. Call "
                 "RegisterAsSourceForSceneGraph() first, or make the plant with AddMultibodyPlantSceneGraph()."
             )
+        return self.scene_graph
 
+    @checked
     def RegisterCollisionGeometry(
         self,
         body: RigidBody,
@@ -113,22 +137,20 @@ class PlantGeometry:
         Raises:
             RuntimeError: no SceneGraph, the plant is finalized, or a name or pose that is not valid.
         """
-        self._require_registrable("RegisterCollisionGeometry", body)
+        scene_graph = self._registrable("RegisterCollisionGeometry", body)
         properties = properties if coulomb_friction is None else coulomb_friction
         if isinstance(properties, CoulombFriction):
             friction, properties = properties, ProximityProperties()
             properties.AddProperty("material", "coulomb_friction", friction)
         if not isinstance(properties, ProximityProperties):
-            raise TypeError(
+            raise Mismatch(
                 "RegisterCollisionGeometry(): incompatible function arguments. properties must be ProximityProperties "
                 f"or a CoulombFriction, not {properties!r}."
             )
         instance = self._instance(body, X_BG, shape, name, "RegisterCollisionGeometry")
         instance.set_proximity_properties(properties)
-        geometry_id = self._scene_graph.RegisterGeometry(
-            self._source_id, self._frame_of_body[int(body.index())], instance
-        )
-        self._collision_ids.setdefault(int(body.index()), []).append(geometry_id)
+        geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_of_body[int(body.index())], instance)
+        self.collision_ids.setdefault(int(body.index()), []).append(geometry_id)
         return geometry_id
 
     def _instance(self, body: RigidBody, X_BG: Any, shape: Shape, name: str, call: str) -> GeometryInstance:
@@ -136,6 +158,7 @@ class PlantGeometry:
         finite(call, "X_BG", X_BG.GetAsMatrix34())
         return GeometryInstance(X_BG, shape, self._full_name(body, name))
 
+    @checked
     def RegisterVisualGeometry(
         self,
         body: RigidBody,
@@ -153,11 +176,11 @@ class PlantGeometry:
         Raises:
             RuntimeError: no SceneGraph, the plant is finalized, or a name or pose that is not valid.
         """  # fmt: skip
-        self._require_registrable("RegisterVisualGeometry", body)
+        scene_graph = self._registrable("RegisterVisualGeometry", body)
         instance = X_BG if isinstance(X_BG, GeometryInstance) else geometry_instance
         if instance is None:
             if shape is None or name is None:
-                raise TypeError(
+                raise Mismatch(
                     "RegisterVisualGeometry(): incompatible function arguments. Takes (body, X_BG, shape, name, "
                     "diffuse_color) or (body, geometry_instance)."
                 )
@@ -177,43 +200,43 @@ class PlantGeometry:
         perception = instance.mutable_perception_properties()
         if perception is not None and not perception.HasProperty("label", "id"):
             perception.AddProperty("label", "id", RenderLabel(int(body.index())))
-        geometry_id = self._scene_graph.RegisterGeometry(
-            self._source_id, self._frame_of_body[int(body.index())], instance
-        )
-        self._visual_ids.setdefault(int(body.index()), []).append(geometry_id)
+        geometry_id = scene_graph.RegisterGeometry(self.source_id, self.frame_of_body[int(body.index())], instance)
+        self.visual_ids.setdefault(int(body.index()), []).append(geometry_id)
         return geometry_id
 
     # --- looking up
 
     def num_collision_geometries(self) -> int:
         """Number of collision geometries of all bodies."""
-        return sum(map(len, self._collision_ids.values()))
+        return sum(map(len, self.collision_ids.values()))
 
     def GetCollisionGeometriesForBody(self, body: RigidBody) -> list[GeometryId]:
         """Collision geometries of a body."""
-        self._require_mine("GetCollisionGeometriesForBody", body)
-        return list(self._collision_ids.get(int(body.index()), []))
+        self._elements.require_mine("GetCollisionGeometriesForBody", body)
+        return list(self.collision_ids.get(int(body.index()), []))
 
     def GetVisualGeometriesForBody(self, body: RigidBody) -> list[GeometryId]:
         """Visual geometries of a body."""
-        self._require_mine("GetVisualGeometriesForBody", body)
-        return list(self._visual_ids.get(int(body.index()), []))
+        self._elements.require_mine("GetVisualGeometriesForBody", body)
+        return list(self.visual_ids.get(int(body.index()), []))
 
+    @checked
     def CollectRegisteredGeometries(self, bodies: list[RigidBody]) -> GeometrySet:
         """The geometries of some bodies, as a set for collision filters."""
-        if self._scene_graph is None:
+        if self.scene_graph is None:
             raise RuntimeError("CollectRegisteredGeometries(): the plant is not a source of a SceneGraph.")
-        frames = [self._frame_of_body[int(b.index())] for b in bodies if b.index() != 0]
-        anchored = [g for b in bodies if b.index() == 0 for g in self._collision_ids.get(0, [])]
+        frames = [self.frame_of_body[int(b.index())] for b in bodies if b.index() != 0]
+        anchored = [g for b in bodies if b.index() == 0 for g in self.collision_ids.get(0, [])]
         return GeometrySet(anchored, frames)
 
+    @checked
     def GetBodyFromFrameId(self, frame_id: FrameId) -> RigidBody | None:
         """The body of a SceneGraph frame, None if it is not of this plant."""
-        return self._body_of_frame.get(frame_id)
+        return self.body_of_frame.get(frame_id)
 
     def GetBodyFrameIdIfExists(self, body_index: BodyIndex) -> FrameId | None:
         """The SceneGraph frame of a body, None if there is none."""
-        return self._frame_of_body.get(int(body_index))
+        return self.frame_of_body.get(int(body_index))
 
     def GetBodyFrameIdOrThrow(self, body_index: BodyIndex) -> FrameId:
         """The SceneGraph frame of a body.
@@ -221,42 +244,41 @@ class PlantGeometry:
         Raises:
             RuntimeError: it has none.
         """
-        frame_id = self._frame_of_body.get(int(body_index))
+        frame_id = self.frame_of_body.get(int(body_index))
         if frame_id is None:
-            raise RuntimeError(
-                f"Body '{self.get_body(body_index).name()}' does not have geometry registered with a SceneGraph."
-            )
+            name = self._elements.get_body(body_index).name()
+            raise RuntimeError(f"Body '{name}' does not have geometry registered with a SceneGraph.")
         return frame_id
-
-    def EvalSceneGraphInspector(self, context: Any) -> Any:
-        """The inspector of the SceneGraph that the geometry_query port is connected to."""
-        return self.get_geometry_query_input_port().Eval(context).inspector()
 
     # --- who may touch whom
 
     def set_adjacent_bodies_collision_filters(self, value: bool) -> None:
         """Whether two bodies with a joint between them, neither being the world, may not touch. Before Finalize()."""
-        self._require_not_finalized("set_adjacent_bodies_collision_filters")
-        self._adjacent_filters = bool(value)
+        self._elements.require_not_finalized("set_adjacent_bodies_collision_filters")
+        self.adjacent_filters = bool(value)
 
     def get_adjacent_bodies_collision_filters(self) -> bool:
         """Whether two bodies with a joint between them may not touch."""
-        return self._adjacent_filters
+        return self.adjacent_filters
 
-    def _filter_collisions(self) -> None:
-        """Default filters: within a body, within what is welded together, and between neighbours."""
-        if self._scene_graph is None:
+    def filter_collisions(self, welded: list[list[RigidBody]]) -> None:
+        """Default filters: within a body, within what is welded together, and between neighbours.
+
+        Args:
+            welded: Groups of bodies that are welded together.
+        """
+        if self.scene_graph is None:
             return
 
         def geometries(*bodies: RigidBody) -> GeometrySet:
-            return GeometrySet([g for b in bodies for g in self._collision_ids.get(int(b.index()), [])])
+            return GeometrySet([g for b in bodies for g in self.collision_ids.get(int(b.index()), [])])
 
-        manager = self._scene_graph.collision_filter_manager()
-        for group in self._welded_groups():
+        manager = self.scene_graph.collision_filter_manager()
+        for group in welded:
             manager.Apply(CollisionFilterDeclaration().ExcludeWithin(geometries(*group)))
-        if not self._adjacent_filters:
+        if not self.adjacent_filters:
             return
-        for joint in self._joints:
+        for joint in self._elements.joints:
             parent, child = joint.parent_body(), joint.child_body()
             if parent.index() != 0 and child.index() != 0 and joint.type_name() != "quaternion_floating":
                 declaration = CollisionFilterDeclaration().ExcludeBetween(geometries(parent), geometries(child))

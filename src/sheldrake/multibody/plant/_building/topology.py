@@ -2,84 +2,80 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, ClassVar
-
+from sheldrake.common._checked import checked
+from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.tree import BodyIndex, JointIndex, RigidBody
 
 
 class Topology:
-    """Questions about the graph of bodies and joints."""
+    """Questions about the graph of bodies and joints.
 
-    _picture: ClassVar[Callable[[Any], str] | None] = None
-    """Draws a finalized plant's bodies and joints as SVG; sheldrake.visualization, above this floor, sets it."""
+    Args:
+        elements: Bodies and joints.
+    """
 
-    def _repr_svg_(self) -> str | None:
-        """A picture for notebooks, once the plant is finalized and sheldrake.visualization imported."""
-        draw = Topology._picture
-        return draw(self) if draw is not None and self.is_finalized() else None
+    def __init__(self, elements: Elements) -> None:
+        self._elements = elements
 
-    def _welded_groups(self) -> list[list[RigidBody]]:
+    def welded_groups(self) -> list[list[RigidBody]]:
         """Bodies that are welded together, group by group, the world's first."""
-        leader = {int(b.index()): int(b.index()) for b in self._bodies}
+        leader = {int(b.index()): int(b.index()) for b in self._elements.bodies}
 
         def find(i: int) -> int:
             while leader[i] != i:
                 leader[i] = i = leader[leader[i]]
             return i
 
-        for joint in self._joints:
+        for joint in self._elements.joints:
             if joint.type_name() == "weld":
                 a, b = find(int(joint.parent_body().index())), find(int(joint.child_body().index()))
                 leader[max(a, b)] = min(a, b)
         groups: dict[int, list[RigidBody]] = {}
-        for body in self._bodies:
+        for body in self._elements.bodies:
             groups.setdefault(find(int(body.index())), []).append(body)
         return list(groups.values())
 
     def GetBodiesWeldedTo(self, body: RigidBody) -> list[RigidBody]:
         """The bodies that move with a body because of welds, itself included."""
-        self._require_mine("GetBodiesWeldedTo", body)
-        return next(list(g) for g in self._welded_groups() if body in g)
+        self._elements.require_mine("GetBodiesWeldedTo", body)
+        return next(list(g) for g in self.welded_groups() if body in g)
 
     def IsAnchored(self, body: RigidBody) -> bool:
         """Whether a body is the world or welded to it."""
-        self._require_mine("IsAnchored", body)
-        return body in self._welded_groups()[0]
+        self._elements.require_mine("IsAnchored", body)
+        return body in self.welded_groups()[0]
 
+    @checked
     def GetBodiesKinematicallyAffectedBy(self, joint_indexes: list[JointIndex]) -> list[BodyIndex]:
         """The bodies that move when some of the joints do, in order of their numbers.
 
         Raises:
             RuntimeError: a joint has no velocities.
         """
-        self._require_finalized("GetBodiesKinematicallyAffectedBy")
-        joints = [self.get_joint(i) for i in joint_indexes]
+        call = "GetBodiesKinematicallyAffectedBy"
+        model = self._elements.model(call)
+        joints = [self._elements.joints.get(i, call) for i in joint_indexes]
         for joint in joints:
             if joint.num_velocities() == 0:
-                raise RuntimeError(
-                    f"GetBodiesKinematicallyAffectedBy(): joint with index {int(joint.index())} is welded."
-                )
+                raise RuntimeError(f"{call}(): joint with index {int(joint.index())} is welded.")
         moved: set[int] = set()
-        for step in self._steps:
+        for step in model.steps:
             if step.joint in joints or int(step.parent.index()) in moved:
                 moved.add(int(step.body.index()))
         return [BodyIndex(i) for i in sorted(moved)]
 
-    def GetTopologyGraphvizString(self) -> str:
+    def graphviz(self, title: str) -> str:
         """The bodies, grouped by model instance, and their joints, as a Graphviz string."""
-        lines = ["digraph MultibodyPlant {", f'label="{self.get_name()}";', "rankdir=BT;", "labelloc=t;"]
-        for i, instance in enumerate(self._instances):
+        lines = ["digraph MultibodyPlant {", f'label="{title}";', "rankdir=BT;", "labelloc=t;"]
+        for i, instance in enumerate(self._elements.instances):
             lines += [f"subgraph cluster{i} {{", f' label="{instance.name()}";']
             lines += [
-                f' body{int(b.index())} [label="{b.name()}"];' for b in self._bodies if int(b.model_instance()) == i
+                f' body{int(b.index())} [label="{b.name()}"];'
+                for b in self._elements.bodies
+                if int(b.model_instance()) == i
             ]
             lines.append("}")
-        for joint in self._joints:
+        for joint in self._elements.joints:
             child, parent = int(joint.child_body().index()), int(joint.parent_body().index())
             lines.append(f'body{child} -> body{parent} [label="{joint.name()} [{joint.type_name()}]"];')
         return "\n".join([*lines, "}"]) + "\n"
-
-    def _inboard_of(self, body: RigidBody) -> Any:
-        """How a body hangs in the forest; None for the world."""
-        return self._inboard.get(int(body.index()))

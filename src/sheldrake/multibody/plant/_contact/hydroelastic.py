@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common.value import _register_value_type
-from sheldrake.geometry._kernels import hydro_model as hydro
-from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
+from sheldrake.geometry._kernels.hydro_model import Face, FaceValue, Found, HydroModel, HydroTable
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.multibody.math import SpatialForce, SpatialForce_
 
@@ -59,10 +58,10 @@ def infos_of(
         F_B_W: moment about the centroid and force on B of every face [N m, N], shape (num_faces or more, 6).
         scalar: of the numbers.
     """
-    infos, count, first = [], int(surfaces.count[hydro.NUM_FACES]), int(hydro.CENTROID)
+    infos, count = [], int(surfaces.count[Found.num_faces])
     for s, surface in surfaces_of(surfaces, hydro_model, ids):
-        here = np.flatnonzero(surfaces.face[:count, hydro.SURFACE] == s)
-        arms = surfaces.value[here, first : first + 3] - surface.centroid()
+        here = np.flatnonzero(surfaces.face[:count, Face.surface] == s)
+        arms = surfaces.value[here, FaceValue.p_WC.columns] - surface.centroid()
         F_A_W = -F_B_W[here]
         moment = F_A_W[:, :3] + np.cross(arms, F_A_W[:, 3:])
         total = np.concatenate([moment.sum(axis=0), F_A_W[:, 3:].sum(axis=0)])

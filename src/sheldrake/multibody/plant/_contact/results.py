@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.common._checked import checked
 from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.tree import BodyIndex
 
@@ -156,6 +157,7 @@ class ContactResults:
         """Zero: there are no deformable bodies."""
         return 0
 
+    @checked
     def deformable_contact_info(self, i: int) -> Any:
         """There are no deformable bodies.
 

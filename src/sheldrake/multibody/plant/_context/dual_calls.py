@@ -15,6 +15,7 @@ from sheldrake.autodiffutils._complex_step import PATIENCE, Source, Sweep, imagi
 from sheldrake.autodiffutils._matrices import filled
 from sheldrake.common._kernels.only_stages import only_stages
 from sheldrake.common._native import store as kernel_store
+from sheldrake.common._native.binding import HERE
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.kernel import MISFIT, Kernel, jit_enabled
 
@@ -165,12 +166,16 @@ class Results:
     def __init__(self, calls: DualCalls, needs: int, work: Any):
         self._calls, self._needs, self._work = calls, needs, work
 
-    def __getattr__(self, name: str) -> np.ndarray:
+    def __getattr__(self, name: str) -> Any:
+        if name not in self._work._fields:
+            return getattr(type(self._work), name).fget(self)  # of a record
         found = self._calls.result(self._needs, getattr(self._work, name))
         self.__dict__[name] = found
         return found
 
+    def __getitem__(self, i: int) -> Any:
+        return type(self._work).__getitem__(self, i)
+
 
 def _offset(view: np.ndarray, of: np.ndarray) -> int:
-    address = [a.__array_interface__["data"][0] for a in (view, of)]
-    return (address[0] - address[1]) // of.itemsize
+    return (HERE.place(view) - HERE.place(of)) // of.itemsize

@@ -7,75 +7,90 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._overloads import incompatible, overload, overloaded
 from sheldrake.common.deprecation import _warn_deprecated
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._building.topology import Topology
+from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.tree import BodyIndex, Frame, Joint, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import finite
 from sheldrake.systems.framework import Context
 
 
 class FreeBodies:
-    """Asking and placing free bodies."""
+    """Asking and placing free bodies.
 
-    def _is_floating_base(self, body: RigidBody) -> bool:
-        """Whether Finalize() gave the body its floating joint; a floating joint of the user's does not count."""
-        step = self._inboard.get(int(body.index()))
-        return step is not None and step.joint.is_ephemeral()
+    Args:
+        elements: The bodies and the joints by which they float.
+        topology: Tells which frames are anchored.
+        contexts: Where positions are.
+    """
 
-    def _has_quaternion(self, body: RigidBody) -> bool:
-        step = self._inboard.get(int(body.index()))
-        return step is not None and step.joint.type_name() == "quaternion_floating"
+    def __init__(self, elements: Elements, topology: Topology, contexts: Contexts) -> None:
+        self._elements, self._topology, self._contexts = elements, topology, contexts
+        self.default_poses: dict[int, RigidTransform] = {}
+        """Of free bodies, by number."""
 
-    def _free_joint(self, call: str, body: RigidBody) -> Any:
-        self._require_finalized(call)
-        self._require_mine(call, body)
-        step = self._inboard.get(int(body.index()))
+    def _free_joint(self, call: str, body: RigidBody) -> Joint:
+        model = self._elements.model(call)
+        self._elements.require_mine(call, body)
+        step = model.inboard_of(body)
         if step is None or step.joint.num_velocities() != 6:
             raise RuntimeError(f"Body '{body.name()}' is not a free body.")
         return step.joint
 
-    def GetFloatingBaseBodies(self) -> set[Any]:
+    def GetFloatingBaseBodies(self) -> set[BodyIndex]:
         """Numbers of the bodies that float from the world."""
-        self._require_finalized("GetFloatingBaseBodies")
-        return {b.index() for b in self._bodies if self._is_floating_base(b)}
+        self._elements.require_finalized("GetFloatingBaseBodies")
+        return {b.index() for b in self._elements.bodies if self._elements.is_floating_base(b)}
 
-    def _bases_of(self, call: str, model_instance: Any) -> list[RigidBody]:
+    def _bases_of(self, call: str, model_instance: ModelInstanceIndex) -> list[RigidBody]:
         """Bodies of a model instance that hang on the world, floating or not."""
-        self._require_finalized(call)
-        self._instances.get(model_instance, call)
-        steps = ((b, self._inboard.get(int(b.index()))) for b in self._bodies.of_instance(model_instance))
-        return [body for body, step in steps if step is not None and step.parent is self.world_body()]
+        model = self._elements.model(call)
+        self._elements.require_instance(call, model_instance)
+        steps = ((b, model.inboard_of(b)) for b in self._elements.bodies.of_instance(model_instance))
+        return [body for body, step in steps if step is not None and step.parent is self._elements.world]
 
+    @checked
     def HasUniqueFloatingBaseBody(self, model_instance: ModelInstanceIndex) -> bool:
         """Whether a model instance has exactly one body that hangs on the world, and that one floats."""
         found = self._bases_of("HasUniqueFloatingBaseBody", model_instance)
-        return len(found) == 1 and self._is_floating_base(found[0])
+        return len(found) == 1 and self._elements.is_floating_base(found[0])
 
+    @checked
     def GetUniqueFloatingBaseBodyOrThrow(self, model_instance: ModelInstanceIndex) -> RigidBody:
         """The one body of a model instance that hangs on the world; it floats.
 
         Raises:
             RuntimeError: there is none, or more than one, or it does not float.
         """
-        found = self._bases_of("GetUniqueFloatingBaseBodyOrThrow", model_instance)
-        if len(found) != 1 or not self._is_floating_base(found[0]):
+        call = "GetUniqueFloatingBaseBodyOrThrow"
+        found = self._bases_of(call, model_instance)
+        if len(found) != 1 or not self._elements.is_floating_base(found[0]):
             raise RuntimeError(
-                f"GetUniqueFloatingBaseBodyOrThrow(): model instance '{self.GetModelInstanceName(model_instance)}' has "
-                f"the base bodies {', '.join(b.name() for b in found) or '(none)'}, not one that floats."
+                f"{call}(): model instance '{self._elements.instances.get(model_instance, call).name()}' "
+                f"has the base bodies {', '.join(b.name() for b in found) or '(none)'}, not one that floats."
             )
         return found[0]
 
-    HasUniqueFreeBaseBody = HasUniqueFloatingBaseBody
-    GetUniqueFreeBaseBodyOrThrow = GetUniqueFloatingBaseBodyOrThrow
-
-    def GetFreeBodyPose(self, context: Any, body: RigidBody) -> Any:
+    @checked
+    def GetFreeBodyPose(self, context: Context, body: RigidBody) -> RigidTransform:
         """Pose of a free body: X_PB in its inboard frame, the world's unless a joint says otherwise."""
         joint = self._free_joint("GetFreeBodyPose", body)
-        return joint._pose_at(self._view(context).q[joint._q_start : joint._q_start + joint.num_positions()])
+        return joint._pose_at(self._contexts.view(context).q[joint._q_start : joint._q_start + joint.num_positions()])
 
-    def SetFreeBodyPose(self, context: Any, body: RigidBody, X_PB: Any = None, *, X_JpJc: Any = None) -> None:
+    @checked
+    def SetFreeBodyPose(
+        self,
+        context: Context,
+        body: RigidBody,
+        X_PB: RigidTransform | None = None,
+        *,
+        X_JpJc: RigidTransform | None = None,
+    ) -> None:
         """Puts a free body at a pose in its inboard frame, the world's unless a joint says otherwise.
 
         Raises:
@@ -83,15 +98,15 @@ class FreeBodies:
             RuntimeError: the body is not free, or the pose is not finite.
         """
         X = X_PB if X_JpJc is None else X_JpJc
-        if not hasattr(X, "GetAsMatrix34"):
+        if X is None or not hasattr(X, "GetAsMatrix34"):
             raise incompatible("SetFreeBodyPose", ["(context, body, X_PB: RigidTransform)"], (context, body, X), {})
         self._free_joint("SetFreeBodyPose", body).SetPose(context, X)
 
-    def _set_velocity_in_old_order(self, body: RigidBody, V_PB: Any, context: Any) -> None:
+    def _set_velocity_in_old_order(self, body: RigidBody, V_PB: Any, context: Context) -> None:
         _warn_deprecated(
             "SetFreeBodySpatialVelocity(): the context comes first today: (context, body, V_JpJc).",
             date="2026-06-01",
-            stacklevel=6,
+            stacklevel=7,
         )
         self._free_joint("SetFreeBodySpatialVelocity", body).SetSpatialVelocity(context, V_PB)
 
@@ -100,7 +115,7 @@ class FreeBodies:
         overload(_set_velocity_in_old_order, body=instance_of(RigidBody), V_PB=anything, context=anything),
         overload(_set_velocity_in_old_order, body=instance_of(RigidBody), V_WB=anything, context=anything),
     )
-    def SetFreeBodySpatialVelocity(self, context: Any, body: RigidBody, V_JpJc: Any) -> None:
+    def SetFreeBodySpatialVelocity(self, context: Context, body: RigidBody, V_JpJc: Any) -> None:
         """Gives a free body a spatial velocity in its inboard frame.
 
         The older order `(body, V_PB, context)` still works, with a warning.
@@ -115,23 +130,27 @@ class FreeBodies:
         """
         self._free_joint("SetFreeBodySpatialVelocity", body).SetSpatialVelocity(context, V_JpJc)
 
-    def SetFloatingBaseBodyPoseInWorldFrame(self, context: Any, body: RigidBody, X_WB: Any) -> None:
+    @checked
+    def SetFloatingBaseBodyPoseInWorldFrame(self, context: Context, body: RigidBody, X_WB: Any) -> None:
         """Puts a floating base body at X_WB."""
         joint = self._base_joint("SetFloatingBaseBodyPoseInWorldFrame", body)
         X_WF, X_BM = joint.frame_on_parent().CalcPoseInWorld(context), joint.frame_on_child()._X_BF(context)
         joint.SetPose(context, X_WF.InvertAndCompose(X_WB @ X_BM))
 
-    def SetFloatingBaseBodyPoseInAnchoredFrame(self, context: Any, frame_F: Any, body: RigidBody, X_FB: Any) -> None:
+    @checked
+    def SetFloatingBaseBodyPoseInAnchoredFrame(
+        self, context: Context, frame_F: Frame, body: RigidBody, X_FB: Any
+    ) -> None:
         """Puts a floating base body at X_FB of a frame that is fixed to the world."""
-        if not self.IsAnchored(frame_F.body()):
+        if not self._topology.IsAnchored(frame_F.body()):
             raise RuntimeError(
                 f"SetFloatingBaseBodyPoseInAnchoredFrame(): frame {frame_F.name()!r} must be anchored to the world."
             )
         self.SetFloatingBaseBodyPoseInWorldFrame(context, body, frame_F.CalcPoseInWorld(context) @ X_FB)
 
-    def _base_joint(self, call: str, body: RigidBody) -> Any:
+    def _base_joint(self, call: str, body: RigidBody) -> Joint:
         joint = self._free_joint(call, body)
-        if not self._is_floating_base(body):
+        if not self._elements.is_floating_base(body):
             raise RuntimeError(f"{call}(): Body '{body.name()}' is not a floating base body.")
         return joint
 
@@ -144,21 +163,24 @@ class FreeBodies:
         self._set_default_free_pose("SetDefaultFreeBodyPose", body, X_PB)
 
     def _set_default_free_pose(self, call: str, body: RigidBody, X: Any) -> None:
-        self._require_mine(call, body)
+        self._elements.require_mine(call, body)
         finite(call, "the pose", X.GetAsMatrix34())
-        self._default_free_poses[int(body.index())] = X
-        step = self._inboard.get(int(body.index())) if self._finalized else None
-        if step is not None and step.joint.num_velocities() == 6:
-            step.joint.SetDefaultPose(X)
+        self.default_poses[int(body.index())] = X
+        if (joint := self._made_joint(call, body)) is not None:
+            joint.SetDefaultPose(X)
 
-    def GetDefaultFreeBodyPose(self, body: RigidBody) -> Any:
+    def _made_joint(self, call: str, body: RigidBody) -> Joint | None:
+        """The joint by which a free body floats, after Finalize()."""
+        step = self._elements.model(call).inboard_of(body) if self._elements.is_finalized() else None
+        return step.joint if step is not None and step.joint.num_velocities() == 6 else None
+
+    def GetDefaultFreeBodyPose(self, body: RigidBody) -> RigidTransform:
         """The pose that a free body has in default contexts."""
-        self._require_mine("GetDefaultFreeBodyPose", body)
-        step = self._inboard.get(int(body.index())) if self._finalized else None
-        if step is not None and step.joint.num_velocities() == 6:
-            return step.joint.GetDefaultPose()
-        return self._default_free_poses.get(int(body.index()), RigidTransform())
+        self._elements.require_mine("GetDefaultFreeBodyPose", body)
+        if (joint := self._made_joint("GetDefaultFreeBodyPose", body)) is not None:
+            return joint.GetDefaultPose()
+        return self.default_poses.get(int(body.index()), RigidTransform())
 
-    def GetDefaultFloatingBaseBodyPose(self, body: RigidBody) -> Any:
+    def GetDefaultFloatingBaseBodyPose(self, body: RigidBody) -> RigidTransform:
         """The pose that a floating base body has in default contexts."""
         return self.GetDefaultFreeBodyPose(body)

@@ -2,20 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from sheldrake.autodiffutils._matrices import alike, filled
-from sheldrake.math import RotationMatrix_
-from sheldrake.multibody.math import SpatialAcceleration_, SpatialInertia_, SpatialMomentum_, SpatialVelocity_
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
+from sheldrake.math import RigidTransform, RotationMatrix, RotationMatrix_
+from sheldrake.multibody.math import (
+    SpatialAcceleration,
+    SpatialAcceleration_,
+    SpatialInertia,
+    SpatialInertia_,
+    SpatialMomentum,
+    SpatialMomentum_,
+    SpatialVelocity,
+    SpatialVelocity_,
+)
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import BodyIndex, Frame, ModelInstanceIndex, RigidBody
 from sheldrake.multibody.tree._element import vector
-from sheldrake.multibody.tree._kernels.model import ROOT
+from sheldrake.multibody.tree._kernels.model import Body, BodyInertia, BodyPose
+from sheldrake.systems.framework import Context
 
 
 class Motion:
     """Pose, velocity and acceleration of a frame as plain arrays, in W."""
+
+    is_still = False
+    """Whether it is the world's."""
 
     def __init__(self, R: np.ndarray, p: np.ndarray, V: np.ndarray | None = None, A: np.ndarray | None = None):
         self.R, self.p = R, p
@@ -35,11 +55,19 @@ class Motion:
 
 
 class Kinematics:
-    """Kinematics and properties of all or of some bodies."""
+    """Kinematics and properties of all or of some bodies.
+
+    Args:
+        elements: Bodies and frames.
+        contexts: Where positions and velocities are.
+    """
+
+    def __init__(self, elements: Elements, contexts: Contexts) -> None:
+        self._elements, self._contexts = elements, contexts
 
     # --- bodies
 
-    def EvalBodyPoseInWorld(self, context: Any, body: RigidBody) -> Any:
+    def EvalBodyPoseInWorld(self, context: Context, body: RigidBody) -> RigidTransform:
         """X_WB.
 
         Raises:
@@ -47,65 +75,66 @@ class Kinematics:
         """
         try:  # the one that has to be quick
             view = context._kept
-            if view.family is self._family:
+            if view.family is self._contexts.family:
                 return view.poses[body]()
         except (AttributeError, KeyError, TypeError):
             pass
-        return self._pose_query(self._view(context), body)()
+        return self._pose_query(context, body)()
 
-    def _pose_query(self, view: Any, body: RigidBody) -> Any:
-        if getattr(body, "_owner", None) is not self:
-            self._require_mine("EvalBodyPoseInWorld", body)
-        return view.body_pose(body, self._rows[body._index._value])
+    def _pose_query(self, context: Context, body: RigidBody) -> Callable[[], RigidTransform]:
+        """A query for X_WB of a body; kept in `View.poses`.
 
-    def _body_velocities(self, context: Any) -> np.ndarray:
-        """Spatial velocities of the body origins, by row, shape (num_bodies, 6)."""
-        return self._view(context).body_velocities()
+        Raises:
+            RuntimeError: the body or the context is not of this plant.
+        """
+        view = self._contexts.view(context)
+        if not self._elements.has(body):
+            self._elements.require_mine("EvalBodyPoseInWorld", body)
+        return view.body_pose(body, view.frozen.row_of(body))
 
-    def EvalBodySpatialVelocityInWorld(self, context: Any, body: RigidBody) -> Any:
+    def EvalBodySpatialVelocityInWorld(self, context: Context, body: RigidBody) -> SpatialVelocity:
         """V_WB of the body origin, expressed in W."""
-        self._require_mine("EvalBodySpatialVelocityInWorld", body)
-        V = self._body_velocities(context)[self._rows[body._index._value]]
-        return self._view(context).of(SpatialVelocity_)._make(V.copy())
+        self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
+        view = self._contexts.view(context)
+        return view.of(SpatialVelocity_)._make(view.body_velocities()[view.frozen.row_of(body)].copy())
 
-    def _accelerations(self, context: Any, vdot: np.ndarray) -> np.ndarray:
-        """Spatial accelerations of the body origins, by row, shape (num_bodies, 6)."""
-        A = self._view(context).ask_accelerations(np.ascontiguousarray(vdot))
+    def accelerations(self, context: Context, vdot: np.ndarray) -> np.ndarray:
+        """Spatial accelerations of the body origins, by row, for given vdot; shape (num_bodies, 6).
+
+        Raises:
+            TypeError: vdot is no vector of nv numbers of the context's scalar.
+        """
+        A = self._contexts.view(context).ask_accelerations(np.ascontiguousarray(vdot))
         if type(A) is int:
-            raise TypeError(f"{self._describe()}: accelerations must have the scalar type of the context.")
+            raise TypeError(f"{context._system._describe()}: accelerations must have the scalar type of the context.")
         return A
 
-    def CalcSpatialAccelerationsFromVdot(self, context: Any, known_vdot: Any) -> list[Any]:
+    @checked
+    def CalcSpatialAccelerationsFromVdot(self, context: Context, known_vdot: ArrayLike) -> list[SpatialAcceleration]:
         """A_WB of all body origins, expressed in W, for given vdot, by body."""
-        vdot = vector("CalcSpatialAccelerationsFromVdot", "known_vdot", known_vdot, self._nv)
-        A, T = self._accelerations(context, vdot), self._view(context).of(SpatialAcceleration_)._make
-        return [T(A[self._rows[i]]) for i in range(len(self._rows))]
-
-    def EvalBodySpatialAccelerationInWorld(self, context: Any, body: RigidBody) -> Any:
-        """A_WB of the body origin, expressed in W, at the present state.
-
-        For a discrete plant, of the step that would be taken from there; the port body_spatial_accelerations has that
-        of the step that was taken, when ports are sampled.
-        """
-        self._require_mine("EvalBodySpatialAccelerationInWorld", body)
-        A = self._accelerations(context, self._vdot(context))
-        return self._view(context).of(SpatialAcceleration_)(A[self._rows[body._index._value]])
+        view, call = self._contexts.view(context), "CalcSpatialAccelerationsFromVdot"
+        A = self.accelerations(context, vector(call, "known_vdot", known_vdot, view.nv))
+        make = view.of(SpatialAcceleration_)._make
+        return [make(A[row]) for row in view.frozen.rows]
 
     # --- frames
 
-    def _body_and_offset(self, context: Any, frame: Frame) -> tuple[int, Any]:
-        if getattr(frame, "_owner", None) is not self:
-            self._require_mine("CalcRelativeTransform", frame)
-        return self._rows[frame._body._index._value], None if frame.is_body_frame() else frame._X_BF(context)
+    def _body_and_offset(self, view: View, context: Context, frame: Frame) -> tuple[int, Any]:
+        if not self._elements.has(frame):
+            self._elements.require_mine("CalcRelativeTransform", frame)
+        return view.frozen.row_of(frame._body), None if frame.is_body_frame() else frame._X_BF(context)
 
-    def _motion(self, context: Any, frame: Frame, order: int = 0, A_WB: np.ndarray | None = None) -> Motion:
+    def motion(self, context: Context, frame: Frame, order: int = 0, A_WB: np.ndarray | None = None) -> Motion:
         """Motion of a frame; order 0: pose; 1: velocity too; A_WB: acceleration too."""
-        row, X_BF = self._body_and_offset(context, frame)
+        view = self._contexts.view(context)
+        row, X_BF = self._body_and_offset(view, context, frame)
         if frame.is_world_frame():
-            return Motion(np.eye(3), np.zeros(3), np.zeros(6), np.zeros(6))
-        X = self._relative_pose(context, self.world_frame(), frame._body.body_frame())
+            world = Motion(np.eye(3), np.zeros(3), np.zeros(6), np.zeros(6))
+            world.is_still = True
+            return world
+        X = self.relative_pose(context, self._world_frame, frame._body.body_frame())
         R_WB, p_WB = X[:9].reshape(3, 3), X[9:]
-        V = self._body_velocities(context)[row] if order else None
+        V = view.body_velocities()[row] if order else None
         A = None if A_WB is None else A_WB[row]
         body = Motion(R_WB, p_WB, V, A)
         if X_BF is None:
@@ -116,49 +145,48 @@ class Kinematics:
         A_F = None if A is None else np.concatenate([body.alpha, body.acceleration_at(p_WF)])
         return Motion(R_WF, p_WF, V_F, A_F)
 
-    def _pose_of_frame(self, context: Any, frame: Frame) -> Any:
-        return self._transform(context, self._relative_pose(context, self.world_frame(), frame))
+    @property
+    def _world_frame(self) -> Frame:
+        return self._elements.world.body_frame()
 
-    def _velocity_of_frame(self, context: Any, frame: Frame) -> Any:
-        m = self._motion(context, frame, 1)
-        return self._view(context).of(SpatialVelocity_)(m.w, m.v)
+    def pose_of_frame(self, context: Context, frame: Frame) -> RigidTransform:
+        """X_WF."""
+        return self._contexts.transform(context, self.relative_pose(context, self._world_frame, frame))
 
-    def _acceleration_of_frame(self, context: Any, frame: Frame) -> Any:
-        m = self._motion(context, frame, 1, self._accelerations(context, self._vdot(context)))
-        return self._view(context).of(SpatialAcceleration_)(m.alpha, m.a)
+    def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
+        """V_WF."""
+        m = self.motion(context, frame, 1)
+        return self._contexts.view(context).of(SpatialVelocity_)(m.w, m.v)
 
-    def _relative_acceleration(self, context: Any, frame: Frame, measured_in: Frame) -> Any:
-        """A_MF expressed in W."""
-        A_WB = self._accelerations(context, self._vdot(context))
-        F, M = self._motion(context, frame, 1, A_WB), self._motion(context, measured_in, 1, A_WB)
-        alpha, a = relative_acceleration(F, M)
-        return self._view(context).of(SpatialAcceleration_)(alpha, a)
-
-    def CalcRelativeTransform(self, context: Any, frame_A: Frame, frame_B: Frame) -> Any:
+    def CalcRelativeTransform(self, context: Context, frame_A: Frame, frame_B: Frame) -> RigidTransform:
         """X_AB: frame B in frame A."""
-        return self._transform(context, self._relative_pose(context, frame_A, frame_B))
+        return self._contexts.transform(context, self.relative_pose(context, frame_A, frame_B))
 
-    def _relative_pose(self, context: Any, frame_A: Frame, frame_B: Frame) -> np.ndarray:
+    def relative_pose(self, context: Context, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """X_AB as twelve numbers."""
-        view = self._view(context)
+        view = self._contexts.view(context)
         key = frame_A, frame_B
-        ask = view.places.get(key) or view.relative_pose(key, (*self._place(frame_A), *self._place(frame_B)))
+        ask = view.places.get(key) or view.relative_pose(key, (*self.place(view, frame_A), *self.place(view, frame_B)))
         return ask()
 
-    def _place(self, frame: Frame) -> tuple[int, int]:
-        """Body row and frame row of a frame."""
-        if getattr(frame, "_owner", None) is not self:
-            self._require_mine("a query", frame)
-        return self._rows[frame._body._index._value], self._frame_rows.get(frame._index._value, -1)
+    def place(self, view: View, frame: Frame) -> tuple[int, int]:
+        """Row of the body of a frame, and row of the frame.
 
-    def CalcRelativeRotationMatrix(self, context: Any, frame_A: Frame, frame_B: Frame) -> Any:
+        Raises:
+            RuntimeError: the frame is of another plant.
+        """
+        if not self._elements.has(frame):
+            self._elements.require_mine("a query", frame)
+        return view.frozen.place_of(frame)
+
+    def CalcRelativeRotationMatrix(self, context: Context, frame_A: Frame, frame_B: Frame) -> RotationMatrix:
         """R_AB: orientation of frame B in frame A."""
-        X_AB = self._relative_pose(context, frame_A, frame_B)
-        return self._view(context).of(RotationMatrix_)._make(X_AB[:9].reshape(3, 3).copy())
+        X_AB = self.relative_pose(context, frame_A, frame_B)
+        return self._contexts.view(context).of(RotationMatrix_)._make(X_AB[:9].reshape(3, 3).copy())
 
-    def CalcPointsPositions(self, context: Any, frame_B: Frame, p_BQi: Any, frame_A: Frame) -> np.ndarray:
+    def CalcPointsPositions(self, context: Context, frame_B: Frame, p_BQi: ArrayLike, frame_A: Frame) -> np.ndarray:
         """Positions in frame A of points given in frame B [m], shape (3, n)."""
-        X_AB = self._relative_pose(context, frame_A, frame_B)
+        X_AB = self.relative_pose(context, frame_A, frame_B)
         p_BQi = points("CalcPointsPositions", "p_BQi", p_BQi)
         duals = alike(X_AB.tolist()) if X_AB.dtype == object and p_BQi.dtype == float else None
         if duals is None:
@@ -169,40 +197,43 @@ class Kinematics:
         return filled(X[:9].reshape(3, 3) @ p_BQi + X[9:, None], slopes_p.reshape(p_BQi.size, -1))
 
     def CalcPointsVelocities(
-        self, context: Any, frame_B: Frame, p_BQi: Any, frame_A: Frame, frame_E: Frame
+        self, context: Context, frame_B: Frame, p_BQi: ArrayLike, frame_A: Frame, frame_E: Frame
     ) -> np.ndarray:
         """Velocities measured in frame A, expressed in E, of points fixed to frame B [m/s], shape (3, n)."""
-        A, B, E = self._motion(context, frame_A, 1), self._motion(context, frame_B, 1), self._motion(context, frame_E)
+        A, B, E = self.motion(context, frame_A, 1), self.motion(context, frame_B, 1), self.motion(context, frame_E)
         p_WQi = B.p[:, None] + B.R @ points("CalcPointsVelocities", "p_BQi", p_BQi)
         v = [B.velocity_at(p) - A.velocity_at(p) for p in p_WQi.T]
         return E.R.T @ np.array(v).T.reshape(3, -1)
 
     # --- groups of bodies
 
-    def _rows_of(self, call: str, model_instances: Any) -> np.ndarray:
+    def _rows_of(self, call: str, model_instances: Iterable[ModelInstanceIndex] | None) -> np.ndarray:
         """Rows of the bodies of some model instances, without the world; of all for None."""
-        self._require_finalized(call)
+        bodies = self._elements.model(call).row_bodies
         if model_instances is None:
-            return np.arange(1, len(self._row_bodies))
+            return np.arange(1, len(bodies))
         wanted = set()
         for instance in model_instances:
-            self._instances.get(instance, call)
+            self._elements.require_instance(call, instance)
             wanted.add(int(instance))
-        return np.array(
-            [r for r, b in enumerate(self._row_bodies) if r and int(b.model_instance()) in wanted], np.int64
-        )
+        return np.array([r for r, b in enumerate(bodies) if r and int(b.model_instance()) in wanted], np.int64)
 
-    def CalcTotalMass(self, context: Any, model_instances: list[ModelInstanceIndex] | None = None) -> float:
+    def _masses(self, view: View, rows: np.ndarray) -> list[Any]:
+        return [view.p[view.frozen.start_of(view.frozen.row_bodies[r])] for r in rows]
+
+    def CalcTotalMass(self, context: Context, model_instances: list[ModelInstanceIndex] | None = None) -> float:
         """Mass [kg] of all bodies or of those of some model instances."""
-        view, rows = self._view(context), self._rows_of("CalcTotalMass", model_instances)
+        view, rows = self._contexts.view(context), self._rows_of("CalcTotalMass", model_instances)
         if not len(rows):
             return 0.0
-        masses = [view.p[self._start(self._row_bodies[r])] for r in rows]
+        masses = self._masses(view, rows)
         return float(np.sum(masses)) if view.dtype == float else sum(masses[1:], masses[0])
 
-    def _com_rows(self, call: str, context: Any, model_instances: Any) -> tuple[Any, np.ndarray, Any, Any]:
+    def com_rows(
+        self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None
+    ) -> tuple[View, np.ndarray, Any, Any]:
         """(view, rows, total mass, results of positions) of bodies whose centre of mass is asked for."""
-        view, rows = self._view(context), self._rows_of(call, model_instances)
+        view, rows = self._contexts.view(context), self._rows_of(call, model_instances)
         if not len(rows):
             raise RuntimeError(
                 f"{call}(): There must be at least one non-world body contained in model_instances."
@@ -210,60 +241,51 @@ class Kinematics:
                 else f"{call}(): This MultibodyPlant only contains the world_body() so its center of mass is undefined."
             )
         work = view.positions()
-        mass = sum(view.p[self._start(self._row_bodies[r])] for r in rows)
+        mass: Any = sum(self._masses(view, rows))
         if view.dtype == float and not mass > 0.0:
             raise RuntimeError(f"{call}(): the total mass must be positive, not {mass}.")
         return view, rows, mass, work
 
-    def _roots(self, work: Any, rows: np.ndarray) -> np.ndarray:
+    def _roots(self, view: View, work: Any, rows: np.ndarray) -> np.ndarray:
         """Reference points of rows, in W, shape (n, 3)."""
-        return work.X_WB[self._tree_model.body[rows, ROOT], 9:]
+        return work.X_WB[view.model.body[rows, Body.root], BodyPose.p_WB.columns]
+
+    def _masses_and_moments(self, work: Any, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Masses, shape (n, 1), and first moments about `root`, shape (n, 3)."""
+        inertia = work.inertia[rows]
+        return inertia[:, BodyInertia.mass.columns], inertia[:, BodyInertia.first_moment.columns]
 
     def CalcCenterOfMassPositionInWorld(
-        self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
+        self, context: Context, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """p_WScm of all bodies or of those of some model instances [m], shape (3,)."""
         call = "CalcCenterOfMassPositionInWorld"
-        view = self._view(context)
+        view = self._contexts.view(context)
         if model_instances is None and type(centre := view.ask_centre_of_mass()) is not int:
             return centre
-        view, rows, mass, work = self._com_rows(call, context, model_instances)
-        inertia = work.inertia[rows]
-        return (inertia[:, 1:4] + inertia[:, :1] * self._roots(work, rows)).sum(axis=0) / mass
+        view, rows, mass, work = self.com_rows(call, context, model_instances)
+        m, h = self._masses_and_moments(work, rows)
+        return (h + m * self._roots(view, work, rows)).sum(axis=0) / mass
 
     def CalcCenterOfMassTranslationalVelocityInWorld(
-        self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
+        self, context: Context, model_instances: list[ModelInstanceIndex] | None = None
     ) -> np.ndarray:
         """v_WScm expressed in W, of all bodies or of those of some model instances [m/s], shape (3,)."""
         call = "CalcCenterOfMassTranslationalVelocityInWorld"
-        view, rows, mass, _ = self._com_rows(call, context, model_instances)
-        return self._momentum_of(view, rows, np.zeros(3))[3:] / mass
+        view, rows, mass, _ = self.com_rows(call, context, model_instances)
+        return _momentum_of(view, rows, np.zeros(3))[3:] / mass
 
-    def _momentum_of(self, view: Any, rows: Any, p_WoP_W: np.ndarray) -> Any:
-        """Spatial momentum of some bodies about a point; an int where that is no vector of the context's scalar."""
-        ask = view.ask_momentum
-        view.mask[:] = 0
-        view.mask[rows] = 1
-        return ask(p_WoP_W)
-
-    def CalcCenterOfMassTranslationalAccelerationInWorld(
-        self, context: Any, model_instances: list[ModelInstanceIndex] | None = None
-    ) -> np.ndarray:
-        """a_WScm expressed in W, of all bodies or of those of some model instances [m/s²], shape (3,)."""
-        call = "CalcCenterOfMassTranslationalAccelerationInWorld"
-        view, rows, mass, _ = self._com_rows(call, context, model_instances)
-        return self._com_acceleration(view, rows, mass, self._accelerations(context, self._vdot(context)))
-
-    def _com_acceleration(self, view: Any, rows: np.ndarray, mass: Any, A_WB: np.ndarray) -> np.ndarray:
+    def com_acceleration(self, view: View, rows: np.ndarray, mass: Any, A_WB: np.ndarray) -> np.ndarray:
         """Acceleration of a centre of mass, given those of the body origins."""
         work = view.velocities()
-        inertia, V, A = work.inertia[rows], work.V[rows], A_WB[rows]
-        h = inertia[:, 1:4] + inertia[:, :1] * (self._roots(work, rows) - work.X_WB[rows, 9:])
+        m, h = self._masses_and_moments(work, rows)
+        V, A = work.V[rows], A_WB[rows]
+        h = h + m * (self._roots(view, work, rows) - work.X_WB[rows, BodyPose.p_WB.columns])
         w = V[:, :3]
-        a = inertia[:, :1] * A[:, 3:] + np.cross(A[:, :3], h) + np.cross(w, np.cross(w, h))
+        a = m * A[:, 3:] + np.cross(A[:, :3], h) + np.cross(w, np.cross(w, h))
         return a.sum(axis=0) / mass
 
-    def CalcSpatialMomentumInWorldAboutPoint(self, context: Any, *args: Any, **kwargs: Any) -> Any:
+    def CalcSpatialMomentumInWorldAboutPoint(self, context: Context, *args: Any, **kwargs: Any) -> SpatialMomentum:
         """Spatial momentum about a point P of W, expressed in W: `(context, p_WoP_W)` of all bodies, or
         `(context, model_instances, p_WoP_W)`.
         """  # fmt: skip
@@ -273,17 +295,17 @@ class Kinematics:
         point = rest.pop(0) if rest else kwargs.pop("p_WoP_W", None)
         call = "CalcSpatialMomentumInWorldAboutPoint"
         if rest or kwargs or point is None:
-            raise TypeError(f"{call}(): incompatible function arguments. Takes (context, [model_instances], p_WoP_W).")
-        view = self._view(context)
+            raise Mismatch(f"{call}(): incompatible function arguments. Takes (context, [model_instances], p_WoP_W).")
+        view = self._contexts.view(context)
         rows = slice(None) if instances is None else self._rows_of(call, instances)
-        L = self._momentum_of(view, rows, point)
+        L = _momentum_of(view, rows, point)
         if type(L) is int:
-            L = self._momentum_of(view, rows, vector(call, "p_WoP_W", point, 3))
+            L = _momentum_of(view, rows, vector(call, "p_WoP_W", point, 3))
             if type(L) is int:
                 raise TypeError(f"{call}(): the point must have the scalar type of the context.")
         return view.of(SpatialMomentum_)(L)
 
-    def CalcSpatialInertia(self, context: Any, frame_F: Frame, body_indexes: list[BodyIndex]) -> Any:
+    def CalcSpatialInertia(self, context: Context, frame_F: Frame, body_indexes: list[BodyIndex]) -> SpatialInertia:
         """Spatial inertia of some bodies about Fo, expressed in F.
 
         Raises:
@@ -292,8 +314,8 @@ class Kinematics:
         rows = [int(i) for i in body_indexes]
         if len(set(rows)) < len(rows):
             raise RuntimeError("CalcSpatialInertia(): contains a repeated BodyIndex.")
-        bodies = [self.get_body(i) for i in body_indexes]
-        total = self._view(context).of(SpatialInertia_).Zero()
+        bodies = [self._elements.bodies.get(i, "get_body") for i in body_indexes]
+        total = self._contexts.view(context).of(SpatialInertia_).Zero()
         for body in bodies:
             if body.index() != 0:
                 X_FB = self.CalcRelativeTransform(context, frame_F, body.body_frame())
@@ -303,48 +325,49 @@ class Kinematics:
 
     # --- energy
 
-    def CalcPotentialEnergy(self, context: Any) -> float:
+    def CalcPotentialEnergy(self, context: Context) -> float:
         """Energy of gravity (zero at the world's origin) and springs [J]."""
-        energy = self._view(context).ask_gravity_energy()[0]
-        for element in self._force_elements:
+        energy = self._contexts.view(context).ask_gravity_energy()[0]
+        for element in self._elements.force_elements:
             energy = energy + element._potential_energy(context)
         return float(energy) if isinstance(energy, float) else energy
 
-    def CalcKineticEnergy(self, context: Any) -> float:
+    def CalcKineticEnergy(self, context: Context) -> float:
         """Energy of motion [J], of rotors too."""
-        energy = self._view(context).ask_kinetic_energy()[0]
+        energy = self._contexts.view(context).ask_kinetic_energy()[0]
         return float(energy) if isinstance(energy, float) else energy
 
-    def CalcConservativePower(self, context: Any) -> float:
+    def CalcConservativePower(self, context: Context) -> float:
         """Power of gravity and of the elastic forces of springs [W]: what potential energy loses."""
-        power = self._view(context).v @ self.CalcGravityGeneralizedForces(context)
-        power = sum((element._powers(context)[0] for element in self._force_elements), power)
+        view = self._contexts.view(context)
+        power = view.v @ view.ask_gravity()
+        power = sum((element._powers(context)[0] for element in self._elements.force_elements), power)
         return float(power) if isinstance(power, float) else power
 
-    def CalcNonConservativePower(self, context: Any) -> float:
+    @checked
+    def CalcNonConservativePower(self, context: Context) -> float:
         """Power of the dampers and of the friction of force elements [W]; joints, actuators, contact do not count."""
-        self._require_finalized("CalcNonConservativePower")
-        return sum((element._powers(context)[1] for element in self._force_elements), 0.0)
-
-    EvalPotentialEnergy = CalcPotentialEnergy
-    EvalKineticEnergy = CalcKineticEnergy
+        self._elements.require_finalized("CalcNonConservativePower")
+        return sum((element._powers(context)[1] for element in self._elements.force_elements), 0.0)
 
 
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """a x b of two vectors; numpy's takes ten times as long."""
-    ax, ay, az = a
-    bx, by, bz = b
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
 
 
 def relative_acceleration(B: Motion, A: Motion) -> tuple[np.ndarray, np.ndarray]:
     """Angular acceleration of B in A and acceleration of Bo in A, expressed in W (both motions with acceleration)."""
+    if A.is_still:
+        return B.alpha, B.a
     w_AB, v_AB = B.w - A.w, B.v - A.velocity_at(B.p)
     alpha = B.alpha - A.alpha - cross(A.w, w_AB)
     return alpha, B.a - A.acceleration_at(B.p) - 2 * cross(A.w, v_AB)
 
 
-def points(call: str, name: str, value: Any) -> np.ndarray:
+def points(call: str, name: str, value: ArrayLike) -> np.ndarray:
     """`value` as points in columns, shape (3, n); one point may be given flat.
 
     Raises:
@@ -353,9 +376,18 @@ def points(call: str, name: str, value: Any) -> np.ndarray:
     """
     array = np.asarray(value)
     if array.ndim == 0:
-        raise TypeError(f"{call}(): incompatible function arguments. {name} must have shape (3, n), not {value!r}.")
-    array = array.astype(float) if array.dtype != object else array
+        raise Mismatch(f"{call}(): incompatible function arguments. {name} must have shape (3, n), not {value!r}.")
+    if array.dtype != object or all(isinstance(x, (float, int)) for x in array.flat):
+        array = array.astype(float)
     array = array.reshape(-1, 1) if array.ndim == 1 else array
     if array.ndim != 2 or array.shape[0] != 3:
         raise RuntimeError(f"{call}(): {name} must have shape (3, n), not {np.shape(value)}.")
     return array
+
+
+def _momentum_of(view: View, rows: Any, p_WoP_W: np.ndarray) -> Any:
+    """Spatial momentum of some bodies about a point; an int where that is no vector of the context's scalar."""
+    ask = view.ask_momentum
+    view.mask[:] = 0
+    view.mask[rows] = 1
+    return ask(p_WoP_W)

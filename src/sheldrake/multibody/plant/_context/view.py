@@ -15,12 +15,16 @@ import numpy as np
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.common.calls import Calls, Query
 from sheldrake.common.chain import Chain
-from sheldrake.common.kernel import MISFIT
-from sheldrake.math import RigidTransform_
+from sheldrake.common.kernel import MISFIT, Kernel
+from sheldrake.math import RigidTransform, RigidTransform_
+from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.state import write_finite
-from sheldrake.multibody.tree._kernels import jacobians, queries
-from sheldrake.multibody.tree._kernels import model as tree_model
+from sheldrake.multibody.tree import RigidBody
+from sheldrake.multibody.tree._kernels import dynamics, jacobians, kinematics, queries
+from sheldrake.multibody.tree._kernels.forces import ForceModel
+from sheldrake.multibody.tree._kernels.model import BodyPose, make_work
+from sheldrake.systems.framework import Context
 
 _LEVEL_OF_DISCRETE, _LEVEL_OF_CONTINUOUS = 1, 2
 _MOST_PLACES = 256
@@ -38,26 +42,38 @@ class View:
     until a source of the plant's state or parameters is written. `ask_*` are queries: each gives a new array.
     """
 
-    def __init__(self, plant: Any, context: Any):
+    def __init__(self, frozen: FrozenModel, family: object, context: Context):
+        """
+        Args:
+            frozen: The model of the plant.
+            family: Which plants may use the view.
+            context: What is viewed.
+        """
         store, place = context._store, context._place
-        state, p = slice(*(place.xd if plant.is_discrete() else place.xc)), slice(*place.p)
+        is_discrete = place.groups[1] > place.groups[0]
+        state, p = slice(*(place.xd if is_discrete else place.xc)), slice(*place.p)
+        self.frozen = frozen
         self.S = store.S
         self._changes, self._by_python = store.I[:3], store.by_python  # not the store itself, which holds its views
-        self.level = _LEVEL_OF_DISCRETE if plant.is_discrete() else _LEVEL_OF_CONTINUOUS
-        self.nq, self.nv, self.nb = plant._nq, plant._nv, len(plant._row_bodies)
+        self.level = _LEVEL_OF_DISCRETE if is_discrete else _LEVEL_OF_CONTINUOUS
+        self.nq, self.nv, self.nb = frozen.nq, frozen.nv, frozen.num_bodies
         x = store.S[state]
         self.x, self.q, self.v, self.p = x, x[: self.nq], x[self.nq : self.nq + self.nv], store.S[p]
-        self.results: Any = None
-        self.model, self.native = plant._tree_model, store.native
-        self.work = tree_model.make_work(self.model, float if store.S.dtype == float else object)
+        self.results: tuple[int, Any] | None = None
+        """The scratch of a step from a state, or of derivatives, and the stamp of that state."""
+        self.applied_force: np.ndarray | None = None
+        """Generalized forces of applied spatial forces, in the scratch of the step, once they were asked for."""
+        self.model, self.native = frozen.tree, store.native
+        self.work = make_work(self.model, float if store.S.dtype == float else object)
         self.dtype = store.S.dtype
-        self.T, self.family = context._system._scalar, plant._family
+        self.T, self.family = context._system._scalar, family
         self._types: dict[Any, Any] = {}
-        first = place.groups[0] if plant.is_discrete() else context._node
-        self.source = ("xd", first) if plant.is_discrete() else ("xc", first)
+        first = place.groups[0] if is_discrete else context._node
+        self.source = ("xd", first) if is_discrete else ("xc", first)
         self.written = store.count_writes_of(self.source)
         self._buffers: dict[str, np.ndarray] = {}
-        self._bound: dict[Any, Query] = {}
+        self._bound: dict[Kernel, Query] = {}
+        self._applied: tuple[np.ndarray, np.ndarray, np.ndarray, Query] | None = None
         self.V_WB = self.zeros(self.nb, 6)
 
         counter = store.I[self.level : self.level + 1]
@@ -66,12 +82,12 @@ class View:
         else:
             self.calls = Calls(counter, self.native)
         calls = self.calls
-        self.POSES = calls.stage(queries.calc_positions, self.model, self.p, self.work, self.q)
-        self.INERTIAS = calls.stage(queries.calc_inertias, self.model, self.p, self.work)
-        self.VELOCITIES = calls.stage(queries.calc_velocities, self.model, self.p, self.work, self.q, self.v)
-        self.ORIGINS = calls.stage(queries.calc_body_velocities, self.model, self.work, self.V_WB)
+        self.POSES = calls.stage(kinematics.position_kinematics, self.model, self.p, self.work, self.q)
+        self.INERTIAS = calls.stage(dynamics.body_inertias, self.model, self.p, self.work)
+        self.VELOCITIES = calls.stage(kinematics.velocity_kinematics, self.model, self.p, self.work, self.q, self.v)
+        self.ORIGINS = calls.stage(kinematics.body_velocities, self.model, self.work, self.V_WB)
         self.places: dict[Any, Query] = {}
-        self.poses: dict[Any, Callable[[], Any]] = {}
+        self.poses: dict[RigidBody, Callable[[], RigidTransform]] = {}
 
     # --- arrays
 
@@ -108,16 +124,16 @@ class View:
 
     # --- kernels
 
-    def run_chain(self, kernels: list[Any], **values: Any) -> int:
+    def run_chain(self, kernels: list[Kernel], **values: Any) -> int:
         """Runs kernels in turn on values by name; a status."""
         chain = Chain(kernels)
         return chain.native(**values) if self.native else chain(**values)
 
-    def call(self, kernel: Any, *args: Any) -> int:
+    def call(self, kernel: Kernel, *args: Any) -> int:
         """Runs a kernel on arrays that are new at each call."""
         return (kernel.native if self.native else kernel)(*args) or 0
 
-    def query(self, kernel: Any, *args: Any, given: tuple[str, ...], needs: int, answer: np.ndarray) -> Query:
+    def query(self, kernel: Kernel, *args: Any, given: tuple[str, ...], needs: int, answer: np.ndarray) -> Query:
         """As `Calls.query`, on arrays that are always the same for this view; made once."""
         ask = self._bound.get(kernel)
         if ask is None:
@@ -257,7 +273,23 @@ class View:
         ask = self.query(queries.calc_generalized_forces, *arguments, given=("F_Bo_W",), needs=self.POSES, answer=tau)
         return ask(F_Bo_W)
 
-    def ask_element_forces(self, force_model: Any) -> Query:
+    def applied_forces(self, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, Query]:
+        """Room for `count` applied forces, and a query for the generalized forces of those in it.
+
+        Returns:
+            Rows of the bodies, the last item the number of forces; points p_BoBq_B; forces F_Bq_W; the query.
+        """
+        found = self._applied
+        if found is None or len(found[1]) < count:
+            room = max(4, 2 * count)
+            rows, points, forces = np.zeros(room + 1, np.int64), np.zeros((room, 3)), np.zeros((room, 6))
+            tau = self.zeros(self.nv)
+            arguments = self.model, self.work, rows, points, forces, tau
+            ask = self.calls.query(queries.calc_applied_forces, *arguments, needs=self.POSES, answer=tau)
+            found = self._applied = rows, points, forces, ask
+        return found
+
+    def ask_element_forces(self, force_model: ForceModel) -> Query:
         """Spatial forces of all force elements at the body origins, by row, then their generalized forces; flat."""
         answer = self.buffer("element forces", 6 * self.nb + self.nv)
         F_Bo_W, tau = answer[: 6 * self.nb].reshape(-1, 6), answer[6 * self.nb :]
@@ -270,27 +302,29 @@ class View:
     def jacobian(self, key: Any, ends: tuple) -> Query:
         """A query for the Jacobian of a given point, shape (6, nv); kept by `key`.
 
-        `ends` as in `calc_frame_jacobian`.
+        `ends` as in `jacobians.Ends`.
         """
         J = self.zeros(6, self.nv)
-        arguments = (self.model, self.p, self.work, np.array(ends, np.int64), np.zeros(3), J)
+        places = jacobians.Frames(np.array(ends, np.int64))
+        arguments = (self.model, self.p, self.work, places, np.zeros(3), J)
         ask = self.calls.query(jacobians.calc_frame_jacobian, *arguments, given=("point",), needs=self.POSES, answer=J)
         return self._keep_place(key, ask)
 
     def relative_pose(self, key: Any, ends: tuple) -> Query:
         """A query for the pose of a frame in another, twelve numbers; kept by `key`.
 
-        `ends` as in `calc_relative_pose`.
+        `ends` as in `jacobians.Ends`; those of E do not matter.
         """
         X = self.zeros(12)
-        arguments = (self.model, self.p, self.work, np.array(ends, np.int64), X.reshape(1, 12))
+        places, pose = jacobians.Frames(np.array((*ends, 0, -1), np.int64)), jacobians.RelativePose(X.reshape(1, 12))
+        arguments = (self.model, self.p, self.work, places, pose)
         ask = self.calls.query(jacobians.calc_relative_pose, *arguments, needs=self.POSES, answer=X)
         return self._keep_place(key, ask)
 
-    def body_pose(self, body: Any, row: int) -> Callable[[], Any]:
+    def body_pose(self, body: RigidBody, row: int) -> Callable[[], RigidTransform]:
         """A query for the pose of a body, a RigidTransform; kept in `poses`."""
         X_WB = self.work.X_WB[row]
-        R_WB, p_WB = X_WB[:9].reshape(3, 3), X_WB[9:]
+        R_WB, p_WB = X_WB[BodyPose.R_WB.columns].reshape(3, 3), X_WB[BodyPose.p_WB.columns]
         ask_R = self.calls.stages(self.POSES, answer=R_WB, frozen=True)
         ask_p = self.calls.stages(self.POSES, answer=p_WB, frozen=True)
         ask = self.poses[body] = self.of(RigidTransform_)._maker(ask_R, ask_p)

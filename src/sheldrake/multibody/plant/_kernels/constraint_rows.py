@@ -11,58 +11,23 @@ from sheldrake.common._kernels.vec import (
     compose,
     cross3,
     dot3,
-    load3_at,
-    load6,
-    load9,
     read3,
+    read9,
     rotate,
     scale3,
     sub3,
     transpose,
 )
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.problem import (
-    HOLONOMIC,
-    NUM_ROWS,
-    ROW_DOFS,
-    ROW_GAP,
-    ROW_GROUP,
-    ROW_KIND,
-    ROW_LOWER,
-    ROW_OWNER,
-    ROW_RELAXATION,
-    ROW_STIFFNESS,
-    ROW_UPPER,
-    TREE_A,
-    TREE_B,
-    WIDTH,
-)
-from sheldrake.multibody.plant._kernels.contact_rows import common_dof, side_tree
-from sheldrake.multibody.plant._kernels.model import (
-    BALL,
-    CONSTRAINT_A,
-    CONSTRAINT_ACTIVE,
-    CONSTRAINT_B,
-    CONSTRAINT_KIND,
-    CONSTRAINT_P,
-    CONSTRAINT_Q_A,
-    CONSTRAINT_Q_B,
-    COUPLER,
-    DISTANCE,
-    TENDON,
-    TENDON_COEFFICIENT,
-    TENDON_DOF,
-    TENDON_Q,
-)
-from sheldrake.multibody.tree._kernels.frames import read9
-from sheldrake.multibody.tree._kernels.model import DEPTH, DOF_PARENT, DOF_TREE, ROOT, TIP
+from sheldrake.multibody.contact_solvers._kernels.problem import HOLONOMIC
+from sheldrake.multibody.plant._kernels.contact_rows import sides
+from sheldrake.multibody.plant._kernels.joint_rows import put_index, put_law
+from sheldrake.multibody.plant._kernels.model import BALL, COUPLER, DISTANCE, TENDON
+from sheldrake.multibody.tree._kernels.frames import from_root, point_on
 
-INFINITE = np.float64(np.inf)
-ONE = np.int64(1)
-TWO = np.int64(2)
-THREE = np.int64(3)
-SIX = np.int64(6)
-SMALL_SINE = np.float64(1e-9)  # below it an angle is its sine
+INFINITE = np.inf
+SIX = 6
+SMALL_SINE = 1e-9  # below it an angle is its sine
 
 
 @kernel
@@ -78,211 +43,183 @@ def rotation_vector(R):
 
 
 @kernel
-def put_row_law(rows, r, gap, stiffness, relaxation):
-    rows.law[r, ROW_LOWER] = -INFINITE
-    rows.law[r, ROW_UPPER] = INFINITE
-    rows.law[r, ROW_GAP] = gap
-    rows.law[r, ROW_STIFFNESS] = stiffness
-    rows.law[r, ROW_RELAXATION] = relaxation
+def put_heads(rows, r, n, owner, width, tree_a, tree_b):
+    """Index of n rows that share their dofs, which row r lists."""
+    for i in range(r, r + n):
+        put_index(rows[i], width, tree_a, tree_b, HOLONOMIC, owner, 0)
+        for a in range(width):
+            rows[i].dofs[a] = rows[r].dofs[a]
+    rows[r].group = n
 
 
 @kernel
-def put_row_heads(rows, r, n, owner, width, tree_a, tree_b):
-    """Index of n rows that share their dofs, which row r lists."""
-    for i in range(r, r + n):
-        rows.index[i, WIDTH] = width
-        rows.index[i, TREE_A] = tree_a
-        rows.index[i, TREE_B] = tree_b
-        rows.index[i, ROW_KIND] = HOLONOMIC
-        rows.index[i, ROW_OWNER] = owner
-        rows.index[i, ROW_GROUP] = 0
-        for a in range(width):
-            rows.index[i, ROW_DOFS + a] = rows.index[r, ROW_DOFS + a]
-    rows.index[r, ROW_GROUP] = n
+def put_equations(rows, r, gap):
+    """Laws of three rows without spring or limit: gap = 0."""
+    for i in range(3):
+        put_law(rows[r + i], -INFINITE, INFINITE, gap[i], INFINITE, 0.0)
 
 
 @kernel
 def put_motion(rows, r, n, column, first, w, v, along):
     """Writes (`first`) or adds the motion of a dof to a column of n rows: 1 along, 3 of v, or 6 of (w, v)."""
     if n == 1:
-        put_number(rows.J, r, column, first, dot3(along, v))
+        put_number(rows[r], column, first, dot3(along, v))
     elif n == 3:
-        put_three(rows.J, r, column, first, v)
+        put_three(rows, r, column, first, v)
     else:
-        put_three(rows.J, r, column, first, w)
-        put_three(rows.J, r + 3, column, first, v)
+        put_three(rows, r, column, first, w)
+        put_three(rows, r + 3, column, first, v)
 
 
 @kernel
-def put_three(J, r, column, first, a):
-    put_number(J, r, column, first, a[0])
-    put_number(J, r + 1, column, first, a[1])
-    put_number(J, r + 2, column, first, a[2])
+def put_three(rows, r, column, first, a):
+    put_number(rows[r], column, first, a[0])
+    put_number(rows[r + 1], column, first, a[1])
+    put_number(rows[r + 2], column, first, a[2])
 
 
 @kernel
-def put_number(J, r, column, first, value):
+def put_number(row, column, first, value):
     if first:
-        J[r, column] = value
+        row.J[column] = value
     else:
-        J[r, column] += value
+        row.J[column] += value
 
 
 @kernel(outline=True)
 def put_body_rows(tree_model, tree, rows, r, n, owner, body_a, body_b, p_WP, p_WQ, along):
     """Jacobian of the motion of Q on B against P on A, in n rows from row r on (see `put_motion`)."""
-    tip_a = tree_model.body[body_a, TIP]
-    tip_b = tree_model.body[body_b, TIP]
-    tree_a = side_tree(tree_model, body_a)
-    tree_b = side_tree(tree_model, body_b)
-    stop = np.int64(-1)
-    if tree_a >= 0 and tree_a == tree_b:
-        stop = common_dof(tree_model, tip_a, tip_b)
-    width = np.int64(0)
+    tip_a, tip_b = tree_model.bodies[body_a].tip, tree_model.bodies[body_b].tip
+    tree_a, tree_b, stop = sides(tree_model, body_a, body_b)
+    width = 0
     if tip_a >= 0:
-        width += tree_model.dof[tip_a, DEPTH] + 1
-        p_RootP = sub3(p_WP, load3_at(tree.X_WB, tree_model.body[body_a, ROOT], 9))
+        width += tree_model.dofs[tip_a].depth + 1
+        p_RootP = from_root(tree_model, tree, body_a, p_WP)
         k = tip_a
         while k >= 0:
-            w, v = load6(tree.S, k)
-            column = tree_model.dof[k, DEPTH]
-            rows.index[r, ROW_DOFS + column] = k
+            w, v = tree.dofs[k].S
+            column = tree_model.dofs[k].depth
+            rows[r].dofs[column] = k
             v = scale3(add3(v, cross3(w, p_RootP)), -1.0)
             put_motion(rows, r, n, column, True, scale3(w, -1.0), v, along)
-            k = tree_model.dof[k, DOF_PARENT]
+            k = tree_model.dofs[k].parent
     if tip_b >= 0:
-        shared = np.int64(0)
-        if stop >= 0:
-            shared += tree_model.dof[stop, DEPTH] + 1
+        shared = 0 if stop < 0 else tree_model.dofs[stop].depth + 1
         own = width - shared
-        width = own + tree_model.dof[tip_b, DEPTH] + 1
-        p_RootQ = sub3(p_WQ, load3_at(tree.X_WB, tree_model.body[body_b, ROOT], 9))
+        width = own + tree_model.dofs[tip_b].depth + 1
+        p_RootQ = from_root(tree_model, tree, body_b, p_WQ)
         k = tip_b
         while k >= 0:
-            w, v = load6(tree.S, k)
-            depth = tree_model.dof[k, DEPTH]
+            w, v = tree.dofs[k].S
+            depth = tree_model.dofs[k].depth
             new = depth >= shared
             column = own + depth if new else depth
-            rows.index[r, ROW_DOFS + column] = k
+            rows[r].dofs[column] = k
             put_motion(rows, r, n, column, new, w, add3(v, cross3(w, p_RootQ)), along)
-            k = tree_model.dof[k, DOF_PARENT]
-    put_row_heads(rows, r, n, owner, width, tree_a, tree_b)
+            k = tree_model.dofs[k].parent
+    put_heads(rows, r, n, owner, width, tree_a, tree_b)
 
 
 @kernel
-def put_coupler(tree_model, rows, r, owner, a, b, gap, ratio):
+def put_coupler(tree_model, rows, r, owner, constraint, p, q):
     """q_a - ratio q_b - offset = 0."""
-    rows.index[r, ROW_DOFS] = a
-    rows.index[r, ROW_DOFS + 1] = b
-    rows.J[r, 0] = 1.0
-    rows.J[r, 1] = -ratio
-    put_row_heads(rows, r, ONE, owner, TWO, tree_model.dof[a, DOF_TREE], tree_model.dof[b, DOF_TREE])
-    put_row_law(rows, r, gap, INFINITE, 0.0)
+    row = rows[r]
+    a, b, at = constraint.A, constraint.B, constraint.p
+    row.dofs[0], row.dofs[1] = a, b
+    row.J[0], row.J[1] = 1.0, -p[at]
+    put_heads(rows, r, 1, owner, 2, tree_model.dofs[a].tree, tree_model.dofs[b].tree)
+    gap = q[constraint.q_A] - p[at] * q[constraint.q_B] - p[at + 1]
+    put_law(row, -INFINITE, INFINITE, gap, INFINITE, 0.0)
 
 
 @kernel
-def put_tendon(tree_model, plant_model, problem, rows, p, q, owner, at):
+def put_tendon(tree_model, plant_model, problem, rows, owner, constraint, p, q):
     """lower <= sum of a q + offset <= upper: as in Drake, a spring and damper beyond a limit, nothing before it."""
-    begin = plant_model.constraint[owner, CONSTRAINT_A]
-    end = plant_model.constraint[owner, CONSTRAINT_B]
-    length = p[at]
-    for i in range(begin, end):
-        a = p[at + 5 + plant_model.tendon[i, TENDON_COEFFICIENT]]
-        length += a * q[plant_model.tendon[i, TENDON_Q]]
-    if length < p[at + 1]:
-        put_tendon_limit(tree_model, plant_model, problem, rows, p, owner, at, 1.0, length - p[at + 1])
-    if length > p[at + 2]:
-        put_tendon_limit(tree_model, plant_model, problem, rows, p, owner, at, -1.0, p[at + 2] - length)
+    at = constraint.p
+    length, lower, upper = p[at], p[at + 1], p[at + 2]
+    for i in range(constraint.A, constraint.B):
+        joint = plant_model.tendon_joints[i]
+        length += p[at + 5 + joint.coefficient] * q[joint.q]
+    if length < lower:
+        put_tendon_limit(tree_model, plant_model, problem, rows, owner, constraint, p, 1.0, length - lower)
+    if length > upper:
+        put_tendon_limit(tree_model, plant_model, problem, rows, owner, constraint, p, -1.0, upper - length)
 
 
 @kernel
-def put_tendon_limit(tree_model, plant_model, problem, rows, p, owner, at, sign, gap):
+def put_tendon_limit(tree_model, plant_model, problem, rows, owner, constraint, p, sign, gap):
     """A row that pushes where the gap closes, in the direction of `sign` times the tendon's coefficients."""
-    r = problem.count[NUM_ROWS]
-    problem.count[NUM_ROWS] = r + 1
-    begin = plant_model.constraint[owner, CONSTRAINT_A]
-    end = plant_model.constraint[owner, CONSTRAINT_B]
+    r = problem.num_rows
+    problem.num_rows = r + 1
+    begin, end, at = constraint.A, constraint.B, constraint.p
     for i in range(begin, end):
-        rows.index[r, ROW_DOFS + i - begin] = plant_model.tendon[i, TENDON_DOF]
-        rows.J[r, i - begin] = sign * p[at + 5 + plant_model.tendon[i, TENDON_COEFFICIENT]]
-    tree_a = tree_model.dof[plant_model.tendon[begin, TENDON_DOF], DOF_TREE]
-    tree_b = tree_model.dof[plant_model.tendon[end - 1, TENDON_DOF], DOF_TREE]
-    put_row_heads(rows, r, ONE, owner, end - begin, tree_a, tree_b)
-    put_row_law(rows, r, gap, p[at + 3], p[at + 4] / p[at + 3])
-    rows.law[r, ROW_LOWER] = 0.0
+        joint = plant_model.tendon_joints[i]
+        rows[r].dofs[i - begin] = joint.dof
+        rows[r].J[i - begin] = sign * p[at + 5 + joint.coefficient]
+    tree_a = tree_model.dofs[plant_model.tendon_joints[begin].dof].tree
+    tree_b = tree_model.dofs[plant_model.tendon_joints[end - 1].dof].tree
+    put_heads(rows, r, 1, owner, end - begin, tree_a, tree_b)
+    put_law(rows[r], 0.0, INFINITE, gap, p[at + 3], p[at + 4] / p[at + 3])
 
 
 @kernel
-def point_on(tree, body, p_BP):
-    """p_WP of a point fixed to a body [m]."""
-    return add3(load3_at(tree.X_WB, body, 9), rotate(load9(tree.X_WB, body), p_BP))
-
-
-@kernel
-def put_distance(tree_model, tree, p, rows, r, owner, body_a, body_b, at):
+def put_distance(tree_model, tree, rows, r, owner, constraint, p):
     """|PQ| - length = 0, with a spring and damper if the stiffness is finite."""
-    p_WP = point_on(tree, body_a, read3(p, at))
-    p_WQ = point_on(tree, body_b, read3(p, at + 3))
+    A, B, at = constraint.A, constraint.B, constraint.p
+    p_WP = point_on(tree, A, read3(p, at))
+    p_WQ = point_on(tree, B, read3(p, at + 3))
     p_PQ = sub3(p_WQ, p_WP)
     length = sqrt(dot3(p_PQ, p_PQ))
-    put_body_rows(tree_model, tree, rows, r, ONE, owner, body_a, body_b, p_WP, p_WQ, scale3(p_PQ, 1.0 / length))
-    put_row_law(rows, r, length - p[at + 6], p[at + 7], p[at + 8] / p[at + 7])
+    put_body_rows(tree_model, tree, rows, r, 1, owner, A, B, p_WP, p_WQ, scale3(p_PQ, 1.0 / length))
+    put_law(rows[r], -INFINITE, INFINITE, length - p[at + 6], p[at + 7], p[at + 8] / p[at + 7])
 
 
 @kernel
-def put_ball(tree_model, tree, p, rows, r, owner, body_a, body_b, at):
+def put_ball(tree_model, tree, rows, r, owner, constraint, p):
     """p_WQ - p_WP = 0."""
-    p_WP = point_on(tree, body_a, read3(p, at))
-    p_WQ = point_on(tree, body_b, read3(p, at + 3))
+    A, B, at = constraint.A, constraint.B, constraint.p
+    p_WP = point_on(tree, A, read3(p, at))
+    p_WQ = point_on(tree, B, read3(p, at + 3))
     gap = sub3(p_WQ, p_WP)
-    put_body_rows(tree_model, tree, rows, r, THREE, owner, body_a, body_b, p_WP, p_WQ, gap)
-    put_row_law(rows, r, gap[0], INFINITE, 0.0)
-    put_row_law(rows, r + 1, gap[1], INFINITE, 0.0)
-    put_row_law(rows, r + 2, gap[2], INFINITE, 0.0)
+    put_body_rows(tree_model, tree, rows, r, 3, owner, A, B, p_WP, p_WQ, gap)
+    put_equations(rows, r, gap)
 
 
 @kernel
-def put_weld(tree_model, tree, p, rows, r, owner, body_a, body_b, at):
+def put_weld(tree_model, tree, rows, r, owner, constraint, p):
     """(rotation vector of R_PQ in W, p_WQ - p_WP) = 0, moved at the point midway between P and Q."""
-    R_WP = compose(load9(tree.X_WB, body_a), read9(p, at))
-    R_WQ = compose(load9(tree.X_WB, body_b), read9(p, at + 12))
-    p_WP = point_on(tree, body_a, read3(p, at + 9))
-    p_WQ = point_on(tree, body_b, read3(p, at + 21))
+    A, B, at = constraint.A, constraint.B, constraint.p
+    R_WP = compose(tree[A].R_WB, read9(p, at))
+    R_WQ = compose(tree[B].R_WB, read9(p, at + 12))
+    p_WP = point_on(tree, A, read3(p, at + 9))
+    p_WQ = point_on(tree, B, read3(p, at + 21))
     turn = rotate(R_WP, rotation_vector(compose(transpose(R_WP), R_WQ)))
     gap = sub3(p_WQ, p_WP)
     middle = scale3(add3(p_WP, p_WQ), 0.5)
-    put_body_rows(tree_model, tree, rows, r, SIX, owner, body_a, body_b, middle, middle, gap)
-    put_row_law(rows, r, turn[0], INFINITE, 0.0)
-    put_row_law(rows, r + 1, turn[1], INFINITE, 0.0)
-    put_row_law(rows, r + 2, turn[2], INFINITE, 0.0)
-    put_row_law(rows, r + 3, gap[0], INFINITE, 0.0)
-    put_row_law(rows, r + 4, gap[1], INFINITE, 0.0)
-    put_row_law(rows, r + 5, gap[2], INFINITE, 0.0)
+    put_body_rows(tree_model, tree, rows, r, SIX, owner, A, B, middle, middle, gap)
+    put_equations(rows, r, turn)
+    put_equations(rows, r + 3, gap)
 
 
 @kernel
 def put_constraints(tree_model, plant_model, problem, rows, tree, p, q):
     """Rows of all active constraints."""
-    for i in range(plant_model.constraint.shape[0]):
-        if p[plant_model.constraint[i, CONSTRAINT_ACTIVE]] > 0.0:
-            kind = plant_model.constraint[i, CONSTRAINT_KIND]
-            a = plant_model.constraint[i, CONSTRAINT_A]
-            b = plant_model.constraint[i, CONSTRAINT_B]
-            at = plant_model.constraint[i, CONSTRAINT_P]
-            r = problem.count[NUM_ROWS]
+    for i in range(len(plant_model.constraints)):
+        constraint = plant_model.constraints[i]
+        if p[constraint.active] > 0.0:
+            kind = constraint.kind
+            r = problem.num_rows
             if kind == COUPLER:
-                q_a = q[plant_model.constraint[i, CONSTRAINT_Q_A]]
-                gap = q_a - p[at] * q[plant_model.constraint[i, CONSTRAINT_Q_B]] - p[at + 1]
-                put_coupler(tree_model, rows, r, i, a, b, gap, p[at])
-                problem.count[NUM_ROWS] = r + 1
+                put_coupler(tree_model, rows, r, i, constraint, p, q)
+                problem.num_rows = r + 1
             elif kind == DISTANCE:
-                put_distance(tree_model, tree, p, rows, r, i, a, b, at)
-                problem.count[NUM_ROWS] = r + 1
+                put_distance(tree_model, tree, rows, r, i, constraint, p)
+                problem.num_rows = r + 1
             elif kind == TENDON:
-                put_tendon(tree_model, plant_model, problem, rows, p, q, i, at)
+                put_tendon(tree_model, plant_model, problem, rows, i, constraint, p, q)
             elif kind == BALL:
-                put_ball(tree_model, tree, p, rows, r, i, a, b, at)
-                problem.count[NUM_ROWS] = r + 3
+                put_ball(tree_model, tree, rows, r, i, constraint, p)
+                problem.num_rows = r + 3
             else:
-                put_weld(tree_model, tree, p, rows, r, i, a, b, at)
-                problem.count[NUM_ROWS] = r + 6
+                put_weld(tree_model, tree, rows, r, i, constraint, p)
+                problem.num_rows = r + 6

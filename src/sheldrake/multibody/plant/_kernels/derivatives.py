@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import numpy as np
-
-from sheldrake.common._kernels.generic import sqrt
-from sheldrake.common._kernels.vec import add3, dot3, load3_at, neg3, scale3, sub3
+from sheldrake.common._kernels.generic import is_finite, sqrt
+from sheldrake.common._kernels.vec import add3, dot3, load6, neg3, scale3, sub3
 from sheldrake.common.kernel import Matrix, Vector, Vectors, kernel
-from sheldrake.geometry._kernels import model as geometry
-from sheldrake.geometry._kernels.contacts import begin_contacts
+from sheldrake.common.record import Items, Record, number, numbers, table
 from sheldrake.geometry._kernels.hydro_model import HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
+from sheldrake.geometry._kernels.table import place_geometry
+from sheldrake.multibody.contact_solvers._kernels.laws import stribeck
 from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
+    MOTION_NOT_FINITE,
     SOLVED,
 )
-from sheldrake.multibody.plant._kernels.contact_rows import combined_material
+from sheldrake.multibody.plant._kernels.contact_rows import combined_material, harmonic_mean
 from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
     add_applied_forces,
@@ -29,37 +29,34 @@ from sheldrake.multibody.plant._kernels.locks import is_locked, lock_mass_matrix
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix, project_forces
 from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
-from sheldrake.multibody.tree._kernels.forces import ForceModel, add_point_force
+from sheldrake.multibody.tree._kernels.forces import ForceModel, add_point_force, clear
 from sheldrake.multibody.tree._kernels.integrate import qdot_of_velocity
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_at, velocity_kinematics
-from sheldrake.multibody.tree._kernels.model import ROOT, TreeModel, TreeWork
+from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
-BODY_A = geometry.BODY_A
-BODY_B = geometry.BODY_B
-GEOMETRY_A = geometry.GEOMETRY_A
-GEOMETRY_B = geometry.GEOMETRY_B
-P_WCA = geometry.P_WCA
-P_WCB = geometry.P_WCB
-NHAT_BA_W = geometry.NHAT_BA_W
-DEPTH = geometry.DEPTH
-FRICTION_STATIC = geometry.FRICTION_STATIC
-FRICTION_DYNAMIC = geometry.FRICTION_DYNAMIC
-
-# Columns of DerivativeVectors.contact: force on B at C (3), C (3), slip speed, separation speed.
-FORCE = np.int64(0)
-POINT = np.int64(3)
-SLIP = np.int64(6)
-SEPARATION = np.int64(7)
-NUM_CONTACT_COLUMNS = 8
-
-STILL = np.float64(1e-14)  # slip speed without friction [m/s]
+STILL = 1e-14  # slip speed without friction [m/s]
 
 
+class ContactForce(Record):
+    """At a point of contact."""
+
+    f_BC_W = numbers(3, "force on B", "N")
+    p_WC = numbers(3, "where", "m")
+    slip = number("slip speed", "m/s")
+    separation = number("separation speed", "m/s")
+
+
+class FaceForce(Record):
+    """On B, of a face of a contact surface."""
+
+    F = numbers((3, 3), "moment about the centroid, and force", "N m, N")
+
+
+@table
 class DerivativeVectors(NamedTuple):
     """What stages of the derivatives hand on, and ports report.
 
     Attributes:
-        contact: force, point and speeds of each contact, shape (capacity, 8).
         F: spatial forces of contacts and struts about `root`, shape (num_bodies, 6).
         v: velocities, shape (nv,).
         force: generalized forces, shape (nv,).
@@ -69,10 +66,9 @@ class DerivativeVectors(NamedTuple):
         qdot: shape (nq,).
         stiction_tolerance: [m/s], shape (1,).
         applied_force: generalized forces that applied spatial forces amount to, shape (nv,).
-        face: moment about the centroid and force on B of each face of contact surfaces, shape (capacity, 6).
     """
 
-    contact: Matrix
+    contact: Annotated[Matrix, Items("contacts", ContactForce)]
     F: Matrix
     v: Vector
     force: Vector
@@ -82,7 +78,7 @@ class DerivativeVectors(NamedTuple):
     qdot: Vector
     stiction_tolerance: Vector
     applied_force: Vector
-    face: Matrix
+    face: Annotated[Matrix, Items("faces", FaceForce)]
 
 
 class DerivativeWork(NamedTuple):
@@ -95,76 +91,48 @@ class DerivativeWork(NamedTuple):
 
 
 @kernel
-def step_to_one(x):
-    """From 0 at 0 to 1 at 1 with zero slope and curvature at both ends."""
-    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
-
-
-@kernel
-def stribeck(mu_static, mu_dynamic, s):
-    """Friction coefficient at slip s, relative to the stiction tolerance."""
-    if s >= 3.0:
-        return mu_dynamic
-    if s >= 1.0:
-        return mu_static - (mu_static - mu_dynamic) * step_to_one(0.5 * (s - 1.0))
-    return mu_static * step_to_one(s)
-
-
-@kernel
-def harmonic(a, b):
-    if a + b > 0.0:
-        return 2.0 * a * b / (a + b)
-    return 0.0 * a
+def sliding(model, tree, body_A, body_B, p_WC, nhat):
+    """Of B against A at a point: speed of approach along nhat, slip velocity, slip speed (0 for what is STILL)."""
+    _, v_A = velocity_at(model, tree, body_A, p_WC)
+    _, v_B = velocity_at(model, tree, body_B, p_WC)
+    v_AB = sub3(v_B, v_A)
+    approach = dot3(v_AB, nhat)
+    v_t = sub3(v_AB, scale3(nhat, approach))
+    slip = 0.0 * approach
+    if dot3(v_t, v_t) > STILL * STILL:
+        slip = sqrt(dot3(v_t, v_t))
+    return approach, v_t, slip
 
 
 @kernel
 def contact_force_on_B(model, geometry_model, table, flow, tree, c):
-    """Compliant normal force with Hunt-Crossley dissipation, and regularised friction; fills row c of `contact`."""
-    a = table.pair[c, GEOMETRY_A]
-    b = table.pair[c, GEOMETRY_B]
-    body_A = table.pair[c, BODY_A]
-    body_B = table.pair[c, BODY_B]
-    nhat = load3_at(table.point, c, NHAT_BA_W)
-    middle = scale3(add3(load3_at(table.point, c, P_WCA), load3_at(table.point, c, P_WCB)), 0.5)
-    _, v_A = velocity_at(tree, body_A, model.body[body_A, ROOT], middle)
-    _, v_B = velocity_at(tree, body_B, model.body[body_B, ROOT], middle)
-    v_AB = sub3(v_B, v_A)
-    approach = dot3(v_AB, nhat)
-    v_t = sub3(v_AB, scale3(nhat, approach))
-    _, k, d, _, _ = combined_material(geometry_model.material, a, b)
-    normal = k * table.point[c, DEPTH] * (1.0 + d * approach)
+    """k x (1 + d v) along the normal (Hunt and Crossley 1975), and regularised friction; fills `contact`."""
+    found = table[c]
+    a, b = found.geometry_A, found.geometry_B
+    nhat = found.nhat_BA_W
+    middle = scale3(add3(found.p_WCa, found.p_WCb), 0.5)
+    approach, v_t, slip = sliding(model, tree, found.body_A, found.body_B, middle, nhat)
+    _, (k, d, _, mu_d) = combined_material(geometry_model, a, b)
+    normal = k * found.depth * (1.0 + d * approach)
     f_B = scale3(nhat, 0.0)
-    slip = 0.0 * normal
-    if dot3(v_t, v_t) > STILL * STILL:
-        slip = sqrt(dot3(v_t, v_t))
     if normal > 0.0:
         f_B = scale3(nhat, -normal)
         if slip > STILL:
-            mu_s = harmonic(geometry_model.material[a, FRICTION_STATIC], geometry_model.material[b, FRICTION_STATIC])
-            mu_d = harmonic(geometry_model.material[a, FRICTION_DYNAMIC], geometry_model.material[b, FRICTION_DYNAMIC])
+            mu_s = harmonic_mean(geometry_model[a].friction_static, geometry_model[b].friction_static)
             mu = stribeck(mu_s, mu_d, slip / flow.stiction_tolerance[0])
             f_B = add3(f_B, scale3(v_t, -mu * normal / slip))
-    for i in range(3):
-        flow.contact[c, FORCE + i] = f_B[i]
-        flow.contact[c, POINT + i] = middle[i]
-    flow.contact[c, SLIP] = slip
-    flow.contact[c, SEPARATION] = -approach
+    contact = flow.contacts[c]
+    contact.f_BC_W = f_B
+    contact.p_WC = middle
+    contact.slip, contact.separation = slip, -approach
     return f_B, middle
-
-
-@kernel
-def clear(F):
-    for body in range(F.shape[0]):
-        for c in range(6):
-            F[body, c] = 0.0
 
 
 @kernel
 def add_projected(tree_model, flow, tree, tau):
     """Adds the generalized forces of F to tau; uses tree.F and qdot."""
-    for body in range(flow.F.shape[0]):
-        for c in range(6):
-            tree.F[body, c] = flow.F[body, c]
+    for b in range(flow.F.shape[0]):
+        tree[b].F = load6(flow.F, b)
     project_forces(tree_model, tree, flow.qdot)
     for k in range(tau.shape[0]):
         tau[k] += flow.qdot[k]
@@ -197,7 +165,7 @@ def smooth_forces(
     add_element_forces(tree_model, force_model, p, tree, xc, v, flow.qdot, flow.force)
     add_applied_forces(plant_model, u, flow.applied_force, flow.force)
     add_actuation(plant_model, u, flow.force, flow.net_actuation, False)
-    begin_contacts(geometry_model, tree.X_WB, table)
+    place_geometry(geometry_model, tree, table)
 
 
 @kernel(top=True, short_loops=True)
@@ -209,14 +177,14 @@ def contact_forces(
     geometry_model: GeometryModel,
 ) -> int:
     """The forces of the contacts found, into `contact_force`; a status of `contact_solvers`."""
-    if table.count[1] != 0:
+    if table.status != 0:
         return CONTACT_CAPACITY
-    if table.count[0] > 0:
+    if table.num_contacts > 0:
         clear(flow.F)
-        for c in range(table.count[0]):
+        for c in range(table.num_contacts):
             f_B, p_WC = contact_force_on_B(tree_model, geometry_model, table, flow, tree, c)
-            add_point_force(tree_model, tree, flow.F, table.pair[c, BODY_B], p_WC, f_B)
-            add_point_force(tree_model, tree, flow.F, table.pair[c, BODY_A], p_WC, neg3(f_B))
+            add_point_force(tree_model, tree, flow.F, table[c].body_B, p_WC, f_B)
+            add_point_force(tree_model, tree, flow.F, table[c].body_A, p_WC, neg3(f_B))
         add_projected(tree_model, flow, tree, flow.contact_force)
     return SOLVED
 
@@ -234,6 +202,9 @@ def plant_derivatives(
     """Time derivatives of positions and velocities; a status of `contact_solvers`, 0 when all is well."""
     nv = flow.v.shape[0]
     nq = xc.shape[0] - nv
+    for k in range(nq):
+        if not is_finite(xc[k]):  # of what is free, velocities and their derivatives do not depend on it
+            return MOTION_NOT_FINITE
     mass_matrix(tree_model, p, tree)
     lock_mass_matrix(tree_model, plant_model, p, tree.M)
     for i in range(tree.M.shape[0]):

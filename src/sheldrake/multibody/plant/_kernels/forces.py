@@ -1,30 +1,14 @@
 """Generalized forces at the start of the step: bias and gravity, joint damping, springs, inputs, TAMSI's limits."""
 
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.plant._kernels.model import (
-    ACTUATOR_DOF,
-    ACTUATOR_ELEMENT,
-    ACTUATOR_PORT,
-    DESIRED_PORT,
-    EFFORT_LIMIT,
-    INSTANCE_ELEMENT,
-    INSTANCE_PORT,
-    LIMIT_DAMPING,
-    LIMIT_DOF,
-    LIMIT_Q,
-    LIMIT_STIFFNESS,
-    LOWER,
-    UPPER,
-)
 from sheldrake.multibody.tree._kernels.dynamics import project_forces
 from sheldrake.multibody.tree._kernels.forces import (
     add_bushings,
     add_dof_springs,
     add_hinges,
     add_struts,
-    has_body_forces,
+    clear,
 )
-from sheldrake.multibody.tree._kernels.model import DAMPING
 
 
 @kernel
@@ -40,7 +24,7 @@ def element(u, port, i):
 def put_passive_forces(tree_model, p, bias, v, force):
     """force = -bias - D v: gravity, Coriolis and gyroscopic terms, joint damping [N or N m]."""
     for k in range(force.shape[0]):
-        force[k] = -bias[k] - p[tree_model.dof[k, DAMPING]] * v[k]
+        force[k] = -bias[k] - p[tree_model.dofs[k].damping] * v[k]
 
 
 @kernel
@@ -59,10 +43,8 @@ def add_element_forces(tree_model, force_model, p, tree, q, v, tau_work, force):
     """Adds springs and hinges on dofs, struts and bushings between bodies; tau_work is scratch, shape (nv,)."""
     add_dof_springs(force_model, p, q, force)
     add_hinges(force_model, p, q, v, force)
-    if has_body_forces(force_model):
-        for body in range(tree.F.shape[0]):
-            for c in range(6):
-                tree.F[body, c] = 0.0
+    if len(force_model.struts) + len(force_model.bushings) > 0:
+        clear(tree.F)
         add_struts(tree_model, force_model, p, tree, tree.F)
         add_bushings(tree_model, force_model, p, tree, tree.F)
         project_forces(tree_model, tree, tau_work)
@@ -73,8 +55,9 @@ def add_element_forces(tree_model, force_model, p, tree, q, v, tau_work, force):
 @kernel
 def commanded_effort(plant_model, u, i):
     """What the inputs ask of actuator i [N m or N]."""
-    effort = element(u, plant_model.actuator[i, ACTUATOR_PORT], plant_model.actuator[i, ACTUATOR_ELEMENT])
-    return effort + element(u, plant_model.actuator[i, INSTANCE_PORT], plant_model.actuator[i, INSTANCE_ELEMENT])
+    actuator = plant_model.actuators[i]
+    effort = element(u, actuator.port, actuator.element)
+    return effort + element(u, actuator.instance_port, actuator.instance_element)
 
 
 @kernel
@@ -84,27 +67,27 @@ def add_actuation(plant_model, u, force, net_actuation, pd):
     With `pd`, an actuator that has gains adds nothing here: the solver does. Without a desired state it does nothing at
     all; its net actuation is reported as if it did, as Drake reports it.
     """
-    for i in range(plant_model.actuator.shape[0]):
+    for i in range(len(plant_model.actuators)):
+        actuator = plant_model.actuators[i]
         effort = commanded_effort(plant_model, u, i)
-        limit = plant_model.gain[i, EFFORT_LIMIT]
+        limit = plant_model.gains[i].effort_limit
         if effort > limit:
             effort = limit
         if effort < -limit:
             effort = -limit
         net_actuation[i] = effort
-        if not pd or plant_model.actuator[i, DESIRED_PORT] < 0:
-            force[plant_model.actuator[i, ACTUATOR_DOF]] += effort
+        if not pd or actuator.desired_port < 0:
+            force[actuator.dof] += effort
 
 
 @kernel
 def add_limit_penalties(plant_model, q, v, force):
     """TAMSI's joint limits: spring and damper beyond the limit, pushing back only [N or N m]."""
-    for i in range(plant_model.limit.shape[0]):
-        dof = plant_model.limit[i, LIMIT_DOF]
-        k = plant_model.bound[i, LIMIT_STIFFNESS]
-        d = plant_model.bound[i, LIMIT_DAMPING]
-        above = q[plant_model.limit[i, LIMIT_Q]] - plant_model.bound[i, UPPER]
-        below = q[plant_model.limit[i, LIMIT_Q]] - plant_model.bound[i, LOWER]
+    for i in range(len(plant_model.limits)):
+        limit, bound = plant_model.limits[i], plant_model.bounds[i]
+        dof, k, d = limit.dof, bound.stiffness, bound.damping
+        above = q[limit.q] - bound.upper
+        below = q[limit.q] - bound.lower
         if above > 0.0:
             push = -k * above - d * v[dof]
             if push < 0.0:

@@ -6,8 +6,6 @@ A locked dof has no force, a momentum of its own and no part in any constraint, 
 from __future__ import annotations
 
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.problem import DOFS, NUM_CONTACTS, NUM_ROWS, ROW_DOFS, WIDTH
-from sheldrake.multibody.tree._kernels.model import DEPTH, DOF_PARENT, ROW
 
 
 @kernel
@@ -40,34 +38,36 @@ def lock_motion(plant_model, p, v, force):
 def lock_mass_matrix(tree_model, plant_model, p, M):
     """Rows and columns of locked dofs become those of the unit matrix."""
     if any_locked(plant_model, p):
-        for k in range(tree_model.dof.shape[0]):
-            row = tree_model.dof[k, ROW]
+        for k in range(len(tree_model.dofs)):
+            row = tree_model.dofs[k].row
             locked = is_locked(plant_model, p, k)
             if locked:
-                M[row + tree_model.dof[k, DEPTH]] = 1.0
-            i = tree_model.dof[k, DOF_PARENT]
+                M[row + tree_model.dofs[k].depth] = 1.0
+            i = tree_model.dofs[k].parent
             while i >= 0:
                 if locked or is_locked(plant_model, p, i):
-                    M[row + tree_model.dof[i, DEPTH]] = 0.0
-                i = tree_model.dof[i, DOF_PARENT]
+                    M[row + tree_model.dofs[i].depth] = 0.0
+                i = tree_model.dofs[i].parent
 
 
 @kernel
-def lock_contacts(plant_model, p, contacts, count):
+def lock_contacts(plant_model, p, problem, contacts):
     """Contacts do not move locked dofs."""
     if any_locked(plant_model, p):
-        for c in range(count[NUM_CONTACTS]):
-            for i in range(contacts.index[c, WIDTH]):
-                if is_locked(plant_model, p, contacts.index[c, DOFS + i]):
+        for c in range(problem.num_contacts):
+            contact = contacts[c]
+            for i in range(contact.width):
+                if is_locked(plant_model, p, contact.dofs[i]):
                     for r in range(3):
-                        contacts.J[3 * c + r, i] = 0.0
+                        contact.J[r, i] = 0.0
 
 
 @kernel
-def lock_rows(plant_model, p, rows, count):
+def lock_rows(plant_model, p, problem, rows):
     """Rows do not move locked dofs; a row that moves nothing else pulls at nothing."""
     if any_locked(plant_model, p):
-        for r in range(count[NUM_ROWS]):
-            for i in range(rows.index[r, WIDTH]):
-                if is_locked(plant_model, p, rows.index[r, ROW_DOFS + i]):
-                    rows.J[r, i] = 0.0
+        for r in range(problem.num_rows):
+            row = rows[r]
+            for i in range(row.width):
+                if is_locked(plant_model, p, row.dofs[i]):
+                    row.J[i] = 0.0

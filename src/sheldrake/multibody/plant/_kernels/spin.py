@@ -13,55 +13,48 @@ Quaternions are not normalized, either: explicit Euler makes them longer by half
 of what spins so fast would overflow.
 """
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import (
     add3,
     cross3,
     dot3,
-    load3,
-    load_inertia,
     mul_inertia,
+    mul_symmetric,
     neg3,
     read3,
+    read4,
     scale3,
     sub3,
     write3,
 )
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.tree._kernels.model import FREE, KIND, QUATERNION, TREE_BODY, TREE_NV, Q, V
+from sheldrake.multibody.tree._kernels.model import FREE, QUATERNION
 
-LONG = np.float64(1e6)  # square of the length of a quaternion that needs shortening
-FREE_DOFS = np.int64(6)
-TURNS = np.float64(1e-16)  # angle of a step that the digits of a momentum see [rad]
-RESOLVED = np.float64(0.2)  # angle of a step that is left as it is [rad]
+LONG = 1e6  # square of the length of a quaternion that needs shortening
+FREE_DOFS = 6
+TURNS = 1e-16  # angle of a step that the digits of a momentum see [rad]
+RESOLVED = 0.2  # angle of a step that is left as it is [rad]
 
 
 @kernel
-def torque_held_back(tree, body, dt):
+def torque_held_back(tree, b, dt):
     """The part of a body's gyroscopic torque about its centre of mass that is too much for a time step [N m]."""
-    w = load3(tree.V, body)
+    w, _ = tree[b].V_WB
     angle2 = dt * dt * dot3(w, w)
     if not angle2 > RESOLVED * RESOLVED:
         return (0.0 * w[0], 0.0 * w[1], 0.0 * w[2])
-    I = load_inertia(tree.inertia, body)
-    mass, first_moment, _ = I
-    momentum, _ = mul_inertia(I, (w, (0.0, 0.0, 0.0)))  # about the origin
-    momentum = add3(momentum, scale3(cross3(first_moment, cross3(first_moment, w)), 1.0 / mass))
-    return scale3(cross3(w, momentum), 1.0 - RESOLVED * RESOLVED / angle2)
+    _, I_cm = central_inertia(tree[b].inertia)
+    return scale3(cross3(w, mul_symmetric(I_cm, w)), 1.0 - RESOLVED * RESOLVED / angle2)
 
 
 @kernel
 def hold_back_gyroscopic_torques(tree_model, tree, dt):
     """Takes away some of the gyroscopic torque about the centre of mass, in `bias`, of bodies that spin so fast."""
-    for body in range(1, tree_model.body.shape[0]):
-        if tree_model.body[body, KIND] == FREE:
-            x, y, z = torque_held_back(tree, body, dt)
-            dof = tree_model.body[body, V]
-            tree.bias[dof] -= x
-            tree.bias[dof + 1] -= y
-            tree.bias[dof + 2] -= z
+    for b in range(1, len(tree_model.bodies)):
+        body = tree_model.bodies[b]
+        if body.kind == FREE:
+            dof = body.first_dof
+            write3(tree.bias, dof, sub3(read3(tree.bias, dof), torque_held_back(tree, b, dt)))
 
 
 @kernel
@@ -99,14 +92,14 @@ def central_inertia(I):
 
 
 @kernel
-def momentum_after(tree, body, v0, v1, dof, dt):
+def momentum_after(tree, b, v0, v1, dof, dt):
     """Momentum at the end of a step about the origin at its start: that of v1, less the torques of spinning."""
-    I = load_inertia(tree.composite, body)
+    I = tree[b].composite
     still = (0.0, 0.0, 0.0)
     w0 = read3(v0, dof)
     spin, flow = mul_inertia(I, (w0, still))
     angular, linear = mul_inertia(I, (read3(v1, dof), read3(v1, dof + 3)))
-    angular = add3(angular, scale3(sub3(cross3(w0, spin), torque_held_back(tree, body, dt)), dt))
+    angular = add3(angular, scale3(sub3(cross3(w0, spin), torque_held_back(tree, b, dt)), dt))
     return angular, add3(linear, scale3(cross3(w0, flow), dt))
 
 
@@ -116,15 +109,16 @@ def keep_momentum(tree_model, tree, v0, v1, dt, q0, q, at_v):
 
     Their velocities are v0 at the start of the step, v1 in its solution, in the state from `at_v` on.
     """
-    for k in range(tree_model.tree.shape[0]):
-        body = tree_model.tree[k, TREE_BODY]
-        if tree_model.body[body, KIND] == FREE and tree_model.tree[k, TREE_NV] == FREE_DOFS:
-            dof = tree_model.body[body, V]
+    for t in range(len(tree_model.trees)):
+        b = tree_model.trees[t].first_body
+        body = tree_model.bodies[b]
+        if body.kind == FREE and tree_model.trees[t].num_dofs == FREE_DOFS:
+            dof = body.first_dof
             w1 = read3(v1, dof)
             if dt * dt * (dot3(read3(v0, dof), read3(v0, dof)) + dot3(w1, w1)) > TURNS * TURNS:
-                mass, _, _ = load_inertia(tree.composite, body)
-                c, I = central_inertia(load_inertia(tree.composite, body))
-                angular, linear = momentum_after(tree, body, v0, v1, dof, dt)
+                mass, _, _ = tree[b].composite
+                c, I = central_inertia(tree[b].composite)
+                angular, linear = momentum_after(tree, b, v0, v1, dof, dt)
                 v_cm = scale3(linear, 1.0 / mass)
                 L = sub3(angular, cross3(c, linear))
                 a = scale3(w1, 0.5 * dt)
@@ -132,18 +126,19 @@ def keep_momentum(tree_model, tree, v0, v1, dt, q0, q, at_v):
                 c1 = turned(a, c)
                 write3(q, at_v + dof, w)
                 write3(q, at_v + dof + 3, sub3(v_cm, cross3(w, c1)))
-                at = tree_model.body[body, Q] + 4
+                at = body.first_q + 4
                 write3(q, at, add3(read3(q0, at), sub3(add3(c, scale3(v_cm, dt)), c1)))
 
 
 @kernel
 def shorten_quaternions(tree_model, q):
     """Makes quaternions that have grown very long unit quaternions; the rotation they stand for stays."""
-    for body in range(1, tree_model.body.shape[0]):
-        kind = tree_model.body[body, KIND]
-        if kind == FREE or kind == QUATERNION:
-            at = tree_model.body[body, Q]
-            length2 = q[at] * q[at] + q[at + 1] * q[at + 1] + q[at + 2] * q[at + 2] + q[at + 3] * q[at + 3]
+    for b in range(1, len(tree_model.bodies)):
+        body = tree_model.bodies[b]
+        if body.kind == FREE or body.kind == QUATERNION:
+            at = body.first_q
+            w, x, y, z = read4(q, at)
+            length2 = w * w + x * x + y * y + z * z
             if length2 > LONG:
                 scale = 1.0 / sqrt(length2)
                 for k in range(at, at + 4):

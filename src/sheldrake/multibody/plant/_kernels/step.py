@@ -8,30 +8,11 @@ but the joint damping and the constraints is explicit, taken at the start of the
 solver has nothing to do.
 """
 
-import numpy as np
-
 from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import Vector, Vectors, kernel
-from sheldrake.geometry._kernels.contacts import begin_contacts
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
-from sheldrake.multibody.contact_solvers._kernels.problem import (
-    ACTUATOR,
-    DT,
-    NUM_CONTACTS,
-    NUM_ROWS,
-    P_STAR,
-    ROW_GAMMA,
-    ROW_KIND,
-    ROW_OWNER,
-    SETTLE,
-    V0,
-    V_STAR,
-    Contacts,
-    Problem,
-    Rows,
-    SolverModel,
-    V,
-)
+from sheldrake.geometry._kernels.table import place_geometry
+from sheldrake.multibody.contact_solvers._kernels.problem import ACTUATOR, TAMSI, Contacts, Problem, Rows, SolverModel
 from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
@@ -56,14 +37,14 @@ from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.integrate import integrate_positions
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_kinematics
-from sheldrake.multibody.tree._kernels.model import DAMPING, DEPTH, ROW, TreeModel, TreeWork
+from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
 
 @kernel
 def copy_to_both(source, one, other):
     """Copies all numbers to two arrays, four at a time."""
     n = source.shape[0]
-    i = np.int64(0)
+    i = 0
     while i + 4 <= n:
         a, b, c, d = source[i], source[i + 1], source[i + 2], source[i + 3]
         one[i], one[i + 1], one[i + 2], one[i + 3] = a, b, c, d
@@ -78,54 +59,26 @@ def copy_to_both(source, one, other):
 @kernel
 def free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, force, implicit_damping):
     """A, dt force and v* of the problem; a status."""
-    dt = solver_model.option[DT]
-    x = problem.x
+    dt = solver_model.dt
     mass_matrix(tree_model, p, tree)
     if implicit_damping:
-        for k in range(tree_model.dof.shape[0]):
-            tree.M[tree_model.dof[k, ROW] + tree_model.dof[k, DEPTH]] += dt * p[tree_model.dof[k, DAMPING]]
+        for k in range(len(tree_model.dofs)):
+            dof = tree_model.dofs[k]
+            tree.M[dof.row + dof.depth] += dt * p[dof.damping]
     lock_mass_matrix(tree_model, plant_model, p, tree.M)
     copy_to_both(tree.M, tree.L, problem.A)
     if ltdl(tree_model, tree.L) >= 0:
         return MASS_NOT_POSITIVE
     for k in range(v.shape[0]):
-        x[V0, k] = v[k]
-        x[P_STAR, k] = dt * force[k]
+        problem.v0[k] = v[k]
+        problem.p_star[k] = dt * force[k]
         tree.bias[k] = dt * force[k]  # becomes v* - v
     ltdl_solve(tree_model, tree.L, tree.bias)
     for k in range(v.shape[0]):
-        x[V_STAR, k] = v[k] + tree.bias[k]
-        if not is_finite(x[V_STAR, k]):
+        problem.v_star[k] = v[k] + tree.bias[k]
+        if not is_finite(problem.v_star[k]):
             return MOTION_NOT_FINITE
     return SOLVED
-
-
-@kernel
-def move_freely(
-    xd, p, u, tree, table, problem, step, tree_model, geometry_model, solver_model, force_model, plant_model, tamsi
-):
-    """Kinematics, forces and free motion; places the geometry. A status."""
-    v = step.v
-    nq = xd.shape[0] - v.shape[0]
-    for k in range(v.shape[0]):
-        v[k] = xd[nq + k]
-    position_kinematics(tree_model, p, tree, xd)
-    body_inertias(tree_model, p, tree)
-    velocity_kinematics(tree_model, p, tree, xd, v)
-    bias_term(tree_model, tree, 1.0)
-    if solver_model.setting[SETTLE] == 1:
-        hold_back_gyroscopic_torques(tree_model, tree, solver_model.option[DT])
-    put_passive_forces(tree_model, p, tree.bias, v, step.force)
-    add_element_forces(tree_model, force_model, p, tree, xd, v, step.v_next, step.force)
-    add_applied_forces(plant_model, u, step.applied_force, step.force)
-    add_actuation(plant_model, u, step.force, step.net_actuation, not tamsi)
-    if tamsi:
-        add_limit_penalties(plant_model, xd, v, step.force)
-    lock_motion(plant_model, p, v, step.force)
-    begin_contacts(geometry_model, tree.X_WB, table)
-    problem.count[NUM_CONTACTS] = 0
-    problem.count[NUM_ROWS] = 0
-    return free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, step.force, not tamsi)
 
 
 @kernel(top=True, short_loops=True)
@@ -144,30 +97,31 @@ def smooth_motion(
     plant_model: PlantModel,
 ) -> int:
     """The motion without constraints, and where all geometry is; a status of `contact_solvers`."""
-    return move_freely(
-        xd, p, u, tree, table, problem, step, tree_model, geometry_model, solver_model, force_model, plant_model, False
-    )
-
-
-@kernel(top=True, short_loops=True)
-def smooth_motion_tamsi(
-    xd: Vector,
-    p: Vector,
-    u: Vectors,
-    tree: TreeWork,
-    table: ContactTable,
-    problem: Problem,
-    step: StepVectors,
-    tree_model: TreeModel,
-    geometry_model: GeometryModel,
-    solver_model: SolverModel,
-    force_model: ForceModel,
-    plant_model: PlantModel,
-) -> int:
-    """`smooth_motion` under kTamsi."""
-    return move_freely(
-        xd, p, u, tree, table, problem, step, tree_model, geometry_model, solver_model, force_model, plant_model, True
-    )
+    tamsi = solver_model.approximation == TAMSI
+    v = step.v
+    nq = xd.shape[0] - v.shape[0]
+    for k in range(nq):
+        if not is_finite(xd[k]):  # of what is free, velocities and their changes do not depend on it
+            return MOTION_NOT_FINITE
+    for k in range(v.shape[0]):
+        v[k] = xd[nq + k]
+    position_kinematics(tree_model, p, tree, xd)
+    body_inertias(tree_model, p, tree)
+    velocity_kinematics(tree_model, p, tree, xd, v)
+    bias_term(tree_model, tree, 1.0)
+    if solver_model.settle == 1:
+        hold_back_gyroscopic_torques(tree_model, tree, solver_model.dt)
+    put_passive_forces(tree_model, p, tree.bias, v, step.force)
+    add_element_forces(tree_model, force_model, p, tree, xd, v, step.v_next, step.force)
+    add_applied_forces(plant_model, u, step.applied_force, step.force)
+    add_actuation(plant_model, u, step.force, step.net_actuation, not tamsi)
+    if tamsi:
+        add_limit_penalties(plant_model, xd, v, step.force)
+    lock_motion(plant_model, p, v, step.force)
+    place_geometry(geometry_model, tree, table)
+    problem.num_contacts = 0
+    problem.num_rows = 0
+    return free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, step.force, not tamsi)
 
 
 @kernel(top=True, short_loops=True)
@@ -182,12 +136,12 @@ def contact_constraints(
     plant_model: PlantModel,
 ) -> int:
     """The contacts found as rows of the problem; a status of `contact_solvers`."""
-    count = table.count[0]
-    if table.count[1] != 0 or count > contacts.law.shape[0]:
+    count = table.num_contacts
+    if table.status != 0 or count > contacts.law.shape[0]:
         return CONTACT_CAPACITY
-    problem.count[NUM_CONTACTS] = count
+    problem.num_contacts = count
     put_contacts(tree_model, geometry_model, tree, table, contacts, count)
-    lock_contacts(plant_model, p, contacts, problem.count)
+    lock_contacts(plant_model, p, problem, contacts)
     return SOLVED
 
 
@@ -208,7 +162,7 @@ def joint_constraints(
     put_constraints(tree_model, plant_model, problem, rows, tree, p, xd)
     put_dry_friction(tree_model, solver_model, plant_model, problem, rows)
     put_actuators(tree_model, solver_model, plant_model, problem, rows, xd, u)
-    lock_rows(plant_model, p, rows, problem.count)
+    lock_rows(plant_model, p, problem, rows)
 
 
 @kernel(top=True, short_loops=True)
@@ -223,16 +177,17 @@ def next_state(
     out: Vector,
 ) -> None:
     """x+ from the velocities of the solution; what PD actuators did."""
-    dt = solver_model.option[DT]
+    dt = solver_model.dt
     nv = step.v.shape[0]
     nq = xd.shape[0] - nv
-    for r in range(problem.count[NUM_ROWS]):
-        if rows.index[r, ROW_KIND] == ACTUATOR:
-            step.net_actuation[rows.index[r, ROW_OWNER]] = rows.state[r, ROW_GAMMA] / dt
+    for r in range(problem.num_rows):
+        row = rows[r]
+        if row.kind == ACTUATOR:
+            step.net_actuation[row.owner] = row.gamma / dt
     for k in range(nv):
-        step.v_next[k] = problem.x[V, k]
-        out[nq + k] = problem.x[V, k]
+        step.v_next[k] = problem.v[k]
+        out[nq + k] = problem.v[k]
     integrate_positions(tree_model, xd, step.v_next, dt, out)
-    if solver_model.setting[SETTLE] == 1:
+    if solver_model.settle == 1:
         keep_momentum(tree_model, tree, step.v, step.v_next, dt, xd, out, nq)
         shorten_quaternions(tree_model, out)

@@ -1,90 +1,39 @@
-"""Forces from outside that come as a list of objects: these take the plant's step through Python.
+"""Forces from outside that come as a list of objects.
 
-A kernel does not see abstract inputs. While the applied_spatial_force port is not used, steps and derivatives are
-native rows. Once it is connected, exported or fixed, they are Python functions that turn the list into generalized
-forces, put these into the step's scratch, and run the same kernel.
+A kernel does not see abstract inputs. Once the applied_spatial_force port is connected, exported or fixed, a stage in
+Python comes before those of the step or the derivatives: it turns the list into generalized forces in their scratch.
 """
 
 from __future__ import annotations
 
-import copy
-import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from sheldrake.common.value import _register_value_type
-from sheldrake.multibody.math import SpatialForce
-from sheldrake.multibody.plant._kernels.ports import (
-    CONSTRAINTS_IN_CONTINUOUS_TIME,
-    GEOMETRY_NOT_CONNECTED,
-)
-from sheldrake.multibody.tree import BodyIndex
-from sheldrake.systems.framework import InputPort
-from sheldrake.systems.framework._declarations import Callback, Stages
-
-
-class ExternallyAppliedSpatialForce:
-    """A force from outside on one body B at a point Bq fixed to it."""
-
-    def __init__(self) -> None:
-        self.body_index = BodyIndex()
-        self.p_BoBq_B = np.zeros(3)
-        self.F_Bq_W = SpatialForce(np.zeros(6))
-
-    @property
-    def body_index(self) -> BodyIndex:
-        """The body."""
-        return self._body_index
-
-    @body_index.setter
-    def body_index(self, value: Any) -> None:
-        self._body_index = value if isinstance(value, BodyIndex) else BodyIndex(value)
-
-    @property
-    def p_BoBq_B(self) -> np.ndarray:
-        """The point [m], shape (3,)."""
-        return self._p_BoBq_B
-
-    @p_BoBq_B.setter
-    def p_BoBq_B(self, value: Any) -> None:
-        array = np.asarray(value)
-        self._p_BoBq_B = np.ravel(array.astype(float) if array.dtype != object else array).copy()
-
-    def __copy__(self) -> ExternallyAppliedSpatialForce:
-        new = ExternallyAppliedSpatialForce()
-        new.body_index, new.p_BoBq_B, new.F_Bq_W = self.body_index, self.p_BoBq_B, self.F_Bq_W
-        return new
-
-    def __deepcopy__(self, memo: dict) -> ExternallyAppliedSpatialForce:
-        new = copy.copy(self)
-        new.F_Bq_W = copy.copy(self.F_Bq_W)
-        return new
-
-    def __repr__(self) -> str:
-        return (
-            f"ExternallyAppliedSpatialForce(body_index={self.body_index!r}, p_BoBq_B={self.p_BoBq_B.tolist()}, "
-            f"F_Bq_W={self.F_Bq_W!r})"
-        )
-
-
-_register_value_type(ExternallyAppliedSpatialForce, with_list=True)
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._context.view import View
+from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpatialForce
+from sheldrake.multibody.plant._step.input_ports import InputPorts
+from sheldrake.multibody.tree._kernels.model import BodyPose
+from sheldrake.systems.framework import Context, InputPort, LeafSystem
+from sheldrake.systems.framework._declarations import FedStage
 
 
 class SpatialForcePort(InputPort):
     """The applied_spatial_force port: fixing it makes the plant look at it."""
 
-    def FixValue(self, context: Any, value: Any) -> Any:
+    def FixValue(self, context: Context, value: Any) -> Any:
         """Gives it this value in this context."""
         fixed = super().FixValue(context, value)
         plant = self.get_system()
-        if not plant._spatial_forces_fixed:
-            plant._spatial_forces_fixed = True
+        applied: AppliedForces = plant._parts.applied_forces
+        if not applied.are_fixed:
+            applied.are_fixed = True
             plant._changed()
             store = context._store
-            store.override(plant_node(plant, store), int(self.get_index()))
-            slot = store.layout.input_slot(plant_node(plant, store), int(self.get_index()))
-            store.i[store.layout.fixed0 + slot.free] = 1
+            store.fix(plant_node(plant, store), int(self.get_index()), fixed.GetMutableData(), anew=True)
         return fixed
 
 
@@ -94,79 +43,80 @@ def plant_node(plant: Any, store: Any) -> int:
 
 
 class AppliedForces:
-    """Choosing between native and Python rows, and the Python rows."""
+    """What acts on bodies from outside.
 
-    _spatial_forces_fixed = False
+    Args:
+        elements: The bodies.
+        contexts: Where they are.
+        inputs: Where forces come from.
+    """
 
-    def _input_port(self, i: int) -> Any:
-        if self._finalized and i == self._port_numbers.get("spatial_force"):
-            port = self._ports.get(("in", i))
-            if port is None:
-                port = self._ports["in", i] = SpatialForcePort._make(self, i)
-            return port
-        return super()._input_port(i)
+    def __init__(self, elements: Elements, contexts: Contexts, inputs: InputPorts) -> None:
+        self._elements, self._contexts, self._inputs = elements, contexts, inputs
+        self.are_fixed = False
+        """Whether the port was given a value in any context."""
 
-    def _uses_spatial_forces(self) -> bool:
-        """Whether the applied_spatial_force port is connected, exported, or was fixed."""
-        if not self._finalized or self._spatial_forces_fixed:
-            return self._finalized
-        parent, me = self._parent(), None
-        if parent is not None:
-            me = next(k for k, s in enumerate(parent._systems) if s is self)
-            port = me, self._port_numbers["spatial_force"]
-            return port in parent._wires or port in parent._exported_inputs
-        return False
+    def are_used(self, plant: LeafSystem) -> bool:
+        """Whether the applied_spatial_force port of a plant is connected, exported, or was fixed."""
+        if not self._elements.is_finalized() or self.are_fixed:
+            return self._elements.is_finalized()
+        parent = plant._parent()
+        if parent is None:
+            return False
+        me = next(k for k, s in enumerate(parent._systems) if s is plant)
+        port = me, self._inputs.spatial_force
+        return port in parent._wires or port in parent._exported_inputs
 
-    def _all_events(self) -> list[Any]:
-        events = super()._all_events()
-        if not self._uses_spatial_forces():
-            return events
-        step = Callback(type(self)._step_in_python, True)
-        return [dataclasses.replace(e, handler=step) if isinstance(e.handler, Stages) else e for e in events]
+    def native_stage(self, plant: LeafSystem, root: Any) -> FedStage | None:
+        """The kernel of what feeds the applied_spatial_force port, if it has one for this plant."""
+        source = root.source(self._inputs.spatial_force)
+        offers = getattr(source[0], "_native_forces", None) if source is not None else None
+        if offers is None:
+            return None
+        rows = self._elements.model("MultibodyPlant").row_list
+        return offers(plant, rows, root.feeding(self._inputs.spatial_force))
 
-    def _derivatives_calc(self) -> Any:
-        if self._uses_spatial_forces():
-            return Callback(type(self)._derivatives_in_python, True)
-        return super()._derivatives_calc()
-
-    def _applied_as_generalized(self, context: Any) -> np.ndarray:
+    def as_generalized(self, context: Context) -> np.ndarray:
         """Generalized forces of the applied spatial forces, shape (nv,)."""
-        view = context._system._view(context)
-        F_Bo_W = self._applied_body_forces(context, view.positions().X_WB)
-        if F_Bo_W is None:
-            return view.zeros(self._nv)
-        return view.ask_generalized_forces(F_Bo_W)
+        view = self._contexts.view(context)
+        if view.dtype == float:
+            return self._of_floats(context, view)
+        F_Bo_W = self.on_bodies(context, view.positions().X_WB)
+        return view.zeros(view.nv) if F_Bo_W is None else view.ask_generalized_forces(F_Bo_W)
 
-    def _run(self, context: Any, work: Any, out: np.ndarray) -> None:
-        """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside.
+    def _of_floats(self, context: Context, view: View) -> np.ndarray:
+        """The same in a context of floats, by one kernel for all forces."""
+        applied = self._given(context)
+        rows, points, forces, ask = view.applied_forces(len(applied))
+        bodies, row_of = view.nb, view.frozen.row_list
+        for i, one in enumerate(applied):
+            body = one._body_index._value
+            if not 0 <= body < bodies:
+                self._elements.bodies.get(one._body_index, "applied_spatial_force")  # which says that there is none
+            rows[i], points[i], forces[i] = row_of[body], one._p_BoBq_B, one.F_Bq_W._c
+        rows[-1] = len(applied)
+        return ask()
+
+    def _given(self, context: Context) -> Sequence[ExternallyAppliedSpatialForce]:
+        """What the applied_spatial_force port says; nothing where it has no value."""
+        port = context._system._input_port(self._inputs.spatial_force)
+        return port.Eval(context) if port.HasValue(context) else ()
+
+    def on_bodies(self, context: Context, X_WB: np.ndarray) -> np.ndarray | None:
+        """Forces of the applied_spatial_force port at the body origins by row, None without any.
 
         Raises:
-            RuntimeError: the kernel says why.
+            RuntimeError: a force names a body that does not exist.
         """
-        view = context._system._view(context)
-        vectors = work.step if self.is_discrete() else work.flow
-        vectors.applied_force[:] = self._applied_as_generalized(context)
-        u = tuple(self._input_vector(context, i) for i in range(self.num_input_ports()))
-        connected = context._system.get_geometry_query_input_port().HasValue(context)
-        if self._misses_geometry(connected):
-            raise self._explain_status(GEOMETRY_NOT_CONNECTED, context)
-        if self._constraints and not self.is_discrete():
-            raise self._explain_status(CONSTRAINTS_IN_CONTINUOUS_TIME, context)
-        models = self._models(connected, self._geometry_of(context))
-        stages = (self._step_stages if self.is_discrete() else self._derivative_stages)(models)
-        status = view.run_chain(stages, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
-        if status:
-            raise self._explain_status(status, context)
-
-    def _step_in_python(self, context: Any, target: Any) -> None:
-        """The step as an update event: `target` is x+, as State or as DiscreteValues."""
-        store = context._store
-        out = store.S[slice(*(place + store.layout.plus for place in context._place.xd))]
-        self._run(context, store.scratch(context._node), out)
-
-    def _derivatives_in_python(self, context: Any, derivatives: Any) -> None:
-        """Time derivatives into `derivatives`."""
-        view = context._system._view(context)
-        out = view.zeros(len(view.x))
-        self._run(context, context._store.scratch(context._node), out)
-        derivatives.SetFromVector(out)
+        applied = self._given(context)
+        if not applied:
+            return None
+        rows = self._elements.model("applied_spatial_force").rows
+        F = np.zeros((len(rows), 6), dtype=X_WB.dtype)
+        for one in applied:
+            body = self._elements.bodies.get(one.body_index, "applied_spatial_force")
+            row, coefficients = rows[int(body.index())], one.F_Bq_W.get_coeffs()
+            arm = X_WB[row, BodyPose.R_WB.columns].reshape(3, 3) @ one.p_BoBq_B
+            F[row, :3] += coefficients[:3] + np.cross(arm, coefficients[3:])
+            F[row, 3:] += coefficients[3:]
+        return F

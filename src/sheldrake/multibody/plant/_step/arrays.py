@@ -7,21 +7,35 @@ from collections.abc import Sequence
 import numpy as np
 
 from sheldrake.geometry._compiled.hydroelastic import face_capacity
-from sheldrake.geometry._kernels.cells import Cells, make_cells
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable, empty_hydro_model, hydro_table
 from sheldrake.geometry._kernels.model import ContactTable, empty_geometry_model
+from sheldrake.geometry._kernels.spatial_hash import Cells, make_cells
 from sheldrake.multibody.contact_solvers._arrays import make_solver_work
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
-from sheldrake.multibody.plant._kernels import model as columns
-from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors, StepWork
+from sheldrake.multibody.plant._kernels.model import (
+    BALL,
+    COUPLER,
+    DISTANCE,
+    TENDON,
+    WELD,
+    Actuator,
+    Bound,
+    Constraint,
+    Gain,
+    Limit,
+    PlantModel,
+    StepVectors,
+    StepWork,
+    TendonJoint,
+)
 from sheldrake.multibody.tree._kernels.model import TreeModel, make_work
 
 CONSTRAINT_KINDS = {
-    "coupler": (columns.COUPLER, 1),
-    "distance": (columns.DISTANCE, 1),
-    "ball": (columns.BALL, 3),
-    "weld": (columns.WELD, 6),
-    "tendon": (columns.TENDON, 2),
+    "coupler": (COUPLER, 1),
+    "distance": (DISTANCE, 1),
+    "ball": (BALL, 3),
+    "weld": (WELD, 6),
+    "tendon": (TENDON, 2),
 }
 """Kind and number of rows of each constraint."""
 
@@ -45,22 +59,11 @@ def make_plant_model(
         force_ports: vector inputs that hold generalized forces of all dofs.
         constraints: one a holonomic constraint, by names: kind ("coupler", "distance", "ball", "weld"), a and b (dofs
             of a coupler, else body rows), q_a and q_b (a coupler's positions), p (where in p its numbers start, see
-            `_kernels.model`), active (where in p a positive number says that it acts).
+            `Constraint`), active (where in p a positive number says that it acts).
         locks: where in p the lock flag of each dof is; empty when no joint can be locked.
         frictions: dof and largest effort of each dry friction.
     """
-    names = [
-        "dof",
-        "q",
-        "port",
-        "element",
-        "instance_port",
-        "instance_element",
-        "desired_port",
-        "desired_q",
-        "desired_v",
-    ]
-    actuator = np.array([[a.get(n, -1) for n in names] for a in actuators], np.int64)
+    actuator = np.array([[a.get(f.name, -1) for f in Actuator.FIELDS] for a in actuators], np.int64)
     gain = np.array([[a.get("effort_limit", np.inf), a.get("p", 0.0), a.get("d", 0.0)] for a in actuators])
     limit = np.array([[a["dof"], a["q"]] for a in limits], np.int64)
     bound = np.array([[a["lower"], a["upper"], a.get("stiffness", 0.0), a.get("damping", 0.0)] for a in limits])
@@ -73,13 +76,13 @@ def make_plant_model(
         np.int64,
     )
     return PlantModel(
-        actuator.reshape(-1, columns.NUM_ACTUATOR_COLUMNS),
-        gain.reshape(-1, columns.NUM_GAIN_COLUMNS),
-        limit.reshape(-1, columns.NUM_LIMIT_COLUMNS),
-        bound.reshape(-1, columns.NUM_BOUND_COLUMNS),
+        actuator.reshape(-1, Actuator.SIZE),
+        gain.reshape(-1, Gain.SIZE),
+        limit.reshape(-1, Limit.SIZE),
+        bound.reshape(-1, Bound.SIZE),
         np.array(force_ports, np.int64),
-        rows.reshape(-1, columns.NUM_CONSTRAINT_COLUMNS),
-        np.array(tendons, np.int64).reshape(-1, columns.NUM_TENDON_COLUMNS),
+        rows.reshape(-1, Constraint.SIZE),
+        np.array(tendons, np.int64).reshape(-1, TendonJoint.SIZE),
         np.array([dof for dof, _ in frictions], np.int64),
         np.array([effort for _, effort in frictions], float),
         np.array(locks, np.int64),
@@ -112,7 +115,7 @@ def make_step_work(
     surfaces = hydro_table(hydro_model, face_capacity(hydro_model))
     rows_of = dict(CONSTRAINT_KINDS.values())
     rows = 2 * len(plant_model.limit) + len(plant_model.actuator) + len(plant_model.friction)
-    rows += sum(rows_of[kind] for kind in plant_model.constraint[:, columns.CONSTRAINT_KIND])
+    rows += sum(rows_of[kind] for kind in plant_model.constraint[:, Constraint.kind])
     contacts = len(table.pair) + len(surfaces.face)
     solver = make_solver_work(solver_model, contacts, rows, dtype, least_width=widest_tendon(plant_model))
     nv = len(tree_model.dof)
@@ -130,5 +133,5 @@ def make_step_work(
 
 def widest_tendon(plant_model: PlantModel) -> int:
     """Most joints that a tendon lies on."""
-    tendons = plant_model.constraint[plant_model.constraint[:, columns.CONSTRAINT_KIND] == columns.TENDON]
-    return int(np.max(tendons[:, columns.CONSTRAINT_B] - tendons[:, columns.CONSTRAINT_A], initial=0))
+    tendons = plant_model.constraint[plant_model.constraint[:, Constraint.kind] == TENDON]
+    return int(np.max(tendons[:, Constraint.B] - tendons[:, Constraint.A], initial=0))

@@ -1,4 +1,4 @@
-"""The continuous plant: derivatives of its state and what its ports report."""
+"""The continuous plant: derivatives of its state, and what their scratch says."""
 
 from __future__ import annotations
 
@@ -6,84 +6,119 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common.kernel import Kernel
 from sheldrake.geometry._compiled.hydroelastic import face_capacity
 from sheldrake.geometry._kernels.hydro_model import hydro_table
-from sheldrake.geometry._kernels.model import contact_table
-from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
-from sheldrake.multibody.plant._contact.results import PointPairContactInfo
+from sheldrake.geometry._kernels.model import ContactPoint, contact_table
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._contact.hydroelastic import infos_of
+from sheldrake.multibody.plant._contact.results import ContactResults, PointPairContactInfo
 from sheldrake.multibody.plant._enums import ContactModel
-from sheldrake.multibody.plant._kernels import derivatives as columns
 from sheldrake.multibody.plant._kernels.derivatives import (
+    ContactForce,
     DerivativeVectors,
     DerivativeWork,
+    FaceForce,
     contact_forces,
     plant_derivatives,
     smooth_forces,
 )
 from sheldrake.multibody.plant._kernels.hydro_forces import surface_forces
 from sheldrake.multibody.plant._kernels.ports import refuse_constraints, refuse_without_geometry
+from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
+from sheldrake.multibody.plant._step.results import point_pair
 from sheldrake.multibody.plant._step.stages import contact_stages
 from sheldrake.multibody.tree._kernels.model import make_work
+from sheldrake.systems.framework import LeafSystem
 from sheldrake.systems.framework._declarations import Stages
 
 
 class ContinuousDynamics:
-    """Time derivatives of a plant with time_step = 0."""
+    """Time derivatives of a plant with time_step = 0.
 
-    def _declare_derivatives(self) -> None:
-        self._declare_time_derivatives(Stages(ContinuousDynamics._derivative_stages_in))
+    Args:
+        elements: The model of the tree.
+        settings: Contact model and stiction tolerance.
+        models: The arrays of the kernels.
+    """
 
-    def _derivative_stages(self, models: dict[str, Any]) -> list[Any]:
-        strict = self._contact_model is ContactModel.kHydroelastic
+    vectors = "flow"
+    """The part of the scratch with vectors of coordinates."""
+    kept_parts = ("tree",)
+    """Parts of the scratch that do not speak of contacts."""
+
+    def __init__(self, elements: Elements, settings: Settings, models: KernelModels) -> None:
+        self._elements, self._settings, self._models = elements, settings, models
+
+    def declare(self, plant: LeafSystem, stages: Stages) -> None:
+        """Declares the derivatives."""
+        plant.DeclareTimeDerivatives(stages)
+
+    def stages(self, models: dict[str, Any]) -> list[Kernel]:
+        """The kernels of the derivatives, in order."""
+        strict = self._settings.contact_model is ContactModel.kHydroelastic
         contact = contact_stages(models["geometry_model"], models["hydro_model"], strict, contact_forces)
         surfaces = [surface_forces] if len(models["hydro_model"].pair) else []
         return [smooth_forces, *contact, *surfaces, plant_derivatives]
 
-    def _derivative_stages_in(self, root: Any) -> list[Any]:
-        if self._misses_geometry(root.source(0) is not None):
+    def refusal(self, root: Any) -> list[Kernel]:
+        """The kernel that refuses derivatives in the contexts of a root, where they cannot be computed."""
+        if self._models.misses_geometry(root.source(0) is not None):
             return [refuse_without_geometry]
-        if self._constraints:
-            return [refuse_constraints]
-        return self._derivative_stages(self._kernel_models(root))
+        return [refuse_constraints] if self._elements.constraints else []
 
-    def _derivative_work(self, geometry: Any) -> DerivativeWork:
-        table, nb, nv = contact_table(geometry.model), len(self._row_bodies), self._nv
+    def make_work(self, geometry: CompiledGeometry) -> DerivativeWork:
+        """The scratch of the derivatives."""
+        model = self._elements.model("MultibodyPlant")
+        table, nb, nv = contact_table(geometry.model), model.num_bodies, model.nv
         surfaces = hydro_table(geometry.hydro, face_capacity(geometry.hydro))
         flow = DerivativeVectors(
-            np.zeros((len(table.pair), columns.NUM_CONTACT_COLUMNS)), np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv),
-            np.zeros(nv), np.zeros(nv), np.zeros(len(self._actuators)), np.zeros(self._nq),
-            np.array([self._stiction_tolerance]), np.zeros(nv), np.zeros((len(surfaces.face), 6)),
+            np.zeros((len(table.pair), ContactForce.SIZE)), np.zeros((nb, 6)), np.zeros(nv), np.zeros(nv),
+            np.zeros(nv), np.zeros(nv), np.zeros(len(model.actuators)), np.zeros(model.nq),
+            np.array([self._settings.stiction_tolerance]), np.zeros(nv),
+            np.zeros((len(surfaces.face), FaceForce.SIZE)),
         )  # fmt: skip
-        return DerivativeWork(make_work(self._tree_model), table, flow, surfaces)
+        return DerivativeWork(make_work(model.tree), table, flow, surfaces)
 
-    def _derivatives(self, context: Any) -> DerivativeWork:
-        """The work of the derivatives at the present state."""
-        return self._present_work(context)
+    def scratch_fault(self, scratch: DerivativeWork) -> str:
+        """No fault: nothing is numbered by what the scratch holds."""
+        return ""
 
-    def _continuous_vdot(self, context: Any) -> np.ndarray:
-        if context._system._scalar is AutoDiffXd:  # the machine code on complex numbers leaves no work
-            return context._system.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()
-        return self._derivatives(context).flow.vdot
+    # --- what they leave
 
-    def _continuous_contact_forces(self, context: Any) -> np.ndarray:
-        return self._derivatives(context).flow.contact_force
+    def applied_force(self, work: DerivativeWork) -> np.ndarray:
+        """Where the generalized forces of applied spatial forces belong."""
+        return work.flow.applied_force
 
-    def _continuous_actuation(self, context: Any) -> np.ndarray:
-        return self._derivatives(context).flow.net_actuation
+    def vdot(self, work: DerivativeWork) -> np.ndarray:
+        """Generalized accelerations, shape (nv,)."""
+        return work.flow.vdot
 
-    def _continuous_contacts(self, context: Any) -> list[PointPairContactInfo]:
-        work, ids = self._derivatives(context), self._geometry_of(context).ids
-        infos = []
-        for c in range(int(work.table.count[0])):
+    def net_actuation(self, work: DerivativeWork) -> np.ndarray:
+        """Efforts of the actuators, shape (nu,)."""
+        return work.flow.net_actuation
+
+    def generalized_contact_forces(self, work: DerivativeWork) -> np.ndarray:
+        """J^T f over all contacts, shape (nv,)."""
+        return work.flow.contact_force
+
+    def report_contacts(
+        self, work: DerivativeWork, geometry: CompiledGeometry, scalar: type, results: ContactResults
+    ) -> None:
+        """Puts the contacts into results."""
+        results._point_pairs = self._points(work, geometry.ids)
+        results._hydroelastic = infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face, scalar)
+
+    def _points(self, work: DerivativeWork, ids: list[Any]) -> list[PointPairContactInfo]:
+        row_bodies, infos = self._elements.model("MultibodyPlant").row_bodies, []
+        for c in range(int(work.table.num_contacts)):
             A, B, body_A, body_B = work.table.pair[c]
-            point, row = work.table.point[c], work.flow.contact[c]
-            pair = self._point_pair(ids[A], ids[B], point[0:3], point[3:6], point[6:9], point[9])
-            bodies = (self._row_bodies[body_A].index(), self._row_bodies[body_B].index())
-            infos.append(PointPairContactInfo(*bodies, row[:3], row[3:6], row[7], row[6], pair))
+            point, force = work.table.point[c], work.flow.contacts[c]
+            p_WCa, p_WCb = point[ContactPoint.p_WCa.columns], point[ContactPoint.p_WCb.columns]
+            nhat, depth = point[ContactPoint.nhat_BA_W.columns], point[ContactPoint.depth]
+            pair = point_pair(ids[A], ids[B], p_WCa, p_WCb, nhat, depth)
+            bodies = (row_bodies[body_A].index(), row_bodies[body_B].index())
+            f, p = np.array(force.f_BC_W), np.array(force.p_WC)
+            infos.append(PointPairContactInfo(*bodies, f, p, force.separation, force.slip, pair))
         return infos
-
-    def _continuous_surfaces(self, context: Any) -> list[HydroelasticContactInfo]:
-        work, geometry = self._derivatives(context), self._geometry_of(context)
-        scalar = context._system._scalar
-        return infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face, scalar)

@@ -1,4 +1,4 @@
-"""The discrete update: its stages, its scratch, and the work of the last step."""
+"""The discrete update: its stages, its scratch, and what the scratch says when a step is over."""
 
 from __future__ import annotations
 
@@ -6,97 +6,164 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry._kernels.cells import make_cells
-from sheldrake.geometry._kernels.model import contact_table
-from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
+from sheldrake.common.kernel import Kernel
+from sheldrake.geometry._kernels.model import Material, contact_table
+from sheldrake.geometry._kernels.spatial_hash import make_cells
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._contact.results import ContactResults, PointContactArrays, PointPairContactInfo
+from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
 from sheldrake.multibody.plant._step.arrays import make_step_work
-from sheldrake.multibody.plant._step.explain_failure import explain_failure
-from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry
+from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
+from sheldrake.multibody.plant._step.results import (
+    StepContacts,
+    accelerations,
+    generalized_contact_forces,
+    point_pair,
+    step_contacts,
+    step_surfaces,
+)
 from sheldrake.multibody.plant._step.stages import discrete_stages
-from sheldrake.systems.framework._declarations import Stages
+from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework._engine.scratch import size_of
+
+INTEGERS_KEPT = frozenset(
+    "table.pair table.count problem.tree problem.count contacts.index rows.index "
+    "surfaces.count surfaces.surface surfaces.face surfaces.contact".split()
+)
+"""Integers of the scratch that still mean something when a step is over."""
 
 
 class DiscreteUpdate:
-    """The step of a plant with time_step > 0."""
+    """The step of a plant with time_step > 0.
 
-    def _declare_discrete_update(self) -> None:
-        dt, stages = self._time_step, Stages(DiscreteUpdate._stages_in)
-        if self._sampled:
-            self.DeclarePeriodicUnrestrictedUpdateEvent(dt, 0.0, stages)
-            self.DeclareForcedUnrestrictedUpdateEvent(stages)
+    Args:
+        elements: The model of the tree.
+        settings: Time step and contact model.
+        models: The arrays of the kernels.
+    """
+
+    vectors = "step"
+    """The part of the scratch with vectors of coordinates."""
+    kept_parts = ("tree", "step")
+    """Parts of the scratch that do not speak of contacts."""
+
+    def __init__(self, elements: Elements, settings: Settings, models: KernelModels) -> None:
+        self._elements, self._settings, self._models = elements, settings, models
+
+    def declare(self, plant: LeafSystem, stages: Any) -> None:
+        """Declares the update's events.
+
+        Args:
+            plant: The system.
+            stages: Its `Stages`.
+        """
+        dt = self._settings.time_step
+        if self._settings.sampled:
+            plant.DeclarePeriodicUnrestrictedUpdateEvent(dt, 0.0, stages)
+            plant.DeclareForcedUnrestrictedUpdateEvent(stages)
         else:
-            self.DeclarePeriodicDiscreteUpdateEvent(dt, 0.0, stages)
-            self.DeclareForcedDiscreteUpdateEvent(stages)
+            plant.DeclarePeriodicDiscreteUpdateEvent(dt, 0.0, stages)
+            plant.DeclareForcedDiscreteUpdateEvent(stages)
 
-    def _stages_in(self, root: Any) -> list[Any]:
-        if self._misses_geometry(root.source(0) is not None):
-            return [refuse_without_geometry]
-        return self._step_stages(self._kernel_models(root))
+    def stages(self, models: dict[str, Any]) -> list[Kernel]:
+        """The kernels of a step, in order."""
+        strict, tamsi = self._settings.contact_model is ContactModel.kHydroelastic, self._settings.is_tamsi
+        plant_model = self._models.plant_model
+        return discrete_stages(models["geometry_model"], plant_model, tamsi, models["hydro_model"], strict)
 
-    def _step_stages(self, models: dict[str, Any]) -> list[Any]:
-        tamsi = self._approximation is DiscreteContactApproximation.kTamsi
-        strict = self._contact_model is ContactModel.kHydroelastic
-        return discrete_stages(models["geometry_model"], self._plant_model, tamsi, models["hydro_model"], strict)
+    def refusal(self, root: Any) -> list[Kernel]:
+        """The kernel that refuses to step in the contexts of a root, where geometry is missing."""
+        return [refuse_without_geometry] if self._models.misses_geometry(root.source(0) is not None) else []
 
-    def _scratch_in(self, root: Any) -> Any:
-        """Memory of the step in a context; grows with the geometry that may touch."""
-        if not self._finalized:
-            return 0
-        return self._prototype_of(self._compiled_geometry(root.given(0)))
+    def make_work(self, geometry: CompiledGeometry) -> StepWork:
+        """The scratch of a step."""
+        return make_step_work(
+            self._elements.model("MultibodyPlant").tree,
+            self._models.solver_model(geometry.model),
+            self._models.plant_model,
+            contact_table(geometry.model),
+            hydro_model=geometry.hydro,
+            cells=make_cells(geometry.model),
+        )
 
-    def _prototype_of(self, geometry: CompiledGeometry) -> Any:
-        kept = self._prototype
-        if kept is None or kept[0] is not geometry.model:
-            if self.is_discrete():
-                table, solver = contact_table(geometry.model), self._solver_model(geometry.model)
-                work: Any = make_step_work(
-                    self._tree_model,
-                    solver,
-                    self._plant_model,
-                    table,
-                    hydro_model=geometry.hydro,
-                    cells=make_cells(geometry.model),
-                )
-            else:
-                work = self._derivative_work(geometry)
-            kept = self._prototype = geometry.model, work
-        return kept[1]
+    def scratch_fault(self, scratch: StepWork) -> str:
+        """Counts must be those of rows that are there, and no number may be larger than the scratch itself."""
+        table, problem, surfaces = scratch.table, scratch.problem, scratch.surfaces
+        for count, rows, what in (
+            (table.num_contacts, table.pair, "contacts"),
+            (problem.num_contacts, scratch.contacts.index, "contacts in its problem"),
+            (problem.num_rows, scratch.rows.index, "constraints"),
+            (surfaces.num_surfaces, surfaces.surface, "surfaces"),
+            (surfaces.num_faces, surfaces.face, "faces"),
+        ):
+            if not 0 <= count <= len(rows):
+                return f"{count} {what} where there is room for {len(rows)}"
+        most = size_of(scratch)
+        for name in sorted(INTEGERS_KEPT):
+            field, part = name.split(".")
+            if np.any(np.abs(getattr(getattr(scratch, field), part)) > most):
+                return f"numbers in {name} that are none of what there is"
+        return ""
 
-    def _carry_scratch(self, old: Any, new: Any) -> None:
-        """Results of the last step that do not speak of contacts."""
-        parts = ("tree", "step") if self.is_discrete() else ("tree",)
-        for name in parts:
-            for target, values in zip(getattr(new, name), getattr(old, name)):
-                target[...] = values
+    # --- what a step leaves
 
-    def _explain_status(self, status: int, context: Any) -> Exception:
-        return explain_failure(self, status, context)
+    def applied_force(self, work: StepWork) -> np.ndarray:
+        """Where the generalized forces of applied spatial forces belong."""
+        return work.step.applied_force
 
-    def _step_tickets(self) -> set[Any]:
-        """Prerequisites of what depends on the step."""
-        if self.is_discrete() and self._sampled:
-            return {self._scratch_ticket()}
-        return {self.all_sources_ticket()}
+    def vdot(self, work: StepWork) -> np.ndarray:
+        """Generalized accelerations in the step, shape (nv,)."""
+        return accelerations(work, self._settings.time_step)
 
-    def _results(self, context: Any) -> StepWork:
-        """Scratch of the last step; of a step from the present state when ports are not sampled."""
-        return context._store.scratch(context._node) if self._sampled else self._present_work(context)
+    def net_actuation(self, work: StepWork) -> np.ndarray:
+        """Efforts of the actuators, shape (nu,)."""
+        return work.step.net_actuation
 
-    def _present_work(self, context: Any) -> Any:
-        """Scratch of a step from the present state, or of its derivatives; made once a state."""
-        view = context._system._view(context)
-        stamp = context._store.i[2]
-        if view.results is None or view.results[0] != stamp:
-            work = view.copy_of(self._prototype_of(self._geometry_of(context)))
-            self._run(context, work, view.zeros(len(view.x)))
-            view.results = stamp, work
-        return view.results[1]
+    def generalized_contact_forces(self, work: StepWork) -> np.ndarray:
+        """J^T f over all contacts, shape (nv,)."""
+        return generalized_contact_forces(work, self._settings.time_step)
 
-    def _input_vector(self, context: Any, i: int) -> np.ndarray:
-        """Value of an input port: empty for an abstract one, zeros for one without a value."""
-        declaration, port = self._inputs[i], context._system.get_input_port(i)
-        if declaration.size == 0:
-            return np.zeros(0)
-        return np.array(port.Eval(context)) if port.HasValue(context) else np.zeros(declaration.size)
+    def report_contacts(
+        self, work: StepWork, geometry: CompiledGeometry, scalar: type, results: ContactResults
+    ) -> None:
+        """Puts the contacts of the step into results."""
+        dt, ids = self._settings.time_step, geometry.ids
+        results._hydroelastic = step_surfaces(work, geometry.hydro, ids, dt, scalar)
+        contacts = step_contacts(work, geometry.model.material[:, Material.stiffness], dt)
+        pair = contacts.pair.tolist()
+        bodies = [body.index() for body in self._elements.model("MultibodyPlant").row_bodies]
+        arrays = PointContactArrays(
+            [bodies[a] for _, _, a, _ in pair],
+            [bodies[b] for _, _, _, b in pair],
+            [ids[A] for A, *_ in pair],
+            [ids[B] for _, B, *_ in pair],
+            contacts.f_Bc_W,
+            contacts.p_WC,
+        )
+        results._set_points(arrays, lambda: _infos(contacts, arrays))
+
+
+def _infos(contacts: StepContacts, arrays: PointContactArrays) -> list[PointPairContactInfo]:
+    """Point contacts as objects."""
+    return [
+        PointPairContactInfo(
+            arrays.body_A[i],
+            arrays.body_B[i],
+            contacts.f_Bc_W[i],
+            contacts.p_WC[i],
+            contacts.separation_speed[i],
+            contacts.slip_speed[i],
+            point_pair(
+                arrays.geometry_A[i],
+                arrays.geometry_B[i],
+                contacts.p_WCa[i],
+                contacts.p_WCb[i],
+                contacts.nhat_BA_W[i],
+                contacts.depth[i],
+            ),
+        )
+        for i in range(len(contacts.depth))
+    ]

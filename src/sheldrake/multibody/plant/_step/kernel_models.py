@@ -6,17 +6,28 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.geometry import FrameId
 from sheldrake.geometry._compiled.hydroelastic import HydroPairs, compile_hydro, has_surfaces
 from sheldrake.geometry._kernels.hydro_model import empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel, empty_geometry_model
+from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
+from sheldrake.multibody.plant._building.constraints import Constraints
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._building.geometry import PlantGeometry
+from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._context.coordinates import Coordinates
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
+from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.plant._step.arrays import make_plant_model
+from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY, InputPorts
 from sheldrake.multibody.plant._step.tuning import (
     set_margin,
     solver_model_of,
     supply_missing_material,
     tamsi_limit_penalty,
 )
+from sheldrake.multibody.tree import Frame, Joint, JointActuator, RevoluteJoint
+from sheldrake.systems.framework import Context
 
 _NAMES = {
     DiscreteContactApproximation.kTamsi: "tamsi",
@@ -36,156 +47,214 @@ class CompiledGeometry(NamedTuple):
 
 
 class KernelModels:
-    """The arrays that kernels of a plant are given."""
+    """The arrays that kernels of a plant are given.
 
-    def _models(self, has_geometry: bool, geometry: CompiledGeometry) -> dict[str, Any]:
+    Args:
+        elements: The model of the tree.
+        settings: Time step and numbers of contact.
+        geometry: What may touch.
+        constraints: What holds bodies and joints together.
+        coordinates: Which inputs model instances have.
+        inputs: Where efforts come from.
+    """
+
+    def __init__(
+        self,
+        elements: Elements,
+        settings: Settings,
+        geometry: PlantGeometry,
+        constraints: Constraints,
+        coordinates: Coordinates,
+        inputs: InputPorts,
+    ) -> None:
+        self._elements, self._settings, self._geometry = elements, settings, geometry
+        self._constraints, self._coordinates, self._inputs = constraints, coordinates, inputs
+        self.compiled: dict[int, CompiledGeometry] = {}
+        """For the last few states of the SceneGraph, by serial."""
+        self._plant_model: PlantModel | None = None
+
+    @property
+    def plant_model(self) -> PlantModel:
+        """Actuators, limits and constraints; made at Finalize()."""
+        assert self._plant_model is not None
+        return self._plant_model
+
+    def arrays(self) -> list[Any]:
+        """What copies of the plant on other scalars share."""
+        return [self._plant_model]
+
+    def of(self, has_geometry: bool, geometry: CompiledGeometry) -> dict[str, Any]:
         """Constant arrays of the kernels, with proximity geometry when the geometry_query port is connected."""
-        models = {"tree_model": self._tree_model, "force_model": self._force_model, "plant_model": self._plant_model}
+        model = self._elements.model("MultibodyPlant")
+        models: dict[str, Any] = {
+            "tree_model": model.tree,
+            "force_model": model.forces,
+            "plant_model": self.plant_model,
+        }
         models["geometry_model"] = geometry.model if has_geometry else empty_geometry_model()
         models["hydro_model"] = geometry.hydro if has_geometry else empty_hydro_model()
-        if self.is_discrete():
-            models["solver_model"] = self._solver_model(models["geometry_model"])
+        if self._settings.is_discrete():
+            models["solver_model"] = self.solver_model(models["geometry_model"])
         return models
 
-    def _kernel_models(self, root: Any) -> dict[str, Any]:
-        return self._models(root.source(0) is not None, self._compiled_geometry(root.given(0)))
+    def in_root(self, root: Any) -> dict[str, Any]:
+        """The same for the contexts of a root.
 
-    def _geometry_of(self, context: Any) -> CompiledGeometry:
+        Args:
+            root: The plant's view of it.
+        """
+        return self.of(root.source(GEOMETRY_QUERY) is not None, self.geometry_in(root))
+
+    def geometry_in(self, root: Any) -> CompiledGeometry:
+        """What kernels know of the geometry of a root."""
+        return self.compiled_geometry(root.given(GEOMETRY_QUERY))
+
+    def geometry_of(self, context: Context) -> CompiledGeometry:
         """What kernels know of the geometry of a context."""
         layout = context._store.layout
-        kind, n, _ = layout.sources[context._node, 0]
-        return self._compiled_geometry(layout.given.get(n) if kind == "out" else None)
+        kind, n, _ = layout.sources[context._node, GEOMETRY_QUERY]
+        return self.compiled_geometry(layout.given.get(n) if kind == "out" else None)
 
-    def _compiled_geometry(self, state: Any = None) -> CompiledGeometry:
+    def compiled_geometry(self, state: Any = None) -> CompiledGeometry:
         """What kernels know of geometry: that of new contexts, or the given; kept for the last few states."""
-        if self._scene_graph is None:
+        scene_graph = self._geometry.scene_graph
+        if scene_graph is None:
             return CompiledGeometry(None, empty_geometry_model(), [], empty_hydro_model())
-        state = self._scene_graph._default_state() if state is None else state
-        found = self._geometry_cache.get(state.serial)
+        state = scene_graph._default_state() if state is None else state
+        found = self.compiled.get(state.serial)
         if found is None:
-            rows = {frame: int(self._rows[i]) for i, frame in self._frame_of_body.items()}
-            cells = self.is_discrete() and not self._touches_along_surfaces(state)
-            model, ids = self._scene_graph._compile_proximity(rows, state, cells)
+            rows = self.rows_of_frames()
+            cells = self._settings.is_discrete() and not self._touches_along_surfaces(state)
+            model, ids = scene_graph._compile_proximity(rows, state, cells)
             stiffness, dissipation = self._fallback_stiffness()
             supply_missing_material(model, stiffness, dissipation, 0.1)
-            if self.is_discrete():
-                set_margin(model, _NAMES[self._approximation], self.time_step())
+            if self._settings.is_discrete():
+                set_margin(model, _NAMES[self._settings.approximation], self._settings.time_step)
             pairs = self._split_pairs(state, model, ids)
-            while len(self._geometry_cache) > 3:
-                self._geometry_cache.pop(next(iter(self._geometry_cache)))
+            while len(self.compiled) > 3:
+                self.compiled.pop(next(iter(self.compiled)))
             found = CompiledGeometry(state, pairs.points, ids, pairs.model)
-            self._geometry_cache[state.serial] = found
+            self.compiled[state.serial] = found
         return found
 
-    def _misses_geometry(self, connected: bool) -> bool:
+    def rows_of_frames(self) -> dict[FrameId, int]:
+        """Rows of the bodies of the SceneGraph's frames."""
+        rows = self._elements.model("MultibodyPlant").rows
+        return {frame: int(rows[i]) for i, frame in self._geometry.frame_of_body.items()}
+
+    def misses_geometry(self, connected: bool) -> bool:
         """Whether there is collision geometry, but nothing answers queries about it."""
-        return bool(self._collision_ids) and not connected
+        return bool(self._geometry.collision_ids) and not connected
 
     def _fallback_stiffness(self) -> tuple[float, float]:
         """Point stiffness [N/m] and dissipation [s/m] of geometry that says none, from the penetration allowance."""
-        masses = [b.default_mass() for b in self._bodies if b.index() != 0]
+        masses = [b.default_mass() for b in self._elements.bodies if b.index() != 0]
         heaviest = max([m for m in masses if np.isfinite(m)], default=0.0)
-        g, delta = self._gravity_strength(), self._penetration_allowance
+        g, delta = self._elements.gravity_strength(), self._settings.penetration_allowance
         return 2.0 * heaviest * g / delta, 1.0 / (g * delta) ** 0.5
 
-    def _solver_model(self, geometry_model: Any) -> Any:
+    def solver_model(self, geometry_model: GeometryModel) -> SolverModel:
+        """The solver's constants for a state of the geometry."""
+        settings = self._settings
         return solver_model_of(
-            self._tree_model,
+            self._elements.model("MultibodyPlant").tree,
             geometry_model,
-            self._time_step,
-            _NAMES[self._approximation],
-            stiction_tolerance=self._stiction_tolerance,
-            near_rigid_threshold=self._near_rigid_threshold,
+            settings.time_step,
+            _NAMES[settings.approximation],
+            stiction_tolerance=settings.stiction_tolerance,
+            near_rigid_threshold=settings.near_rigid_threshold,
         )
 
-    def _compile_plant_model(self, connected: Any = lambda port: True) -> Any:
-        """Actuators and limits.
-
-        Args:
-            connected: tells whether an input port is.
-        """
-        actuators = []
-        for a in self._actuators:
-            joint, instance = a.joint(), int(a.model_instance())
-            of_instance = list(self._input_indices("actuation", a.model_instance()))
-            element = of_instance.index(a._input_start)
-            row = dict(
-                dof=joint._v_start,
-                q=joint._q_start,
-                port=self._port_numbers["actuation"],
-                element=a._input_start,
-                instance_port=self._port_numbers["actuation", instance],
-                instance_element=element,
-                effort_limit=a.effort_limit(),
-            )
-            desired = self._port_numbers["desired_state", instance]
-            if a._gains is not None:
-                row |= dict(p=a._gains.p, d=a._gains.d, desired_port=desired, desired_q=element)
-                row["desired_v"] = element + len(of_instance)
-            actuators.append(row)
-        limited = [j for j in self._joints if self.is_discrete() and j.num_velocities() == 1 and self._has_limits(j)]
-        limits = [self._limit_row(j) for j in limited]
-        first_lock = self._parameter_starts[self._lock_group]
-        locks = np.zeros(self._nv, np.int64)
-        for joint in self._joints:
+    def compile(self) -> None:
+        """Makes the plant's own model, at Finalize()."""
+        model = self._elements.model("Finalize")
+        limited = [j for j in model.joints if self._settings.is_discrete() and is_limited(j)]
+        first_lock = model.parameters.starts[model.lock_group]
+        locks = np.zeros(model.nv, np.int64)
+        for joint in model.joints:
             locks[joint._v_start : joint._v_start + joint.num_velocities()] = first_lock + int(joint.index())
-        ports = [self._port_numbers["generalized_force"]]
-        frictions = self._dry_frictions()
-        return make_plant_model(actuators, limits, ports, self._constraint_rows(), locks, frictions)
+        self._plant_model = make_plant_model(
+            [self._actuator_row(a) for a in model.actuators],
+            [self._limit_row(j) for j in limited],
+            [self._inputs.generalized_force],
+            self._constraints.rows(),
+            locks,
+            _dry_frictions(model.joints),
+        )
 
-    def _dry_frictions(self) -> list[tuple[int, float]]:
-        """(dof, largest effort) of the joints that have dry friction."""
-        return [
-            (joint._v_start + k, effort)
-            for joint in self._joints
-            for k, effort in enumerate(joint._dry_friction)
-            if effort > 0.0
-        ]
+    def _actuator_row(self, a: JointActuator) -> dict[str, Any]:
+        joint, instance = a.joint(), int(a.model_instance())
+        of_instance = list(self._coordinates.input_indices("actuation", a.model_instance()))
+        element = of_instance.index(a._input_start)
+        row = dict(
+            dof=joint._v_start,
+            q=joint._q_start,
+            port=self._inputs.actuation,
+            element=a._input_start,
+            instance_port=self._inputs.actuation_of[instance],
+            instance_element=element,
+            effort_limit=a.effort_limit(),
+        )
+        if a._gains is not None:
+            desired = self._inputs.desired_state_of[instance]
+            row |= dict(p=a._gains.p, d=a._gains.d, desired_port=desired, desired_q=element)
+            row["desired_v"] = element + len(of_instance)
+        return row
 
-    def _has_limits(self, joint: Any) -> bool:
-        lower, upper = joint._limits["position"]
-        return bool(np.isfinite(lower[0]) or np.isfinite(upper[0]))
-
-    def _limit_row(self, joint: Any) -> dict[str, Any]:
+    def _limit_row(self, joint: Joint) -> dict[str, Any]:
         lower, upper = joint._limits["position"]
         stiffness = damping = 0.0  # as in Drake, whose kTamsi ignores the limits of other joints
         if joint.type_name() in ("revolute", "prismatic"):
-            stiffness, damping = tamsi_limit_penalty(self._limit_inertia(joint), self._time_step)
+            stiffness, damping = tamsi_limit_penalty(_limit_inertia(joint), self._settings.time_step)
         return dict(
             dof=joint._v_start, q=joint._q_start, lower=lower[0], upper=upper[0], stiffness=stiffness, damping=damping
         )
 
-    def _limit_inertia(self, joint: Any) -> float:
-        """The smaller of parent's and child's mass, or inertia about the axis (for kTamsi's limits)."""
-
-        def of(frame: Any) -> float:
-            body = frame.body()
-            if body.index() == 0:
-                return np.inf
-            M = body.default_spatial_inertia()
-            if joint.type_name() == "prismatic":
-                return float(M.get_mass())
-            X_BF = frame._fixed_X_BF()
-            axis = X_BF.rotation() @ joint._axis
-            I = M.Shift(X_BF.translation()).CalcRotationalInertia().CopyToFullMatrix3()
-            return float(axis @ I @ axis)
-
-        return min(of(joint.frame_on_parent()), of(joint.frame_on_child()))
-
-    def _actuator_changed(self, actuator: Any) -> None:
+    def actuator_changed(self, actuator: JointActuator) -> None:
         """Effort limits and gains may change after Finalize()."""
-        if self._finalized:
-            for number, a in enumerate(self._actuators):
-                if a is actuator and self._plant_model is not None:
+        if self._plant_model is not None:
+            for number, a in enumerate(self._elements.actuators):
+                if a is actuator:
                     gains = (a._gains.p, a._gains.d) if a._gains else (0.0, 0.0)
                     self._plant_model.gain[number] = a.effort_limit(), *gains
 
     def _touches_along_surfaces(self, state: Any) -> bool:
         """Whether any geometry of the plant can make contact surfaces."""
-        return self._contact_model is not ContactModel.kPoint and has_surfaces(state)
+        return self._settings.contact_model is not ContactModel.kPoint and has_surfaces(state)
 
     def _split_pairs(self, state: Any, model: GeometryModel, ids: list) -> HydroPairs:
         """Which pairs of geometries touch along surfaces: none with ContactModel.kPoint."""
-        if self._contact_model is ContactModel.kPoint:
+        if self._settings.contact_model is ContactModel.kPoint:
             return HydroPairs(empty_hydro_model(), model)
-        return compile_hydro(state, model, ids, self._representation)
+        return compile_hydro(state, model, ids, self._settings.representation)
+
+
+def is_limited(joint: Joint) -> bool:
+    """Whether the position of a joint of one degree of freedom has limits."""
+    lower, upper = joint._limits["position"]
+    return joint.num_velocities() == 1 and bool(np.isfinite(lower[0]) or np.isfinite(upper[0]))
+
+
+def _dry_frictions(joints: list[Joint]) -> list[tuple[int, float]]:
+    """(dof, largest effort) of the joints that have dry friction."""
+    return [
+        (joint._v_start + k, effort) for joint in joints for k, effort in enumerate(joint._dry_friction) if effort > 0.0
+    ]
+
+
+def _limit_inertia(joint: Joint) -> float:
+    """The smaller of parent's and child's mass, or of a revolute joint inertia about the axis (for kTamsi's limits)."""
+
+    def of(frame: Frame) -> float:
+        body = frame.body()
+        if body.index() == 0:
+            return np.inf
+        M = body.default_spatial_inertia()
+        if not isinstance(joint, RevoluteJoint):
+            return float(M.get_mass())
+        X_BF = frame._fixed_X_BF()
+        axis = X_BF.rotation() @ joint._axis
+        I = M.Shift(X_BF.translation()).CalcRotationalInertia().CopyToFullMatrix3()
+        return float(axis @ I @ axis)
+
+    return min(of(joint.frame_on_parent()), of(joint.frame_on_child()))

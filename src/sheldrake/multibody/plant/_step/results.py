@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from sheldrake.geometry._kernels import hydro_model as hydro
-from sheldrake.geometry._kernels import model as geometry
-from sheldrake.geometry._kernels.hydro_model import HydroModel
-from sheldrake.multibody.contact_solvers._kernels import problem as columns
+from sheldrake.geometry import GeometryId
+from sheldrake.geometry._kernels.hydro_model import FaceValue, HydroModel
+from sheldrake.geometry._kernels.model import ContactPair, ContactPoint
+from sheldrake.multibody.contact_solvers._kernels.problem import ContactState, Participation
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
 from sheldrake.multibody.plant._kernels.contact_rows import contact_frame, share
 from sheldrake.multibody.plant._kernels.model import StepWork
-from sheldrake.multibody.tree._kernels import model as tree_columns
 from sheldrake.multibody.tree._kernels.model import TreeModel
 
 
@@ -51,18 +50,18 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
         stiffness: point stiffness of each geometry, shape (num_geometries,), as in `GeometryModel.material`.
         dt: time step [s].
     """
-    n = int(work.table.count[0])
+    n = int(work.table.num_contacts)
     pair, point, state = work.table.pair[:n].astype(np.int64), work.table.point[:n], work.contacts.state[:n]
-    p_WCa, p_WCb = (point[:, k : k + 3].copy() for k in (int(geometry.P_WCA), int(geometry.P_WCB)))
-    nhat = point[:, int(geometry.NHAT_BA_W) : int(geometry.NHAT_BA_W) + 3].copy()
-    gamma = state[:, int(columns.GAMMA) : int(columns.GAMMA) + 3]
-    vc = state[:, int(columns.VC) : int(columns.VC) + 3]
+    fields = ContactPoint.p_WCa, ContactPoint.p_WCb, ContactPoint.nhat_BA_W
+    p_WCa, p_WCb, nhat = (point[:, field.columns].copy() for field in fields)
+    gamma, vc = state[:, ContactState.gamma.columns], state[:, ContactState.vc.columns]
     x, y = _tangents(-nhat)
     force = (gamma[:, :1] * x + gamma[:, 1:2] * y - gamma[:, 2:] * nhat) / dt
-    w_A = np.array([share(a, b) for a, b in zip(stiffness[pair[:, 0]], stiffness[pair[:, 1]])]).reshape(-1, 1)
+    k_A, k_B = stiffness[pair[:, ContactPair.geometry_A]], stiffness[pair[:, ContactPair.geometry_B]]
+    w_A = np.array([share(a, b) for a, b in zip(k_A, k_B)]).reshape(-1, 1)
     middle = p_WCb + w_A * (p_WCa - p_WCb)
     slip = (vc[:, 0] * vc[:, 0] + vc[:, 1] * vc[:, 1]) ** 0.5
-    depth = point[:, geometry.DEPTH]
+    depth = point[:, ContactPoint.depth]
     felt = np.array([d > 0.0 or f > 0.0 for d, f in zip(depth, gamma[:, 2])], bool)  # not those only seen ahead
     columns_ = (pair, p_WCa, p_WCb, nhat, depth, middle, force, slip, vc[:, 2])
     return StepContacts(*(column[felt] for column in columns_))
@@ -73,15 +72,14 @@ def step_surfaces(
 ) -> list[HydroelasticContactInfo]:
     """Contact surfaces of the last step, with the forces at its end."""
     surfaces = work.surfaces
-    if surfaces.count[hydro.NUM_SURFACES] == 0:
+    if surfaces.num_surfaces == 0:
         return []
-    F_B_W = np.full((int(surfaces.count[hydro.NUM_FACES]), 6), 0.0, dtype=work.contacts.state.dtype)
-    at, normal = int(columns.GAMMA), int(hydro.NORMAL)
+    F_B_W = np.full((int(surfaces.num_faces), 6), 0.0, dtype=work.contacts.state.dtype)
     for f, c in enumerate(surfaces.contact[: len(F_B_W)].tolist()):
         if c >= 0:
-            z = -surfaces.value[f, normal : normal + 3]
-            x, y = contact_frame(tuple(z))
-            gamma = work.contacts.state[c, at : at + 3]
+            z = -surfaces.value[f, FaceValue.normal.columns]
+            x, y, _ = contact_frame(tuple(z))
+            gamma = work.contacts[c].gamma
             F_B_W[f, 3:] = (gamma[0] * np.array(x) + gamma[1] * np.array(y) + gamma[2] * z) / dt
     return infos_of(surfaces, hydro_model, ids, F_B_W, scalar)
 
@@ -105,22 +103,32 @@ def _tangents(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def generalized_contact_forces(work: StepWork, dt: float) -> np.ndarray:
     """J^T f over all contacts of the last step [N or N m], shape (nv,)."""
     tau = np.zeros(len(work.step.v), dtype=work.step.v.dtype)
-    for c in range(int(work.problem.count[columns.NUM_CONTACTS])):
-        width = work.contacts.index[c, columns.WIDTH]
-        dofs = work.contacts.index[c, int(columns.DOFS) : int(columns.DOFS) + width]
-        gamma = work.contacts.state[c, int(columns.GAMMA) : int(columns.GAMMA) + 3]
-        tau[dofs] += gamma @ work.contacts.J[3 * c : 3 * c + 3, :width] / dt
+    for c in range(int(work.problem.num_contacts)):
+        contact = work.contacts[c]
+        dofs = contact.dofs[: contact.width]
+        gamma = work.contacts.state[c, ContactState.gamma.columns]
+        tau[dofs] += gamma @ contact.J[:, : contact.width] / dt
     return tau
 
 
 def bodies_at_hand(work: StepWork, tree_model: TreeModel) -> list[int]:
     """Body rows of the island that the solver worked on last: where it gave up, if it did."""
-    begin, end = work.problem.count[columns.TREES_BEGIN], work.problem.count[columns.TREES_END]
-    trees = work.problem.tree[begin:end, columns.TREE_ORDER]
-    spans = tree_model.tree[np.sort(trees)][:, [tree_columns.TREE_BODY, tree_columns.TREE_NUM_BODIES]]
-    return [int(row) for first, n in spans for row in range(first, first + n)]
+    trees = work.problem.tree[work.problem.trees_begin : work.problem.trees_end, Participation.order]
+    islands = [tree_model.trees[t] for t in np.sort(trees)]
+    return [int(b) for t in islands for b in range(t.first_body, t.first_body + t.num_bodies)]
 
 
 def accelerations(work: StepWork, dt: float) -> np.ndarray:
     """Change of the generalized velocities over the last step, per time [rad/s² or m/s²], shape (nv,)."""
     return (work.step.v_next - work.step.v) / dt
+
+
+def point_pair(id_A: GeometryId, id_B: GeometryId, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any) -> Any:
+    """A PenetrationAsPointPair."""
+    from sheldrake.geometry import PenetrationAsPointPair
+
+    pair = object.__new__(PenetrationAsPointPair)  # every field is given: no defaults
+    pair.id_A, pair.id_B, pair.p_WCa, pair.p_WCb, pair.nhat_BA_W, pair.depth = (
+        id_A, id_B, p_WCa, p_WCb, nhat, depth,
+    )  # fmt: skip
+    return pair

@@ -15,7 +15,6 @@ from sheldrake.multibody.plant._kernels.step import (
     joint_constraints,
     next_state,
     smooth_motion,
-    smooth_motion_tamsi,
 )
 
 
@@ -48,7 +47,7 @@ def discrete_stages(
         hydro_model: pairs of geometries that touch along surfaces.
         strict: touching in points is an error.
     """
-    chain: list[Kernel] = [smooth_motion_tamsi if tamsi else smooth_motion]
+    chain: list[Kernel] = [smooth_motion]
     hydro_model = hydro_model or empty_hydro_model()
     chain += contact_stages(geometry_model, hydro_model, strict, contact_constraints)
     if len(hydro_model.pair):

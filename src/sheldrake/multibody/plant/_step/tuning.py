@@ -6,12 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.geometry._kernels import model as geometry_columns
-from sheldrake.geometry._kernels.model import GeometryModel
+from sheldrake.geometry._kernels.model import Geometry, GeometryModel, Margins, Material
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
-from sheldrake.multibody.tree._kernels import model as tree_columns
-from sheldrake.multibody.tree._kernels.model import TreeModel
+from sheldrake.multibody.tree._kernels.model import Dof, Tree, TreeModel
 
 CONTACT_MARGIN = 1e-4
 """Distance at which points of multi-point pairs are seen before they touch [m]."""
@@ -48,8 +46,8 @@ def solver_model_of(
     several = touches_at_several_points(geometry_model)
     options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
     options.setdefault("settle", several)
-    tree = tree_model.tree[:, [tree_columns.TREE_DOF, tree_columns.TREE_NV]]
-    dof = tree_model.dof[:, [tree_columns.DOF_PARENT, tree_columns.DEPTH, tree_columns.ROW]]
+    tree = tree_model.tree[:, [Tree.first_dof.at, Tree.num_dofs.at]]
+    dof = tree_model.dof[:, [Dof.parent.at, Dof.depth.at, Dof.row.at]]
     return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
 
 
@@ -61,15 +59,15 @@ def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
     to be seen before its spring has taken energy (see `contact_solvers._kernels.elastic`).
     """
     margins = {"sap": min(CONTACT_MARGIN, FALL * dt**2), "similar": CONTACT_MARGIN + GLIDE * dt}
-    model.margin[geometry_columns.SEVERAL] = margins.get(approximation, CONTACT_MARGIN)
-    elastic = model.material[:, geometry_columns.DISSIPATION] == 0.0
+    model.margin[Margins.several_margin] = margins.get(approximation, CONTACT_MARGIN)
+    elastic = model.material[:, Material.dissipation] == 0.0
     if approximation in ("lagged", "similar") and elastic.sum() > 1 and touches_at_several_points(model):
-        model.margin[geometry_columns.ELASTIC] = BOUNCE * dt
+        model.margin[Margins.elastic_margin] = BOUNCE * dt
 
 
 def touches_at_several_points(model: GeometryModel) -> bool:
     """Whether there is a pair of geometries that may touch at several points."""
-    multi = model.geometry[:, geometry_columns.MULTI_POINT] == 1
+    multi = model.geometry[:, Geometry.multi_point] == 1
     return bool(np.any(multi[model.pair].all(axis=1))) or (len(model.cell) > 0 and multi.sum() > 1)
 
 
@@ -87,6 +85,11 @@ def tamsi_limit_penalty(inertia: float, dt: float) -> tuple[float, float]:
 
 def supply_missing_material(model: GeometryModel, stiffness: float, dissipation: float, relaxation_time: float) -> None:
     """Replaces material numbers that are NaN: no property, and no default of the scene graph."""
-    for column, value in enumerate((stiffness, dissipation, relaxation_time)):
-        values = model.material[:, column]
+    supplied = {
+        Material.stiffness: stiffness,
+        Material.dissipation: dissipation,
+        Material.relaxation_time: relaxation_time,
+    }
+    for field, value in supplied.items():
+        values = model.material[:, field]
         values[np.isnan(values)] = value

@@ -8,8 +8,9 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.geometry import GeometryId, SceneGraph
+from sheldrake.geometry._query.contact_surface import ContactSurface
 from sheldrake.lcm import DrakeLcm
-from sheldrake.lcm._contact_messages import (
+from sheldrake.lcm._messages import (
     lcmt_contact_results_for_viz,
     lcmt_hydroelastic_contact_surface_for_viz,
     lcmt_point,
@@ -17,7 +18,8 @@ from sheldrake.lcm._contact_messages import (
 )
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
 from sheldrake.multibody.plant._contact.results import ContactResults, PointPairContactInfo
-from sheldrake.systems.framework import InputPort, LeafSystem, OutputPort
+from sheldrake.multibody.plant._parts import parts_of
+from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
 from sheldrake.systems.lcm import LcmPublisherSystem
 
 _CHANNEL = "CONTACT_RESULTS"
@@ -37,7 +39,7 @@ class ContactResultsToLcmSystem(LeafSystem):
 
     def __init__(self, plant: Any):
         super().__init__()
-        plant._require_finalized("ContactResultsToLcmSystem")
+        parts_of(plant).elements.require_finalized("ContactResultsToLcmSystem")
         self._names: dict[GeometryId, str] = {}
         bodies = [plant.get_body(i) for i in range(plant.num_bodies())]
         self._body_names = {b.index(): f"{b.name()}({int(b.model_instance())})" for b in bodies}
@@ -62,7 +64,7 @@ class ContactResultsToLcmSystem(LeafSystem):
         """The message."""
         return self.get_output_port(0)
 
-    def _calc(self, context: Any, output: AbstractValue) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         results, time = self.get_input_port(0).Eval(context), int(context.get_time() * 1e6)
         points = [results.point_pair_contact_info(i) for i in range(results.num_point_pair_contacts())]
         surfaces = [results.hydroelastic_contact_info(i) for i in range(results.num_hydroelastic_contacts())]
@@ -87,34 +89,39 @@ class ContactResultsToLcmSystem(LeafSystem):
         )
 
     def _surface(self, info: HydroelasticContactInfo) -> lcmt_hydroelastic_contact_surface_for_viz:
-        surface, message = info.contact_surface(), lcmt_hydroelastic_contact_surface_for_viz()
+        surface = info.contact_surface()
+        vertices, pressure, poly_data = _polygons(surface)
+        whose: dict[str, Any] = {}
         for i, geometry in enumerate((surface.id_M(), surface.id_N()), start=1):
             body, model, is_unique, count = self._owners[geometry]
-            setattr(message, f"geometry{i}_name", self._names.get(geometry, f"Id({geometry.get_value()})"))
-            setattr(message, f"body{i}_name", body)
-            setattr(message, f"model{i}_name", model)
-            setattr(message, f"body{i}_unique", is_unique)
-            setattr(message, f"collision_count{i}", count)
-        message.centroid_W = list(surface.centroid())
-        message.force_C_W = list(info.F_Ac_W().translational())
-        message.moment_C_W = list(info.F_Ac_W().rotational())
-        vertices, message.pressure, message.poly_data = _polygons(surface)
-        message.p_WV = [lcmt_point(x=x, y=y, z=z) for x, y, z in vertices]
-        message.num_vertices, message.poly_data_int_count = len(vertices), len(message.poly_data)
-        return message
+            whose[f"geometry{i}_name"] = self._names.get(geometry, f"Id({geometry.get_value()})")
+            whose |= {f"body{i}_name": body, f"model{i}_name": model, f"body{i}_unique": is_unique}
+            whose[f"collision_count{i}"] = count
+        return lcmt_hydroelastic_contact_surface_for_viz(
+            **whose,
+            centroid_W=list(surface.centroid()),
+            force_C_W=list(info.F_Ac_W().translational()),
+            moment_C_W=list(info.F_Ac_W().rotational()),
+            num_vertices=len(vertices),
+            p_WV=[lcmt_point(x=x, y=y, z=z) for x, y, z in vertices],
+            pressure=pressure,
+            poly_data_int_count=len(poly_data),
+            poly_data=poly_data,
+        )
 
 
-def _polygons(surface: Any) -> tuple[np.ndarray, list[float], list[int]]:
+def _polygons(surface: ContactSurface) -> tuple[np.ndarray, list[float], list[int]]:
     """Vertices, their pressures, and for each polygon how many vertices it has and which."""
     if surface.is_triangle():
-        mesh, field = surface.tri_mesh_W(), surface.tri_e_MN()
-        triangles = [mesh.element(f) for f in range(mesh.num_elements())]
-        faces = [n for t in triangles for n in (3, *(t.vertex(k) for k in range(3)))]
-    else:
-        mesh, field = surface.poly_mesh_W(), surface.poly_e_MN()
-        faces = [int(n) for n in mesh.face_data()]
-    numbers = range(mesh.num_vertices())
-    return np.array([mesh.vertex(v) for v in numbers]), [field.EvaluateAtVertex(v) for v in numbers], faces
+        triangles, pressure = surface.tri_mesh_W(), surface.tri_e_MN()
+        elements = [triangles.element(f) for f in range(triangles.num_elements())]
+        faces = [n for t in elements for n in (3, *(t.vertex(k) for k in range(3)))]
+        numbers = range(triangles.num_vertices())
+        return np.array([triangles.vertex(v) for v in numbers]), [pressure.EvaluateAtVertex(v) for v in numbers], faces
+    polygons, field = surface.poly_mesh_W(), surface.poly_e_MN()
+    numbers = range(polygons.num_vertices())
+    faces = [int(n) for n in polygons.face_data()]
+    return np.array([polygons.vertex(v) for v in numbers]), [field.EvaluateAtVertex(v) for v in numbers], faces
 
 
 def ConnectContactResultsToDrakeVisualizer(

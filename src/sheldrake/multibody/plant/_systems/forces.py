@@ -8,10 +8,16 @@ import numpy as np
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.math import RigidTransform, RigidTransform_
-from sheldrake.multibody.math import SpatialForce_, SpatialVelocity_
-from sheldrake.multibody.plant._step.applied_forces import ExternallyAppliedSpatialForce
+from sheldrake.multibody.math import SpatialForce, SpatialForce_, SpatialVelocity_
+from sheldrake.multibody.plant._kernels.propellers import (
+    Propellers,
+    propellers_of_derivatives,
+    propellers_of_step,
+)
+from sheldrake.multibody.plant._step.external_force import ExternallyAppliedSpatialForce
 from sheldrake.multibody.tree import BodyIndex
-from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
+from sheldrake.systems.framework._declarations import FedStage
 from sheldrake.systems.framework._templates import on_scalar_of
 
 
@@ -19,9 +25,9 @@ def _forces() -> AbstractValue:
     return AbstractValue.Make([ExternallyAppliedSpatialForce()])
 
 
-def _applied(body: BodyIndex, point: Any, F_Bq_W: Any) -> ExternallyAppliedSpatialForce:
-    force = ExternallyAppliedSpatialForce()
-    force.body_index, force.p_BoBq_B, force.F_Bq_W = body, point, F_Bq_W
+def _applied(body: BodyIndex, point: np.ndarray, F_Bq_W: SpatialForce) -> ExternallyAppliedSpatialForce:
+    force = object.__new__(ExternallyAppliedSpatialForce)
+    force._body_index, force._p_BoBq_B, force.F_Bq_W = body, point, F_Bq_W
     return force
 
 
@@ -40,7 +46,7 @@ class ExternallyAppliedSpatialForceMultiplexer(LeafSystem):
             self.DeclareAbstractInputPort(f"u{i}", _forces())
         self.DeclareAbstractOutputPort("y0", _forces, self._join)
 
-    def _join(self, context: Any, value: AbstractValue) -> None:
+    def _join(self, context: Context, value: AbstractValue) -> None:
         system = context._system
         lists = (system.get_input_port(i).Eval(context) for i in range(self.num_input_ports()))
         value.set_value([force for one in lists for force in one])
@@ -90,6 +96,14 @@ class Propeller(LeafSystem):
         if propeller_info is None:
             propeller_info = [PropellerInfo(body_index, X_BP, thrust_ratio, moment_ratio)]
         self._info = list(propeller_info)
+        self._indices = [info.body_index for info in self._info]
+        self._bodies = list(map(int, self._indices))
+        self._z_B = np.array([info.X_BP.rotation().matrix()[:, 2:] for info in self._info]).reshape(-1, 3, 1)
+        ratios = [np.repeat([info.moment_ratio, info.thrust_ratio], 3) for info in self._info]
+        self._ratios = np.array(ratios).reshape(-1, 6).T  # of each component, by propeller
+        self._points = [np.array(info.X_BP.translation()) for info in self._info]
+        for point in self._points:
+            point.flags.writeable = False  # shared by the forces of all evaluations
         self.DeclareVectorInputPort("command", len(self._info))
         self.DeclareAbstractInputPort("body_poses", AbstractValue.Make([RigidTransform_[float]()]))
         self.DeclareAbstractOutputPort("spatial_forces", _forces, self._calc)
@@ -98,28 +112,42 @@ class Propeller(LeafSystem):
         """Number of propellers."""
         return len(self._info)
 
-    def get_command_input_port(self) -> Any:
+    def get_command_input_port(self) -> InputPort:
         """Input: one command a propeller."""
         return self.get_input_port(0)
 
-    def get_body_poses_input_port(self) -> Any:
+    def get_body_poses_input_port(self) -> InputPort:
         """Input: poses of the plant's bodies."""
         return self.get_input_port(1)
 
-    def get_spatial_forces_output_port(self) -> Any:
+    def get_spatial_forces_output_port(self) -> OutputPort:
         """Output: a list of ExternallyAppliedSpatialForce."""
         return self.get_output_port(0)
 
-    def _calc(self, context: Any, value: AbstractValue) -> None:
+    def _native_forces(self, plant: Any, rows_of: list[int], root: Any) -> FedStage | None:
+        """The same as a stage of the plant that it feeds, if it is fed by that plant.
+
+        Args:
+            plant: The plant.
+            rows_of: The row of each body.
+            root: As in `_kernel_models`.
+        """
+        if root.source(1) != (plant, int(plant.get_body_poses_output_port().get_index())):
+            return None
+        rows = [rows_of[body] for body in self._bodies]
+        z_B, ratios = self._z_B[:, :, 0], self._ratios.T[:, [3, 0]]
+        numbers = np.concatenate([np.array(self._points).reshape(-1, 3), z_B, ratios], axis=1)
+        model = Propellers(np.ascontiguousarray(numbers), np.array(rows, np.int64))
+        kernel = propellers_of_step if plant.is_discrete() else propellers_of_derivatives
+        return FedStage(kernel, {"command": root.slot(0)}, {"propeller_model": model})
+
+    def _calc(self, context: Context, value: AbstractValue) -> None:
         system = context._system
         command, poses = system.get_input_port(0).Eval(context), system.get_input_port(1).Eval(context)
-        forces = []
-        for info, u in zip(self._info, command):
-            R_WB = poses[int(info.body_index)].rotation().matrix()
-            z_W = R_WB @ info.X_BP.rotation().matrix()[:, 2]
-            F = SpatialForce_[system._scalar](z_W * (u * info.moment_ratio), z_W * (u * info.thrust_ratio))
-            forces.append(_applied(info.body_index, info.X_BP.translation(), F))
-        value.set_value(forces)
+        R_WB = np.array([poses[body]._R._M for body in self._bodies])
+        z_W = (R_WB @ self._z_B)[:, :, 0]
+        F_Bq_W = map(SpatialForce_[system._scalar]._make, np.concatenate((z_W, z_W), 1) * (command * self._ratios).T)
+        value._held = list(map(_applied, self._indices, self._points, F_Bq_W))
 
 
 class Wing(LeafSystem):
@@ -150,33 +178,34 @@ class Wing(LeafSystem):
         self.DeclareVectorInputPort("wind_velocity_at_aerodynamic_center", 3)
         self.DeclareVectorInputPort("fluid_density", 1)
         self.DeclareAbstractOutputPort("spatial_force", _forces, self._calc_force)
-        self.DeclareVectorOutputPort("aerodynamic_center", 3, self._calc_center)
+        poses = {self.input_port_ticket(0)}
+        self.DeclareVectorOutputPort("aerodynamic_center", 3, self._calc_center, poses)
 
-    def get_body_poses_input_port(self) -> Any:
+    def get_body_poses_input_port(self) -> InputPort:
         """Input: poses of the plant's bodies."""
         return self.get_input_port(0)
 
-    def get_body_spatial_velocities_input_port(self) -> Any:
+    def get_body_spatial_velocities_input_port(self) -> InputPort:
         """Input: spatial velocities of the plant's bodies."""
         return self.get_input_port(1)
 
-    def get_wind_velocity_input_port(self) -> Any:
+    def get_wind_velocity_input_port(self) -> InputPort:
         """Input: velocity of the air at the aerodynamic centre, in W [m/s]; still air when not connected."""
         return self.get_input_port(2)
 
-    def get_fluid_density_input_port(self) -> Any:
+    def get_fluid_density_input_port(self) -> InputPort:
         """Input: density of the air [kg/m³]; the constructor's when not connected."""
         return self.get_input_port(3)
 
-    def get_spatial_force_output_port(self) -> Any:
+    def get_spatial_force_output_port(self) -> OutputPort:
         """Output: a list with one ExternallyAppliedSpatialForce."""
         return self.get_output_port(0)
 
-    def get_aerodynamic_center_output_port(self) -> Any:
+    def get_aerodynamic_center_output_port(self) -> OutputPort:
         """Output: the aerodynamic centre, in W [m]."""
         return self.get_output_port(1)
 
-    def _calc_force(self, context: Any, value: AbstractValue) -> None:
+    def _calc_force(self, context: Context, value: AbstractValue) -> None:
         system = context._system
         wind_port, density_port = system.get_input_port(2), system.get_input_port(3)
         X_WB = system.get_input_port(0).Eval(context)[int(self._body)]
@@ -191,9 +220,9 @@ class Wing(LeafSystem):
         squared = air[0] * air[0] + air[2] * air[2]
         force = density * self._area * squared**0.5 * air[2] if squared > 0 else 0.0 * squared
         F = SpatialForce_[system._scalar](np.zeros(3), R_WWing[:, 2] * force)
-        value.set_value([_applied(self._body, self._X_BWing.translation(), F)])
+        value._held = [_applied(self._body, self._X_BWing.translation(), F)]
 
-    def _calc_center(self, context: Any, vector: Any) -> None:
+    def _calc_center(self, context: Context, vector: Any) -> None:
         X_WB = context._system.get_input_port(0).Eval(context)[int(self._body)]
         vector.SetFromVector(X_WB @ self._X_BWing.translation())
 

@@ -15,66 +15,47 @@ from sheldrake.common._kernels.vec import (
     cross_force,
     dot3,
     dot6,
-    load3,
-    load3_at,
     load6,
-    load9,
-    load_inertia,
     mul_inertia,
     read3,
+    read_symmetric,
     rotate,
     rotate_symmetric,
     scale3,
     scale6,
     store6,
-    store_inertia,
     sub3,
     sub6,
+    write3,
+    write4,
+    write6,
 )
 from sheldrake.common.kernel import Matrix, Vector, kernel
-from sheldrake.multibody.tree._kernels.model import (
-    ACTUATOR_DOF,
-    DAMPING,
-    DEPTH,
-    DOF_PARENT,
-    FREE,
-    GEAR,
-    INERTIA,
-    KIND,
-    NV,
-    PARENT,
-    ROOT,
-    ROTOR,
-    ROW,
-    RUN,
-    TREE,
-    TreeModel,
-    TreeWork,
-    V,
-)
+from sheldrake.multibody.tree._kernels.frames import from_root
+from sheldrake.multibody.tree._kernels.kinematics import velocity_at
+from sheldrake.multibody.tree._kernels.model import FREE, TreeModel, TreeWork
 
 
-@kernel
+@kernel(top=True, short_loops=True)
 def body_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
     """Fills `inertia` from `X_WB` and the parameters; start of every algorithm below."""
-    for body in range(1, model.body.shape[0]):
-        at = model.body[body, INERTIA]
+    for b in range(1, len(model.bodies)):
+        body = work[b]
+        at = model.bodies[b].inertia
         mass = p[at]
         if is_zero(mass):
-            store_inertia(work.inertia, body, (mass, (mass, mass, mass), (mass, mass, mass, mass, mass, mass)))
+            body.inertia = (mass, (mass, mass, mass), (mass, mass, mass, mass, mass, mass))
         else:
-            R_WB = load9(work.X_WB, body)
+            R_WB = body.R_WB
             c_Bo_W = rotate(R_WB, read3(p, at + 1))
-            G_BBo_B = (p[at + 4], p[at + 5], p[at + 6], p[at + 7], p[at + 8], p[at + 9])
-            G_BBo_W = rotate_symmetric(R_WB, G_BBo_B)
-            root = model.body[body, ROOT]
-            if root == body:
-                store_inertia(work.inertia, body, (mass, scale3(c_Bo_W, mass), scale_symmetric(G_BBo_W, mass)))
+            G_BBo_W = rotate_symmetric(R_WB, read_symmetric(p, at + 4))
+            if model.bodies[b].root == b:
+                body.inertia = (mass, scale3(c_Bo_W, mass), scale_symmetric(G_BBo_W, mass))
             else:
-                p_RootB = sub3(load3_at(work.X_WB, body, 9), load3_at(work.X_WB, root, 9))
+                p_RootB = from_root(model, work, b, body.p_WB)
                 G = shift_unit_inertia(G_BBo_W, c_Bo_W, p_RootB)
                 h = scale3(add3(c_Bo_W, p_RootB), mass)
-                store_inertia(work.inertia, body, (mass, h, scale_symmetric(G, mass)))
+                body.inertia = (mass, h, scale_symmetric(G, mass))
 
 
 @kernel
@@ -104,108 +85,114 @@ def bias_term(model: TreeModel, work: TreeWork, gravity_scale: float) -> None:
 
     With scale 1 the equation of motion reads M vdot + bias = applied forces; with 0 it is Drake's CalcBiasTerm.
     """
-    for body in range(1, model.body.shape[0]):
-        if model.body[body, TREE] >= 0:
-            A_WB = load6(work.A, body)
-            store6(work.F, body, inertial_force(model, work, body, A_WB, gravity_scale))
+    for b in range(1, len(model.bodies)):
+        if model.bodies[b].tree >= 0:
+            work[b].F = inertial_force(model, work, b, work[b].A_WB, gravity_scale)
     project_forces(model, work, work.bias)
 
 
 @kernel
-def inertial_force(model, work, body, A_WB, gravity_scale):
-    """The force that moves the body with acceleration A, gravity aside."""
-    I = load_inertia(work.inertia, body)
-    V_WB = load6(work.V, body)
+def inertial_force(model, work, b, A_WB, gravity_scale):
+    """The force that moves the body with acceleration A, gravity aside: I (A - a_g) + V x* I V (table 5.1)."""
+    I = work[b].inertia
+    V_WB = work[b].V_WB
     alpha, a = A_WB
-    a = sub3(a, scale3(load3(model.gravity, body), gravity_scale))
-    return add6(mul_inertia(I, (alpha, a)), cross_force(V_WB, mul_inertia(I, V_WB)))
+    A = (alpha, sub3(a, scale3(model.gravities[b].g_W, gravity_scale)))
+    return add6(mul_inertia(I, A), cross_force(V_WB, mul_inertia(I, V_WB)))
 
 
 @kernel
-def gravity_forces(model: TreeModel, work: TreeWork, F: Matrix) -> None:
-    """Spatial forces of gravity about `root`, shape (num_bodies, 6)."""
-    for body in range(1, model.body.shape[0]):
-        g = load3(model.gravity, body)
-        store6(F, body, (cross3(load3_at(work.inertia, body, 1), g), scale3(g, work.inertia[body, 0])))
+def gravity_forces(model: TreeModel, work: TreeWork) -> None:
+    """Fills `F` with the forces of gravity."""
+    for b in range(1, len(model.bodies)):
+        body = work[b]
+        g_W = model.gravities[b].g_W
+        body.F = (cross3(body.first_moment, g_W), scale3(g_W, body.mass))
 
 
 @kernel
 def project_forces(model: TreeModel, work: TreeWork, tau: Vector) -> None:
-    """tau = Sᵀ times the sum of `F` over all bodies outboard of a joint; turns `F` into those sums, tip to base."""
-    for body in range(model.body.shape[0] - 1, 0, -1):
-        dof = model.body[body, V]
-        F = load6(work.F, body)
-        if model.body[body, KIND] == FREE:
-            t, f = F
-            tau[dof], tau[dof + 1], tau[dof + 2] = t
-            tau[dof + 3], tau[dof + 4], tau[dof + 5] = f
+    """tau = Sᵀ times the sum of `F` over all bodies outboard of a joint; turns `F` into those sums, tip to base.
+
+    The second loop of table 5.1.
+    """
+    for b in range(len(model.bodies) - 1, 0, -1):
+        body = model.bodies[b]
+        dof = body.first_dof
+        F = work[b].F
+        if body.kind == FREE:
+            write6(tau, dof, F)
         else:
-            for k in range(dof, dof + model.body[body, NV]):
-                tau[k] = dot6(load6(work.S, k), F)
-            parent = model.body[body, PARENT]
-            if model.body[parent, ROOT] > 0:
-                store6(work.F, parent, add6(load6(work.F, parent), F))
+            for k in range(dof, dof + body.num_dofs):
+                tau[k] = dot6(work.dofs[k].S, F)
+            if model.bodies[body.parent].root > 0:
+                parent = work[body.parent]
+                parent.F = add6(parent.F, F)
 
 
 @kernel
 def accelerations(model: TreeModel, work: TreeWork, vdot: Vector, A_out: Matrix) -> None:
-    """Spatial accelerations about `root` for given vdot, shape (num_bodies, 6); read TreeWork.A for what they are."""
-    for body in range(1, model.body.shape[0]):
-        parent = model.body[body, PARENT]
-        A_vdot = sub6(load6(A_out, parent), load6(work.A, parent))
-        dof = model.body[body, V]
-        for k in range(dof, dof + model.body[body, NV]):
-            A_vdot = add6(A_vdot, scale6(load6(work.S, k), vdot[k]))
-        store6(A_out, body, add6(load6(work.A, body), A_vdot))
+    """Spatial accelerations about `root` for given vdot, shape (num_bodies, 6); see `BodyAcceleration`."""
+    for b in range(1, len(model.bodies)):
+        body = model.bodies[b]
+        A_vdot = sub6(load6(A_out, body.parent), work[body.parent].A_WB)
+        for k in range(body.first_dof, body.first_dof + body.num_dofs):
+            A_vdot = add6(A_vdot, scale6(work.dofs[k].S, vdot[k]))
+        store6(A_out, b, add6(work[b].A_WB, A_vdot))
 
 
 @kernel
 def body_accelerations(model: TreeModel, work: TreeWork, A: Matrix) -> None:
     """Turns accelerations of velocity fields about `root` into accelerations of the body origins, in place."""
-    for body in range(1, model.body.shape[0]):
-        alpha, a = load6(A, body)
-        w_WB, v_Root = load6(work.V, body)
-        p_RootB = sub3(load3_at(work.X_WB, body, 9), load3_at(work.X_WB, model.body[body, ROOT], 9))
-        v_WBo = add3(v_Root, cross3(w_WB, p_RootB))
+    for b in range(1, len(model.bodies)):
+        body = work[b]
+        alpha, a = load6(A, b)
+        w_WB, v_WBo = velocity_at(model, work, b, body.p_WB)
+        p_RootB = from_root(model, work, b, body.p_WB)
         a_WBo = add3(add3(a, cross3(alpha, p_RootB)), cross3(w_WB, v_WBo))
-        store6(A, body, (alpha, a_WBo))
+        store6(A, b, (alpha, a_WBo))
 
 
 @kernel
-def reflected_inertia(model: TreeModel, p: Vector, actuator: int) -> float:
-    """gear² times rotor inertia [kg m², or kg for a prismatic joint]."""
-    gear = p[model.actuator[actuator, GEAR]]
-    return gear * gear * p[model.actuator[actuator, ROTOR]]
+def reflected_inertia(model: TreeModel, p: Vector, i: int) -> float:
+    """gear² times rotor inertia of an actuator [kg m², or kg for a prismatic joint]."""
+    actuator = model.actuators[i]
+    gear = p[actuator.gear]
+    return gear * gear * p[actuator.rotor]
 
 
 @kernel
 def mass_matrix(model: TreeModel, p: Vector, work: TreeWork) -> None:
-    """Fills `composite` and the packed `M` from `S` and `inertia`; reflected inertias of actuators included."""
-    for body in range(1, model.body.shape[0]):
-        store_inertia(work.composite, body, load_inertia(work.inertia, body))
-    outboard = load_inertia(work.composite, 0)  # of the body after this one, when this is its parent
+    """Fills `composite` and the packed `M` from `S` and `inertia`; reflected inertias of actuators included.
+
+    I_parent += I_i, tip to base; then M_ij = S_jᵀ I_i S_i for each dof j on the way from i to the base (table 6.2).
+    """
+    for b in range(1, len(model.bodies)):
+        work[b].composite = work[b].inertia
+    outboard = work[0].composite  # of the body after this one, when this is its parent
     parent = -1
-    for body in range(model.body.shape[0] - 1, 0, -1):
-        if model.body[body, TREE] < 0:
+    for b in range(len(model.bodies) - 1, 0, -1):
+        body = model.bodies[b]
+        if body.tree < 0:
             continue
-        dof = model.body[body, V]
-        I = load_inertia(work.composite, body)
-        if parent == body:
+        dof = body.first_dof
+        I = work[b].composite
+        if parent == b:
             I = add_inertia(I, outboard)
-            store_inertia(work.composite, body, I)
-        if model.body[body, KIND] == FREE:
-            store_free_rows(work.M, model.dof[dof, ROW], I)
+            work[b].composite = I
+        if body.kind == FREE:
+            store_free_rows(work.M, model.dofs[dof].row, I)
         else:
-            for k in range(dof, dof + model.body[body, NV]):
-                store_row(model, work, k, mul_inertia(I, load6(work.S, k)))
-        parent = model.body[body, PARENT]
-        if parent == body - 1:
+            for k in range(dof, dof + body.num_dofs):
+                store_row(model, work, k, mul_inertia(I, work.dofs[k].S))
+        parent = body.parent
+        if parent == b - 1:
             outboard = I
-        elif model.body[parent, ROOT] > 0:
-            store_inertia(work.composite, parent, add_inertia(load_inertia(work.composite, parent), I))
-    for i in range(model.actuator.shape[0]):
-        k = model.actuator[i, ACTUATOR_DOF]
-        work.M[model.dof[k, ROW] + model.dof[k, DEPTH]] += reflected_inertia(model, p, i)
+        elif model.bodies[parent].root > 0:
+            work[parent].composite = add_inertia(work[parent].composite, I)
+    for i in range(len(model.actuators)):
+        driven = model.dofs[model.actuators[i].dof]
+        work.M[driven.row + driven.depth] += reflected_inertia(model, p, i)
 
 
 @kernel
@@ -213,41 +200,24 @@ def store_row(model, work, k, F):
     """The packed row of dof k, which at unit acceleration needs the spatial force F."""
     end = k
     while end >= 0:
-        first = model.dof[end, RUN]
-        shift = model.dof[k, ROW] + model.dof[first, DEPTH] - first
+        first = model.dofs[end].run
+        shift = model.dofs[k].row + model.dofs[first].depth - first
         for j in range(first, end + 1):
-            work.M[shift + j] = dot6(load6(work.S, j), F)
-        end = model.dof[first, DOF_PARENT]
+            work.M[shift + j] = dot6(work.dofs[j].S, F)
+        end = model.dofs[first].parent
 
 
 @kernel
 def store_free_rows(M, row, I):
     """The six packed rows of a free body: [J, .; h x, mass]."""
-    mass, h, J = I
-    xx, yy, zz, xy, xz, yz = J
-    M[row] = xx
-    M[row + 1] = xy
-    M[row + 2] = yy
-    M[row + 3] = xz
-    M[row + 4] = yz
-    M[row + 5] = zz
+    mass, (x, y, z), (xx, yy, zz, xy, xz, yz) = I
     zero = mass - mass
-    store_free_row(M, row + 6, (zero, h[2], -h[1]))
-    M[row + 9] = mass
-    store_free_row(M, row + 10, (-h[2], zero, h[0]))
-    M[row + 13] = zero
-    M[row + 14] = mass
-    store_free_row(M, row + 15, (h[1], -h[0], zero))
-    M[row + 18] = zero
-    M[row + 19] = zero
-    M[row + 20] = mass
-
-
-@kernel
-def store_free_row(M, at, a):
-    M[at] = a[0]
-    M[at + 1] = a[1]
-    M[at + 2] = a[2]
+    write3(M, row, (xx, xy, yy))
+    write3(M, row + 3, (xz, yz, zz))
+    write4(M, row + 6, (zero, z, -y, mass))
+    write3(M, row + 10, (-z, zero, x))
+    M[row + 13], M[row + 14] = zero, mass
+    write6(M, row + 15, ((y, -x, zero), (zero, zero, mass)))
 
 
 @kernel
@@ -255,5 +225,6 @@ def damped_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, dt: float) -
     """Fills `L` with M + dt D, packed; dt = 0 is a copy of M."""
     for k in range(work.M.shape[0]):
         work.L[k] = work.M[k]
-    for k in range(model.dof.shape[0]):
-        work.L[model.dof[k, ROW] + model.dof[k, DEPTH]] += dt * p[model.dof[k, DAMPING]]
+    for k in range(len(model.dofs)):
+        dof = model.dofs[k]
+        work.L[dof.row + dof.depth] += dt * p[dof.damping]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
@@ -13,7 +13,6 @@ from sheldrake.common._kernels.vec import (
     compose,
     cross3,
     dot3,
-    load3_at,
     load6,
     neg3,
     read3,
@@ -26,58 +25,67 @@ from sheldrake.common._kernels.vec import (
     transpose,
 )
 from sheldrake.common.kernel import IntMatrix, Matrix, Vector, kernel
-from sheldrake.multibody.tree._kernels.frames import load_pose, pose_of_frame
+from sheldrake.common.record import Items, Record, integer, table
+from sheldrake.multibody.tree._kernels.frames import from_root, point_on, pose_of_frame
 from sheldrake.multibody.tree._kernels.integrate import rpy_rate
 from sheldrake.multibody.tree._kernels.kinematics import velocity_at
-from sheldrake.multibody.tree._kernels.model import ROOT, TreeModel, TreeWork
-
-# Columns of ForceModel.spring: a spring on one dof; its parameters are stiffness and nominal position.
-SPRING_DOF = np.int64(0)
-SPRING_Q = np.int64(1)
-SPRING_P = np.int64(2)
-
-# Columns of ForceModel.strut: a linear spring and damper between a point P of body A and a point Q of body B; its
-# parameters are p_AP (3), p_BQ (3), free length, stiffness, damping.
-STRUT_A = np.int64(0)
-STRUT_B = np.int64(1)
-STRUT_P = np.int64(2)
+from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
 
-# Columns of ForceModel.hinge, as those of a spring; its parameters are spring constant, angle without torque, catch
-# torque, catch width, dynamic and static friction torque, viscous friction, motion threshold.
+class DofSpring(Record):
+    """A spring on one dof."""
 
-# Columns of ForceModel.bushing: between frame A on one body and frame C on another; its parameters are stiffness and
-# damping of roll, pitch, yaw (3, 3) and of x, y, z (3, 3).
-BUSHING_A = np.int64(0)
-BUSHING_FRAME_A = np.int64(1)  # row of TreeModel.frame, -1 is the body frame
-BUSHING_C = np.int64(2)
-BUSHING_FRAME_C = np.int64(3)
-BUSHING_P = np.int64(4)
+    dof = integer("the dof")
+    q = integer("its position")
+    p = integer("where in p are stiffness and nominal position")
 
 
+class Hinge(Record):
+    """A door hinge on one dof."""
+
+    dof = integer("the dof")
+    q = integer("its position")
+    p = integer(
+        "where in p are spring constant, angle without torque, catch torque, catch width, dynamic and static friction "
+        "torque, viscous friction, motion threshold"
+    )
+
+
+class Strut(Record):
+    """A linear spring and damper between a point P of body A and a point Q of body B."""
+
+    A = integer("row of body A")
+    B = integer("row of body B")
+    p = integer("where in p are p_AP (3), p_BQ (3), free length, stiffness, damping")
+
+
+class Bushing(Record):
+    """Between frame A on one body and frame C on another; frame -1 is the body frame."""
+
+    A = integer("row of the body of A")
+    frame_A = integer("a frame of the tree")
+    C = integer("row of the body of C")
+    frame_C = integer("a frame of the tree")
+    p = integer("where in p are stiffness and damping of roll, pitch, yaw (3, 3) and of x, y, z (3, 3)")
+
+
+@table
 class ForceModel(NamedTuple):
-    """Force elements other than gravity; columns are named above.
+    """Force elements other than gravity."""
 
-    Attributes:
-        spring: shape (num_springs, 3).
-        hinge: door hinges, shape (num_hinges, 3).
-        strut: shape (num_struts, 3).
-        bushing: shape (num_bushings, 5).
-    """
-
-    spring: IntMatrix
-    hinge: IntMatrix
-    strut: IntMatrix
-    bushing: IntMatrix
+    spring: Annotated[IntMatrix, Items("springs", DofSpring)]
+    hinge: Annotated[IntMatrix, Items("hinges", Hinge)]
+    strut: Annotated[IntMatrix, Items("struts", Strut)]
+    bushing: Annotated[IntMatrix, Items("bushings", Bushing)]
 
 
 @kernel
 def add_dof_springs(force_model: ForceModel, p: Vector, q: Vector, tau: Vector) -> None:
     """Adds springs on dofs to tau, shape (nv,)."""
-    for i in range(force_model.spring.shape[0]):
-        at = force_model.spring[i, SPRING_P]
-        stretch = q[force_model.spring[i, SPRING_Q]] - p[at + 1]
-        tau[force_model.spring[i, SPRING_DOF]] -= p[at] * stretch
+    for i in range(len(force_model.springs)):
+        spring = force_model.springs[i]
+        stretch = q[spring.q] - p[spring.p + 1]
+        tau[spring.dof] -= p[spring.p] * stretch
 
 
 @kernel
@@ -103,16 +111,9 @@ def hinge_torque(p, at, angle, rate):
 @kernel
 def add_hinges(force_model: ForceModel, p: Vector, q: Vector, v: Vector, tau: Vector) -> None:
     """Adds door hinges to tau, shape (nv,)."""
-    for i in range(force_model.hinge.shape[0]):
-        dof = force_model.hinge[i, SPRING_DOF]
-        angle = q[force_model.hinge[i, SPRING_Q]]
-        tau[dof] += hinge_torque(p, force_model.hinge[i, SPRING_P], angle, v[dof])
-
-
-@kernel
-def has_body_forces(force_model):
-    """Whether there are elements that act on bodies."""
-    return force_model.strut.shape[0] + force_model.bushing.shape[0] > 0
+    for i in range(len(force_model.hinges)):
+        hinge = force_model.hinges[i]
+        tau[hinge.dof] += hinge_torque(p, hinge.p, q[hinge.q], v[hinge.dof])
 
 
 @kernel(outline=True)
@@ -122,14 +123,13 @@ def add_bushings(model: TreeModel, force_model: ForceModel, p: Vector, work: Tre
     Torques act on C at its origin, with components along the gimbal's axes of roll, pitch and yaw; the force acts at
     the point midway between the origins, with components along the axes of the frame halfway from A to C.
     """
-    for i in range(force_model.bushing.shape[0]):
-        A = force_model.bushing[i, BUSHING_A]
-        C = force_model.bushing[i, BUSHING_C]
-        at = force_model.bushing[i, BUSHING_P]
-        R_WA, p_WA = pose_of_frame(model, p, work.X_WB, A, force_model.bushing[i, BUSHING_FRAME_A])
-        R_WC, p_WC = pose_of_frame(model, p, work.X_WB, C, force_model.bushing[i, BUSHING_FRAME_C])
-        w_WA, v_WCa = velocity_at(work, A, model.body[A, ROOT], p_WC)
-        w_WC, v_WCo = velocity_at(work, C, model.body[C, ROOT], p_WC)
+    for i in range(len(force_model.bushings)):
+        bushing = force_model.bushings[i]
+        A, C, at = bushing.A, bushing.C, bushing.p
+        R_WA, p_WA = pose_of_frame(model, p, work, A, bushing.frame_A)
+        R_WC, p_WC = pose_of_frame(model, p, work, C, bushing.frame_C)
+        w_WA, v_WCa = velocity_at(model, work, A, p_WC)
+        w_WC, v_WCo = velocity_at(model, work, C, p_WC)
         R_AC = compose(transpose(R_WA), R_WC)
         w_AC = rotate_back(R_WA, sub3(w_WC, w_WA))
         p_AC = rotate_back(R_WA, sub3(p_WC, p_WA))
@@ -154,8 +154,8 @@ def add_bushings(model: TreeModel, force_model: ForceModel, p: Vector, work: Tre
         middle = scale3(add3(p_WA, p_WC), 0.5)
         add_point_force(model, work, F, C, middle, f_C_W)
         add_point_force(model, work, F, A, middle, neg3(f_C_W))
-        store6(F, C, add6(load6(F, C), (t_C_W, scale3(t_C_W, 0.0))))
-        store6(F, A, add6(load6(F, A), (neg3(t_C_W), scale3(t_C_W, 0.0))))
+        add_force(F, C, (t_C_W, scale3(t_C_W, 0.0)))
+        add_force(F, A, (neg3(t_C_W), scale3(t_C_W, 0.0)))
 
 
 @kernel
@@ -168,9 +168,7 @@ def roll_pitch_yaw(R):
 @kernel
 def gimbal_torque(rpy, torque):
     """Torque with given components along the gimbal's axes: the transpose of `rpy_rate`."""
-    c1 = cos(rpy[1])
-    c2 = cos(rpy[2])
-    s2 = sin(rpy[2])
+    c1, c2, s2 = cos(rpy[1]), cos(rpy[2]), sin(rpy[2])
     ahead = torque[0] / c1 + torque[2] * tan(rpy[1])
     return (c2 * ahead - s2 * torque[1], s2 * ahead + c2 * torque[1], torque[2])
 
@@ -187,19 +185,16 @@ def half_rotation(R):
 @kernel
 def add_struts(model: TreeModel, force_model: ForceModel, p: Vector, work: TreeWork, F: Matrix) -> None:
     """Adds springs between points to F, spatial forces about `root`, shape (num_bodies, 6); needs velocities."""
-    for i in range(force_model.strut.shape[0]):
-        A = force_model.strut[i, STRUT_A]
-        B = force_model.strut[i, STRUT_B]
-        at = force_model.strut[i, STRUT_P]
-        R_WA, p_WA = load_pose(work.X_WB, A)
-        R_WB, p_WB = load_pose(work.X_WB, B)
-        p_WP = add3(p_WA, rotate(R_WA, read3(p, at)))
-        p_WQ = add3(p_WB, rotate(R_WB, read3(p, at + 3)))
+    for i in range(len(force_model.struts)):
+        strut = force_model.struts[i]
+        A, B, at = strut.A, strut.B, strut.p
+        p_WP = point_on(work, A, read3(p, at))
+        p_WQ = point_on(work, B, read3(p, at + 3))
         p_PQ = sub3(p_WQ, p_WP)
         length = sqrt(dot3(p_PQ, p_PQ))
         along = scale3(p_PQ, 1.0 / length)
-        _, v_P = velocity_at(work, A, model.body[A, ROOT], p_WP)
-        _, v_Q = velocity_at(work, B, model.body[B, ROOT], p_WQ)
+        _, v_P = velocity_at(model, work, A, p_WP)
+        _, v_Q = velocity_at(model, work, B, p_WQ)
         pull = p[at + 7] * (length - p[at + 6]) + p[at + 8] * dot3(sub3(v_Q, v_P), along)
         f_P = scale3(along, pull)
         add_point_force(model, work, F, A, p_WP, f_P)
@@ -207,30 +202,40 @@ def add_struts(model: TreeModel, force_model: ForceModel, p: Vector, work: TreeW
 
 
 @kernel
-def add_point_force(model: TreeModel, work: TreeWork, F: Matrix, body: int, p_WP, f_P) -> None:
-    """Adds a force through p_WP to the spatial force on a body, about `root`."""
-    p_RootP = sub3(p_WP, load3_at(work.X_WB, model.body[body, ROOT], 9))
-    store6(F, body, add6(load6(F, body), (cross3(p_RootP, f_P), f_P)))
+def clear(F):
+    """No force on any body."""
+    for b in range(F.shape[0]):
+        store6(F, b, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+
+
+@kernel
+def add_force(F, b, F_B):
+    """Adds to the spatial force on body b."""
+    store6(F, b, add6(load6(F, b), F_B))
+
+
+@kernel
+def add_point_force(model: TreeModel, work: TreeWork, F: Matrix, b: int, p_WP, f_P) -> None:
+    """Adds a force through p_WP to the spatial force on body b, about `root`."""
+    add_force(F, b, (cross3(from_root(model, work, b, p_WP), f_P), f_P))
 
 
 @kernel
 def add_body_forces(model: TreeModel, work: TreeWork, F_Bo_W: Matrix, F: Matrix) -> None:
     """Adds spatial forces at the body origins, shape (num_bodies, 6), to F, which is about `root`."""
-    for body in range(1, model.body.shape[0]):
-        t, f = load6(F_Bo_W, body)
-        p_RootB = sub3(load3_at(work.X_WB, body, 9), load3_at(work.X_WB, model.body[body, ROOT], 9))
-        store6(F, body, add6(load6(F, body), (add3(t, cross3(p_RootB, f)), f)))
+    for b in range(1, len(model.bodies)):
+        t, f = load6(F_Bo_W, b)
+        add_force(F, b, (add3(t, cross3(from_root(model, work, b, work[b].p_WB), f)), f))
 
 
 @kernel
-def add_at_body_origins(model: TreeModel, work: TreeWork, F: Matrix, F_Bo_W: Matrix) -> None:
-    """Adds F, which is about `root`, to spatial forces at the body origins, shape (num_bodies, 6)."""
-    for body in range(1, model.body.shape[0]):
-        t, f = load6(F, body)
-        p_RootB = sub3(load3_at(work.X_WB, body, 9), load3_at(work.X_WB, model.body[body, ROOT], 9))
-        store6(F_Bo_W, body, add6(load6(F_Bo_W, body), (sub3(t, cross3(p_RootB, f)), f)))
+def add_at_body_origins(model: TreeModel, work: TreeWork, F_Bo_W: Matrix) -> None:
+    """Adds `F`, which is about `root`, to spatial forces at the body origins, shape (num_bodies, 6)."""
+    for b in range(1, len(model.bodies)):
+        t, f = work[b].F
+        add_force(F_Bo_W, b, (sub3(t, cross3(from_root(model, work, b, work[b].p_WB), f)), f))
 
 
 def empty_force_model() -> ForceModel:
     """No force elements."""
-    return ForceModel(*(np.zeros((0, columns), np.int64) for columns in (3, 3, 3, 5)))
+    return ForceModel(*(np.zeros((0, record.SIZE), np.int64) for record in (DofSpring, Hinge, Strut, Bushing)))

@@ -2,35 +2,8 @@
 
 from __future__ import annotations
 
-from sheldrake.common._kernels.vec import add3, compose, load3_at, load9, read3, rotate, rotate_back, sub3, transpose
+from sheldrake.common._kernels.vec import add3, compose, read3, read9, rotate, rotate_back, sub3, transpose
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.tree._kernels.model import FRAME_PARENT, FRAME_POSE
-
-
-@kernel
-def read9(p, k):
-    return (p[k], p[k + 1], p[k + 2], p[k + 3], p[k + 4], p[k + 5], p[k + 6], p[k + 7], p[k + 8])
-
-
-@kernel
-def load_pose(X, row):
-    return (load9(X, row), load3_at(X, row, 9))
-
-
-@kernel
-def store_pose(X, row, R, p):
-    X[row, 0] = R[0]
-    X[row, 1] = R[1]
-    X[row, 2] = R[2]
-    X[row, 3] = R[3]
-    X[row, 4] = R[4]
-    X[row, 5] = R[5]
-    X[row, 6] = R[6]
-    X[row, 7] = R[7]
-    X[row, 8] = R[8]
-    X[row, 9] = p[0]
-    X[row, 10] = p[1]
-    X[row, 11] = p[2]
 
 
 @kernel
@@ -58,40 +31,47 @@ def relative_pose(X_WA, X_WB):
 
 
 @kernel
-def fixed_pose(model, p, frame):
-    """Pose of a row of `TreeModel.frame` on what it is fixed to."""
-    at = model.frame[frame, FRAME_POSE]
+def point_on(work, b, p_BP):
+    """p_WP of a point fixed to a body [m]."""
+    return add3(work[b].p_WB, rotate(work[b].R_WB, p_BP))
+
+
+@kernel
+def from_root(model, work, b, p_WP):
+    """p_RootP: a point as seen from the reference point of a body, see `model`."""
+    return sub3(p_WP, work[model.bodies[b].root].p_WB)
+
+
+@kernel
+def fixed_pose(model, p, f):
+    """Pose of a frame of the model on what it is fixed to."""
+    at = model.frames[f].pose
     return (read9(p, at), read3(p, at + 9))
 
 
 @kernel
-def frame_pose(model, p, frame):
-    """X_BF of a row of `TreeModel.frame` on its body."""
-    if model.frame[frame, FRAME_PARENT] >= 0:
-        return pose_through_frames(model, p, frame)
-    return fixed_pose(model, p, frame)
+def frame_pose(model, p, f):
+    """X_BF of a frame of the model on its body."""
+    if model.frames[f].parent >= 0:
+        return pose_through_frames(model, p, f)
+    return fixed_pose(model, p, f)
 
 
 @kernel(outline=True)
-def pose_through_frames(model, p, frame):
+def pose_through_frames(model, p, f):
     """`frame_pose` of a frame that is fixed to other frames."""
-    at = model.frame[frame, FRAME_POSE]
-    R_XF = read9(p, at)
-    p_XF = read3(p, at + 9)
-    outer = model.frame[frame, FRAME_PARENT]
+    X_XF = fixed_pose(model, p, f)
+    outer = model.frames[f].parent
     while outer >= 0:
-        at = model.frame[outer, FRAME_POSE]
-        R_YX = read9(p, at)
-        p_XF = add3(read3(p, at + 9), rotate(R_YX, p_XF))
-        R_XF = compose(R_YX, R_XF)
-        outer = model.frame[outer, FRAME_PARENT]
-    return (R_XF, p_XF)
+        X_XF = compose_pose(fixed_pose(model, p, outer), X_XF)
+        outer = model.frames[outer].parent
+    return X_XF
 
 
 @kernel
-def pose_of_frame(model, p, X_WB, body, frame):
-    """X_WF of a frame on a body row; frame -1 is the body frame."""
-    X_WF = load_pose(X_WB, body)
-    if frame >= 0:
-        X_WF = compose_pose(X_WF, frame_pose(model, p, frame))
+def pose_of_frame(model, p, work, b, f):
+    """X_WF of a frame on body b; frame -1 is the body frame."""
+    X_WF = work[b].X_WB
+    if f >= 0:
+        X_WF = compose_pose(X_WF, frame_pose(model, p, f))
     return X_WF

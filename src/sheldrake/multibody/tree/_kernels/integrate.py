@@ -5,53 +5,47 @@ from __future__ import annotations
 from sheldrake.common._kernels.generic import cos, sin, tan
 from sheldrake.common._kernels.vec import quaternion_rate, read3, read4, write3, write4
 from sheldrake.common.kernel import Vector, kernel
-from sheldrake.multibody.tree._kernels.model import BALL, FREE, KIND, NV, QUATERNION, RPY, Q, TreeModel, V
+from sheldrake.multibody.tree._kernels.model import BALL, FREE, QUATERNION, RPY, TreeModel
 
 
-@kernel
+@kernel(top=True, short_loops=True)
 def qdot_of_velocity(model: TreeModel, q: Vector, v: Vector, qdot: Vector) -> None:
     """qdot = N(q) v, shape (nq,)."""
-    for body in range(1, model.body.shape[0]):
-        kind = model.body[body, KIND]
-        at = model.body[body, Q]
-        dof = model.body[body, V]
+    for b in range(1, len(model.bodies)):
+        body = model.bodies[b]
+        kind, at, dof = body.kind, body.first_q, body.first_dof
+        end = dof + body.num_dofs
         if kind == FREE or kind == QUATERNION:
             write4(qdot, at, quaternion_rate(read4(q, at), read3(v, dof)))
-            write3(qdot, at + 4, read3(v, dof + 3))
+            at, dof = at + 4, dof + 3
         elif kind == BALL or kind == RPY:
             write3(qdot, at, rpy_rate(read3(q, at), read3(v, dof)))
-            if kind == RPY:
-                write3(qdot, at + 3, read3(v, dof + 3))
-        else:
-            for k in range(model.body[body, NV]):
-                qdot[at + k] = v[dof + k]
+            at, dof = at + 3, dof + 3
+        for k in range(end - dof):
+            qdot[at + k] = v[dof + k]
 
 
-@kernel
+@kernel(top=True, short_loops=True)
 def velocity_of_qdot(model: TreeModel, q: Vector, qdot: Vector, v: Vector) -> None:
     """v = N⁺(q) qdot, shape (nv,)."""
-    for body in range(1, model.body.shape[0]):
-        kind = model.body[body, KIND]
-        at = model.body[body, Q]
-        dof = model.body[body, V]
+    for b in range(1, len(model.bodies)):
+        body = model.bodies[b]
+        kind, at, dof = body.kind, body.first_q, body.first_dof
+        end = dof + body.num_dofs
         if kind == FREE or kind == QUATERNION:
             write3(v, dof, angular_velocity_of_quaternion_rate(read4(q, at), read4(qdot, at)))
-            write3(v, dof + 3, read3(qdot, at + 4))
+            at, dof = at + 4, dof + 3
         elif kind == BALL or kind == RPY:
             write3(v, dof, angular_velocity_of_rpy_rate(read3(q, at), read3(qdot, at)))
-            if kind == RPY:
-                write3(v, dof + 3, read3(qdot, at + 3))
-        else:
-            for k in range(model.body[body, NV]):
-                v[dof + k] = qdot[at + k]
+            at, dof = at + 3, dof + 3
+        for k in range(end - dof):
+            v[dof + k] = qdot[at + k]
 
 
 @kernel
 def rpy_rate(rpy, w):
     """Rates of roll, pitch, yaw for an angular velocity in F [rad/s]; singular at pitch = ±90 degrees."""
-    c1 = cos(rpy[1])
-    c2 = cos(rpy[2])
-    s2 = sin(rpy[2])
+    c1, c2, s2 = cos(rpy[1]), cos(rpy[2]), sin(rpy[2])
     ahead = c2 * w[0] + s2 * w[1]
     roll = ahead / c1
     return (roll, c2 * w[1] - s2 * w[0], w[2] + ahead * tan(rpy[1]))
@@ -59,9 +53,7 @@ def rpy_rate(rpy, w):
 
 @kernel
 def angular_velocity_of_rpy_rate(rpy, rate):
-    c1 = cos(rpy[1])
-    c2 = cos(rpy[2])
-    s2 = sin(rpy[2])
+    c1, c2, s2 = cos(rpy[1]), cos(rpy[2]), sin(rpy[2])
     return (
         c2 * c1 * rate[0] - s2 * rate[1],
         s2 * c1 * rate[0] + c2 * rate[1],
@@ -84,10 +76,11 @@ def angular_velocity_of_quaternion_rate(quat, rate):
 @kernel
 def integrate_positions(model: TreeModel, q: Vector, v: Vector, dt: float, q_next: Vector) -> None:
     """q_next = q + dt N(q) v; quaternions are not normalised, as Drake's discrete update does not. May be in place."""
-    for body in range(1, model.body.shape[0]):
-        kind = model.body[body, KIND]
-        at = model.body[body, Q]
-        dof = model.body[body, V]
+    for b in range(1, len(model.bodies)):
+        body = model.bodies[b]
+        kind = body.kind
+        at = body.first_q
+        dof = body.first_dof
         if kind == FREE or kind == QUATERNION:
             w, x, y, z = quaternion_rate(read4(q, at), read3(v, dof))
             q_next[at] = q[at] + dt * w
@@ -107,5 +100,5 @@ def integrate_positions(model: TreeModel, q: Vector, v: Vector, dt: float, q_nex
                 q_next[at + 4] = q[at + 4] + dt * v[dof + 4]
                 q_next[at + 5] = q[at + 5] + dt * v[dof + 5]
         else:
-            for k in range(model.body[body, NV]):
+            for k in range(body.num_dofs):
                 q_next[at + k] = q[at + k] + dt * v[dof + k]

@@ -9,13 +9,11 @@ from sheldrake.common._kernels.generic import cos, floor, sin
 from sheldrake.common._kernels.vec import (
     add3,
     add6,
+    axes,
     compose,
     cross3,
     cross_motion,
-    load3,
-    load3_at,
-    load6,
-    load9,
+    of_axes,
     read3,
     read4,
     read6,
@@ -32,115 +30,88 @@ from sheldrake.multibody.tree._kernels.frames import (
     compose_pose,
     fixed_pose,
     frame_pose,
-    load_pose,
+    from_root,
     pose_of_frame,
     remove_pose,
-    store_pose,
 )
 from sheldrake.multibody.tree._kernels.model import (
-    AXIS,
     BALL,
     CURVILINEAR,
-    DIRECT,
-    FRAME_F,
-    FRAME_M,
     FREE,
-    KIND,
-    LEAD,
-    NV,
-    PARENT,
-    PATH,
-    PATH_END,
-    PIECE_COS,
-    PIECE_PERIOD,
-    PIECE_RATE,
-    PIECE_SIN,
-    PIECE_START,
-    PIECE_X,
-    PIECE_Y,
     PLANAR,
     PRISMATIC,
     QUATERNION,
     REVOLUTE,
-    ROOT,
     RPY,
     SCREW,
-    TREE,
     UNIVERSAL,
     WELD,
-    Q,
     TreeModel,
     TreeWork,
-    V,
 )
 
 
-@kernel
+@kernel(top=True, short_loops=True)
 def position_kinematics(model: TreeModel, p: Vector, work: TreeWork, q: Vector) -> None:
     """Fills `X_WB` and `S`."""
-    for body in range(1, model.body.shape[0]):
-        kind = model.body[body, KIND]
-        at = model.body[body, Q]
-        if kind == FREE:
-            store_pose(work.X_WB, body, rotation_of_quaternion(read4(q, at)), read3(q, at + 4))
-        elif kind <= SCREW and model.body[body, DIRECT] == 1:
-            position_of_axis_joint(model, p, work, q, body)
+    for b in range(1, len(model.bodies)):
+        body = model.bodies[b]
+        if body.kind == FREE:
+            at = body.first_q
+            work[b].X_WB = (rotation_of_quaternion(read4(q, at)), read3(q, at + 4))
+        elif body.kind <= SCREW and body.direct == 1:
+            position_of_axis_joint(model, p, work, q, b)
         else:
-            position_of_any_joint(model, p, work, q, body)
+            position_of_any_joint(model, p, work, q, b)
 
 
 @kernel
-def position_of_axis_joint(model, p, work, q, body):
+def position_of_axis_joint(model, p, work, q, b):
     """Revolute, prismatic, screw, weld, between frames that are fixed to the bodies themselves."""
-    kind = model.body[body, KIND]
-    angle = 0.0  # before poses are loaded, which would have to wait in memory for the calls of libm
-    s = 0.0
-    c = 1.0
+    body = model.bodies[b]
+    kind = body.kind
+    angle, s, c = 0.0, 0.0, 1.0  # before poses are loaded, which would have to wait in memory for the calls of libm
     if kind != WELD:
-        angle = q[model.body[body, Q]]
+        angle = q[body.first_q]
         if kind != PRISMATIC:
-            s = sin(angle)
-            c = cos(angle)
-    R_WF, p_WF = load_pose(work.X_WB, model.body[body, PARENT])
-    if model.body[body, FRAME_F] >= 0:
-        R_WF, p_WF = compose_pose((R_WF, p_WF), fixed_pose(model, p, model.body[body, FRAME_F]))
+            s, c = sin(angle), cos(angle)
+    R_WF, p_WF = work[body.parent].X_WB
+    if body.frame_F >= 0:
+        R_WF, p_WF = compose_pose((R_WF, p_WF), fixed_pose(model, p, body.frame_F))
     if kind == WELD:
-        R_WM, p_WM = compose_pose((R_WF, p_WF), (load9(model.joint, body), load3_at(model.joint, body, 9)))
-        store_pose(work.X_WB, body, R_WM, p_WM)
-        to_body_frame(model, p, work, body)
+        work[b].X_WB = compose_pose((R_WF, p_WF), model.poses[b].X_FM)
+        to_body_frame(model, p, work, b)
+        return
+    joint = model.axes[b]
+    axis_W = rotate(R_WF, joint.axis_F)
+    p_WM = p_WF
+    if kind != REVOLUTE:
+        p_WM = add3(p_WF, scale3(axis_W, joint.lead * angle))
+    if kind == PRISMATIC:
+        work[b].X_WB = (R_WF, p_WM)
+    elif body.along == 0:
+        work[b].X_WB = (compose(R_WF, rotation_about(joint.axis_F, angle)), p_WM)
     else:
-        axis_F = load3(model.joint, body)
-        axis_W = rotate(R_WF, axis_F)
-        p_WM = p_WF
-        if kind != REVOLUTE:
-            p_WM = add3(p_WF, scale3(axis_W, model.joint[body, LEAD] * angle))
-        along = model.body[body, AXIS]
-        if kind == PRISMATIC:
-            store_pose(work.X_WB, body, R_WF, p_WM)
-        elif along == 0:
-            store_pose(work.X_WB, body, compose(R_WF, rotation_about(axis_F, angle)), p_WM)
-        else:
-            store_turned(work.X_WB, body, R_WF, p_WM, along, s, c)
-        to_body_frame(model, p, work, body)
-        store_axis(model, work, body, axis_W, p_WM)
+        store_turned(work[b], R_WF, p_WM, body.along, s, c)
+    to_body_frame(model, p, work, b)
+    store_axis(model, work, b, axis_W, p_WM)
 
 
 @kernel
-def store_turned(X, row, R, p, along, s, c):
+def store_turned(body, R, p, along, s, c):
     """A pose whose frame is turned about an axis of its own, x, y or z (1, 2, 3; negative when opposite)."""
-    x, y, z = (R[0], R[3], R[6]), (R[1], R[4], R[7]), (R[2], R[5], R[8])
+    x, y, z = axes(R)
     if along < 0:
-        along = -along
-        s = -s
+        along, s = -along, -s
     if along == 3:
         x, y = turn(x, y, s, c)
-        store_pose(X, row, (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), p)
+        body.X_WB = (of_axes(x, y, z), p)
     elif along == 2:
         z, x = turn(z, x, s, c)
-        store_pose(X, row, (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), p)
+        body.X_WB = (of_axes(x, y, z), p)
     else:
         y, z = turn(y, z, s, c)
-        store_pose(X, row, (x[0], y[0], z[0], x[1], y[1], z[1], x[2], y[2], z[2]), p)
+        body.X_WB = (of_axes(x, y, z), p)
 
 
 @kernel
@@ -150,58 +121,54 @@ def turn(x, y, s, c):
 
 
 @kernel
-def store_axis(model, work, body, axis_W, p_WM):
+def store_axis(model, work, b, axis_W, p_WM):
     """The row of `S` of a revolute, prismatic or screw joint."""
-    kind = model.body[body, KIND]
-    dof = model.body[body, V]
-    if kind == PRISMATIC:
-        store6(work.S, dof, (scale3(axis_W, 0.0), axis_W))
+    body = model.bodies[b]
+    dof = work.dofs[body.first_dof]
+    if body.kind == PRISMATIC:
+        dof.S = (scale3(axis_W, 0.0), axis_W)
     else:
-        u = cross3(sub3(p_WM, load3_at(work.X_WB, model.body[body, ROOT], 9)), axis_W)
-        if kind == SCREW:
-            u = add3(u, scale3(axis_W, model.joint[body, LEAD]))
-        store6(work.S, dof, (axis_W, u))
+        u = cross3(from_root(model, work, b, p_WM), axis_W)
+        if body.kind == SCREW:
+            u = add3(u, scale3(axis_W, model.axes[b].lead))
+        dof.S = (axis_W, u)
 
 
 @kernel
-def to_body_frame(model, p, work, body):
+def to_body_frame(model, p, work, b):
     """From the pose of the joint's outboard frame M in `X_WB` to that of the body; M is fixed to the body itself."""
-    frame = model.body[body, FRAME_M]
+    frame = model.bodies[b].frame_M
     if frame >= 0:
-        R_WB, p_WB = remove_pose(load_pose(work.X_WB, body), fixed_pose(model, p, frame))
-        store_pose(work.X_WB, body, R_WB, p_WB)
+        work[b].X_WB = remove_pose(work[b].X_WB, fixed_pose(model, p, frame))
 
 
 @kernel(outline=True)
-def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector, body: int) -> None:
+def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector, b: int) -> None:
     """Joints along a path or of two to six degrees of freedom, and those whose frames are fixed to other frames."""
-    kind = model.body[body, KIND]
-    at = model.body[body, Q]
-    dof = model.body[body, V]
-    X_WF = pose_of_frame(model, p, work.X_WB, model.body[body, PARENT], model.body[body, FRAME_F])
+    body = model.bodies[b]
+    kind = body.kind
+    at = body.first_q
+    dof = body.first_dof
+    X_WF = pose_of_frame(model, p, work, body.parent, body.frame_F)
     R_WF, p_WF = X_WF
-    x_W = (R_WF[0], R_WF[3], R_WF[6])
-    y_W = (R_WF[1], R_WF[4], R_WF[7])
-    z_W = (R_WF[2], R_WF[5], R_WF[8])
+    x_W, y_W, z_W = axes(R_WF)
     R_WM, p_WM = X_WF
     rate = 0.0
     if kind == WELD or kind == CURVILINEAR:
-        R_WM, p_WM = compose_pose(X_WF, (load9(model.joint, body), load3_at(model.joint, body, 9)))
+        R_WM, p_WM = compose_pose(X_WF, model.poses[b].X_FM)
         if kind == CURVILINEAR:
-            R_WM, p_WM, rate = along_path(model, body, R_WM, p_WM, q[at])
+            R_WM, p_WM, rate = along_path(model, b, R_WM, p_WM, q[at])
     elif kind <= SCREW:
-        axis_F = load3(model.joint, body)
-        x_W = rotate(R_WF, axis_F)
+        joint = model.axes[b]
+        x_W = rotate(R_WF, joint.axis_F)
         if kind != PRISMATIC:
-            R_WM = compose(R_WF, rotation_about(axis_F, q[at]))
+            R_WM = compose(R_WF, rotation_about(joint.axis_F, q[at]))
         if kind != REVOLUTE:
-            p_WM = add3(p_WF, scale3(x_W, model.joint[body, LEAD] * q[at]))
+            p_WM = add3(p_WF, scale3(x_W, joint.lead * q[at]))
     elif kind == QUATERNION:
-        R_WM = compose(R_WF, rotation_of_quaternion(read4(q, at)))
-        p_WM = add3(p_WF, rotate(R_WF, read3(q, at + 4)))
+        R_WM, p_WM = compose_pose(X_WF, (rotation_of_quaternion(read4(q, at)), read3(q, at + 4)))
     elif kind == RPY:
-        R_WM = compose(R_WF, rotation_of_rpy(read3(q, at)))
-        p_WM = add3(p_WF, rotate(R_WF, read3(q, at + 3)))
+        R_WM, p_WM = compose_pose(X_WF, (rotation_of_rpy(read3(q, at)), read3(q, at + 3)))
     elif kind == BALL:
         R_WM = compose(R_WF, rotation_of_rpy(read3(q, at)))
     elif kind == PLANAR:
@@ -211,76 +178,66 @@ def position_of_any_joint(model: TreeModel, p: Vector, work: TreeWork, q: Vector
         y_W = add3(scale3(y_W, cos(q[at])), scale3(z_W, sin(q[at])))
         about_x = rotation_about((1.0, 0.0, 0.0), q[at])
         R_WM = compose(R_WF, compose(about_x, rotation_about((0.0, 1.0, 0.0), q[at + 1])))
-    R_WB, p_WB = R_WM, p_WM
-    if model.body[body, FRAME_M] >= 0:
-        R_WB, p_WB = remove_pose((R_WM, p_WM), frame_pose(model, p, model.body[body, FRAME_M]))
-    store_pose(work.X_WB, body, R_WB, p_WB)
-    p_RootM = sub3(p_WM, load3_at(work.X_WB, model.body[body, ROOT], 9))
+    work[b].X_WB = (R_WM, p_WM)
+    if body.frame_M >= 0:
+        work[b].X_WB = remove_pose((R_WM, p_WM), frame_pose(model, p, body.frame_M))
+    p_RootM = from_root(model, work, b, p_WM)
     still = (0.0, 0.0, 0.0)
     if kind == WELD:
         return
     if kind <= SCREW:
-        store_axis(model, work, body, x_W, p_WM)
+        store_axis(model, work, b, x_W, p_WM)
     elif kind == CURVILINEAR:
-        w = scale3((R_WM[2], R_WM[5], R_WM[8]), rate)
-        store6(work.S, dof, (w, add3((R_WM[0], R_WM[3], R_WM[6]), cross3(p_RootM, w))))
+        x_WM, _, z_WM = axes(R_WM)
+        w = scale3(z_WM, rate)
+        work.dofs[dof].S = (w, add3(x_WM, cross3(p_RootM, w)))
     elif kind == PLANAR:
-        store6(work.S, dof, (still, x_W))
-        store6(work.S, dof + 1, (still, y_W))
-        store6(work.S, dof + 2, (z_W, cross3(p_RootM, z_W)))
+        work.dofs[dof].S = (still, x_W)
+        work.dofs[dof + 1].S = (still, y_W)
+        work.dofs[dof + 2].S = (z_W, cross3(p_RootM, z_W))
     else:
-        store6(work.S, dof, (x_W, cross3(p_RootM, x_W)))
-        store6(work.S, dof + 1, (y_W, cross3(p_RootM, y_W)))
-        if kind != UNIVERSAL:
-            store6(work.S, dof + 2, (z_W, cross3(p_RootM, z_W)))
-        if kind == QUATERNION or kind == RPY:
-            store6(work.S, dof + 3, (still, x_W))
-            store6(work.S, dof + 4, (still, y_W))
-            store6(work.S, dof + 5, (still, z_W))
+        axes_W = (x_W, y_W, z_W)
+        for i in range(min(3, body.num_dofs)):
+            work.dofs[dof + i].S = (axes_W[i], cross3(p_RootM, axes_W[i]))
+        for i in range(3, body.num_dofs):
+            work.dofs[dof + i].S = (still, axes_W[i - 3])
 
 
 @kernel(outline=True)
-def along_path(model: TreeModel, body: int, R_0, p_0, s):
+def along_path(model: TreeModel, b: int, R_0, p_0, s):
     """Moves a frame from the beginning of a path by a distance; with the turning rate there [1/m].
 
     Along each piece the joint is a revolute joint about the centre of the arc, or a prismatic joint.
     """
-    at = model.body[body, PATH]
-    period = model.joint[at, PIECE_PERIOD]
+    at = model.bodies[b].path
+    period = model.pieces[at].period
     if period > 0.0:
         s = s - period * floor(s / period)
-    for row in range(at + 1, model.body[body, PATH_END]):
-        if floor(s - model.joint[row, PIECE_START]) >= 0.0:  # complex numbers, which carry slopes, have no order
-            at = row
-    rate = model.joint[at, PIECE_RATE]
-    ahead = s - model.joint[at, PIECE_START]
-    angle = rate * ahead
+    for i in range(at + 1, model.bodies[b].path_end):
+        if floor(s - model.pieces[i].start) >= 0.0:  # complex numbers, which carry slopes, have no order
+            at = i
+    piece = model.pieces[at]
+    rate = piece.rate
+    ahead = s - piece.start
     aside = 0.0 * ahead
-    turned = sin(angle)
-    straight = cos(angle)
+    turned, straight = sin(rate * ahead), cos(rate * ahead)
     if rate != 0.0:
         ahead = turned / rate
         aside = (1.0 - straight) / rate
-    c_0 = model.joint[at, PIECE_COS]
-    s_0 = model.joint[at, PIECE_SIN]
-    x_0, y_0 = (R_0[0], R_0[3], R_0[6]), (R_0[1], R_0[4], R_0[7])
-    p_x = model.joint[at, PIECE_X] + c_0 * ahead - s_0 * aside
-    p_y = model.joint[at, PIECE_Y] + s_0 * ahead + c_0 * aside
+    c_0, s_0 = piece.cos, piece.sin
+    x_0, y_0, z = axes(R_0)
+    p_x = piece.x + c_0 * ahead - s_0 * aside
+    p_y = piece.y + s_0 * ahead + c_0 * aside
     x, y = turn(x_0, y_0, s_0 * straight + c_0 * turned, c_0 * straight - s_0 * turned)
-    R = (x[0], y[0], R_0[2], x[1], y[1], R_0[5], x[2], y[2], R_0[8])
-    return R, add3(p_0, add3(scale3(x_0, p_x), scale3(y_0, p_y))), rate
+    return of_axes(x, y, z), add3(p_0, add3(scale3(x_0, p_x), scale3(y_0, p_y))), rate
 
 
 @kernel
 def rotation_of_rpy(rpy):
     """Rz(yaw) Ry(pitch) Rx(roll)."""
     r, p, y = rpy
-    c0 = cos(r)
-    c1 = cos(p)
-    c2 = cos(y)
-    s0 = sin(r)
-    s1 = sin(p)
-    s2 = sin(y)
+    c0, c1, c2 = cos(r), cos(p), cos(y)
+    s0, s1, s2 = sin(r), sin(p), sin(y)
     return (
         c2 * c1, c2 * s1 * s0 - s2 * c0, c2 * s1 * c0 + s2 * s0,
         s2 * c1, s2 * s1 * s0 + c2 * c0, s2 * s1 * c0 - c2 * s0,
@@ -288,52 +245,56 @@ def rotation_of_rpy(rpy):
     )  # fmt: skip
 
 
-@kernel
+@kernel(top=True, short_loops=True)
 def velocity_kinematics(model: TreeModel, p: Vector, work: TreeWork, q: Vector, v: Vector) -> None:
-    """Fills `V` and `A` from `X_WB` and `S`; those of bodies welded to the world stay zero."""
-    for body in range(1, model.body.shape[0]):
-        if model.body[body, TREE] < 0:
+    """Fills `V` and `A` from `X_WB` and `S`; those of bodies welded to the world stay zero.
+
+    V_i = V_parent + S_i v_i, and at zero vdot A_i = A_parent + V_parent x S_i v_i, with the joint's own bias where its
+    axes move in F (Featherstone 2008, table 5.1, its first loop).
+    """
+    for b in range(1, len(model.bodies)):
+        body = model.bodies[b]
+        if body.tree < 0:
             continue
-        kind = model.body[body, KIND]
-        dof = model.body[body, V]
+        kind = body.kind
+        dof = body.first_dof
         if kind == FREE:
             V_WB = read6(v, dof)
             w_WB, v_WBo = V_WB
-            store6(work.V, body, V_WB)
+            work[b].V_WB = V_WB
             # The velocity field at a fixed point as the body carries its origin past it.
-            store6(work.A, body, ((0.0, 0.0, 0.0), cross3(v_WBo, w_WB)))
+            work[b].A_WB = ((0.0, 0.0, 0.0), cross3(v_WBo, w_WB))
         else:
-            parent = model.body[body, PARENT]
-            V_WP = load6(work.V, parent)
-            A_WP = load6(work.A, parent)
+            V_WP = work[body.parent].V_WB
+            A_WP = work[body.parent].A_WB
             if kind == WELD:
-                store6(work.V, body, V_WP)
-                store6(work.A, body, A_WP)
+                work[b].V_WB = V_WP
+                work[b].A_WB = A_WP
             elif kind <= CURVILINEAR:
-                V_PB = scale6(load6(work.S, dof), v[dof])
-                store6(work.V, body, add6(V_WP, V_PB))
-                store6(work.A, body, add6(A_WP, cross_motion(V_WP, V_PB)))
+                V_PB = scale6(work.dofs[dof].S, v[dof])
+                work[b].V_WB = add6(V_WP, V_PB)
+                work[b].A_WB = add6(A_WP, cross_motion(V_WP, V_PB))
             else:
-                velocity_of_wide_joint(model, p, work, v, body)
+                velocity_of_wide_joint(model, p, work, v, b)
 
 
 @kernel(outline=True)
-def velocity_of_wide_joint(model: TreeModel, p: Vector, work: TreeWork, v: Vector, body: int) -> None:
-    kind = model.body[body, KIND]
-    parent = model.body[body, PARENT]
-    dof = model.body[body, V]
-    V_WP = load6(work.V, parent)
-    V_PB = scale6(load6(work.S, dof), v[dof])
-    for k in range(dof + 1, dof + model.body[body, NV]):
-        V_PB = add6(V_PB, scale6(load6(work.S, k), v[k]))
-    A_WB = add6(load6(work.A, parent), cross_motion(V_WP, V_PB))
+def velocity_of_wide_joint(model: TreeModel, p: Vector, work: TreeWork, v: Vector, b: int) -> None:
+    body = model.bodies[b]
+    kind = body.kind
+    dof = body.first_dof
+    V_WP = work[body.parent].V_WB
+    V_PB = scale6(work.dofs[dof].S, v[dof])
+    for k in range(dof + 1, dof + body.num_dofs):
+        V_PB = add6(V_PB, scale6(work.dofs[k].S, v[k]))
+    A_WB = add6(work[body.parent].A_WB, cross_motion(V_WP, V_PB))
     if kind != BALL:
-        X_WM = pose_of_frame(model, p, work.X_WB, body, model.body[body, FRAME_M])
-        p_RootM = sub3(X_WM[1], load3_at(work.X_WB, model.body[body, ROOT], 9))
+        X_WM = pose_of_frame(model, p, work, b, body.frame_M)
+        p_RootM = from_root(model, work, b, X_WM[1])
         if kind == UNIVERSAL:
             # The second axis turns with the first.
-            w_1, _ = scale6(load6(work.S, dof), v[dof])
-            w_2, _ = scale6(load6(work.S, dof + 1), v[dof + 1])
+            w_1, _ = scale6(work.dofs[dof].S, v[dof])
+            w_2, _ = scale6(work.dofs[dof + 1].S, v[dof + 1])
             alpha = cross3(w_1, w_2)
             A_WB = add6(A_WB, (alpha, cross3(p_RootM, alpha)))
         else:
@@ -341,21 +302,19 @@ def velocity_of_wide_joint(model: TreeModel, p: Vector, work: TreeWork, v: Vecto
             w_FM, u_FM = V_PB
             v_FM = sub3(u_FM, cross3(p_RootM, w_FM))
             A_WB = add6(A_WB, ((0.0, 0.0, 0.0), cross3(v_FM, w_FM)))
-    store6(work.V, body, add6(V_WP, V_PB))
-    store6(work.A, body, A_WB)
+    work[b].V_WB = add6(V_WP, V_PB)
+    work[b].A_WB = A_WB
 
 
 @kernel
-def velocity_at(work: TreeWork, body: int, root: int, p_WQ):
-    """Spatial velocity of the body-fixed point now at p_WQ; `root` is model.body[body, ROOT]."""
-    w_WB, v_Root = load6(work.V, body)
-    p_RootQ = sub3(p_WQ, load3_at(work.X_WB, root, 9))
-    return (w_WB, add3(v_Root, cross3(w_WB, p_RootQ)))
+def velocity_at(model: TreeModel, work: TreeWork, b: int, p_WQ):
+    """Spatial velocity of the point fixed to body b that is now at p_WQ."""
+    w_WB, v_Root = work[b].V_WB
+    return (w_WB, add3(v_Root, cross3(w_WB, from_root(model, work, b, p_WQ))))
 
 
-@kernel
+@kernel(top=True, short_loops=True)
 def body_velocities(model: TreeModel, work: TreeWork, V_WB: Matrix) -> None:
     """Spatial velocities of the body origins [rad/s, m/s], shape (num_bodies, 6)."""
-    for body in range(model.body.shape[0]):
-        _, p_WB = load_pose(work.X_WB, body)
-        store6(V_WB, body, velocity_at(work, body, model.body[body, ROOT], p_WB))
+    for b in range(len(model.bodies)):
+        store6(V_WB, b, velocity_at(model, work, b, work[b].p_WB))

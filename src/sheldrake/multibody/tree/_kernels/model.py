@@ -8,137 +8,188 @@ the base body of the body's tree, for all bodies of that tree. So they add witho
 the world's origin. Bodies welded to the world have row 0 as their root and belong to no tree.
 
 The mass matrix is stored packed. Row `k` has one entry for each dof on the path from the base to `k`, the entry of
-dof `j` at `M[dof[k, ROW] + dof[j, DEPTH]]`. The ancestors of an ancestor come first, so inner loops run over
+dof `j` at `M[dofs[k].row + dofs[j].depth]`. The ancestors of an ancestor come first, so inner loops run over
 contiguous memory and branches cost nothing (branch-induced sparsity, Featherstone 2008, section 6.5).
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from sheldrake.common.kernel import IntMatrix, Matrix, Vector
-
-# Columns of TreeModel.body.
-PARENT = np.int64(0)  # row of the inboard body
-KIND = np.int64(1)  # kind of the inboard joint, below
-ROOT = np.int64(2)  # row of the body whose origin is the reference point
-TREE = np.int64(3)  # tree number, -1 when welded to the world
-Q = np.int64(4)  # first position of the inboard joint
-V = np.int64(5)  # first velocity of the inboard joint
-NV = np.int64(6)  # velocities of the inboard joint
-FRAME_F = np.int64(7)  # joint frame on the inboard body: row of TreeModel.frame, -1 is the body frame
-FRAME_M = np.int64(8)  # joint frame on this body: row of TreeModel.frame, -1 is the body frame
-INERTIA = np.int64(9)  # where in p its ten inertia numbers start
-TIP = np.int64(10)  # last dof that moves the body, -1 when none does; its ancestors are the others
-AXIS = np.int64(11)  # the axis of F that is the axis of the joint: 1, 2, 3, negative when opposite; 0 when none is
-DIRECT = np.int64(12)  # 1 when the joint's frames are fixed to their bodies, not to other frames
-PATH = np.int64(13)  # row of TreeModel.joint where the path of a curvilinear joint starts
-PATH_END = np.int64(14)  # the row after its last piece
-BODY_COLUMNS = 15
+from sheldrake.common.record import Items, Record, integer, number, numbers, table
+from sheldrake.geometry._kernels.model import BodyPose
 
 # Kinds of joints.
-WELD = np.int64(0)
-REVOLUTE = np.int64(1)
-PRISMATIC = np.int64(2)
-SCREW = np.int64(3)
-CURVILINEAR = np.int64(4)
-FREE = np.int64(5)  # quaternion floating from the world, both frames being body frames
-QUATERNION = np.int64(6)  # quaternion floating between any frames
-RPY = np.int64(7)
-BALL = np.int64(8)
-PLANAR = np.int64(9)
-UNIVERSAL = np.int64(10)
-
-# Columns of TreeModel.joint: an axis in F (0 to 2) and the lead [m/rad] (3), or the pose X_FM of a weld (12 numbers),
-# or X_FM where the path of a curvilinear joint begins. Below the rows of the bodies are the pieces of such paths.
-LEAD = np.int64(3)
-PIECE_START = np.int64(0)  # distance at which a piece begins [m]
-PIECE_RATE = np.int64(1)  # how fast M turns along it [1/m]
-PIECE_X = np.int64(2)  # where it begins, in the plane of the path, from the path's beginning and tangent there
-PIECE_Y = np.int64(3)
-PIECE_COS = np.int64(4)  # its direction there
-PIECE_SIN = np.int64(5)
-PIECE_PERIOD = np.int64(6)  # length after which the path begins anew, 0 when it does not [m]
-JOINT_COLUMNS = 12
-
-# Columns of TreeModel.dof.
-DOF_PARENT = np.int64(0)  # the dof next to it towards the base, -1 at the base
-DOF_BODY = np.int64(1)
-DOF_TREE = np.int64(2)
-DEPTH = np.int64(3)  # number of ancestors
-ROW = np.int64(4)  # where its row of a packed matrix starts
-DAMPING = np.int64(5)  # where in p its damping is
-DOF_Q = np.int64(6)  # its position when the joint has as many positions as velocities and qdot = v, else -1
-RUN = np.int64(7)  # where the run that it ends begins: dofs each of which is the parent of the next
-DOF_COLUMNS = 8
-
-# Columns of TreeModel.frame: frames fixed to a body, other than body frames.
-FRAME_PARENT = np.int64(0)  # the frame it is fixed to, -1 is the body frame
-FRAME_POSE = np.int64(1)  # where in p its pose starts: nine numbers of R, row-major, then p
-FRAME_COLUMNS = 2
-
-# Columns of TreeModel.tree.
-TREE_BODY = np.int64(0)  # first body row; bodies of a tree are contiguous
-TREE_NUM_BODIES = np.int64(1)
-TREE_DOF = np.int64(2)  # first dof; dofs of a tree are contiguous
-TREE_NV = np.int64(3)
-TREE_COLUMNS = 4
-
-# Columns of TreeModel.actuator: one actuator a row.
-ACTUATOR_DOF = np.int64(0)
-ROTOR = np.int64(1)  # where in p its rotor inertia is
-GEAR = np.int64(2)  # where in p its gear ratio is
-ACTUATOR_COLUMNS = 3
+WELD = 0
+REVOLUTE = 1
+PRISMATIC = 2
+SCREW = 3
+CURVILINEAR = 4
+FREE = 5  # quaternion floating from the world, both frames being body frames
+QUATERNION = 6  # quaternion floating between any frames
+RPY = 7
+BALL = 8
+PLANAR = 9
+UNIVERSAL = 10
 
 
+class Body(Record):
+    """A body and its inboard joint, between a frame F on the inboard body and a frame M on this one."""
+
+    parent = integer("row of the inboard body")
+    kind = integer("kind of the inboard joint: WELD, REVOLUTE ...")
+    root = integer("row of the body whose origin is the reference point")
+    tree = integer("its tree, -1 when welded to the world")
+    first_q = integer("first position of the inboard joint")
+    first_dof = integer("first dof of the inboard joint")
+    num_dofs = integer("dofs of the inboard joint")
+    frame_F = integer("a frame of the model, -1 is the frame of the inboard body")
+    frame_M = integer("a frame of the model, -1 is the frame of this body")
+    inertia = integer("where in p are mass, centre of mass in B, unit inertia about Bo in B: 1 + 3 + 6 numbers")
+    tip = integer("last dof that moves the body, -1 when none does; its ancestors are the others")
+    along = integer("the axis of F that is the axis of the joint: 1, 2, 3, negative when opposite; 0 when none is")
+    direct = integer("1 when F and M are fixed to the bodies themselves, not to other frames")
+    path = integer("first piece of the path of a curvilinear joint")
+    path_end = integer("the piece after its last")
+
+
+class JointAxis(Record):
+    """Of a revolute, prismatic or screw joint."""
+
+    axis_F = numbers(3, "unit vector")
+    lead = number("how far a screw moves along the axis", "m/rad")
+
+
+class JointPose(Record):
+    """Of a weld; of a curvilinear joint, where its path begins."""
+
+    X_FM = numbers((9, 3), "rotation and position", "-, m")
+
+
+class PathPiece(Record):
+    """Of the path of a curvilinear joint, in the plane through its beginning: x along the tangent there."""
+
+    start = number("distance at which it begins", "m")
+    rate = number("how fast M turns along it", "1/m")
+    x = number("where it begins", "m")
+    y = number("where it begins", "m")
+    cos = number("of its direction there")
+    sin = number("of its direction there")
+    period = number("length after which the path begins anew, 0 when it does not", "m")
+
+
+class Dof(Record):
+    """A degree of freedom."""
+
+    parent = integer("the dof next to it towards the base, -1 at the base")
+    body = integer("row of the body whose inboard joint has it")
+    tree = integer("its tree")
+    depth = integer("number of ancestors")
+    row = integer("where its row of a packed matrix starts")
+    damping = integer("where in p its damping is")
+    q = integer("its position when the joint has as many positions as velocities and qdot = v, else -1")
+    run = integer("where the run that it ends begins: dofs each of which is the parent of the next")
+
+
+class OffsetFrame(Record):
+    """A frame fixed to a body, other than the body frame."""
+
+    parent = integer("the frame it is fixed to, -1 is the body frame")
+    pose = integer("where in p its pose is: nine numbers of R, row-major, then p")
+
+
+class Tree(Record):
+    """What moves together; its bodies are contiguous, so are its dofs."""
+
+    first_body = integer("its base")
+    num_bodies = integer("how many it has")
+    first_dof = integer("its first dof")
+    num_dofs = integer("how many it has")
+
+
+class Actuator(Record):
+    """What drives a dof."""
+
+    dof = integer("the dof")
+    rotor = integer("where in p its rotor inertia is")
+    gear = integer("where in p its gear ratio is")
+
+
+class Gravity(Record):
+    """What acts on a body."""
+
+    g_W = numbers(3, "gravity", "m/s²")
+
+
+@table
 class TreeModel(NamedTuple):
-    """Constant arrays of a tree of bodies; columns are named above.
+    """Constant arrays of a tree of bodies; below the bodies' rows of `joint` are the pieces of paths."""
 
-    Attributes:
-        body: shape (num_bodies, BODY_COLUMNS).
-        joint: constants of the inboard joints, then pieces of paths, shape (num_bodies + num_pieces, JOINT_COLUMNS).
-        dof: shape (nv, DOF_COLUMNS).
-        frame: shape (num_offset_frames, FRAME_COLUMNS).
-        tree: shape (num_trees, TREE_COLUMNS).
-        actuator: shape (num_actuators, ACTUATOR_COLUMNS).
-        gravity: gravity that acts on each body, in W [m/s²], shape (num_bodies, 3).
-    """
-
-    body: IntMatrix
-    joint: Matrix
-    dof: IntMatrix
-    frame: IntMatrix
-    tree: IntMatrix
-    actuator: IntMatrix
-    gravity: Matrix
+    body: Annotated[IntMatrix, Items("bodies", Body)]
+    joint: Annotated[Matrix, Items("axes", JointAxis), Items("poses", JointPose), Items("pieces", PathPiece)]
+    dof: Annotated[IntMatrix, Items("dofs", Dof)]
+    frame: Annotated[IntMatrix, Items("frames", OffsetFrame)]
+    tree: Annotated[IntMatrix, Items("trees", Tree)]
+    actuator: Annotated[IntMatrix, Items("actuators", Actuator)]
+    gravity: Annotated[Matrix, Items("gravities", Gravity)]
 
 
+class BodyVelocity(Record):
+    """About `root`."""
+
+    V_WB = numbers((3, 3), "spatial velocity", "rad/s, m/s")
+
+
+class BodyAcceleration(Record):
+    """About `root`: of the velocity field, not of a point (Featherstone 2008, section 2.11)."""
+
+    A_WB = numbers((3, 3), "spatial acceleration at zero vdot", "rad/s², m/s²")
+
+
+class BodyInertia(Record):
+    """About `root`."""
+
+    mass = number("mass", "kg")
+    first_moment = numbers(3, "mass times centre of mass", "kg m")
+    second_moment = numbers(6, "xx, yy, zz, xy, xz, yz", "kg m²")
+    inertia = numbers((1, 3, 6), "all three", "kg, kg m, kg m²", same_as=mass)
+
+
+class CompositeInertia(Record):
+    """About `root`."""
+
+    composite = numbers((1, 3, 6), "inertia of a body and all outboard of it", "kg, kg m, kg m²")
+
+
+class BodyForce(Record):
+    """About `root`."""
+
+    F = numbers((3, 3), "spatial force of a recursion", "N m, N")
+
+
+class DofMotion(Record):
+    """About `root`."""
+
+    S = numbers((3, 3), "motion at unit speed")
+
+
+@table
 class TreeWork(NamedTuple):
-    """Results of the stages, in the order in which they become valid; rows are bodies or dofs.
+    """Results of the stages, in the order in which they become valid: a row for each body, and `dofs`.
 
-    Attributes:
-        X_WB: poses, nine numbers of R_WB row-major, then p_WB [m], shape (num_bodies, 12).
-        S: motion of each dof at unit speed, about `root`, shape (nv, 6).
-        V: spatial velocity V_WB about `root` [rad/s, m/s], shape (num_bodies, 6).
-        A: spatial acceleration at zero vdot, about `root`, shape (num_bodies, 6). It is the acceleration of the
-            velocity field, not of a point (Featherstone 2008, section 2.11).
-        inertia: mass [kg], first moment [kg m], second moments [kg m²], about `root`, shape (num_bodies, 10).
-        composite: the same of a body and all outboard of it, shape (num_bodies, 10).
-        F: spatial forces of the recursions, about `root`, shape (num_bodies, 6).
-        M: packed mass matrix, shape (num_packed,).
-        L: packed factor of M, or of M + dt D, shape (num_packed,).
-        bias: generalized bias forces, shape (nv,).
+    `M` is the packed mass matrix, `L` the packed factor of M, or of M + dt D; `bias` has the generalized bias forces.
     """
 
-    X_WB: Matrix
-    S: Matrix
-    V: Matrix
-    A: Matrix
-    inertia: Matrix
-    composite: Matrix
-    F: Matrix
+    X_WB: Annotated[Matrix, BodyPose]
+    S: Annotated[Matrix, Items("dofs", DofMotion)]
+    V: Annotated[Matrix, BodyVelocity]
+    A: Annotated[Matrix, BodyAcceleration]
+    inertia: Annotated[Matrix, BodyInertia]
+    composite: Annotated[Matrix, CompositeInertia]
+    F: Annotated[Matrix, BodyForce]
     M: Vector
     L: Vector
     bias: Vector
@@ -146,7 +197,7 @@ class TreeWork(NamedTuple):
 
 def num_packed(model: TreeModel) -> int:
     """How many numbers a packed matrix has."""
-    return int(np.sum(model.dof[:, DEPTH] + 1))
+    return int(np.sum(model.dof[:, Dof.depth] + 1))
 
 
 def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
@@ -157,11 +208,12 @@ def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
         return np.zeros(shape) if dtype is float else np.full(shape, 0.0, dtype=dtype)
 
     work = TreeWork(
-        X_WB=zeros(nb, 12), S=zeros(nv, 6), V=zeros(nb, 6), A=zeros(nb, 6), inertia=zeros(nb, 10),
-        composite=zeros(nb, 10), F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
+        X_WB=zeros(nb, BodyPose.SIZE), S=zeros(nv, 6), V=zeros(nb, 6), A=zeros(nb, 6),
+        inertia=zeros(nb, BodyInertia.SIZE), composite=zeros(nb, CompositeInertia.SIZE), F=zeros(nb, 6),
+        M=zeros(packed), L=zeros(packed), bias=zeros(nv),
     )  # fmt: skip
-    work.X_WB[0, [0, 4, 8]] = 1.0
-    for row in np.flatnonzero(model.body[:, KIND] == FREE):
-        v = model.body[row, V]
-        work.S[v : v + 6] = np.eye(6)
+    work[0].R_WB = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    for row in np.flatnonzero(model.body[:, Body.kind] == FREE):
+        dof = model.bodies[row].first_dof
+        work.S[dof : dof + 6] = np.eye(6)
     return work

@@ -9,49 +9,32 @@ from sheldrake.common._kernels.vec import (
     dot3,
     dot6,
     load3,
-    load3_at,
     load6,
-    load_inertia,
     mul_inertia,
+    read3,
+    rotate,
     scale3,
     scale6,
-    store6,
     sub3,
+    write3,
+    write6,
 )
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
-from sheldrake.multibody.tree._kernels import dynamics, factor, forces, integrate, kinematics
+from sheldrake.multibody.tree._kernels import dynamics, factor, forces, kinematics
 from sheldrake.multibody.tree._kernels.forces import ForceModel
-from sheldrake.multibody.tree._kernels.model import ACTUATOR_DOF, DAMPING, ROOT, TreeModel, TreeWork
-
-
-@kernel(top=True, short_loops=True)
-def calc_positions(model: TreeModel, p: Vector, work: TreeWork, q: Vector) -> None:
-    """`X_WB` and `S`."""
-    kinematics.position_kinematics(model, p, work, q)
-
-
-@kernel(top=True, short_loops=True)
-def calc_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
-    """`inertia`; needs `calc_positions`."""
-    dynamics.body_inertias(model, p, work)
-
-
-@kernel(top=True, short_loops=True)
-def calc_velocities(model: TreeModel, p: Vector, work: TreeWork, q: Vector, v: Vector) -> None:
-    """`V` and `A`; needs `calc_positions`."""
-    kinematics.velocity_kinematics(model, p, work, q, v)
+from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
 
 @kernel(top=True, short_loops=True)
 def calc_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Matrix) -> None:
-    """`work.M` and the dense mass matrix, shape (nv, nv), zeroed before; needs `calc_inertias`."""
+    """`work.M` and the dense mass matrix, shape (nv, nv), zeroed before; needs `body_inertias`."""
     dynamics.mass_matrix(model, p, work)
     factor.unpack(model, work.M, M)
 
 
 @kernel(top=True, short_loops=True)
 def calc_bias(model: TreeModel, work: TreeWork, bias: Vector) -> None:
-    """C(q, v) v, shape (nv,); needs `calc_velocities`."""
+    """C(q, v) v, shape (nv,); needs `velocity_kinematics`."""
     dynamics.bias_term(model, work, 0.0)
     for k in range(bias.shape[0]):
         bias[k] = work.bias[k]
@@ -59,8 +42,8 @@ def calc_bias(model: TreeModel, work: TreeWork, bias: Vector) -> None:
 
 @kernel(top=True, short_loops=True)
 def calc_gravity(model: TreeModel, work: TreeWork, tau: Vector) -> None:
-    """tau_g(q), shape (nv,); needs `calc_positions`."""
-    dynamics.gravity_forces(model, work, work.F)
+    """tau_g(q), shape (nv,); needs `position_kinematics`."""
+    dynamics.gravity_forces(model, work)
     dynamics.project_forces(model, work, tau)
 
 
@@ -75,17 +58,16 @@ def calc_inverse_dynamics(
     A_work: Matrix,
     tau: Vector,
 ) -> None:
-    """M vdot + C v less applied generalized forces and spatial forces at the body origins; needs `calc_velocities`."""
+    """M vdot + C v less applied generalized forces and forces at the body origins; needs `velocity_kinematics`."""
     dynamics.accelerations(model, work, vdot, A_work)
-    for body in range(1, model.body.shape[0]):
-        A_WB = load6(A_work, body)
-        store6(work.F, body, scale6(dynamics.inertial_force(model, work, body, A_WB, 0.0), -1.0))
+    for b in range(1, len(model.bodies)):
+        work[b].F = scale6(dynamics.inertial_force(model, work, b, load6(A_work, b), 0.0), -1.0)
     forces.add_body_forces(model, work, F_Bo_W, work.F)
     dynamics.project_forces(model, work, tau)
     for k in range(tau.shape[0]):
         tau[k] = -tau[k] - applied[k]
-    for i in range(model.actuator.shape[0]):
-        k = model.actuator[i, ACTUATOR_DOF]
+    for i in range(len(model.actuators)):
+        k = model.actuators[i].dof
         tau[k] += dynamics.reflected_inertia(model, p, i) * vdot[k]
 
 
@@ -106,31 +88,42 @@ def calc_forward_dynamics(
     dynamics.damped_mass_matrix(model, p, work, dt)
     bad = factor.ltdl(model, work.L)
     for k in range(vdot.shape[0]):
-        vdot[k] = tau[k] - work.bias[k] - p[model.dof[k, DAMPING]] * v[k]
+        vdot[k] = tau[k] - work.bias[k] - p[model.dofs[k].damping] * v[k]
     factor.ltdl_solve(model, work.L, vdot)
     return bad + 1
 
 
 @kernel(top=True, short_loops=True)
-def calc_body_velocities(model: TreeModel, work: TreeWork, V_WB: Matrix) -> None:
-    """Spatial velocities of the body origins, shape (num_bodies, 6); needs `calc_velocities`."""
-    kinematics.body_velocities(model, work, V_WB)
-
-
-@kernel(top=True, short_loops=True)
 def calc_accelerations(model: TreeModel, work: TreeWork, vdot: Vector, A_WB: Matrix) -> None:
-    """Spatial accelerations of the body origins for given vdot, shape (num_bodies, 6); needs `calc_velocities`."""
+    """Spatial accelerations of the body origins for given vdot, shape (num_bodies, 6); needs `velocity_kinematics`."""
     dynamics.accelerations(model, work, vdot, A_WB)
     dynamics.body_accelerations(model, work, A_WB)
 
 
 @kernel(top=True, short_loops=True)
 def calc_generalized_forces(model: TreeModel, work: TreeWork, F_Bo_W: Matrix, tau: Vector) -> None:
-    """Generalized forces of spatial forces at the body origins, shape (num_bodies, 6); needs `calc_positions`."""
-    for body in range(model.body.shape[0]):
-        for c in range(6):
-            work.F[body, c] = 0.0
+    """Generalized forces of spatial forces at the body origins, shape (num_bodies, 6); needs `position_kinematics`."""
+    forces.clear(work.F)
     forces.add_body_forces(model, work, F_Bo_W, work.F)
+    dynamics.project_forces(model, work, tau)
+
+
+@kernel(top=True, short_loops=True)
+def calc_applied_forces(
+    model: TreeModel, work: TreeWork, bodies: IntVector, points: Matrix, forces_Bq_W: Matrix, tau: Vector
+) -> None:
+    """Generalized forces of spatial forces at points; needs `position_kinematics`.
+
+    `bodies` are the rows of the bodies, its last item the number of forces; points are p_BoBq_B [m], forces F_Bq_W
+    [N m, N], each as many rows as there is room for.
+    """
+    forces.clear(work.F)
+    for i in range(bodies[bodies.shape[0] - 1]):
+        body = work[bodies[i]]
+        torque, force = load6(forces_Bq_W, i)
+        p_WBq = add3(body.p_WB, rotate(body.R_WB, load3(points, i)))
+        forces.add_point_force(model, work, work.F, bodies[i], p_WBq, force)
+        forces.add_force(work.F, bodies[i], (torque, (0.0, 0.0, 0.0)))
     dynamics.project_forces(model, work, tau)
 
 
@@ -148,73 +141,55 @@ def calc_element_forces(
     """Forces of gravity, springs, struts and bushings: spatial ones at the body origins, and tau; all stages."""
     for k in range(tau.shape[0]):
         tau[k] = 0.0
-    for body in range(model.body.shape[0]):
-        for c in range(6):
-            work.F[body, c] = 0.0
-            F_Bo_W[body, c] = 0.0
-    dynamics.gravity_forces(model, work, work.F)
+    forces.clear(work.F)
+    forces.clear(F_Bo_W)
+    dynamics.gravity_forces(model, work)
     forces.add_dof_springs(force_model, p, q, tau)
     forces.add_hinges(force_model, p, q, v, tau)
-    if forces.has_body_forces(force_model):
-        forces.add_struts(model, force_model, p, work, work.F)
-        forces.add_bushings(model, force_model, p, work, work.F)
-    forces.add_at_body_origins(model, work, work.F, F_Bo_W)
-
-
-@kernel(top=True, short_loops=True)
-def calc_qdot(model: TreeModel, q: Vector, v: Vector, qdot: Vector) -> None:
-    """qdot = N(q) v."""
-    integrate.qdot_of_velocity(model, q, v, qdot)
-
-
-@kernel(top=True, short_loops=True)
-def calc_velocity(model: TreeModel, q: Vector, qdot: Vector, v: Vector) -> None:
-    """v = N⁺(q) qdot."""
-    integrate.velocity_of_qdot(model, q, qdot, v)
+    forces.add_struts(model, force_model, p, work, work.F)
+    forces.add_bushings(model, force_model, p, work, work.F)
+    forces.add_at_body_origins(model, work, F_Bo_W)
 
 
 @kernel(top=True, short_loops=True)
 def calc_centre_of_mass(model: TreeModel, work: TreeWork, centre: Vector) -> int:
-    """Centre of mass [m] of all bodies, in W, shape (3,); needs `calc_inertias`.
+    """Centre of mass [m] of all bodies, in W, shape (3,); needs `body_inertias`.
 
     Returns:
         0, or 1 when there is no body but the world, or no mass.
     """
-    if model.body.shape[0] < 2:
+    if len(model.bodies) < 2:
         return 1
-    mass = work.inertia[1, 0]
+    mass = work[1].mass
     moment = first_moment(model, work, 1)
-    for body in range(2, model.body.shape[0]):
-        mass += work.inertia[body, 0]
-        moment = add3(moment, first_moment(model, work, body))
+    for b in range(2, len(model.bodies)):
+        mass += work[b].mass
+        moment = add3(moment, first_moment(model, work, b))
     if is_zero(mass):
         return 1
-    centre[0] = moment[0] / mass
-    centre[1] = moment[1] / mass
-    centre[2] = moment[2] / mass
+    write3(centre, 0, (moment[0] / mass, moment[1] / mass, moment[2] / mass))
     return 0
 
 
 @kernel
-def first_moment(model, work, body):
+def first_moment(model, work, b):
     """Mass times position of the centre of mass of a body in W [kg m]."""
-    root = load3_at(work.X_WB, model.body[body, ROOT], 9)
-    return add3(scale3(root, work.inertia[body, 0]), load3_at(work.inertia, body, 1))
+    p_WRoot = work[model.bodies[b].root].p_WB
+    return add3(scale3(p_WRoot, work[b].mass), work[b].first_moment)
 
 
 @kernel(top=True, short_loops=True)
 def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vector, L: Vector) -> None:
     """Spatial momentum of the masked bodies about a point of W [kg m²/s, kg m/s], in W, shape (6,).
 
-    Needs `calc_inertias` and `calc_velocities`.
+    Needs `body_inertias` and `velocity_kinematics`.
     """
-    p_WP = (point[0], point[1], point[2])
-    for c in range(6):
-        L[c] = 0.0
-    for body in range(1, model.body.shape[0]):
-        if mask[body] != 0:
-            p_PRoot = sub3(load3_at(work.X_WB, model.body[body, ROOT], 9), p_WP)
-            h, l = mul_inertia(load_inertia(work.inertia, body), load6(work.V, body))
+    p_WP = read3(point, 0)
+    write6(L, 0, ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
+    for b in range(1, len(model.bodies)):
+        if mask[b] != 0:
+            p_PRoot = sub3(work[model.bodies[b].root].p_WB, p_WP)
+            h, l = mul_inertia(work[b].inertia, work[b].V_WB)
             h = add3(h, cross3(p_PRoot, l))
             L[0] += h[0]
             L[1] += h[1]
@@ -226,19 +201,19 @@ def calc_momentum(model: TreeModel, work: TreeWork, mask: IntVector, point: Vect
 
 @kernel(top=True, short_loops=True)
 def calc_kinetic_energy(model: TreeModel, p: Vector, work: TreeWork, v: Vector, energy: Vector) -> None:
-    """Energy of motion [J], that of rotors too, shape (1,); needs `calc_inertias` and `calc_velocities`."""
+    """Energy of motion [J], that of rotors too, shape (1,); needs `body_inertias` and `velocity_kinematics`."""
     energy[0] = 0.0
-    for body in range(1, model.body.shape[0]):
-        V_WB = load6(work.V, body)
-        energy[0] += 0.5 * dot6(V_WB, mul_inertia(load_inertia(work.inertia, body), V_WB))
-    for i in range(model.actuator.shape[0]):
-        rate = v[model.actuator[i, ACTUATOR_DOF]]
+    for b in range(1, len(model.bodies)):
+        V_WB = work[b].V_WB
+        energy[0] += 0.5 * dot6(V_WB, mul_inertia(work[b].inertia, V_WB))
+    for i in range(len(model.actuators)):
+        rate = v[model.actuators[i].dof]
         energy[0] += 0.5 * dynamics.reflected_inertia(model, p, i) * rate * rate
 
 
 @kernel(top=True, short_loops=True)
 def calc_gravity_energy(model: TreeModel, work: TreeWork, energy: Vector) -> None:
-    """Potential energy of gravity [J], zero at the world's origin, shape (1,); needs `calc_inertias`."""
+    """Potential energy of gravity [J], zero at the world's origin, shape (1,); needs `body_inertias`."""
     energy[0] = 0.0
-    for body in range(1, model.body.shape[0]):
-        energy[0] -= dot3(first_moment(model, work, body), load3(model.gravity, body))
+    for b in range(1, len(model.bodies)):
+        energy[0] -= dot3(first_moment(model, work, b), model.gravities[b].g_W)

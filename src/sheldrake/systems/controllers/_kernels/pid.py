@@ -2,31 +2,46 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 from sheldrake.common.kernel import IntVector, Matrix, Vector, Vectors, kernel
+from sheldrake.common.record import Record, Stack, integer, table, vector
 
 
+class Gains(Stack):
+    """Of each controlled position."""
+
+    kp = vector("proportional")
+    ki = vector("integral", "1/s")
+    kd = vector("derivative", "s")
+
+
+class Projections(Record):
+    """Which there are."""
+
+    projects_state = integer("1: P is other than the identity")
+    projects_output = integer("1: O is other than the identity")
+
+
+@table
 class Pid(NamedTuple):
     """Gains and projections of a PID controller.
 
-    gains: kp, ki, kd of each controlled position, shape (3, n).
     P: controlled state from the state, shape (2 n, num_states).
     O: outputs from the controls of positions, shape (num_outputs, n).
-    projects: whether P and O are other than the identity, shape (2,).
     """
 
-    gains: Matrix
+    gains: Annotated[Matrix, Gains]
     P: Matrix
     O: Matrix
-    projects: IntVector
+    projects: Annotated[IntVector, Projections]
 
 
 @kernel
 def error(model: Pid, u: Vectors, i: int) -> float:
     """Element i of x_desired - P x."""
     e = u[1][i]
-    if model.projects[0] == 1:
+    if model.projects_state == 1:
         for j in range(model.P.shape[1]):
             e -= model.P[i, j] * u[0][j]
     else:
@@ -39,14 +54,14 @@ def effort(model: Pid, xc: Vector, u: Vectors, i: int) -> float:
     """What the law gives for controlled position i."""
     e_q = error(model, u, i)
     e_v = error(model, u, i + model.gains.shape[1])
-    return model.gains[0, i] * e_q + model.gains[1, i] * xc[i] + model.gains[2, i] * e_v
+    return model.kp[i] * e_q + model.ki[i] * xc[i] + model.kd[i] * e_v
 
 
 @kernel(top=True, short_loops=True)
 def control(model: Pid, xc: Vector, u: Vectors, y: Vector) -> None:
     """The control; the inputs are the state and the desired state."""
     n = model.gains.shape[1]
-    if model.projects[1] == 1:
+    if model.projects_output == 1:
         for k in range(y.shape[0]):
             y[k] = 0.0
         for i in range(n):

@@ -21,6 +21,8 @@ class ContextBase:
     """Functions that read vector ports, by number; output ports count down from -1. Forgotten when the memory moves."""
     _groups: list[BasicVector] | None = None
     """The groups of discrete state, once they were asked for; forgotten when the memory moves."""
+    _continuous: BasicVector | None = None
+    """The continuous state as one vector, likewise."""
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")

@@ -7,11 +7,12 @@ asked for.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._overloads import expect
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._context import text
 from sheldrake.systems.framework._context.base import ContextBase, Toucher
@@ -20,13 +21,17 @@ from sheldrake.systems.framework._state import Parameters, State
 from sheldrake.systems.framework._values import AbstractValues, ContinuousState, DiscreteValues
 from sheldrake.systems.framework._vector import BasicVector, converted
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+    from typing_extensions import Self
+
 
 class Context(ContextBase):
     """Time, state, parameters and input of one system."""
 
     # Time and accuracy.
 
-    def get_time(self) -> Any:
+    def get_time(self) -> float:
         """Time [s]."""
         t = self._store.S[0]
         if type(t) is np.float64:
@@ -40,6 +45,7 @@ class Context(ContextBase):
             RuntimeError: this is not a root context.
         """
         self._must_be_root("SetTime")
+        self._store.check_thread()
         self._store.S[0] = _scalar(self._store, time_sec, "SetTime")
         self._store.touch(CONTINUOUS, "t")
 
@@ -89,6 +95,13 @@ class Context(ContextBase):
         """Number of abstract parameters."""
         a, b = self._place.abstract_parameters
         return b - a
+
+    def __repr__(self) -> str:
+        discrete = sum(group.size() for group in map(self.get_discrete_state, range(self.num_discrete_state_groups())))
+        kinds = ("continuous", self.num_continuous_states()), ("discrete", discrete)
+        states = [f"{n} {kind}" for kind, n in (*kinds, ("abstract", self.num_abstract_states())) if n]
+        has = f", {' and '.join(states)} states" if states else ", no state"
+        return f"<{type(self).__name__} of '{self.GetSystemPathname()}' at t = {self.get_time()} s{has}>"
 
     def num_total_states(self) -> int:
         """Number of continuous and discrete variables.
@@ -172,8 +185,10 @@ class Context(ContextBase):
 
     def get_continuous_state_vector(self) -> BasicVector:
         """The continuous state as one vector."""
-        a, b = self._place.xc
-        return self._vector(a, b, Toucher(self._store, CONTINUOUS, "xc", self._node), "_xc_model")
+        if self._continuous is None:
+            a, b = self._place.xc
+            self._continuous = self._vector(a, b, Toucher(self._store, CONTINUOUS, "xc", self._node), "_xc_model")
+        return self._continuous
 
     def get_mutable_continuous_state_vector(self) -> BasicVector:
         """The continuous state as one vector, to be changed."""
@@ -185,7 +200,8 @@ class Context(ContextBase):
         """Sets the continuous state."""
         self.get_continuous_state_vector().SetFromVector(xc)
 
-    def SetTimeAndContinuousState(self, time_sec: Any, xc: Any) -> None:
+    @checked
+    def SetTimeAndContinuousState(self, time_sec: float, xc: Any) -> None:
         """Sets time [s] and the continuous state."""
         self.SetTime(time_sec)
         self.SetContinuousState(xc)
@@ -232,14 +248,15 @@ class Context(ContextBase):
         vector._wrote()
         return vector
 
-    def SetDiscreteState(self, *args: Any, **kwargs: Any) -> None:
+    @checked
+    def SetDiscreteState(self, *args: ArrayLike, **kwargs: Any) -> None:
         """Sets discrete state: `(xd)` the only group or all from DiscreteValues, `(group_index, xd)` one group."""
         args = (*([kwargs.pop("group_index")] if "group_index" in kwargs else []), *args)
         args = (*args, *([kwargs.pop("xd")] if "xd" in kwargs else []))
         if kwargs or not 1 <= len(args) <= 2:
-            raise TypeError("SetDiscreteState(): incompatible function arguments: give (xd) or (group_index, xd).")
+            raise Mismatch("SetDiscreteState(): incompatible function arguments: give (xd) or (group_index, xd).")
         if len(args) == 2:
-            self.get_discrete_state(args[0]).SetFromVector(args[1])
+            self.get_discrete_state(args[0]).SetFromVector(args[1])  # type: ignore[arg-type]
         elif isinstance(args[0], DiscreteValues):
             self.get_discrete_state().SetFrom(args[0])
         else:
@@ -259,6 +276,7 @@ class Context(ContextBase):
         values = self.get_abstract_state()
         return values if index is None else values.get_mutable_value(index)
 
+    @checked
     def SetAbstractState(self, index: int, value: Any) -> None:
         """Sets abstract state `index`."""
         self.get_mutable_abstract_state(index).set_value(value)
@@ -316,7 +334,7 @@ class Context(ContextBase):
 
     # Copies.
 
-    def Clone(self) -> Any:
+    def Clone(self) -> Self:
         """An independent copy of the whole tree.
 
         Raises:
@@ -359,9 +377,11 @@ class Context(ContextBase):
         store.touch(CONSTANT, "all")
         store.restructure()
 
+    @checked
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
         """Copies time, state and parameters of a context of the same system, or of one built alike."""
         self._must_be_root("SetTimeStateAndParametersFrom")
+        self._store.check_thread()
         self._store.S[0] = converted(source._store.S[:1], self._store.scalar)[0]
         self.SetStateAndParametersFrom(source)
 
@@ -386,4 +406,4 @@ def _scalar(store: Store, value: Any, call: str) -> Any:
     try:
         return float(value)
     except (TypeError, ValueError):
-        raise TypeError(f"{call}(): incompatible function arguments: expected a number, got {value!r}") from None
+        raise Mismatch(f"{call}(): incompatible function arguments: expected a number, got {value!r}") from None

@@ -25,7 +25,8 @@ def set_defaults(store: Store, n: int) -> None:
         if m in leaves:
             store.systems[m]._set_default_context(store.context(m))
     store.out_of_date()
-    store.unsettled = bool(layout.given)
+    if layout.given:
+        store.restructure()
 
 
 def _set_abstract_defaults(store: Store, system: Any, place: Any) -> None:

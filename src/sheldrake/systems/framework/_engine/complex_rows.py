@@ -45,7 +45,7 @@ def on_complex(store: Any, rows: list[Any], make: Callable[[], Any]) -> Any:
         return None
     try:
         return make()
-    except Exception:  # whatever numba says of a kernel that is not for complex numbers
+    except TypeError:  # a KernelError: the kernel is not for complex numbers
         _calls[key] = -1
         return None
 
@@ -61,10 +61,16 @@ class ComplexChain:
         self._store, self._rows, self._T = store, rows, np.zeros(layout.size, complex)
         scratch, initial_scratch = complex_scratch(self._T, place.work[0], prototype)
         spans = {place.xc, place.xd, place.p, *(tuple(slot.span) for slot in place.inputs if slot.vector)}
+        filled_before = {layout.span_of_fill(r) for r in layout.stages_before(rows[0])}
+        spans |= filled_before | {tuple(slot.span) for row in found for slot in row.reads.values()}
         self._spans = [(0, 1), *sorted(span for span in spans if span[1] > span[0])]
         self._inputs = [_complex_step.Source(store.S[a:b], None, self._T[a:b]) for a, b in self._spans]
         self._out = a, b = found[-1].out
-        resets = [(view, as_complex(initial, view)) for view, initial in initial_scratch]
+        resets = [
+            (view, as_complex(initial, view))
+            for view, initial in initial_scratch
+            if not any(np.shares_memory(view, self._T[a:b]) for a, b in filled_before)
+        ]
         # An update finds x in x+ and need not fill all of it.
         plus, copies, self._before = store.layout.plus, [], None
         if found[-1].kind != DERIVATIVES:

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common.kernel import Kernel
+from sheldrake.common._native.binding import HERE, NO_WORDS, Words, arguments_in_slab, join
+from sheldrake.common.kernel import Kernel, Parameter
 from sheldrake.systems.framework._declarations import (
     DERIVATIVES,
     DISCRETE,
@@ -16,12 +17,14 @@ from sheldrake.systems.framework._declarations import (
     PUBLISH,
     UNRESTRICTED,
     EventDeclaration,
+    FedStage,
+    PythonStage,
     Stages,
 )
 from sheldrake.systems.framework._engine.freshness import level_of_needs
-from sheldrake.systems.framework._engine.memory import Memory, Place, RootView, Span
+from sheldrake.systems.framework._engine.memory import Memory, Place, RootView, Slot, Span
 from sheldrake.systems.framework._engine.scratch import places_of
-from sheldrake.systems.framework._engine.topology import kernel_needs
+from sheldrake.systems.framework._engine.topology import inputs_as, kernel_needs
 from sheldrake.systems.framework._kernels import program as _program
 
 NO_ROW = -(10**9)
@@ -45,6 +48,8 @@ class Row:
     """Free inputs that a kernel needs."""
     models: dict = dataclasses.field(default_factory=dict)
     """Constant arrays, by parameter name."""
+    reads: dict[str, Slot] = dataclasses.field(default_factory=dict)
+    """Inputs of another system that a kernel reads, by parameter name."""
 
     @property
     def native(self) -> bool:
@@ -72,7 +77,7 @@ class Layout(Memory):
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
         self._stamps = self.program.level.tolist()
-        address = self.program.words.__array_interface__["data"][0]
+        address = HERE.place(self.program.words)
         self.words_of = [address + 8 * at for at in self.program.at.tolist()]
         """Where the words of each row are, for direct calls."""
         self._pulls: dict[int, list[int]] = {}
@@ -93,8 +98,8 @@ class Layout(Memory):
             if place.xc[1] > place.xc[0]:
                 calc = system._derivatives_calc()
                 out = self._shift(place.xc, self.xdot[0] - self.xc[0])
-                kernels = calc.choose(system, RootView(self, n)) if isinstance(calc, Stages) else [calc]
-                place.derivatives = self._add_stages([Row(n, DERIVATIVES, k, out) for k in kernels])
+                stages = calc.choose(system, RootView(self, n)) if isinstance(calc, Stages) else [calc]
+                place.derivatives = self._add_stages([_stage_row(stage, n, DERIVATIVES, out) for stage in stages])
             for event in system._all_events():
                 place.events.append(self._event_row(n, place, event))
         for row in self.rows:
@@ -112,8 +117,8 @@ class Layout(Memory):
             return -1 - self.log_of[n]
         out = self._shift(place.xd, self.plus) if event.kind != PUBLISH else (0, 0)
         if isinstance(event.handler, Stages):
-            kernels = event.handler.choose(self.systems[n], RootView(self, n))
-            return self._add_stages([Row(n, event.kind, k, out, event=event) for k in kernels])
+            stages = event.handler.choose(self.systems[n], RootView(self, n))
+            return self._add_stages([_stage_row(stage, n, event.kind, out, event) for stage in stages])
         return self._add(Row(n, event.kind, event.handler, out, event=event))
 
     def _add_stages(self, rows: list[Row]) -> int:
@@ -125,17 +130,35 @@ class Layout(Memory):
         """The rows that make up an event's handler, of which `row` is the first."""
         return self._stages.get(row, [row])
 
+    def stages_before(self, row: int) -> list[int]:
+        """The Python stages before a kernel row of the same handler."""
+        found = []
+        while row > 0 and isinstance(self.rows[row - 1].calc, PythonStage):
+            row -= 1
+            found.append(row)
+        return found
+
+    def span_of_fill(self, row: int) -> Span:
+        """What a Python stage fills, in the slab."""
+        stage, n = self.rows[row], self.rows[row].node
+        field, part = stage.calc.fills
+        prototype = self.prototypes[n]
+        table = prototype._fields.index(field)
+        place = places_of(self.places[n].work[0], prototype)[field][prototype[table]._fields.index(part)]
+        return place[0], place[0] + int(np.prod(place[1:]))
+
     def _required(self, row: Row) -> tuple[int, ...]:
+        others = tuple(slot.free for slot in row.reads.values() if slot.free >= 0)
         if "u" not in row.calc.names:
-            return ()
+            return others
         inputs = zip(self.systems[row.node]._inputs, self.places[row.node].inputs)
-        return tuple(s.free for d, s in inputs if s.free >= 0 and s.vector and not d.optional)
+        return (*others, *(s.free for d, s in inputs if s.free >= 0 and s.vector and not d.optional))
 
     def _needed_models(self, row: Row) -> dict:
         names = [x for x in row.calc.names if x == "model" or x.endswith("_model")]
         if not names:
             return {}
-        models = self._models_of(row)
+        models = self._models_of(row) | row.models
         for name in names:
             if name not in models:
                 raise ValueError(
@@ -154,31 +177,30 @@ class Layout(Memory):
     # The program.
 
     def _program(self) -> _program.Program:
-        words: list[int] = []
-        at: list[int] = []
-        for row in self.rows:
-            at.append(len(words))
-            if row.native:
-                words.extend(self._words(row))
+        self.arguments, at = join(self._words(row) if row.native else NO_WORDS for row in self.rows)
         self._make_groups()  # adds the rows of witness functions
-        at += [len(words)] * (len(self.rows) - len(at) + int(_program.NUM_SPECIAL) + 1)
-        pre = [self._prerequisites(rows) for _, _, rows, _ in self.group_list]
+        at += at[-1:] * (len(self.rows) - len(at) + _program.NUM_SPECIAL + 1)
+        pre = [self.prerequisites(rows) for _, _, rows, _ in self.group_list]
         seg = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
         n_rows, n_groups, n_clocks = len(self.rows), len(self.group_list), len(self.clocks)
-        side = int(_program.NUM_SIDE)
-        stamp0, k0 = side, side + n_rows
+        stamp0 = _program.SideWords.SIZE
+        k0 = stamp0 + n_rows
         trig0 = k0 + n_clocks
         self.log0 = trig0 + n_groups
         self.fixed0 = self.log0 + 3 * len(self.logs)
         self.stamp0, self.k0, self.trig0 = stamp0, k0, trig0
         self.side_size = self.fixed0 + len(self.free_slots)
-        nxc = self.xc[1] - self.xc[0]
-        size = [n_groups - 1, n_clocks, nxc, stamp0, k0, trig0, self.log0, self.plus, self.xdot[0], self.rk[0]]
         levels = self._levels()
         steady = all(levels[r] < 2 for r in self.group_list[-1][2])
-        size += [n_rows, self.xc[0], n_groups - 1, int(steady)]
+        S = _program.Sizes
+        size = np.zeros(S.SIZE, np.int64)
+        size[S.num_rows], size[S.num_groups], size[S.num_clocks] = n_rows, n_groups - 1, n_clocks
+        size[S.stamps], size[S.ticks], size[S.triggers], size[S.samples] = stamp0, k0, trig0, self.log0
+        size[S.xc], size[S.num_xc] = self.xc[0], self.xc[1] - self.xc[0]
+        size[S.plus], size[S.xdot], size[S.x0] = self.plus, self.xdot[0], self.rk[0]
+        size[S.derivatives], size[S.steady] = n_groups - 1, steady
         return _program.Program(
-            words=_ints(words or [0]),
+            words=self.arguments.placed(),
             at=_ints(at),
             level=_ints(levels),
             pre=_ints(_flat(pre)),
@@ -188,17 +210,17 @@ class Layout(Memory):
             seg=_ints(_flat(seg)).reshape(-1, 2),
             seg_ptr=_pointers(seg),
             group=_ints([(kind, clock) for kind, clock, _, _ in self.group_list]).reshape(-1, 2),
-            clock=np.array([x for c in self.clocks for x in c], float),
+            clock=np.array(self.clocks, float).reshape(-1, 2),
             log=_ints([(a, b - a) for _, (a, b) in self.logs]).reshape(-1, 2),
-            size=_ints(size),
+            size=size,
         )
 
     def _make_groups(self) -> None:
         """What happens together: one group per kind and clock, in the order of the leaves; derivatives come last."""
         clocks: dict[tuple[float, float], int] = {}
         groups: dict[tuple[int, int], tuple[list[int], set[int]]] = {}
-        special = {"per_step": int(_program.PER_STEP), "initialization": int(_program.AT_START)}
-        for clock in (int(_program.AT_START), int(_program.PER_STEP)):
+        special = {"per_step": _program.PER_STEP, "initialization": _program.AT_START}
+        for clock in (_program.AT_START, _program.PER_STEP):
             for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
                 groups[kind, clock] = ([], set())
         for n in self.leaves:
@@ -216,12 +238,14 @@ class Layout(Memory):
         self.witness_nodes = [n for n in self.leaves if self.systems[n]._has_witnesses()]
         self.witness_rows: dict[int, int] = {}
         self.clocks = list(clocks)
+        self.shortest_period = min((period for _, period in clocks), default=np.inf)  # [s]
         self.group_list = [(kind, clock, rows, nodes) for (kind, clock), (rows, nodes) in groups.items() if nodes]
         if self.witness_nodes:
             for kind in (UNRESTRICTED, DISCRETE, PUBLISH):
                 row = self._add(Row(-1, kind, None, (0, 0)))
                 self.witness_rows[kind] = row
-                self.group_list.append((kind, int(_program.AT_WITNESS), [row], set(self.witness_nodes)))
+                self.group_list.append((kind, _program.AT_WITNESS, [row], set(self.witness_nodes)))
+        self.updates_at_start = any(k != PUBLISH and c == _program.AT_START for k, c, *_ in self.group_list)
         derivatives = [r for p in self.places if p.derivatives >= 0 for r in self.stages(p.derivatives)]
         self.group_list.append((DERIVATIVES, -9, derivatives, set()))
 
@@ -233,10 +257,8 @@ class Layout(Memory):
             spans += [self.places[n].xc for n in nodes]
         return sorted((a, b - a) for a, b in spans if b > a)
 
-    def _words(self, row: Row) -> list[int]:
-        """Arguments of a kernel row: offsets into the slab, addresses of models."""
-        from sheldrake.common._native.words import pack_row
-
+    def _words(self, row: Row) -> Words:
+        """Arguments of a kernel row: offsets into the slab, models elsewhere."""
         place, found = self.places[row.node], {}
         scratch = places_of(place.work[0], self.prototypes[row.node])
         last = row.calc.parameters[-1].name
@@ -246,22 +268,23 @@ class Layout(Memory):
                 found[name] = scratch[name]
             elif name in row.models:
                 found[name] = row.models[name]
+            elif name in row.reads:
+                found[name] = _place(parameter, row.reads[name].span)
             elif name == last:
-                a, b = row.out
-                found[name] = (a, b - a)
+                found[name] = _place(parameter, row.out)
             elif name == "u":
-                found[name] = [(slot.span[0], slot.span[1] - slot.span[0]) for slot in place.inputs]
+                inputs = [(slot.span[0], slot.span[1] - slot.span[0]) for slot in place.inputs]
+                found[name] = inputs_as(parameter, self.systems[row.node], inputs)
             elif name in ("xc", "xd", "p", "work"):
-                a, b = getattr(place, name)
-                found[name] = (a, b - a)
+                found[name] = _place(parameter, getattr(place, name))
             elif parameter.kind != "t":
                 raise TypeError(
                     f"{row.calc!r}: parameter {name!r} is none of t, xc, xd, p, u, work, model, *_model, not a part of "
                     f"the scratch ({', '.join(scratch)}), and not the last, which is filled."
                 )
-        return pack_row(row.calc, found).tolist()
+        return arguments_in_slab(row.calc, found)
 
-    def _prerequisites(self, rows: list[int]) -> list[int]:
+    def prerequisites(self, rows: list[int]) -> list[int]:
         """Output rows to bring up to date before a group acts, in topological order.
 
         All that its kernels read. Python functions ask for what they want; what kernels alone can compute for them is
@@ -278,6 +301,7 @@ class Layout(Memory):
                 continue
             inputs = [s.row for s in self.places[row.node].inputs if s.row >= 0]
             if row.native:
+                needed.update(self.upstream([slot.row for slot in row.reads.values()]))
                 if "u" in row.calc.names:
                     needed.update(self.upstream([s.row for s in self.places[row.node].inputs if s.vector]))
             else:
@@ -318,6 +342,19 @@ class Layout(Memory):
             else:
                 level.append(2)
         return level
+
+
+def _stage_row(stage: Any, n: int, kind: int, out: Span, event: EventDeclaration | None = None) -> Row:
+    """The row of a stage: a kernel, a PythonStage, or a FedStage."""
+    if isinstance(stage, FedStage):
+        return Row(n, kind, stage.kernel, out, event=event, models=stage.models, reads=stage.reads)
+    return Row(n, kind, stage, out, event=event)
+
+
+def _place(parameter: Parameter, span: Span) -> Any:
+    """Where an array or a table of one array is."""
+    place = span[0], span[1] - span[0]
+    return [place] if parameter.kind == "tuple" else place
 
 
 def _ints(values: Any) -> np.ndarray:

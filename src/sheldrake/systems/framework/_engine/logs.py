@@ -1,7 +1,9 @@
 """Logs of a root context: the event loop appends to them, Python makes room and reads them.
 
 All samples lie in one array, `Store.L`, log after log; where each begins, its room and its samples are counted in a
-table in the store's int64 side.
+table in the store's int64 side. The array stays where it is while something is computed: until then what finds no room
+waits beside it (`Store.waiting`), and readers see both. Another thread may read while one adds: a sample is counted
+when it is complete, and samples that are there do not change.
 """
 
 from __future__ import annotations
@@ -11,6 +13,10 @@ from typing import Any
 import numpy as np
 
 from sheldrake.systems.framework._engine.store import Store
+from sheldrake.systems.framework._kernels.program import Log
+
+_SPARE = 8
+"""Samples that a step may add to a log, and more: so much room is left for the event loop."""
 
 
 def _table(store: Store) -> np.ndarray:
@@ -23,35 +29,67 @@ def grow(store: Store, least: int = 256) -> None:
     if not store.layout.logs:
         return
     table = _table(store)
-    full = table[:, 2] + 8 > table[:, 1]
+    full = table[:, 2] + _SPARE > table[:, 1]
     room = np.where(full, np.maximum(least, 2 * table[:, 1]), table[:, 1])
     _lay_out(store, room)
 
 
 def reserve(store: Store, s: int, room: int) -> None:
     """Room for `room` samples in log `s`."""
-    table = _table(store)
-    wanted = table[:, 1].copy()
-    wanted[s] = max(wanted[s], room)
-    _lay_out(store, wanted)
+    store.check_thread()
+    store.waiting.room[s] = max(store.waiting.room.get(s, 0), room)
+    store.wait()
+    store.settle()
 
 
-def _lay_out(store: Store, room: np.ndarray) -> None:
-    """Moves all samples to a new array with this room for each log."""
+def catch_up(store: Store, samples: list[tuple[int, int, Any, Any]], least: dict[int, int]) -> None:
+    """Makes room and puts samples that waited where they belong."""
     table = _table(store)
-    width = store.layout.program.log[:, 1] + 1
+    more = np.bincount([s for s, *_ in samples], minlength=len(table))
+    full = (more > 0) & (table[:, 2] + more + _SPARE > table[:, 1])
+    room = np.where(full, 2 * (table[:, 2] + more) + _SPARE, table[:, 1])
+    for s, n in least.items():
+        room[s] = max(room[s], n)
+    _lay_out(store, room, samples)
+
+
+def _lay_out(store: Store, room: np.ndarray, samples: list[tuple[int, int, Any, Any]] | tuple = ()) -> None:
+    """Moves all samples, and these that waited, to a new array with this room for each log."""
+    assert not store.busy, "memory must not move while something is computed in it"
+    table, width = _table(store), store.layout.program.log[:, Log.length] + 1
     starts = np.cumsum(np.r_[0, room * width])
-    old, store.L = store.L, np.empty(starts[-1], store.S.dtype)
-    for row, start, capacity, w in zip(table, starts, room, width):
-        store.L[start : start + row[2] * w] = old[row[0] : row[0] + row[2] * w]
-        row[:2] = start, capacity
+    L = np.empty(starts[-1], store.S.dtype)
+    counts = []
+    for s, start in enumerate(starts[:-1]):
+        there = _merged(_there(store, s), [x for x in samples if x[0] == s])
+        L[start : start + there.size] = there.reshape(-1)
+        counts.append(len(there))
+    with store.moving:
+        store.L = L
+        table[:, 0], table[:, 1], table[:, 2] = starts[:-1], room, counts
+
+
+def _there(store: Store, s: int) -> np.ndarray:
+    """Samples of log `s` in the array: a view."""
+    first, _, count = _table(store)[s].tolist()
+    width = int(store.layout.program.log[s, Log.length]) + 1
+    return store.L[first : first + count * width].reshape(count, width)
+
+
+def _merged(there: np.ndarray, late: list[tuple[int, int, Any, Any]]) -> np.ndarray:
+    """Samples with those that waited, each behind as many as there were when it came."""
+    if not late:
+        return there
+    rows = np.empty((len(late), there.shape[1]), there.dtype)
+    for row, (_, _, t, sample) in zip(rows, late):
+        row[0], row[1:] = t, sample
+    return np.insert(there, [at for _, at, _, _ in late], rows, axis=0)
 
 
 def record(store: Store, s: int) -> np.ndarray:
-    """Samples of log `s`: rows of time [s] and values; a view."""
-    first, _, count = _table(store)[s].tolist()
-    width = int(store.layout.program.log[s, 1]) + 1
-    return store.L[first : first + count * width].reshape(count, width)
+    """Samples of log `s`: rows of time [s] and values, not to be written."""
+    with store.moving:
+        return _merged(_there(store, s), [x for x in store.waiting.samples if x[0] == s])
 
 
 def append(store: Store, s: int) -> None:
@@ -65,15 +103,23 @@ def append(store: Store, s: int) -> None:
 
 def add(store: Store, s: int, t: Any, sample: Any) -> None:
     """Adds a sample to log `s`."""
+    store.check_thread()
     at = store.layout.log0 + 3 * s
-    if store.i[at + 2] + 1 > store.i[at + 1]:
+    count = store.i[at + 2]
+    if count + (_SPARE if store.busy else 1) > store.i[at + 1]:  # in a step the event loop may need the rest
+        if store.busy:
+            store.waiting.samples.append((s, count, t, np.array(sample)))
+            store.wait()
+            return
         grow(store)
-    o = store.i[at] + store.i[at + 2] * (len(sample) + 1)
+    o = store.i[at] + count * (len(sample) + 1)
     store.L[o] = t
     store.L[o + 1 : o + 1 + len(sample)] = sample
-    store.i[at + 2] += 1
+    store.i[at + 2] = count + 1
 
 
 def clear(store: Store, s: int) -> None:
     """Forgets the samples of log `s`."""
+    store.check_thread()
+    store.waiting.samples = [x for x in store.waiting.samples if x[0] != s]
     store.i[store.layout.log0 + 3 * s + 2] = 0

@@ -206,6 +206,15 @@ class RootView:
         kind, n, _ = self._layout.sources[self._node, i]
         return self._layout.given.get(n) if kind == "out" else None
 
+    def feeding(self, i: int) -> RootView | None:
+        """What the leaf that feeds input port `i` may ask; None if nothing does."""
+        kind, n, _ = self._layout.sources[self._node, i]
+        return RootView(self._layout, n) if kind == "out" else None
+
+    def slot(self, i: int) -> Slot:
+        """Where the value of input port `i` is."""
+        return self._layout.places[self._node].inputs[i]
+
     @property
     def root(self) -> Any:
         """The root system."""

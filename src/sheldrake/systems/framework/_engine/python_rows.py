@@ -6,7 +6,15 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
-from sheldrake.systems.framework._declarations import DERIVATIVES, DISCRETE, OUTPUT, PUBLISH, UNRESTRICTED, Callback
+from sheldrake.systems.framework._declarations import (
+    DERIVATIVES,
+    DISCRETE,
+    OUTPUT,
+    PUBLISH,
+    UNRESTRICTED,
+    Callback,
+    PythonStage,
+)
 from sheldrake.systems.framework._engine.layout import Row
 from sheldrake.systems.framework._vector import BasicVector
 
@@ -14,6 +22,8 @@ from sheldrake.systems.framework._vector import BasicVector
 def call(store: Any, r: int, row: Row) -> Any:
     """Calls the Python function of a row; what an event's handler returned."""
     system, context = store.systems[row.node], store.context(row.node)
+    if isinstance(row.calc, PythonStage):
+        return row.calc.function(system, context)
     if row.event is None:
         row.calc(system, context, _target(store, r, row, context))
         return None
@@ -26,6 +36,8 @@ def bound(store: Any, r: int) -> Callable[[], Any]:
     """`call` without arguments; what it calls with is made once, unless it is abstract and so may be exchanged."""
     row = store.layout.rows[r]
     system, context = store.systems[row.node], store.context(row.node)
+    if isinstance(row.calc, PythonStage):
+        return functools.partial(row.calc.function, system, context)
     calc = row.calc if row.event is None else row.event.handler
     abstract = row.kind == UNRESTRICTED or (row.kind == OUTPUT and row.out[1] == row.out[0])
     if abstract or not isinstance(calc, Callback):

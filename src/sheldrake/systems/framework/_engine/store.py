@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import threading
 import weakref
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
+from sheldrake.common._native.binding import HERE
 from sheldrake.common._scalars import autodiff_class
-from sheldrake.common.kernel import jit_enabled
+from sheldrake.common.kernel import Parameter, jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._engine.layout import Layout, Row
 from sheldrake.systems.framework._engine.scratch import arrays_of, views_of
+from sheldrake.systems.framework._engine.topology import inputs_as
+from sheldrake.systems.framework._engine.waiting import Waiting
 from sheldrake.systems.framework._event import EventStatus
-from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels.program import Side
 from sheldrake.systems.framework._vector import BasicVector, lifted
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
 FAILED = -1000
 """Status of a Python row that raised, or reported failure."""
+_KEPT = ("uncached", "frozen", "stopped", "goes_on")
+"""What a context is told stays so when its memory moves."""
 
 
 def tree_of(root: Any) -> list[Any]:
@@ -39,6 +45,9 @@ def tree_of(root: Any) -> list[Any]:
 class Store:
     """The memory of a root context.
 
+    It belongs to one thread at a time, and stays where it is while something is computed in it (`enter`, `leave`):
+    what would move it waits (`waiting`) until `settle` is called when nothing is.
+
     Attributes:
         S: the slab; `S[0]` is time [s].
         I: counters, stamps, clocks, log tables (see `_kernels.program`).
@@ -48,11 +57,18 @@ class Store:
         values: abstract output values, by row.
         stopped: where the last `AdvanceTo` stopped: time [s], integrator, what that remembers.
         goes_on: the same, read from a file: a simulator goes on from there and does not initialize.
+        waiting: what moves memory once nothing is computed in it; `unsettled` says that there is something.
     """
 
     unsettled = False
     running: Any = None
     """Settings of the simulator that takes steps in this memory now."""
+    busy = 0
+    """How many computations are under way, one inside the other."""
+    claimed = False
+    """Whether a simulator works on it: other threads must not write."""
+    world = -1
+    """Number among many worlds in one memory (see `worlds`), which stays where it is for good; -1: it is alone."""
 
     def __init__(self, layout: Layout, systems: list[Any], scalar: Any = float):
         self.layout, self.systems, self.scalar = layout, systems, scalar
@@ -60,7 +76,7 @@ class Store:
         blank = layout.blank if scalar is float else None
         self.S = lifted(np.zeros(layout.size), scalar) if blank is None else blank.copy()
         self.I = np.zeros(layout.side_size, np.int64)
-        self.I[:3] = 1
+        self.I[: CONTINUOUS + 1] = 1
         self.L = np.empty(0, dtype)
         self.accuracy: float | None = None
         self.abstract: list[AbstractValue] = []
@@ -70,6 +86,7 @@ class Store:
             self.parameters += [v.Clone() for v in systems[n]._pa_models]
         self.fixed: dict[int, Any] = {}
         self.values: dict[int, AbstractValue] = {}
+        self._use_locks()
         self._begin()
         self._cold.update(r for r, (n, j) in enumerate(layout.ports) if not systems[n]._outputs[j].cached)
         if blank is None:
@@ -89,11 +106,17 @@ class Store:
         if self.scalar is float:
             self.layout.blank = self.S.copy()
 
+    def _use_locks(self) -> None:
+        self.waiting = Waiting()
+        self.lock = threading.RLock()  # held by the thread that computes
+        self.moving = threading.Lock()  # held while what readers of logs look at is exchanged
+
     def _begin(self) -> None:
         """What is rebuilt for every store, clones too."""
+        self.side: Any = Side(self.I)
         self.i: Any = memoryview(self.I)  # type: ignore[arg-type]
         self.native = self.S.dtype == float and jit_enabled()  # whether kernels run as machine code on this slab
-        self._slab_address = self.S.__array_interface__["data"][0]
+        self._slab_address = HERE.place(self.S)
         self.uncached = self.frozen = False
         self.cache: dict[tuple[int, int], Any] = {}
         self.serials: dict[Any, int] = {}
@@ -110,10 +133,65 @@ class Store:
         self.stopped: tuple[float, str, list] | None = None
         self.goes_on: tuple[float, str, list] | None = None
 
+    # Who computes.
+
+    def enter(self) -> None:
+        """Something is computed from now on: memory stays where it is until `leave`.
+
+        Raises:
+            RuntimeError: another thread computes something in this context.
+        """
+        if not self.lock.acquire(blocking=False):
+            raise self._taken()
+        self.busy += 1
+
+    def leave(self) -> None:
+        """Ends what `enter` began."""
+        self.busy -= 1
+        self.lock.release()
+
+    def claim(self, call: str) -> None:
+        """A simulator works on this memory from now on until `release`.
+
+        Raises:
+            RuntimeError: one does already, or another thread computes something in this context.
+        """
+        if not self.lock.acquire(blocking=False):
+            raise self._taken(f"{call}: ")
+        if self.claimed or self.busy:
+            self.lock.release()
+            raise RuntimeError(
+                f"{call}: this context is being advanced or computed already, and this call comes from one of its "
+                "callbacks; make it when that has returned, or work on a copy of the context (Clone())."
+            )
+        self.claimed = True
+
+    def release(self) -> None:
+        """Ends what `claim` began."""
+        self.claimed = False
+        self.lock.release()
+
+    def check_thread(self) -> None:
+        """Whether this thread may write now.
+
+        Raises:
+            RuntimeError: another thread advances this context.
+        """
+        if self.claimed and not self.lock._is_owned():  # type: ignore[attr-defined]
+            raise self._taken()
+
+    def _taken(self, call: str = "") -> RuntimeError:
+        return RuntimeError(
+            f"{call}another thread is using this Context of {self.systems[0]._describe()}. A context is for one thread "
+            "at a time: wait for the other, or give each thread a copy (Context.Clone())."
+        )
+
     # Changes.
 
     def touch(self, level: int, *sources: Any) -> None:
         """A source of this level was written from Python."""
+        if self.claimed:
+            self.check_thread()
         i, mine = self.i, self.mine
         for k in range(level, 3):
             i[k] += 1
@@ -145,29 +223,91 @@ class Store:
             self.serials[source] = self.serials.get(source, 0) + int(number[0])
             number[0] = 0
 
-    def override(self, n: int, i: int) -> None:
-        """Gives a connected input port memory of its own, so that it can be fixed in this context."""
-        self._move_to(self.systems[0]._layout_with(self.layout.overrides | {(n, i)}, self.layout.given))
+    def fix(self, n: int, i: int, value: Any, anew: bool = False) -> None:
+        """Fixes an input port; a connected one gets memory of its own, as soon as memory may move.
+
+        Args:
+            n: Its node.
+            i: Its number.
+            value: An array, or an AbstractValue, that fits; it is not copied.
+            anew: The layout changes for other reasons too.
+        """
+        if self.claimed:
+            self.check_thread()
+        if anew or self.layout.resolve_fixed(n, i) is None:
+            self.waiting.inputs[n, i] = value
+            self.wait()
+            self.forget_readers()
+            self.settle()
+            return
+        slot = self.layout.free_slots[self.layout.free[n, i]]
+        if slot.vector:
+            self.S[slice(*slot.span)] = value
+        else:
+            self.fixed[slot.free] = value
+        self.i[self.layout.fixed0 + slot.free] = 1
+        self.touch(CONSTANT, ("fixed", slot.free))
+
+    def late_input(self, n: int, i: int) -> Any:
+        """What input port `i` of node `n` will be fixed to when memory may move, or None."""
+        if not self.waiting.inputs:
+            return None
+        layout = self.systems[0]._layout_with(self.layout.overrides | set(self.waiting.inputs), self.layout.given)
+        slot = layout.input_slot(n, i)
+        return next((self.waiting.inputs.get(p) for p, number in layout.free.items() if number == slot.free), None)
 
     def restructure(self) -> None:
         """A system changed what its `_structure_in` says. The layout follows before anything is computed."""
-        self.unsettled = True
+        self.waiting.structure = True
+        self.wait()
+
+    def wait(self) -> None:
+        """There is something in `waiting`: it is carried out before the next computation, or step, begins."""
+        if not self.unsettled:
+            self.unsettled = True
+            self.forget_readers()
         if self.running is not None:
-            self.running[_program.BUDGET] = 1  # the simulator takes one step at most before it looks
+            self.running.budget = 1  # the simulator takes one step at most before it looks
 
     def settle(self) -> None:
-        """Brings the layout in line with what systems say of this context; not in the middle of a step."""
-        if self.running is not None:
+        """Carries out what waits, the one place where memory moves; not while something is computed in it."""
+        if self.busy:
             return
-        self.unsettled = False
+        if not self.lock.acquire(blocking=False):
+            raise self._taken()
+        try:
+            waiting, self.waiting, self.unsettled = self.waiting, Waiting(), False
+            if waiting.inputs:
+                self._move_to(self.systems[0]._layout_with(self.layout.overrides | set(waiting.inputs), self._given()))
+                for (n, i), value in waiting.inputs.items():
+                    self.fix(n, i, value)
+                self.out_of_date()
+            elif waiting.structure and (given := self._given()) != self.layout.given:
+                self._move_to(self.systems[0]._layout_with(self.layout.overrides, given))
+                self.out_of_date()
+            waiting.move_logs(self)
+        finally:
+            self.lock.release()
+
+    def _given(self) -> dict[int, Any]:
+        """What systems say of this context that the layout must know."""
         found = {n: self.systems[n]._structure_in(self.context(n)) for n in self.layout.structured}
-        given = {n: structure for n, structure in found.items() if structure is not None}
-        if given != self.layout.given:
-            self._move_to(self.systems[0]._layout_with(self.layout.overrides, given))
-            self.out_of_date()
+        return {n: structure for n, structure in found.items() if structure is not None}
 
     def _move_to(self, new: Layout) -> None:
-        """Other memory with the same values."""
+        """Other memory with the same values.
+
+        Raises:
+            RuntimeError: this is one of many worlds, which share a layout.
+        """
+        assert not self.busy, "memory must not move while something is computed in it"
+        if self.world >= 0:
+            raise RuntimeError(
+                f"World {self.world} of a batch cannot have geometry, or a fixed value for a connected input port, "
+                "that the others have not: all worlds have one layout. Change the context that BatchSimulator is given."
+            )
+        for n in list(self.left):
+            self.leave_scratch(n)
         old = self.layout
         store = Store(new, self.systems, self.scalar)
         state = slice(0, old.p[1])
@@ -186,20 +326,23 @@ class Store:
                     store.fixed[j] = self.fixed[k]
         store.I[: new.stamp0] = self.I[: old.stamp0]
         store.I[new.k0 : new.fixed0] = self.I[old.k0 : old.fixed0]
-        self.layout, self.S, self.I, self.fixed, self.values = new, store.S, store.I, store.fixed, {}
-        contexts = dict(self.contexts)
-        self._begin()
+        cold = {new.row_of[old.ports[r]] for r in self._cold}
+        contexts, kept = dict(self.contexts), {name: getattr(self, name) for name in _KEPT}
+        with self.moving:
+            self.layout, self.S, self.I, self.fixed, self.values = new, store.S, store.I, store.fixed, {}
+            self._begin()
+        self.__dict__.update(kept)
+        self._cold = cold
         for m, context in contexts.items():
             self.contexts[m] = context
-            context._place, context._kept, context._groups = new.places[m], None, None
+            context._place, context._kept = new.places[m], None
+            context._groups = context._continuous = None
         self.forget_readers()
 
     # Computing.
 
     def pull(self, r: int) -> None:
-        """Brings output row `r` up to date."""
-        if self.unsettled:
-            self.settle()
+        """Brings output row `r` up to date; who asks has settled before looking it up."""
         i, layout = self.i, self.layout
         stamp0, level = layout.stamp0, layout._stamps
         if i[stamp0 + r] == i[level[r]] and not self.uncached and r not in self._cold:
@@ -210,17 +353,27 @@ class Store:
             raise RuntimeError(
                 f"Cache is frozen: the value of {self._row_name(r)} is out of date and may not be computed."
             )
-        for k in layout.pull_list(r):
-            if i[stamp0 + k] != i[level[k]] or self.uncached or k in self._cold:
-                self.compute(k)
-                i[stamp0 + k] = i[level[k]]
+        if not self.lock.acquire(False):  # `enter`, written out: this is called often
+            raise self._taken()
+        self.busy += 1
+        try:
+            for k in layout.pull_list(r):
+                if i[stamp0 + k] != i[level[k]] or self.uncached or k in self._cold:
+                    self.compute(k)
+                    i[stamp0 + k] = i[level[k]]
+        finally:
+            self.busy -= 1
+            self.lock.release()
 
-    def reader(self, slot: Any) -> Callable[[], np.ndarray] | None:
-        """A function that brings a vector port up to date and copies it; None where `pull` has more to look at."""
+    def reader(self, slot: Any) -> Callable[[], Any] | None:
+        """A function that brings a port up to date and gives its value; None where `pull` has more to look at.
+
+        Of a vector it gives a copy, of another value the object that the port carries.
+        """
         r, layout = slot.row, self.layout
-        if not slot.vector or self.uncached or r in self._cold:
+        if self.uncached or self.unsettled or r in self._cold or (r < 0 and not slot.vector):
             return None
-        copy = self.S[slot.span[0] : slot.span[1]].copy
+        copy: Any = self.S[slot.span[0] : slot.span[1]].copy if slot.vector else self.output_value(r).get_value
         if r < 0:
             return copy
         i, pull, stamp, level = self.i, self.pull, layout.stamp0 + r, layout._stamps[r]
@@ -263,7 +416,9 @@ class Store:
         for free in row.free:
             if not self.i[self.layout.fixed0 + free]:
                 n, k = next(key for key, number in self.layout.free.items() if number == free)
-                i = next(i for i, s in enumerate(self.layout.places[row.node].inputs) if s.free == free)
+                i = next((i for i, s in enumerate(self.layout.places[row.node].inputs) if s.free == free), None)
+                if i is None:  # of another system, whose place the kernel takes
+                    raise not_connected(self.systems[n], k)
                 raise not_connected(self.systems[row.node], i, None if n == row.node else (self.systems[n], k))
 
     def explain(self, row: Row, status: int) -> BaseException:
@@ -273,7 +428,7 @@ class Store:
 
     def _call_kernel(self, r: int, row: Row) -> int:
         if self.native:
-            return row.calc._native[0](self.S[0], self._slab_address, self.layout.words_of[r])
+            return row.calc.function(self.S[0], self._slab_address, self.layout.words_of[r])
         if self.left:
             self.leave_scratch(row.node)
         arguments = self.twins.get(r)
@@ -297,16 +452,19 @@ class Store:
                 found.append(None)
             elif name in models:
                 found.append(models[name])
+            elif name in row.reads:
+                found.append(_argument(parameter, S[slice(*row.reads[name].span)]))
             elif name == "u":
-                found.append(tuple(S[slice(*s.span)] for s in place.inputs))
+                inputs = [S[slice(*s.span)] for s in place.inputs]
+                found.append(inputs_as(parameter, self.systems[row.node], inputs))
             elif name == "work" and parameter.kind == "tuple":
                 found.append(scratch)
             elif name in getattr(scratch, "_fields", ()):
                 found.append(getattr(scratch, name))
             elif name == row.calc.parameters[-1].name:
-                found.append(S[slice(*row.out)])
+                found.append(_argument(parameter, S[slice(*row.out)]))
             else:
-                found.append(S[slice(*getattr(place, name))])
+                found.append(_argument(parameter, S[slice(*getattr(place, name))]))
         return tuple(found)
 
     def scratch(self, n: int) -> Any:
@@ -374,20 +532,33 @@ class Store:
 
     def clone(self) -> Store:
         """An independent copy; stepping both gives the same bits."""
+        self.check_thread()
         for n in list(self.left):
             self.leave_scratch(n)
+        new = self.on(self.S.copy(), self.I.copy(), self.L.copy())
+        for r in self.values:
+            new.I[self.layout.stamp0 + r] = 0
+        new.unsettled, new.waiting = self.unsettled, self.waiting.copy()
+        return new
+
+    def on(self, S: np.ndarray, I: np.ndarray, L: np.ndarray) -> Store:
+        """A store on given memory, with copies of what this one has beside its memory."""
         new = object.__new__(Store)
         new.layout, new.systems, new.scalar, new.accuracy = self.layout, self.systems, self.scalar, self.accuracy
-        new.S, new.I, new.L = self.S.copy(), self.I.copy(), self.L.copy()
+        new.S, new.I, new.L = S, I, L
         new.abstract = [v.Clone() for v in self.abstract]
         new.parameters = [v.Clone() for v in self.parameters]
         new.fixed = {k: (v.Clone() if isinstance(v, AbstractValue) else v) for k, v in self.fixed.items()}
         new.values = {}
+        new._use_locks()
         new._begin()
-        new.uncached, new._cold, new.unsettled = self.uncached, set(self._cold), self.unsettled
-        for r in self.values:
-            new.I[self.layout.stamp0 + r] = 0
+        new.uncached, new._cold = self.uncached, set(self._cold)
         return new
+
+
+def _argument(parameter: Parameter, array: np.ndarray) -> Any:
+    """An array, or the table of it that a kernel takes."""
+    return parameter.cls(array) if parameter.kind == "tuple" else array
 
 
 def not_connected(system: Any, i: int, exported: Any = None) -> RuntimeError:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from typing import Any
 
-from sheldrake.common.kernel import Kernel
+from sheldrake.common.kernel import Kernel, Parameter
 from sheldrake.systems.framework._declarations import OutputDeclaration
 from sheldrake.systems.framework._index import Ticket
 
@@ -170,6 +170,23 @@ def kernel_needs(system: Any, calc: Kernel) -> set:
         vector = [i for i, port in enumerate(system._inputs) if int(port.data_type) == 0]
         found.update(("in", i) for i in vector)
     return found
+
+
+def inputs_as(parameter: Parameter, system: Any, inputs: list) -> Any:
+    """What a kernel's parameter `u` is given: all inputs, or, if it is a record, the only one that is a vector.
+
+    Raises:
+        TypeError: if it is a record and there is not one such input.
+    """
+    if parameter.kind != "record":
+        return inputs
+    vectors = [i for i, port in enumerate(system._inputs) if int(port.data_type) == 0]
+    if len(vectors) != 1:
+        raise TypeError(
+            f"{system._describe()}: `u` is a {parameter.cls.RECORD.__name__} in a kernel, which takes one vector input "
+            f"port; there are {len(vectors)}. Annotate it Vectors, which has u[0], u[1], ..."
+        )
+    return inputs[vectors[0]]
 
 
 _OF_NAME = {"t": Ticket.TIME, "xc": Ticket.XC, "xd": Ticket.XD, "p": Ticket.PN}

@@ -1,89 +1,114 @@
 """One step of the continuous state: explicit Runge-Kutta methods and the control of their error.
 
-Z: the integrator's numbers; the other arrays are those of `program`.
+What the arrays are says `program`.
 """
 
 from __future__ import annotations
 
+from typing import Annotated, NamedTuple
+
 import numpy as np
 
 from sheldrake.common.kernel import IntVector, Vector
+from sheldrake.common.record import Record, array, number, table
 from sheldrake.systems.framework._kernels.program import (
     CONTINUOUS,
-    DERIV,
-    EVALS,
-    NUM_XC,
     PYTHON_STEP,
-    RK,
-    ROW,
-    SHRINKS_ERROR,
-    STATUS,
-    STEADY,
-    XC,
-    XC_STEPS,
-    XDOT,
     Program,
+    Run,
+    Side,
     changed,
     fire,
-    i64,
     inner,
     refresh,
     special,
     stage,
 )
 
-# Z: what to do and what was done, steps in s.
-SCHEME, FIXED, H_MAX, ACCURACY, H_INITIAL, H_MIN, H_IDEAL = i64(0), i64(1), i64(2), i64(3), i64(4), i64(5), i64(6)
-H_FIRST, H_SMALLEST, H_LARGEST, H_PREVIOUS, AT_MINIMUM, ORDER = i64(7), i64(8), i64(9), i64(10), i64(11), i64(12)
-THROW_ON_MIN, T_BREAK = i64(13), i64(14)
-H_TRY, H_ERROR = i64(87), i64(88)  # length of a step, which one made in Python may shorten; its error
-EULER, RK2, RK3, TABLEAU, PYTHON = i64(1), i64(2), i64(3), i64(4), i64(5)
-# A Butcher tableau in Z: number of stages, nodes, rows of coefficients, weights, weights minus those of lower order.
-STAGES, NODES, ROWS, WEIGHTS, ERRORS, WIDTH, NUM_Z = i64(16), i64(17), i64(24), i64(73), i64(80), i64(7), i64(89)
+# Schemes.
+EULER, RK2, RK3, TABLEAU, PYTHON = range(1, 6)
 
-MIN_STEP_STATUS = i64(-1001)
+
+class IntegratorNumbers(Record):
+    """What to do and what was done."""
+
+    scheme = number("EULER, RK2, ...")
+    fixed = number("1: steps have the largest length, whatever their error")
+    h_max = number("largest step", "s")
+    accuracy = number("that error control aims at")
+    h_initial = number("first step with error control", "s")
+    h_min = number("smallest step of error control", "s")
+    h_ideal = number("step to try next; 0 before the first", "s")
+    h_first = number("the first step that was taken", "s")
+    h_smallest = number("the smallest that error control took", "s")
+    h_largest = number("the largest that was taken", "s")
+    h_previous = number("the last that was taken", "s")
+    spare = number("not used")
+    order = number("of the scheme")
+    throw_on_min = number("1: it is an error when accuracy asks for less than h_min")
+    t_break = number("time at which Python looks in", "s")
+    spare_too = number("not used")
+    stages = number("of the tableau (J. Butcher), 7 at most")
+    nodes = array(7, "of the tableau: times of the stages, in parts of a step")
+    rows = array((7, 7), "of the tableau: coefficients of the stages")
+    weights = array(7, "of the tableau")
+    errors = array(7, "of the tableau: weights less those of lower order")
+    h_try = number("length of a step, which one made in Python may shorten", "s")
+    h_error = number("norm of its error")
+    coefficients = array((8, 7), "`rows`, then `weights`", same_as=rows)
+
+
+@table
+class Integrator(NamedTuple):
+    """The numbers of an integrator."""
+
+    number: Annotated[Vector, IntegratorNumbers]
+
+
+WEIGHTS = 7  # row of `coefficients`
+MIN_STEP_STATUS = -1001
 
 
 @inner
-def derivatives(P, N, S, I, L, rows, out):
+def derivatives(program, run, S, side, L, rows, out):
     """Time derivatives at the slab's t and xc, copied to S[out:]."""
-    changed(I, CONTINUOUS)
-    N[EVALS] += 1
-    refresh(P, S, I, rows, P.size[DERIV])
-    fire(P, S, I, L, rows, P.size[DERIV])
-    for i in range(P.size[NUM_XC]):
-        S[out + i] = S[P.size[XDOT] + i]
+    changed(side, CONTINUOUS)
+    run.evals += 1
+    refresh(program, S, side, rows, program.derivatives)
+    fire(program, S, side, L, rows, program.derivatives)
+    for i in range(program.num_xc):
+        S[out + i] = S[program.xdot + i]
 
 
 @inner
-def derivatives_again(P, N, S, I, L, rows, first, out):
+def derivatives_again(program, run, S, side, L, rows, first, out):
     """The same in a later stage of a step: a copy of those at S[first:] if neither time nor xc has any influence."""
-    if P.size[STEADY] == 0:
-        derivatives(P, N, S, I, L, rows, out)
+    if program.steady == 0:
+        derivatives(program, run, S, side, L, rows, out)
     else:
-        changed(I, CONTINUOUS)
-        N[EVALS] += 1
-        for i in range(P.size[NUM_XC]):
+        changed(side, CONTINUOUS)
+        run.evals += 1
+        for i in range(program.num_xc):
             S[out + i] = S[first + i]
 
 
 @inner
-def set_back(P, S, I, t):
+def set_back(program, S, side, t):
     """Back to the state at the beginning of the step."""
     S[0] = t
-    for i in range(P.size[NUM_XC]):
-        S[P.size[XC] + i] = S[P.size[RK] + i]
-    changed(I, CONTINUOUS)
+    for i in range(program.num_xc):
+        S[program.xc + i] = S[program.x0 + i]
+    changed(side, CONTINUOUS)
 
 
 @inner
-def combine(P, Z, S, h, first, count, out):
-    """x0 + h (coefficients Z[first:first + count] times the stages so far), into S[out:]."""
-    n, x0 = P.size[NUM_XC], P.size[RK]
+def combine(program, integrator, S, h, row, count, out):
+    """x0 + h (a row of coefficients times the `count` stages so far), into S[out:]."""
+    n, x0 = program.num_xc, program.x0
     for i in range(n):
         S[out + i] = 1.0 * S[x0 + i]
     for k in range(count):
-        c = h * Z[first + k]
+        c = h * integrator.coefficients[row, k]
         if c != 0.0:
             for i in range(n):
                 S[out + i] = S[out + i] + c * S[x0 + (k + 1) * n + i]
@@ -91,73 +116,73 @@ def combine(P, Z, S, h, first, count, out):
 
 @stage
 def tableau_step(
-    P: Program, N: IntVector, Z: Vector, S: Vector, I: IntVector, L: Vector, rows: IntVector, h: float
+    program: Program, run: Run, integrator: Integrator, S: Vector, side: Side, L: Vector, rows: IntVector, h: float
 ) -> float:
-    """One step by the tableau in Z; x0 is in place. Gives the norm of the error estimate."""
-    n, x0, xc = P.size[NUM_XC], P.size[RK], P.size[XC]
+    """One step by the tableau; x0 is in place. Gives the norm of the error estimate."""
+    n, x0, xc = program.num_xc, program.x0, program.xc
     t = S[0]
-    stages = int(Z[STAGES])
+    stages = int(integrator.stages)
     for s in range(stages):
         if s > 0:
-            S[0] = t + h * Z[NODES + s]
-            combine(P, Z, S, h, ROWS + s * WIDTH, s, xc)
-        derivatives(P, N, S, I, L, rows, x0 + (s + 1) * n)
-        if I[STATUS] != 0:
+            S[0] = t + h * integrator.nodes[s]
+            combine(program, integrator, S, h, s, s, xc)
+        derivatives(program, run, S, side, L, rows, x0 + (s + 1) * n)
+        if side.status != 0:
             return 0.0
-    combine(P, Z, S, h, WEIGHTS, stages, xc)
+    combine(program, integrator, S, h, WEIGHTS, stages, xc)
     error = 0.0
     for i in range(n):
         e = 0.0
         for s in range(stages):
-            e = e + h * Z[ERRORS + s] * S[x0 + (s + 1) * n + i]
+            e = e + h * integrator.errors[s] * S[x0 + (s + 1) * n + i]
         if not abs(e) <= error:
             error = abs(e)
     return error
 
 
 @inner
-def euler_step(P, N, S, I, L, rows, h):
+def euler_step(program, run, S, side, L, rows, h):
     """Explicit Euler."""
-    n, x0, xc = P.size[NUM_XC], P.size[RK], P.size[XC]
+    n, x0, xc = program.num_xc, program.x0, program.xc
     k1 = x0 + n
-    derivatives(P, N, S, I, L, rows, k1)
-    if I[STATUS] == 0:
+    derivatives(program, run, S, side, L, rows, k1)
+    if side.status == 0:
         for i in range(n):
             S[xc + i] = S[x0 + i] + h * S[k1 + i]
 
 
 @inner
-def heun_step(P, N, S, I, L, rows, h):
+def heun_step(program, run, S, side, L, rows, h):
     """Heun's method of order 2: an Euler step, then the mean of the slopes at its ends."""
-    n, x0, xc = P.size[NUM_XC], P.size[RK], P.size[XC]
+    n, x0, xc = program.num_xc, program.x0, program.xc
     k1, k2 = x0 + n, x0 + 2 * n
     t = S[0]
-    euler_step(P, N, S, I, L, rows, h)
-    if I[STATUS] == 0:
+    euler_step(program, run, S, side, L, rows, h)
+    if side.status == 0:
         S[0] = t + h
-        derivatives_again(P, N, S, I, L, rows, k1, k2)
+        derivatives_again(program, run, S, side, L, rows, k1, k2)
         for i in range(n):
             S[xc + i] = S[xc + i] + h * 0.5 * S[k2 + i] - h * 0.5 * S[k1 + i]
 
 
 @inner
-def kutta_step(P, N, S, I, L, rows, h):
+def kutta_step(program, run, S, side, L, rows, h):
     """Kutta's method of order 3; gives the norm of its difference from the midpoint rule, which is of order 2."""
-    n, x0, xc = P.size[NUM_XC], P.size[RK], P.size[XC]
+    n, x0, xc = program.num_xc, program.x0, program.xc
     k1, k2, k3 = x0 + n, x0 + 2 * n, x0 + 3 * n
     t = S[0]
     error = 0.0
-    derivatives(P, N, S, I, L, rows, k1)
-    if I[STATUS] == 0:
+    derivatives(program, run, S, side, L, rows, k1)
+    if side.status == 0:
         for i in range(n):
             S[xc + i] = S[x0 + i] + h * 0.5 * S[k1 + i]
         S[0] = t + h * 0.5
-        derivatives_again(P, N, S, I, L, rows, k1, k2)
-    if I[STATUS] == 0:
+        derivatives_again(program, run, S, side, L, rows, k1, k2)
+    if side.status == 0:
         for i in range(n):
             S[xc + i] = S[x0 + i] - h * S[k1 + i] + 2.0 * h * S[k2 + i]
         S[0] = t + h
-        derivatives_again(P, N, S, I, L, rows, k1, k3)
+        derivatives_again(program, run, S, side, L, rows, k1, k3)
         for i in range(n):
             S[xc + i] = (
                 S[x0 + i] + h * (1.0 / 6.0) * S[k1 + i] + h * (2.0 / 3.0) * S[k2 + i] + h * (1.0 / 6.0) * S[k3 + i]
@@ -170,33 +195,33 @@ def kutta_step(P, N, S, I, L, rows, h):
 
 @stage
 def explicit_step(
-    P: Program, N: IntVector, Z: Vector, S: Vector, I: IntVector, L: Vector, rows: IntVector, h: float
+    program: Program, run: Run, integrator: Integrator, S: Vector, side: Side, L: Vector, rows: IntVector, h: float
 ) -> float:
-    """One step of length h [s] by the scheme in Z; gives the norm of its error estimate.
+    """One step of length h [s] by the integrator's scheme; gives the norm of its error estimate.
 
-    Memory at S[RK:]: x0, then the stages k1, k2, ... On a bad status the state is what it was.
+    Memory at S[x0:]: x0, then the stages k1, k2, ... On a bad status the state is what it was.
     """
-    n, x0, xc = P.size[NUM_XC], P.size[RK], P.size[XC]
+    n, x0, xc = program.num_xc, program.x0, program.xc
     t, error = S[0], 0.0
-    Z[H_TRY] = h
+    integrator.h_try = h
     for i in range(n):
         S[x0 + i] = S[xc + i]
-    if Z[SCHEME] == TABLEAU:
-        error = tableau_step(P, N, Z, S, I, L, rows, h)
-    elif Z[SCHEME] == PYTHON:
-        special(P, S, I, rows, PYTHON_STEP)
-        h, error = Z[H_TRY], Z[H_ERROR]
-    elif Z[SCHEME] == EULER:
-        euler_step(P, N, S, I, L, rows, h)
-    elif Z[SCHEME] == RK2:
-        heun_step(P, N, S, I, L, rows, h)
+    if integrator.scheme == TABLEAU:
+        error = tableau_step(program, run, integrator, S, side, L, rows, h)
+    elif integrator.scheme == PYTHON:
+        special(program, S, side, rows, PYTHON_STEP)
+        h, error = integrator.h_try, integrator.h_error
+    elif integrator.scheme == EULER:
+        euler_step(program, run, S, side, L, rows, h)
+    elif integrator.scheme == RK2:
+        heun_step(program, run, S, side, L, rows, h)
     else:
-        error = kutta_step(P, N, S, I, L, rows, h)
-    if I[STATUS] != 0:
-        set_back(P, S, I, t)
+        error = kutta_step(program, run, S, side, L, rows, h)
+    if side.status != 0:
+        set_back(program, S, side, t)
     else:
         S[0] = t + h
-        changed(I, CONTINUOUS)
+        changed(side, CONTINUOUS)
     return error
 
 
@@ -209,7 +234,7 @@ def grows_most(error, accuracy, order):
 
 
 @inner
-def next_step_size(Z, h, error):
+def next_step_size(integrator, h, error):
     """The step to try next: larger than h if the error allows, smaller if it must be repeated.
 
     Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, eq. (II.4.13), with what lies close to h left
@@ -217,25 +242,25 @@ def next_step_size(Z, h, error):
     """
     if not error < np.inf:  # also not a number
         h_new = 0.1 * h
-    elif grows_most(error, Z[ACCURACY], Z[ORDER]):
+    elif grows_most(error, integrator.accuracy, integrator.order):
         h_new = 5.0 * h
     else:
-        h_new = 0.9 * h * (Z[ACCURACY] / error) ** (1.0 / Z[ORDER])
+        h_new = 0.9 * h * (integrator.accuracy / error) ** (1.0 / integrator.order)
     if h_new > h:
         if h_new < 1.2 * h:
             h_new = h
     elif h_new < h:
-        h_new = h if error <= Z[ACCURACY] else min(h_new, 0.9 * h)
-    return min(max(min(h_new, 5.0 * h), 0.1 * h), Z[H_MAX])
+        h_new = h if error <= integrator.accuracy else min(h_new, 0.9 * h)
+    return min(max(min(h_new, 5.0 * h), 0.1 * h), integrator.h_max)
 
 
 @stage
 def controlled_step(
-    P: Program, N: IntVector, Z: Vector, S: Vector, I: IntVector, L: Vector, rows: IntVector, h_most: float
+    program: Program, run: Run, integrator: Integrator, S: Vector, side: Side, L: Vector, rows: IntVector, h_most: float
 ) -> None:
-    """One step of at most h_most [s], repeated smaller until it is accurate; Z[H_TRY] is its length."""
+    """One step of at most h_most [s], repeated smaller until it is accurate; integrator.h_try is its length."""
     t = S[0]
-    h = Z[H_IDEAL] if Z[H_IDEAL] > 0.0 else Z[H_INITIAL]
+    h = integrator.h_ideal if integrator.h_ideal > 0.0 else integrator.h_initial
     while True:
         limited = 0
         if h_most < 0.95 * h:
@@ -243,61 +268,69 @@ def controlled_step(
             h = h_most
         elif h_most < 1.001 * h:
             h = h_most
-        h = min(h, Z[H_MAX])
-        error = explicit_step(P, N, Z, S, I, L, rows, h)
-        if I[STATUS] != 0:
+        h = min(h, integrator.h_max)
+        error = explicit_step(program, run, integrator, S, side, L, rows, h)
+        if side.status != 0:
             return
-        h = Z[H_TRY]
-        h_new = next_step_size(Z, h, error)
-        h_min = max(Z[H_MIN], 1e-14 * max(1.0, abs(t)))
+        h = integrator.h_try
+        h_new = next_step_size(integrator, h, error)
+        h_min = max(integrator.h_min, 1e-14 * max(1.0, abs(t)))
         accepted = h_new >= h
         if h_new < h_min:
-            if Z[THROW_ON_MIN] != 0.0 and not accepted:
-                set_back(P, S, I, t)
-                I[STATUS] = MIN_STEP_STATUS
-                I[ROW] = -1
+            if integrator.throw_on_min != 0.0 and not accepted:
+                set_back(program, S, side, t)
+                side.status = MIN_STEP_STATUS
+                side.row = -1
                 return
             accepted = accepted or h <= h_min
             h_new = h_min
         if accepted:
             if limited == 0:
-                Z[H_IDEAL] = h_new
-            if not Z[H_FIRST] > 0.0:
-                Z[H_FIRST] = h
-            if not Z[H_SMALLEST] > 0.0 or (h < Z[H_SMALLEST] and h < h_most):
-                Z[H_SMALLEST] = h
+                integrator.h_ideal = h_new
+            if not integrator.h_first > 0.0:
+                integrator.h_first = h
+            if not integrator.h_smallest > 0.0 or (h < integrator.h_smallest and h < h_most):
+                integrator.h_smallest = h
             return
-        N[SHRINKS_ERROR] += 1
-        set_back(P, S, I, t)
+        run.shrinks_error += 1
+        set_back(program, S, side, t)
         h = h_new
 
 
 @stage
 def integrate(
-    P: Program, N: IntVector, Z: Vector, S: Vector, I: IntVector, L: Vector, rows: IntVector, t_event: float, T: float
+    program: Program,
+    run: Run,
+    integrator: Integrator,
+    S: Vector,
+    side: Side,
+    L: Vector,
+    rows: IntVector,
+    t_event: float,
+    T: float,
 ) -> None:
     """One step of the continuous state, to the next event or the boundary T at most; moves time."""
     t_target = min(t_event, T)
-    if P.size[NUM_XC] == 0:
+    if program.num_xc == 0:
         S[0] = t_target
-        changed(I, CONTINUOUS)
+        changed(side, CONTINUOUS)
         return
     t = S[0]
     boundary = T < t_event
-    if (boundary and t + Z[H_MAX] < t_target) or (not boundary and t + Z[H_MAX] * 1.01 < t_target):
-        t_target = t + Z[H_MAX]
-    if Z[FIXED] != 0.0:
-        explicit_step(P, N, Z, S, I, L, rows, t_target - t)
+    if (boundary and t + integrator.h_max < t_target) or (not boundary and t + integrator.h_max * 1.01 < t_target):
+        t_target = t + integrator.h_max
+    if integrator.fixed != 0.0:
+        explicit_step(program, run, integrator, S, side, L, rows, t_target - t)
     else:
-        controlled_step(P, N, Z, S, I, L, rows, t_target - t)
-    full = Z[H_TRY] == t_target - t
-    if I[STATUS] != 0:
+        controlled_step(program, run, integrator, S, side, L, rows, t_target - t)
+    full = integrator.h_try == t_target - t
+    if side.status != 0:
         return
-    N[XC_STEPS] += 1
+    run.xc_steps += 1
     h = S[0] - t
-    if not Z[H_LARGEST] >= h:
-        Z[H_LARGEST] = h
-    Z[H_PREVIOUS] = h
+    if not integrator.h_largest >= h:
+        integrator.h_largest = h
+    integrator.h_previous = h
     if full or S[0] >= t_target:
         S[0] = t_target
-        changed(I, CONTINUOUS)
+        changed(side, CONTINUOUS)

@@ -1,52 +1,82 @@
-"""The tables and columns of the event loop, and how it calls rows.
+"""The tables of the event loop, and how it calls rows.
 
-P: the Program, constant tables of one root system. N: int64 settings and counts of one simulator. S: the float64 slab
-of one root context, S[0] is time. I: its int64 side. L: its logs. rows: what is called, Python callables or addresses.
-Nothing here allocates or raises.
+S is the float64 slab of one root context, S[0] is time; L are its logs; `rows` is what is called, Python callables or
+addresses. Nothing here allocates or raises.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
-import numpy as np
-
-from sheldrake.common.kernel import IntMatrix, IntVector, Vector, kernel
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, kernel
+from sheldrake.common.record import Items, Record, integer, number, table
 from sheldrake.common.rows import call_row
 
-i64 = np.int64
 inner = kernel(strict=True)  # no contraction: the bits of the interpreted loop
 stage = kernel(outline=True, strict=True)
 
-# I: change counters of the three levels. A counter grows when a source of its level, or of a slower one, changes:
-# parameters and fixed inputs; discrete and abstract state; time and continuous state.
-CONSTANT, SAMPLED, CONTINUOUS = i64(0), i64(1), i64(2)
-STATUS, ROW, TERMINATE, WITNESSED, IDLE, NUM_SIDE = i64(3), i64(4), i64(5), i64(6), i64(7), i64(8)
-
-UNRESTRICTED, DISCRETE, PUBLISH = i64(0), i64(1), i64(2)
-
+# Levels of sources. A change counter grows when a source of its level, or of a slower one, changes: parameters and
+# fixed inputs; discrete and abstract state; time and continuous state.
+CONSTANT, SAMPLED, CONTINUOUS = range(3)
+# Kinds of groups.
+UNRESTRICTED, DISCRETE, PUBLISH = range(3)
 # What `advance` returns.
-DONE, ERROR, ROOM, BREAK, TERMINATED = i64(0), i64(1), i64(2), i64(3), i64(4)
-
-# P.size
-NUM_GROUPS, NUM_CLOCKS, NUM_XC, STAMP0, K0, TRIG0, LOG0, PLUS, XDOT, RK, NUM_ROWS, XC, DERIV, STEADY = (
-    i64(0), i64(1), i64(2), i64(3), i64(4), i64(5), i64(6), i64(7), i64(8), i64(9), i64(10), i64(11), i64(12), i64(13),
-)  # fmt: skip
+DONE, ERROR, ROOM, BREAK, TERMINATED = range(5)
 # Groups that belong to no clock.
-PER_STEP, AT_WITNESS, AT_START = i64(-1), i64(-2), i64(-3)
+PER_STEP, AT_WITNESS, AT_START = -1, -2, -3
 # Rows after the program's own.
-COMMIT, WITNESS_BEFORE, WITNESS_AFTER, MONITOR, EVERY_STEP, PYTHON_STEP = (
-    i64(0), i64(1), i64(2), i64(3), i64(4), i64(5),
-)  # fmt: skip
-NUM_SPECIAL = i64(6)
-
-# N: switches, then counts.
-HAS_COMMIT, HAS_WITNESS, HAS_MONITOR, HAS_EVERY_STEP, BUDGET = i64(0), i64(1), i64(2), i64(3), i64(4)
-STEPS, PUBLISHES, DISCRETES, UNRESTRICTEDS, MID_STEP = i64(5), i64(6), i64(7), i64(8), i64(9)
-FRESH = i64(15)  # an advance begins: what happens in every step is triggered
-EVALS, SHRINKS_ERROR, SHRINKS_FAILURE, FAILURES, XC_STEPS = i64(10), i64(11), i64(12), i64(13), i64(14)
+COMMIT, WITNESS_BEFORE, WITNESS_AFTER, MONITOR, EVERY_STEP, PYTHON_STEP = range(6)
+NUM_SPECIAL = 6
 
 
+class Segment(Record):
+    """State that a group may change."""
+
+    start = integer("where it begins in the slab")
+    length = integer("how many numbers")
+
+
+class Group(Record):
+    """What happens together."""
+
+    kind = integer("UNRESTRICTED, DISCRETE, PUBLISH, or that of derivatives")
+    clock = integer("that triggers it, or PER_STEP, ...")
+
+
+class Clock(Record):
+    """When groups happen."""
+
+    offset = number("first tick", "s")
+    period = number("between ticks", "s")
+
+
+class Log(Record):
+    """What a log copies."""
+
+    start = integer("where it begins in the slab")
+    length = integer("how many numbers")
+
+
+class Sizes(Record):
+    """How much there is, and where in the slab and in the side."""
+
+    num_groups = integer("but the last, of derivatives")
+    num_clocks = integer("that groups have")
+    num_xc = integer("continuous state variables")
+    stamps = integer("in the side: of each row, the counter of its level when it was computed")
+    ticks = integer("in the side: of each clock, how often it has ticked")
+    triggers = integer("in the side: of each group, whether it is due")
+    samples = integer("in the side: of each log, where it begins in L, its room, its number of samples")
+    plus = integer("how far x+ is behind x in the slab")
+    xdot = integer("in the slab: time derivatives")
+    x0 = integer("in the slab: continuous state at the beginning of a step, then the slopes of its stages")
+    num_rows = integer("of the program")
+    xc = integer("in the slab: continuous state")
+    derivatives = integer("the group of derivatives")
+    steady = integer("1 if neither time nor continuous state influences derivatives")
+
+
+@table
 class Program(NamedTuple):
     """Constant tables of one root system: rows are what is computed, groups are what happens together."""
 
@@ -57,65 +87,113 @@ class Program(NamedTuple):
     pre_ptr: IntVector
     act: IntVector  # rows that a group calls; -1 - n is log n
     act_ptr: IntVector
-    seg: IntMatrix  # state that a group may change: start, length
+    seg: Annotated[IntMatrix, Items("segments", Segment)]
     seg_ptr: IntVector
-    group: IntMatrix  # kind, clock
-    clock: Vector  # offset, period of each clock [s]
-    log: IntMatrix  # what each log copies: start, length
-    size: IntVector
+    group: Annotated[IntMatrix, Items("groups", Group)]
+    clock: Annotated[Matrix, Items("clocks", Clock)]
+    log: Annotated[IntMatrix, Items("logs", Log)]
+    size: Annotated[IntVector, Sizes]
+
+
+class SideWords(Record):
+    """The int64 side of a root context; stamps, ticks, triggers, samples and what is fixed follow, see `Sizes`."""
+
+    constant = integer("change counter of this level")
+    sampled = integer("change counter of this level")
+    continuous = integer("change counter of this level")
+    status = integer("of the row that failed, 0 if none did")
+    row = integer("that failed")
+    terminate = integer("1: somebody asks for the end")
+    witnessed = integer("1: a witness function changed sign in this step")
+    idle = integer("rows of an update or publish that had nothing to do")
+
+
+@table
+class Side(NamedTuple):
+    """What of a root context is int64."""
+
+    word: Annotated[IntVector, SideWords]
+
+
+class RunWords(Record):
+    """Switches, then counts."""
+
+    has_commit = integer("1: there is abstract state")
+    has_witness = integer("1: there are witness functions")
+    has_monitor = integer("1: a monitor is called after each step")
+    has_every_step = integer("1: all is published after each step")
+    budget = integer("steps until Python looks in")
+    steps = integer("of the loop")
+    publishes = integer("how often anything was published")
+    discretes = integer("discrete updates")
+    unrestricteds = integer("unrestricted updates")
+    spare = integer("not used")
+    evals = integer("evaluations of derivatives")
+    shrinks_error = integer("steps repeated shorter for their error")
+    shrinks_failure = integer("steps repeated shorter because they failed")
+    failures = integer("steps that failed")
+    xc_steps = integer("steps of continuous state")
+    fresh = integer("1: an advance begins: what happens in every step is triggered")
+
+
+@table
+class Run(NamedTuple):
+    """Settings and counts of one simulator."""
+
+    word: Annotated[IntVector, RunWords]
 
 
 @inner
-def changed(I, level):
+def changed(side, level):
     """Tells all values that depend on a source of `level` that it changed."""
     for k in range(level, CONTINUOUS + 1):
-        I[k] += 1
+        side.word[k] += 1
 
 
 @inner
-def call(P, S, I, rows, r):
-    """Calls row r; its status, and its number, stay in I if it failed."""
-    status = call_row(rows, r, S[0], S, P.words, P.at[r])
+def call(program, S, side, rows, r):
+    """Calls row r; its status, and its number, stay in the side if it failed."""
+    status = call_row(rows, r, S[0], S, program.words, program.at[r])
     if status != 0:
-        I[STATUS] = status
-        I[ROW] = r
+        side.status = status
+        side.row = r
 
 
 @inner
-def special(P, S, I, rows, r):
+def special(program, S, side, rows, r):
     """Calls one of the simulator's own rows."""
-    call(P, S, I, rows, P.size[NUM_ROWS] + r)
+    call(program, S, side, rows, program.num_rows + r)
 
 
 @inner
-def refresh(P, S, I, rows, g):
+def refresh(program, S, side, rows, g):
     """Brings the output ports that group `g` reads up to date."""
-    for j in range(P.pre_ptr[g], P.pre_ptr[g + 1]):
-        r = P.pre[j]
-        if I[P.size[STAMP0] + r] != I[P.level[r]]:
-            call(P, S, I, rows, r)
-            if I[STATUS] != 0:
+    for j in range(program.pre_ptr[g], program.pre_ptr[g + 1]):
+        r = program.pre[j]
+        if side.word[program.stamps + r] != side.word[program.level[r]]:
+            call(program, S, side, rows, r)
+            if side.status != 0:
                 return
-            I[P.size[STAMP0] + r] = I[P.level[r]]
+            side.word[program.stamps + r] = side.word[program.level[r]]
 
 
 @inner
-def fire(P, S, I, L, rows, g):
+def fire(program, S, side, L, rows, g):
     """Calls what group `g` does: updates into x+, derivatives, publishes, logs."""
-    if I[STATUS] != 0:
+    if side.status != 0:
         return
-    for j in range(P.act_ptr[g], P.act_ptr[g + 1]):
-        r = P.act[j]
+    for j in range(program.act_ptr[g], program.act_ptr[g + 1]):
+        r = program.act[j]
         if r >= 0:
-            call(P, S, I, rows, r)
-            if I[STATUS] != 0:
+            call(program, S, side, rows, r)
+            if side.status != 0:
                 return
         else:  # a log: append time and value to its record
             s = -1 - r
-            b = P.size[LOG0] + 3 * s  # I[b:b+3] = start, capacity, count
-            width = P.log[s, 1]
-            o = I[b] + I[b + 2] * (width + 1)
+            log = program.logs[s]
+            b = program.samples + 3 * s  # start, capacity, count
+            o = side.word[b] + side.word[b + 2] * (log.length + 1)
             L[o] = S[0]
-            for i in range(width):
-                L[o + 1 + i] = S[P.log[s, 0] + i]
-            I[b + 2] += 1
+            for i in range(log.length):
+                L[o + 1 + i] = S[log.start + i]
+            side.word[b + 2] += 1

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
-from sheldrake.systems.framework._kernels.program import Program, call
+from sheldrake.systems.framework._kernels.program import Program, Side, call
 
 
 @kernel(top=True, strict=True)
 def replay(
     program_model: Program,
     S: Vector,
-    I: IntVector,
+    side: Side,
     L: Vector,
     rows: IntVector,
     places: IntVector,
@@ -22,15 +22,15 @@ def replay(
 
     -1 - n in a chain stands for log n; its sample goes to the beginning of L.
     """
-    P = program_model
     for s in range(slabs.shape[0]):
         for i in range(slabs.shape[1]):
             S[places[i]] = slabs[s, i]
         for j in range(count):
             r = chain[j]
             if r >= 0:
-                call(P, S, I, rows, r)
+                call(program_model, S, side, rows, r)
             else:
                 L[0] = S[0]
-                for i in range(P.log[-1 - r, 1]):
-                    L[1 + i] = S[P.log[-1 - r, 0] + i]
+                log = program_model.logs[-1 - r]
+                for i in range(log.length):
+                    L[1 + i] = S[log.start + i]

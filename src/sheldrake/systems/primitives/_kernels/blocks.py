@@ -5,12 +5,13 @@ One entry kernel each; parameter names say what a row reads, the last parameter 
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from sheldrake.common._kernels.generic import clip, sin
-from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, Vectors, kernel
+from sheldrake.common.kernel import IntMatrix, Matrix, Vector, Vectors, kernel
+from sheldrake.common.record import Record, integer, number, table
 
 
 @kernel(top=True)
@@ -69,36 +70,63 @@ def concatenate(u: Vectors, y: Vector) -> None:
         at += n
 
 
-@kernel(top=True)
-def piece(model: IntVector, u: Vectors, y: Vector) -> None:
-    """Consecutive elements of the only input, from element model[0]."""
-    for i in range(y.shape[0]):
-        y[i] = u[0][model[0] + i]
+class Piece(Record):
+    """Where a piece of the input is."""
+
+    start = integer("its first element")
 
 
 @kernel(top=True)
-def pick(model: IntMatrix, u: Vectors, y: Vector) -> None:
-    """Elements of the inputs: each row of `model` is an input and its element."""
+def piece(model: Piece, u: Vectors, y: Vector) -> None:
+    """Consecutive elements of the only input."""
     for i in range(y.shape[0]):
-        y[i] = u[model[i, 0]][model[i, 1]]
+        y[i] = u[0][model.start + i]
 
 
+class Pick(Record):
+    """What an element of the output is."""
+
+    port = integer("the input")
+    element = integer("of it")
+
+
+@table
+class Picks(NamedTuple):
+    """Elements of the inputs."""
+
+    number: Annotated[IntMatrix, Pick]
+
+
+@kernel(top=True)
+def pick(model: Picks, u: Vectors, y: Vector) -> None:
+    """Elements of the inputs."""
+    for i in range(y.shape[0]):
+        y[i] = u[model[i].port][model[i].element]
+
+
+class WaveOrder(Record):
+    """Which derivative."""
+
+    order = number("0: the sines themselves, 1 or 2: their derivatives")
+
+
+@table
 class Waves(NamedTuple):
-    """Of each element: amplitude, frequency [rad/s], phase [rad]; and which derivative, one element."""
+    """Of each element: amplitude, frequency [rad/s], phase [rad]."""
 
     amplitude: Vector
     frequency: Vector
     phase: Vector
-    order: Vector
+    number: Annotated[Vector, WaveOrder]
 
 
 @kernel
 def wave(model: Waves, i: int, angle: float) -> float:
     """amplitude sin(angle + phase) or its first or second derivative."""
     a, w = model.amplitude[i], model.frequency[i]
-    if model.order[0] == 0.0:
+    if model.order == 0.0:
         return a * sin(angle + model.phase[i])
-    if model.order[0] == 1.0:
+    if model.order == 1.0:
         return a * w * sin(angle + model.phase[i] + 0.5 * np.pi)
     return -a * w * w * sin(angle + model.phase[i])
 
@@ -153,15 +181,25 @@ class Affine(NamedTuple):
 
 
 @kernel
+def plus_product(s, M, i, x):
+    """s + element i of M x."""
+    for j in range(x.shape[0]):
+        s += M[i, j] * x[j]
+    return s
+
+
+@kernel
 def affine_map(offset, M, x, N, u, out):
     """offset + M x + N u."""
     for i in range(out.shape[0]):
-        s = 1.0 * offset[i]
-        for j in range(M.shape[1]):
-            s += M[i, j] * x[j]
-        for j in range(N.shape[1]):
-            s += N[i, j] * u[j]
-        out[i] = s
+        out[i] = plus_product(plus_product(1.0 * offset[i], M, i, x), N, i, u)
+
+
+@kernel
+def autonomous_map(offset, M, x, out):
+    """offset + M x."""
+    for i in range(out.shape[0]):
+        out[i] = plus_product(1.0 * offset[i], M, i, x)
 
 
 @kernel(top=True)
@@ -179,11 +217,13 @@ def affine_derivatives(model: Affine, xc: Vector, u: Vectors, xdot: Vector) -> N
 @kernel(top=True)
 def autonomous_next(model: Affine, xd: Vector, x_next: Vector) -> None:
     """Next discrete state, without input."""
-    for i in range(x_next.shape[0]):
-        s = 1.0 * model.f0[i]
-        for j in range(xd.shape[0]):
-            s += model.A[i, j] * xd[j]
-        x_next[i] = s
+    autonomous_map(model.f0, model.A, xd, x_next)
+
+
+@kernel(top=True)
+def autonomous_derivatives(model: Affine, xc: Vector, xdot: Vector) -> None:
+    """Derivatives without input."""
+    autonomous_map(model.f0, model.A, xc, xdot)
 
 
 @kernel(top=True)
@@ -197,37 +237,24 @@ def affine_output(model: Affine, xc: Vector, xd: Vector, u: Vectors, y: Vector) 
 
 @kernel(top=True)
 def affine_output_of_state(model: Affine, xc: Vector, xd: Vector, y: Vector) -> None:
-    """Output without feedthrough."""
-    for i in range(y.shape[0]):
-        s = 1.0 * model.y0[i]
-        for j in range(xc.shape[0]):
-            s += model.C[i, j] * xc[j]
-        for j in range(xd.shape[0]):
-            s += model.C[i, j] * xd[j]
-        y[i] = s
+    """Output without feedthrough; a system has one of the two states."""
+    if xc.shape[0] > 0:
+        autonomous_map(model.y0, model.C, xc, y)
+    else:
+        autonomous_map(model.y0, model.C, xd, y)
 
 
-@kernel(top=True)
-def autonomous_derivatives(model: Affine, xc: Vector, xdot: Vector) -> None:
-    """Derivatives without input."""
-    for i in range(xdot.shape[0]):
-        s = 1.0 * model.f0[i]
-        for j in range(xc.shape[0]):
-            s += model.A[i, j] * xc[j]
-        xdot[i] = s
+class Step(Record):
+    """Of an update."""
 
-
-class Step(NamedTuple):
-    """A time step [s], one element."""
-
-    dt: Vector
+    dt = number("time step", "s")
 
 
 @kernel(top=True)
 def euler(step_model: Step, xd: Vector, u: Vectors, x_next: Vector) -> None:
     """x + dt u."""
     for i in range(x_next.shape[0]):
-        x_next[i] = xd[i] + step_model.dt[0] * u[0][i]
+        x_next[i] = xd[i] + step_model.dt * u[0][i]
 
 
 @kernel(top=True)
@@ -243,10 +270,11 @@ def difference_next(xd: Vector, u: Vectors, x_next: Vector) -> None:
             x_next[2 * n] = 1.0 * xd[2 * n]
 
 
-class Difference(NamedTuple):
-    """Time step [s], and whether (1) or not (0) the first outputs are zero."""
+class Difference(Record):
+    """Of a discrete derivative."""
 
-    settings: Vector
+    dt = number("time step", "s")
+    begins_with_zero = number("1: the first outputs are zero")
 
 
 @kernel(top=True)
@@ -254,18 +282,31 @@ def difference_output(difference_model: Difference, xd: Vector, y: Vector) -> No
     """(newest - the one before) / dt."""
     n = y.shape[0]
     for i in range(n):
-        y[i] = (xd[i] - xd[n + i]) / difference_model.settings[0]
-        if difference_model.settings[1] != 0.0:
-            if xd[2 * n] < 2.0:
-                y[i] = 0.0 * xd[i]
+        y[i] = (xd[i] - xd[n + i]) / difference_model.dt
+        if difference_model.begins_with_zero != 0.0 and xd[2 * n] < 2.0:
+            y[i] = 0.0 * xd[i]
+
+
+class Interval(Record):
+    """Into which an element is wrapped, if low < high."""
+
+    low = number("its beginning")
+    high = number("its end")
+
+
+@table
+class Intervals(NamedTuple):
+    """Of each element."""
+
+    end: Annotated[Matrix, Interval]
 
 
 @kernel(top=True)
-def wrap(model: Matrix, u: Vectors, y: Vector) -> None:
-    """Elements with an interval (low, high in a row with low < high) are wrapped into it."""
+def wrap(model: Intervals, u: Vectors, y: Vector) -> None:
+    """Elements with an interval are wrapped into it."""
     for i in range(y.shape[0]):
         y[i] = u[0][i]
-        low, high = model[i, 0], model[i, 1]
+        low, high = model[i].low, model[i].high
         if low < high:
             width = high - low
             y[i] = y[i] - width * np.floor((y[i] - low) / width)

@@ -1,0 +1,468 @@
+"""Programs as users write them, with sheldrake and with Drake: CPU time, time on the clock, and the cost reached.
+
+    python benchmarks/clients.py [--only acrobot "cart-pole"] [--solver Ipopt] [--repeat 2]
+
+Each program runs with either library in a process of its own, whole: models, costs, constraints and the solve, twice;
+the second run counts, the first one (which loads and may compile) stands in brackets. Trajectory optimizations are
+solved by what `Solve` chooses, or by the solver of a name.
+"""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import json
+import pathlib
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "src")]
+
+from benchmarks.robots import arm_urdf  # noqa: E402
+from benchmarks.turns import machine  # noqa: E402
+
+PROGRAMS: dict[str, Callable[[Any, str], tuple[str, float]]] = {}
+LIMIT = 120.0  # [s] for both runs of a program
+
+
+def program(title: str) -> Callable:
+    """Adds a function of the library and the name of a solver, which returns how the solve ended and its cost."""
+
+    def add(function: Callable) -> Callable:
+        PROGRAMS[title] = function
+        return function
+
+    return add
+
+
+def solved(lib: Any, prog: Any, solver: str) -> tuple[str, float]:
+    chosen = lib.SolverId(solver) if solver else lib.ChooseBestSolver(prog)
+    result = lib.MakeSolver(chosen).Solve(prog)
+    return f"{result.get_solver_id().name()}{'' if result.is_success() else ' FAILED'}", result.get_optimal_cost()
+
+
+def line(lib: Any, start: Any, end: Any, duration: float) -> Any:
+    return lib.PiecewisePolynomial.FirstOrderHold([0.0, duration], np.column_stack([start, end]))
+
+
+def pin(prog: Any, variables: Any, values: Any) -> None:
+    prog.AddBoundingBoxConstraint(np.asarray(values, dtype=float), np.asarray(values, dtype=float), variables)
+
+
+@program("double integrator")
+def double_integrator(lib: Any, solver: str) -> tuple[str, float]:
+    system = lib.LinearSystem([[0.0, 1.0], [0.0, 0.0]], [[0.0], [1.0]], np.eye(2), np.zeros((2, 1)))
+    traj = lib.DirectCollocation(system, system.CreateDefaultContext(), 41, 0.02, 0.3)
+    prog = traj.prog()
+    traj.AddEqualTimeIntervalsConstraints()
+    u = traj.input()[0]
+    traj.AddConstraintToAllKnotPoints(u <= 1.0)
+    traj.AddConstraintToAllKnotPoints(u >= -1.0)
+    pin(prog, traj.initial_state(), [-2.0, 0.0])
+    pin(prog, traj.final_state(), [0.0, 0.0])
+    traj.AddRunningCost(0.1 * u * u)
+    traj.AddFinalCost(traj.time()[0])
+    traj.SetInitialTrajectory(lib.PiecewisePolynomial(), line(lib, [-2.0, 0.0], [0.0, 0.0], 4.0))
+    return solved(lib, prog, solver)
+
+
+@program("pendulum")
+def pendulum(lib: Any, solver: str) -> tuple[str, float]:
+    plant = importlib.import_module(f"{lib.__name__.split('.')[0]}.examples").PendulumPlant()
+    traj = lib.DirectCollocation(plant, plant.CreateDefaultContext(), 31, 0.05, 0.4)
+    prog = traj.prog()
+    traj.AddEqualTimeIntervalsConstraints()
+    u = traj.input()[0]
+    traj.AddConstraintToAllKnotPoints(u <= 3.0)
+    traj.AddConstraintToAllKnotPoints(u >= -3.0)
+    pin(prog, traj.initial_state(), [0.0, 0.0])
+    pin(prog, traj.final_state(), [np.pi, 0.0])
+    traj.AddRunningCost(5.0 * u * u)
+    traj.SetInitialTrajectory(lib.PiecewisePolynomial(), line(lib, [0.0, 0.0], [np.pi, 0.0], 4.0))
+    return solved(lib, prog, solver)
+
+
+@program("acrobot")
+def acrobot(lib: Any, solver: str) -> tuple[str, float]:
+    plant = importlib.import_module(f"{lib.__name__.split('.')[0]}.examples").AcrobotPlant()
+    traj = lib.DirectCollocation(plant, plant.CreateDefaultContext(), 21, 0.05, 0.2)
+    prog = traj.prog()
+    traj.AddEqualTimeIntervalsConstraints()
+    u = traj.input()[0]
+    traj.AddConstraintToAllKnotPoints(u <= 10.0)
+    traj.AddConstraintToAllKnotPoints(u >= -10.0)
+    pin(prog, traj.initial_state(), [0.0, 0.0, 0.0, 0.0])
+    pin(prog, traj.final_state(), [np.pi, 0.0, 0.0, 0.0])
+    traj.AddRunningCost(10.0 * u * u)
+    traj.SetInitialTrajectory(lib.PiecewisePolynomial(), line(lib, np.zeros(4), [np.pi, 0.0, 0.0, 0.0], 4.0))
+    return solved(lib, prog, solver)
+
+
+CART_POLE = """<robot name="cart_pole"><link name="world"/>
+  <link name="cart"><inertial><mass value="10"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+  </link><link name="pole"><inertial><origin xyz="0 0 -0.5"/><mass value="1"/>
+  <inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="slide" type="prismatic"><parent link="world"/><child link="cart"/><axis xyz="1 0 0"/>
+  <limit effort="200" lower="-4" upper="4" velocity="20"/></joint>
+  <joint name="swing" type="continuous"><parent link="cart"/><child link="pole"/><axis xyz="0 -1 0"/></joint>
+  <transmission name="push"><type>transmission_interface/SimpleTransmission</type><joint name="slide"/>
+  <actuator name="push"/></transmission></robot>"""
+
+
+@program("cart-pole")
+def cart_pole(lib: Any, solver: str) -> tuple[str, float]:
+    plant = lib.MultibodyPlant(0.0)
+    lib.Parser(plant).AddModelsFromString(CART_POLE, "urdf")
+    plant.Finalize()
+    port = plant.get_actuation_input_port().get_index()
+    traj = lib.DirectCollocation(
+        plant, plant.CreateDefaultContext(), 21, 0.1, 0.4, port, assume_non_continuous_states_are_fixed=True
+    )
+    prog = traj.prog()
+    traj.AddEqualTimeIntervalsConstraints()
+    u = traj.input()[0]
+    pin(prog, traj.initial_state(), np.zeros(4))
+    pin(prog, traj.final_state(), [0.0, np.pi, 0.0, 0.0])
+    traj.AddRunningCost(10.0 * u * u)
+    traj.SetInitialTrajectory(lib.PiecewisePolynomial(), line(lib, np.zeros(4), [0.0, np.pi, 0.0, 0.0], 4.0))
+    return solved(lib, prog, solver)
+
+
+def leaf(lib: Any, states: int, inputs: int, derivatives: Callable) -> Any:
+    """A system in Python on every scalar; `derivatives` takes x, u and the library's module of functions."""
+    from importlib import import_module
+
+    name = lib.__name__.split(".")[0]
+    template = import_module(f"{name}.systems.scalar_conversion").TemplateSystem
+
+    @template.define("Motion_")
+    def Motion_(T: Any) -> type:
+        class Impl(lib.LeafSystem_[T]):
+            def _construct(self, converter: Any = None) -> None:
+                super().__init__(converter)
+                self.DeclareVectorInputPort("u", inputs)
+                self.DeclareContinuousState(states)
+
+            def _construct_copy(self, other: Any, converter: Any = None) -> None:
+                Impl._construct(self, converter=converter)
+
+            def DoCalcTimeDerivatives(self, context: Any, out: Any) -> None:
+                x = context.get_continuous_state_vector().CopyToVector()
+                u = self.EvalVectorInput(context, 0).CopyToVector()
+                out.get_mutable_vector().SetFromVector(derivatives(x, u, import_module(f"{name}.math")))
+
+        return Impl
+
+    return Motion_[None]()
+
+
+@program("orbital transfer")
+def orbital_transfer(lib: Any, solver: str) -> tuple[str, float]:
+    """From one circle to a higher one with least thrust; polar coordinates, units in which gravity is 1."""
+
+    def motion(x: np.ndarray, u: np.ndarray, m: Any) -> np.ndarray:
+        r, _, vr, vt = x
+        return np.array([vr, vt / r, vt * vt / r - 1.0 / (r * r) + u[0], -vr * vt / r + u[1]])
+
+    system = leaf(lib, 4, 2, motion)
+    traj = lib.DirectCollocation(system, system.CreateDefaultContext(), 41, 0.05, 0.3)
+    prog = traj.prog()
+    traj.AddEqualTimeIntervalsConstraints()
+    u, x = traj.input(), traj.state()
+    radius = 1.5
+    traj.AddConstraintToAllKnotPoints(u[0] ** 2 + u[1] ** 2 <= 0.01)
+    traj.AddConstraintToAllKnotPoints(x[0] >= 0.5)
+    pin(prog, traj.initial_state(), [1.0, 0.0, 0.0, 1.0])
+    final = traj.final_state()
+    pin(prog, final[[0, 2, 3]], [radius, 0.0, radius**-0.5])
+    traj.AddRunningCost(u.dot(u))
+    start, end = [1.0, 0.0, 0.0, 1.0], [radius, 5.0, 0.0, radius**-0.5]
+    traj.SetInitialTrajectory(lib.PiecewisePolynomial(), line(lib, start, end, 6.0))
+    return solved(lib, prog, solver)
+
+
+@program("planar quadrotor")
+def planar_quadrotor(lib: Any, solver: str) -> tuple[str, float]:
+    """A flip of pi about its axis while it moves sideways."""
+
+    def motion(x: np.ndarray, u: np.ndarray, m: Any) -> np.ndarray:
+        lift = u[0] + u[1]
+        ax, ay = -m.sin(x[2]) * lift / 0.486, m.cos(x[2]) * lift / 0.486 - 9.81
+        return np.array([x[3], x[4], x[5], ax, ay, 0.25 * (u[0] - u[1]) / 0.00383])
+
+    system = leaf(lib, 6, 2, motion)
+    traj = lib.DirectCollocation(system, system.CreateDefaultContext(), 31, 0.02, 0.15)
+    prog = traj.prog()
+    traj.AddEqualTimeIntervalsConstraints()
+    u = traj.input()
+    for one in u:
+        traj.AddConstraintToAllKnotPoints(one <= 6.0)
+        traj.AddConstraintToAllKnotPoints(one >= 0.0)
+    end = [2.0, 0.0, 2.0 * np.pi, 0.0, 0.0, 0.0]
+    pin(prog, traj.initial_state(), np.zeros(6))
+    pin(prog, traj.final_state(), end)
+    traj.AddRunningCost((u - 2.4).dot(u - 2.4))
+    traj.SetInitialTrajectory(line(lib, [2.4, 2.4], [2.4, 2.4], 2.0), line(lib, np.zeros(6), end, 2.0))
+    return solved(lib, prog, solver)
+
+
+@program("van der Pol cycle")
+def van_der_pol(lib: Any, solver: str) -> tuple[str, float]:
+    """The limit cycle: periodic, through a section; no input."""
+    plant = importlib.import_module(f"{lib.__name__.split('.')[0]}.examples").VanDerPolOscillator()
+    context = plant.CreateDefaultContext()
+    traj = lib.DirectCollocation(plant, context, 61, 0.01, 0.5, lib.InputPortSelection.kNoInput)
+    prog = traj.prog()
+    traj.AddEqualTimeIntervalsConstraints()
+    first, last = traj.initial_state(), traj.final_state()
+    prog.AddLinearConstraint(first[0] == 0.0)
+    prog.AddLinearConstraint(first[1] >= 0.1)
+    prog.AddLinearEqualityConstraint(first[0] - last[0], 0.0)
+    prog.AddLinearEqualityConstraint(first[1] - last[1], 0.0)
+    traj.AddFinalCost(traj.time()[0])
+    angles = np.linspace(0.0, 2.0 * np.pi, 61)
+    circle = np.vstack([2.0 * np.sin(angles), 2.0 * np.cos(angles)])
+    times = np.linspace(0.0, 6.0, 61)
+    traj.SetInitialTrajectory(lib.PiecewisePolynomial(), lib.PiecewisePolynomial.FirstOrderHold(times, circle))
+    return solved(lib, prog, solver)
+
+
+@program("compass gait")
+def compass_gait(lib: Any, solver: str) -> tuple[str, float]:
+    """A periodic step down a slope, with a motor at the hip: collision by symmetric legs at the end."""
+    package = lib.__name__.split(".")[0]
+    plant = importlib.import_module(f"{package}.examples").CompassGait()
+    context = plant.CreateDefaultContext()
+    params = context.get_numeric_parameter(0)
+    m, mh, a, b = params.mass_leg(), params.mass_hip(), params.center_of_mass_leg(), 0.0
+    length, slope = params.length_leg(), params.slope()
+    b = length - a
+    port = lib.InputPortIndex(0) if hasattr(lib, "InputPortIndex") else 0
+    traj = lib.DirectCollocation(plant, context, 17, 0.01, 0.1, port, assume_non_continuous_states_are_fixed=True)
+    prog = traj.prog()
+    traj.AddEqualTimeIntervalsConstraints()
+    first, last = traj.initial_state(), traj.final_state()
+    # Both feet on the ground at either end; legs swap.
+    for x in (first, last):
+        prog.AddLinearConstraint(x[0] + x[1] == 2.0 * slope)
+    prog.AddLinearConstraint(first[0] - last[1] == 0.0)
+    prog.AddLinearConstraint(first[0] - first[1] >= 0.2)
+    maths = importlib.import_module(f"{package}.math")
+
+    def impact(z: np.ndarray) -> np.ndarray:
+        """Angular momentum about the new foot, and about the hip of the old stance leg, is kept."""
+        st, sw, st_dot, sw_dot, nst_dot, nsw_dot = z
+        c = maths.cos(sw - st)
+        before1 = (mh * length**2 + 2.0 * m * a * length) * c * st_dot - m * a * b * (st_dot + sw_dot)
+        before2 = -m * a * b * st_dot
+        M11 = m * length**2 + mh * length**2 + m * a**2 - m * length * b * c
+        M12 = m * b * (b - length * c)
+        after1 = M11 * nst_dot + M12 * nsw_dot
+        after2 = -m * length * b * c * nst_dot + m * b * b * nsw_dot
+        return np.array([before1 - after1, before2 - after2])
+
+    crossing = np.array([last[0], last[1], last[2], last[3], first[2], first[3]])
+    prog.AddConstraint(impact, np.zeros(2), np.zeros(2), crossing)
+    u = traj.input()
+    traj.AddRunningCost(u.dot(u))
+    start, end = [0.3, -0.2, -1.2, -0.3], [-0.2, 0.3, -1.2, 1.5]
+    traj.SetInitialTrajectory(lib.PiecewisePolynomial(), line(lib, start, end, 0.6))
+    return solved(lib, prog, solver)
+
+
+def spheres_urdf() -> str:
+    """The arm with two spheres, and a box to reach around."""
+    text = arm_urdf()
+    for k in (4, 7):
+        mark = f'<link name="link{k}">'
+        geometry = '<collision><geometry><sphere radius="0.04"/></geometry></collision>'
+        text = text.replace(mark, mark + geometry)
+    return text
+
+
+def station(lib: Any) -> tuple[Any, Any, Any]:
+    builder = lib.DiagramBuilder()
+    plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, 0.0)
+    lib.Parser(plant).AddModelsFromString(spheres_urdf(), "urdf")
+    box = lib.RigidTransform([0.28, 0.0, 0.12])
+    plant.RegisterCollisionGeometry(plant.world_body(), box, lib.Box(0.15, 0.4, 0.1), "box", lib.CoulombFriction(1, 1))
+    plant.Finalize()
+    return builder.Build(), plant, scene_graph
+
+
+@program("IK, minimum distance")
+def inverse_kinematics(lib: Any, solver: str) -> tuple[str, float]:
+    """Ten targets around a box."""
+    diagram, plant, _ = station(lib)
+    context = diagram.CreateDefaultContext()
+    plant_context = plant.GetMyContextFromRoot(context)
+    total, names = 0.0, set()
+    rng = np.random.default_rng(3)
+    for _ in range(10):
+        ik = lib.InverseKinematics(plant, plant_context)
+        tip, world = plant.GetFrameByName("link7"), plant.world_frame()
+        plant.SetPositions(plant_context, rng.uniform(-1.2, 1.2, plant.num_positions()))
+        target = plant.CalcPointsPositions(plant_context, tip, np.zeros(3), world).ravel()
+        ik.AddPositionConstraint(tip, np.zeros(3), world, target - 0.005, target + 0.005)
+        ik.AddMinimumDistanceLowerBoundConstraint(0.02, 0.05)
+        prog, q = ik.prog(), ik.q()
+        nominal = np.full(len(q), 0.3)
+        prog.AddQuadraticErrorCost(np.eye(len(q)), nominal, q)
+        prog.SetInitialGuess(q, nominal + rng.uniform(-0.2, 0.2, len(q)))
+        name, cost = solved(lib, prog, solver)
+        names.add(name)
+        total += cost
+    return "/".join(sorted(names)), total
+
+
+@program("kinematic trajectory")
+def kinematic_trajectory(lib: Any, solver: str) -> tuple[str, float]:
+    """From one side of a box to the other: least length and duration, distances kept at 15 times."""
+    diagram, plant, _ = station(lib)
+    context = diagram.CreateDefaultContext()
+    plant_context = plant.GetMyContextFromRoot(context)
+    n = plant.num_positions()
+    trajopt = lib.KinematicTrajectoryOptimization(n, 10)
+    prog = trajopt.get_mutable_prog()
+    start, end = np.full(n, 0.2), np.full(n, 0.2)
+    start[0], end[0] = -0.9, 0.9
+    trajopt.AddDurationCost(1.0)
+    trajopt.AddPathLengthCost(1.0)
+    trajopt.AddPositionBounds(np.full(n, -2.5), np.full(n, 2.5))
+    trajopt.AddVelocityBounds(np.full(n, -2.0), np.full(n, 2.0))
+    trajopt.AddDurationConstraint(0.5, 5.0)
+    trajopt.AddPathPositionConstraint(start, start, 0.0)
+    trajopt.AddPathPositionConstraint(end, end, 1.0)
+    for s in (0.0, 1.0):
+        trajopt.AddPathVelocityConstraint(np.zeros(n), np.zeros(n), s)
+    distance = lib.MinimumDistanceLowerBoundConstraint(plant, 0.01, plant_context, None, 0.05)
+    for s in np.linspace(0.0, 1.0, 15):
+        trajopt.AddPathPositionConstraint(distance, s)
+    return solved(lib, prog, solver)
+
+
+@program("region of attraction")
+def region_of_attraction(lib: Any, solver: str) -> tuple[str, float]:
+    """Sum of squares: the set-up is what takes time. Cubic dynamics of four states, multiplier of degree 2."""
+    prog = lib.MathematicalProgram()
+    x = prog.NewIndeterminates(4, "x")
+    f = np.array([x[1], -x[0] - x[1] + x[0] ** 3 / 6.0, x[3], -x[2] - x[3] + 0.2 * x[0] * x[2] + x[2] ** 3 / 6.0])
+    A = np.array([[0, 1, 0, 0], [-1, -1, 0, 0], [0, 0, 0, 1], [0, 0, -1, -1]], dtype=float)
+    P = lib.RealContinuousLyapunovEquation(A, np.eye(4))
+    V = x.dot(P.dot(x))
+    Vdot = lib.Jacobian([V], x).dot(f)[0]
+    rho = prog.NewContinuousVariables(1, "rho")[0]
+    multiplier = prog.NewFreePolynomial(lib.Variables(x), 2).ToExpression()
+    norm = x.dot(x)
+    prog.AddSosConstraint((norm * (V - rho)) + multiplier * Vdot)
+    prog.AddLinearCost(-rho)
+    return solved(lib, prog, "")
+
+
+@program("value function by sums of squares")
+def value_function(lib: Any, solver: str) -> tuple[str, float]:
+    """A lower bound of degree 4 of the cost-to-go of a polynomial system, as large as can be at samples."""
+    prog = lib.MathematicalProgram()
+    z = prog.NewIndeterminates(3, "z")
+    u = prog.NewIndeterminates(1, "u")[0]
+    f = np.array([z[1] * z[2], -z[0] * z[2], -9.81 * z[0] - 0.1 * z[2] + u])
+    J = prog.NewFreePolynomial(lib.Variables(z), 4)
+    cost = z[0] ** 2 + (z[1] - 1.0) ** 2 + z[2] ** 2 + u**2
+    J_dot = J.Jacobian(z)
+    rhs = lib.Polynomial(cost)
+    bellman = rhs + sum((J_dot[i] * lib.Polynomial(f[i]) for i in range(3)), lib.Polynomial(0.0 * u))
+    ring = prog.NewFreePolynomial(lib.Variables(np.append(z, u)), 4)
+    circle = lib.Polynomial(z[0] ** 2 + z[1] ** 2 - 1.0)
+    box = prog.NewSosPolynomial(lib.Variables(np.append(z, u)), 4)[0]
+    bellman = bellman + ring * circle - box * lib.Polynomial(9.0 - z[2] ** 2)
+    prog.AddSosConstraint(bellman)
+    at_goal = J.EvaluatePartial({z[0]: 0.0, z[1]: 1.0, z[2]: 0.0})
+    for coefficient in at_goal.monomial_to_coefficient_map().values():
+        prog.AddLinearConstraint(coefficient == 0.0)
+    for angle in np.linspace(0.0, 2.0 * np.pi, 12):
+        for speed in (-2.0, 0.0, 2.0):
+            there = J.EvaluatePartial({z[0]: np.sin(angle), z[1]: np.cos(angle), z[2]: speed})
+            for coefficient in there.monomial_to_coefficient_map().values():
+                prog.AddLinearCost(-coefficient)
+    return solved(lib, prog, "")
+
+
+@program("cells of a value iteration")
+def cells(lib: Any, solver: str) -> tuple[str, float]:
+    """Quadratic polynomials of many cells, substituted by the dynamics and made linear programs at samples."""
+    x = np.array([lib.Variable("x"), lib.Variable("v")])
+    u = lib.Variable("u")
+    total = 0.0
+    for i in range(15):
+        prog = lib.MathematicalProgram()
+        prog.AddIndeterminates(np.append(x, u))
+        V = prog.NewFreePolynomial(lib.Variables(x), 4)
+        W = prog.NewFreePolynomial(lib.Variables(np.append(x, u)), 2)
+        dt = 0.1
+        following = {x[0]: lib.Polynomial(x[0] + dt * x[1]), x[1]: lib.Polynomial(x[1] + dt * (u - x[0] + x[0] ** 3))}
+        moved = V.SubstituteAndExpand(following)
+        difference = V - moved - W * lib.Polynomial(x[0] ** 2 + x[1] ** 2 - 1.0 - 0.1 * i)
+        prog.AddEqualityConstraintBetweenPolynomials(V, lib.Polynomial(x[0] ** 2 + 2.0 * x[1] ** 2))
+        total += sum(
+            c.Evaluate({v: 1.0 for v in c.GetVariables()}) for c in difference.monomial_to_coefficient_map().values()
+        )
+    return "", total
+
+
+def run(title: str, package: str, solver: str, repeat: int) -> None:
+    """Runs a program and prints its numbers as JSON."""
+    lib = importlib.import_module(f"{package}.all")
+    cpu, wall = [], []
+    for _ in range(repeat):
+        start = time.process_time(), time.perf_counter()
+        ended, cost = PROGRAMS[title](lib, solver)
+        cpu.append(time.process_time() - start[0])
+        wall.append(time.perf_counter() - start[1])
+    print(json.dumps({"cpu": cpu, "wall": wall, "ended": ended, "cost": cost}))
+
+
+def measured(title: str, package: str, solver: str, repeat: int) -> dict | str:
+    command = [sys.executable, __file__, "--run", title, package, "--solver", solver, "--repeat", str(repeat)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+    except subprocess.TimeoutExpired:
+        return f"> {LIMIT:.0f} s"
+    return json.loads(done.stdout.splitlines()[-1]) if not done.returncode else done.stderr.strip().splitlines()[-1]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--only", nargs="+", default=list(PROGRAMS), metavar="PROGRAM")
+    parser.add_argument("--solver", default="", help="name of the solver of nonlinear programs")
+    parser.add_argument("--repeat", type=int, default=2)
+    parser.add_argument("--run", nargs=2, metavar=("PROGRAM", "PACKAGE"), help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.run:
+        run(*options.run, options.solver, options.repeat)
+        return
+    print(machine())
+    for title in options.only:
+        found = {}
+        for package in ("sheldrake", "pydrake"):
+            solver = options.solver if package == "sheldrake" else ""
+            found[package] = now = measured(title, package, solver, options.repeat)
+            if isinstance(now, str):
+                print(f"{title:34s} {package:10s} {now}", flush=True)
+                continue
+            print(
+                f"{title:34s} {package:10s} CPU {now['cpu'][-1]:7.2f} ({now['cpu'][0]:7.2f}) s  wall "
+                f"{now['wall'][-1]:7.2f} s  cost {now['cost']:<12.8g} {now['ended']}",
+                flush=True,
+            )
+        if all(isinstance(now, dict) for now in found.values()):
+            print(f"{'':34s} ours/Drake {found['sheldrake']['cpu'][-1] / found['pydrake']['cpu'][-1]:.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

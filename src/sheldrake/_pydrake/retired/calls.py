@@ -1,0 +1,274 @@
+"""Ways to call and names of arguments that Drake retired since 2021."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from .hints import hint
+
+
+def takes_retired_keywords(call: str, today: dict[str, str]) -> Callable:
+    """Makes of a function the same that warns of arguments with retired names and takes them for today's."""
+
+    def wrap(function: Callable) -> Callable:
+        def wrapper(*args: Any, **kwargs: Any) -> Any:
+            retired = [name for name in kwargs if name in today]
+            if retired:
+                hint(f"{call}(): " + ", ".join(f"{name} is now {today[name]}" for name in retired) + ".")
+                kwargs = {today.get(name, name): value for name, value in kwargs.items()}
+            return function(*args, **kwargs)
+
+        return wrapper
+
+    return wrap
+
+
+def _shortest_path(function: Callable) -> Callable:
+    """SolveShortestPath() that takes ids of vertices, and whether to relax instead of options."""
+
+    def solve(self: Any, *args: Any, **kwargs: Any) -> Any:
+        from sheldrake.geometry.optimization import GraphOfConvexSetsOptions
+
+        args, kwargs = _of_ids("SolveShortestPath", self, args, kwargs)
+        relaxed = kwargs.pop("convex_relaxation", args[2] if len(args) > 2 else None)
+        if isinstance(relaxed, bool):
+            hint("SolveShortestPath(): convex_relaxation is now a field of GraphOfConvexSetsOptions.")
+            args, options = args[:2], GraphOfConvexSetsOptions()
+            options.convex_relaxation = relaxed
+            kwargs["options"] = options
+        return function(self, *args, **kwargs)
+
+    return solve
+
+
+def _add_edge(function: Callable) -> Callable:
+    """AddEdge() that takes ids of vertices."""
+
+    def add(self: Any, *args: Any, **kwargs: Any) -> Any:
+        args, kwargs = _of_ids("AddEdge", self, args, kwargs)
+        return function(self, *args, **kwargs)
+
+    return add
+
+
+_BY_ID = {"source_id": "source", "target_id": "target", "u_id": "u", "v_id": "v"}
+
+
+def _of_ids(call: str, graph: Any, args: tuple, kwargs: dict[str, Any]) -> tuple[tuple, dict[str, Any]]:
+    """Arguments with vertices in the place of their ids."""
+    from sheldrake.geometry.optimization import GraphOfConvexSets
+
+    def vertex(value: Any) -> Any:
+        if not isinstance(value, GraphOfConvexSets.VertexId):
+            return value
+        hint(f"{call}(): ids of vertices are retired: give the vertices.")
+        return next(v for v in graph.Vertices() if v.id() == value)
+
+    return tuple(map(vertex, args)), {_BY_ID.get(name, name): vertex(value) for name, value in kwargs.items()}
+
+
+def _plant_and_scene_graph(function: Callable) -> Callable:
+    """AddMultibodyPlantSceneGraph() without a plant and a time step: those of a continuous plant."""
+
+    def add(builder: Any, *args: Any, **kwargs: Any) -> Any:
+        if not args and not {"plant", "time_step"} & set(kwargs):
+            hint("AddMultibodyPlantSceneGraph(): give time_step; left out, it is 0.0.")
+            kwargs["time_step"] = 0.0
+        return function(builder, *args, **kwargs)
+
+    return add
+
+
+def _contacts_to_lcm(function: Callable) -> Callable:
+    """ConnectContactResultsToDrakeVisualizer() without the scene graph: the builder has it."""
+
+    def connect(builder: Any, plant: Any, *args: Any, **kwargs: Any) -> Any:
+        from sheldrake.geometry import SceneGraph
+
+        if not (args and isinstance(args[0], SceneGraph)) and "scene_graph" not in kwargs:
+            hint("ConnectContactResultsToDrakeVisualizer(): give scene_graph, the third argument.")
+            graphs = [system for system in builder.GetSystems() if isinstance(system, SceneGraph)]
+            if len(graphs) != 1:
+                raise RuntimeError(
+                    f"ConnectContactResultsToDrakeVisualizer(): the builder has {len(graphs)} scene graphs; say which "
+                    "one: (builder, plant, scene_graph)."
+                )
+            kwargs.update(dict(zip(("lcm", "publish_period"), args)), scene_graph=graphs[0])
+            args = ()
+        return function(builder, plant, *args, **kwargs)
+
+    return connect
+
+
+def _contact_material(function: Callable) -> Callable:
+    """AddContactMaterial() with the modulus of elasticity, which is a property of hydroelastic contact now."""
+
+    def add(*args: Any, **kwargs: Any) -> Any:
+        modulus = kwargs.pop("elastic_modulus", args[0] if len(args) == 5 else None)
+        args = args[-4:]
+        if modulus is not None:
+            hint(
+                "AddContactMaterial(): elastic_modulus is retired: use AddCompliantHydroelasticProperties("
+                "resolution_hint, hydroelastic_modulus, properties)."
+            )
+            properties: Any = kwargs.get("properties", args[-1] if args else None)
+            properties.UpdateProperty("hydroelastic", "hydroelastic_modulus", float(modulus))
+        return function(*args, **kwargs)
+
+    return add
+
+
+def _solve(function: Callable) -> Callable:
+    """Solve() of what once was a MathematicalProgram and has one now: DirectCollocation and DirectTranscription."""
+
+    def solve(*args: Any, **kwargs: Any) -> Any:
+        return function(*map(_program_of, args), **{name: _program_of(value) for name, value in kwargs.items()})
+
+    return solve
+
+
+def _program_of(value: Any) -> Any:
+    if not hasattr(value, "ReconstructInputTrajectory"):  # what trajectory optimizations have, and programs have not
+        return value
+    hint(f"Solve(): {type(value).__name__} is no MathematicalProgram any more: give its prog().")
+    return value.prog()
+
+
+def _camera_poses(function: Callable) -> Callable:
+    """RgbdSensor() with the poses of the two cameras in its body, which belong to the cameras now."""
+
+    def make(self: Any, *args: Any, **kwargs: Any) -> None:
+        kept = [a for a in args if not isinstance(a, CameraPoses)]
+        poses = kwargs.pop("camera_poses", None) or next((a for a in args if isinstance(a, CameraPoses)), None)
+        if poses is not None:
+            hint("RgbdSensor(): camera_poses is retired: give RenderCameraCore its sensor_pose_in_camera_body.")
+            kept, kwargs = poses.put_into(kept, kwargs)
+        function(self, *kept, **kwargs)
+
+    return make
+
+
+class CameraPoses:
+    """Retired: give `RenderCameraCore` its `sensor_pose_in_camera_body`.
+
+    Attributes:
+        X_BC: Pose of the camera of colours in the sensor's body.
+        X_BD: Pose of the camera of depths in the sensor's body.
+    """
+
+    def __init__(self, X_BC: Any = None, X_BD: Any = None):
+        from sheldrake.math import RigidTransform
+
+        self.X_BC = RigidTransform() if X_BC is None else X_BC
+        self.X_BD = RigidTransform() if X_BD is None else X_BD
+
+    def put_into(self, args: list[Any], kwargs: dict[str, Any]) -> tuple[list[Any], dict[str, Any]]:
+        """The arguments of RgbdSensor with cameras that have these poses."""
+        from sheldrake.geometry import ColorRenderCamera, DepthRenderCamera
+
+        cameras = [a for a in (*args, *kwargs.values()) if isinstance(a, ColorRenderCamera | DepthRenderCamera)]
+        depth = next(camera for camera in cameras if isinstance(camera, DepthRenderCamera))
+        color: Any = next((camera for camera in cameras if camera is not depth), None)
+        show = bool(kwargs.pop("show_window", any(a is True for a in args)))
+        color_core = _moved((color or depth).core(), self.X_BC)
+        kept = [a for a in args if a not in cameras and not isinstance(a, bool)]
+        other = {name: value for name, value in kwargs.items() if value not in cameras}
+        other["color_camera"] = ColorRenderCamera(color_core, color.show_window() if color else show)
+        other["depth_camera"] = DepthRenderCamera(_moved(depth.core(), self.X_BD), depth.depth_range())
+        return kept, other
+
+
+def _moved(core: Any, pose: Any) -> Any:
+    """The core of a camera at another pose in its body."""
+    return type(core)(core.renderer_name(), core.intrinsics(), core.clipping(), pose)
+
+
+def _about_z(before: int) -> Callable:
+    """Makes of a constructor of UnitInertia one that takes the z axis when `unit_vector` is left out.
+
+    Args:
+        before: How many arguments come before `unit_vector`.
+    """
+
+    def wrap(function: Callable) -> Callable:
+        def make(cls: type, *args: Any, **kwargs: Any) -> Any:
+            if len(args) + len(kwargs) == before and "unit_vector" not in kwargs:
+                hint(f"UnitInertia.{function.__name__}() needs unit_vector now; taking the z axis.")
+                kwargs["unit_vector"] = (0.0, 0.0, 1.0)
+            return function(cls, *args, **kwargs)
+
+        return make
+
+    return wrap
+
+
+_CYLINDER = {"r": "radius", "L": "length", "b_E": "unit_vector"}
+_WELD = {
+    **dict.fromkeys(("A", "frame_on_parent_P", "parent_frame_P"), "frame_on_parent_F"),
+    **dict.fromkeys(("B", "frame_on_child_C", "child_frame_C"), "frame_on_child_M"),
+    **dict.fromkeys(("X_AB", "X_PC"), "X_FM"),
+}
+KEYWORDS: dict[str, dict[str, dict[str, dict[str, str]]]] = {
+    "sheldrake.geometry": {
+        **{name: {"__init__": {"absolute_filename": "filename"}} for name in ("Mesh", "Convex")},
+        "MeshcatVisualizerParams": {
+            "__init__": dict.fromkeys(
+                ("delete_prefix_on_initialization_event", "delete_prefix_initialization_event"),
+                "delete_on_initialization_event",
+            )
+        },
+    },
+    "sheldrake.multibody.math": {
+        "UnitInertia": {
+            "SolidCylinder": _CYLINDER,
+            "SolidCylinderAboutEnd": _CYLINDER,
+            "SolidCapsule": {"r": "radius", "L": "length"},
+            "ThinRod": {"L": "length", "b_E": "unit_vector"},
+            "AxiallySymmetric": {"J": "moment_parallel", "K": "moment_perpendicular", "b_E": "unit_vector"},
+            "StraightLine": {"K": "moment_perpendicular", "b_E": "unit_vector"},
+        }
+    },
+    "sheldrake.multibody.plant": {
+        "MultibodyPlant": {"WeldFrames": _WELD, "CalcJacobianSpatialVelocity": {"p_BP": "p_BoBp_B"}}
+    },
+    "sheldrake.planning": {
+        "DirectCollocation": {
+            "__init__": {"minimum_timestep": "minimum_time_step", "maximum_timestep": "maximum_time_step"}
+        },
+        "DirectTranscription": {"__init__": {"fixed_timestep": "fixed_time_step"}},
+    },
+    "sheldrake.systems.sensors": {
+        "RgbdSensor": {
+            "__init__": {
+                "color_properties": "color_camera",
+                "depth_properties": "depth_camera",
+                "properties": "depth_camera",
+            }
+        }
+    },
+    "sheldrake.multibody.tree": {"WeldJoint": {"__init__": _WELD}},
+}
+"""Retired names of arguments: module, class, method, today's name of each."""
+
+CALLS: dict[str, dict[str, dict[str, Callable]]] = {
+    "sheldrake.geometry.optimization": {
+        "GraphOfConvexSets": {"AddEdge": _add_edge, "SolveShortestPath": _shortest_path},
+    },
+    "sheldrake.multibody.math": {
+        "UnitInertia": dict.fromkeys(("SolidCapsule", "SolidCylinder", "SolidCylinderAboutEnd"), _about_z(2)),
+    },
+    "sheldrake.solvers": {"SolverInterface": {"Solve": _solve}},
+    "sheldrake.systems.sensors": {"RgbdSensor": {"__init__": _camera_poses}},
+}
+"""Retired ways to call methods: module, class, method, what makes of today's one that takes the old way too."""
+
+FUNCTION_CALLS: dict[str, dict[str, Callable]] = {
+    "sheldrake.geometry": {"AddContactMaterial": _contact_material},
+    "sheldrake.multibody.plant": {
+        "AddMultibodyPlantSceneGraph": _plant_and_scene_graph,
+        "ConnectContactResultsToDrakeVisualizer": _contacts_to_lcm,
+    },
+    "sheldrake.solvers": {"Solve": _solve},
+}
+"""Retired ways to call functions: module, function, what makes of today's one that takes the old way too."""

@@ -1,0 +1,34 @@
+"""`sheldrake page`: one HTML file that simulates what a script simulates, in any browser, without Python.
+
+Runs the script as `sheldrake run` does until its first simulation is about to begin, with the state of every plant
+logged; writes the page of that simulation, and ends there. What is Python in the diagram is refused, by name.
+
+  sheldrake page simulate.py
+  sheldrake page -o fall.html simulate.py --height 2      arguments after the script are the script's
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+from sheldrake.cli._first_simulation import add_script, script_name, write_first_simulation
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares what `sheldrake page` takes."""
+    parser.add_argument("-o", "--output", metavar="FILE", help="file to write (default: beside, ending with .html)")
+    add_script(parser)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Writes the page; the exit status is 0, or the script's, or 1 when it simulates nothing."""
+    output = options.output or f"{script_name(options)}.html"
+    path = os.path.abspath(output)  # the script may go elsewhere
+
+    def write(simulator: object) -> None:
+        from sheldrake.export import SavePage
+
+        SavePage(simulator, path, title=script_name(options))
+
+    return write_first_simulation(options, output, write)

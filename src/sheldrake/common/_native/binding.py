@@ -1,0 +1,202 @@
+"""Where a kernel's arguments are: the one seam between kernels and memory.
+
+A function of the ABI gets its arguments as int64 words. Most are shapes and offsets into a slab, the same wherever the
+slab is. The others are addresses, of a model's arrays or of what lies outside the slab: they are *relocations*, which
+say of which array. A `Machine` fills them in. `HERE` is this process, where arrays are where NumPy has them and kernels
+are machine code; what runs a diagram elsewhere is another, with arrays where it has put them and kernels of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+
+from sheldrake.common._native import living
+from sheldrake.common.kernel import ArraySpec, Parameter
+
+if TYPE_CHECKING:
+    from sheldrake.common.kernel import Kernel
+
+Place = Sequence[int]
+"""Where an array is in a slab: (offset in doubles, shape...)."""
+
+
+class Machine(Protocol):
+    """What runs kernels: it has a memory, and code."""
+
+    def place(self, array: np.ndarray) -> int:
+        """Address of an array [bytes]."""
+
+    def address(self, kernel: Kernel) -> int:
+        """What a table of rows holds for a kernel (`common.rows.call_row`)."""
+
+
+class Here:
+    """This process."""
+
+    def place(self, array: np.ndarray) -> int:
+        """Address of an array [bytes]."""
+        if living.SANITIZED:
+            living.note(array)
+        return array.__array_interface__["data"][0]
+
+    def address(self, kernel: Kernel) -> int:
+        """Address of the kernel's machine code, compiled or loaded when first asked for."""
+        return kernel.address
+
+
+HERE = Here()
+
+
+class Relocation(NamedTuple):
+    """One word that is an address: where it stands, of which array, in bytes or in doubles from the slab."""
+
+    at: int
+    array: np.ndarray
+    absolute: bool
+
+
+class Words(NamedTuple):
+    """Arguments of a kernel, or of several; `words` has zeros where `relocations` say what belongs there."""
+
+    words: np.ndarray
+    relocations: tuple[Relocation, ...]
+
+    def placed(self, machine: Machine = HERE, slab: int = 0) -> np.ndarray:
+        """The words for a machine, and for a slab at this address [bytes]; at 0, offsets are addresses by eight."""
+        words = self.words.copy()
+        for at, array, absolute in self.relocations:
+            where = machine.place(array)
+            words[at] = where if absolute else (where - slab) >> 3
+        return words
+
+
+NO_WORDS = Words(np.zeros(0, np.int64), ())
+
+
+def join(parts: Iterable[Words]) -> tuple[Words, list[int]]:
+    """All words one after the other, and where each part begins; behind them where all end, before a last 0."""
+    at, words, relocations = [0], [], []
+    for part in parts:
+        words.append(part.words)
+        relocations += [r._replace(at=r.at + at[-1]) for r in part.relocations]
+        at.append(at[-1] + len(part.words))
+    return Words(np.concatenate([*words, np.zeros(1, np.int64)]), tuple(relocations)), at
+
+
+def arguments(kernel: Kernel, args: tuple) -> tuple[Words, dict[str, tuple[int, str]]]:
+    """Words for a direct call on `args`, and where each float or int stands in them.
+
+    Raises:
+        TypeError: if the number, type, axes or memory order of an argument differ from the kernel's annotations.
+    """
+    if len(args) != len(kernel.parameters):
+        names = ", ".join(kernel.names)
+        raise TypeError(f"{kernel!r} takes {len(kernel.names)} arguments ({names}), not {len(args)}.")
+    writer = _Writer(kernel)
+    return writer.write(dict(zip(kernel.names, args)), in_slab=False), writer.scalars
+
+
+def arguments_in_slab(kernel: Kernel, places: Mapping[str, Any]) -> Words:
+    """Words for a kernel that works in a slab.
+
+    Args:
+        kernel: an entry kernel.
+        places: by parameter name: a `Place` for an array in the slab, or an array that lies elsewhere; a sequence of
+            them for `Vectors` or a NamedTuple; the arrays themselves for `model` and `*_model`; the number for a float
+            or int. `t` needs none.
+
+    Raises:
+        KeyError: if a parameter has no place.
+        TypeError: if a model is not what the kernel's annotations say.
+    """
+    return _Writer(kernel).write(places, in_slab=True)
+
+
+def first_words(kernel: Kernel) -> dict[str, int]:
+    """Where the words of each parameter begin; those of an array are its offset, then its shape."""
+    places, at = {}, 0
+    for parameter in kernel.parameters:
+        places[parameter.name] = at
+        at += _size(parameter)
+    return places
+
+
+def _size(parameter: Parameter) -> int:
+    """Words a parameter takes at its place."""
+    if parameter.kind == "t":
+        return 0
+    if parameter.kind == "arrays":
+        return 2
+    return sum(1 + s.ndim for s in parameter.fields) or 1
+
+
+class _Writer:
+    """Writes the words of one call: those of `Vectors` stand behind all others."""
+
+    def __init__(self, kernel: Kernel) -> None:
+        self.kernel = kernel
+        self.words: list[int] = []
+        self.behind: list[int] = []
+        self.relocations: list[Relocation] = []
+        self.scalars: dict[str, tuple[int, str]] = {}
+        self.head = sum(map(_size, kernel.parameters))
+
+    def write(self, given: Mapping[str, Any], in_slab: bool) -> Words:
+        for parameter in self.kernel.parameters:
+            if parameter.kind != "t":
+                self._parameter(parameter, given[parameter.name], in_slab)
+        return Words(np.array([*self.words, *self.behind, 0], np.int64), tuple(self.relocations))
+
+    def _parameter(self, parameter: Parameter, argument: Any, in_slab: bool) -> None:
+        name, kind, words = parameter.name, parameter.kind, self.words
+        if kind in ("float", "int"):
+            self.scalars[name] = len(words), kind
+            words.append(int(np.float64(argument).view(np.int64)) if kind == "float" else int(argument))
+        elif kind in ("array", "record"):
+            if kind == "record":
+                argument = argument[0] if isinstance(argument, parameter.cls) else argument
+                self._check_record(name, parameter.cls.RECORD, argument)
+            self._array(words, 0, name, parameter.fields[0], argument, in_slab)
+        elif kind == "arrays":
+            words += [len(argument), self.head + len(self.behind)]
+            for i, a in enumerate(argument):
+                self._array(self.behind, self.head, f"{name}[{i}]", parameter.fields[0], a, in_slab)
+        else:
+            if not isinstance(argument, parameter.cls) and (parameter.fields[0].absolute or not in_slab):
+                expected, found = parameter.cls.__name__, type(argument).__name__
+                raise TypeError(f"{self.kernel!r}: {name} must be a {expected}, not {found}.")
+            for field, spec, a in zip(parameter.cls._fields, parameter.fields, argument):
+                self._array(words, 0, f"{name}.{field}", spec, a, in_slab)
+
+    def _array(self, words: list[int], start: int, title: str, spec: ArraySpec, a: Any, in_slab: bool) -> None:
+        if in_slab and not spec.absolute and not isinstance(a, np.ndarray):
+            words.extend(a)
+            return
+        self._check(title, spec, a)
+        self.relocations.append(Relocation(start + len(words), a, spec.absolute))
+        words.append(0)
+        words.extend(a.shape)
+
+    def _check_record(self, title: str, record: Any, a: Any) -> None:
+        """Whether a vector, here or as a `Place`, is as long as its record."""
+        size = len(a) if isinstance(a, np.ndarray) else a[1]
+        open_end = any(f.kind == "rest" for f in record.FIELDS)
+        if size < record.SIZE or (size > record.SIZE and not open_end):
+            wanted = f"{record.SIZE}{' or more' if open_end else ''}"
+            raise TypeError(f"{self.kernel!r}: {title} is a {record.__name__} of {wanted} numbers, not of {size}.")
+
+    def _check(self, title: str, spec: ArraySpec, a: Any) -> None:
+        if isinstance(a, np.ndarray) and a.dtype == object:
+            raise TypeError(
+                f"{self.kernel!r}: {title} holds objects; call the kernel as a function instead of binding it."
+            )
+        fits = isinstance(a, np.ndarray) and a.dtype == spec.dtype and a.ndim == spec.ndim
+        if not (fits and a.flags.c_contiguous and a.flags.aligned):
+            found = f"{a.dtype} array of shape {a.shape}" if isinstance(a, np.ndarray) else repr(type(a).__name__)
+            found += "" if not fits or a.flags.aligned else " at an odd address"
+            raise TypeError(
+                f"{self.kernel!r}: {title} must be a C-contiguous {spec.dtype} array of {spec.ndim} axes, not {found}."
+            )

@@ -1,0 +1,173 @@
+"""What kernels may call that is not a kernel: each takes the compiler of the caller, the call, and the arguments."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common import rows
+from sheldrake.common._kernels import generic
+from sheldrake.common._native.compiler import prelude, scalars
+from sheldrake.common._native.compiler.kinds import BOOL, COMPLEX, FLOAT, INT, Array, Rows, Tuple, Value, Vectors
+from sheldrake.common._native.compiler.scalars import Unfit, convert
+
+Builtin = Callable[..., Value]
+LLVM_NAMES = {"sin": "llvm.sin.f64", "cos": "llvm.cos.f64", "exp": "llvm.exp.f64", "log": "llvm.log.f64"}
+ANY = 99
+
+
+def _of_doubles(name: str) -> Builtin:
+    def call(f: Any, *args: Value) -> Value:
+        if scalars.common(*args) is COMPLEX:
+            return f.call(prelude.COMPLEX[name], [convert(f.b, a, COMPLEX) for a in args])
+        return real(f, *args)
+
+    real = _of_floats(LLVM_NAMES.get(name, name))
+    return call
+
+
+def _of_floats(name: str) -> Builtin:
+    def call(f: Any, *args: Value) -> Value:
+        return Value(FLOAT, (f.b.math(name, *(convert(f.b, a, FLOAT).leaves[0] for a in args)),))
+
+    return call
+
+
+def _kernel(function: Any) -> Builtin:
+    return lambda f, *args: f.call(function, list(args))
+
+
+def _raw(how: str) -> Builtin:
+    """An instruction on two integers, for `prelude` alone: it is not for all integers."""
+
+    def call(f: Any, x: Value, y: Value) -> Value:
+        if f.python.__module__ != prelude.__name__:
+            raise Unfit("is for the compiler alone: write // or %")
+        return Value(INT, (f.b.op(f"{how} i64 {x.leaves[0]}, {y.leaves[0]}"),))
+
+    return call
+
+
+def _remainder(f: Any, x: Value, y: Value) -> Value:
+    x, y = convert(f.b, x, FLOAT), convert(f.b, y, FLOAT)
+    return Value(FLOAT, (f.b.op(f"frem{f.b.flags} double {x.leaves[0]}, {y.leaves[0]}"),))
+
+
+def _abs(f: Any, x: Value) -> Value:
+    if scalars.common(x) is FLOAT:
+        return Value(FLOAT, (f.b.math("llvm.fabs.f64", x.leaves[0]),))
+    x = convert(f.b, x, INT)
+    is_negative = f.b.op(f"icmp slt i64 {x.leaves[0]}, 0")
+    return Value(INT, (f.b.op(f"select i1 {is_negative}, i64 {scalars.negate(f.b, x).leaves[0]}, i64 {x.leaves[0]}"),))
+
+
+def _extreme(op: Any) -> Builtin:
+    """The first of those that no other one is less (greater) than; a NaN stays if it comes first."""
+
+    def call(f: Any, *args: Value) -> Value:
+        best = args[0]
+        for x in args[1:]:
+            kind = scalars.common(best, x)
+            best, x = convert(f.b, best, kind), convert(f.b, x, kind)
+            best = f.choose(scalars.compare(f.b, op, x, best).leaves[0], x, best)
+        return best
+
+    return call
+
+
+def _math_floor(f: Any, x: Value) -> Value:
+    """The largest integer that is not above x."""
+    if scalars.common(x).rank <= INT.rank:
+        return convert(f.b, x, INT)
+    return _int(f, Value(FLOAT, (f.b.math("floor", convert(f.b, x, FLOAT).leaves[0]),)))
+
+
+def _floor(f: Any, x: Value) -> Value:
+    """As a float that has been an integer: there is no -0.0."""
+    if scalars.common(x) is COMPLEX:
+        return f.call(prelude.COMPLEX["floor"], [x])
+    whole = f.b.math("floor", convert(f.b, x, FLOAT).leaves[0])
+    return Value(FLOAT, (f.b.op(f"fadd{f.b.flags} double {whole}, 0.0"),))
+
+
+def _int(f: Any, x: Value) -> Value:
+    if x.kind is FLOAT:
+        return Value(INT, (f.b.to_integer(x.leaves[0]),))
+    return convert(f.b, x, INT)
+
+
+def _complex(f: Any, x: Value, y: Value | None = None) -> Value:
+    if y is None:
+        return convert(f.b, x, COMPLEX)
+    return Value(COMPLEX, convert(f.b, x, FLOAT).leaves + convert(f.b, y, FLOAT).leaves)
+
+
+def _len(f: Any, x: Value) -> Value:
+    if isinstance(x.kind, Tuple):
+        return scalars.number(len(x.kind.items))
+    if isinstance(x.kind, (Array, Rows, Vectors)):
+        return Value(INT, (x.leaves[2 if isinstance(x.kind, Vectors) else 1],))
+    raise Unfit(f"{x.kind!r} has no length")
+
+
+def _mul_add(f: Any, *args: Value) -> Value:
+    """One rounding where the processor can, unless it is to be Python's."""
+    if f.b.flags and all(a.kind is FLOAT for a in args):
+        return Value(FLOAT, (f.b.math("llvm.fmuladd.f64", *(a.leaves[0] for a in args)),))
+    return f.call(prelude.mul_add, list(args))
+
+
+def _call_row(f: Any, table: Value, r: Value, t: Value, slab: Value, words: Value, at: Value) -> Value:
+    """Calls the function of the ABI whose address is table[r]."""
+    where = f.b.op(f"getelementptr i64, ptr {table.leaves[0]}, i64 {r.leaves[0]}")
+    function = f.b.op(f"inttoptr i64 {f.b.load('i64', where)} to ptr")
+    given = f.b.op(f"getelementptr i64, ptr {words.leaves[0]}, i64 {at.leaves[0]}")
+    return Value(INT, (f.b.op(f"call i64 {function}(double {t.leaves[0]}, ptr {slab.leaves[0]}, ptr {given})"),))
+
+
+BUILTINS: dict[Any, tuple[Builtin, int, int]] = {
+    builtins.abs: (_abs, 1, 1), builtins.len: (_len, 1, 1), builtins.complex: (_complex, 1, 2),
+    builtins.bool: (lambda f, x: Value(BOOL, (scalars.truth(f.b, x),)), 1, 1),
+    builtins.min: (_extreme(ast.Lt), 2, ANY), builtins.max: (_extreme(ast.Gt), 2, ANY),
+    builtins.int: (_int, 1, 1), builtins.float: (lambda f, x: convert(f.b, x, FLOAT), 1, 1),
+    np.int64: (_int, 1, 1), np.float64: (lambda f, x: convert(f.b, x, FLOAT), 1, 1),
+    np.floor: (_of_floats("floor"), 1, 1), math.floor: (_math_floor, 1, 1), generic.floor: (_floor, 1, 1),
+    math.sqrt: (_of_doubles("sqrt"), 1, 1), generic.atan2: (_of_doubles("atan2"), 2, 2),
+    generic.has_slopes: (lambda _, x: scalars.number(scalars.common(x) is COMPLEX), 1, 1),
+    generic.mul_add: (_mul_add, 3, 3),
+    prelude.quotient: (_raw("sdiv"), 2, 2), prelude.remainder: (_raw("srem"), 2, 2), math.fmod: (_remainder, 2, 2),
+    math.pow: (_of_floats("llvm.pow.f64"), 2, 2), math.copysign: (_of_floats("llvm.copysign.f64"), 2, 2),
+    rows.call_row: (_call_row, 6, 6),
+}  # fmt: skip
+"""What a call of each makes, and how many arguments it takes, least and most."""
+BUILTINS |= {getattr(generic, name): (_of_doubles(name), 1, 1) for name in generic.UNARY}
+BUILTINS |= {
+    getattr(generic, name): (_kernel(kernel), *[kernel.__code__.co_argcount] * 2)
+    for name, kernel in prelude.GENERIC.items()
+}
+
+OF_NUMPY = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2"}
+OF_MATH = (*generic.UNARY, "atan2")
+BUILTINS |= {getattr(math, name): BUILTINS[getattr(generic, name)] for name in OF_MATH}
+BUILTINS |= {getattr(np, OF_NUMPY.get(name, name)): BUILTINS[getattr(generic, name)] for name in OF_MATH}
+BUILTINS |= {np.absolute: (_abs, 1, 1), math.fabs: (_of_floats("llvm.fabs.f64"), 1, 1)}
+
+
+def meant(thing: Any) -> Any:
+    """What a function stands for in a kernel: that which its attribute `in_kernels` says, else itself."""
+    return getattr(thing, "in_kernels", thing)
+
+
+def refusal(thing: Any) -> str:
+    """What is said about something that a kernel cannot call."""
+    name = getattr(thing, "__name__", repr(thing))
+    home = (getattr(thing, "__module__", None) or type(thing).__module__).partition(".")[0]
+    if home in ("numpy", "math", "builtins", "sheldrake"):
+        known = ", ".join(["abs", "min", "max", "len", *OF_MATH, "floor"])
+        return f"a kernel cannot call {name!r}; of mathematics it has {known}"
+    return f"a kernel may call kernels, mathematics and len, not {name!r}: make it a @kernel"

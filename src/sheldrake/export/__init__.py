@@ -1,0 +1,9 @@
+"""Diagrams that leave Python: as a file, a page that simulates, a C library."""
+
+from sheldrake.export._c import SaveC
+from sheldrake.export._freeze import Freeze
+from sheldrake.export._frozen import FrozenDiagram, LoadFrozen
+from sheldrake.export._page import PageSlider, SavePage
+from sheldrake.export._simulation import FrozenSimulation
+
+__all__ = ["Freeze", "FrozenDiagram", "FrozenSimulation", "LoadFrozen", "PageSlider", "SaveC", "SavePage"]

@@ -1,0 +1,1 @@
+"""What a frozen diagram needs beside the event loop."""

@@ -1,0 +1,195 @@
+"""SavePage: a diagram as one HTML file that simulates it, without a network and without Python."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import json
+import os
+import zlib
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from importlib import resources
+from typing import Any
+
+from sheldrake.export._freeze import Freezer
+from sheldrake.export._frozen import FrozenDiagram
+from sheldrake.export._scene import Scene
+from sheldrake.export._wasm import wasm_module
+from sheldrake.report._replay import find_meshcat
+
+_SPEEDS = (0.1, 0.25, 0.5, 1, 2, 5)
+_MOST_LINES = 12  # of a plot
+
+
+@dataclass
+class PageSlider:
+    """A slider of a page: it sets one number of an input port or of a group of parameters.
+
+    Attributes:
+        name: As `FrozenDiagram.input_names()` or `parameter_names()` has it, such as "plant/actuation".
+        low: Least value.
+        high: Greatest value.
+        element: Which number of the vector.
+        label: What stands beside it; by default the name and the element.
+        unit: Behind its value.
+    """
+
+    name: str
+    low: float
+    high: float
+    element: int = 0
+    label: str = ""
+    unit: str = ""
+
+
+def SavePage(
+    simulator: Any, path: Any, *, title: str = "", sliders: Sequence[PageSlider] = (), meshcat: Any = None
+) -> None:
+    """Writes one HTML file that simulates a diagram in any browser, from where the simulator stands.
+
+    It shows the scene, and plots of what `LogVectorOutput` logs, with play, pause, step, reset and speed. Before the
+    run free bodies are dragged to where they begin; in it bodies are pulled by a spring. A state is kept in a link or
+    a file. Nothing is loaded from anywhere: the file works offline. Kernels run as WebAssembly.
+
+    Args:
+        simulator: Of a diagram that `Freeze` takes.
+        path: The file, which is overwritten.
+        title: Of the page; by default the name of the diagram.
+        sliders: Numbers that are set while it runs.
+        meshcat: Where the scene is drawn already; by default the Meshcat of the diagram's MeshcatVisualizer, or a new
+            one that lives as long as this call.
+
+    Raises:
+        ValueError: something in the diagram is Python (see `Freeze`); or a slider's name or element is none.
+        ModuleNotFoundError: llvmlite or ziglang is not installed.
+        OSError: the file can not be written.
+    """
+    freezer = Freezer(simulator)
+    scene = Scene(freezer, meshcat if meshcat is not None else find_meshcat(simulator.get_system()))
+    frozen = freezer.frozen()
+    text = make_page(frozen, scene, title or frozen.name or "Simulation", sliders)
+    with open(os.fspath(path), "w", encoding="utf-8", newline="\n") as file:
+        file.write(text)
+
+
+def make_page(frozen: FrozenDiagram, scene: Scene, title: str, sliders: Iterable[PageSlider]) -> str:
+    """The page of a frozen diagram and its scene."""
+    about = frozen.description
+    shown = {**about, "functions": [{"symbol": f["symbol"]} for f in about["functions"]]}
+    page = {
+        "diagram": hashlib.sha256(frozen.ToBytes()).hexdigest()[:16],
+        "file": "".join(c if c.isalnum() else "-" for c in title)[:40],
+        "image": _packed(frozen.image),
+        "code": _packed(wasm_module(frozen, "SavePage()")),
+        "scene": scene.description,
+        "plots": [plot for k, log in enumerate(about["logs"]) for plot in _plots(k, log)],
+        "sliders": [_slider(about, slider) for slider in sliders],
+    }
+    files = resources.files("sheldrake.export")
+    read = {name: (files / name).read_text(encoding="utf-8") for name in ("page.css", "machine.js", "page.js")}
+    scripts = [
+        f'<script type="application/json" id="{name}">{_script_text(json.dumps(value))}</script>'
+        for name, value in (("diagram", shown), ("page", page), ("scene-page", scene.html))
+    ]
+    return "\n".join(
+        [
+            '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">',
+            '<meta name="viewport" content="width=device-width, initial-scale=1">',
+            f"<title>{html.escape(title)}</title>",
+            f"<style>{read['page.css']}</style></head><body>",
+            f'<header><h1>{html.escape(title)}</h1><p id="note" role="status"></p></header>',
+            _main(title, bool(scene.html), bool(page["plots"]), bool(page["sliders"])),
+            *scripts,
+            f"<script>{read['machine.js']}</script><script>{read['page.js']}</script>",
+            "</body></html>\n",
+        ]
+    )
+
+
+def _script_text(text: str) -> str:
+    """JSON that no HTML parser takes for the end of its element."""
+    return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
+
+
+def _packed(data: bytes) -> str:
+    """Bytes as the page unpacks them."""
+    packer = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
+    return base64.b64encode(packer.compress(data) + packer.flush()).decode("ascii")
+
+
+def _plots(k: int, log: dict[str, Any]) -> list[dict[str, Any]]:
+    """Plots of a log, one for each kind of quantity."""
+    from sheldrake.systems.primitives._vector_log import quantity, short_labels
+
+    kinds: dict[tuple[str, str], list[tuple[int, str]]] = {}
+    for column, element in enumerate(log["elements"]):
+        kind, unit, label = quantity(element)
+        kinds.setdefault((kind, unit), []).append((column, label))
+    plots = []
+    for (kind, unit), lines in kinds.items():
+        begin, labels = short_labels([label for _, label in lines])
+        title = log["name"] if kind in ("", "value") else f"{log['name']}: {kind}"
+        title += f" of {begin}" if begin else ""
+        title += f" (first {_MOST_LINES} of {len(lines)})" if len(lines) > _MOST_LINES else ""
+        found = [{"column": column, "label": label} for (column, _), label in zip(lines, labels)]
+        plots.append({"log": k, "title": title, "unit": unit, "lines": found[:_MOST_LINES]})
+    return plots
+
+
+def _slider(about: dict[str, Any], slider: PageSlider) -> dict[str, Any]:
+    known = {v["name"]: v for v in (*about["inputs"], *about["parameters"])}
+    if slider.name not in known:
+        names = ", ".join(map(repr, known)) or "none"
+        raise ValueError(f"SavePage(): there is no input or parameter {slider.name!r} for a slider; there are {names}.")
+    vector = known[slider.name]
+    if not 0 <= slider.element < len(vector["elements"]):
+        raise ValueError(
+            f"SavePage(): {slider.name!r} has {len(vector['elements'])} elements; a slider asks for number "
+            f"{slider.element}."
+        )
+    if not slider.low < slider.high:
+        raise ValueError(f"SavePage(): a slider of {slider.name!r} goes from {slider.low} to {slider.high}.")
+    return {
+        "at": vector["at"] + slider.element,
+        "low": slider.low,
+        "high": slider.high,
+        "label": slider.label or f"{slider.name} {vector['elements'][slider.element]}",
+        "unit": slider.unit or vector["units"][slider.element],
+    }
+
+
+def _main(title: str, has_scene: bool, has_plots: bool, has_sliders: bool) -> str:
+    alone = "" if has_scene and (has_plots or has_sliders) else ' class="alone"'
+    parts = [f"<main{alone}>"]
+    if has_scene:
+        parts.append(
+            '<section class="scene" aria-label="Scene">'
+            f'<iframe id="scene" title="Three-dimensional scene of {html.escape(title)}"></iframe>'
+            '<p class="hint">Drag a free body to where it is to begin; pull on a body while it runs. '
+            "Keys: space plays, s steps, r resets.</p></section>"
+        )
+    if has_plots or has_sliders:
+        parts.append('<section class="side" aria-label="Values" tabindex="0">')
+        if has_sliders:
+            parts.append('<h2>Values</h2><div id="sliders" class="sliders"></div>')
+        if has_plots:
+            parts.append('<h2>Plots</h2><div id="plots"></div>')
+        parts.append("</section>")
+    speeds = "".join(f'<option value="{s}"{" selected" if s == 1 else ""}>{s}×</option>' for s in _SPEEDS)
+    return "\n".join([*parts, "</main>", _PLAYER.replace("{speeds}", speeds)])
+
+
+_PLAYER = """<footer class="player" aria-label="Player">
+<button id="play" type="button" disabled>Play</button>
+<button id="step" type="button" disabled>Step</button>
+<button id="reset" type="button" disabled>Reset</button>
+<label for="speed" class="away">Speed</label><select id="speed">{speeds}</select>
+<output id="now" aria-label="Time">0 s</output>
+<span class="gap"></span>
+<button id="link" type="button" disabled>Link to this state</button>
+<button id="save" type="button" disabled>Save</button>
+<button id="load" type="button" disabled>Load</button>
+<label for="file" class="away">File with a state</label><input id="file" type="file" class="away" tabindex="-1">
+</footer>"""

@@ -1,0 +1,86 @@
+"""What a page draws of a frozen diagram: bodies of plants, where their poses are computed, and how they are pulled."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.export._freeze import Freezer
+from sheldrake.multibody.plant import MultibodyPlant
+from sheldrake.multibody.plant._parts import parts_of
+from sheldrake.multibody.tree._kernels.kinematics import position_kinematics
+from sheldrake.multibody.tree._kernels.model import make_work
+from sheldrake.multibody.tree._kernels.queries import calc_generalized_forces
+from sheldrake.report._replay import all_systems, camera_of, drawn, numbers_of
+
+
+class Scene:
+    """The drawn scene of a diagram.
+
+    Attributes:
+        html: A page that shows it and takes poses; "" where there is nothing to see.
+        description: Frames by path, their plants and rows; camera.
+    """
+
+    def __init__(self, freezer: Freezer, meshcat: Any):
+        self.html = ""
+        self.description: dict = {"plants": [], "frames": [], "camera": None}
+        diagram, context = freezer.simulator.get_system(), freezer.simulator.get_context()
+        systems = all_systems(diagram)
+        graph = next((s for s in systems if type(s).__name__.startswith("SceneGraph")), None)
+        if graph is None:
+            return
+        plants = [s for s in systems if isinstance(s, MultibodyPlant)]
+        query = graph.get_query_output_port().Eval(graph.GetMyContextFromRoot(context))
+        with drawn(diagram, meshcat, query) as (page, html, frames, paths):
+            self.html = html
+            self.description["frames"] = [
+                {"path": path, **_owner(plants, frame, path)} for frame, path in zip(frames, paths)
+            ]
+            poses = np.array([numbers_of(query.GetPoseInWorld(frame)) for frame in frames]).reshape(1, -1, 7)
+            camera = camera_of(page, paths, poses) if paths else None
+            self.description["camera"] = None if camera is None else camera.tolist()
+        self.description["plants"] = [_plant(freezer, plant, k) for k, plant in enumerate(plants)]
+
+
+def _owner(plants: list[Any], frame: Any, path: str) -> dict[str, Any]:
+    """Which body of which plant a frame is, and where the positions of a free one begin."""
+    for k, plant in enumerate(plants):
+        body = plant.GetBodyFromFrameId(frame)
+        if body is not None:
+            free = body.is_floating_base_body() and body.has_quaternion_dofs()
+            return {
+                "plant": k,
+                "row": int(parts_of(plant).elements.row_of(body)),
+                "free": body.floating_positions_start() if free else -1,
+                "mass": body.default_mass(),
+            }
+    raise ValueError(f"SavePage(): '{path}' is moved by no MultibodyPlant; only bodies of plants can move in a page.")
+
+
+def _plant(freezer: Freezer, plant: Any, k: int) -> dict[str, Any]:
+    """Has the frozen diagram compute the poses of a plant's bodies, and generalized forces of forces on them."""
+    layout, store = freezer.layout, freezer.store
+    place = layout.places[layout.node_of[plant._system_id]]
+    begin = (place.xd if plant.is_discrete() else place.xc)[0]
+    nq, nv = plant.num_positions(), plant.num_velocities()
+    tree = parts_of(plant).elements.model("SavePage").tree
+    work, F = make_work(tree), np.zeros((len(tree.body), 6))
+    p, q = store.S[slice(*place.p)], store.S[begin : begin + nq]
+    freezer.add_call(f"poses {k}", position_kinematics, (tree, p, work, q))
+    about = {
+        "poses": freezer.image.place(work.X_WB) // 8,
+        "q": begin,
+        "v": begin + nq,
+        "num_v": nv,
+        "num_bodies": len(F),
+        "forces": freezer.image.place(F) // 8 if nv else -1,
+        "tau": -1,
+    }
+    slot = place.inputs[parts_of(plant).inputs.generalized_force]
+    if slot.free >= 0 and nv:
+        tau = store.S[slice(*slot.span)]
+        freezer.add_call(f"forces {k}", calc_generalized_forces, (tree, work, F, tau))
+        about["tau"] = slot.span[0]
+    return about

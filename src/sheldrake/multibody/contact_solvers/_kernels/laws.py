@@ -1,0 +1,337 @@
+"""Laws of contacts and of scalar rows: impulse gamma and G = -dgamma/dvc at a velocity vc, and the cost l(vc).
+
+A contact's normal impulse is that of a Hunt-Crossley spring-damper, or of an elastic spring; `contact_impulse` chooses
+the law of friction by the approximation: kLagged, kSimilar or kSap.
+"""
+
+import math
+
+from sheldrake.common._kernels.generic import atan, log, sqrt
+from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.problem import LAGGED, SIMILAR
+
+# ---- a spring without dissipation
+#
+# Normal impulse of a spring without dissipation, which gives back all the energy it has taken.
+#
+# A step is q1 = q0 + h v1. Half a step back, at s = q - h v / 2, the same motion is s1 = s0 + h (v0 + v1) / 2: a
+# force whose work along s1 - s0 is the change of the spring's energy E(s) keeps kinetic energy, weight and E(s)
+# together constant, whatever the step and the stiffness. That force is the slope of the secant of E (Gonzalez 1996,
+# "Time integration and discrete Hamiltonian systems"). Since E is convex, it falls with v1, and the step's problem is
+# convex.
+#
+# Names: f0, f1 are what the spring's force would be at s0 and s1, negative before it touches; fe0 at q0 [N].
+
+
+@kernel
+def secant_force(f0, f1):
+    """(E1 - E0) / (s0 - s1) [N], and its derivative with respect to f1."""
+    zero = 0.0 * f1
+    if f0 > 0.0:
+        if f1 >= 0.0:
+            return 0.5 * (f0 + f1), 0.5 + zero
+        part = f0 / (f0 - f1)
+        return 0.5 * f0 * part, 0.5 * part * part
+    if f1 <= 0.0:
+        return zero, zero
+    part = f1 / (f1 - f0)
+    return 0.5 * f1 * part, part - 0.5 * part * part
+
+
+@kernel(outline=True)
+def elastic_impulse(k, fe0, back, dt, z):
+    """n(z) [N s] and its derivative [kg], of normal velocity z at the end; `back` = f0 - fe0."""
+    force, slope = secant_force(fe0 + back, fe0 - 0.5 * dt * k * z)
+    return dt * force, -0.5 * dt * dt * k * slope
+
+
+@kernel(outline=True)
+def elastic_integral(k, fe0, back, dt, z):
+    """An antiderivative of n(z) [J]."""
+    f0 = fe0 + back
+    f1 = fe0 - 0.5 * dt * k * z
+    total = 0.0 * f1
+    if f0 > 0.0:
+        if f1 >= 0.0:
+            total = 0.5 * f0 * f1 + 0.25 * f1 * f1
+        else:
+            total = -0.5 * f0 * f0 * log(1.0 - f1 / f0)
+    elif f1 > 0.0:
+        total = 0.25 * f1 * f1 + 0.5 * f0 * f1
+        if f0 < 0.0:
+            total += 0.5 * f0 * f0 * log(1.0 - f1 / f0)
+    return -2.0 / k * total
+
+
+@kernel
+def half_a_step_back(k, depth, dt, reach, vn0):
+    """f0 - fe0 of a contact [N]; 0, for backward Euler, if the energy it has at s0 was given to nobody.
+
+    That is where the last step did not see it, as it was farther than `reach` from touching.
+    """
+    if depth + 0.5 * dt * vn0 > 0.0 and depth + dt * vn0 <= -reach:
+        return 0.0 * vn0
+    return 0.5 * dt * k * vn0
+
+
+# ---- Hunt-Crossley
+#
+# Normal impulse of a Hunt-Crossley spring-damper (Castro, Han, Masterjohn 2023, section IV), or of an elastic spring.
+#
+# `back` is zero for the former, see `elastic.half_a_step_back`.
+
+
+@kernel
+def normal_impulse(contact, dt, z):
+    """n(z) = dt (fe0 - dt k z)+ (1 - d z)+ [N s] and its derivative, which is never positive [kg]."""
+    k, d, fe0 = contact.stiffness, contact.dissipation, contact.fe0
+    if contact.back != 0.0:
+        return elastic_impulse(k, fe0, contact.back, dt, z)
+    force = fe0 - dt * k * z  # of the spring at the end of the step
+    damping = 1.0 - d * z
+    if force <= 0.0 or damping <= 0.0:
+        return 0.0 * z, 0.0 * z
+    return dt * force * damping, -dt * (k * dt * damping + d * force)
+
+
+@kernel
+def normal_impulse_integral(contact, dt, z):
+    """N(z), an antiderivative of `normal_impulse`, constant once contact is lost [J]."""
+    k, d, fe0 = contact.stiffness, contact.dissipation, contact.fe0
+    if contact.back != 0.0:
+        return elastic_integral(k, fe0, contact.back, dt, z)
+    open_spring = fe0 / dt / (k + 1e-20)
+    open_damper = 1.0 / (d + 1e-20)
+    s = open_spring if z > open_spring else z
+    s = open_damper if s > open_damper else s
+    change = -dt * k * s
+    return dt * (s * (fe0 + 0.5 * change) - d * s * s * 0.5 * (fe0 + 2.0 / 3.0 * change))
+
+
+# ---- kLagged
+#
+# kLagged: Hunt-Crossley normal force, Coulomb friction bounded by the normal impulse of the step's start.
+#
+# Castro, Han, Masterjohn 2023, "A theory of irrotational contact fields", section V-A.
+
+
+@kernel
+def inverse_soft_norm(contact, x, y):
+    """1 / s, s = sqrt(|v|^2 + eps^2) of the slip v = (x, y) of a contact [s/m]."""
+    eps = contact.eps
+    return 1.0 / sqrt(x * x + y * y + eps * eps)
+
+
+@kernel
+def lagged_cost(contact, dt, vc):
+    """l(vc) = -N(vn) + mu n0 s(vt) [J]."""
+    vx, vy, vn = vc
+    eps = contact.eps
+    slip = sqrt(vx * vx + vy * vy + eps * eps) - eps
+    return contact.friction * contact.n0 * slip - normal_impulse_integral(contact, dt, vn)
+
+
+@kernel
+def lagged_impulse(contact, dt, vc):
+    """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz)."""
+    vx, vy, vn = vc
+    soft = inverse_soft_norm(contact, vx, vy)
+    tx, ty = vx * soft, vy * soft
+    friction = contact.friction * contact.n0
+    stiffness = friction * soft
+    n, slope = normal_impulse(contact, dt, vn)
+    gamma = (-friction * tx, -friction * ty, n)
+    zero = 0.0 * vn
+    G = (stiffness * (1.0 - tx * tx), -stiffness * tx * ty, stiffness * (1.0 - ty * ty), zero, zero, -slope)
+    return gamma, G
+
+
+# ---- kSimilar
+#
+# kSimilar: normal impulse and friction share one argument, so that dissipation acts with a Coulomb cone coupled to
+# it.
+#
+# Castro, Han, Masterjohn 2023, "A theory of irrotational contact fields", section V-B.
+
+
+@kernel
+def similar_cost(contact, dt, vc):
+    """l(vc) = -N(vn - mu s(vt)) [J]."""
+    vx, vy, vn = vc
+    mu, eps = contact.friction, contact.eps
+    slip = sqrt(vx * vx + vy * vy + eps * eps) - eps
+    return -normal_impulse_integral(contact, dt, vn - mu * slip)
+
+
+@kernel
+def similar_impulse(contact, dt, vc):
+    """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz)."""
+    vx, vy, vn = vc
+    mu, eps = contact.friction, contact.eps
+    norm = sqrt(vx * vx + vy * vy + eps * eps)
+    tx, ty = vx / norm, vy / norm
+    z = vn - mu * (norm - eps)
+    n, slope = normal_impulse(contact, dt, z)
+    gamma = (-mu * n * tx, -mu * n * ty, n)
+    along = -mu * mu * slope
+    across = mu * n / norm
+    G = (
+        along * tx * tx + across * (1.0 - tx * tx),
+        (along - across) * tx * ty,
+        along * ty * ty + across * (1.0 - ty * ty),
+        mu * slope * tx,
+        mu * slope * ty,
+        -slope,
+    )
+    return gamma, G
+
+
+# ---- kSap
+#
+# kSap: linear compliance with a relaxation time and the exact friction cone, regularised.
+#
+# Castro, Permenter, Han 2022, "An unconstrained convex formulation of compliant contact", sections III and V.
+
+
+@kernel
+def sap_cone_impulse(contact, vc):
+    """Impulse gamma = P(R^-1 (vhat - vc)) [N s] (eqs. 23, 27) and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz)."""
+    mu, Rt, Rn = contact.friction, contact.R_t, contact.R_n
+    yx = -vc[0] / Rt
+    yy = -vc[1] / Rt
+    yn = (contact.vhat_n - vc[2]) / Rn
+    yr = sqrt(yx * yx + yy * yy + 1e-14)  # soft norm; (1e-7 N s)^2
+    zero = 0.0 * yn
+    gamma = (zero, zero, zero)
+    G = (zero, zero, zero, zero, zero, zero)
+    mu_hat = mu * Rt / Rn
+    if yr <= mu * yn:
+        gamma = (yx, yy, yn)
+        G = (1.0 / Rt + zero, zero, 1.0 / Rt + zero, zero, zero, 1.0 / Rn + zero)
+    elif -mu_hat * yr < yn:
+        tx, ty = yx / yr, yy / yr
+        f = 1.0 / (1.0 + mu * mu_hat)
+        gn = (yn + mu_hat * yr) * f
+        across = mu * gn / yr
+        along = mu * mu_hat * f
+        gamma = (mu * gn * tx, mu * gn * ty, gn)
+        G = (
+            (across * (1.0 - tx * tx) + along * tx * tx) / Rt,
+            (along - across) * tx * ty / Rt,
+            (across * (1.0 - ty * ty) + along * ty * ty) / Rt,
+            mu * f * tx / Rn,
+            mu * f * ty / Rn,
+            f / Rn,
+        )
+    return gamma, G
+
+
+@kernel
+def sap_cone_cost(contact, vc):
+    """l(vc) = 1/2 gamma^T R gamma [J], a term of eq. 24."""
+    gamma, _ = sap_cone_impulse(contact, vc)
+    return 0.5 * (contact.R_t * (gamma[0] * gamma[0] + gamma[1] * gamma[1]) + contact.R_n * gamma[2] * gamma[2])
+
+
+# ---- the chosen one
+
+
+@kernel
+def contact_impulse(model, contact, vc):
+    """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz) of a contact at velocity vc [m/s]."""
+    if model.approximation == LAGGED:
+        return lagged_impulse(contact, model.dt, vc)
+    if model.approximation == SIMILAR:
+        return similar_impulse(contact, model.dt, vc)
+    return sap_cone_impulse(contact, vc)
+
+
+@kernel
+def contact_cost(model, contact, vc):
+    """Cost l(vc) of a contact [J]."""
+    if model.approximation == LAGGED:
+        return lagged_cost(contact, model.dt, vc)
+    if model.approximation == SIMILAR:
+        return similar_cost(contact, model.dt, vc)
+    return sap_cone_cost(contact, vc)
+
+
+# ---- friction coefficients by the slip
+#
+# What does not solve a convex problem takes friction along the slip, with a coefficient that rises with its speed.
+
+NO_SLIP = 0.01  # slip below this fraction of the stiction tolerance counts as none
+TWO_OVER_PI = 2.0 / math.pi
+HALF_WAY = 10.0  # slip, in stiction tolerances, half way from static to dynamic friction
+
+
+@kernel
+def tamsi_friction(mu, vt, vs):
+    """kTamsi: (slip direction, friction coefficient at that slip, its derivative over the slip [s/m], slip [m/s])."""
+    small = NO_SLIP * vs
+    slip = sqrt(vt[0] * vt[0] + vt[1] * vt[1] + small * small)
+    s = slip / vs
+    direction = (vt[0] / slip, vt[1] / slip)
+    if s >= 1.0:
+        return direction, mu + 0.0 * slip, 0.0 * slip, slip
+    return direction, mu * s * (2.0 - s), 2.0 * mu * (1.0 - s) / vs, slip
+
+
+@kernel
+def step_to_one(x):
+    """x³ (10 - 15 x + 6 x²): from 0 at 0 to 1 at 1 with zero slope and curvature at both ends."""
+    return x * x * x * (10.0 + x * (6.0 * x - 15.0))
+
+
+@kernel
+def stribeck(mu_static, mu_dynamic, s):
+    """Continuous plants: friction coefficient at slip s, in stiction tolerances: Drake's Stribeck curve."""
+    if s >= 3.0:
+        return mu_dynamic
+    if s >= 1.0:
+        return mu_static - (mu_static - mu_dynamic) * step_to_one(0.5 * (s - 1.0))
+    return mu_static * step_to_one(s)
+
+
+@kernel
+def surface_friction(largest, s):
+    """Continuous plants, contact surfaces: friction at slip s, in stiction tolerances (Elandt et al. 2019)."""
+    return largest * TWO_OVER_PI * atan(s)
+
+
+@kernel
+def sigmoid(x):
+    return x / sqrt(1.0 + x * x)
+
+
+@kernel
+def static_share(s):
+    """Part of static friction, the rest being dynamic, at slip s, in stiction tolerances (Kurtz and Castro 2025)."""
+    return 0.5 * (1.0 - sigmoid(s - HALF_WAY) / sigmoid(HALF_WAY))
+
+
+# ---- scalar rows
+#
+# One-row constraints: a regularised multiplier between bounds (limits, holonomic rows, actuators).
+
+
+@kernel
+def row_impulse(row, vc):
+    """gamma = clamp((vhat - vc) / R, lower, upper) and G = -dgamma/dvc."""
+    y = (row.vhat - vc) / row.R
+    if y <= row.lower:
+        return row.lower + 0.0 * y, 0.0 * y
+    if y >= row.upper:
+        return row.upper + 0.0 * y, 0.0 * y
+    return y, 1.0 / row.R + 0.0 * y
+
+
+@kernel
+def row_cost(row, vc):
+    """R y^2 / 2 between the bounds, linear beyond them."""
+    y = (row.vhat - vc) / row.R
+    if y <= row.lower:
+        return -row.lower * vc
+    if y >= row.upper:
+        return -row.upper * vc
+    return 0.5 * row.R * y * y

@@ -1,0 +1,171 @@
+"""What `Finalize()` makes of the elements: how they are numbered, and the constant arrays of the tree's kernels."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from sheldrake.multibody.tree import (
+    DoorHinge,
+    ForceElement,
+    Frame,
+    Joint,
+    JointActuator,
+    LinearBushingRollPitchYaw,
+    LinearSpringDamper,
+    RigidBody,
+)
+from sheldrake.multibody.tree._force_element import _JointSpring
+from sheldrake.multibody.tree._forest import Step
+from sheldrake.multibody.tree._kernels.forces import ForceModel, empty_force_model
+from sheldrake.multibody.tree._kernels.model import TreeModel
+
+_V_IS_QDOT = ("weld", "revolute", "prismatic", "screw", "planar", "universal", "curvilinear")
+
+
+class Parameters:
+    """Where numeric parameters are: groups of them, one after the other in p, and what they are by default."""
+
+    def __init__(self) -> None:
+        self.defaults: list[np.ndarray] = []
+        """By group."""
+        self.starts: list[int] = []
+        """By group: the number of its first in p."""
+        self._count = 0
+
+    def add(self, values: Any) -> int:
+        """A new group; its number."""
+        self.defaults.append(np.asarray(values, float))
+        self.starts.append(self._count)
+        self._count += len(self.defaults[-1])
+        return len(self.defaults) - 1
+
+    def of(self, group: int) -> slice:
+        """The place of a group in p."""
+        return slice(self.starts[group], self.starts[group] + len(self.defaults[group]))
+
+    def all_defaults(self) -> np.ndarray:
+        """p of a default context."""
+        return np.concatenate([*self.defaults, np.zeros(0)])
+
+
+@dataclasses.dataclass(eq=False)
+class FrozenModel:
+    """The model of a finalized plant.
+
+    Attributes:
+        steps: The forest: every body but the world, in the order of its rows.
+        joints: All joints.
+        actuators: All actuators.
+        row_bodies: The body of each row of the kernels' arrays; the world is row 0.
+        rows: The row of each body.
+        inboard: How bodies hang in the forest, by number; the world does not.
+        nq, nv, nu: Numbers of positions, velocities and inputs.
+        parameters: Where the numeric parameters are.
+        lock_group: The group of them that tells which joints are locked, by number of joint.
+        frame_rows: Rows of the frames that are fixed to others, by number.
+        tree: The tree as arrays.
+        forces: All force elements as arrays.
+    """
+
+    steps: list[Step]
+    joints: list[Joint]
+    actuators: list[JointActuator]
+    row_bodies: list[RigidBody]
+    rows: np.ndarray
+    inboard: dict[int, Step]
+    nq: int
+    nv: int
+    nu: int
+    parameters: Parameters
+    lock_group: int
+    frame_rows: dict[int, int]
+    tree: TreeModel
+    forces: ForceModel
+
+    @cached_property
+    def row_indices(self) -> np.ndarray:
+        """The number of the body of each row."""
+        return np.array([int(b.index()) for b in self.row_bodies], np.int64)
+
+    @cached_property
+    def row_list(self) -> list[int]:
+        """`rows` as Python's numbers, which are quicker one by one."""
+        return self.rows.tolist()
+
+    @cached_property
+    def damping_at(self) -> np.ndarray:
+        """Where in p the damping of each velocity is."""
+        at = np.zeros(self.nv, np.int64)
+        for joint in self.joints:
+            n = joint.num_velocities()
+            at[joint._v_start : joint._v_start + n] = self.start_of(joint) + np.arange(n)
+        return at
+
+    @cached_property
+    def rows_in_order(self) -> bool:
+        """Whether bodies have their numbers for rows."""
+        return bool(np.all(np.diff(self.rows) == 1))
+
+    @cached_property
+    def v_is_qdot(self) -> bool:
+        """Whether qdot = v for all joints."""
+        return all(joint.type_name() in _V_IS_QDOT for joint in self.joints)
+
+    @property
+    def num_bodies(self) -> int:
+        """How many bodies there are, the world included."""
+        return len(self.row_bodies)
+
+    def row_of(self, body: RigidBody) -> int:
+        """The row of a body."""
+        return self.rows[body._index._value]
+
+    def inboard_of(self, body: RigidBody) -> Step | None:
+        """How a body hangs in the forest; None for the world."""
+        return self.inboard.get(int(body.index()))
+
+    def place_of(self, frame: Frame) -> tuple[int, int]:
+        """Row of the body of a frame, and row of the frame: -1 for the body's own."""
+        return self.rows[frame._body._index._value], self.frame_rows.get(frame._index._value, -1)
+
+    def start_of(self, element: Any) -> int:
+        """Where the parameters of an element start in p."""
+        return self.parameters.starts[element._group]
+
+    def default_positions(self) -> np.ndarray:
+        """Positions of a default context, shape (nq,)."""
+        q = np.zeros(self.nq)
+        for joint in self.joints:
+            q[joint._q_start : joint._q_start + joint.num_positions()] = joint._default_q
+        return q
+
+    def forces_of(self, elements: Iterable[ForceElement]) -> ForceModel:
+        """Force elements as arrays."""
+        springs, hinges, struts, bushings = [], [], [], []
+        for element in elements:
+            if isinstance(element, DoorHinge):
+                joint = element.joint()
+                hinges.append((joint._v_start, joint._q_start, self.start_of(element)))
+            elif isinstance(element, LinearBushingRollPitchYaw):
+                A, C = self.place_of(element.frameA()), self.place_of(element.frameC())
+                bushings.append((*A, *C, self.start_of(element)))
+            elif isinstance(element, _JointSpring):
+                joint = element.joint()
+                springs.append((joint._v_start, joint._q_start, self.start_of(element)))
+            elif isinstance(element, LinearSpringDamper):
+                ends = self.row_of(element.bodyA()), self.row_of(element.bodyB())
+                struts.append((*ends, self.start_of(element)))
+        tables: list[list[tuple]] = [springs, hinges, struts, bushings]
+        arrays = zip(tables, empty_force_model())
+        return ForceModel(*(np.array(rows, np.int64).reshape(-1, empty.shape[1]) for rows, empty in arrays))
+
+    def __deepcopy__(self, memo: dict) -> FrozenModel:
+        """A copy for copies of the elements, with the same arrays."""
+        names = ("steps", "joints", "actuators", "row_bodies", "inboard")
+        return dataclasses.replace(self, **{name: copy.deepcopy(getattr(self, name), memo) for name in names})

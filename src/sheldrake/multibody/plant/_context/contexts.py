@@ -1,0 +1,189 @@
+"""How a plant reads and writes contexts, and what it keeps computed for one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sheldrake.math import RigidTransform, RigidTransform_
+from sheldrake.multibody.math import SpatialInertia, SpatialInertia_, UnitInertia_
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._building.frozen_model import FrozenModel
+from sheldrake.multibody.plant._context.view import View
+from sheldrake.multibody.tree import Joint
+from sheldrake.systems.framework import BasicVector, Context, LeafSystem, State
+from sheldrake.systems.framework._vector import lifted, plain
+
+
+class Contexts:
+    """Reading and writing contexts of one plant.
+
+    Args:
+        plant: The system that contexts are made for.
+        elements: Its elements.
+        family: The same for copies of the plant on other scalars, which take each other's contexts.
+        is_discrete: Whether their state is discrete.
+    """
+
+    def __init__(self, plant: LeafSystem, elements: Elements, family: object, is_discrete: bool) -> None:
+        self._plant, self._elements, self.family, self._is_discrete = plant, elements, family, is_discrete
+
+    @property
+    def scalar(self) -> type:
+        """The scalar type of contexts that the plant makes."""
+        return self._plant._scalar
+
+    def view(self, context: Context) -> View:
+        """The view of a context, after checking that it is one of this plant.
+
+        Raises:
+            RuntimeError: the context belongs to another system, or the plant is not finalized.
+        """
+        try:
+            view = context._kept
+            if view.family is self.family:
+                return view
+        except AttributeError:
+            pass
+        return self._new_view(context)
+
+    def _new_view(self, context: Context) -> View:
+        system = getattr(context, "_system", None)
+        if system is None:
+            self._plant.ValidateContext(context)  # It is none at all.
+        model = self._elements.model("ValidateContext")
+        if system is not self._plant and not self._is_of_family(system):
+            self._plant.ValidateContext(context)
+        store = context._store
+        views = store.__dict__.setdefault("_plant_views", {})
+        view = views.get(context._node)
+        if view is None or view.S is not store.S:
+            view = views[context._node] = View(model, self.family, context)
+        context._kept = view
+        return view
+
+    def _is_of_family(self, system: Any) -> bool:
+        contexts = getattr(getattr(system, "_parts", None), "contexts", None)
+        return isinstance(contexts, Contexts) and contexts.family is self.family
+
+    # --- defaults
+
+    def declare(self) -> Any:
+        """Declares parameters and state of a finalized plant; the index of the state."""
+        for defaults in self._model.parameters.defaults:
+            self._plant.DeclareNumericParameter(BasicVector(defaults))
+        if self._is_discrete:
+            return self._plant.DeclareDiscreteState(self._default_state())
+        x0 = BasicVector(self._default_state())
+        return self._plant.DeclareContinuousState(x0, self._model.nq, self._model.nv, 0)
+
+    def _default_state(self) -> np.ndarray:
+        return np.concatenate([self._model.default_positions(), np.zeros(self._model.nv)])
+
+    def set_defaults(self, context: Context) -> None:
+        """Sets what defaults may have become since Finalize()."""
+        store, place, model = context._store, context._place, self._model
+        start = (place.xd if self._is_discrete else place.xc)[0]
+        store.S[start : start + model.nq] = lifted(model.default_positions(), store.scalar)
+        for actuator in model.actuators:
+            first = place.p[0] + model.start_of(actuator)
+            numbers = np.array([actuator.default_rotor_inertia(), actuator.default_gear_ratio()])
+            store.S[first : first + 2] = lifted(numbers, store.scalar)
+
+    def set_random_positions(self, context: Context, generator: Any) -> None:
+        """Draws positions from the distributions that joints were given."""
+        from sheldrake.math import UniformlyRandomQuaternion
+        from sheldrake.symbolic import Expression
+
+        for joint in self._model.joints:
+            if joint._random_q is None:
+                continue
+            drawn = list(joint._random_q)
+            if isinstance(drawn[0], str):
+                drawn[:4] = UniformlyRandomQuaternion(generator).wxyz()
+            values = [Expression(x).Evaluate(generator=generator) for x in drawn]
+            self.write_positions(context, joint._q_start, np.array(values))
+
+    def SetDefaultState(self, context: Context, state: State) -> None:
+        """Sets a state of a context's structure to the default positions, at rest."""
+        self.view(context)
+        if self._is_discrete:
+            state.get_mutable_discrete_state().get_mutable_vector(0).SetFromVector(self._default_state())
+        else:
+            state.get_mutable_continuous_state().SetFromVector(self._default_state())
+
+    # --- state
+
+    def positions(self, context: Context) -> np.ndarray:
+        """All q, to be read only."""
+        return self.view(context).q
+
+    def velocities(self, context: Context) -> np.ndarray:
+        """All v, to be read only."""
+        return self.view(context).v
+
+    def write_positions(self, context: Context, start: int, values: Sequence[Any] | np.ndarray) -> None:
+        """Sets positions from number `start` on."""
+        view = self.view(context)
+        context._store.check_thread()
+        view.q[start : start + len(values)] = values if view.T is float else lifted(np.asarray(values), view.T)
+        self.wrote(context, view)
+
+    def write_velocities(self, context: Context, start: int, values: Sequence[Any] | np.ndarray) -> None:
+        """Sets velocities from number `start` on."""
+        view = self.view(context)
+        context._store.check_thread()
+        view.v[start : start + len(values)] = values if view.T is float else lifted(np.asarray(values), view.T)
+        self.wrote(context, view)
+
+    def wrote(self, context: Context, view: View) -> None:
+        """To be called after writing into the state: what depends on it is out of date."""
+        context._store.touch(view.level, view.source)
+
+    # --- parameters
+
+    def numbers(self, context: Context, group: int) -> np.ndarray:
+        """A group of numeric parameters."""
+        view = self.view(context)
+        return view.p[view.frozen.parameters.of(group)]
+
+    def write_numbers(self, context: Context, group: int, values: ArrayLike) -> None:
+        """Sets a group of numeric parameters."""
+        self.view(context)
+        context.get_mutable_numeric_parameter(group).SetFromVector(values)
+
+    def is_locked(self, context: Context, joint: Joint) -> bool:
+        """Whether a joint is locked."""
+        return bool(plain(self.numbers(context, self._model.lock_group)[int(joint.index())]))
+
+    def set_locked(self, context: Context, joint: Joint, locked: bool) -> None:
+        """Locks or unlocks a joint."""
+        flags = np.array(self.numbers(context, self._model.lock_group))
+        flags[int(joint.index())] = float(locked)
+        self.write_numbers(context, self._model.lock_group, flags)
+
+    @property
+    def _model(self) -> FrozenModel:
+        return self._elements.model("ValidateContext")
+
+    # --- numbers to objects
+
+    def transform(self, context: Context, numbers: np.ndarray) -> RigidTransform:
+        """A RigidTransform, of the context's scalar, of twelve numbers: R row by row, then p."""
+        make = self.view(context).of(RigidTransform_)._make
+        return make(numbers[:9].reshape(3, 3).copy(), numbers[9:12].copy())
+
+    def transforms(self, context: Context, numbers: np.ndarray) -> list[RigidTransform]:
+        """The same of many rows of twelve numbers."""
+        make = self.view(context).of(RigidTransform_)._make
+        R, p = numbers[:, :9].reshape(-1, 3, 3), numbers[:, 9:12].copy()
+        return list(map(make, R, p))
+
+    def spatial_inertia(self, context: Context, numbers: np.ndarray) -> SpatialInertia:
+        """A SpatialInertia, of the context's scalar, of the ten parameters of a body."""
+        T = context._system._scalar
+        mass, c, G = numbers[0], np.array(numbers[1:4]), UnitInertia_[T](*numbers[4:10])
+        return SpatialInertia_[T](mass, c, G, skip_validity_check=True)

@@ -1,0 +1,481 @@
+"""Positions, velocities and inputs of a plant: numbers, names, limits, defaults, reading and writing them."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from sheldrake.common._checked import checked
+from sheldrake.common._overloads import Mismatch
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._building.frozen_model import FrozenModel
+from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.tree import Joint, JointActuator, JointIndex, ModelInstanceIndex
+from sheldrake.multibody.tree._element import finite, vector
+from sheldrake.systems.framework import Context
+from sheldrake.systems.framework._vector import lifted
+
+_NAMES = {"q": "q", "v": "v", "qv": "q_v"}
+_WORDS = {"q": "positions", "v": "velocities", "qv": "positions and velocities"}
+
+
+def _setter(call: str, parts: str, quick: str) -> Callable[..., None]:
+    """A method that sets positions ("q"), velocities ("v") or both ("qv").
+
+    Its quick way asks the view's builtin function `quick`.
+    """
+    writer = operator.attrgetter(quick)
+
+    def set_values(self: Any, context: Context, values: Any = None, *rest: Any, **named: Any) -> None:
+        try:  # the one that has to be quick
+            view = context._kept
+            if context._store.claimed:
+                context._store.check_thread()
+            if view.family is self._contexts.family and not (rest or named or writer(view)(values)):
+                return
+        except AttributeError:
+            pass
+        self._write(call, context, parts, (values, *rest), named)
+
+    set_values.__name__, set_values.__qualname__ = call, f"MultibodyPlant.{call}"
+    set_values.__doc__ = f"""Sets {_WORDS[parts]}: those of all, or of one model instance.
+
+        Called as `(context, {_NAMES[parts]})` or `(context, model_instance, {_NAMES[parts]})`.
+
+        Raises:
+            RuntimeError: the size is wrong or a number is not finite.
+        """
+    return set_values
+
+
+class Coordinates:
+    """Positions, velocities and inputs: how many there are, what they are called, and reading and writing them.
+
+    Args:
+        elements: Joints and actuators, which have them.
+        contexts: Where they are.
+    """
+
+    def __init__(self, elements: Elements, contexts: Contexts) -> None:
+        self._elements, self._contexts = elements, contexts
+        self._of_instance: dict[tuple[str, int], np.ndarray] = {}
+
+    # --- which
+
+    def count(self, call: str, which: str, model_instance: ModelInstanceIndex | None) -> int:
+        """Number of positions ("q") or velocities ("v"), of all or of one model instance."""
+        if model_instance is None:
+            model = self._elements.model(call)
+            return model.nq if which == "q" else model.nv
+        return len(self.indices(call, which, model_instance))
+
+    def indices(self, call: str, which: str, model_instance: ModelInstanceIndex | None) -> np.ndarray:
+        """Numbers of the positions ("q") or velocities ("v") of a model instance, ascending; all for None."""
+        model = self._elements.model(call)
+        if model_instance is None:
+            return np.arange(model.nq if which == "q" else model.nv)
+        self._elements.require_instance(call, model_instance)
+        key = which, int(model_instance)
+        if key not in self._of_instance:
+            numbers = [
+                n
+                for j in self._elements.joints.of_instance(model_instance)
+                for n in (
+                    range(j._q_start, j._q_start + j.num_positions())
+                    if which == "q"
+                    else range(j._v_start, j._v_start + j.num_velocities())
+                )
+            ]
+            self._of_instance[key] = np.array(sorted(numbers), np.int64)
+        return self._of_instance[key]
+
+    def actuators_of(self, call: str, model_instance: ModelInstanceIndex | None) -> list[JointActuator]:
+        """All actuators, or after Finalize() those of one model instance."""
+        if model_instance is None:
+            return list(self._elements.actuators)
+        self._elements.require_finalized(call)
+        self._elements.require_instance(call, model_instance)
+        return self._elements.actuators.of_instance(model_instance)
+
+    def input_indices(self, call: str, model_instance: ModelInstanceIndex | None) -> np.ndarray:
+        """Numbers of the inputs of a model instance in the actuation vector."""
+        self._elements.require_finalized(call)
+        actuators = self.actuators_of(call, model_instance)
+        return np.array([a._input_start + k for a in actuators for k in range(a.num_inputs())], np.int64)
+
+    @property
+    def _model(self) -> FrozenModel:
+        return self._elements.model("MultibodyPlant")
+
+    # --- counts
+
+    def num_positions(self, model_instance: ModelInstanceIndex | None = None) -> int:
+        """Number of positions, of all or of one model instance."""
+        return self.count("num_positions", "q", model_instance)
+
+    def num_velocities(self, model_instance: ModelInstanceIndex | None = None) -> int:
+        """Number of velocities, of all or of one model instance."""
+        return self.count("num_velocities", "v", model_instance)
+
+    def num_multibody_states(self, model_instance: ModelInstanceIndex | None = None) -> int:
+        """Number of positions and velocities, of all or of one model instance."""
+        call = "num_multibody_states"
+        return self.count(call, "q", model_instance) + self.count(call, "v", model_instance)
+
+    def num_actuators(self, model_instance: ModelInstanceIndex | None = None) -> int:
+        """Number of actuators, of all or of one model instance."""
+        return len(self.actuators_of("num_actuators", model_instance))
+
+    def num_actuated_dofs(self, model_instance: ModelInstanceIndex | None = None) -> int:
+        """Number of velocities with actuators, of all or of one model instance."""
+        return sum(a.num_inputs() for a in self.actuators_of("num_actuated_dofs", model_instance))
+
+    # --- names
+
+    def _element_names(
+        self, call: str, which: str, args: tuple, always_add_suffix: bool, add_model_instance_prefix: bool | None
+    ) -> list[str]:
+        instance, flags = None, list(args)
+        if flags and isinstance(flags[0], ModelInstanceIndex):
+            instance = flags.pop(0)
+        prefix = flags.pop(0) if flags else add_model_instance_prefix
+        always_add_suffix = flags.pop(0) if flags else always_add_suffix
+        prefix = (instance is None) if prefix is None else prefix
+        model = self._elements.model(call)
+        names: Any = np.empty(model.nq if which == "q" else model.nv, dtype=object)
+        for joint in model.joints:
+            count = joint.num_positions() if which == "q" else joint.num_velocities()
+            start = joint._q_start if which == "q" else joint._v_start
+            suffixes = joint._q_suffixes if which == "q" else joint._v_suffixes
+            before = f"{self._instance_name(joint)}_" if prefix else ""
+            for k in range(count):
+                after = f"_{suffixes[k]}" if always_add_suffix or count > 1 else ""
+                names[start + k] = f"{before}{joint.name()}{after}"
+        return list(names[self.indices(call, which, instance)])
+
+    def GetPositionNames(
+        self,
+        *args: Any,
+        model_instance: ModelInstanceIndex | None = None,
+        add_model_instance_prefix: bool | None = None,
+        always_add_suffix: bool = True,
+    ) -> list[str]:
+        """Names of the positions.
+
+        Args:
+            args: `[model_instance], [add_model_instance_prefix], [always_add_suffix]`.
+            model_instance: Only those of one model instance.
+            add_model_instance_prefix: Begin names with that of the model instance; by default only when names of all
+                instances are asked for.
+            always_add_suffix: End names with what tells a joint's positions apart even when it has only one.
+        """
+        args = args if model_instance is None else (model_instance, *args)
+        return self._element_names("GetPositionNames", "q", args, always_add_suffix, add_model_instance_prefix)
+
+    def GetVelocityNames(
+        self,
+        *args: Any,
+        model_instance: ModelInstanceIndex | None = None,
+        add_model_instance_prefix: bool | None = None,
+        always_add_suffix: bool = True,
+    ) -> list[str]:
+        """Names of the velocities; arguments as in GetPositionNames()."""
+        args = args if model_instance is None else (model_instance, *args)
+        return self._element_names("GetVelocityNames", "v", args, always_add_suffix, add_model_instance_prefix)
+
+    def GetStateNames(
+        self,
+        *args: Any,
+        model_instance: ModelInstanceIndex | None = None,
+        add_model_instance_prefix: bool | None = None,
+    ) -> list[str]:
+        """Names of the positions, then of the velocities; arguments as in GetPositionNames()."""
+        args = args if model_instance is None else (model_instance, *args)
+        return [
+            *self._element_names("GetStateNames", "q", args, True, add_model_instance_prefix),
+            *self._element_names("GetStateNames", "v", args, True, add_model_instance_prefix),
+        ]
+
+    def GetActuatorNames(
+        self,
+        *args: Any,
+        model_instance: ModelInstanceIndex | None = None,
+        add_model_instance_prefix: bool | None = None,
+    ) -> list[str]:
+        """Names of the actuators, in the order of the actuation vector."""
+        self._elements.require_finalized("GetActuatorNames")
+        flags, instance = list(args), model_instance
+        if flags and isinstance(flags[0], ModelInstanceIndex):
+            instance = flags.pop(0)
+        prefix = flags.pop(0) if flags else add_model_instance_prefix
+        prefix = (instance is None) if prefix is None else prefix
+        return [
+            f"{self._instance_name(a)}_{a.name()}" if prefix else a.name()
+            for a in self.actuators_of("GetActuatorNames", instance)
+        ]
+
+    def _instance_name(self, element: Joint | JointActuator) -> str:
+        return self._elements.GetModelInstanceName(element.model_instance())
+
+    # --- limits
+
+    def _limits(self, call: str, kind: str, side: int) -> np.ndarray:
+        """Lower (0) or upper (1) limits of all joints.
+
+        Args:
+            call: For the error before Finalize().
+            kind: "position", "velocity" or "acceleration".
+            side: 0 or 1.
+        """
+        model = self._elements.model(call)
+        out = np.empty(model.nq if kind == "position" else model.nv)
+        for joint in model.joints:
+            values = joint._limits[kind][side]
+            start = joint._q_start if kind == "position" else joint._v_start
+            out[start : start + len(values)] = values
+        return out
+
+    def _effort_limits(self, call: str) -> np.ndarray:
+        """Upper limits of the efforts, shape (nu,)."""
+        return np.array([a.effort_limit() for a in self._elements.model(call).actuators for _ in range(a.num_inputs())])
+
+    def GetPositionLowerLimits(self) -> np.ndarray:
+        """Lower limits of the positions, shape (nq,)."""
+        return self._limits("GetPositionLowerLimits", "position", 0)
+
+    def GetPositionUpperLimits(self) -> np.ndarray:
+        """Upper limits of the positions, shape (nq,)."""
+        return self._limits("GetPositionUpperLimits", "position", 1)
+
+    def GetVelocityLowerLimits(self) -> np.ndarray:
+        """Lower limits of the velocities, shape (nv,)."""
+        return self._limits("GetVelocityLowerLimits", "velocity", 0)
+
+    def GetVelocityUpperLimits(self) -> np.ndarray:
+        """Upper limits of the velocities, shape (nv,)."""
+        return self._limits("GetVelocityUpperLimits", "velocity", 1)
+
+    def GetAccelerationLowerLimits(self) -> np.ndarray:
+        """Lower limits of the accelerations, shape (nv,)."""
+        return self._limits("GetAccelerationLowerLimits", "acceleration", 0)
+
+    def GetAccelerationUpperLimits(self) -> np.ndarray:
+        """Upper limits of the accelerations, shape (nv,)."""
+        return self._limits("GetAccelerationUpperLimits", "acceleration", 1)
+
+    def GetEffortLowerLimits(self) -> np.ndarray:
+        """Lower limits of the efforts, shape (num_actuated_dofs,)."""
+        return -self._effort_limits("GetEffortLowerLimits")
+
+    def GetEffortUpperLimits(self) -> np.ndarray:
+        """Upper limits of the efforts, shape (num_actuated_dofs,)."""
+        return self._effort_limits("GetEffortUpperLimits")
+
+    # --- state in a context
+
+    def _part(self, call: str, which: str, array: np.ndarray, model_instance: ModelInstanceIndex | None) -> np.ndarray:
+        """A copy of positions ("q") or velocities ("v"): of all of them, or of those of one model instance."""
+        return array.copy() if model_instance is None else array[self.indices(call, which, model_instance)]
+
+    def GetPositions(self, context: Context, model_instance: ModelInstanceIndex | None = None) -> np.ndarray:
+        """Positions, shape (nq,), of all or of one model instance."""
+        return self._part("GetPositions", "q", self._contexts.view(context).q, model_instance)
+
+    def GetVelocities(self, context: Context, model_instance: ModelInstanceIndex | None = None) -> np.ndarray:
+        """Velocities, shape (nv,), of all or of one model instance."""
+        return self._part("GetVelocities", "v", self._contexts.view(context).v, model_instance)
+
+    def GetPositionsAndVelocities(
+        self, context: Context, model_instance: ModelInstanceIndex | None = None
+    ) -> np.ndarray:
+        """Positions, then velocities, shape (nq + nv,), of all or of one model instance."""
+        view, call = self._contexts.view(context), "GetPositionsAndVelocities"
+        if model_instance is None:
+            return view.x.copy()
+        return np.concatenate(
+            [self._part(call, "q", view.q, model_instance), self._part(call, "v", view.v, model_instance)]
+        )
+
+    def _write(self, call: str, context: Context, parts: str, args: tuple, kwargs: dict[str, Any]) -> None:
+        """Sets positions ("q"), velocities ("v") or both ("qv").
+
+        Args:
+            call: For errors.
+            context: Where.
+            parts: Which.
+            args: `[model_instance], values`.
+            kwargs: The same by name.
+        """
+        rest = [a for a in args if a is not None]
+        instance = kwargs.pop("model_instance", None)
+        if len(rest) == 2 or (rest and isinstance(rest[0], ModelInstanceIndex)):
+            instance = rest.pop(0)
+        values = rest.pop(0) if rest else kwargs.pop(_NAMES[parts], None)
+        if rest or kwargs or values is None or not (instance is None or isinstance(instance, ModelInstanceIndex)):
+            raise Mismatch(
+                f"{call}(): incompatible function arguments. Takes (context, values) or (context, model_instance, "
+                "values)."
+            )
+        view = self._contexts.view(context)
+        at = [self.indices(call, which, instance) for which in parts]
+        size = sum(len(a) for a in at)
+        array = np.asarray(values)
+        array = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
+        if array.ndim == 0 or array.dtype.kind not in "fiubO":
+            raise Mismatch(
+                f"{call}(): incompatible function arguments. Takes a vector of {size} numbers, not {values!r}."
+            )
+        if array.shape != (size,):
+            whose = (
+                "the plant"
+                if instance is None
+                else f"model instance '{self._elements.instances.get(instance, call).name()}'"
+            )
+            raise RuntimeError(
+                f"{call}(): {whose} has {size} {_WORDS[parts]}, but the given array has shape {array.shape}."
+            )
+        finite(call, "the values", array)
+        context._store.check_thread()
+        if "q" in parts:
+            view.q[at[0]] = array[: len(at[0])]
+        if "v" in parts:
+            view.v[at[-1]] = array[size - len(at[-1]) :]
+        self._contexts.wrote(context, view)
+
+    SetPositions = _setter("SetPositions", "q", "write_q")
+    SetVelocities = _setter("SetVelocities", "v", "write_v")
+    SetPositionsAndVelocities = _setter("SetPositionsAndVelocities", "qv", "write_x")
+
+    @checked
+    def GetPositionsFromArray(self, model_instance: ModelInstanceIndex, q: ArrayLike) -> np.ndarray:
+        """The positions of a model instance among all."""
+        at = self.indices("GetPositionsFromArray", "q", model_instance)
+        return _of_size("q", q, self._model.nq)[at]
+
+    @checked
+    def GetVelocitiesFromArray(self, model_instance: ModelInstanceIndex, v: ArrayLike) -> np.ndarray:
+        """The velocities of a model instance among all."""
+        at = self.indices("GetVelocitiesFromArray", "v", model_instance)
+        return _of_size("v", v, self._model.nv)[at]
+
+    @checked
+    def SetPositionsInArray(self, model_instance: ModelInstanceIndex, q_instance: ArrayLike, q: np.ndarray) -> None:
+        """Writes the positions of a model instance into an array of all, in place."""
+        at = self.indices("SetPositionsInArray", "q", model_instance)
+        _of_size("q", q, self._model.nq)
+        q[at] = _of_size("q_instance", q_instance, len(at))
+
+    @checked
+    def SetVelocitiesInArray(self, model_instance: ModelInstanceIndex, v_instance: ArrayLike, v: np.ndarray) -> None:
+        """Writes the velocities of a model instance into an array of all, in place."""
+        at = self.indices("SetVelocitiesInArray", "v", model_instance)
+        _of_size("v", v, self._model.nv)
+        v[at] = _of_size("v_instance", v_instance, len(at))
+
+    @checked
+    def GetActuationFromArray(self, model_instance: ModelInstanceIndex, u: ArrayLike) -> np.ndarray:
+        """The actuation of a model instance among all."""
+        at = self.input_indices("GetActuationFromArray", model_instance)
+        return _of_size("u", u, self._model.nu)[at]
+
+    @checked
+    def SetActuationInArray(self, model_instance: ModelInstanceIndex, u_instance: ArrayLike, u: np.ndarray) -> None:
+        """Writes the actuation of a model instance into an array of all, in place."""
+        at = self.input_indices("SetActuationInArray", model_instance)
+        _of_size("u", u, self._model.nu)
+        u[at] = _of_size("u_instance", u_instance, len(at))
+
+    # --- defaults
+
+    def GetDefaultPositions(self, model_instance: ModelInstanceIndex | None = None) -> np.ndarray:
+        """Positions of a default context, shape (nq,), of all or of one model instance."""
+        at = self.indices("GetDefaultPositions", "q", model_instance)
+        return lifted(self._model.default_positions()[at], self._contexts.scalar)
+
+    @checked
+    def SetDefaultPositions(
+        self,
+        *args: ArrayLike,
+        q: ArrayLike | None = None,
+        model_instance: ModelInstanceIndex | None = None,
+        q_instance: ArrayLike | None = None,
+    ) -> None:
+        """Sets positions of default contexts: `(q)` all, `(model_instance, q_instance)` those of one model instance."""
+        rest: list[Any] = list(args)
+        if len(rest) == 2:
+            model_instance = rest.pop(0)
+        values = rest.pop(0) if rest else (q if q is not None else q_instance)
+        call = "SetDefaultPositions"
+        at = self.indices(call, "q", model_instance)
+        array = np.ravel(np.asarray(values, float))
+        if array.shape != at.shape:
+            raise RuntimeError(f"{call}(): expected {len(at)} positions, but the given array has {array.size}.")
+        new = self._model.default_positions()
+        new[at] = array
+        for joint in self._model.joints:
+            joint._default_q = new[joint._q_start : joint._q_start + joint.num_positions()].copy()
+
+    # --- selectors
+
+    @checked
+    def MakeStateSelectorMatrix(self, user_to_joint_index_map: Sequence[JointIndex]) -> np.ndarray:
+        """S with x_selected = S x: positions, then velocities of the given joints; shape (n, nq + nv).
+
+        Raises:
+            RuntimeError: a joint is given twice.
+        """
+        model = self._elements.model("MakeStateSelectorMatrix")
+        joints = [self._elements.joints.get(i, "get_joint") for i in user_to_joint_index_map]
+        for i, joint in enumerate(joints):
+            if joint in joints[:i]:
+                raise RuntimeError(f"Joint named '{joint.name()}' is repeated multiple times.")
+        q = [j._q_start + k for j in joints for k in range(j.num_positions())]
+        v = [model.nq + j._v_start + k for j in joints for k in range(j.num_velocities())]
+        return np.eye(model.nq + model.nv)[[*q, *v]].reshape(-1, model.nq + model.nv)
+
+    def MakeActuatorSelectorMatrix(
+        self, user_to_actuator_index_map: Any = None, *, user_to_joint_index_map: Any = None
+    ) -> np.ndarray:
+        """S with u = S u_selected, for a list of actuators or of joints; shape (num_actuated_dofs, n)."""
+        model = self._elements.model("MakeActuatorSelectorMatrix")
+        chosen = user_to_joint_index_map if user_to_actuator_index_map is None else user_to_actuator_index_map
+        S = np.zeros((model.nu, len(chosen)))
+        for column, index in enumerate(chosen):
+            if type(index).__name__ == "JointIndex" or user_to_joint_index_map is not None:
+                joint = self._elements.joints.get(index, "get_joint")
+                actuator = next((a for a in model.actuators if a.joint() is joint), None)
+                if actuator is None:
+                    raise RuntimeError(f"MakeActuatorSelectorMatrix(): joint {joint.name()!r} has no actuator.")
+            else:
+                actuator = self._elements.actuators.get(index, "get_joint_actuator")
+            S[actuator._input_start, column] = 1.0
+        return S
+
+    def MakeActuationMatrix(self) -> np.ndarray:
+        """B with generalized forces = B u; shape (nv, num_actuated_dofs)."""
+        model = self._elements.model("MakeActuationMatrix")
+        B = np.zeros((model.nv, model.nu))
+        for a in model.actuators:
+            B[a.joint()._v_start, a._input_start] = 1.0
+        return B
+
+    def MakeActuationMatrixPseudoinverse(self) -> Any:
+        """B⁺ with u = B⁺ tau, a scipy.sparse.csc_matrix; shape (num_actuated_dofs, nv)."""
+        from scipy.sparse import csc_matrix
+
+        return csc_matrix(self.MakeActuationMatrix().T)
+
+
+def _of_size(name: str, values: ArrayLike, size: int) -> np.ndarray:
+    """The numbers, as an array of its own.
+
+    Raises:
+        RuntimeError: there are more or fewer than `size`.
+    """
+    if np.size(values) != size:
+        raise RuntimeError(f"Passed in array is not properly sized: {name} has {np.size(values)} numbers, not {size}.")
+    return vector("MultibodyPlant", name, values, size)

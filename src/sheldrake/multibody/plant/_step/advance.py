@@ -1,0 +1,156 @@
+"""How a plant advances: the stages that run, the same in Python for one context, and the scratch that either leaves."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.common.kernel import Kernel
+from sheldrake.multibody.plant._building.elements import Elements
+from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_TIME, GEOMETRY_NOT_CONNECTED
+from sheldrake.multibody.plant._step.applied_forces import AppliedForces
+from sheldrake.multibody.plant._step.continuous import ContinuousDynamics
+from sheldrake.multibody.plant._step.discrete import DiscreteUpdate
+from sheldrake.multibody.plant._step.failures import Failures
+from sheldrake.multibody.plant._step.input_ports import input_vector, sees_geometry
+from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
+from sheldrake.systems.framework import Context, LeafSystem
+from sheldrake.systems.framework._declarations import FedStage, PythonStage, Stages
+
+
+class Advance:
+    """The update of a discrete plant, or the derivatives of a continuous one.
+
+    Args:
+        elements: Tell whether there are constraints.
+        settings: Discrete or continuous; sampled ports or not.
+        contexts: The state.
+        models: The arrays of the kernels.
+        applied: Forces that come as objects.
+        failures: Why kernels could not go on.
+    """
+
+    def __init__(
+        self,
+        elements: Elements,
+        settings: Settings,
+        contexts: Contexts,
+        models: KernelModels,
+        applied: AppliedForces,
+        failures: Failures,
+    ) -> None:
+        self._elements, self._settings, self._contexts = elements, settings, contexts
+        self._models, self._applied, self._failures = models, applied, failures
+        kind = DiscreteUpdate if settings.is_discrete() else ContinuousDynamics
+        self.equations: Any = kind(elements, settings, models)
+        """A `DiscreteUpdate` or `ContinuousDynamics`: which kernels run, and what their scratch means."""
+        self._prototype: tuple[Any, Any] | None = None
+
+    # --- rows
+
+    def declare(self, plant: LeafSystem) -> None:
+        """Declares the update or the derivatives."""
+        self.equations.declare(plant, Stages(_stages_in))
+
+    def stages_in(self, plant: LeafSystem, root: Any) -> list[Kernel | PythonStage | FedStage]:
+        """What runs in the contexts of a root, in order; first what finds forces that come as objects.
+
+        Args:
+            plant: The plant.
+            root: Its view of the root.
+        """
+        if refusal := self.equations.refusal(root):
+            return refusal
+        kernels = self.equations.stages(self._models.in_root(root))
+        if not self._applied.are_used(plant):
+            return kernels
+        reads = PythonStage(_find_applied_force, (self.equations.vectors, "applied_force"))
+        return [self._applied.native_stage(plant, root) or reads, *kernels]
+
+    def find_applied_force(self, context: Context) -> None:
+        """Turns the applied spatial forces into generalized ones, in the scratch of the step or the derivatives."""
+        view = self._contexts.view(context)
+        if view.applied_force is None:
+            view.applied_force = self.equations.applied_force(context._store.scratch(context._node))
+        view.applied_force[:] = self._applied.as_generalized(context)
+
+    # --- scratch
+
+    def prototype(self, geometry: CompiledGeometry) -> Any:
+        """The scratch of contexts with a state of the geometry."""
+        if self._prototype is None or self._prototype[0] is not geometry.model:
+            self._prototype = geometry.model, self.equations.make_work(geometry)
+        return self._prototype[1]
+
+    def arrays(self) -> list[Any]:
+        """What copies of the plant on other scalars share."""
+        return [self._prototype]
+
+    def carry(self, old: Any, new: Any) -> None:
+        """Fills new scratch with what old scratch says that does not speak of contacts."""
+        for name in self.equations.kept_parts:
+            for target, values in zip(getattr(new, name), getattr(old, name)):
+                target[...] = values
+
+    def results(self, context: Context) -> Any:
+        """Scratch of the last step; of the present state when ports are not sampled."""
+        return context._store.scratch(context._node) if self._settings.sampled else self.present_work(context)
+
+    def present_work(self, context: Context) -> Any:
+        """Scratch of a step from the present state, or of its derivatives; made once a state."""
+        view = self._contexts.view(context)
+        stamp = context._store.i[2]
+        if view.results is None or view.results[0] != stamp:
+            work = view.copy_of(self.prototype(self._models.geometry_of(context)))
+            self.run(context, work, view.zeros(len(view.x)))
+            view.results = stamp, work
+        return view.results[1]
+
+    def vdot(self, context: Context, sampled: bool = False) -> np.ndarray:
+        """Generalized accelerations at the present state, shape (nv,).
+
+        Args:
+            context: Where.
+            sampled: In the last step, where ports are sampled.
+        """
+        view = self._contexts.view(context)  # whether it is a context of this plant is told there
+        if not self._settings.is_discrete() and view.T is AutoDiffXd:  # its sweeps leave no scratch
+            return context._system.EvalTimeDerivatives(context).get_generalized_velocity().CopyToVector()
+        return self.equations.vdot(self.results(context) if sampled else self.present_work(context))
+
+    # --- in Python
+
+    def run(self, context: Context, work: Any, out: np.ndarray) -> None:
+        """Runs the stages of the step or the derivatives on given scratch, with everything that acts from outside.
+
+        Raises:
+            RuntimeError: the kernel says why.
+        """
+        view, discrete = self._contexts.view(context), self._settings.is_discrete()
+        self.equations.applied_force(work)[:] = self._applied.as_generalized(context)
+        u = tuple(input_vector(context, i) for i in range(context.num_input_ports()))
+        connected = sees_geometry(context)
+        if self._models.misses_geometry(connected):
+            raise self._failures.explain(GEOMETRY_NOT_CONNECTED, context)
+        if self._elements.constraints and not discrete:
+            raise self._failures.explain(CONSTRAINTS_IN_CONTINUOUS_TIME, context)
+        models = self._models.of(connected, self._models.geometry_of(context))
+        kernels = self.equations.stages(models)
+        status = view.run_chain(kernels, **work._asdict(), **models, xd=view.x, xc=view.x, p=view.p, u=u, out=out)
+        if status:
+            raise self._failures.explain(status, context)
+
+
+# A plant's declarations serve its copies on other scalars: so these ask the plant that they are called for.
+
+
+def _stages_in(plant: Any, root: Any) -> list[Kernel | PythonStage | FedStage]:
+    return plant._parts.advance.stages_in(plant, root)
+
+
+def _find_applied_force(plant: Any, context: Context) -> None:
+    plant._parts.advance.find_applied_force(context)

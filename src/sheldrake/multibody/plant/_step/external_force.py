@@ -1,0 +1,59 @@
+"""A force from outside on one body, as the applied_spatial_force port takes them."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common.value import _register_value_type
+from sheldrake.multibody.math import SpatialForce
+from sheldrake.multibody.tree import BodyIndex
+
+
+class ExternallyAppliedSpatialForce:
+    """A force from outside on one body B at a point Bq fixed to it."""
+
+    def __init__(self) -> None:
+        self._body_index = BodyIndex()
+        self._p_BoBq_B = np.zeros(3)
+        self.F_Bq_W = SpatialForce.Zero()
+
+    @property
+    def body_index(self) -> BodyIndex:
+        """The body."""
+        return self._body_index
+
+    @body_index.setter
+    def body_index(self, value: Any) -> None:
+        self._body_index = value if isinstance(value, BodyIndex) else BodyIndex(value)
+
+    @property
+    def p_BoBq_B(self) -> np.ndarray:
+        """The point [m], shape (3,)."""
+        return self._p_BoBq_B
+
+    @p_BoBq_B.setter
+    def p_BoBq_B(self, value: Any) -> None:
+        array = np.asarray(value)
+        self._p_BoBq_B = (array.astype(float) if array.dtype != object else array.copy()).reshape(-1)
+
+    def __copy__(self) -> ExternallyAppliedSpatialForce:
+        new = object.__new__(ExternallyAppliedSpatialForce)
+        new._body_index, new._p_BoBq_B, new.F_Bq_W = self._body_index, self._p_BoBq_B.copy(), self.F_Bq_W
+        return new
+
+    def __deepcopy__(self, memo: dict) -> ExternallyAppliedSpatialForce:
+        new = copy.copy(self)
+        new.F_Bq_W = copy.copy(self.F_Bq_W)
+        return new
+
+    def __repr__(self) -> str:
+        return (
+            f"ExternallyAppliedSpatialForce(body_index={self.body_index!r}, p_BoBq_B={self.p_BoBq_B.tolist()}, "
+            f"F_Bq_W={self.F_Bq_W!r})"
+        )
+
+
+_register_value_type(ExternallyAppliedSpatialForce, with_list=True)

@@ -1,0 +1,151 @@
+"""Nonlinear programs by the library NLopt (Johnson, 2007), through its package."""
+
+from __future__ import annotations
+
+import importlib.util
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
+from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._ids import SolutionResult, SolverOptions
+
+_LEAST_PROGRESS, _SPENT = (1, 2, 3, 4), (5, 6)
+_FAILURE = -1
+
+
+class NloptSolverDetails(NamedTuple):
+    """What the solver tells of a solve: NLopt's status, above 0 for success, 5 for too many evaluations."""
+
+    status: int
+
+
+class NloptSolver(NonlinearSolver):
+    """Solves nonlinear programs by NLopt; stands on the package nlopt. Its matrices are dense.
+
+    Options are those whose names its functions return; the algorithm is named as in NLopt, "LD_SLSQP" if absent.
+    """
+
+    _name = "NLopt"
+
+    @classmethod
+    def _is_available(cls) -> bool:
+        return importlib.util.find_spec("nlopt") is not None
+
+    def _why_not_available(self) -> str:
+        return "stands on the package nlopt, which is not installed (pip install sheldrake[nlp])."
+
+    @staticmethod
+    def ConstraintToleranceName() -> str:
+        """Returns the name of the option for the largest violation of a constraint."""
+        return "constraint_tol"
+
+    @staticmethod
+    def XRelativeToleranceName() -> str:
+        """Returns the name of the option for the least relative step."""
+        return "xtol_rel"
+
+    @staticmethod
+    def XAbsoluteToleranceName() -> str:
+        """Returns the name of the option for the least step."""
+        return "xtol_abs"
+
+    @staticmethod
+    def MaxEvalName() -> str:
+        """Returns the name of the option for the largest number of evaluations."""
+        return "max_eval"
+
+    @staticmethod
+    def MaxTimeName() -> str:
+        """Returns the name of the option for the longest time [s]."""
+        return "max_time"
+
+    @staticmethod
+    def AlgorithmName() -> str:
+        """Returns the name of the option for the algorithm."""
+        return "algorithm"
+
+    def _read(self, options: SolverOptions) -> Settings:
+        known = [
+            self.ConstraintToleranceName(),
+            self.XRelativeToleranceName(),
+            self.XAbsoluteToleranceName(),
+            self.MaxEvalName(),
+            self.MaxTimeName(),
+            self.AlgorithmName(),
+        ]
+        given = self._given(options, known)
+        return Settings(
+            feasibility=max(1e-6, number(given, self.ConstraintToleranceName(), 1e-6)),
+            iterations=int(number(given, self.MaxEvalName(), 1000)),
+            prints=self._prints(options),
+            more=given,
+        )
+
+    def _run(self, form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
+        import nlopt
+
+        given = settings.more or {}
+        name = given.get(self.AlgorithmName(), "LD_SLSQP")
+        algorithm = getattr(nlopt, name, None)
+        if not isinstance(algorithm, int) or name[:2] not in ("LD", "LN", "GD", "GN", "AU"):
+            raise RuntimeError(f"NLopt: there is no algorithm {name!r}; names are those of NLopt, such as LD_SLSQP.")
+        problem = nlopt.opt(algorithm, form.num_vars)
+        seen: list[np.ndarray] = [start]
+
+        def cost(y: np.ndarray, slope: np.ndarray) -> float:
+            seen[:] = [y.copy()]
+            if not slope.size:
+                return form.values(y)[0]
+            value, gradient = form.cost(y)
+            slope[:] = gradient
+            form.show(y)
+            return value
+
+        problem.set_min_objective(cost)
+        problem.set_lower_bounds(form.x_lower)
+        problem.set_upper_bounds(form.x_upper)
+        tolerance = number(given, self.ConstraintToleranceName(), 1e-6)
+        equal = form.lower == form.upper
+        self._constrain(problem.add_equality_mconstraint, form, np.flatnonzero(equal), None, tolerance)
+        above, below = (np.flatnonzero(~equal & np.isfinite(bound)) for bound in (form.lower, form.upper))
+        self._constrain(problem.add_inequality_mconstraint, form, below, above, tolerance)
+        problem.set_xtol_rel(number(given, self.XRelativeToleranceName(), 1e-6))
+        problem.set_xtol_abs(number(given, self.XAbsoluteToleranceName(), 1e-6))
+        problem.set_maxeval(settings.iterations)
+        problem.set_maxtime(number(given, self.MaxTimeName(), 0.0))
+        try:
+            y = problem.optimize(start)
+            status = problem.last_optimize_result()
+        except (RuntimeError, nlopt.RoundoffLimited) as error:
+            if "nlopt" not in f"{type(error).__module__} {error}".lower():
+                raise  # a user's function raised it
+            y, status = seen[0], _FAILURE
+        return Outcome(self._name, y, status in _LEAST_PROGRESS, status in _SPENT, None, status)
+
+    @staticmethod
+    def _constrain(
+        add: Any, form: NonlinearForm, below: np.ndarray, above: np.ndarray | None, tolerance: float
+    ) -> None:
+        """Rows `below` are kept below their upper bounds, or at them; rows `above` above their lower ones."""
+        lower = np.zeros(0, dtype=int) if above is None else above
+        size = len(below) + len(lower)
+        if not size:
+            return
+
+        def excess(out: np.ndarray, y: np.ndarray, slopes: np.ndarray) -> None:
+            if slopes.size:
+                values, J = form.dense_constraints(y)
+                slopes[:] = np.vstack((J[below], -J[lower]))
+            else:
+                values = form.values(y)[1]
+            out[:] = np.concatenate((values[below] - form.upper[below], form.lower[lower] - values[lower]))
+
+        add(excess, np.full(size, tolerance))
+
+    def _details(
+        self, kind: SolutionResult, outcome: Outcome, seconds: float, F: np.ndarray, multipliers: Multipliers
+    ) -> NloptSolverDetails:
+        assert outcome.status is not None
+        return NloptSolverDetails(outcome.status)

@@ -1,0 +1,83 @@
+"""Nonlinear programs without anything to install: an interior point method, also for those who ask for SNOPT."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.solvers._engines.interior_point import Ending, interior_point
+from sheldrake.solvers._engines.nonlinear import Multipliers, NonlinearSolver, Outcome, Settings, number
+from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.slsqp import by_slsqp
+from sheldrake.solvers._ids import SolutionResult, SolverOptions
+
+_LARGEST_DENSE = 200  # Variables up to which SLSQP, whose matrices are dense, is worth a try.
+
+
+class SnoptSolverDetails(NamedTuple):
+    """What is told of a solve: `info` is 1 for success, 13 for infeasible, 32 for too many iterations, else 41.
+
+    `solve_time` is in seconds; `F` the cost and the values of all constraints but bounds of variables; `xmul` and
+    `Fmul` the derivatives of the cost by the active bounds of variables and of `F`.
+    """
+
+    info: int
+    solve_time: float
+    xmul: Any
+    F: Any
+    Fmul: Any
+
+
+_INFO = {
+    SolutionResult.kSolutionFound: 1,
+    SolutionResult.kInfeasibleConstraints: 13,
+    SolutionResult.kUnbounded: 21,
+    SolutionResult.kIterationLimit: 32,
+}
+
+
+class InteriorPointSolver(NonlinearSolver):
+    """Solves nonlinear programs by the interior point method of this library.
+
+    SciPy's SLSQP is tried where that gets stuck. It heeds the options of SNOPT that
+    `SnoptSolver` names.
+    """
+
+    _name = "InteriorPoint"
+
+    def _read(self, options: SolverOptions) -> Settings:
+        given = {key.lower(): value for key, value in options._of("SNOPT").items()}
+        return Settings(
+            optimality=min(1e-8, 1e-2 * number(given, "major optimality tolerance", 1e-6)),
+            feasibility=number(given, "major feasibility tolerance", 1e-6),
+            iterations=int(number(given, "major iterations limit", 1000)),
+            prints=self._prints(options),
+        )
+
+    def _run(self, form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
+        y, dual, ending = interior_point(form, start, settings.optimality, settings.feasibility, settings.iterations)
+        found = Outcome(InteriorPointSolver._name, y, ending is Ending.CONVERGED, ending is Ending.ITERATIONS, dual)
+        if ending is not Ending.STUCK or form.num_vars > _LARGEST_DENSE:
+            return found
+        other = by_slsqp(form, start, settings)
+        return other if form.violation(form.clip(other.y)) <= settings.feasibility else found
+
+    def _details(
+        self, kind: SolutionResult, outcome: Outcome, seconds: float, F: np.ndarray, multipliers: Multipliers
+    ) -> SnoptSolverDetails:
+        xmul = multipliers.low + multipliers.high
+        return SnoptSolverDetails(_INFO.get(kind, 41), seconds, xmul, F, np.append(0.0, multipliers.rows))
+
+
+class SnoptSolver(InteriorPointSolver):
+    """Solves nonlinear programs for those who ask for SNOPT, which has no package that could be installed.
+
+    What runs is the interior point method of this library, and results say so: their solver id is that of
+    "InteriorPoint". `available()` is true, as programs that ask for SNOPT run.
+
+    Options that are understood, in small letters or capitals: "Major iterations limit", "Major optimality tolerance",
+    "Major feasibility tolerance"; others are accepted without effect.
+    """
+
+    _name = "SNOPT"

@@ -1,0 +1,728 @@
+"""BatchSimulator: one system in many worlds, each with a context of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import itertools
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from sheldrake.common import RandomGenerator
+from sheldrake.common._crew import Crew
+from sheldrake.systems.analysis._config import ApplySimulatorConfig, SimulatorConfig
+from sheldrake.systems.analysis._native_worlds import NativeWorlds, slow_rows
+from sheldrake.systems.analysis._simulated_worlds import SimulatedWorlds
+from sheldrake.systems.analysis._simulator import Simulator, first_tick
+from sheldrake.systems.analysis._span import failure
+from sheldrake.systems.analysis._trip import Ride
+from sheldrake.systems.framework import InputPort, OutputPort, System
+from sheldrake.systems.framework._declarations import KIND_NAMES, UNRESTRICTED
+from sheldrake.systems.framework._engine.worlds import Worlds
+from sheldrake.systems.framework._kernels import integrate as _integrate
+from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels import worlds as tables
+from sheldrake.systems.framework._kernels.worlds import Journey
+
+
+class WorldFailure(NamedTuple):
+    """Why a world stopped.
+
+    Attributes:
+        world: Its number.
+        time: When [s]: the context is as it was after the last good step.
+        system: Path of the system that failed; empty where none is known.
+        error: What it says.
+    """
+
+    world: int
+    time: float
+    system: str
+    error: BaseException
+
+
+class WorldsFailed(RuntimeError):
+    """Some worlds failed while the others went on; `failures` are WorldFailures."""
+
+    def __init__(self, failures: list[WorldFailure]):
+        shown = [f"  world {f.world} at t = {f.time} s: {f.error}" for f in failures[:10]]
+        more = [f"  and {len(failures) - 10} more"] if len(failures) > 10 else []
+        super().__init__("\n".join([f"{len(failures)} of the worlds failed; the others went on.", *shown, *more]))
+        self.failures = failures
+
+
+class BatchSimulator:
+    """Advances many worlds of one system.
+
+    All worlds' numbers are rows of one array, so that states, parameters, inputs and outputs of all of them are arrays,
+    shape (num_worlds, ...), without copies: what is written there is what the worlds have. `context(i)` is world i as
+    an ordinary Context. Worlds are advanced by threads, without Python where all systems are kernels; each has the bits
+    that it would have alone, however many threads and other worlds there are.
+
+    Args:
+        system: The system; usually a Diagram.
+        num_worlds: How many worlds.
+        context: What they are all like at first: a root context, which is copied; a default one if not given.
+        config: Of the simulators; a Simulator's own settings if not given.
+        num_threads: How many threads; as many as this process may use if not given.
+        seed: Of the random numbers, see `generator`.
+        raise_failures: Whether worlds that fail raise WorldsFailed when the others are done; else see `failures`.
+
+    Raises:
+        TypeError: the system is none.
+        ValueError: a number is less than one, or the settings are such as only one simulator can have.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        num_worlds: int,
+        context: Any = None,
+        *,
+        config: SimulatorConfig | None = None,
+        num_threads: int | None = None,
+        seed: int = 0,
+        raise_failures: bool = True,
+    ):
+        if not isinstance(system, System):
+            raise TypeError(f"BatchSimulator(): {system!r} is no System.")
+        if num_worlds < 1:
+            raise ValueError(f"BatchSimulator(): num_worlds must be at least 1, not {num_worlds}.")
+        if config is not None and (config.target_realtime_rate or config.publish_every_time_step):
+            raise ValueError("BatchSimulator(): worlds have no target_realtime_rate and no publish_every_time_step.")
+        self._system, self._count, self._config = system, int(num_worlds), config
+        self._seed, self._raises = int(seed), raise_failures
+        self._monitor: Callable[[Any], Any] | None = None
+        model = _simulator_of(system, config, system.CreateDefaultContext() if context is None else context.Clone())
+        model.get_mutable_integrator().Initialize()
+        store = model.get_context()._store
+        if store.unsettled:
+            store.settle()
+        self._layout, self._crew = store.layout, Crew(num_threads)
+        self._numbers = model.get_integrator()._numbers
+        self._worlds = Worlds(store, self._count, self._numbers)
+        program, rows = self._layout.program, self._layout.rows
+        in_loop = {*program.act.tolist(), *program.pre.tolist()}
+        self._with_inputs = sorted(r for r in in_loop if r >= 0 and rows[r].free)
+        self._begun = np.zeros(self._count, bool)
+        self._failures: dict[int, WorldFailure] = {}
+        self._failed = np.zeros(self._count, bool)
+        self._errors: dict[int, BaseException] = {}
+        self._terminated = np.zeros(self._count, bool)
+        self._in_use = threading.Lock()
+        self._ride = Ride(self._count)
+        self._outputs_of: dict[int, Ride] = {}
+        self._rides: dict[tuple, Ride] = {}
+        self._generators: dict[int, RandomGenerator] = {}
+        self._simulated = self._with_simulators()
+        self._native = None if self._obstacles() else NativeWorlds(self._worlds, self._crew)
+
+    def _with_simulators(self) -> SimulatedWorlds:
+        make = functools.partial(_simulator_of_world, self._system, self._config, self._monitor, self._crew)
+        return SimulatedWorlds(self._worlds, self._crew, make, self._errors)
+
+    def _obstacles(self) -> list[str]:
+        """What keeps worlds from being advanced by machine code alone."""
+        layout, systems = self._layout, self._worlds.model.systems
+        found = []
+        for r in slow_rows(layout):
+            row = layout.rows[r]
+            if row.node < 0:
+                found.append("witness functions")
+                continue
+            system, what = systems[row.node], KIND_NAMES[row.kind]
+            if row.output >= 0:
+                what = f"output port {system._outputs[row.output].name!r}"
+            found.append(f"{system.GetSystemPathname()}: {what} is Python")
+        if self._numbers.scheme == _integrate.PYTHON:
+            found.append("the integrator makes its steps in Python")
+        if layout.num_abstract and any(kind == UNRESTRICTED for kind, *_ in layout.group_list):
+            found.append("unrestricted updates of abstract state")
+        if not self._worlds.model.native:
+            found.append("kernels run as Python (SHELDRAKE_JIT=0)")
+        if self._monitor is not None:
+            found.append("the monitor is Python")
+        return list(dict.fromkeys(found))
+
+    def Explain(self) -> str:
+        """How the worlds are advanced, and which systems hold the others up."""
+        found, threads = self._obstacles(), self._crew.num_threads
+        if not found:
+            rows = len({r for _, _, rows, _ in self._layout.group_list for r in rows})
+            return f"{self._count} worlds on {threads} threads: all {rows} rows of the event loop are machine code."
+        lines = "\n".join(f"  {line}" for line in found)
+        return (
+            f"{self._count} worlds on {threads} threads, which take turns where they run Python. These do:\n{lines}\n"
+            "Written as kernels (docs/kernels.md) they would leave the threads alone."
+        )
+
+    # What there is.
+
+    def get_system(self) -> System:
+        """The system."""
+        return self._system
+
+    def num_worlds(self) -> int:
+        """How many worlds."""
+        return self._count
+
+    def num_threads(self) -> int:
+        """How many threads, the caller's included."""
+        return self._crew.num_threads
+
+    def context(self, world: int) -> Any:
+        """World number `world` as a root context: whatever takes a context works on it.
+
+        After writing to the batch's arrays ask for it again: what was computed in it is then out of date.
+
+        Raises:
+            IndexError: there is no such world.
+        """
+        if not 0 <= world < self._count:
+            raise IndexError(f"BatchSimulator.context({world}): there are worlds 0 to {self._count - 1}.")
+        store = self._worlds.store(int(world))
+        store.out_of_date()
+        return store.context(0)
+
+    def generator(self, world: int) -> RandomGenerator:
+        """The world's own random numbers: the same whatever the number of worlds and threads is."""
+        if world not in self._generators:
+            words = np.random.SeedSequence(self._seed, spawn_key=(world,)).generate_state(1)
+            self._generators[world] = RandomGenerator(int(words[0]))
+        return self._generators[world]
+
+    # Arrays.
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of the worlds [s], shape (num_worlds,); see `SetTime`."""
+        return _read_only(self._worlds.S[:, 0])
+
+    def states(self, system: System | None = None) -> np.ndarray:
+        """States of a system in all worlds, shape (num_worlds, n), to be read and written.
+
+        Args:
+            system: The whole system, if not given: its continuous states, then its discrete ones.
+
+        Raises:
+            ValueError: the system is not part of this one, or has both kinds of state, not side by side.
+        """
+        place = self._place("states", system)
+        spans = sorted(span for span in (place.xc, place.xd) if span[1] > span[0])
+        if len(spans) == 2 and spans[0][1] != spans[1][0]:
+            raise ValueError(
+                "BatchSimulator.states(): the system has continuous and discrete states, which are two arrays: use "
+                "continuous_states() and discrete_states()."
+            )
+        return self._worlds.S[:, spans[0][0] : spans[-1][1]] if spans else self._worlds.S[:, :0]
+
+    def continuous_states(self, system: System | None = None) -> np.ndarray:
+        """Continuous states of a system (of the whole, if not given), shape (num_worlds, n), to be read and written."""
+        return self._columns(self._place("continuous_states", system).xc)
+
+    def discrete_states(self, system: System | None = None) -> np.ndarray:
+        """Discrete states of a system (of the whole, if not given), shape (num_worlds, n), to be read and written."""
+        return self._columns(self._place("discrete_states", system).xd)
+
+    def parameters(self, system: System | None = None, group: int | None = None) -> np.ndarray:
+        """Numeric parameters of a system (of the whole, if not given), shape (num_worlds, n), to be read and written.
+
+        Args:
+            system: The system.
+            group: One group of them; all in turn if not given.
+
+        Raises:
+            IndexError: there is no such group.
+        """
+        place = self._place("parameters", system)
+        if group is None:
+            return self._columns(place.p)
+        first, last = place.parameters
+        if not 0 <= group < last - first:
+            raise IndexError(f"BatchSimulator.parameters(): there are {last - first} groups, and no {group}.")
+        return self._columns(self._layout.parameter_groups[first + group])
+
+    def inputs(self, port: InputPort) -> np.ndarray:
+        """Values of an input port, shape (num_worlds, size), to be read and written; it is fixed in all worlds.
+
+        Raises:
+            ValueError: the port is connected, or not of vectors.
+        """
+        slot = self._free_slot("inputs", port)
+        self._worlds.I[:, self._layout.fixed0 + slot.free] = 1
+        return self._columns(slot.span)
+
+    def EvalOutputs(self, port: OutputPort) -> Any:
+        """Values of an output port, up to date.
+
+        Returns:
+            For vectors, an array that is not to be written, shape (num_worlds, size): the worlds' own, which the next
+            call may change. For an abstract port, a list of values.
+        """
+        *_, slot = self._layout.output_slot(self._node("EvalOutputs", port.get_system()), int(port.get_index()))
+        if not slot.vector:
+            return [port.Eval(self._context_of(port, w)) for w in range(self._count)]
+        if slot.row >= 0:
+            ride = self._outputs_of.setdefault(slot.row, Ride(self._count, rows=self._layout.pull_list(slot.row)))
+            ride.trip.who[:] = range(self._count)
+            self._visit("EvalOutputs", ride, self._count, tables.OUTPUTS)
+        return _read_only(self._columns(slot.span))
+
+    def _context_of(self, port: Any, w: int) -> Any:
+        return port.get_system().GetMyContextFromRoot(self.context(w))
+
+    def _columns(self, span: tuple[int, int]) -> np.ndarray:
+        return self._worlds.S[:, slice(*span)]
+
+    def _node(self, call: str, system: System | None) -> int:
+        if system is None:
+            return 0
+        node = self._layout.node_of.get(getattr(system, "_system_id", None))
+        if node is None:
+            raise ValueError(f"BatchSimulator.{call}(): {system!r} is not part of {self._system._describe()}.")
+        return node
+
+    def _place(self, call: str, system: System | None) -> Any:
+        return self._layout.places[self._node(call, system)]
+
+    def _free_slot(self, call: str, port: InputPort) -> Any:
+        slot = self._layout.input_slot(self._node(call, port.get_system()), int(port.get_index()))
+        if not slot.vector or slot.free < 0:
+            why = "connected to an output port" if slot.vector else "not of vectors"
+            raise ValueError(f"BatchSimulator.{call}(): {port.GetFullDescription()} is {why}.")
+        return slot
+
+    # Who is where.
+
+    @property
+    def failures(self) -> list[WorldFailure]:
+        """Worlds that failed and were not set back since, by number."""
+        return [self._failures[w] for w in sorted(self._failures)]
+
+    @property
+    def failed(self) -> np.ndarray:
+        """Whether each world failed and was not set back since, shape (num_worlds,)."""
+        return self._failed.copy()
+
+    @property
+    def terminated(self) -> np.ndarray:
+        """Whether each world reached its termination condition and was not set back since, shape (num_worlds,)."""
+        return self._terminated.copy()
+
+    def _numbers_of(self, call: str, worlds: Any) -> np.ndarray:
+        """Numbers of worlds that are given as a mask, as numbers, or as None for all."""
+        if worlds is None:
+            return np.arange(self._count)
+        given = np.asarray(worlds)
+        if given.dtype == bool:
+            if given.shape != (self._count,):
+                raise ValueError(f"BatchSimulator.{call}(): a mask has shape ({self._count},), not {given.shape}.")
+            return np.flatnonzero(given)
+        who = np.atleast_1d(given).astype(np.int64)
+        if who.ndim != 1 or np.any(who < 0) or np.any(who >= self._count) or len(np.unique(who)) < len(who):
+            raise ValueError(f"BatchSimulator.{call}(): worlds must be different numbers below {self._count}.")
+        return who
+
+    def _going(self, call: str, worlds: Any) -> np.ndarray:
+        """Those that may advance: of all, those that have not come to an end."""
+        at_end = self._terminated | self._failed
+        if worlds is None:
+            return np.flatnonzero(~at_end)
+        who = self._numbers_of(call, worlds)
+        if at_end[who].any():
+            w = int(who[at_end[who]][0])
+            what = f"failed ({self._failures[w].error})" if w in self._failures else "terminated"
+            raise RuntimeError(f"BatchSimulator.{call}(): world {w} has {what}; Reset() it first.")
+        return who
+
+    # Running.
+
+    def set_monitor(self, monitor: Callable[[Any], Any]) -> None:
+        """`monitor(context)` is called for each world after its beginning and every step; it may return an EventStatus.
+
+        It is Python: threads take turns to call it. What can be told from arrays between advances is cheaper there.
+
+        Raises:
+            RuntimeError: worlds have been advanced already.
+        """
+        if self._begun.any():
+            raise RuntimeError("BatchSimulator.set_monitor(): worlds have been advanced already; Reset() them first.")
+        self._monitor, self._native = monitor, None
+        self._simulated = self._with_simulators()
+
+    def SetTime(self, time: Any, worlds: Any = None) -> None:
+        """Sets the time of worlds [s]: a number, or one for each; they begin anew when they are advanced.
+
+        Args:
+            time: Finite.
+            worlds: A mask, shape (num_worlds,), or numbers; all if not given.
+        """
+        who = self._numbers_of("SetTime", worlds)
+        if not np.all(np.isfinite(time)):
+            raise ValueError(f"BatchSimulator.SetTime(): times must be finite, not {time}.")
+        self._worlds.S[who, 0] = time
+        self._begun[who] = False
+
+    def Reset(self, worlds: Any = None) -> None:
+        """Sets worlds back to how they were at first: time and state. Parameters and inputs stay; logs are empty.
+
+        Args:
+            worlds: A mask, shape (num_worlds,), or numbers; all if not given.
+        """
+        who = self._numbers_of("Reset", worlds)
+        with self._alone("Reset"):
+            self._worlds.set_back(who)
+        self._forget_end(who)
+
+    def _forget_end(self, who: np.ndarray) -> None:
+        self._begun[who] = self._terminated[who] = self._failed[who] = False
+        for w in who.tolist() if self._failures else ():
+            self._failures.pop(w, None)
+
+    def SetRandomContexts(self, worlds: Any = None) -> None:
+        """Gives worlds random states and parameters, each from its own generator: see `System.SetRandomContext`."""
+        for w in self._numbers_of("SetRandomContexts", worlds).tolist():
+            self._system.SetRandomContext(self.context(w), self.generator(w))
+
+    def Initialize(self, worlds: Any = None) -> None:
+        """Runs initialization events, sets the clocks, and publishes what is due at the beginning.
+
+        Worlds that are new, were set back or got another time are initialized when they are advanced.
+
+        Raises:
+            WorldsFailed: some failed.
+        """
+        self._begin("Initialize", self._going("Initialize", worlds))
+
+    def AdvanceTo(self, boundary_time: Any, worlds: Any = None) -> None:
+        """Advances worlds to a time [s], each as `Simulator.AdvanceTo` would.
+
+        Args:
+            boundary_time: A number, or one for each of these worlds.
+            worlds: A mask, shape (num_worlds,), or numbers. If not given, all that have neither failed nor terminated.
+
+        Raises:
+            ValueError: a time lies in the past.
+            RuntimeError: one of these worlds has failed or terminated; another thread advances this batch.
+            WorldsFailed: some failed; the others have arrived.
+            KeyboardInterrupt: Ctrl-C was pressed; each world is as after any of its steps.
+        """
+        who = self._going("AdvanceTo", worlds)
+        T = np.broadcast_to(np.asarray(boundary_time, float), who.shape)
+        late = ~(self._worlds.S[who, 0] <= T) | ~np.isfinite(T)
+        if late.any():
+            w = int(who[late][0])
+            raise ValueError(
+                f"BatchSimulator.AdvanceTo(): world {w} is at t = {self._worlds.S[w, 0]} s and cannot advance to "
+                f"{T[late][0]} s."
+            )
+        self._begin("AdvanceTo", who)
+        time = self._ride.trip.time
+        time[: len(who)] = 0.0
+        time[: len(who), 0] = T
+        self._travel("AdvanceTo", self._ride, who, 1)
+
+    def AdvanceSteps(self, num_steps: int, worlds: Any = None) -> None:
+        """Advances worlds by a number of periods of the system's only clock.
+
+        Args:
+            num_steps: At least 1.
+            worlds: As in `AdvanceTo`.
+
+        Raises:
+            RuntimeError: the system has no clock, or several; and as in `AdvanceTo`.
+        """
+        if num_steps < 1:
+            raise ValueError(f"BatchSimulator.AdvanceSteps(): num_steps must be at least 1, not {num_steps}.")
+        who = self._going("AdvanceSteps", worlds)
+        self._begin("AdvanceSteps", who)
+        next_ticks = self._worlds.I[who, self._layout.k0] if self._layout.clocks else who
+        self._set_ticks("AdvanceSteps", self._ride, next_ticks, num_steps)
+        self._travel("AdvanceSteps", self._ride, who, 1)
+
+    def _set_ticks(self, call: str, ride: Ride, next_ticks: np.ndarray, num_steps: int) -> None:
+        """Times of a ride: samples are `num_steps` ticks apart."""
+        clocks = self._layout.clocks
+        if len(clocks) != 1:
+            raise RuntimeError(
+                f"BatchSimulator.{call}(): steps are periods of the system's only clock; {self._system._describe()} "
+                f"has {len(clocks)} clocks. Use times instead."
+            )
+        time = ride.trip.time[: len(next_ticks)]
+        time[:, :2], time[:, 2], time[:, 3] = clocks[0], next_ticks - 1 + num_steps, num_steps
+
+    def Record(
+        self,
+        output_ports: OutputPort | Sequence[OutputPort],
+        num_samples: int,
+        inputs: Any = None,
+        *,
+        input_port: InputPort | None = None,
+        steps_per_sample: int = 1,
+        time_step: float | None = None,
+        worlds: Any = None,
+    ) -> Any:
+        """Advances worlds and keeps the values that output ports have on the way.
+
+        Args:
+            output_ports: A port of vectors, or several.
+            num_samples: How often they are kept.
+            inputs: Values of an input port, shape (num_worlds, num_samples, size), or (num_samples, size) for all: each
+                is there from one sample to the next.
+            input_port: That port; the system's first, if not given.
+            steps_per_sample: Periods of the system's only clock from one sample to the next.
+            time_step: Time from one sample to the next instead [s].
+            worlds: As in `AdvanceTo`.
+
+        Returns:
+            Of each port an array, shape (num_worlds, num_samples, size): of the worlds that were advanced, in turn. The
+            batch owns it: the next call with the same ports and number of samples writes over it. Samples that a world
+            did not reach are NaN.
+
+        Raises:
+            ValueError: shapes do not fit, or a port is not one of vectors.
+            RuntimeError: as in `AdvanceSteps`.
+        """
+        who = self._going("Record", worlds)
+        ride, ports = self._sampling("Record", output_ports, num_samples, inputs, input_port, None)
+        self._begin("Record", who)
+        if time_step is None:
+            next_ticks = self._worlds.I[who, self._layout.k0] if self._layout.clocks else who
+            self._set_ticks("Record", ride, next_ticks, steps_per_sample)
+        else:
+            self._set_times(ride, self._worlds.S[who, 0], time_step)
+        self._put_inputs("Record", ride, len(who), num_samples, inputs)
+        return self._sample("Record", ride, who, num_samples, ports)
+
+    def Rollout(
+        self,
+        x0: Any,
+        inputs: Any = None,
+        *,
+        output_ports: OutputPort | Sequence[OutputPort] | None = None,
+        num_samples: int | None = None,
+        input_port: InputPort | None = None,
+        steps_per_sample: int = 1,
+        time_step: float | None = None,
+    ) -> Any:
+        """What becomes of initial states under sequences of inputs: worlds begin anew and are sampled as by `Record`.
+
+        It is meant to be called again and again: after the first call with the same ports and number of samples nothing
+        is allocated.
+
+        Args:
+            x0: States, see `states`: shape (n,), or (num_rollouts, n).
+            inputs: As in `Record`; their first axes may tell num_rollouts, which is at most num_worlds and num_worlds
+                if nothing tells, and num_samples.
+            output_ports: The system's first, if not given.
+            num_samples: How many samples, if there are no inputs.
+            input_port: As in `Record`.
+            steps_per_sample: As in `Record`.
+            time_step: As in `Record`.
+
+        Returns:
+            As `Record`, shape (num_rollouts, num_samples, size).
+
+        Raises:
+            ValueError: shapes do not fit.
+            RuntimeError: as in `AdvanceSteps`.
+        """
+        x0 = np.asarray(x0, float)
+        shape: tuple[int, ...] = () if inputs is None else np.shape(inputs)
+        if num_samples is None:
+            if len(shape) < 2:
+                raise ValueError(
+                    "BatchSimulator.Rollout(): without inputs, shape (..., num_samples, size), num_samples."
+                )
+            num_samples = shape[-2]
+        told: list[int] = [*(x0.shape[:1] if x0.ndim == 2 else ()), *(shape[:1] if len(shape) == 3 else ())]
+        count = told[0] if told else self._count
+        width = self.states().shape[1]
+        if x0.shape[-1:] != (width,) or x0.ndim > 2 or set(told) - {count} or not 1 <= count <= self._count:
+            raise ValueError(
+                f"BatchSimulator.Rollout(): x0 has shape {x0.shape} and inputs {shape or None}; expected ({width},) or "
+                f"(n, {width}), and (n, num_samples, size) with the same n of at most {self._count}."
+            )
+        outputs = self._system.get_output_port(0) if output_ports is None else output_ports
+        ride, ports = self._sampling("Rollout", outputs, num_samples, inputs, input_port, width)
+        t0 = float(self._worlds.model.S[0])
+        if time_step is None:
+            ticks = [first_tick(offset, period, t0) for offset, period in self._layout.clocks]
+            there = [a + b * k == t0 for (a, b), k in zip(self._layout.clocks, ticks)]
+            self._set_ticks("Rollout", ride, np.full(count, sum(ticks) + sum(there)), steps_per_sample)
+        else:
+            self._set_times(ride, np.full(count, t0), time_step)
+        ride.trip.state[:count] = x0
+        self._put_inputs("Rollout", ride, count, num_samples, inputs)
+        return self._sample("Rollout", ride, np.arange(count), num_samples, ports)
+
+    def _set_times(self, ride: Ride, t0: np.ndarray, time_step: float) -> None:
+        """Times of a ride: samples are `time_step` [s] apart."""
+        time = ride.trip.time[: len(t0)]
+        time[:, 0], time[:, 1], time[:, 2:] = t0, time_step, 1.0
+
+    def _sampling(
+        self, call: str, outputs: Any, num_samples: int, inputs: Any, input_port: Any, state: int | None
+    ) -> tuple[Ride, list[tuple[int, int]] | None]:
+        """The ride for these ports, made once, and where each port's values are in its samples; None: there is one."""
+        if num_samples < 1:
+            raise ValueError(f"BatchSimulator.{call}(): num_samples must be at least 1, not {num_samples}.")
+        ports = [outputs] if isinstance(outputs, OutputPort) else list(outputs)
+        slots = [self._output_slot(call, port) for port in ports]
+        given_at = np.zeros(0, np.int64)
+        if inputs is not None:
+            port = self._system.get_input_port(0) if input_port is None else input_port
+            slot = self._free_slot(call, port)
+            self._worlds.I[:, self._layout.fixed0 + slot.free] = 1
+            given_at = np.arange(*slot.span)
+        key = (tuple(slot.span for slot in slots), tuple(given_at[:1]), num_samples, state)
+        if key not in self._rides:
+            rows = [r for slot in slots if slot.row >= 0 for r in self._layout.pull_list(slot.row)]
+            kept_at = np.concatenate([np.arange(*slot.span) for slot in slots])
+            self._rides[key] = Ride(self._count, state, given_at, kept_at, sorted(set(rows)), num_samples)
+        ends = np.cumsum([0, *(slot.span[1] - slot.span[0] for slot in slots)]).tolist()
+        return self._rides[key], None if isinstance(outputs, OutputPort) else list(itertools.pairwise(ends))
+
+    def _output_slot(self, call: str, port: OutputPort) -> Any:
+        *_, slot = self._layout.output_slot(self._node(call, port.get_system()), int(port.get_index()))
+        if not slot.vector:
+            raise ValueError(f"BatchSimulator.{call}(): {port.GetFullDescription()} is not of vectors.")
+        return slot
+
+    def _put_inputs(self, call: str, ride: Ride, count: int, num_samples: int, inputs: Any) -> None:
+        if inputs is None:
+            return
+        size, shape = len(ride.trip.given_at), np.shape(inputs)
+        if shape not in ((count, num_samples, size), (num_samples, size)):
+            raise ValueError(
+                f"BatchSimulator.{call}(): inputs must have shape {(count, num_samples, size)} or "
+                f"{(num_samples, size)}, not {shape}."
+            )
+        ride.trip.given[: count * num_samples].reshape(count, num_samples, size)[:] = inputs
+
+    def _sample(self, call: str, ride: Ride, who: np.ndarray, num_samples: int, ports: Any) -> Any:
+        """Takes worlds through a ride; its outputs."""
+        kept = ride.trip.kept[: len(who) * num_samples].reshape(len(who), num_samples, -1)
+        self._travel(call, ride, who, num_samples, kept)
+        found = _read_only(kept)
+        return found if ports is None else [found[:, :, a:b] for a, b in ports]
+
+    def _begin(self, call: str, who: np.ndarray) -> None:
+        """Initializes those of these worlds that have not begun."""
+        new = who[~self._begun[who]]
+        if not len(new):
+            return
+        self._ride.trip.who[: len(new)] = new
+        self._begun[new] = True
+        self._visit(call, self._ride, len(new), tables.BEGIN)
+
+    def _way_of(self, ride: Ride) -> NativeWorlds | SimulatedWorlds:
+        rows = self._layout.rows
+        return self._native if self._native and all(rows[r].native for r in ride.rows) else self._simulated
+
+    def _visit(self, call: str, ride: Ride, count: int, callee: int) -> None:
+        with self._alone(call):
+            self._check_inputs(ride.trip.who[:count], ride.rows)
+            self._way_of(ride).visit(ride, count, callee)
+        self._look(ride.trip.who[:count])
+
+    def _travel(self, call: str, ride: Ride, who: np.ndarray, samples: int, kept: np.ndarray | None = None) -> None:
+        """Takes worlds through a ride whose times, inputs and states are in place, and its outputs in `kept`."""
+        ride.trip.who[: len(who)] = who
+        with self._alone(call):
+            self._check_inputs(who, ride.rows)
+            if len(ride.trip.state):
+                self._worlds.forget_past(who)
+                self._forget_end(who)
+                self._begun[who] = True
+            self._worlds.journey[who] = 0
+            self._worlds.journey[who, Journey.code] = tables.OPEN
+            self._way_of(ride).travel(ride, len(who), samples)
+        if kept is not None:
+            done = self._worlds.journey[who, Journey.sample]
+            for j in np.flatnonzero(done < samples).tolist():
+                kept[j, done[j] :] = np.nan
+        self._look(who)
+
+    @contextlib.contextmanager
+    def _alone(self, call: str) -> Iterator[None]:
+        """While it lasts, nobody else works on the worlds.
+
+        Raises:
+            RuntimeError: somebody does already.
+        """
+        if not self._in_use.acquire(blocking=False):
+            raise RuntimeError(f"BatchSimulator.{call}(): the worlds are being advanced or computed already.")
+        try:
+            yield
+        finally:
+            self._in_use.release()
+
+    def _check_inputs(self, who: np.ndarray, rows: Sequence[int]) -> None:
+        """Kernels see all inputs: they must have them.
+
+        Raises:
+            RuntimeError: one has none, naming it.
+        """
+        for r in (*self._with_inputs, *rows):
+            row = self._layout.rows[r]
+            for free in row.free:
+                missing = self._worlds.I[who, self._layout.fixed0 + free] == 0
+                if missing.any():
+                    self._worlds.store(int(who[missing][0])).check_inputs(row)
+
+    def _look(self, who: np.ndarray) -> None:
+        """What became of these worlds.
+
+        Raises:
+            WorldsFailed: some failed.
+        """
+        codes = self._worlds.journey[who, Journey.code]
+        self._terminated[who] |= codes == _program.TERMINATED
+        new = [self._failure(w) for w in who[codes == _program.ERROR].tolist()]
+        for found in new:
+            self._failures[found.world], self._failed[found.world] = found, True
+        if new and self._raises:
+            raise WorldsFailed(new)
+
+    def _failure(self, w: int) -> WorldFailure:
+        store = self._worlds.store(w)
+        status, r, time = int(store.side.status), int(store.side.row), float(store.S[0])
+        store.side.status = 0
+        if w in self._errors:
+            rows = self._layout.rows
+            system = store.systems[rows[r].node] if 0 <= r < len(rows) and rows[r].node >= 0 else None
+            error = self._errors.pop(w)
+        else:
+            error, system, _ = failure(store, self._numbers, status, r)
+        return WorldFailure(w, time, "" if system is None else system.GetSystemPathname(), error)
+
+
+def _simulator_of(system: System, config: SimulatorConfig | None, context: Any) -> Simulator:
+    simulator = Simulator(system, context)
+    if config is not None:
+        ApplySimulatorConfig(config, simulator)
+    simulator.set_progress(False)
+    return simulator
+
+
+def _simulator_of_world(
+    system: System, config: SimulatorConfig | None, monitor: Any, crew: Crew, store: Any
+) -> Simulator:
+    """The simulator of a world that needs Python."""
+    time = store.S[0]
+    simulator = _simulator_of(system, config, store.context(0))
+    store.S[0] = time  # the settings have one
+    simulator._interrupt = crew.check
+    if monitor is not None:
+        simulator.set_monitor(monitor)
+    return simulator
+
+
+def _read_only(array: np.ndarray) -> np.ndarray:
+    view = array.view()
+    view.flags.writeable = False
+    return view

@@ -1,0 +1,124 @@
+"""Worlds whose systems are all machine code: the event loop runs on one after the other, without Python."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._crew import Crew
+from sheldrake.systems.analysis._trip import Ride
+from sheldrake.systems.framework._engine.layout import Layout
+from sheldrake.systems.framework._engine.worlds import Worlds
+from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels import worlds as tables
+from sheldrake.systems.framework._kernels.worlds import Journey
+
+_PARTS = 8  # that each thread takes at least, so that the last one does not let the others wait
+_LONG, _SHORT = 0.02, 0.0002  # [s] that a part should take: Ctrl-C waits for it; taking it costs some microseconds
+
+
+class NativeWorlds:
+    """Advances worlds by kernels.
+
+    Args:
+        worlds: Their memory.
+        crew: Threads.
+    """
+
+    def __init__(self, worlds: Worlds, crew: Crew):
+        self._worlds, self._crew = worlds, crew
+        self._chain = np.zeros(1 + len(worlds.layout.rows), np.int64)
+        self._budget, self._seconds = 64, 0.0
+        worlds.bind(self._chain)
+
+    def travel(self, ride: Ride, count: int, samples: int) -> None:
+        """Takes the first `count` worlds of a ride through its samples; their codes say how it went."""
+        worlds, crew, who = self._worlds, self._crew, ride.trip.who
+        worlds.follow_logs()
+        self._choose(ride.rows)
+        size = self._size_of_part(count)
+
+        def work(thread: int, part: int) -> None:
+            bound = self._bound(tables.travel, ride, thread)
+            bound.set("first", part * size)
+            bound.set("last", min((part + 1) * size, count))
+            bound.set("samples", samples)
+            begin = last = time.perf_counter()
+            while not crew.stopped:
+                bound.set("budget", self._budget)
+                left = bound()
+                now = time.perf_counter()
+                if not left:
+                    break
+                self._make_room(who[part * size : (part + 1) * size])
+                self._budget = min(2 * self._budget, 1 << 24) if now - last < _LONG / 2 else max(self._budget // 2, 1)
+                last = now
+            self._seconds = (now - begin) / size
+
+        with self._claimed():
+            crew.run(work, -(-count // size))
+
+    @contextlib.contextmanager
+    def _claimed(self) -> Iterator[None]:
+        """While it lasts, contexts of worlds are not for other threads.
+
+        Raises:
+            RuntimeError: something is computed in one.
+        """
+        with contextlib.ExitStack() as stack:
+            for store in self._worlds.known():
+                store.claim("BatchSimulator")
+                stack.callback(store.release)
+            yield
+
+    def visit(self, ride: Ride, count: int, callee: int) -> None:
+        """Begins the first `count` worlds of a ride, or computes its outputs."""
+        self._choose(ride.rows)
+        size = -(-count // (_PARTS * self._crew.num_threads))
+
+        def work(thread: int, part: int) -> None:
+            bound = self._bound(tables.visit, ride, thread)
+            bound.set("first", part * size)
+            bound.set("last", min((part + 1) * size, count))
+            bound.set("callee", callee)
+            bound()
+
+        with self._claimed():
+            self._crew.run(work, -(-count // size))
+
+    def _choose(self, rows: list[int]) -> None:
+        """Output rows that are computed."""
+        self._chain[0], self._chain[1 : 1 + len(rows)] = len(rows), rows
+
+    def _bound(self, kernel: Any, ride: Ride, thread: int) -> Any:
+        """The kernel's call of a thread on a ride; made once."""
+        key = kernel, thread
+        if key not in ride.calls:
+            scalars = [0] * (len(kernel.parameters) - 2)
+            ride.calls[key] = kernel.bind(self._worlds.tables, ride.trip, *scalars)
+        return ride.calls[key]
+
+    def _size_of_part(self, count: int) -> int:
+        """How many worlds a thread takes at a time."""
+        size = -(-count // (_PARTS * self._crew.num_threads))
+        if self._seconds > 0.0:
+            size = min(max(size, int(_SHORT / self._seconds)), max(1, int(_LONG / self._seconds)))
+        return max(1, min(size, -(-count // self._crew.num_threads)))
+
+    def _make_room(self, who: np.ndarray) -> None:
+        """Room in logs for those that wait for it."""
+        codes = self._worlds.journey[:, Journey.code]
+        for w in who[codes[who] == _program.ROOM].tolist():
+            self._worlds.make_room(w)
+            codes[w] = tables.OPEN
+
+
+def slow_rows(layout: Layout) -> list[int]:
+    """Rows of the event loop, and what they read, that are Python."""
+    program = layout.program
+    used = {*program.act.tolist(), *program.pre.tolist()}
+    return sorted(r for r in used if r >= 0 and not layout.rows[r].native)

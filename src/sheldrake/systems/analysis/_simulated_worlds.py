@@ -1,0 +1,96 @@
+"""Worlds that need Python while they advance: each has a simulator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from sheldrake.common._crew import Crew
+from sheldrake.systems.analysis._simulator import Simulator
+from sheldrake.systems.analysis._status import SimulatorStatus
+from sheldrake.systems.analysis._trip import Ride
+from sheldrake.systems.framework._engine.worlds import Worlds
+from sheldrake.systems.framework._kernels import program as _program
+from sheldrake.systems.framework._kernels.worlds import OUTPUTS, Journey
+
+_TERMINATED = SimulatorStatus.ReturnReason.kReachedTerminationCondition
+
+
+class SimulatedWorlds:
+    """Advances worlds by a Simulator each, on threads that take turns where they run Python.
+
+    Args:
+        worlds: Their memory.
+        crew: Threads.
+        make: Gives the simulator of a store.
+        errors: What worlds raised is put here, by number.
+    """
+
+    def __init__(self, worlds: Worlds, crew: Crew, make: Callable[[Any], Simulator], errors: dict[int, BaseException]):
+        self._worlds, self._crew, self._make, self._errors = worlds, crew, make, errors
+        self._simulators: dict[int, Simulator] = {}
+
+    def simulator(self, w: int) -> Simulator:
+        """The simulator of world `w`, made when first asked for."""
+        if w not in self._simulators:
+            self._simulators[w] = self._make(self._worlds.store(w))
+        return self._simulators[w]
+
+    def travel(self, ride: Ride, count: int, samples: int) -> None:
+        """Takes the first `count` worlds of a ride through its samples; their codes say how it went."""
+
+        def work(_: int, part: int) -> None:
+            self._guarded(int(ride.trip.who[part]), self._travel, ride, part, samples)
+
+        self._crew.run(work, count)
+
+    def visit(self, ride: Ride, count: int, callee: int) -> None:
+        """Begins the first `count` worlds of a ride, or computes its outputs."""
+
+        def work(_: int, part: int) -> None:
+            w = int(ride.trip.who[part])
+            self._guarded(w, self._compute if callee == OUTPUTS else self._begin, w, ride)
+
+        self._crew.run(work, count)
+
+    def _guarded(self, w: int, do: Callable[..., int], *args: Any) -> None:
+        """Does something with a world and notes how it went."""
+        try:
+            code = do(*args)
+        except Exception as error:
+            self._errors[w], code = error, _program.ERROR
+        self._worlds.journey[w, Journey.code] = code
+
+    def _begin(self, w: int, _: Ride) -> int:
+        self._worlds.store(w).out_of_date()
+        self.simulator(w).Initialize()
+        return _program.DONE
+
+    def _compute(self, w: int, ride: Ride) -> int:
+        store = self._worlds.store(w)
+        store.out_of_date()
+        for r in ride.rows:
+            store.pull(r)
+        return _program.DONE
+
+    def _travel(self, ride: Ride, j: int, samples: int) -> int:
+        trip, w = ride.trip, int(ride.trip.who[j])
+        simulator, store = self.simulator(w), self._worlds.store(w)
+        if len(trip.state):
+            self._worlds.set_back(trip.who[j : j + 1])
+            store.S[1 : 1 + trip.state.shape[1]] = trip.state[j]
+        a, b, c, d = trip.time[j].tolist()
+        for k in range(samples):
+            store.S[trip.given_at] = trip.given[j * samples + k] if len(trip.given_at) else ()
+            store.out_of_date()
+            if k == 0 and len(trip.state):
+                simulator.Initialize()
+            status = simulator.AdvanceTo(a + b * (c + d * k))
+            if status.reason() is _TERMINATED:
+                return _program.TERMINATED
+            for r in ride.rows:
+                store.pull(r)
+            if len(trip.kept_at):
+                trip.kept[j * samples + k] = store.S[trip.kept_at]
+            self._worlds.journey[w, Journey.sample] = k + 1
+        return _program.DONE

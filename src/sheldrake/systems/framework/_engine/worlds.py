@@ -1,0 +1,191 @@
+"""Memory of many root contexts of one system: all slabs are rows of one array, and so are all sides.
+
+Kernels are called on a world with its words, which say where its memory is; what they need is the same in all worlds
+but for addresses. Contexts are made when somebody asks for them: they are views of the rows.
+"""
+
+from __future__ import annotations
+
+import mmap
+import operator
+from typing import Any
+
+import numpy as np
+
+from sheldrake.common._native.binding import HERE, arguments, join
+from sheldrake.common.kernel import jit_enabled
+from sheldrake.systems.framework._engine import logs
+from sheldrake.systems.framework._engine.store import Store
+from sheldrake.systems.framework._kernels import loop
+from sheldrake.systems.framework._kernels import worlds as tables
+from sheldrake.systems.framework._kernels.integrate import Integrator
+from sheldrake.systems.framework._kernels.program import Run, RunWords, Side, SideWords
+from sheldrake.systems.framework._kernels.worlds import Journey, Where
+
+_LINE = 8
+"""Numbers in a line of the processor's cache."""
+_PIECE = 64
+"""Numbers that are copied together, or not at all if they are zeros."""
+
+
+class Worlds:
+    """Many root contexts in one memory.
+
+    Args:
+        store: What all worlds are like at first. It is kept and must not be changed any more.
+        count: How many.
+        numbers: The integrator's; each world has its own.
+
+    Attributes:
+        S: slabs, shape (count, size of the layout); a view of `slab`, whose rows are longer.
+        I: sides likewise, a view of `side`.
+        journey: see `_kernels.worlds.Journey`, shape (count, 3).
+        tables: all of it, for kernels.
+    """
+
+    def __init__(self, store: Store, count: int, numbers: Integrator):
+        logs.grow(store)
+        self.model, self.layout, self.count = store, store.layout, count
+        (self._numbers,) = numbers
+        size = store.S.size + self._numbers.size
+        # Rows begin at lines of the cache, an odd number of them apart: else all worlds would want the same few.
+        self.slab = _blank(count, (-(-size // _LINE) | 1) * _LINE)
+        self.side = np.zeros((count, store.I.size + RunWords.SIZE), np.int64)
+        self.L = np.empty((count, store.L.size))
+        self.S, self.I = self.slab[:, : store.S.size], self.side[:, : store.I.size]
+        self.journey = np.zeros((count, Journey.SIZE), np.int64)
+        self._stores: dict[int, Store] = {}
+        self._log_words: list[int] = []
+        for a, b in _pieces(store.S):
+            self.S[:, a:b] = store.S[a:b]
+        self.I[:] = store.I
+        self._numbers_in(slice(None))[:] = self._numbers
+        self.tables = self._tables()
+
+    def _numbers_in(self, who: Any) -> np.ndarray:
+        """Numbers of the integrators of worlds."""
+        return self.slab[who, self.model.S.size : self.model.S.size + self._numbers.size]
+
+    def store(self, w: int) -> Store:
+        """The store of world `w`, made when first asked for."""
+        store = self._stores.get(w)
+        if store is None:
+            store = self._stores[w] = self.model.on(self.S[w], self.I[w], self.L[w])
+            store.world = w
+        return store
+
+    def known(self) -> list[Store]:
+        """Stores that somebody has asked for."""
+        return list(self._stores.values())
+
+    # Kernels.
+
+    def _tables(self) -> tables.Worlds:
+        """What kernels of the worlds work on, still without words."""
+        layout, model = self.layout, self.model
+        where = np.zeros(Where.SIZE, np.int64)
+        for name in ("budget", "steps", "fresh"):
+            where[getattr(Where, name)] = model.I.size + operator.index(getattr(RunWords, name))
+        where[Where.terminate] = operator.index(SideWords.terminate)
+        where[Where.fixed_begin], where[Where.fixed_end] = layout.fixed0, layout.fixed0 + len(layout.free_slots)
+        first_slab = np.concatenate([model.S, self._numbers])
+        first_side = np.concatenate([model.I, np.zeros(RunWords.SIZE, np.int64)])
+        kept = [layout.p, *(slot.span for slot in layout.free_slots)]
+        parts = np.array(_without(kept, len(first_slab)), np.int64)
+        none = np.zeros(0, np.int64)
+        words = none, none.view(float), np.zeros(3, np.int64)
+        return tables.Worlds(self.slab, self.side, self.journey, *words, where, first_slab, first_side, parts)
+
+    def bind(self, chain: np.ndarray) -> None:
+        """Makes the words with which `advance`, `outputs` and `begin_world` are called on each world.
+
+        Args:
+            chain: For `outputs`: how many rows it computes, then these; the array is kept, and read at each call.
+        """
+        layout, program = self.layout, self.layout.program
+        rows = np.array([HERE.address(row.calc) if row.native else 0 for row in layout.rows], np.int64)
+        run, numbers, side = Run(self.side[0, self.I.shape[1] :]), Integrator(self._numbers_in(0)), Side(self.I[0])
+        memory = self.S[0], side, self.L[0]
+        advance, places = arguments(loop.advance, (program, run, numbers, *memory, rows, 0.0))
+        chained, _ = arguments(tables.outputs, (program, self.S[0], side, rows, chain))
+        begin, _ = arguments(tables.begin_world, (program, run, *memory, rows))
+        words, at = join([advance, chained, begin])
+        self._keep = words
+        first = words.placed(HERE, HERE.place(self.slab))
+        further = np.zeros_like(first)
+        for place, array, _ in words.relocations:
+            further[place] = self._distance(array)
+        self.words = first + np.arange(self.count)[:, None] * further
+        if self.L.size:
+            self._log_words = [r.at for r in words.relocations if HERE.place(r.array) == HERE.place(self.L)]
+        where = self.tables.where
+        where[Where.width], where[Where.until_word], where[Where.starts.columns] = len(first), places["T"][0], at[:3]
+        callee = np.array([HERE.address(k) for k in (loop.advance, tables.outputs, tables.begin_world)], np.int64)
+        flat = self.words.reshape(-1)
+        self.tables = self.tables._replace(words=flat, bits=flat.view(float), callee=callee)
+
+    def _distance(self, array: np.ndarray) -> int:
+        """How far the same array of the next world is behind this one of the first [numbers]; 0: they share it."""
+        for memory in (self.slab, self.side, self.L):
+            begin = HERE.place(memory)
+            if begin <= HERE.place(array) < begin + memory.nbytes:
+                return memory.shape[1]
+        return 0
+
+    def set_back(self, who: np.ndarray) -> None:
+        """Worlds become as they were at first, but for their parameters and fixed inputs; logs are empty."""
+        reset = tables.reset.native if jit_enabled() else tables.reset
+        reset(self.tables, who)
+        self.forget_past(who)
+
+    def forget_past(self, who: np.ndarray) -> None:
+        """Worlds are set back: so is what their stores have beside the slab."""
+        for w in who.tolist() if self._stores else ():
+            if (store := self._stores.get(w)) is not None:
+                store.abstract[:] = [v.Clone() for v in self.model.abstract]
+                store.stopped = store.goes_on = None
+                self._use_logs(w, store, self.L[w])
+                store.out_of_date()
+
+    def make_room(self, w: int) -> None:
+        """Gives the logs of a world twice the room."""
+        store = self.store(w)
+        logs.grow(store)
+        self._use_logs(w, store, store.L)
+
+    def follow_logs(self) -> None:
+        """Finds logs that others have moved."""
+        for w, store in self._stores.items():
+            self._use_logs(w, store, store.L)
+
+    def _use_logs(self, w: int, store: Store, L: np.ndarray) -> None:
+        store.L = L
+        for at in self._log_words:
+            self.words[w, at] = (HERE.place(L) - HERE.place(self.slab)) >> 3
+            self.words[w, at + 1] = L.size
+
+
+def _blank(rows: int, columns: int) -> np.ndarray:
+    """Zeros in small pages: each takes memory when it is first written, and most of a slab is room for contacts."""
+    memory = mmap.mmap(-1, 8 * rows * columns)
+    if hasattr(mmap, "MADV_NOHUGEPAGE"):
+        memory.madvise(mmap.MADV_NOHUGEPAGE)
+    return np.frombuffer(memory).reshape(rows, columns)
+
+
+def _pieces(numbers: np.ndarray) -> list[tuple[int, int]]:
+    """Where in an array something is not zero: what has never been written takes no memory."""
+    padded = np.zeros((-(-numbers.size // _PIECE), _PIECE))
+    padded.reshape(-1)[: numbers.size] = numbers
+    used = [int(k) for k in np.flatnonzero(padded.view(np.int64).any(axis=1))]
+    return [(k * _PIECE, min((k + 1) * _PIECE, numbers.size)) for k in used]
+
+
+def _without(spans: list[tuple[int, int]], size: int) -> list[tuple[int, int]]:
+    """What is left of the numbers below `size`."""
+    left, at = [], 0
+    for a, b in sorted(span for span in spans if span[1] > span[0]):
+        if a > at:
+            left.append((at, a))
+        at = max(at, b)
+    return [*left, (at, size)] if at < size else left

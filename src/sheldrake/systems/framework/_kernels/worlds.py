@@ -1,0 +1,266 @@
+"""Many worlds: the event loop on one root context after the other, with inputs to give and outputs to keep on the way.
+
+What is called on a world, the event loop or one of the kernels below, gets its words, in which its memory is.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, NamedTuple
+
+from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
+from sheldrake.common.record import Items, Record, integer, integers, table
+from sheldrake.common.rows import call_row
+from sheldrake.systems.framework._kernels.loop import clear_updates, publish, set_clocks, trigger, update
+from sheldrake.systems.framework._kernels.program import (
+    AT_START,
+    BREAK,
+    CONSTANT,
+    CONTINUOUS,
+    DISCRETE,
+    DONE,
+    ERROR,
+    PER_STEP,
+    ROOM,
+    UNRESTRICTED,
+    Program,
+    Run,
+    Side,
+    call,
+)
+
+OPEN = -1
+"""Code of a world that is on its way; else it is one of those of `advance`."""
+ADVANCE, OUTPUTS, BEGIN = range(3)
+"""What is called on a world: `loop.advance`, `outputs`, `begin_world`."""
+
+
+class Where(Record):
+    """Where things are in the rows of worlds."""
+
+    width = integer("words of a world")
+    until_word = integer("in the words: the time at which `advance` stops, as bits")
+    starts = integers(3, "in the words: where those of each callee begin")
+    budget = integer("in the sides: steps until `advance` returns")
+    steps = integer("in the sides: steps that the world has taken")
+    fresh = integer("in the sides: 1 when an advance begins")
+    terminate = integer("in the sides: 1 when somebody asks for the end")
+    fixed_begin = integer("in the sides: which inputs are fixed")
+    fixed_end = integer("in the sides: what is behind those")
+
+
+class Part(Record):
+    """A part of a slab that a world gets back at a new beginning."""
+
+    begin = integer("first number")
+    end = integer("behind the last")
+
+
+class Journey(Record):
+    """How far a world is."""
+
+    code = integer("OPEN, or what ended the journey")
+    sample = integer("how many samples are done")
+    under_way = integer("1: it has set off for the next one")
+
+
+@table
+class Worlds(NamedTuple):
+    """The memory of all worlds, one row each.
+
+    Attributes:
+        slab: slabs, and what else is floating point.
+        side: sides, and what else is int64.
+        journey: how far they are.
+        words: what the callees are called with.
+        bits: `words` once more, as floats.
+        callee: addresses of what is called.
+        where: where things are.
+        first_slab, first_side: rows of a world at its beginning.
+        part: what of `first_slab` a world gets back.
+    """
+
+    slab: Matrix
+    side: IntMatrix
+    journey: Annotated[IntMatrix, Journey]
+    words: IntVector
+    bits: Vector
+    callee: IntVector
+    where: Annotated[IntVector, Where]
+    first_slab: Vector
+    first_side: IntVector
+    part: Annotated[IntMatrix, Items("parts", Part)]
+
+
+@table
+class Trip(NamedTuple):
+    """What worlds are to do.
+
+    Attributes:
+        who: which worlds.
+        time: of each of them a, b, c and d: sample k is at a + b (c + d k) [s].
+        state: with which each of them begins anew, continuous and discrete; no rows: they go on from where they are.
+        given: inputs, sample by sample of the first world, then of the next.
+        given_at: where in the slab they belong.
+        kept: outputs likewise.
+        kept_at: where in the slab they are.
+    """
+
+    who: IntVector
+    time: Matrix
+    state: Matrix
+    given: Matrix
+    given_at: IntVector
+    kept: Matrix
+    kept_at: IntVector
+
+
+@kernel
+def out_of_date(worlds, w):
+    """Whatever is computed in a world: anything may have been written."""
+    for k in range(CONSTANT, CONTINUOUS + 1):
+        worlds.side[w, k] += 1
+
+
+@kernel
+def on_world(worlds, w, callee):
+    """Calls one of the callees."""
+    at = w * worlds.width + worlds.starts[callee]
+    return call_row(worlds.callee, callee, 0.0, worlds.slab, worlds.words, at)
+
+
+@kernel(outline=True)
+def set_back(worlds: Worlds, w: int) -> None:
+    """A world as it was at its beginning, but for parameters and fixed inputs; logs are empty."""
+    for i in range(len(worlds.parts)):
+        part = worlds.parts[i]
+        for k in range(part.begin, part.end):
+            worlds.slab[w, k] = worlds.first_slab[k]
+    for k in range(CONTINUOUS + 1, len(worlds.first_side)):
+        if k < worlds.fixed_begin or k >= worlds.fixed_end:
+            worlds.side[w, k] = worlds.first_side[k]
+    out_of_date(worlds, w)
+
+
+@kernel
+def set_off(worlds, trip, w, j, row, sample):
+    """Gives a world the inputs of a sample, and the time until which it advances."""
+    for i in range(len(trip.given_at)):
+        worlds.slab[w, trip.given_at[i]] = trip.given[row, i]
+    if sample == 0 or len(trip.given_at) > 0:
+        out_of_date(worlds, w)
+    until = trip.time[j, 0] + trip.time[j, 1] * (trip.time[j, 2] + sample * trip.time[j, 3])
+    worlds.bits[w * worlds.width + worlds.until_word] = until
+    worlds.side[w, worlds.fresh] = 1
+    worlds.side[w, worlds.terminate] = 0
+
+
+@kernel(outline=True)
+def begin_anew(worlds: Worlds, trip: Trip, w: int, j: int, row: int) -> int:
+    """A new beginning with the state, and the first inputs, of the trip; DONE or ERROR."""
+    set_back(worlds, w)
+    for i in range(trip.state.shape[1]):
+        worlds.slab[w, 1 + i] = trip.state[j, i]
+    for i in range(len(trip.given_at)):
+        worlds.slab[w, trip.given_at[i]] = trip.given[row, i]
+    return on_world(worlds, w, BEGIN)
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def travel(worlds: Worlds, trip: Trip, first: int, last: int, samples: int, budget: int) -> int:
+    """Takes worlds `who[first:last]` through all samples of the trip, one world after the other.
+
+    For each sample a world gets its inputs, advances, and gives its outputs.
+
+    Args:
+        budget: A world that has taken so many steps is left where it is, still OPEN.
+
+    Returns:
+        How many worlds are still OPEN, or have no ROOM in a log.
+    """
+    left = 0
+    for j in range(first, last):
+        w = trip.who[j]
+        world = worlds[w]
+        taken = 0
+        if world.code == OPEN and world.sample == 0 and world.under_way == 0 and trip.state.shape[0] > 0:
+            code = begin_anew(worlds, trip, w, j, j * samples)
+            if code != DONE:
+                world.code = code
+        while world.code == OPEN and taken < budget:
+            row = j * samples + world.sample
+            if world.under_way == 0:
+                set_off(worlds, trip, w, j, row, world.sample)
+                world.under_way = 1
+            before = worlds.side[w, worlds.steps]
+            worlds.side[w, worlds.budget] = budget - taken
+            code = on_world(worlds, w, ADVANCE)
+            taken += worlds.side[w, worlds.steps] - before
+            if code == DONE and len(trip.kept_at) > 0:
+                code = on_world(worlds, w, OUTPUTS)
+                for i in range(len(trip.kept_at)):
+                    trip.kept[row, i] = worlds.slab[w, trip.kept_at[i]]
+            if code == DONE:
+                world.under_way = 0
+                world.sample += 1
+                if world.sample == samples:
+                    world.code = DONE
+            elif code != BREAK:
+                world.code = code
+        if world.code == OPEN or world.code == ROOM:
+            left += 1
+    return left
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def visit(worlds: Worlds, trip: Trip, first: int, last: int, callee: int) -> None:
+    """Calls OUTPUTS or BEGIN on worlds `who[first:last]`; their codes say how it went: DONE or ERROR."""
+    for j in range(first, last):
+        w = trip.who[j]
+        out_of_date(worlds, w)
+        world = worlds[w]
+        world.code = on_world(worlds, w, callee)
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def reset(worlds: Worlds, who: IntVector) -> None:
+    """Sets worlds back."""
+    for j in range(len(who)):
+        set_back(worlds, who[j])
+
+
+@kernel(top=True, strict=True)
+def outputs(program_model: Program, S: Vector, side: Side, rows: IntVector, chain_model: IntVector) -> int:
+    """Brings output rows up to date, in this order; DONE or ERROR."""
+    program = program_model
+    for j in range(1, 1 + chain_model[0]):
+        r = chain_model[j]
+        if side.word[program.stamps + r] != side.word[program.level[r]]:
+            call(program, S, side, rows, r)
+            if side.status != 0:
+                return ERROR
+            side.word[program.stamps + r] = side.word[program.level[r]]
+    return DONE
+
+
+@kernel(top=True, strict=True, short_loops=True)
+def begin_world(program_model: Program, run: Run, S: Vector, side: Side, L: Vector, rows: IntVector) -> int:
+    """Initialization events, clocks, and what is published at the beginning; DONE or ERROR."""
+    program = program_model
+    t = S[0]
+    for g in range(program.num_groups):
+        side.word[program.triggers + g] = 0
+    side.terminate = 0
+    side.witnessed = 0
+    trigger(program, side, AT_START)
+    update(program, run, S, side, L, rows, UNRESTRICTED)
+    if side.status == 0:
+        update(program, run, S, side, L, rows, DISCRETE)
+    if side.status != 0:
+        return ERROR
+    clear_updates(program, side)
+    set_clocks(program, side, t)
+    trigger(program, side, PER_STEP)
+    publish(program, run, S, side, L, rows)
+    if side.status != 0:
+        return ERROR
+    return DONE

@@ -1,0 +1,205 @@
+"""A page that simulates: from a file, without a network, by real mouse events."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+from test_accessible_pages import keeps_the_rules
+from tests.unit.export.exported_pages import arm, falling_block, native_state
+
+from conftest import start
+from sheldrake.export import PageSlider, SavePage
+
+pytest.importorskip("ziglang")
+PLAYS = "document.getElementById('play')"
+STATE = "Array.from(simulation.machine.vector(simulation.machine.about.states.find((s) => s.elements.length)))"
+
+
+def opened(browser, path):
+    page = browser.open(path.as_uri())
+    page.wait_for("window.simulation && simulation.ready")
+    return page
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pages")
+    push = PageSlider("plant/applied_generalized_force", -5.0, 5.0, element=3, label="push along x", unit="N")
+    SavePage(falling_block(), folder / "block.html", title="A block falls", sliders=[push])
+    SavePage(arm(), folder / "arm.html", title="An arm")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with start(offline=True, width=860, height=420) as browser:  # without a graphics card, each pixel costs
+        yield browser
+
+
+@pytest.fixture
+def block(browser, files):
+    page = opened(browser, files / "block.html")
+    page.wait_for("simulation.shown")
+    yield page
+    browser.close_page(page)
+
+
+def state_of(page):
+    return np.array(page.evaluate(STATE))
+
+
+def middle(page, path="/drake/visualizer/two_hole_block/body"):
+    """Where the origin of a body's drawing is in the window [px], a little inside the body."""
+    return page.evaluate(
+        f"""(() => {{
+          const frame = document.getElementById("scene"), view = frame.contentWindow.__viserMutable;
+          const node = view.nodeRefFromName[{json.dumps(path)}], box = frame.getBoundingClientRect();
+          let mesh; node.traverse((o) => {{ if (o.isMesh && !mesh) mesh = o; }});
+          mesh.geometry.computeBoundingBox();
+          mesh.updateWorldMatrix(true, false);
+          const Vector = view.camera.position.constructor, p = mesh.geometry.boundingBox.getCenter(new Vector());
+          p.z = mesh.geometry.boundingBox.max.z; // in the middle of the face on top
+          p.applyMatrix4(mesh.matrixWorld).project(view.camera);
+          const c = view.canvas.getBoundingClientRect();
+          return [box.x + c.x + (p.x + 1) / 2 * c.width, box.y + c.y + (1 - p.y) / 2 * c.height];
+        }})()"""
+    )
+
+
+def mouse(page, kind, x, y):
+    pressed = 0 if kind == "mouseReleased" else 1
+    page.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=pressed, clickCount=1)
+
+
+def test_it_opens_from_a_file_and_gives_the_native_numbers(browser, files, pictures):
+    for name, simulator, before, after in (("block", falling_block(), 0.1, 1.0), ("arm", arm(), 0.5, 1.0)):
+        page = opened(browser, files / f"{name}.html")
+        assert (files / f"{name}.html").stat().st_size < 2e6
+        page.wait_for("simulation.shown")
+        for time, tolerance in ((before, 1e-9), (after, 1e-6)):
+            page.evaluate(f"simulation.machine.advanceTo({time})")
+            np.testing.assert_allclose(state_of(page), native_state(simulator, time), rtol=0, atol=tolerance)
+        assert [url for url in page.requests() if not url.startswith("file:")] == []
+        assert page.console() == []
+        page.evaluate("document.getElementById('reset').click()")
+        page.screenshot(pictures / f"page-{name}.png", 1280, 800)
+        browser.close_page(page)
+
+
+def test_play_pause_step_and_reset(block, pictures):
+    first = state_of(block)
+    block.click_on(PLAYS)
+    block.wait_for("simulation.machine.time > 0.3")
+    block.screenshot(pictures / "page-runs.png", 1280, 800)
+    block.click_on(PLAYS)
+    assert block.evaluate("simulation.playing") is False
+    assert block.evaluate("simulation.records[0].count > 100")
+    time = block.evaluate("simulation.machine.time")
+    block.click_on("document.getElementById('step')")
+    assert block.evaluate("simulation.machine.time") == pytest.approx(time + 1e-3, abs=1e-9)
+    rested = state_of(block)
+    assert rested[6] < first[6] - 0.05  # it has fallen
+    block.click_on("document.getElementById('reset')")
+    assert block.evaluate("simulation.machine.time") == 0.0
+    np.testing.assert_array_equal(state_of(block), first)
+    block.evaluate("document.activeElement.blur()")
+    block.press(" ", "Space")
+    block.wait_for("simulation.playing && simulation.machine.time > 0.01")
+    block.press(" ", "Space")
+    block.wait_for("!simulation.playing")
+
+
+def test_a_body_is_dragged_to_where_it_begins(block):
+    first = state_of(block)
+    x, y = middle(block)
+    mouse(block, "mousePressed", x, y)
+    for k in range(1, 6):
+        mouse(block, "mouseMoved", x, y - 8 * k)
+    mouse(block, "mouseReleased", x, y - 40)
+    moved = state_of(block)
+    np.testing.assert_array_equal(moved[:4], first[:4])
+    assert moved[6] > first[6] + 0.005  # up, as on the screen
+    block.click_on("document.getElementById('step')")
+    block.click_on("document.getElementById('reset')")
+    np.testing.assert_array_equal(state_of(block), moved)  # that is where it begins now
+
+
+def test_a_body_is_pulled_while_it_runs(block):
+    block.click_on(PLAYS)
+    block.wait_for("simulation.machine.time > 0.5")  # it lies
+    rested = state_of(block)
+    x, y = middle(block)
+    mouse(block, "mousePressed", x, y)
+    mouse(block, "mouseMoved", x, y - 90)
+    block.wait_for(f"{STATE}[6] > {rested[6] + 0.02}")  # it hangs on the spring
+    assert block.evaluate("simulation.pulled.length") == 3
+    mouse(block, "mouseReleased", x, y - 90)
+    port = "simulation.machine.about.inputs.find((i) => i.name.endsWith('generalized_force'))"
+    force = f"Array.from(simulation.machine.vector({port}))"
+    assert block.evaluate(force) == [0.0] * 6
+    block.wait_for(f"{STATE}[6] < {rested[6] + 0.02}")  # and falls
+
+
+def test_a_slider_pushes(block):
+    slider = "document.getElementById('slider0')"
+    left, top, width, height = block.evaluate(
+        f"(() => {{ const r = {slider}.getBoundingClientRect(); return [r.x, r.y, r.width, r.height]; }})()"
+    )
+    block.click(left + 0.95 * width, top + height / 2)
+    assert block.evaluate(f"Number({slider}.value)") > 3.0
+    block.click_on(PLAYS)
+    block.wait_for("simulation.machine.time > 0.3")
+    assert state_of(block)[10] > 0.1  # m/s along x, before or after it lands
+    assert state_of(block)[4] > 0.01
+
+
+def test_a_state_goes_on_with_the_same_bits_from_a_link_and_is_refused_elsewhere(block):
+    block.evaluate("simulation.machine.advanceTo(0.2)")
+    block.click_on("document.getElementById('link')")
+    link = block.wait_for("location.hash.startsWith('#state=') && location.hash")
+    block.evaluate("simulation.machine.advanceTo(0.5)")
+    expected = [struct.pack("<d", v) for v in state_of(block)]
+    block.evaluate("location.hash = ''")
+    block.evaluate(f"location.hash = {json.dumps(link)}")
+    block.wait_for("simulation.machine.time === 0.2")
+    block.evaluate("simulation.machine.advanceTo(0.5)")
+    assert [struct.pack("<d", v) for v in state_of(block)] == expected
+    block.evaluate("location.hash = '#state=0123456789abcdef.AAAA'")
+    block.wait_for("document.getElementById('note').textContent.includes('belongs to another page')")
+    broken = link[:30] + "AAAAAAAA" + link[38:]
+    block.evaluate(f"location.hash = {json.dumps(broken)}")
+    block.wait_for("document.getElementById('note').textContent.includes('cannot be loaded')")
+    assert block.evaluate("simulation.machine.time") == 0.5
+
+
+@pytest.mark.parametrize(("width", "height", "dark"), [(1280, 800, True), (390, 844, False)])
+def test_it_fits_a_phone_and_the_dark(block, pictures, width, height, dark):
+    scheme = "dark" if dark else "light"
+    block.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": scheme}])
+    block.call(
+        "Emulation.setDeviceMetricsOverride", width=width, height=height, deviceScaleFactor=1, mobile=width < 500
+    )
+    block.wait_for(f"document.documentElement.scrollWidth <= {width}")
+    assert (block.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)") is not dark
+    block.screenshot(pictures / f"page-{width}-{scheme}.png", width, height)
+
+
+def test_it_keeps_the_rules_of_accessibility(block):
+    keeps_the_rules(block)
+
+
+def test_names_with_markup_stay_names(browser, tmp_path):
+    path = tmp_path / "bad.html"
+    bad = "</script><img src=x onerror=window.bad=1>"
+    SavePage(falling_block(name=bad), path, title=bad)
+    page = opened(browser, path)
+    page.wait_for("simulation.shown")
+    assert page.evaluate("document.querySelector('h1').textContent") == bad
+    assert page.evaluate("document.title") == bad
+    captions = page.evaluate("[...document.querySelectorAll('figcaption')].map((f) => f.textContent)")
+    assert any(bad in text for text in captions)
+    assert page.evaluate("document.querySelectorAll('img').length") == 0
+    frame = "document.getElementById('scene').contentWindow"
+    seen = page.evaluate(f"[window.bad, {frame}.bad, {frame}.document.querySelectorAll('img[src=x]').length]")
+    assert seen == [None, None, 0]

@@ -1,0 +1,100 @@
+"""What an editor says of programs that use sheldrake: right lines are clean, wrong ones are underlined.
+
+The checker is pyright, which editors use, on the stubs and annotations as they are installed.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("pyright")
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+MISTAKES = pathlib.Path(__file__).with_name("mistakes.py")
+PAGES = ["README.md", *(f"docs/{n}.md" for n in ("tutorial", "systems", "multibody", "poses", "logging", "contact"))]
+
+
+def errors_of(folder: pathlib.Path) -> list[tuple[str, int, str]]:
+    """What pyright says of the programs of a folder: file, line and message of each error."""
+    (folder / "pyrightconfig.json").write_text(json.dumps({"extraPaths": [str(ROOT / "src")]}))
+    command = [sys.executable, "-m", "pyright", "--outputjson", "--pythonpath", sys.executable, "-p", str(folder)]
+    environment = {**os.environ, "PYRIGHT_PYTHON_IGNORE_WARNINGS": "1"}
+    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=600)
+    if not done.stdout.startswith("{"):
+        pytest.skip(f"pyright does not start here (it needs node): {done.stderr[-300:]}")
+    report = json.loads(done.stdout)
+    assert report["summary"]["filesAnalyzed"] == len(list(folder.glob("*.py")))
+    return [
+        (pathlib.Path(found["file"]).name, found["range"]["start"]["line"] + 1, found["message"])
+        for found in report["generalDiagnostics"]
+        if found["severity"] == "error"
+    ]
+
+
+def test_lines_of_readme_pages_and_examples_are_clean(tmp_path):
+    for page in PAGES:
+        blocks = re.findall(
+            r"^```python\n(.*?)^```", (ROOT / page).read_text(encoding="utf-8"), re.MULTILINE | re.DOTALL
+        )
+        (tmp_path / f"{pathlib.Path(page).stem}_page.py").write_text("\n".join(blocks), encoding="utf-8")
+    for example in (ROOT / "examples").glob("*.py"):
+        (tmp_path / example.name).write_text(example.read_text(encoding="utf-8"), encoding="utf-8")
+    lines = [line for path in tmp_path.glob("*.py") for line in path.read_text(encoding="utf-8").splitlines()]
+    assert sum(bool(line.strip()) for line in lines) > 1000
+    assert errors_of(tmp_path) == []
+
+
+def test_every_mistake_is_underlined_and_nothing_else(tmp_path):
+    text = MISTAKES.read_text(encoding="utf-8")
+    (tmp_path / "mistakes.py").write_text(text, encoding="utf-8")
+    wrong = [number for number, line in enumerate(text.splitlines(), 1) if line.endswith("# wrong")]
+    assert len(wrong) >= 20
+    assert sorted({line for _, line, _ in errors_of(tmp_path)}) == wrong
+
+
+TYPES = {
+    "context": "Context",
+    "plant": "MultibodyPlant",
+    "scene_graph": "SceneGraph",
+    "plant.GetMyContextFromRoot(context)": "Context",
+    "X @ X": "RigidTransform",
+    "X.inverse()": "RigidTransform",
+    "X.rotation()": "RotationMatrix",
+    "plant.EvalBodyPoseInWorld(context, plant.world_body())": "RigidTransform",
+    "simulator.get_context()": "Context",
+    "builder.AddSystem(plant)": "MultibodyPlant",
+    "scene_graph.get_query_output_port()": "OutputPort",
+}
+"""What an editor knows of values that programs hold."""
+
+
+def test_values_have_types(tmp_path):
+    text = """
+from sheldrake.all import *
+builder = DiagramBuilder()
+plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 1e-3)
+diagram = builder.Build()
+context = diagram.CreateDefaultContext()
+simulator = Simulator(diagram, context)
+X = RigidTransform()
+"""
+    (tmp_path / "types.py").write_text(text + "".join(f"_: int = {value}\n" for value in TYPES))
+    found = [re.search(r'Type "([^"]*)"', message) for _, _, message in errors_of(tmp_path)]
+    assert [match and match.group(1) for match in found] == list(TYPES.values())
+
+
+def test_the_stubs_are_up_to_date():
+    command = [sys.executable, str(ROOT / "tools" / "make_stubs.py"), "--check"]
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "PYTHONPATH": str(ROOT / "src")})
+    assert done.returncode == 0, done.stderr
+
+
+def test_the_package_says_that_it_has_types():
+    assert (ROOT / "src" / "sheldrake" / "py.typed").exists()

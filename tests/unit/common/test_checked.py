@@ -1,0 +1,89 @@
+"""Calls that check their arguments against the annotations of their parameters."""
+
+from __future__ import annotations
+
+import enum
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+
+from sheldrake.common._checked import checked
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+
+class Colour(enum.Enum):
+    RED = 1
+
+
+class Car:
+    @checked
+    def paint(self, colour: Colour, name: str = "") -> tuple:
+        """Paints."""
+        return colour, name
+
+    @checked
+    def drive(self, x: ArrayLike, watch: Callable[..., Any], limit: float | None = None) -> int:
+        return len(np.atleast_1d(x))
+
+    @staticmethod
+    @checked
+    def wheels(number: int, spare: bool = False) -> int:
+        return number + spare
+
+    @checked
+    def meet(self, *others: Car, how: str = "gently") -> int:
+        return len(others)
+
+    @checked
+    def anything(self, value: Any, other, trailer: Trailer | None = None) -> None:
+        pass
+
+
+class Trailer:
+    pass
+
+
+def test_what_fits_is_passed_on():
+    car = Car()
+    assert car.paint(Colour.RED, name="x") == (Colour.RED, "x")
+    assert car.drive([1.0, 2.0], print) == 2 and car.drive(3.0, watch=print, limit=None) == 1
+    assert car.wheels(np.int64(4), spare=np.bool_(True)) == 5 == Car.wheels(5)
+    assert car.meet() == 0 and car.meet(car, car) == 2
+    car.anything(None, None, Trailer())
+    car.anything(None, other=None, trailer=None)
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda car: car.paint(None), "colour must be Colour, not None"),
+        (lambda car: car.paint(1), "colour must be Colour, not int"),
+        (lambda car: car.paint(Colour.RED, name=None), "name must be str, not None"),
+        (lambda car: car.drive(None, print), "x must be ArrayLike, not None"),
+        (lambda car: car.drive(1.0, None), "watch must be .*, not None"),
+        (lambda car: car.drive(1.0, print, "far"), r"limit must be float \| None, not str"),
+        (lambda car: car.wheels(4.0), "number must be int, not float"),
+        (lambda car: car.wheels(4, spare=[]), "spare must be bool, not list"),
+        (lambda car: car.meet(car, None), "others must be Car, not"),
+        (lambda car: car.meet(how=1), "how must be str, not int"),
+        (lambda car: car.anything(1, 2, 3), r"trailer must be Trailer \| None, not int"),
+    ],
+)
+def test_what_does_not_is_named(call, says):
+    with pytest.raises(TypeError, match=f"Car.*incompatible function arguments.*{says}"):
+        call(Car())
+
+
+def test_what_python_finds_wrong_it_says_itself():
+    with pytest.raises(TypeError, match="missing 1 required positional argument: 'colour'"):
+        Car().paint()
+    with pytest.raises(TypeError, match="unexpected keyword argument 'color'"):
+        Car().paint(color=Colour.RED)
+
+
+def test_keeps_name_and_documentation():
+    assert Car.paint.__doc__ == "Paints." and Car.paint.__qualname__ == "Car.paint"

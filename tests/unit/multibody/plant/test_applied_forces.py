@@ -1,0 +1,245 @@
+"""Forces from outside on bodies: the step and the derivatives stay machine code, whatever feeds them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from sheldrake.all import (
+    AbstractValue,
+    AddMultibodyPlantSceneGraph,
+    AutoDiffXd,
+    BodyIndex,
+    Box,
+    CoulombFriction,
+    DiagramBuilder,
+    ExternallyAppliedSpatialForce,
+    ExternallyAppliedSpatialForceMultiplexer,
+    FixedOffsetFrame,
+    HalfSpace,
+    JacobianWrtVariable,
+    LeafSystem,
+    MultibodyPlant,
+    Propeller,
+    PropellerInfo,
+    RevoluteJoint,
+    RigidTransform,
+    RollPitchYaw,
+    Simulator,
+    SpatialForce,
+    SpatialInertia,
+)
+from sheldrake.common._native import binding
+from sheldrake.common.kernel import Kernel
+from sheldrake.systems.framework._declarations import PythonStage
+
+POINT, FORCE = np.array([0.1, -0.2, 0.05]), np.array([0.3, -0.1, 0.2, 2.0, 1.0, -3.0])
+
+
+class Pushes(LeafSystem):
+    """A force on each of some bodies, at a point that is not the origin, growing with time."""
+
+    def __init__(self, bodies):
+        super().__init__()
+        self.bodies = bodies
+        self.DeclareAbstractOutputPort(
+            "forces", lambda: AbstractValue.Make([ExternallyAppliedSpatialForce()]), self._calc
+        )
+
+    def _calc(self, context, output):
+        forces = []
+        for k, body in enumerate(self.bodies):
+            force = ExternallyAppliedSpatialForce()
+            force.body_index, force.p_BoBq_B = body, POINT * (k + 1)
+            force.F_Bq_W = SpatialForce(FORCE * (1.0 + context.get_time()))
+            forces.append(force)
+        output.set_value(forces)
+
+
+def next_state(system: object, context: object) -> np.ndarray:
+    return system.EvalUniquePeriodicDiscreteUpdate(context).get_vector(0).CopyToVector()
+
+
+def two_links(time_step: float) -> tuple[DiagramBuilder, MultibodyPlant]:
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, time_step)
+    inertia = SpatialInertia.SolidBoxWithMass(1.5, 0.3, 0.4, 0.5).Shift([-0.1, 0.0, -0.2])
+    free, hinged = plant.AddRigidBody("free", inertia), plant.AddRigidBody("hinged", inertia)
+    frame = plant.AddFrame(FixedOffsetFrame("at", free.body_frame(), RigidTransform([0.2, 0.1, 0.0])))
+    plant.AddJoint(RevoluteJoint("joint", frame, hinged.body_frame(), [0.0, 0.6, 0.8]))
+    friction = CoulombFriction(0.5, 0.5)
+    plant.RegisterCollisionGeometry(plant.world_body(), RigidTransform([0, 0, -5]), HalfSpace(), "ground", friction)
+    plant.RegisterCollisionGeometry(free, RigidTransform(), Box(0.1, 0.1, 0.1), "box", friction)
+    if time_step:
+        plant.SetUseSampledOutputPorts(False)
+    plant.Finalize()
+    return builder, plant
+
+
+def start(plant: MultibodyPlant, context: object) -> None:
+    plant.SetFreeBodyPose(context, plant.GetBodyByName("free"), RigidTransform(RollPitchYaw(0.3, -0.2, 1.0), [1, 2, 3]))
+    plant.SetVelocities(context, np.linspace(-1.0, 1.0, plant.num_velocities()))
+
+
+def fed(time_step: float) -> tuple[object, MultibodyPlant, object]:
+    builder, plant = two_links(time_step)
+    pushes = builder.AddSystem(Pushes([plant.GetBodyByName(name).index() for name in ("free", "hinged", "free")]))
+    builder.Connect(pushes.get_output_port(), plant.get_applied_spatial_force_input_port())
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    start(plant, plant.GetMyContextFromRoot(context))
+    return diagram, plant, context
+
+
+@pytest.mark.parametrize("time_step", [0.0, 0.01])
+def test_forces_at_points_do_what_their_generalized_forces_do(time_step):
+    diagram, plant, context = fed(time_step)
+    own = plant.GetMyContextFromRoot(context)
+    W, tau = plant.world_frame(), np.zeros(plant.num_velocities())
+    for k, name in enumerate(("free", "hinged", "free")):
+        frame = plant.GetFrameByName(name)
+        J = plant.CalcJacobianSpatialVelocity(own, JacobianWrtVariable.kV, frame, POINT * (k + 1), W, W)
+        tau += J.T @ FORCE
+    other_builder, other = two_links(time_step)
+    whole = other_builder.Build()
+    other_context = whole.CreateDefaultContext()
+    start(other, other.GetMyContextFromRoot(other_context))
+    other.get_applied_generalized_force_input_port().FixValue(other.GetMyContextFromRoot(other_context), tau)
+    if time_step:
+        found = next_state(diagram, context)
+        expected = next_state(whole, other_context)
+    else:
+        found = diagram.EvalTimeDerivatives(context).CopyToVector()
+        expected = whole.EvalTimeDerivatives(other_context).CopyToVector()
+    np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)  # round-off of sums in another order
+
+
+@pytest.mark.parametrize("time_step", [0.0, 0.01])
+def test_only_the_list_is_read_in_python(time_step):
+    _, plant, context = fed(time_step)
+    layout = context._store.layout
+    n = layout.node_of[plant._system_id]
+    place = layout.places[n]
+    handlers = [place.derivatives] if not time_step else [r for r in place.events if r >= 0]
+    assert handlers
+    for first in handlers:
+        reads, *rest = [layout.rows[r].calc for r in layout.stages(first)]
+        assert isinstance(reads, PythonStage)
+        assert rest
+        assert all(isinstance(calc, Kernel) for calc in rest)
+
+
+@pytest.mark.parametrize("time_step", [0.0, 0.01])
+def test_no_argument_is_packed_twice(time_step, monkeypatch):
+    """After the first steps, nothing writes the words of a kernel's arguments any more, and no memory moves."""
+    diagram, _, context = fed(time_step)
+    simulator = Simulator(diagram, context)
+    simulator.AdvanceTo(0.05)
+    packed = []
+    write = binding._Writer.write
+    monkeypatch.setattr(binding._Writer, "write", lambda *args, **kwargs: packed.append(args) or write(*args, **kwargs))
+    for t in np.linspace(0.06, 0.2, 8):
+        simulator.AdvanceTo(t)
+    assert not packed
+
+
+def test_forces_may_come_and_go():
+    diagram, _, context = fed(0.01)
+    pushes = diagram.GetSystems()[-1]
+    pushes.bodies = pushes.bodies * 20  # more than there was room for
+    many = next_state(diagram, context)
+    context.SetTime(0.0)
+    pushes.bodies = []
+    none = next_state(diagram, context)
+    plain_builder, plain = two_links(0.01)
+    whole = plain_builder.Build()
+    plain_context = whole.CreateDefaultContext()
+    start(plain, plain.GetMyContextFromRoot(plain_context))
+    expected = next_state(whole, plain_context)
+    np.testing.assert_array_equal(none, expected)
+    assert np.abs(many - none).max() > 0.1
+
+
+def test_a_force_on_a_body_that_is_not_there_is_refused():
+    diagram, _, context = fed(0.01)
+    diagram.GetSystems()[-1].bodies = [BodyIndex(7)]
+    with pytest.raises(RuntimeError, match="applied_spatial_force"):
+        Simulator(diagram, context).AdvanceTo(0.02)
+
+
+def hovering(time_step: float, as_list: bool) -> tuple[object, MultibodyPlant]:
+    """Two links with propellers, whose forces come as a list or, straight from the propellers, by a kernel."""
+    builder, plant = two_links(time_step)
+    bodies = [plant.GetBodyByName(name).index() for name in ("free", "hinged")]
+    X = RigidTransform(RollPitchYaw(0.1, 0.2, 0.3), POINT)
+    propellers = builder.AddSystem(Propeller([PropellerInfo(body, X, 2.0, 0.3) for body in bodies]))
+    forces = propellers.get_output_port()
+    if as_list:
+        joined = builder.AddSystem(ExternallyAppliedSpatialForceMultiplexer(1))
+        builder.Connect(forces, joined.get_input_port(0))
+        forces = joined.get_output_port()
+    builder.Connect(forces, plant.get_applied_spatial_force_input_port())
+    builder.Connect(plant.get_body_poses_output_port(), propellers.get_body_poses_input_port())
+    builder.ExportInput(propellers.get_command_input_port(), "u")
+    return builder.Build(), plant
+
+
+@pytest.mark.parametrize("time_step", [0.0, 0.01])
+def test_propellers_are_a_stage_of_the_plant_that_they_lift(time_step):
+    found = {}
+    for as_list in (True, False):
+        diagram, plant = hovering(time_step, as_list)
+        context = diagram.CreateDefaultContext()
+        own = plant.GetMyContextFromRoot(context)
+        start(plant, own)
+        diagram.get_input_port().FixValue(context, [3.0, -2.0])
+        layout = context._store.layout
+        n = layout.node_of[plant._system_id]
+        first = layout.places[n].derivatives if not time_step else layout.places[n].events[0]
+        kinds = {type(layout.rows[r].calc) for r in layout.stages(first)}
+        assert kinds == ({PythonStage, Kernel} if as_list else {Kernel})
+        motion = next_state(diagram, context) if time_step else diagram.EvalTimeDerivatives(context).CopyToVector()
+        simulator = Simulator(diagram, context)
+        simulator.AdvanceTo(0.1)
+        found[as_list] = np.concatenate([motion, plant.GetPositionsAndVelocities(own)])
+    np.testing.assert_allclose(found[False], found[True], rtol=1e-11, atol=1e-11)  # round-off over ten steps
+
+
+@pytest.mark.parametrize("time_step", [0.0, 0.01])
+@pytest.mark.parametrize("as_list", [True, False])
+def test_propellers_need_a_command(time_step, as_list):
+    diagram, _ = hovering(time_step, as_list)
+    with pytest.raises(RuntimeError, match="not connected"):
+        Simulator(diagram).AdvanceTo(0.05)
+
+
+@pytest.mark.parametrize("time_step", [0.0, 0.01])
+@pytest.mark.parametrize("as_list", [True, False])
+def test_derivatives_through_applied_forces(time_step, as_list):
+    """Derivatives by state and command, against central differences."""
+    diagram, plant = hovering(time_step, as_list)
+    context = diagram.CreateDefaultContext()
+    start(plant, plant.GetMyContextFromRoot(context))
+    plant_context = plant.GetMyContextFromRoot(context)
+    z = np.concatenate([plant.GetPositionsAndVelocities(plant_context), [3.0, -2.0]])
+
+    def motion(system, own, values):
+        inner = system.GetSubsystemByName("plant")
+        inner.SetPositionsAndVelocities(inner.GetMyMutableContextFromRoot(own), values[:-2])
+        system.get_input_port().FixValue(own, values[-2:])
+        if time_step:
+            return next_state(system, own)
+        return system.EvalTimeDerivatives(own).CopyToVector()
+
+    on_duals = diagram.ToAutoDiffXd()
+    duals = np.array([AutoDiffXd(value, row) for value, row in zip(z, np.eye(len(z)))])
+    own = on_duals.CreateDefaultContext()
+    start_duals = motion(on_duals, own, duals)
+    again = [motion(on_duals, own, duals) for _ in range(3)][-1]
+    slopes = np.array([a.derivatives() for a in start_duals])
+    np.testing.assert_array_equal(slopes, np.array([a.derivatives() for a in again]))
+    h = 1e-6
+    for k in range(len(z)):
+        step = h * (np.arange(len(z)) == k)
+        expected = (motion(diagram, context, z + step) - motion(diagram, context, z - step)) / (2 * h)
+        np.testing.assert_allclose(slopes[:, k], expected, rtol=1e-6, atol=2e-6)  # h² and round-off / h

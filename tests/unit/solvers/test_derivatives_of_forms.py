@@ -1,0 +1,105 @@
+"""Sparse derivatives of programs against differences, and the sparse factors that solvers stand on."""
+
+import numpy as np
+import pytest
+
+from sheldrake.examples import AcrobotPlant
+from sheldrake.planning import DirectCollocation
+from sheldrake.solvers import MathematicalProgram
+from sheldrake.solvers._engines.interior_point import Factors
+from sheldrake.solvers._engines.nonlinear_form import NonlinearForm
+from sheldrake.solvers._engines.terms import AlikeTerms, LearnedTerms
+from sheldrake.symbolic import cos, log, pow, sin, sqrt
+
+
+def of_all_kinds():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(6, "x")
+    prog.AddLinearCost(2.0 * x[0] - x[3])
+    prog.AddQuadraticCost((x[1] - x[2]) ** 2 + 3.0 * x[4] ** 2)
+    prog.AddCost(sin(x[0]) * x[1] + log(2.0 + x[5] ** 2))
+    prog.AddLinearConstraint(x[0] + 2.0 * x[5] <= 3.0)
+    prog.AddQuadraticConstraint(np.eye(2), np.ones(2), -np.inf, 4.0, x[2:4])
+    for i in range(4):
+        prog.AddConstraint(cos(x[i]) * x[i + 1] + sqrt(1.5 + x[i + 2]) - pow(2.0 + x[i], 1.5) <= 1.0)
+    prog.SetVariableScaling(x[2], 10.0)
+    return prog, np.array([0.3, -0.2, 0.04, 0.5, 0.1, -0.4])
+
+
+def collocation():
+    plant = AcrobotPlant()
+    prog = DirectCollocation(plant, plant.CreateDefaultContext(), 6, 0.05, 0.2).prog()
+    return prog, np.random.default_rng(2).uniform(0.1, 0.5, prog.num_vars())
+
+
+@pytest.mark.parametrize("make", [of_all_kinds, collocation])
+def test_derivatives_are_those_of_differences(make):
+    prog, y = make()
+    form = NonlinearForm(prog)
+    weights = np.random.default_rng(1).normal(size=form.num_rows)
+    n, step = form.num_vars, 1e-6
+
+    def gradient(y):
+        values, J = form.dense_constraints(y)
+        return values, J, form.cost(y)[1] + weights @ J
+
+    _, J, _ = gradient(y)
+    H = np.zeros((n, n))
+    np.add.at(H, (form.H_rows, form.H_cols), form.curvature(y, 1.0, weights))
+    for j, direction in enumerate(step * np.eye(n)):
+        ahead, behind = gradient(y + direction), gradient(y - direction)
+        # Differences of values and of slopes err by their curvature, of size step^2, and by rounding over the step.
+        np.testing.assert_allclose(J[:, j], (ahead[0] - behind[0]) / (2 * step), atol=1e-6, rtol=1e-6)
+        np.testing.assert_allclose(H[:, j], (ahead[2] - behind[2]) / (2 * step), atol=2e-3, rtol=1e-4)
+    np.testing.assert_allclose(form.values(y)[1], gradient(y)[0], rtol=1e-12)
+
+
+def test_what_differs_by_its_variables_alone_is_evaluated_together():
+    form = NonlinearForm(of_all_kinds()[0])
+    together = [t for t in form._constraints if isinstance(t, AlikeTerms)]
+    assert [len(t.places) for t in together] == [4]
+    assert [len(t.places) for t in NonlinearForm(collocation()[0])._constraints if isinstance(t, AlikeTerms)] == [5 * 4]
+
+
+def test_functions_of_python_learn_their_curvature():
+    prog = MathematicalProgram()
+    x = prog.NewContinuousVariables(2, "x")
+    prog.AddConstraint(lambda z: [z[0] * z[1] + 2.0 * z[0] ** 2], [0.0], [0.0], x)
+    form = NonlinearForm(prog)
+    assert [type(t) for t in form._constraints] == [LearnedTerms]
+    for point in ([0.1, 0.2], [0.5, 0.2], [0.5, 0.9]):
+        form.constraints(np.array(point))
+    found = np.zeros((2, 2))
+    np.add.at(found, (form.H_rows, form.H_cols), form.curvature(np.array([0.5, 0.9]), 0.0, np.ones(1)))
+    np.testing.assert_allclose(found, [[4.0, 1.0], [1.0, 0.0]], atol=1e-9)  # two steps suffice for two variables
+
+
+class Saddle:
+    """A random sparse saddle point matrix."""
+
+    def __init__(self, rng, n, m):
+        self.n, self.m = n, m
+        self.H = np.diag(rng.uniform(0.0, 3.0, n))
+        for i, j in rng.integers(0, n, (n, 2)):
+            self.H[i, j] = self.H[j, i] = rng.normal()
+        self.J = rng.normal(size=(m, n)) * (rng.random((m, n)) < 0.3) + np.eye(m, n)
+        self.H_rows, self.H_cols = np.nonzero(self.H)
+        self.J_rows, self.J_cols = np.nonzero(self.J)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_factors_give_the_solution_and_the_inertia(seed):
+    rng = np.random.default_rng(seed)
+    case = Saddle(rng, 30, 12)
+    right_inertia = set()
+    factors = Factors(case)
+    for delta in (0.0, 0.3, 20.0):
+        entries = case.H[case.H_rows, case.H_cols], np.full(30, delta), case.J[case.J_rows, case.J_cols]
+        has_right_inertia = factors.factor(*entries, 0.0)
+        K = np.block([[case.H + delta * np.eye(30), case.J.T], [case.J, np.zeros((12, 12))]])
+        assert has_right_inertia == (np.sum(np.linalg.eigvalsh(K) < 0.0) == 12)
+        right_inertia.add(has_right_inertia)
+        b = rng.normal(size=42)
+        if has_right_inertia:
+            np.testing.assert_allclose(K @ factors.solve(b), b, atol=1e-9)
+    assert True in right_inertia
