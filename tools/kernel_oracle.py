@@ -78,9 +78,15 @@ def _functions(path: str) -> dict[int, ast.FunctionDef]:
 
 
 class Oracle:
-    """Runs kernels; `differs` says that plain Python may do something else."""
+    """Runs kernels; `differs` says that plain Python may do something else.
 
-    def __init__(self, limit: int = 100_000) -> None:
+    With `nan_spreads`, `min` and `max` of a NaN are NaN, which nested ones that share a number may be.
+    """
+
+    def __init__(self, limit: int = 100_000, nan_spreads: bool = False) -> None:
+        self.nan_spreads = nan_spreads
+        self.lost_nan = False  # whether `min` or `max` gave a number though one of its arguments was NaN
+        self.has_left = False  # whether the last run went out of an array
         self.differs = False
         self.last_bits = False  # whether the last bits may be others, by a power
         self.left = limit  # statements, so that a faulty program ends
@@ -296,7 +302,10 @@ def _extreme(is_better: Callable) -> Callable:
             if type(x) is not type(best):
                 o.differs = True
             best, x = o.same(best, x)
-            best = x if o.compare(is_better, x, best) else best  # type: ignore[arg-type]
+            best, worse = (x, best) if o.compare(is_better, x, best) else (best, x)  # type: ignore[arg-type]
+            if worse != worse and best == best:
+                o.lost_nan = True
+                best = worse if o.nan_spreads else best
         return best
 
     return call

@@ -45,7 +45,6 @@ def statuses(package: str, folder, mode: str, command: lcmt_iiwa_command | None)
     lib.ApplyNamedPositionsAsDefaults({"iiwa": {"j1": [0.3], "j4": [-0.5]}}, plant)
     lcm, buses = lib.DrakeLcm("memq://"), lib.LcmBuses()
     buses.Add("default", lcm)
-    builder.AddSystem(lib.LcmInterfaceSystem(lcm))
     driver = lib.IiwaDriver(control_mode=mode)
     lib.ApplyDriverConfigs(
         driver_configs={"iiwa": driver},
@@ -57,10 +56,13 @@ def statuses(package: str, folder, mode: str, command: lcmt_iiwa_command | None)
     found: list = []
     lcm.Subscribe("IIWA_STATUS", lambda message: found.append(lcmt_iiwa_status.decode(message)))
     simulator = lib.Simulator(builder.Build())
-    simulator.AdvanceTo(0.05)
-    if command is not None:
-        lcm.Publish("IIWA_COMMAND", command.encode())
-    simulator.AdvanceTo(0.1)
+    # Not by an LcmInterfaceSystem: Drake 1.51 makes bytes for a Python handler within AdvanceTo without the interpreter's
+    # lock, which corrupts the memory of the process.
+    for k in range(20):
+        if k == 10 and command is not None:
+            lcm.Publish("IIWA_COMMAND", command.encode())
+        lcm.HandleSubscriptions(0)
+        simulator.AdvanceTo(0.005 * (k + 1))
     lcm.HandleSubscriptions(0)
     return found
 
