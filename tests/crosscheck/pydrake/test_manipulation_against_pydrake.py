@@ -56,8 +56,8 @@ def statuses(package: str, folder, mode: str, command: lcmt_iiwa_command | None)
     found: list = []
     lcm.Subscribe("IIWA_STATUS", lambda message: found.append(lcmt_iiwa_status.decode(message)))
     simulator = lib.Simulator(builder.Build())
-    # Not by an LcmInterfaceSystem: Drake 1.51 makes bytes for a Python handler within AdvanceTo without the interpreter's
-    # lock, which corrupts the memory of the process.
+    # Not by an LcmInterfaceSystem: within AdvanceTo Drake 1.51 makes bytes for a handler in Python without the
+    # interpreter's lock, which corrupts the memory of the process.
     for k in range(20):
         if k == 10 and command is not None:
             lcm.Publish("IIWA_COMMAND", command.encode())

@@ -118,6 +118,31 @@ def test_every_format_gives_the_same_solid(tmp_path, extension):
     assert hull.total_area() == pytest.approx(2 * (4 + 6 + 6), rel=1e-6)
 
 
+@pytest.mark.parametrize("package_file", [None, "package.xml"])
+def test_gltf_names_files_of_its_package_only(tmp_path, package_file):
+    """Numbers may lie in a folder beside the mesh's, in its package, and nowhere else."""
+    folder = tmp_path / "robot" / "meshes" / "visual"
+    beside = tmp_path / "robot" / ("buffers" if package_file else "meshes/buffers")
+    for each in (folder, beside):
+        each.mkdir(parents=True)
+    if package_file:
+        (tmp_path / "robot" / package_file).touch()
+    path = write_box(folder, ".gltf")
+    content = json.loads(path.read_text())
+    uri = content["buffers"][0]["uri"]
+    for place in (beside, tmp_path):
+        (place / "numbers.bin").write_bytes(base64.b64decode(uri.partition(",")[2]))
+    content["buffers"][0]["uri"] = "../../buffers/numbers.bin" if package_file else "../buffers/numbers.bin"
+    path.write_text(json.dumps(content))
+    assert len(read_mesh(g.MeshSource(path)).triangles) == 12
+    for name in ("../../../numbers.bin", str(tmp_path / "numbers.bin")):
+        content["buffers"][0]["uri"] = name
+        path.write_text(json.dumps(content))
+        read_mesh.__globals__["_read_file"].cache_clear()
+        with pytest.raises(RuntimeError, match=r"numbers\.bin.*not in its package"):
+            read_mesh(g.MeshSource(path))
+
+
 def test_gltf_with_its_numbers_in_another_file(tmp_path):
     path = write_box(tmp_path, ".gltf")
     document = json.loads(path.read_text())

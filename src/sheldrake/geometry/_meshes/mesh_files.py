@@ -178,13 +178,26 @@ def _read_with_trimesh(data: bytes, extension: str, files: Any) -> tuple[np.ndar
 
 
 class _DiskFiles:
-    """Gives trimesh the files a mesh names: from the folder of the mesh."""
+    """Gives trimesh the files that a mesh names, relative to the folder of the mesh and within its package.
+
+    The package is the closest folder above that holds a package.xml; where there is none, the folder that holds the
+    folder of the mesh (but not the user's home), so that `meshes/a.gltf` may name `../textures/a.png`.
+    """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
+        self._folder = folder.resolve()
+        above = (f for f in (self._folder, *self._folder.parents) if (f / "package.xml").is_file())
+        home = self._folder.parent
+        self._package = next(above, self._folder if home in (Path(home.anchor), Path.home()) else home)
 
     def get(self, name: str) -> bytes:
-        return regular_bytes(self._folder / name.strip())
+        path = (self._folder / name.strip()).resolve()
+        if not path.is_relative_to(self._package):
+            raise RuntimeError(
+                f"the mesh names the file {name!r}, which is not in its package '{self._package}': copy that file "
+                "beside the mesh and name it there."
+            )
+        return regular_bytes(path)
 
     __getitem__ = get  # trimesh asks in either way
 
