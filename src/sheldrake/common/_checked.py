@@ -31,9 +31,13 @@ def checked(function: _Function) -> _Function:
     """
     tests: list[_Test | None] = []
     by_name: dict[str, _Test] = {}
+    known: set[tuple[type, ...]] = set()  # types of positional arguments that passed: tests look at nothing else
 
     @functools.wraps(function)
     def call(*args: Any, **kwargs: Any) -> Any:
+        types = tuple(map(type, args))
+        if not kwargs and types in known:
+            return function(*args)
         if not tests:  # the first call: names in annotations may be defined below the function
             tests.extend(_by_position(function, by_name))
         for test, value in zip(tests, args):
@@ -42,11 +46,14 @@ def checked(function: _Function) -> _Function:
         for name, value in kwargs.items():
             if name in by_name and not by_name[name](value):
                 raise _refusal(call, args, kwargs)
+        if len(known) < _MOST_KNOWN:
+            known.add(types)
         return function(*args, **kwargs)
 
     return call  # type: ignore[return-value]
 
 
+_MOST_KNOWN = 64  # a program that makes classes for ever must not fill memory
 _MANY = 20  # arguments of a call that takes any number of them by position; those beyond are not looked at
 
 

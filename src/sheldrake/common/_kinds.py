@@ -18,6 +18,7 @@ def instance_of(*classes: type) -> Kind:
             raise Mismatch
         return value
 
+    setattr(convert, "classes", classes)  # noqa: B010 (see `kind`); of the type of a value alone, more can be told
     return convert
 
 

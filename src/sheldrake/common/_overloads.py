@@ -114,19 +114,100 @@ def dispatch(
     Raises:
         TypeError: none takes them.
     """
+    found = ways.first(args, kwargs) if isinstance(ways, Ways) else _first(ways, args, kwargs)
+    if found is None:
+        raise incompatible(call, [str(way) for way in ways], args, kwargs, constructor=constructor)
+    way, values = found
+    assert way.function is not None
+    return way.function(*values) if target is _NO_TARGET else way.function(target, *values)
+
+
+def _first(
+    ways: Sequence[Overload], args: Sequence[Any], kwargs: Mapping[str, Any]
+) -> tuple[Overload, list[Any]] | None:
+    """The first way that takes the arguments, with its values; None if none does."""
     for way in ways:
         values = way.converted(args, kwargs)
         if values is not None:
-            assert way.function is not None
-            return way.function(*values) if target is _NO_TARGET else way.function(target, *values)
-    raise incompatible(call, [str(way) for way in ways], args, kwargs, constructor=constructor)
+            return way, values
+    return None
+
+
+class _Plan(NamedTuple):
+    """How one way takes positional arguments of certain types.
+
+    Attributes:
+        way: The way.
+        steps: For each argument its kind, None if nothing is left to look at, and the default that is not converted.
+        tail: Defaults of the other parameters.
+    """
+
+    way: Overload
+    steps: list[tuple[Kind | None, Any]]
+    tail: list[Any]
+
+
+class Ways(list[Overload]):
+    """The ways to make a call, with a memory: which of them can take arguments of certain types at all."""
+
+    def __init__(self, ways: Sequence[Overload]) -> None:
+        super().__init__(ways)
+        self._plans: dict[tuple[type, ...], list[_Plan]] = {}
+
+    def first(self, args: Sequence[Any], kwargs: Mapping[str, Any]) -> tuple[Overload, list[Any]] | None:
+        """The first way that takes the arguments, with its values; None if none does."""
+        if kwargs:
+            return _first(self, args, kwargs)
+        types = tuple(map(type, args))
+        plans = self._plans.get(types)
+        if plans is None:
+            if len(self._plans) >= _MOST_PLANS:
+                self._plans.clear()
+            plans = self._plans[types] = [plan for way in self if (plan := _plan(way, types)) is not None]
+        for way, steps, tail in plans:
+            try:
+                values = [
+                    value if convert is None or value is default else convert(value)
+                    for value, (convert, default) in zip(args, steps)
+                ]
+            except Mismatch:
+                continue
+            return way, values + tail
+        return None
+
+
+_MOST_PLANS = 64  # a call is made with few types; a program that makes classes for ever must not fill memory
+_NONE_GIVEN = object()
+
+
+def _plan(way: Overload, types: tuple[type, ...]) -> _Plan | None:
+    """How a way takes positional arguments of these types; None if it cannot."""
+    count, rest = len(types), way.names[len(types) :]
+    if count > len(way.names) or not set(rest) <= set(way.defaults):
+        return None
+    steps: list[tuple[Kind | None, Any]] = []
+    for name, convert, T in zip(way.names, way.kinds, types):
+        fits = None if name in way.defaults else _fits(convert, T)
+        if fits is False:
+            return None
+        steps.append((None if fits else convert, way.defaults.get(name, _NONE_GIVEN)))
+    return _Plan(way, steps, [way.defaults[name] for name in rest])
+
+
+def _fits(convert: Kind, T: type) -> bool | None:
+    """Whether a kind takes values of a type, which it hands on as they are; None if only the value can tell."""
+    classes: tuple[type, ...] = getattr(convert, "classes", ())
+    plain = all(type(cls) is type for cls in classes)
+    if not classes or not plain or any("__class__" in vars(base) for base in T.__mro__[:-1]):
+        return None
+    return issubclass(T, classes)
 
 
 def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
     """Decorates a function or method with the ways to call it; its body gets the converted values, in order."""
 
     def decorate(body: Callable[..., Any]) -> Any:
-        all_ways = [way if way.function is not None else way._replace(function=body) for way in ways]
+        all_ways = Ways([way if way.function is not None else way._replace(function=body) for way in ways])
         is_method = body.__code__.co_varnames[:1] in (("self",), ("cls",))
         constructor = body.__name__ == "__init__"
 

@@ -17,7 +17,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
-from sheldrake.common._overloads import Kind, Mismatch, Overload, incompatible, kind, overload
+from sheldrake.common._overloads import Kind, Mismatch, Ways, incompatible, kind, overload
 from sheldrake.common.cpp_param import get_param_canonical
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.common.value import _register_value_type
@@ -202,7 +202,7 @@ class ScalarBase:
     _T: ClassVar[type] = float
     _FIELDS: ClassVar[tuple[str, ...]] = ()
     _template: ClassVar[Any]
-    _way_cache: ClassVar[dict[tuple[type, str], list[Overload]]] = {}
+    _way_cache: ClassVar[dict[tuple[type, str], Ways]] = {}
 
     cast = _Cast()
 
@@ -261,12 +261,12 @@ class ScalarBase:
         key = (cls, call)
         ways = self._way_cache.get(key)
         if ways is None:
-            ways = self._way_cache[key] = getattr(cls, f"_ways_{call}")(cls)
-        for way in ways:
-            values = way.converted(args, kwargs)
-            if values is not None:
-                assert way.function is not None  # only `overloaded` takes ways without one
-                return way.function(self, *values)
+            ways = self._way_cache[key] = Ways(getattr(cls, f"_ways_{call}")(cls))
+        found = ways.first(args, kwargs)
+        if found is not None:
+            way, values = found
+            assert way.function is not None  # only `overloaded` takes ways without one
+            return way.function(self, *values)
         where = pretty_class_name(cls) if call == "init" else f"{pretty_class_name(cls)}.{call}"
         raise incompatible(where, [str(way) for way in ways], args, kwargs, constructor=call == "init")
 

@@ -74,3 +74,41 @@ def test_errors_of_the_body_are_its_own():
 
 def test_a_method_keeps_its_name_and_docstring():
     assert Shelf.find.__name__ == "find" and Shelf.find.__doc__ == "Finds something."
+
+
+class Small(int):
+    pass
+
+
+def test_what_took_a_type_before_still_looks_at_the_value():
+    shelf = Shelf(3)
+    for _ in range(2):
+        assert shelf.find(4) == ("pair", 2)
+        assert shelf.find(3) == (3, None)
+        assert shelf.find(Small(5)) == (5, None)
+        with pytest.raises(TypeError):
+            shelf.find(-3)
+        with pytest.raises(TypeError):
+            shelf.find(None)
+
+
+def test_who_passes_for_another_class_is_taken():
+    class Proxy:
+        def __init__(self, cls):
+            self.cls = cls
+
+        @property
+        def __class__(self):
+            return self.cls
+
+    assert isinstance(Proxy(str), str)
+    told = [Shelf(Proxy(cls)).told[0] for cls in (str, str)]
+    assert all(isinstance(proxy, Proxy) for proxy in told)
+    with pytest.raises(TypeError):
+        Shelf(Proxy(float))
+
+
+def test_memory_of_types_is_bounded():
+    for k in range(200):
+        assert halve(type(f"Even{k}", (int,), {})(4)) == 2
+    assert len(halve._ways._plans) <= 64

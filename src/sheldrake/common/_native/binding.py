@@ -67,13 +67,16 @@ class Words(NamedTuple):
     def placed(self, machine: Machine = HERE, slab: int = 0) -> np.ndarray:
         """The words for a machine, and for a slab at this address [bytes]; at 0, offsets are addresses by eight."""
         words = self.words.copy()
-        for at, array, absolute in self.relocations:
-            where = machine.place(array)
-            words[at] = where if absolute else (where - slab) >> 3
+        places: dict[int, int] = {}  # many words speak of few arrays
+        found = []
+        for _, array, absolute in self.relocations:
+            where = places.get(id(array))
+            if where is None:
+                where = places[id(array)] = machine.place(array)
+            found.append(where if absolute else (where - slab) >> 3)
+        if found:
+            words[[r.at for r in self.relocations]] = found
         return words
-
-
-NO_WORDS = Words(np.zeros(0, np.int64), ())
 
 
 def join(parts: Iterable[Words]) -> tuple[Words, list[int]]:
@@ -84,6 +87,34 @@ def join(parts: Iterable[Words]) -> tuple[Words, list[int]]:
         relocations += [r._replace(at=r.at + at[-1]) for r in part.relocations]
         at.append(at[-1] + len(part.words))
     return Words(np.concatenate([*words, np.zeros(1, np.int64)]), tuple(relocations)), at
+
+
+def join_in_slab(calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None]) -> tuple[Words, list[int]]:
+    """The words of many calls in one slab, as `join` has them; a call that is None has none.
+
+    Calls of one system are given the same models and the same scratch: what these take is written out once.
+
+    Args:
+        calls: kernels and their places, see `arguments_in_slab`.
+
+    Raises:
+        KeyError, TypeError: as `arguments_in_slab`.
+    """
+    at: list[int] = [0]
+    words: list[int] = []
+    relocations: list[Relocation] = []
+    blocks: dict[tuple, _Block] = {}
+    for call in calls:
+        if call is not None:
+            writer = _Writer(call[0], blocks)
+            writer.write_all(call[1], in_slab=True)
+            begin = len(words)
+            words += writer.words
+            words += writer.behind
+            words.append(0)
+            relocations += [Relocation(begin + k, array, absolute) for k, array, absolute in writer.relocations]
+        at.append(len(words))
+    return Words(np.array([*words, 0], np.int64), tuple(relocations)), at
 
 
 def arguments(kernel: Kernel, args: tuple) -> tuple[Words, dict[str, tuple[int, str]]]:
@@ -133,22 +164,56 @@ def _size(parameter: Parameter) -> int:
     return sum(1 + s.ndim for s in parameter.fields) or 1
 
 
-class _Writer:
-    """Writes the words of one call: those of `Vectors` stand behind all others."""
+class _Block(NamedTuple):
+    """What a NamedTuple takes among the words of a call; `relocations` count from its first word."""
 
-    def __init__(self, kernel: Kernel) -> None:
+    given: Any
+    words: list[int]
+    relocations: list[Relocation]
+
+
+class _Writer:
+    """Writes the words of one call: those of `Vectors` stand behind all others.
+
+    Args:
+        kernel: what is called.
+        blocks: NamedTuples that are written already, kept for other calls.
+    """
+
+    def __init__(self, kernel: Kernel, blocks: dict[tuple, _Block] | None = None) -> None:
         self.kernel = kernel
         self.words: list[int] = []
         self.behind: list[int] = []
         self.relocations: list[Relocation] = []
         self.scalars: dict[str, tuple[int, str]] = {}
-        self.head = sum(map(_size, kernel.parameters))
+        self.blocks: dict[tuple, _Block] = {} if blocks is None else blocks
 
     def write(self, given: Mapping[str, Any], in_slab: bool) -> Words:
-        for parameter in self.kernel.parameters:
-            if parameter.kind != "t":
-                self._parameter(parameter, given[parameter.name], in_slab)
+        self.write_all(given, in_slab)
         return Words(np.array([*self.words, *self.behind, 0], np.int64), tuple(self.relocations))
+
+    def write_all(self, given: Mapping[str, Any], in_slab: bool) -> None:
+        for parameter in self.kernel.parameters:
+            if parameter.kind == "tuple":
+                self._tuple(parameter, given[parameter.name], in_slab)
+            elif parameter.kind != "t":
+                self._parameter(parameter, given[parameter.name], in_slab)
+
+    def _tuple(self, parameter: Parameter, argument: Any, in_slab: bool) -> None:
+        absolute = any(spec.absolute for spec in parameter.fields[:1])
+        key = parameter.cls, absolute, id(argument)
+        block = self.blocks.get(key)
+        if block is None:
+            if not isinstance(argument, parameter.cls) and (absolute or not in_slab):
+                expected, found = parameter.cls.__name__, type(argument).__name__
+                raise TypeError(f"{self.kernel!r}: {parameter.name} must be a {expected}, not {found}.")
+            writer = _Writer(self.kernel)
+            for field, spec, a in zip(parameter.cls._fields, parameter.fields, argument):
+                writer._array(writer.words, 0, f"{parameter.name}.{field}", spec, a, in_slab)
+            block = self.blocks[key] = _Block(argument, writer.words, writer.relocations)
+        begin = len(self.words)
+        self.words += block.words
+        self.relocations += [Relocation(begin + k, array, absolute) for k, array, absolute in block.relocations]
 
     def _parameter(self, parameter: Parameter, argument: Any, in_slab: bool) -> None:
         name, kind, words = parameter.name, parameter.kind, self.words
@@ -161,15 +226,10 @@ class _Writer:
                 self._check_record(name, parameter.cls.RECORD, argument)
             self._array(words, 0, name, parameter.fields[0], argument, in_slab)
         elif kind == "arrays":
-            words += [len(argument), self.head + len(self.behind)]
+            head = sum(map(_size, self.kernel.parameters))
+            words += [len(argument), head + len(self.behind)]
             for i, a in enumerate(argument):
-                self._array(self.behind, self.head, f"{name}[{i}]", parameter.fields[0], a, in_slab)
-        else:
-            if not isinstance(argument, parameter.cls) and (parameter.fields[0].absolute or not in_slab):
-                expected, found = parameter.cls.__name__, type(argument).__name__
-                raise TypeError(f"{self.kernel!r}: {name} must be a {expected}, not {found}.")
-            for field, spec, a in zip(parameter.cls._fields, parameter.fields, argument):
-                self._array(words, 0, f"{name}.{field}", spec, a, in_slab)
+                self._array(self.behind, head, f"{name}[{i}]", parameter.fields[0], a, in_slab)
 
     def _array(self, words: list[int], start: int, title: str, spec: ArraySpec, a: Any, in_slab: bool) -> None:
         if in_slab and not spec.absolute and not isinstance(a, np.ndarray):

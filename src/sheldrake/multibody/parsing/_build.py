@@ -1,5 +1,6 @@
 """A model description to a MultibodyPlant, in the order in which Drake adds things."""
 
+import copy
 from collections.abc import Callable
 from typing import Any
 
@@ -144,7 +145,7 @@ class ModelBuilder:
                 from sheldrake.multibody.tree import SpatialInertia
 
                 inertia = SpatialInertia.Zero()
-            body = self._plant.AddRigidBody(description.name, self._instance, inertia)
+            body = self._plant.AddRigidBody(description.name, self._instance, copy.copy(inertia))
             self._frames[self._scope, description.name] = body.body_frame()
         if self._has_geometry:
             self._add_geometry(description, body)
@@ -157,7 +158,7 @@ class ModelBuilder:
             if visual.illustration is not None:
                 instance.set_illustration_properties(visual.illustration)
             if visual.perception is not None:
-                instance.set_perception_properties(visual.perception)
+                instance.set_perception_properties(_own(visual.perception))
             self._call(visual, self._plant.RegisterVisualGeometry, body, instance)
         for shape in description.collisions:
             self._check_mesh(shape)
@@ -190,7 +191,7 @@ class ModelBuilder:
 
         base = self._frame(description.base)
         owner = self._instance if description.is_model_frame else base.model_instance()
-        frame = FixedOffsetFrame(description.name, base, description.X_PF, owner)
+        frame = FixedOffsetFrame(description.name, base, copy.copy(description.X_PF), owner)
         self._frames[self._scope, description.name] = self._plant.AddFrame(frame)
 
     def _joint_frame(self, joint: JointDescription, reference: FrameReference, X, suffix: str):
@@ -201,7 +202,7 @@ class ModelBuilder:
         if X is None:
             return frame
         instance = self._frame(joint.child).model_instance()
-        return self._plant.AddFrame(FixedOffsetFrame(f"{joint.name}_{suffix}", frame, X, instance))
+        return self._plant.AddFrame(FixedOffsetFrame(f"{joint.name}_{suffix}", frame, copy.copy(X), instance))
 
     def _add_joint(self, description: JointDescription) -> None:
         frame_F = self._joint_frame(description, description.parent, description.X_PF, "parent")
@@ -332,6 +333,15 @@ _ADDERS: dict[type, Callable] = {
 _LIMITED = ("revolute", "prismatic")
 
 
+def _own(properties):
+    """Properties for one plant alone: others may be built of the same description."""
+    if not properties.HasProperty("renderer", "accepting"):
+        return properties  # copied by who is given them
+    own = copy.copy(properties)
+    own.UpdateProperty("renderer", "accepting", set(properties.GetProperty("renderer", "accepting")))
+    return own
+
+
 def _make_spring(kind: str, joint, rest: float, stiffness: float):
     from sheldrake.multibody.tree import PrismaticSpring, RevoluteSpring
 
@@ -359,7 +369,7 @@ def _make_joint(description: JointDescription, frame_F, frame_M):
     if kind == "weld":
         from sheldrake.math import RigidTransform
 
-        return tree.WeldJoint(*ends, RigidTransform() if description.X_FM is None else description.X_FM)
+        return tree.WeldJoint(*ends, RigidTransform() if description.X_FM is None else copy.copy(description.X_FM))
     if kind == "planar":
         return tree.PlanarJoint(*ends, damping=np.asarray(damping, dtype=float))
     if kind == "ball_rpy":

@@ -7,6 +7,7 @@ the plant (`_build`).
 import os
 import warnings
 from contextlib import AbstractContextManager
+from dataclasses import replace
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from ._files.diagnostics import DiagnosticPolicy, Location, ParseError
 from ._files.package_map import PackageMap, resolve_uri
 from ._model.description import FilterGroupDescription, ModelDescription
 from ._reading.reading import Reading
+from ._reading.remembered import read_or_remember
 
 _PLANT = instance_of(MultibodyPlant)
 _SCENE = (instance_of(SceneGraph), None)
@@ -232,7 +234,7 @@ class Parser:
             if kind == ".dmd.yaml":
                 instances = self._add_directives(reading, text)
             else:
-                instances = self._build(read_models(kind, reading, text, model_name), self._prefix)
+                instances = self._build(read_or_remember(kind, reading, text, model_name, read_models), self._prefix)
             self.finish_filters()
         return instances
 
@@ -264,11 +266,10 @@ class Parser:
             self._policy.Error(Location(path), "add_model takes a model file; use add_directives for this one.")
         reading = self._reading_of(path)
         reading.num_bodies, reading.num_actuators = self._plant.num_bodies(), self._plant.num_actuators()
-        models = read_models(kind, reading, None, model_name)
+        models = read_or_remember(kind, reading, None, model_name, read_models)
         if len(models) == 1 and models[0].is_world and len(models[0].nested) == 1:
             (world,) = models
-            models = world.nested
-            models[0].name, models[0].comes_first = model_name, False
+            models = [replace(world.nested[0], name=model_name, comes_first=False)]
             if world.elements:
                 self._policy.Warning(world.where, "add_model takes the model of a <world>, without what is beside it.")
         if len(models) != 1 or models[0].is_world:

@@ -1,8 +1,11 @@
 """Where packages named by `package://` and `model://` addresses live on this machine."""
 
+import contextlib
 import copy
+import functools
 import logging
 import os
+import sys
 import urllib.parse
 
 from sheldrake.common._checked import checked
@@ -365,16 +368,30 @@ def _split_paths(variable: str) -> "list[str]":
 
 def _find_drake_root() -> "str | None":
     """The folder of Drake's own resource files, when this machine has them."""
-    import importlib.metadata
-
     from sheldrake.common._files import GetDrakePath
 
     root = GetDrakePath()
-    if root is not None:
-        return root
+    if root is None:
+        root = _share_of_wheel(_installed())
+    return root if root is not None and os.path.isdir(root) else None
+
+
+def _installed() -> "tuple[tuple[str, int], ...]":
+    """The folders that Python imports from, and when something was last installed in each."""
+    found = []
+    for folder in sys.path:
+        with contextlib.suppress(OSError):
+            found.append((folder, os.stat(folder or os.curdir).st_mtime_ns))
+    return tuple(found)
+
+
+@functools.lru_cache(maxsize=4)
+def _share_of_wheel(installed: "tuple[tuple[str, int], ...]") -> "str | None":
+    """The folder of resource files of the `drake` wheel among these folders: to look costs as much as a small model."""
+    import importlib.metadata
+
     try:
         wheel = importlib.metadata.distribution("drake")
     except importlib.metadata.PackageNotFoundError:
         return None
-    path = str(wheel.locate_file("pydrake/share/drake"))
-    return path if os.path.isdir(path) else None
+    return str(wheel.locate_file("pydrake/share/drake"))

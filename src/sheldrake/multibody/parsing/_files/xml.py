@@ -343,11 +343,19 @@ def read_xml(path: "str | os.PathLike", policy: DiagnosticPolicy) -> Element:
         ParseError: As `parse_xml`, and when the file cannot be read.
     """
     path = os.fspath(path)
+    return parse_xml(read_bytes(path, policy), path, policy)
+
+
+def read_bytes(path: str, policy: DiagnosticPolicy) -> bytes:
+    """What is in an XML file.
+
+    Raises:
+        ParseError: When the file cannot be read or is larger than any model file is.
+    """
     try:
         size = os.path.getsize(path)
         if size > MAX_BYTES:
             policy.Error(Location(path), f"The file has {size} bytes; XML files above {MAX_BYTES} are refused.")
-        data = regular_bytes(path, MAX_BYTES)
+        return regular_bytes(path, MAX_BYTES)
     except OSError as error:
         policy.Error(Location(path), f"The file cannot be read: {error.strerror}.")
-    return parse_xml(data, path, policy)

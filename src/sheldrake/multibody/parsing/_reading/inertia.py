@@ -83,8 +83,11 @@ def solid_properties(shape, where, what: str, reading):
         what: What messages call it.
         reading: Receives warnings and errors.
     """
+    from sheldrake.geometry import Convex, Mesh
     from sheldrake.geometry._meshes.mass_properties import mass_properties
 
+    if isinstance(shape, (Mesh, Convex)):
+        reading.questions.repeatable = False
     try:
         volume, centroid, inertia = mass_properties(shape)
         problem = find_problem(volume, np.diag(inertia), (inertia[0, 1], inertia[0, 2], inertia[1, 2]))
@@ -95,8 +98,6 @@ def solid_properties(shape, where, what: str, reading):
         reason = str(error)
     if type(shape).__name__ != "Mesh":
         reading.fail(where, f"The mass of {what} cannot be computed: {reason}")
-    from sheldrake.geometry import Convex
-
     reading.warn(where, f"The mesh of {what} is not a closed surface ({reason}); its mass is that of its convex hull.")
     try:
         return mass_properties(Convex(shape.source().path(), shape.scale3()))

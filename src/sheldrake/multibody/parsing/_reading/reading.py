@@ -9,7 +9,8 @@ import numpy as np
 
 from .._files.diagnostics import DiagnosticPolicy, Location
 from .._files.package_map import PackageMap, resolve_uri
-from .._files.xml import Element, parse_xml, read_xml
+from .._files.xml import Element, parse_xml, read_bytes
+from .remembered import Address, Questions
 
 _NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 _BEGIN_OF_NUMBER = re.compile(rf"({_NUMBER.pattern})(?![xX])")
@@ -38,6 +39,7 @@ class Reading:
         loose_numbers: Whether what follows a number in a word is passed over, with a warning; so it is in SDFormat.
         checked: Places of the elements whose children and attributes were compared with what is read.
         passed_over: Places of the elements that are left out knowingly, with all that is in them.
+        questions: What was asked of files and packages.
     """
 
     policy: DiagnosticPolicy
@@ -54,6 +56,7 @@ class Reading:
     documents: "list[Element]" = field(default_factory=list)
     checked: "set[Location]" = field(default_factory=set)
     passed_over: "set[Location]" = field(default_factory=set)
+    questions: Questions = field(default_factory=Questions)
 
     def warn(self, where, message: str) -> None:
         """Reports a warning at an element, description or location."""
@@ -88,9 +91,19 @@ class Reading:
         """
         if len(self.documents) > INCLUDE_COUNT:
             self.fail(Location(self.source), f"More than {INCLUDE_COUNT} files are included.")
-        root = read_xml(self.source, self.policy) if text is None else parse_xml(text, self.source, self.policy)
+        root = self.read_xml(self.source) if text is None else parse_xml(text, self.source, self.policy)
         self.documents.append(root)
         return root
+
+    def read_xml(self, path: str) -> Element:
+        """The root element of another file.
+
+        Raises:
+            ParseError: When it is not XML.
+        """
+        data = read_bytes(path, self.policy)
+        self.questions.files[path] = data
+        return parse_xml(data, path, self.policy)
 
     def resolve(self, uri: str, where: Location) -> str:
         """The path a file name or address stands for.
@@ -98,7 +111,9 @@ class Reading:
         Raises:
             ParseError: When there is no such file.
         """
-        return resolve_uri(uri.strip(), self.packages, self.folder, where, self.policy)
+        path = resolve_uri(uri.strip(), self.packages, self.folder, where, self.policy)
+        self.questions.addresses[Address(uri.strip(), self.folder)] = path
+        return path
 
     def name(self, element: Element, what: str, attribute: str = "name") -> str:
         """A name that must be there and not be empty.

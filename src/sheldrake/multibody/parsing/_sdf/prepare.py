@@ -4,7 +4,7 @@ import os
 import re
 from dataclasses import dataclass, field
 
-from .._files.xml import Element, read_xml
+from .._files.xml import Element
 from .._model.description import FrameDescription, ModelDescription
 from .._reading.reading import Reading
 from .._urdf.robot import read_urdf
@@ -127,7 +127,7 @@ def _open_include(include: Element, reading: Reading) -> "tuple[str, Reading]":
         config = os.path.join(path, "model.config")
         if not os.path.isfile(config):
             reading.fail(uri, f"The <include> names the folder '{path}', which has no model.config.")
-        files = read_xml(config, reading.policy).find_all("sdf")
+        files = reading.read_xml(config).find_all("sdf")
         if not files:
             reading.fail(uri, f"'{config}' names no <sdf> file.")
         path = os.path.join(path, max(files, key=_version_key).text.strip())

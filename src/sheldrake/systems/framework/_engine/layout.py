@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from sheldrake.common._native.binding import HERE, NO_WORDS, Words, arguments_in_slab, join
+from sheldrake.common._native.binding import HERE, join_in_slab
 from sheldrake.common.kernel import Kernel, Parameter
 from sheldrake.systems.framework._declarations import (
     DERIVATIVES,
@@ -68,6 +68,7 @@ class Layout(Memory):
         self.log_of: dict[int, int] = {}
         self._models: dict[int, dict] = {}
         self._stages: dict[int, list[int]] = {}
+        self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
         self.program = self._program()
         self.version = sum(s._version for s in self.systems)
@@ -177,7 +178,7 @@ class Layout(Memory):
     # The program.
 
     def _program(self) -> _program.Program:
-        self.arguments, at = join(self._words(row) if row.native else NO_WORDS for row in self.rows)
+        self.arguments, at = join_in_slab((row.calc, self._given(row)) if row.native else None for row in self.rows)
         self._make_groups()  # adds the rows of witness functions
         at += at[-1:] * (len(self.rows) - len(at) + _program.NUM_SPECIAL + 1)
         pre = [self.prerequisites(rows) for _, _, rows, _ in self.group_list]
@@ -257,10 +258,12 @@ class Layout(Memory):
             spans += [self.places[n].xc for n in nodes]
         return sorted((a, b - a) for a, b in spans if b > a)
 
-    def _words(self, row: Row) -> Words:
+    def _given(self, row: Row) -> dict[str, Any]:
         """Arguments of a kernel row: offsets into the slab, models elsewhere."""
         place, found = self.places[row.node], {}
-        scratch = places_of(place.work[0], self.prototypes[row.node])
+        scratch = self._scratch.get(row.node)
+        if scratch is None:
+            scratch = self._scratch[row.node] = places_of(place.work[0], self.prototypes[row.node])
         last = row.calc.parameters[-1].name
         for parameter in row.calc.parameters:
             name = parameter.name
@@ -282,7 +285,7 @@ class Layout(Memory):
                     f"{row.calc!r}: parameter {name!r} is none of t, xc, xd, p, u, work, model, *_model, not a part of "
                     f"the scratch ({', '.join(scratch)}), and not the last, which is filled."
                 )
-        return arguments_in_slab(row.calc, found)
+        return found
 
     def prerequisites(self, rows: list[int]) -> list[int]:
         """Output rows to bring up to date before a group acts, in topological order.
