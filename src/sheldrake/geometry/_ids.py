@@ -54,7 +54,7 @@ class _Identifier:
         return self._value < other._value
 
     def __hash__(self) -> int:
-        return hash((type(self).__name__, self._value))
+        return self._value
 
     def __copy__(self: _Id) -> _Id:
         return self

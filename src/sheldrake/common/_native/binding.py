@@ -102,7 +102,7 @@ def join_in_slab(calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None]) -> tu
     """
     at: list[int] = [0]
     words: list[int] = []
-    relocations: list[Relocation] = []
+    relocations: list[tuple[int, np.ndarray, bool]] = []
     blocks: dict[tuple, _Block] = {}
     for call in calls:
         if call is not None:
@@ -112,9 +112,9 @@ def join_in_slab(calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None]) -> tu
             words += writer.words
             words += writer.behind
             words.append(0)
-            relocations += [Relocation(begin + k, array, absolute) for k, array, absolute in writer.relocations]
+            relocations += [(begin + k, array, absolute) for k, array, absolute in writer.relocations]
         at.append(len(words))
-    return Words(np.array([*words, 0], np.int64), tuple(relocations)), at
+    return Words(np.array([*words, 0], np.int64), tuple(map(Relocation._make, relocations))), at
 
 
 def arguments(kernel: Kernel, args: tuple) -> tuple[Words, dict[str, tuple[int, str]]]:
@@ -169,7 +169,7 @@ class _Block(NamedTuple):
 
     given: Any
     words: list[int]
-    relocations: list[Relocation]
+    relocations: list[tuple[int, np.ndarray, bool]]
 
 
 class _Writer:
@@ -184,13 +184,14 @@ class _Writer:
         self.kernel = kernel
         self.words: list[int] = []
         self.behind: list[int] = []
-        self.relocations: list[Relocation] = []
+        self.relocations: list[tuple[int, np.ndarray, bool]] = []  # each to become a `Relocation`
         self.scalars: dict[str, tuple[int, str]] = {}
         self.blocks: dict[tuple, _Block] = {} if blocks is None else blocks
 
     def write(self, given: Mapping[str, Any], in_slab: bool) -> Words:
         self.write_all(given, in_slab)
-        return Words(np.array([*self.words, *self.behind, 0], np.int64), tuple(self.relocations))
+        words = np.array([*self.words, *self.behind, 0], np.int64)
+        return Words(words, tuple(map(Relocation._make, self.relocations)))
 
     def write_all(self, given: Mapping[str, Any], in_slab: bool) -> None:
         for parameter in self.kernel.parameters:
@@ -213,7 +214,8 @@ class _Writer:
             block = self.blocks[key] = _Block(argument, writer.words, writer.relocations)
         begin = len(self.words)
         self.words += block.words
-        self.relocations += [Relocation(begin + k, array, absolute) for k, array, absolute in block.relocations]
+        if block.relocations:
+            self.relocations += [(begin + k, array, absolute) for k, array, absolute in block.relocations]
 
     def _parameter(self, parameter: Parameter, argument: Any, in_slab: bool) -> None:
         name, kind, words = parameter.name, parameter.kind, self.words
@@ -236,7 +238,7 @@ class _Writer:
             words.extend(a)
             return
         self._check(title, spec, a)
-        self.relocations.append(Relocation(start + len(words), a, spec.absolute))
+        self.relocations.append((start + len(words), a, spec.absolute))
         words.append(0)
         words.extend(a.shape)
 

@@ -8,13 +8,14 @@ import numpy as np
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
-from sheldrake.geometry._ids import FrameId, GeometryId
+from sheldrake.geometry._ids import FrameId, GeometryId, SourceId
 from sheldrake.geometry._numbers import values_of
 from sheldrake.geometry._state.inspector import SceneGraphInspector
-from sheldrake.geometry._state.records import WORLD_FRAME_ID
+from sheldrake.geometry._state.records import WORLD_FRAME_ID, SourceRecord
 from sheldrake.geometry._state.state import GeometryState
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._frame_pose_vector import FramePoseVector
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.math import RigidTransform
 
@@ -26,6 +27,8 @@ class Poses:
         self._scene_graph: SceneGraph | None = None
         self._context: Any = None
         self._ports: dict[Any, Any] = {}
+        self._places: dict[SourceId, tuple[Any, Any, dict[FrameId, int]]] = {}
+        """Of each source whose poses were all there: its frames, those that it gave numbers for, and their rows."""
         self._last_poses: Any = None
         """Of the last query: its scene, what it made them of, and poses of all bodies."""
 
@@ -52,7 +55,9 @@ class Poses:
     # ---- poses
 
     def _poses(self, frames: Any) -> dict[FrameId, RigidTransform]:
-        """X_PF of frames from their sources' ports."""
+        """X_PF of frames, and maybe of others, from their sources' ports."""
+        from sheldrake.math import RigidTransform
+
         scene_graph, context = self._required()
         state = self._state
         poses: dict[FrameId, RigidTransform] = {}
@@ -65,6 +70,13 @@ class Poses:
                     "connected to the appropriate input port."
                 )
             values = port.Eval(context)
+            if self._are_complete(source_id, source, values):
+                places, X = self._places[source_id][2], values._rows[1]
+                for frame in frames:
+                    k = places.get(frame)
+                    if k is not None:
+                        poses[frame] = RigidTransform._make(X[k, :9].reshape(3, 3).copy(), X[k, 9:].copy())
+                continue
             if values.size() != len(source.frames):
                 raise RuntimeError(
                     f"Disagreement in expected number of frames ({len(source.frames)}) and the given number of frames "
@@ -77,7 +89,16 @@ class Poses:
                         "not found in the provided kinematics data."
                     )
                 poses[frame] = values._values[frame]
+            if values._rows is not None:
+                ids = values._rows[0]
+                self._places[source_id] = source.frames, ids, {frame: k for k, frame in enumerate(ids)}
         return poses
+
+    def _are_complete(self, source_id: SourceId, source: SourceRecord, values: FramePoseVector) -> bool:
+        """Whether a source gives numbers for the very frames for which it was found to give all."""
+        known = self._places.get(source_id)
+        rows = values._rows
+        return known is not None and rows is not None and known[0] is source.frames and known[1] is rows[0]
 
     def _world_poses(self, frames: Any) -> dict[FrameId, RigidTransform]:
         """X_WF of frames."""
@@ -184,7 +205,8 @@ class Poses:
             return self._world_poses([target])[target]
         record = self._state.geometry(target)
         X_WF = self._world_poses([record.frame])[record.frame]
-        return X_WF @ type(X_WF)(record.X_FG.GetAsMatrix34())
+        X_FG = record.X_FG if type(record.X_FG) is type(X_WF) else type(X_WF)(record.X_FG.GetAsMatrix34())
+        return X_WF @ X_FG
 
     def __copy__(self) -> Any:
         """A copy keeps the geometry and the poses of this moment, whatever becomes of the context."""

@@ -98,12 +98,24 @@ class QueryObject(Images):
         if published is not None and last is not None and last[0] is scene and last[1] is published:
             return last[2]
         X_WB = world_poses(scene.num_bodies, float)
-        X_WF = self._world_matrices(scene.moving, scene.memo)
-        X_WB[scene.bodies, BodyPose.R_WB.columns] = X_WF[:, :, :3].reshape(-1, 9)
-        X_WB[scene.bodies, BodyPose.p_WB.columns] = X_WF[:, :, 3]
+        places = None if published is None else self._places_of_all(scene)
+        if places is not None:
+            X_WB[scene.bodies] = published[places]
+        else:
+            X_WF = self._world_matrices(scene.moving, scene.memo)
+            X_WB[scene.bodies, BodyPose.R_WB.columns] = X_WF[:, :, :3].reshape(-1, 9)
+            X_WB[scene.bodies, BodyPose.p_WB.columns] = X_WF[:, :, 3]
         X_WB.flags.writeable = False
         self._last_poses = scene, published, X_WB
         return X_WB
+
+    def _places_of_all(self, scene: QueryScene) -> np.ndarray | None:
+        """Rows of a scene's bodies among what its only source publishes; None until `_world_matrices` has found out."""
+        (source_id,) = scene.memo["sources"]
+        ids, places = scene.memo.get(source_id, (None, None))
+        port = self._port_of(source_id)
+        _, context = self._required()
+        return places if ids is port.Eval(context)._rows[0] else None
 
     def _contacts(self) -> tuple[FoundPoints, list[GeometryId]]:
         scene = self._scene()
@@ -194,15 +206,16 @@ class QueryObject(Images):
             RuntimeError: one of them is unknown, has no proximity role, or both are half spaces.
         """
         model, ids, X_WB = self._placed()
-        rows = []
+        row_of, rows = self._scene().row_of, []
         for geometry_id in (geometry_id_A, geometry_id_B):
-            if geometry_id not in ids:
+            row = row_of.get(geometry_id) if isinstance(geometry_id, GeometryId) else None
+            if row is None:
                 number = number_of(geometry_id, GeometryId)
                 raise RuntimeError(
                     f"The geometry given by id {number} does not reference a geometry that can be "
                     "used in a signed distance query"
                 )
-            rows.append(ids.index(geometry_id))
+            rows.append(row)
         if all(model.geometry[row, Geometry.kind] == HALF_SPACE for row in rows):
             raise RuntimeError("Signed distance queries between two half spaces are not supported.")
         if X_WB.dtype == object:

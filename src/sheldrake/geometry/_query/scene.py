@@ -57,6 +57,7 @@ class QueryScene:
         ids: Which geometry a row of the model is.
         moving: The frames but the world that have geometry.
         bodies: Their bodies.
+        row_of: The row of each geometry.
         memo: For `QueryObject._world_matrices()` of `moving`.
     """
 
@@ -67,6 +68,7 @@ class QueryScene:
         present = {state.geometries[i].frame for i in ids} - {WORLD_FRAME_ID}
         self.bodies = [body for body, frame in enumerate(frames) if frame in present]
         self.moving = [frames[body] for body in self.bodies]
+        self.row_of = {geometry_id: row for row, geometry_id in enumerate(ids)}
         self.memo: dict = {}
         self._idle: list[_Search] = []
         self._idle_distances: dict[str, list[_Distances]] = {"pairs": [], "pair": [], "point": []}

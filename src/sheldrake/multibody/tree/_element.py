@@ -167,6 +167,6 @@ def finite(call: str, name: str, value: Any) -> Any:
         RuntimeError: one is.
     """
     array = np.asarray(value)
-    if array.dtype != object and not np.all(np.isfinite(array)):
+    if array.dtype != object and not np.isfinite(array).all():
         raise RuntimeError(f"{call}(): {name} must be finite, not {value}.")
     return value

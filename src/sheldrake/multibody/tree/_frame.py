@@ -31,7 +31,7 @@ class Frame(NamedElement):
 
     def is_world_frame(self) -> bool:
         """Whether it is the frame of the world body."""
-        return self.is_body_frame() and self._body.index() == 0
+        return self.is_body_frame() and int(self._body.index()) == 0
 
     def is_body_frame(self) -> bool:
         """Whether it is the frame of a body itself."""

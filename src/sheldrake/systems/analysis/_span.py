@@ -57,7 +57,7 @@ class Span:
         self._inputs_there = self._publish_inputs_there = False
         logs.grow(store)
         self._ctrl_c: KeyboardInterrupt | None = None
-        self._held: list[Any] = []  # what Python rows ask for again and again
+        self._held: dict[int, Any] = {}  # of each node, what its Python rows ask for again and again
         guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
         guard += [_guard(f, self.outcome, store, None, "") for f in special]
         self.native = native and store.native
@@ -90,7 +90,9 @@ class Span:
         if row.native:
             return self._checked_kernel(r, row) if row.free else lambda: store._call_kernel(r, row)
         system = store.systems[row.node]
-        self._held += [store.context(row.node), *(system._input_port(i) for i in range(system.num_input_ports()))]
+        if row.node not in self._held:
+            ports = [system._input_port(i) for i in range(system.num_input_ports())]
+            self._held[row.node] = store.context(row.node), ports
         return self._waiting(
             row, _guard(python_rows.bound(store, r), self.outcome, store, system, KIND_NAMES[row.kind])
         )

@@ -132,8 +132,17 @@ class Dynamics:
     def _qdot_map(self, context: Context) -> np.ndarray:
         """N⁺(q) as a dense matrix, shape (nv, nq)."""
         view = self._contexts.view(context)
-        columns = [self.MapQDotToVelocity(context, unit) for unit in np.eye(view.nq)]
-        return np.array(columns).T.reshape(view.nv, view.nq)
+        joints = view.frozen.joints
+        found = view.zeros(view.nv, view.nq)
+        for k in range(max((joint.num_positions() for joint in joints), default=0)):  # joints do not mix: all at once
+            moved = [joint for joint in joints if k < joint.num_positions()]
+            unit = np.zeros(view.nq)
+            unit[[joint._q_start + k for joint in moved]] = 1.0
+            v = self.MapQDotToVelocity(context, unit)
+            for joint in moved:
+                block = slice(joint._v_start, joint._v_start + joint.num_velocities())
+                found[block, joint._q_start + k] = v[block]
+        return found
 
     @checked
     def MakeVelocityToQDotMap(self, context: Context) -> csc_matrix:
@@ -311,8 +320,11 @@ class Dynamics:
         B, A = self._bias_motions(context, call, with_respect_to, frame_B, frame_A)
         moved = shifted(B, B.R @ vector(call, "p_BoBp_B", p_BoBp_B, 3))
         alpha, a = relative_acceleration(moved, A)
+        make = self._contexts.view(context).of(SpatialAcceleration_)
+        if frame_E.is_world_frame():
+            return make(alpha, a)
         R_EW = self._kinematics.motion(context, frame_E).R.T
-        return self._contexts.view(context).of(SpatialAcceleration_)(R_EW @ alpha, R_EW @ a)
+        return make(R_EW @ alpha, R_EW @ a)
 
     @checked
     def CalcBiasTranslationalAcceleration(
@@ -328,8 +340,11 @@ class Dynamics:
         call = "CalcBiasTranslationalAcceleration"
         B, A = self._bias_motions(context, call, with_respect_to, frame_B, frame_A)
         arms = (B.R @ points(call, "p_BoBi_B", p_BoBi_B)).T
+        a_W = [relative_acceleration(shifted(B, arm), A)[1] for arm in arms]
+        if frame_E.is_world_frame():
+            return np.array(a_W).T
         R_EW = self._kinematics.motion(context, frame_E).R.T
-        return np.array([R_EW @ relative_acceleration(shifted(B, arm), A)[1] for arm in arms]).T
+        return np.array([R_EW @ a for a in a_W]).T
 
     def CalcBiasCenterOfMassTranslationalAcceleration(self, context: Context, *args: Any, **kwargs: Any) -> np.ndarray:
         """The part of a_AScm_E that does not depend on vdot, shape (3,): `(context, [model_instances],

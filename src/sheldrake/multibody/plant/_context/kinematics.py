@@ -129,9 +129,7 @@ class Kinematics:
         view = self._contexts.view(context)
         row, X_BF = self._body_and_offset(view, context, frame)
         if frame.is_world_frame():
-            world = Motion(np.eye(3), np.zeros(3), np.zeros(6), np.zeros(6))
-            world.is_still = True
-            return world
+            return _WORLD
         X = self.relative_pose(context, self._world_frame, frame._body.body_frame())
         R_WB, p_WB = X[:9].reshape(3, 3), X[9:]
         V = view.body_velocities()[row] if order else None
@@ -356,6 +354,18 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     ax, ay, az = a.tolist()
     bx, by, bz = b.tolist()
     return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+def _world_motion() -> Motion:
+    R, p, V = np.eye(3), np.zeros(3), np.zeros(6)
+    for array in (R, p, V):
+        array.flags.writeable = False
+    world = Motion(R, p, V, V)
+    world.is_still = True
+    return world
+
+
+_WORLD = _world_motion()
 
 
 def relative_acceleration(B: Motion, A: Motion) -> tuple[np.ndarray, np.ndarray]:

@@ -128,6 +128,7 @@ class Store:
         self.chains: dict[int, Any] = {}  # of kernels on complex numbers, by their first row
         self.left: dict[int, Any] = {}  # the chain that knows a leaf's scratch, by leaf
         self.pending: dict[int, list[AbstractValue]] = {}
+        self._scratch: dict[int, tuple[np.ndarray, Any, Any]] = {}  # of leaves: views, and of what they are
         self.outcome: EventStatus | None = None
         self._cold: set[int] = set()
         self.stopped: tuple[float, str, list] | None = None
@@ -470,7 +471,11 @@ class Store:
     def scratch(self, n: int) -> Any:
         """Views of a leaf's scratch, of the class of its prototype."""
         self.leave_scratch(n)
-        return views_of(self.S, self.layout.places[n].work[0], self.layout.prototypes[n])
+        known = self._scratch.get(n)
+        if known is None or known[0] is not self.S or known[1] is not self.layout:
+            views = views_of(self.S, self.layout.places[n].work[0], self.layout.prototypes[n])
+            known = self._scratch[n] = self.S, self.layout, views
+        return known[2]
 
     def leave_scratch(self, n: int) -> None:
         """Brings a leaf's scratch up to date after runs on complex numbers."""
