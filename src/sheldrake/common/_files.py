@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import copy
 import errno
+import functools
 import hashlib
 import os
 import secrets
@@ -198,8 +199,13 @@ def whole_file(path: str | os.PathLike, **options: Any) -> Iterator[Any]:
         raise
 
 
+@functools.lru_cache(maxsize=1)
+def _own_share() -> Path:
+    return Path(__file__).resolve().parent.parent / "share"
+
+
 def _resource_roots() -> list[Path]:
-    own = Path(__file__).resolve().parent.parent / "share"
+    own = _own_share()
     named = os.environ.get("DRAKE_RESOURCE_ROOT")
     return [Path(named), own] if named else [own]
 

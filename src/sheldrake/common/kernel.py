@@ -139,10 +139,14 @@ class Kernel:
 
         return store.load(self)
 
-    def bind(self, *args: Any) -> Bound:
+    def bind(self, *args: Any, blocks: dict | None = None) -> Bound:
         """A call without arguments on these very arrays, at the cost of a C call.
 
         The arrays are kept alive and must not be reallocated; floats and ints can be changed with `Bound.set`.
+
+        Args:
+            args: The arguments.
+            blocks: What kernels bound to the same NamedTuples keep for each other, {} at first.
 
         Returns:
             A callable that returns the status: 0, or what the kernel says went wrong.
@@ -152,7 +156,7 @@ class Kernel:
         """
         from sheldrake.common._native.binding import HERE, arguments
 
-        described, places = arguments(self, args)
+        described, places = arguments(self, args, blocks)
         words = described.placed()
         if not jit_enabled():
             given = list(args)

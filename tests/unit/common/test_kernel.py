@@ -594,6 +594,47 @@ def test_one_compiled_kernel_takes_any_number_of_vectors(sizes):
     np.testing.assert_allclose(slab[1], expected[0], rtol=1e-14)
 
 
+class Pair(NamedTuple):
+    first: Vector
+    second: Matrix
+
+
+@kernel(top=True)
+def from_models(one_model: Pair, many: Vectors, place: Pair, x: float, out: Vector):
+    out[0] = one_model.first[0] + one_model.second[0, 0] + place.first[0] + place.second[0, 0] + many[0][0] + x
+
+
+def test_calls_written_together_have_the_words_of_each():
+    """Models and scratch that several calls have in common are written once; who has others has others."""
+    from sheldrake.common._native.binding import Words, arguments_in_slab, join, join_in_slab
+
+    models = [Pair(np.array([k, 2.0]), np.full((k + 1, 2), 0.5)) for k in range(2)]
+    scratch = [[(3, 2), (5, 2, 1)], [(10, 4), (14, 1, 1)]]
+    calls = [
+        {
+            "one_model": models[m],
+            "many": [(20, 1), models[0].first],
+            "place": scratch[s],
+            "x": 0.25 * m,
+            "out": (30 + s, 1),
+        }
+        for m, s in [(0, 0), (1, 0), (0, 1), (0, 0)]
+    ]
+    together, at = join_in_slab([(from_models, calls[0]), None, *((from_models, c) for c in calls[1:])])
+    empty = Words(np.zeros(0, np.int64), ())
+    parts = [arguments_in_slab(from_models, c) for c in calls]
+    apart, expected_at = join([parts[0], empty, *parts[1:]])
+    assert at == expected_at
+    np.testing.assert_array_equal(together.words, apart.words)
+    assert [(r.at, id(r.array), r.absolute) for r in together.relocations] == [
+        (r.at, id(r.array), r.absolute) for r in apart.relocations
+    ]
+    np.testing.assert_array_equal(together.placed(), apart.placed())
+    wrong = {**calls[0], "one_model": Pair(np.zeros(1), np.zeros(3))}
+    with pytest.raises(TypeError, match=r"one_model\.second must be"):
+        join_in_slab([(from_models, calls[0]), (from_models, wrong)])
+
+
 @native_only
 def test_bounds_checks_catch_both_ends(tmp_path):
     """Compiled with SHELDRAKE_BOUNDSCHECK=1, an index below zero or past the end is a status, not a crash."""

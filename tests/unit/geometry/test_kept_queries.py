@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from sheldrake import geometry as g
+from sheldrake.common.value import Value
 from sheldrake.math import RigidTransform
+from sheldrake.systems.framework import DiagramBuilder, LeafSystem
 
 
 class Balls:
@@ -94,3 +96,48 @@ def test_a_pose_that_is_not_connected_is_still_an_error():
     assert balls.touching(context) == [(0, 1, 0.25)]
     with pytest.raises(RuntimeError, match=r"'balls'.*not connected"):
         balls.touching(balls.scene_graph.CreateDefaultContext())
+
+
+class Published(LeafSystem):
+    """Gives poses as numbers, as a plant does."""
+
+    def __init__(self, balls):
+        super().__init__()
+        self.ids, self.x = tuple(balls.frames), np.zeros(3)
+        self.DeclareAbstractOutputPort("poses", lambda: Value(g.FramePoseVector()), self.fill, {self.time_ticket()})
+
+    def fill(self, context, value):
+        rows = np.tile([1.0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0], (len(self.ids), 1))
+        rows[:, 9] = self.x[: len(self.ids)] + context.get_time()
+        value.get_mutable_value()._set_rows(self.ids, rows)
+
+
+def test_poses_of_single_frames_and_geometries_follow_what_is_published():
+    balls, builder = Balls(), DiagramBuilder()
+    builder.AddSystem(balls.scene_graph)
+    published = builder.AddSystem(Published(balls))
+    builder.Connect(published.get_output_port(), balls.scene_graph.get_source_pose_port(balls.source))
+    published.x = np.array([0.0, 0.75, 4.0])
+    root = builder.Build().CreateDefaultContext()
+    query = balls.scene_graph.get_query_output_port().Eval(balls.scene_graph.GetMyContextFromRoot(root))
+    for t in (0.0, 1.0, 2.0):
+        root.SetTime(t)
+        for frame, ball, x in zip(balls.frames, balls.balls, published.x):
+            for X in (query.GetPoseInWorld(frame), query.GetPoseInWorld(ball), query.GetPoseInParent(frame)):
+                np.testing.assert_array_equal(X.translation(), [x + t, 0, 0])
+        assert query.ComputeSignedDistancePairClosestPoints(*balls.balls[:2]).distance == pytest.approx(-0.25)
+        assert [round(p.depth, 12) for p in query.ComputePointPairPenetration()] == [0.25]
+    X.set_translation([7.0, 7.0, 7.0])  # the caller's own
+    assert query.GetPoseInWorld(balls.frames[2]).translation()[0] == 6.0
+    published.ids = tuple(reversed(balls.frames))
+    root.SetTime(3.0)
+    np.testing.assert_array_equal(query.GetPoseInWorld(balls.frames[2]).translation(), [3.0, 0, 0])
+    assert query.ComputeSignedDistancePairClosestPoints(*balls.balls[1:]).distance == pytest.approx(-0.25)
+    published.ids = tuple(balls.frames[:2])
+    root.SetTime(4.0)
+    with pytest.raises(RuntimeError, match=r"Disagreement in expected number of frames \(3\)"):
+        query.GetPoseInWorld(balls.frames[2])
+    published.ids = (*balls.frames[:2], g.FrameId.get_new_id())
+    root.SetTime(5.0)
+    with pytest.raises(RuntimeError, match="was not found in the provided kinematics data"):
+        query.GetPoseInWorld(balls.frames[2])

@@ -117,8 +117,15 @@ def join_in_slab(calls: Iterable[tuple[Kernel, Mapping[str, Any]] | None]) -> tu
     return Words(np.array([*words, 0], np.int64), tuple(map(Relocation._make, relocations))), at
 
 
-def arguments(kernel: Kernel, args: tuple) -> tuple[Words, dict[str, tuple[int, str]]]:
+def arguments(
+    kernel: Kernel, args: tuple, blocks: dict[tuple, _Block] | None = None
+) -> tuple[Words, dict[str, tuple[int, str]]]:
     """Words for a direct call on `args`, and where each float or int stands in them.
+
+    Args:
+        kernel: an entry kernel.
+        args: what it is called on.
+        blocks: what calls on the same NamedTuples keep for each other, {} at first.
 
     Raises:
         TypeError: if the number, type, axes or memory order of an argument differ from the kernel's annotations.
@@ -126,7 +133,7 @@ def arguments(kernel: Kernel, args: tuple) -> tuple[Words, dict[str, tuple[int, 
     if len(args) != len(kernel.parameters):
         names = ", ".join(kernel.names)
         raise TypeError(f"{kernel!r} takes {len(kernel.names)} arguments ({names}), not {len(args)}.")
-    writer = _Writer(kernel)
+    writer = _Writer(kernel, blocks)
     return writer.write(dict(zip(kernel.names, args)), in_slab=False), writer.scalars
 
 

@@ -199,7 +199,7 @@ class GeometryState:
         roles: dict[Role, GeometryProperties] = {_ROLE_OF[type(p)]: copy.copy(p) for p in given if p is not None}
         for role in roles:
             self._check_unique_name(frame_id, role, instance.name())
-        record = GeometryRecord(instance.name(), source_id, frame_id, instance.pose(), instance.shape().Clone(), roles)
+        record = GeometryRecord(instance.name(), source_id, frame_id, instance.pose(), instance.shape(), roles)
         self.renderers.register(geometry_id, record)
         self.geometries[geometry_id] = record
         self._of_frame[frame_id] = (*self._of_frame.get(frame_id, ()), geometry_id)

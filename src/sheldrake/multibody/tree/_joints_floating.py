@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common._rotations import quaternion_to_matrix
-from sheldrake.common._turning import check_unit
 from sheldrake.common.eigen_geometry import Quaternion, Quaternion_
 from sheldrake.math import RigidTransform, RigidTransform_, RollPitchYaw_, RotationMatrix
 from sheldrake.multibody.tree._element import scalar_of, vector
@@ -114,12 +113,11 @@ class QuaternionFloatingJoint(_FloatingJoint):
         return R.ToQuaternion().wxyz()
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
-        T = scalar_of(q)
-        if T is not float:
+        T, squared = scalar_of(q), q[:4] @ q[:4]
+        if T is not float or not 0.0 < squared < np.inf:
             return RigidTransform_[T](_unit_quaternion(q[:4]), q[4:])
-        wxyz = q[:4] / np.sqrt(q[:4] @ q[:4])
-        check_unit(T, wxyz, "Quaternion")  # the pose needs no other check then
-        return RigidTransform._make(quaternion_to_matrix(T, wxyz), q[4:].copy())
+        R = quaternion_to_matrix(T, q[:4] / np.sqrt(squared))  # of unit length: nothing is left to check
+        return RigidTransform._make(R, q[4:].copy())
 
     def SetOrientation(self, context: Context, R: RotationMatrix) -> Any:
         """Turns M to R, which is R_FM."""

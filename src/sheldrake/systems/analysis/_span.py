@@ -58,7 +58,8 @@ class Span:
         logs.grow(store)
         self._ctrl_c: KeyboardInterrupt | None = None
         self._held: dict[int, Any] = {}  # of each node, what its Python rows ask for again and again
-        guard = [self._guard_row(r) for r in range(len(self.layout.rows))]
+        called = self.layout.called
+        guard = [self._guard_row(r) if r in called else None for r in range(len(self.layout.rows))]
         guard += [_guard(f, self.outcome, store, None, "") for f in special]
         self.native = native and store.native
         self.python = [f if f is None or self._is_native(r) else FirstCalls(f, self, r) for r, f in enumerate(guard)]
@@ -230,8 +231,9 @@ class Span:
 
     def _bind_loop(self) -> None:
         program, run, numbers, S, side, L = self._tables()
-        self._bound = _loop.advance.bind(program, run, numbers, S, side, L, self.table, float(S[0]))
-        self._bound_begin = _loop.begin.bind(program, run, S, side, L, self.table, 0)
+        both: dict = {}
+        self._bound = _loop.advance.bind(program, run, numbers, S, side, L, self.table, float(S[0]), blocks=both)
+        self._bound_begin = _loop.begin.bind(program, run, S, side, L, self.table, 0, blocks=both)
         self._logs = L
 
     def _run(self, bound: Any) -> int:

@@ -29,7 +29,8 @@ def robot(mass=1.0, more=""):
     joint = (
         '<joint name="j" type="revolute"><parent link="a"/><child link="b"/><origin xyz="1 0 0"/><axis xyz="0 1 0"/>'
         '<limit lower="-1" upper="1" effort="3"/></joint>'
-        '<transmission type="transmission_interface/SimpleTransmission"><joint name="j"/><actuator name="act"/></transmission>'
+        '<transmission type="transmission_interface/SimpleTransmission"><joint name="j"/>'
+        '<actuator name="act"/></transmission>'
     )
     links = LINK.format(name="a", mass=mass, more=SHAPES) + LINK.format(name="b", mass=2.0, more=SHAPES)
     return f'<robot name="r" xmlns:drake="http://drake.mit.edu">{links}{joint}{more}</robot>'

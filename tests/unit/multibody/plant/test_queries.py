@@ -9,16 +9,20 @@ import numpy as np
 import pytest
 
 from sheldrake.autodiffutils import AutoDiffXd, InitializeAutoDiff
+from sheldrake.common.eigen_geometry import Quaternion
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math import SpatialForce
 from sheldrake.multibody.plant import MultibodyPlant
 from sheldrake.multibody.tree import (
+    BallRpyJoint,
     FixedOffsetFrame,
     FrameIndex,
     JacobianWrtVariable,
     MultibodyForces,
     RevoluteJoint,
     SpatialInertia,
+    UniversalJoint,
+    WeldJoint,
 )
 from sheldrake.systems.framework import DiagramBuilder
 
@@ -266,3 +270,62 @@ def test_numbers_of_elements_are_plain_numbers():
     values += [joint.GetDamping(context), body.get_mass(context), motor.gear_ratio(context)]
     values += [motor.calc_reflected_inertia(context)]
     assert [type(value) for value in values] == [float] * 7
+
+
+def mixed():
+    """Free bodies, joints of one, two, three and no degrees of freedom, added in an order unlike the tree's."""
+    plant = MultibodyPlant(0.0)
+    M = SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3)
+    a, b, c, d, e = (plant.AddRigidBody(name, M) for name in "abcde")
+    plant.AddJoint(BallRpyJoint("ball", d.body_frame(), c.body_frame()))
+    plant.AddJoint(UniversalJoint("universal", a.body_frame(), b.body_frame()))
+    plant.AddJoint(WeldJoint("weld", c.body_frame(), e.body_frame(), RigidTransform([0.1, 0.2, 0.3])))
+    plant.Finalize()
+    context, rng = plant.CreateDefaultContext(), np.random.default_rng(5)
+    plant.SetPositions(context, rng.uniform(0.2, 1.0, plant.num_positions()))
+    plant.SetVelocities(context, rng.uniform(-1.0, 1.0, plant.num_velocities()))
+    return plant, context
+
+
+def test_the_map_of_velocities_is_what_it_makes_of_each_unit():
+    plant, context = mixed()
+    whole = plant.MakeQDotToVelocityMap(context).toarray()
+    units = [plant.MapQDotToVelocity(context, unit) for unit in np.eye(plant.num_positions())]
+    np.testing.assert_array_equal(whole, np.array(units).T)
+    assert not np.array_equal(whole, np.eye(*whole.shape))
+    hand, world = plant.GetBodyByName("e").body_frame(), plant.world_frame()
+    J = [
+        plant.CalcJacobianSpatialVelocity(context, what, hand, [0.1, 0, 0], world, world)
+        for what in (V, JacobianWrtVariable.kQDot)
+    ]
+    np.testing.assert_allclose(J[1], J[0] @ whole, rtol=1e-14, atol=1e-15)  # the same sums, maybe in another order
+
+
+def test_a_free_body_is_where_its_positions_say_and_the_pose_is_the_callers():
+    plant, context = mixed()
+    body = plant.GetBodyByName("a")
+    X = plant.GetFreeBodyPose(context, body)
+    wxyz = plant.GetPositions(context)[:4]
+    assert X.rotation().IsValid() and body.is_floating_base_body()
+    expected = RigidTransform(Quaternion(wxyz / np.sqrt(wxyz @ wxyz)), plant.GetPositions(context)[4:7])
+    np.testing.assert_array_equal(X.GetAsMatrix34(), expected.GetAsMatrix34())
+    plant.SetFreeBodyPose(context, body, RigidTransform([9.0, 9.0, 9.0]))
+    np.testing.assert_array_equal(X.GetAsMatrix34(), expected.GetAsMatrix34())
+    plant.SetPositions(context, np.zeros(plant.num_positions()))
+    with pytest.raises(RuntimeError, match="is not a rotation matrix"), np.errstate(invalid="ignore"):
+        plant.GetFreeBodyPose(context, body)
+
+
+def test_bias_accelerations_in_the_world_are_those_turned_from_another_frame():
+    plant, context = mixed()
+    hand, turned, world = (plant.GetBodyByName(n).body_frame() for n in ("e", "b", "world"))
+    R_WE = plant.CalcRelativeTransform(context, world, turned).rotation()
+    arguments = context, V, hand, [0.1, 0.2, 0.3], world
+    in_W, in_E = (plant.CalcBiasTranslationalAcceleration(*arguments, frame) for frame in (world, turned))
+    np.testing.assert_allclose(in_W, R_WE @ in_E, atol=1e-12)  # a turn there and back
+    in_W, in_E = (plant.CalcBiasSpatialAcceleration(*arguments, frame) for frame in (world, turned))
+    np.testing.assert_allclose(in_W.rotational(), R_WE @ in_E.rotational(), atol=1e-12)
+    np.testing.assert_allclose(in_W.translational(), R_WE @ in_E.translational(), atol=1e-12)
+    motion = plant._parts.kinematics.motion(context, world, 1)
+    with pytest.raises(ValueError, match="read-only"):
+        motion.R[0, 0] = 2.0

@@ -133,7 +133,7 @@ class Dynamics:
         """N⁺(q) as a dense matrix, shape (nv, nq)."""
         view = self._contexts.view(context)
         joints = view.frozen.joints
-        found = view.zeros(view.nv, view.nq)
+        columns = view.zeros(view.nq, view.nv)
         for k in range(max((joint.num_positions() for joint in joints), default=0)):  # joints do not mix: all at once
             moved = [joint for joint in joints if k < joint.num_positions()]
             unit = np.zeros(view.nq)
@@ -141,8 +141,8 @@ class Dynamics:
             v = self.MapQDotToVelocity(context, unit)
             for joint in moved:
                 block = slice(joint._v_start, joint._v_start + joint.num_velocities())
-                found[block, joint._q_start + k] = v[block]
-        return found
+                columns[joint._q_start + k, block] = v[block]
+        return columns.T
 
     @checked
     def MakeVelocityToQDotMap(self, context: Context) -> csc_matrix:

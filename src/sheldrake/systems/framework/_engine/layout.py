@@ -78,6 +78,8 @@ class Layout(Memory):
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
         self._stamps = self.program.level.tolist()
+        self.called = {*self.program.act.tolist(), *self.program.pre.tolist()}
+        """Rows that the event loop calls; what else there is is computed when somebody asks."""
         address = HERE.place(self.program.words)
         self.words_of = [address + 8 * at for at in self.program.at.tolist()]
         """Where the words of each row are, for direct calls."""
