@@ -155,8 +155,8 @@ class Poses:
                 X_WF[k] = values_of(world[frames[k]].GetAsMatrix34())
         return X_WF
 
-    def _published(self, memo: dict) -> np.ndarray | None:
-        """The array with the poses of the only source, the same as long as they are; None if there is no such array."""
+    def _published(self, memo: dict) -> tuple[Any, np.ndarray] | None:
+        """Frames of the only source and the array of their poses, the same as long as they are; None without one."""
         sources = memo.get("sources")
         if sources is None or len(sources) != 1 or None in sources:
             return None
@@ -165,8 +165,7 @@ class Poses:
         read = context._reads.get(port._index)
         if read is None and not port.HasValue(context):
             return None
-        rows = port.Eval(context)._rows
-        return None if rows is None else rows[1]
+        return port.Eval(context)._rows
 
     def _port_of(self, source_id: Any) -> Any:
         """The port on which a source publishes its poses."""

@@ -94,12 +94,13 @@ class QueryObject(Images):
 
     def _plain_body_poses(self, scene: QueryScene) -> np.ndarray:
         """The same of floats; kept until the source publishes others."""
-        published, last = self._published(scene.memo), self._last_poses
+        rows, last = self._published(scene.memo), self._last_poses
+        published = None if rows is None else rows[1]
         if published is not None and last is not None and last[0] is scene and last[1] is published:
             return last[2]
-        X_WB = world_poses(scene.num_bodies, float)
-        places = None if published is None else self._places_of_all(scene)
-        if places is not None:
+        X_WB = scene.at_home.copy()
+        places = None if rows is None else scene.places_of_all(rows[0])
+        if published is not None and places is not None:
             X_WB[scene.bodies] = published[places]
         else:
             X_WF = self._world_matrices(scene.moving, scene.memo)
@@ -108,14 +109,6 @@ class QueryObject(Images):
         X_WB.flags.writeable = False
         self._last_poses = scene, published, X_WB
         return X_WB
-
-    def _places_of_all(self, scene: QueryScene) -> np.ndarray | None:
-        """Rows of a scene's bodies among what its only source publishes; None until `_world_matrices` has found out."""
-        (source_id,) = scene.memo["sources"]
-        ids, places = scene.memo.get(source_id, (None, None))
-        port = self._port_of(source_id)
-        _, context = self._required()
-        return places if ids is port.Eval(context)._rows[0] else None
 
     def _contacts(self) -> tuple[FoundPoints, list[GeometryId]]:
         scene = self._scene()

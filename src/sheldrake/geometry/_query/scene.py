@@ -58,6 +58,7 @@ class QueryScene:
         moving: The frames but the world that have geometry.
         bodies: Their bodies.
         row_of: The row of each geometry.
+        at_home: Poses of bodies that are where the world is.
         memo: For `QueryObject._world_matrices()` of `moving`.
     """
 
@@ -69,9 +70,16 @@ class QueryScene:
         self.bodies = [body for body, frame in enumerate(frames) if frame in present]
         self.moving = [frames[body] for body in self.bodies]
         self.row_of = {geometry_id: row for row, geometry_id in enumerate(ids)}
+        self.at_home = world_poses(len(frames), float)
         self.memo: dict = {}
         self._idle: list[_Search] = []
         self._idle_distances: dict[str, list[_Distances]] = {"pairs": [], "pair": [], "point": []}
+
+    def places_of_all(self, published: Any) -> np.ndarray | None:
+        """Rows of the bodies among the frames that the only source gives; None until `_world_matrices` found out."""
+        (source_id,) = self.memo["sources"]
+        frames, places = self.memo.get(source_id, (None, None))
+        return places if frames is published else None
 
     def find_points(self, X_WB: np.ndarray) -> FoundPoints:
         """All pairs that overlap at poses that are numbers, shape (num_bodies, 12)."""

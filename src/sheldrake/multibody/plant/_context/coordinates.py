@@ -321,8 +321,13 @@ class Coordinates:
                 "values)."
             )
         view = self._contexts.view(context)
-        at = [self.indices(call, which, instance) for which in parts]
-        size = sum(len(a) for a in at)
+        at: list[Any]
+        if instance is None:
+            sizes, at = [view.nq if which == "q" else view.nv for which in parts], [slice(None)] * len(parts)
+        else:
+            at = [self.indices(call, which, instance) for which in parts]
+            sizes = [len(numbers) for numbers in at]
+        size = sum(sizes)
         array = np.asarray(values)
         array = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
         if array.ndim == 0 or array.dtype.kind not in "fiubO":
@@ -341,9 +346,9 @@ class Coordinates:
         finite(call, "the values", array)
         context._store.check_thread()
         if "q" in parts:
-            view.q[at[0]] = array[: len(at[0])]
+            view.q[at[0]] = array[: sizes[0]]
         if "v" in parts:
-            view.v[at[-1]] = array[size - len(at[-1]) :]
+            view.v[at[-1]] = array[size - sizes[-1] :]
         self._contexts.wrote(context, view)
 
     SetPositions = _setter("SetPositions", "q", "write_q")

@@ -134,7 +134,7 @@ class Dynamics:
         view = self._contexts.view(context)
         joints = view.frozen.joints
         columns = view.zeros(view.nq, view.nv)
-        for k in range(max((joint.num_positions() for joint in joints), default=0)):  # joints do not mix: all at once
+        for k in range(max((joint.num_positions() for joint in joints), default=0)):  # joints don't mix: all at once
             moved = [joint for joint in joints if k < joint.num_positions()]
             unit = np.zeros(view.nq)
             unit[[joint._q_start + k for joint in moved]] = 1.0
@@ -320,11 +320,11 @@ class Dynamics:
         B, A = self._bias_motions(context, call, with_respect_to, frame_B, frame_A)
         moved = shifted(B, B.R @ vector(call, "p_BoBp_B", p_BoBp_B, 3))
         alpha, a = relative_acceleration(moved, A)
-        make = self._contexts.view(context).of(SpatialAcceleration_)
+        make = self._contexts.view(context).of(SpatialAcceleration_)._make
         if frame_E.is_world_frame():
-            return make(alpha, a)
+            return make(np.concatenate([alpha, a]))
         R_EW = self._kinematics.motion(context, frame_E).R.T
-        return make(R_EW @ alpha, R_EW @ a)
+        return make(np.concatenate([R_EW @ alpha, R_EW @ a]))
 
     @checked
     def CalcBiasTranslationalAcceleration(

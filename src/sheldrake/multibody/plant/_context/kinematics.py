@@ -154,7 +154,7 @@ class Kinematics:
     def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
         """V_WF."""
         m = self.motion(context, frame, 1)
-        return self._contexts.view(context).of(SpatialVelocity_)(m.w, m.v)
+        return self._contexts.view(context).of(SpatialVelocity_)._make(np.concatenate([m.w, m.v]))
 
     def CalcRelativeTransform(self, context: Context, frame_A: Frame, frame_B: Frame) -> RigidTransform:
         """X_AB: frame B in frame A."""
