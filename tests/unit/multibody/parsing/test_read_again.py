@@ -1,5 +1,6 @@
 """What was read before is given again only while reading would find the same, and belongs to no plant."""
 
+import concurrent.futures
 import copy
 import gc
 import os
@@ -215,3 +216,18 @@ def test_old_readings_make_room(monkeypatch):
     for mass in range(1, 9):
         Parser(scene()[0]).AddModelsFromString(robot(mass), "urdf")
     assert 1 <= len(remembered._KNOWN) <= 3
+
+
+def test_threads_may_read_at_once(monkeypatch):
+    monkeypatch.setattr(remembered, "MOST_BYTES", 2 * len(robot()))  # so that they push out each other's
+
+    def masses(k):
+        found = []
+        for mass in (1.0 + k, 2.0, 3.0, 1.0 + k):
+            plant, _ = scene()
+            Parser(plant).AddModelsFromString(robot(mass), "urdf")
+            found.append(plant.GetBodyByName("a").default_mass())
+        return found
+
+    with concurrent.futures.ThreadPoolExecutor(4) as threads:
+        assert list(threads.map(masses, range(4))) == [[1.0 + k, 2.0, 3.0, 1.0 + k] for k in range(4)]

@@ -8,6 +8,7 @@ So a file that changed, a package that moved and a mesh that is gone are seen. M
 from __future__ import annotations
 
 import os
+import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -98,11 +99,13 @@ class Remembered(NamedTuple):
 
 
 _KNOWN: OrderedDict[tuple, Remembered] = OrderedDict()
+_LOCK = threading.Lock()
 
 
 def forget_all() -> None:
     """Makes the next readings begin from nothing."""
-    _KNOWN.clear()
+    with _LOCK:
+        _KNOWN.clear()
 
 
 def read_or_remember(kind: str, reading: Any, text: str | None, model_name: str, read: Callable[..., list]) -> list:
@@ -121,9 +124,11 @@ def read_or_remember(kind: str, reading: Any, text: str | None, model_name: str,
         ParseError: When the file is not usable.
     """
     key = _key(kind, reading, text, model_name)
-    known = _KNOWN.get(key)
+    with _LOCK:
+        known = _KNOWN.get(key)
+        if known is not None:
+            _KNOWN.move_to_end(key)
     if known is not None and known.questions.have_the_same_answers(reading.packages):
-        _KNOWN.move_to_end(key)
         known.questions.repeat_messages(reading.policy)
         return known.models
     questions = Questions()
@@ -148,8 +153,9 @@ def _key(kind: str, reading: Any, text: str | None, model_name: str) -> tuple:
 
 
 def _keep(key: tuple, found: Remembered) -> None:
-    _KNOWN[key] = found
-    _KNOWN.move_to_end(key)
-    total = sum(known.size for known in _KNOWN.values())
-    while total > MOST_BYTES or len(_KNOWN) > 256:
-        total -= _KNOWN.popitem(last=False)[1].size
+    with _LOCK:
+        _KNOWN[key] = found
+        _KNOWN.move_to_end(key)
+        total = sum(known.size for known in _KNOWN.values())
+        while total > MOST_BYTES or len(_KNOWN) > 256:
+            total -= _KNOWN.popitem(last=False)[1].size
