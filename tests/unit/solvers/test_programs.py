@@ -15,11 +15,13 @@ from sheldrake.solvers import (
     MathematicalProgram,
     PyFunctionConstraint,
     RotatedLorentzConeConstraint,
+    SolutionResult,
+    Solve,
     SolverId,
     SolverInterface,
     SolverOptions,
 )
-from sheldrake.symbolic import Expression, Formula, Variable, Variables, cos, sin
+from sheldrake.symbolic import Expression, Formula, Polynomial, Variable, Variables, cos, sin
 
 
 @pytest.fixture
@@ -125,8 +127,16 @@ def test_free_polynomials_have_a_variable_for_each_monomial(prog):
     assert len(p.monomial_to_coefficient_map()) == 6 == prog.num_vars()
     q = prog.MakePolynomial(x[0] * prog.decision_variable(0) + 1)
     assert q.TotalDegree() == 1 and len(q.decision_variables()) == 1
-    with pytest.raises(RuntimeError, match="can never be zero"):
-        prog.AddEqualityConstraintBetweenPolynomials(q, q + 1)
+
+
+def test_polynomials_that_are_never_equal_make_a_program_infeasible(prog):
+    x, a = prog.NewIndeterminates(1, "x")[0], prog.NewContinuousVariables(1, "a")[0]
+    q = Polynomial(a * x, Variables([x]))
+    (never,) = prog.AddEqualityConstraintBetweenPolynomials(q, q + 1)
+    assert never.variables().size == 0 and never.evaluator().GetDenseA().shape == (1, 0)
+    np.testing.assert_array_equal(never.evaluator().lower_bound(), [1.0])
+    assert str(never).endswith("0 == 1\n")
+    assert Solve(prog).get_solution_result() is SolutionResult.kInfeasibleConstraints
 
 
 def test_symmetry_is_asked_of_semidefinite_matrices(prog):

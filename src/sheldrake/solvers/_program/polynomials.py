@@ -194,6 +194,9 @@ class ProgramPolynomials:
     def AddEqualityConstraintBetweenPolynomials(self, p1: Polynomial, p2: Polynomial) -> list:
         """Adds that all coefficients of two polynomials are equal; returns the linear constraints.
 
+        Coefficients that are different numbers give a constraint without variables, which cannot hold: the program is
+        infeasible.
+
         Raises:
             RuntimeError: a coefficient is not affine in the decision variables.
         """
@@ -201,9 +204,9 @@ class ProgramPolynomials:
         out = []
         for coefficient in difference.monomial_to_coefficient_map().values():
             if len(coefficient.GetVariables()) == 0:
-                raise RuntimeError(
-                    f"AddEqualityConstraintBetweenPolynomials: the coefficient {coefficient} can never be zero."
-                )
+                row = np.zeros((1, 0)), [-coefficient.Evaluate()], np.empty(0, dtype=object)
+                out.append(self.AddLinearEqualityConstraint(*row))  # type: ignore[attr-defined]
+                continue
             out.append(self.AddLinearEqualityConstraint(coefficient, 0.0))  # type: ignore[attr-defined]
         return out
 

@@ -61,6 +61,7 @@ class IntegratorBase:
         self._maximum, self._accuracy, self._initial, self._minimum = nan, nan, nan, 0.0
         self._initialized = False
         self._dense: list | None = None
+        self._trajectory: tuple[int, Any] | None = None  # of so many steps
         self.ResetStatistics()
 
     # Settings.
@@ -221,7 +222,11 @@ class IntegratorBase:
 
     def get_dense_output(self) -> Any:
         """The trajectory kept so far (a PiecewisePolynomial), or None if none is kept."""
-        return None if self._dense is None else _piecewise(self._dense)
+        if self._dense is None:
+            return None
+        if self._trajectory is None or self._trajectory[0] != len(self._dense):
+            self._trajectory = len(self._dense), _piecewise(self._dense)
+        return self._trajectory[1]
 
     def StopDenseIntegration(self) -> Any:
         """The trajectory kept, which ends here.
@@ -231,7 +236,7 @@ class IntegratorBase:
         """
         if self._dense is None:
             raise RuntimeError("StopDenseIntegration(): dense integration has not been started.")
-        trajectory, self._dense = self.get_dense_output(), None
+        trajectory, self._dense, self._trajectory = self.get_dense_output(), None, None
         return trajectory
 
     def _keep_step(self, begin: float) -> None:

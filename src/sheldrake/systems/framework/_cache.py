@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -79,6 +80,7 @@ class CacheEntry:
 
     _system: Any
     _number: int
+    _values: weakref.WeakValueDictionary[int, CacheEntryValue]  # by id of their context, which they hold
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("CacheEntry: No constructor defined! Use System.DeclareCacheEntry().")
@@ -86,7 +88,7 @@ class CacheEntry:
     @classmethod
     def _make(cls, system: Any, index: int) -> CacheEntry:
         entry = object.__new__(cls)
-        entry._system, entry._number = system, index
+        entry._system, entry._number, entry._values = system, index, weakref.WeakValueDictionary()
         return entry
 
     @property
@@ -178,12 +180,15 @@ class CacheEntry:
         return self.EvalAbstract(context).get_value()
 
     def get_cache_entry_value(self, context: Context) -> CacheEntryValue:
-        """The kept value, to look at."""
-        return CacheEntryValue._make(self, context)
+        """The kept value, to look at; the same object as long as somebody holds it."""
+        value = self._values.get(id(context))
+        if value is None:
+            value = self._values[id(context)] = CacheEntryValue._make(self, context)
+        return value
 
     def get_mutable_cache_entry_value(self, context: Context) -> CacheEntryValue:
         """The kept value, to change."""
-        return CacheEntryValue._make(self, context)
+        return self.get_cache_entry_value(context)
 
     def disable_caching(self, context: Context) -> None:
         """Computes it anew whenever it is asked for in this context."""

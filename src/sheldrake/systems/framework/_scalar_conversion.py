@@ -112,6 +112,7 @@ class ScalarConversion:
             new.__dict__[name] = _rebound(value, self, new)
         new._system_id, new._parent_ref = next(system_ids), None
         new._ports, new._layouts = weakref.WeakValueDictionary(), {}
+        new._entries_in_use = weakref.WeakValueDictionary()
         return new
 
     def _clone(self: Any) -> Any:

@@ -75,6 +75,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
         self._parent_ref: Any = None
         self._inputs, self._outputs = [], []
         self._cache_entries: list[CacheDeclaration] = []
+        self._entries_in_use: weakref.WeakValueDictionary[int, CacheEntry] = weakref.WeakValueDictionary()
         self._tickets: dict[int, tuple] = {}
         self._state_tickets: dict[tuple, int] = {}
         self._next_ticket = Ticket.FIRST_INDEXED
@@ -248,14 +249,17 @@ class SystemBase(Graphviz, metaclass=SystemType):
             self._new_ticket("cache", index),
         )
         self._cache_entries.append(declaration)
-        return CacheEntry._make(self, index)
+        return self.get_cache_entry(index)
 
     def get_cache_entry(self, index: CacheIndex | int) -> CacheEntry:
-        """Cache entry `index`."""
+        """Cache entry `index`; the same object as long as somebody holds it."""
         i = operator.index(index)
         if not 0 <= i < len(self._cache_entries):
             raise IndexError(f"get_cache_entry(): there is no entry {i}; there are {len(self._cache_entries)}.")
-        return CacheEntry._make(self, i)
+        entry = self._entries_in_use.get(i)
+        if entry is None:
+            entry = self._entries_in_use[i] = CacheEntry._make(self, i)
+        return entry
 
     # Counts.
 

@@ -113,7 +113,10 @@ def test_dense_output_is_continuous_and_accurate():
     integrator.StartDenseIntegration()
     simulator.AdvanceTo(1.0)
     simulator.AdvanceTo(2.0)
+    kept = integrator.get_dense_output()
+    assert integrator.get_dense_output() is kept
     trajectory = integrator.StopDenseIntegration()
+    assert trajectory is kept
     assert (trajectory.start_time(), trajectory.end_time()) == (0.0, 2.0)
     for t in np.linspace(0.0, 2.0, 41):
         np.testing.assert_allclose(trajectory.value(t).ravel(), (expm(t * A) @ [1.0, 0.0]), atol=1e-5)

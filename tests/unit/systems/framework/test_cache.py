@@ -211,3 +211,13 @@ def test_a_port_without_caching_is_computed_whenever_it_is_asked_for():
     port = diagram.get_output_port()
     assert [port.Eval(context)[0] for _ in range(3)] == [1, 2, 3]
     assert [port.Eval(context.Clone())[0] for _ in range(2)] == [4, 5]
+
+
+def test_entries_and_their_values_are_the_same_objects_while_somebody_holds_them():
+    system = Counting()
+    entry = system.entries["time"]
+    assert system.get_cache_entry(entry.cache_index()) is entry
+    first, second = system.CreateDefaultContext(), system.CreateDefaultContext()
+    value = entry.get_cache_entry_value(first)
+    assert entry.get_cache_entry_value(first) is value is entry.get_mutable_cache_entry_value(first)
+    assert entry.get_cache_entry_value(second) is not value

@@ -153,3 +153,23 @@ class TestVectors:
         for index in (2, -1):
             with pytest.raises(IndexError):
                 vector[index]
+
+
+class TestStates:
+    def test_the_state_is_one_object_that_follows_every_change(self):
+        system = LinearSystem(-np.eye(1), np.eye(1), np.eye(1), np.eye(1))
+        context = system.CreateDefaultContext()
+        state = context.get_state()
+        assert context.get_state() is state is context.get_mutable_state()
+        context.SetContinuousState([2.0])
+        assert state.get_continuous_state().get_vector().GetAtIndex(0) == 2.0
+        assert context.Clone().get_state() is not state
+
+    def test_it_follows_memory_that_moves(self):
+        diagram, gain, hold = chain()
+        context = diagram.CreateDefaultContext()
+        own = hold.GetMyContextFromRoot(context)
+        own.get_state()
+        gain.get_input_port().FixValue(gain.GetMyContextFromRoot(context), [5.0])
+        own.SetDiscreteState([7.0])
+        assert own.get_state().get_discrete_state(0).GetAtIndex(0) == 7.0

@@ -24,6 +24,9 @@ class ContextBase:
     _continuous: BasicVector | None = None
     """The continuous state as one vector, likewise."""
 
+    _state: Any = None
+    """The state as one object, likewise."""
+
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
 

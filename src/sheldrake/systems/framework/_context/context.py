@@ -7,6 +7,7 @@ asked for.
 
 from __future__ import annotations
 
+import operator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -284,8 +285,11 @@ class Context(ContextBase):
     # All of the state.
 
     def get_state(self) -> State:
-        """The state."""
-        return State._view(self.get_continuous_state(), self.get_discrete_state(), self.get_abstract_state())
+        """The state; the same object until its memory moves."""
+        abstract, state = self.get_abstract_state(), self._state
+        if state is None or not _same_objects(state._abstract._data, abstract._data):
+            state = self._state = State._view(self.get_continuous_state(), self.get_discrete_state(), abstract)
+        return state
 
     def get_mutable_state(self) -> State:
         """The state, to be changed."""
@@ -398,6 +402,10 @@ class DiagramContext(Context):
 
     def __str__(self) -> str:
         return text.of_tree(self)
+
+
+def _same_objects(some: list, others: list) -> bool:
+    return len(some) == len(others) and all(map(operator.is_, some, others))
 
 
 def _scalar(store: Store, value: Any, call: str) -> Any:
