@@ -11,7 +11,7 @@ from sheldrake.common import _rotations as rotations
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Overload, overload
-from sheldrake.common._scalar_math import all_of, atan2, cos, select, sin, sqrt
+from sheldrake.common._scalar_math import all_of, at_most, atan2, cos, largest_magnitude, select, sin, sqrt
 from sheldrake.common._scalars import (
     ScalarBase,
     ScalarTemplate,
@@ -129,6 +129,11 @@ class RollPitchYaw(ScalarBase):
     def ToRotationMatrix(self) -> RotationMatrix:
         """R_AD."""
         return RotationMatrix_[self._T]._make(self._to_matrix())
+
+    def IsNearlyEqualTo(self, other: Any, tolerance: float) -> bool:
+        """Whether no angle is further than `tolerance` [rad] from that of `other`; angles a turn apart are not near."""
+        other = self._argument("IsNearlyEqualTo", instance_of(self._plain_class()), other=other)
+        return at_most(largest_magnitude(self.vector() - other.vector(), self._T), tolerance, self._T)
 
     def _to_matrix(self) -> np.ndarray:
         (s0, c0), (s1, c1), (s2, c2) = self._sines()

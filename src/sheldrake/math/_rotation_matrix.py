@@ -309,6 +309,16 @@ class RotationMatrix(ScalarBase):
         """Whether no number is further than `tolerance` from the unit matrix."""
         return at_most(largest_magnitude(self._M - identity(self._T, 3), self._T), tolerance, self._T)
 
+    def IsExactlyEqualTo(self, other: Any) -> bool:
+        """Whether all numbers are equal to those of `other`."""
+        other = self._argument("IsExactlyEqualTo", instance_of(self._plain_class()), other=other)
+        return all_equal(self._M, other._M, self._T)
+
+    def IsNearlyEqualTo(self, other: Any, tolerance: float) -> bool:
+        """Whether no number is further than `tolerance` from that of `other`."""
+        other = self._argument("IsNearlyEqualTo", instance_of(self._plain_class()), other=other)
+        return at_most(largest_magnitude(self._M - other._M, self._T), tolerance, self._T)
+
     def ToQuaternion(self) -> Quaternion:
         """The quaternion with a non-negative scalar part."""
         return Quaternion_[self._T]._make(rotations.matrix_to_canonical_quaternion(self._M))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import math
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -320,6 +320,29 @@ class CollisionChecker:
             RuntimeError: the distance is negative or not finite.
         """
         return self.CalcContextRobotClearance(self.model_context(context_number), q, influence_distance)
+
+    def CalcRobotClearances(
+        self, configs: Sequence[Any], influence_distance: float, parallelize: Any = None
+    ) -> list[RobotClearance]:
+        """Returns what `CalcRobotClearance` says of each of some configurations, shape (nq,) each.
+
+        Args:
+            configs: The configurations.
+            influence_distance: Up to this distance, less padding [m].
+            parallelize: Accepted for Drake's sake; they are computed one after the other.
+
+        Raises:
+            RuntimeError: the distance is negative or not finite, or a configuration has a number that is not.
+        """
+        rows = [np.asarray(q, dtype=float) for q in configs]
+        for i, q in enumerate(rows):
+            if not np.isfinite(q).all():
+                raise RuntimeError(f"CalcRobotClearances(): configuration {i} has numbers that are not finite: {q}.")
+        if not 0.0 <= influence_distance < math.inf:
+            raise RuntimeError(
+                f"CalcRobotClearances(): influence_distance must be finite, >= 0; got {influence_distance}."
+            )
+        return [self.CalcRobotClearance(q, influence_distance) for q in rows]
 
     def CalcContextRobotClearance(
         self, model_context: CollisionCheckerContext, q: Any, influence_distance: float

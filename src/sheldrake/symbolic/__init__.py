@@ -9,6 +9,7 @@ from sheldrake.symbolic import (
     _functions,
     _monomial,
     _operators,
+    _pickled,
     _polynomial,
     _text,
     _traverse,
@@ -180,6 +181,7 @@ _arguments._build = _build
 _operators._build, _operators._formula = _build, _formula
 _expression._build, _expression._differentiate, _expression._functions = _build, _differentiate, _functions
 _expression._text, _expression._traverse = _text, _traverse
+_pickled.allow()
 _formula._functions, _formula._traverse = _functions, _traverse
 _monomial._polynomial = _polynomial
 

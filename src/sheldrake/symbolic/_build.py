@@ -118,7 +118,7 @@ def add_into(terms: dict[int, tuple[Expression, float]], e: Expression) -> float
             _add_term(terms, term, c)
         return e._args[0]
     if e._kind == k.MUL and e._args[0] != 1.0:
-        _add_term(terms, _make_product(1.0, {b._serial: (b, x) for b, x in e._args[1]}), e._args[0])
+        _add_term(terms, make_product(1.0, {b._serial: (b, x) for b, x in e._args[1]}), e._args[0])
     else:
         _add_term(terms, e, 1.0)
     return 0.0
@@ -183,15 +183,15 @@ def scale(c: float, e: Expression) -> Expression:
     if e._kind == k.CONSTANT:
         return constant(c * e._args[0])
     if e._kind == k.MUL:
-        return _make_product(c * e._args[0], {b._serial: (b, x) for b, x in e._args[1]})
+        return make_product(c * e._args[0], {b._serial: (b, x) for b, x in e._args[1]})
     if e._kind == k.POW:
-        return _make_product(c, {e._args[0]._serial: (e._args[0], e._args[1])})
+        return make_product(c, {e._args[0]._serial: (e._args[0], e._args[1])})
     if e._kind == k.DIV and e._args[0]._kind == k.CONSTANT:
         return divide(constant(c * e._args[0]._args[0]), e._args[1])
-    return _make_product(c, {e._serial: (e, ONE)})
+    return make_product(c, {e._serial: (e, ONE)})
 
 
-def _make_product(c: float, factors: dict[int, tuple[Expression, Expression]]) -> Expression:
+def make_product(c: float, factors: dict[int, tuple[Expression, Expression]]) -> Expression:
     """c * the bases to the power of their exponents, which are not zero."""
     if not factors:
         return constant(c)
@@ -262,7 +262,7 @@ def multiply(a: Expression, b: Expression) -> Expression:
     factors: dict[int, tuple[Expression, Expression]] = {}
     c = _multiply_into(factors, a)
     c *= _multiply_into(factors, b)
-    return ZERO if c == 0.0 else _make_product(c, factors)
+    return ZERO if c == 0.0 else make_product(c, factors)
 
 
 def divide(a: Expression, b: Expression) -> Expression:
@@ -275,7 +275,7 @@ def divide(a: Expression, b: Expression) -> Expression:
         return a
     if a._kind == k.CONSTANT and b._kind == k.CONSTANT:
         return constant(_numbers.divide(a._args[0], b._args[0]))
-    return ONE if a is b else _plain(k.DIV, a, b)
+    return ONE if a is b else plain(k.DIV, a, b)
 
 
 def power(base: Expression, exponent: Expression) -> Expression:
@@ -288,14 +288,15 @@ def power(base: Expression, exponent: Expression) -> Expression:
         if exponent is ONE:
             return base
     if base._kind == k.POW:
-        return _plain(k.POW, base._args[0], multiply(base._args[1], exponent))
-    return _plain(k.POW, base, exponent)
+        return plain(k.POW, base._args[0], multiply(base._args[1], exponent))
+    return plain(k.POW, base, exponent)
 
 
 # Functions
 
 
-def _plain(kind: int, *args: Expression) -> Expression:
+def plain(kind: int, *args: Expression) -> Expression:
+    """A function of other expressions, as it is."""
     return _node((kind, *(a._serial for a in args)), args, (kind, *(a._key for a in args)))
 
 
@@ -304,8 +305,8 @@ def unary(kind: int, e: Expression) -> Expression:
     if e._kind == k.CONSTANT:
         return constant(_numbers.UNARY[kind](e._args[0]))
     if kind == k.SQRT and e._kind == k.POW and e._args[1] is TWO:
-        return _plain(k.ABS, e._args[0])
-    return _plain(kind, e)
+        return plain(k.ABS, e._args[0])
+    return plain(kind, e)
 
 
 def binary(kind: int, a: Expression, b: Expression) -> Expression:
@@ -316,7 +317,7 @@ def binary(kind: int, a: Expression, b: Expression) -> Expression:
         return power(a, b)
     if a is b and kind in (k.MIN, k.MAX):
         return a
-    return _plain(kind, a, b)
+    return plain(kind, a, b)
 
 
 def conditional(condition: Any, then: Expression, otherwise: Expression) -> Expression:

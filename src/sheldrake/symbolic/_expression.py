@@ -127,9 +127,6 @@ class Expression(Operators):
     def __deepcopy__(self, memo: dict) -> Expression:
         return self
 
-    def __reduce__(self) -> Any:
-        raise TypeError("cannot pickle an Expression: its variables are of this process.")
-
     def __str__(self) -> str:
         return _text.text_of(self)
 

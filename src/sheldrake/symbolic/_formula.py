@@ -278,6 +278,23 @@ def semidefinite(matrix: np.ndarray) -> Formula:
     return _make(K.PositiveSemidefinite, (matrix,), (rows, tuple(e._key for e in matrix.flat)))
 
 
+def again(kind: K, args: tuple) -> Formula:
+    """The formula of a kind and its parts, as another was made of."""
+    if kind in (K.True_, K.False_):
+        return truth(kind is K.True_)
+    if kind in (K.And, K.Or):
+        return junction(kind, list(args))
+    if kind is K.Not:
+        return negation(*args)
+    if kind is K.Forall:
+        return for_all(*args)
+    if kind is K.PositiveSemidefinite:
+        return semidefinite(*args)
+    if kind is K.Var:
+        return Formula(*args)
+    return _make(kind, args, tuple(e._key for e in args))
+
+
 def _rows_of(matrix: np.ndarray) -> str:
     texts = [[str(e) for e in row] for row in matrix]
     width = max((len(t) for row in texts for t in row), default=0)

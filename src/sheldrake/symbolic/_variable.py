@@ -17,6 +17,13 @@ from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._operators import Operators
 
 _ids = itertools.count(1)
+
+
+def number_of_last() -> int:
+    """The number of the last variable made in this process; one is left out."""
+    return next(_ids)
+
+
 _TYPE_WORDS = {t: t.name.replace("_", " ").title() for t in VariableType}
 
 
@@ -28,7 +35,7 @@ class Variable(Operators):
         type: What values it takes.
     """
 
-    __slots__ = ("_expression", "_hash", "_id", "_name", "_type")
+    __slots__ = ("__weakref__", "_expression", "_hash", "_id", "_name", "_type")
     _expression: Any
     Type = VariableType
 
@@ -75,9 +82,6 @@ class Variable(Operators):
 
     def __deepcopy__(self, memo: dict) -> Variable:
         return self
-
-    def __reduce__(self) -> Any:
-        raise TypeError("cannot pickle a Variable: its identity is of this process.")
 
     def __str__(self) -> str:
         return self._name
@@ -173,6 +177,9 @@ class Variables:
 
     def __lt__(self, other: Variables) -> bool:
         return list(self._set) < list(other._set)
+
+    def __reduce__(self) -> tuple:
+        return Variables, (list(self._set.values()),)
 
     def __hash__(self) -> int:
         return hash(("sheldrake.symbolic.Variables", *self._set))

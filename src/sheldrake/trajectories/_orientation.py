@@ -94,6 +94,10 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         self._breaks.append(t)
         self._add(q)
 
+    def get_quaternion_samples(self) -> list:
+        """Returns the samples as quaternions; the sign of each is that nearer to the one before."""
+        return [Quaternion_[self._T](q) for q in self._q]
+
     def _require_segment(self) -> None:
         if len(self._q) < 2:
             self._segment(0)

@@ -259,3 +259,17 @@ def test_distances_of_a_checker_as_constraints():
             np.testing.assert_allclose(mine, other, atol=1e-6)
         np.testing.assert_array_equal(made[0].lower_bound(), made[1].lower_bound())
         np.testing.assert_array_equal(made[0].upper_bound(), made[1].upper_bound())
+
+
+def test_clearances_of_many_configurations_are_those_of_each():
+    ours = checker(OURS)
+    configs = [Q, Q + 0.1, -Q]
+    many = ours.CalcRobotClearances(configs, 0.4, parallelize=False)
+    for q, clearance in zip(configs, many, strict=True):
+        np.testing.assert_array_equal(clearance.distances(), ours.CalcRobotClearance(q, 0.4).distances())
+        theirs = checker(THEIRS).CalcRobotClearance(q, 0.4)
+        np.testing.assert_allclose(np.sort(clearance.distances()), np.sort(theirs.distances()), atol=1e-9)
+    with pytest.raises(RuntimeError, match="configuration 1"):
+        ours.CalcRobotClearances([Q, np.nan * Q], 0.4)
+    with pytest.raises(RuntimeError, match="influence_distance"):
+        ours.CalcRobotClearances([Q], -0.4)

@@ -251,3 +251,18 @@ def test_a_planted_fault_in_the_balance_is_seen():
     problem._cones[0]._mu *= 1.01
     wrong = evaluated(OURS, problem)
     assert not all(np.allclose(a, b, atol=1e-3) for a, b in zip(right, wrong))
+
+
+def test_relaxed_limits_of_the_way_forward():
+    """Accelerations pass their limits by the relaxation, on the way forward only: the traversal is a little faster."""
+    limits = ("acceleration",)
+    tight = traversal(OURS, limits)
+    loose = traversal(OURS, limits, spoil=lambda T: T.set_constraint_relaxation(1e-3))
+    durations = [t[20] - t[0] for t in (tight, loose)]
+    assert durations[0] * (1.0 - 1e-2) < durations[1] < durations[0]
+    plant, _ = arm(OURS)
+    T = OURS.optimization.Toppra(path_of(OURS), plant, np.linspace(0.5, 1.5, 3))
+    assert T.constraint_relaxation() == 0.0
+    for bad in (-1.0, np.inf, np.nan):
+        with pytest.raises(RuntimeError, match="finite number >= 0"):
+            T.set_constraint_relaxation(bad)

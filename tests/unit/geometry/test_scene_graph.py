@@ -73,6 +73,9 @@ def test_inspector_counts_and_names(world):
     assert i.GetName(world.source) == i.GetOwningSourceName(world.a) == "source"
     assert i.GetName(world.child) == "child" and i.GetName(geometry_id=world.a) == "a"
     assert i.GetFrameGroup(world.child) == 2 and i.GetFrameId(world.ground) == i.world_frame_id()
+    assert i.GetParentFrame(world.child) == world.frame and i.GetParentFrame(world.frame) == i.world_frame_id()
+    with pytest.raises(RuntimeError, match="not been registered"):
+        i.GetParentFrame(g.FrameId.get_new_id())
     assert i.BelongsToSource(world.a, world.source) and i.BelongsToSource(frame_id=world.frame, source_id=world.source)
     assert i.FramesForSource(world.source) == {world.frame, world.child}
     assert repr(i.GetShape(world.b)) == "Box(width=1, depth=1, height=1)"

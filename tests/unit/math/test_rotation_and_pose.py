@@ -321,3 +321,12 @@ def test_construction_and_composition_are_cheap():
     X = RigidTransform(R, p)
     best = min(timeit.repeat(lambda: X @ RigidTransform(R, p), number=2000, repeat=7)) / 2000
     assert best < 12e-6, f"{best * 1e6:.2f} us; 3 us on an idle machine"
+
+
+def test_rotations_are_compared_number_by_number():
+    R, other = RotationMatrix.MakeXRotation(0.1), RotationMatrix()
+    assert R.IsExactlyEqualTo(R) and not R.IsExactlyEqualTo(other)
+    assert R.IsNearlyEqualTo(other, tolerance=0.1) and not R.IsNearlyEqualTo(other, 0.09)
+    rpy = RollPitchYaw(1.0, 2.0, 3.0)
+    assert rpy.IsNearlyEqualTo(RollPitchYaw(1.0, 2.0, 3.1), 0.11)
+    assert not rpy.IsNearlyEqualTo(RollPitchYaw(1.0, 2.0, 3.1), tolerance=0.09)

@@ -498,3 +498,9 @@ def test_bspline_trajectories():
 def test_function_of_the_wrong_size_is_refused_at_once():
     with pytest.raises(RuntimeError, match=r"1x1.*2x1"):
         FunctionHandleTrajectory(lambda t: np.array([[1.0]]), rows=2)
+
+
+def test_quaternion_samples_have_the_sign_nearer_to_the_one_before():
+    q = Quaternion(0.6, 0.8, 0.0, 0.0)
+    s = PiecewiseQuaternionSlerp([0.0, 1.0], [q, Quaternion(-0.6, -0.8, 0.0, 0.0)])
+    np.testing.assert_array_equal([sample.wxyz() for sample in s.get_quaternion_samples()], [q.wxyz(), q.wxyz()])

@@ -169,6 +169,14 @@ class SceneGraphInspector:
 
     # ---- frames
 
+    def GetParentFrame(self, frame_id: FrameId) -> FrameId:
+        """Returns the frame that a frame was registered in; of the world frame, itself.
+
+        Raises:
+            RuntimeError: no frame has the id.
+        """
+        return self._state.frame(frame_id).parent
+
     def GetFrameGroup(self, frame_id: FrameId) -> int:
         """The group number given when the frame was registered."""
         if frame_id not in self._state.frames:

@@ -88,6 +88,7 @@ class Toppra:
         self._forward_u = self._forward.NewContinuousVariables(1, "u")
         self._x_lower, self._x_upper = np.zeros(s.size), np.full(s.size, LARGEST_X)
         self._rows: list[Rows] = []
+        self._relaxation = 0.0
 
     @staticmethod
     def CalcGridPoints(path: Any, options: CalcGridPointsOptions) -> np.ndarray:
@@ -301,9 +302,26 @@ class Toppra:
         t = self._s[0] + np.concatenate(([0.0], np.cumsum(durations)))
         return PiecewisePolynomial.CubicHermite(t, self._s[None, :], s_dot[None, :])
 
-    def _rows_at(self, i: int, after: np.ndarray) -> np.ndarray:
-        """All limits on (u, x) at a gridpoint, with the set of x at the next one."""
-        parts = [one_sided(rows.a[i], rows.b[i], rows.lower[i], rows.upper[i]) for rows in self._rows]
+    def set_constraint_relaxation(self, relaxation: float) -> None:
+        """Widens all limits of accelerations on the way forward, where a path at its limits would fail by rounding.
+
+        Args:
+            relaxation: Added to upper limits and taken from lower ones, in their units; 1e-5 is usual, 0 the default.
+
+        Raises:
+            RuntimeError: it is negative or not finite.
+        """
+        if not 0.0 <= relaxation < np.inf:
+            raise RuntimeError(f"Toppra.set_constraint_relaxation(): expected a finite number >= 0, got {relaxation}.")
+        self._relaxation = float(relaxation)
+
+    def constraint_relaxation(self) -> float:
+        """Returns by how much limits are widened on the way forward."""
+        return self._relaxation
+
+    def _rows_at(self, i: int, after: np.ndarray, wider: float = 0.0) -> np.ndarray:
+        """All limits on (u, x) at a gridpoint, some of them wider, with the set of x at the next one."""
+        parts = [one_sided(rows.a[i], rows.b[i], rows.lower[i] - wider, rows.upper[i] + wider) for rows in self._rows]
         delta = self._s[i + 1] - self._s[i]
         parts.append(one_sided(np.array([2.0 * delta]), np.ones(1), after[:1], after[1:]))
         parts.append(np.array([[0.0, 1.0, self._x_upper[i]], [0.0, -1.0, -self._x_lower[i]]]))
@@ -328,7 +346,7 @@ class Toppra:
         x = np.zeros(self._s.size)
         x[0] = x_start
         for i in range(self._s.size - 1):
-            found = range_of_u(self._rows_at(i, sets[i + 1]), x[i])
+            found = range_of_u(self._rows_at(i, sets[i + 1], self._relaxation), x[i])
             if found is None:
                 _log.error("Toppra failed to find a path acceleration at knot %d/%d.", i, self._s.size - 1)
                 return None

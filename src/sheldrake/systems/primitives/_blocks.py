@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from sheldrake.common._kinds import called, count, instance_of
+from sheldrake.common._kinds import called, count, flag, instance_of
 from sheldrake.common._overloads import Mismatch, overload, overloaded
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework import BasicVector, LeafSystem, PortDataType
@@ -202,18 +202,20 @@ class PassThrough(LeafSystem):
         vector_size: Size (without input: zeros); or
         value: a vector of that size; or
         abstract_model_value: an AbstractValue of the type.
+        input_required: Whether it is an error to ask for the output where there is no input.
     """
 
     _generic = True
     _complex_rows = True
 
     @overloaded(
-        overload(vector_size=count),
-        overload(abstract_model_value=instance_of(AbstractValue)),
-        overload(value=called("float array of shape (n,)")),
+        overload(vector_size=count, input_required=(flag, False)),
+        overload(abstract_model_value=instance_of(AbstractValue), input_required=(flag, False)),
+        overload(value=called("float array of shape (n,)"), input_required=(flag, False)),
     )
-    def __init__(self, model: Any):
+    def __init__(self, model: Any, input_required: bool = False):
         super().__init__()
+        self._required = input_required
         if isinstance(model, AbstractValue):
             self._value = model.Clone()
             self.DeclareAbstractInputPort("u", model)
@@ -221,12 +223,17 @@ class PassThrough(LeafSystem):
         else:
             default = np.zeros(int(model)) if is_size(model) else as_vector(model)
             self.DeclareVectorInputPort("u", BasicVector(default))
-            self._inputs[0].optional = True
+            self._inputs[0].optional = not input_required
             self.DeclareVectorOutputPort("y", BasicVector(default), blocks.copy_input)
+
+    def input_required(self) -> bool:
+        """Tells whether it is an error to ask for the output where there is no input."""
+        return self._required
 
     def _copy_value(self, context: Context, output: AbstractValue) -> None:
         port = self.get_input_port(0)
-        output.SetFrom(port.EvalAbstract(context) if port.HasValue(context) else self._value)
+        given = self._required or port.HasValue(context)
+        output.SetFrom(port.EvalAbstract(context) if given else self._value)
 
 
 class PortSwitch(LeafSystem):
