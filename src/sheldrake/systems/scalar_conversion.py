@@ -77,6 +77,9 @@ class TemplateSystem(TemplateClass):
 
         return decorator
 
+    def __str__(self) -> str:
+        return f"<TemplateSystem {self._full_name()}>"
+
     def _on_add(self, param: tuple, instantiation: Any, skip_rename: bool) -> Any:
         (T,) = param
         if not issubclass(instantiation, LeafSystem_[T]):

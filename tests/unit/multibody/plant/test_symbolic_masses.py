@@ -59,3 +59,19 @@ def test_the_centre_of_mass_with_a_mass_that_is_a_variable(cart_pole):
     symbolic.GetBodyByName("pole").SetMass(context, m)
     z = symbolic.CalcCenterOfMassPositionInWorld(context)[2]
     assert z.Evaluate({m: 0.7}) == pytest.approx(-0.8 * 0.7 / 2.7, rel=1e-12)
+
+
+@pytest.mark.parametrize("limit", [3.0, np.inf])
+def test_actuation_that_is_a_variable_is_clamped_to_its_effort_limit(limit):
+    plant = MultibodyPlant(0.0)
+    cart = plant.AddRigidBody("cart", SpatialInertia(2.0, [0, 0, 0], UnitInertia(1, 1, 1)))
+    plant.AddJointActuator(
+        "push", plant.AddJoint(PrismaticJoint("x", plant.world_frame(), cart.body_frame(), [1, 0, 0])), limit
+    )
+    plant.Finalize()
+    symbolic, u = plant.ToSymbolic(), Variable("u")
+    context = symbolic.CreateDefaultContext()
+    symbolic.get_actuation_input_port().FixValue(context, [Expression(u)])
+    acceleration = symbolic.EvalTimeDerivatives(context).CopyToVector()[1]
+    for effort in (-5.0, -1.0, 3.0, 4.0):
+        assert acceleration.Evaluate({u: effort}) == np.clip(effort, -limit, limit) / 2.0

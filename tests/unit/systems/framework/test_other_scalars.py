@@ -240,3 +240,7 @@ def test_system_of_a_template_clones_by_way_of_another_scalar():
     system = Quadratic_[float](0.5)
     clone = system.Clone()
     assert type(clone) is Quadratic_[float] and clone is not system and clone.k == 0.5
+
+
+def test_a_family_of_systems_says_what_it_is():
+    assert str(Quadratic_) == f"<TemplateSystem {__name__}.Quadratic_>"

@@ -1,5 +1,8 @@
 """Generalized forces at the start of the step: bias and gravity, joint damping, springs, inputs, TAMSI's limits."""
 
+import math
+
+from sheldrake.common._kernels.generic import clip
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.tree._kernels.dynamics import project_forces
 from sheldrake.multibody.tree._kernels.forces import (
@@ -9,6 +12,8 @@ from sheldrake.multibody.tree._kernels.forces import (
     add_struts,
     clear,
 )
+
+INFINITY = math.inf
 
 
 @kernel
@@ -71,10 +76,8 @@ def add_actuation(plant_model, u, force, net_actuation, pd):
         actuator = plant_model.actuators[i]
         effort = commanded_effort(plant_model, u, i)
         limit = plant_model.gains[i].effort_limit
-        if effort > limit:
-            effort = limit
-        if effort < -limit:
-            effort = -limit
+        if limit < INFINITY:
+            effort = clip(effort, -limit, limit)
         net_actuation[i] = effort
         if not pd or actuator.desired_port < 0:
             force[actuator.dof] += effort
