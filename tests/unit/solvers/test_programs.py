@@ -6,6 +6,7 @@ import pytest
 from sheldrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 from sheldrake.solvers import (
     Binding,
+    ClarabelSolver,
     Constraint,
     Cost,
     ExponentialConeConstraint,
@@ -15,6 +16,7 @@ from sheldrake.solvers import (
     MathematicalProgram,
     PyFunctionConstraint,
     RotatedLorentzConeConstraint,
+    ScsSolver,
     SolutionResult,
     Solve,
     SolverId,
@@ -143,6 +145,17 @@ def test_symmetry_is_asked_of_semidefinite_matrices(prog):
     x = prog.NewContinuousVariables(2, "x")
     with pytest.raises(RuntimeError, match="not symmetric"):
         prog.AddPositiveSemidefiniteConstraint(np.array([[x[0], 2 * x[1]], [x[1], Expression(1.0)]]))
+
+
+@pytest.mark.parametrize("solver", [ClarabelSolver, ScsSolver])
+def test_the_lower_triangle_of_variables_is_semidefinite(prog, solver):
+    """pydrake 1.51 finds a trace of 1 with both: 0.5 below the diagonal counts, 0.1 above it does not."""
+    X = prog.NewContinuousVariables(2, 2, "X")
+    prog.AddPositiveSemidefiniteConstraint(X)
+    prog.AddLinearCost(X[0, 0] + X[1, 1])
+    prog.AddLinearConstraint(X[1, 0] == 0.5)
+    prog.AddLinearConstraint(X[0, 1] == 0.1)
+    assert solver().Solve(prog).get_optimal_cost() == pytest.approx(1.0, abs=1e-5)
 
 
 def test_kinds_of_what_programs_give_back():

@@ -158,7 +158,7 @@ class ConicForm:
             n = b._evaluator.matrix_rows()
             i, j, scale = upper_triangle(n)
             select = np.zeros((len(i), n * n))
-            select[np.arange(len(i)), j * n + i] = scale
+            select[np.arange(len(i)), i * n + j] = scale  # of variables that may differ, the lower triangle's, as Drake
             rows = self._add(-select, self.prog._indices(b), np.zeros(len(i)))
             self._psd(b, n, rows)
         for b in self.prog._lists["linear_matrix_inequality_constraints"]:

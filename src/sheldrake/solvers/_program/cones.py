@@ -176,10 +176,11 @@ class ProgramCones:
     def AddPositiveSemidefiniteConstraint(self, e: Any) -> Any:
         """Adds that a symmetric matrix of variables or affine expressions has no negative eigenvalue.
 
-        A matrix of expressions is made equal to a new matrix of variables.
+        A matrix of expressions is made equal to a new matrix of variables. Of a matrix of variables the lower triangle
+        counts, whatever the upper one is, as in Drake.
 
         Raises:
-            RuntimeError: the matrix is not symmetric, or an expression not affine.
+            RuntimeError: the matrix of expressions is not symmetric, or an expression not affine.
         """
         X = _square("AddPositiveSemidefiniteConstraint", e)
         n = X.shape[0]
@@ -190,8 +191,6 @@ class ProgramCones:
             rows = traverse.object_array([X[p] - M[p] for p in lower])
             self.AddLinearEqualityConstraint(rows, np.zeros(len(lower)))  # type: ignore[attr-defined]
             X = M
-        else:
-            _check_symmetric(X)
         vars = kinds.vars(X)
         return self._store_constraint(  # type: ignore[attr-defined]
             bind(PositiveSemidefiniteConstraint, PositiveSemidefiniteConstraint(n), vars)
