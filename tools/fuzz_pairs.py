@@ -6,8 +6,8 @@ of the shapes is an upper one, if they are apart. If they overlap, all normals o
 tried for shapes with faces alone, which is exact, and thousands of directions for the others. Nothing here is shared
 with the kernels but the numbers of the shapes.
 
-With `--memory` contacts are sought with what was remembered of the same pairs a little elsewhere, and must be the same
-bits as without; how many pairs differ is printed.
+With `--memory` contacts are sought with what was remembered of the same pairs a little elsewhere, and are the same
+bits as without, but for the last digit of one in some hundred thousand; how many pairs differ is printed.
 
 Prints for each pair of kinds how many queries there were, how many had the wrong sign, and the largest errors relative
 to the size of the pair; ends with status 1 if one is larger than `accuracy_of` states. A million queries take 4 min.
