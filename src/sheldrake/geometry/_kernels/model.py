@@ -320,8 +320,8 @@ SLOT_FACES = 2 * SLOT_VERTICES - 4
 class ContactTable(NamedTuple):
     """Contacts found, and scratch to find them. `table[c]` is a contact. Make one with `contact_table()`.
 
-    What is remembered from one search for the next makes it faster and changes nothing in what it finds (a last digit
-    at most, where a search from nothing ends in a triangle too thin to tell its face): it may be set to 0 at any time.
+    What is remembered from one search for the next makes it faster and changes nothing in what it finds, but a last
+    digit in one of some hundred thousand random pairs: it may be set to 0 at any time.
 
     Attributes:
         remembered: one row a pair of convex shapes; no rows where pairs are found in cells.
