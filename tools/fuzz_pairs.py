@@ -6,6 +6,9 @@ of the shapes is an upper one, if they are apart. If they overlap, all normals o
 tried for shapes with faces alone, which is exact, and thousands of directions for the others. Nothing here is shared
 with the kernels but the numbers of the shapes.
 
+With `--memory` contacts are sought with what was remembered of the same pairs a little elsewhere, and are the same
+bits as without, but for the last digit of one in some hundred thousand; how many pairs differ is printed.
+
 Prints for each pair of kinds how many queries there were, how many had the wrong sign, and the largest errors relative
 to the size of the pair; ends with status 1 if one is larger than `accuracy_of` states. A million queries take 4 min.
 """
@@ -38,7 +41,7 @@ from sheldrake.geometry._kernels.model import (
 )
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._state.state import WORLD_FRAME_ID, GeometryState
-from sheldrake.math import RigidTransform
+from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 KINDS = ("sphere", "box", "cylinder", "capsule", "ellipsoid", "hull", "half_space")
 PAIRS = [p for p in itertools.combinations_with_replacement(KINDS, 2) if p != ("half_space", "half_space")]
@@ -165,7 +168,11 @@ class Batch:
         )
         self.kind = geometry[:, Geometry.kind].reshape(-1, 2)
         self.size = self.model.size.reshape(self.n, 2, -1)
-        self.table = contact_table(self.model, columns.MAX_POINTS * self.n)
+        self.table = contact_table(self.model, columns.MAX_POINTS * self.n, self.n)
+        self.shaken: np.ndarray | None = None
+        """Poses of all bodies that are searched first, so that there is something to remember."""
+        self.differ = 0
+        """How many pairs had other contacts with memory than without."""
 
     def X_WB(self) -> np.ndarray:
         """Poses of all bodies, the world first, shape (2 n + 1, 12)."""
@@ -192,9 +199,36 @@ class Batch:
     def contacts(self, multi: bool) -> tuple[np.ndarray, ContactTable]:
         """How many contacts each pair has, by the kernels, and the table of all."""
         self.model.geometry[:, Geometry.multi_point] = multi
+        self.forget()
         assert find_contacts(self.model, self.X_WB(), self.table) == 0
+        if self.shaken is not None:
+            without = self.of_each_pair()
+            self.forget()
+            assert find_contacts(self.model, self.shaken, self.table) == 0
+            assert find_contacts(self.model, self.X_WB(), self.table) == 0
+            self.differ += sum(a != b for a, b in zip(without, self.of_each_pair()))
         found = self.table.pair[: self.table.num_contacts, ContactPair.geometry_A]
         return np.bincount(found // 2, minlength=self.n), self.table
+
+    def forget(self) -> None:
+        """Empties what is remembered of the pairs."""
+        for memory in (self.table.remembered, self.table.slot):
+            memory[:] = 0
+
+    def of_each_pair(self) -> list[bytes]:
+        """The contacts of each pair, as bits."""
+        rows = self.table.num_contacts
+        ends = np.searchsorted(self.table.pair[:rows, ContactPair.geometry_A], 2 * np.arange(self.n + 1))
+        return [self.table.point[a:b].tobytes() for a, b in itertools.pairwise(ends)]
+
+    def shake(self, rng: np.random.Generator) -> None:
+        """From now on pairs are searched first where they were a moment ago."""
+        size = 10.0 ** rng.uniform(-9.0, -1.0, (self.n, 2, 1))
+        angles = (size * rng.normal(size=(self.n, 2, 3))).reshape(-1, 3)
+        turned = [RotationMatrix(RollPitchYaw(*a)).matrix() for a in angles]
+        p = self.p + size * self.bound()[:, None, None] * rng.normal(size=(self.n, 2, 3))
+        R = self.R @ np.array(turned).reshape(self.n, 2, 3, 3)
+        self.shaken = Batch(self.library, self.shapes, R, p).X_WB()
 
     # ---- what is certain
 
@@ -435,11 +469,13 @@ class Findings(NamedTuple):
     Attributes:
         queries: how many there were.
         signs: how many had the wrong sign.
+        differ: how many had other contacts with memory than without.
         errors: the largest of near pairs and of others, relative to the size, of distance, certainty and contacts.
     """
 
     queries: int
     signs: int
+    differ: int
     errors: np.ndarray
 
     def good(self, kinds: tuple[str, str]) -> bool:
@@ -447,7 +483,7 @@ class Findings(NamedTuple):
         return self.signs == 0 and bool((self.errors.max(axis=1) <= accuracy_of(kinds)).all())
 
 
-def fuzz(pairs: int, seed: int = 1, chunk: int = 2000) -> dict[tuple[str, str], Findings]:
+def fuzz(pairs: int, seed: int = 1, chunk: int = 2000, memory: bool = False) -> dict[tuple[str, str], Findings]:
     """Runs so many queries, evenly over kinds and the ways they lie; what was found for each pair of kinds."""
     rng = np.random.default_rng(seed)
     found = {}
@@ -455,16 +491,19 @@ def fuzz(pairs: int, seed: int = 1, chunk: int = 2000) -> dict[tuple[str, str], 
     library = make_library(rng)
     for kinds in PAIRS:
         most = chunk // 4 if "hull" in kinds else chunk
-        total, wrong, worst = 0, 0, np.zeros((2, 3))
+        total, wrong, differ, worst = 0, 0, 0, np.zeros((2, 3))
         for regime in REGIMES:
             for start in range(0, each, most):
                 batch = make_batch(library, kinds, regime, min(most, each - start), rng)
+                if memory:
+                    batch.shake(rng)
                 errors = check(batch, rng)
                 scale = batch.bound() + 1e-3 * np.abs(batch.p).max(axis=(1, 2))  # 1e-15 of a position is rounding
                 worst = np.maximum(worst, errors.relative(scale))
                 wrong += int(errors.sign.sum())
+                differ += batch.differ
                 total += batch.n
-        found[kinds] = Findings(total, wrong, worst)
+        found[kinds] = Findings(total, wrong, differ, worst)
     return found
 
 
@@ -473,9 +512,10 @@ def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--pairs", type=int, default=1_000_000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--memory", action="store_true", help="contacts with what is remembered of the pairs")
     arguments = parser.parse_args(argv)
     began = time.process_time()
-    found = fuzz(arguments.pairs, arguments.seed)
+    found = fuzz(arguments.pairs, arguments.seed, memory=arguments.memory)
     print(f"{'':<22} {'':>8} {'wrong':>6} {'near':^29} | {'deep or apart':^29}")
     print(f"{'pair':<22} {'queries':>8} {'signs':>6} " + " | ".join([f"{'own':>9} {'certain':>9} {'contacts':>9}"] * 2))
     for kinds, findings in found.items():
@@ -483,6 +523,8 @@ def main(argv: list[str] | None = None) -> int:
         mark = "" if findings.good(kinds) else " *"
         print(f"{'-'.join(kinds):<22} {findings.queries:8d} {findings.signs:6d} {near} | {others}{mark}")
     total = sum(findings.queries for findings in found.values())
+    if arguments.memory:
+        print(f"{sum(findings.differ for findings in found.values())} searches differ with and without memory")
     print(f"{total} queries in {time.process_time() - began:.0f} s of one processor")
     return 0 if all(findings.good(kinds) for kinds, findings in found.items()) else 1
 

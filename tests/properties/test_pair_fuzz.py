@@ -14,6 +14,12 @@ def test_every_distance_is_certain_to_the_stated_accuracy():
     assert not bad
 
 
+def test_contacts_with_memory_are_as_certain_and_the_same_bits():
+    found = fuzz_pairs.fuzz(len(fuzz_pairs.PAIRS) * len(fuzz_pairs.REGIMES) * 30, seed=6, memory=True)
+    assert all(findings.good(kinds) for kinds, findings in found.items())
+    assert sum(findings.differ for findings in found.values()) == 0
+
+
 @pytest.mark.parametrize("kinds", [("box", "box"), ("cylinder", "ellipsoid"), ("capsule", "hull")], ids="-".join)
 @pytest.mark.parametrize("fault", ["depth", "normal", "sign"])
 def test_a_planted_fault_is_found(kinds, fault, monkeypatch):

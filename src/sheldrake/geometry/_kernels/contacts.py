@@ -101,13 +101,17 @@ def box_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
 
 @kernel
 def convex_contacts_if_near(model, table, i, j):
-    """Contacts of shapes whose bounding spheres meet: of those whose boxes meet as well."""
+    """Contacts of shapes whose bounding spheres meet: of those whose boxes meet as well. Nothing is remembered."""
     if not boxes_apart(model, table, i, j):
-        convex_contacts(model, table, i, j)
+        convex_contacts(model, table, i, j, -1)
 
 
 @kernel(top=True)
 def convex_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Adds the contacts of all other convex pairs."""
     model = geometry_model
-    collide(model, table, model.convex_pairs, model.end_of_pairs, spheres_apart, convex_contacts_if_near)
+    first = model.convex_pairs
+    for k in range(first, model.end_of_pairs):
+        i, j = ordered(model, model.pairs[k].a, model.pairs[k].b)
+        if not spheres_apart(model, table, i, j) and not boxes_apart(model, table, i, j):
+            convex_contacts(model, table, i, j, k - first)

@@ -7,7 +7,7 @@ from sheldrake.common.kernel import kernel
 
 from .half_space import cylinder_on_plane_multi
 from .model import CANDIDATE, CYLINDER, MAX_POINTS, POLYGON_A, POLYGON_B, POLYGON_C, Z_AXIS
-from .separation import separation
+from .separation import separation_of_pair
 from .support import best_face, has_faces, shown_feature, side_of_face, within_face
 from .table import MIN_DEPTH, absolute, column, emit, least_depth, several_points
 
@@ -22,10 +22,10 @@ _ROWS = 63  # of a polygon
 
 
 @kernel(outline=True)
-def convex_contacts(model, table, i, j):
-    """Contacts of shapes i and j, neither of them a half space."""
+def convex_contacts(model, table, i, j, k):
+    """Contacts of shapes i and j, neither of them a half space; pair number k, -1 for a pair without memory."""
     least = least_depth(model, i, j)
-    phi, nhat_ji, p_WCi, p_WCj = separation(model, table, i, j, MIN_DEPTH - least)
+    phi, nhat_ji, p_WCi, p_WCj = separation_of_pair(model, table, i, j, MIN_DEPTH - least, k)
     if -phi <= least:
         return
     if several_points(model, i, j) and touching_features(model, table, i, j, nhat_ji, -phi) > 0:

@@ -205,36 +205,45 @@ def fill_hole(table, faces, edges, vertex):
     return faces
 
 
+@kernel
+def nearest_face(table, faces):
+    """The face of the polytope nearest to the origin, -1 if all are infinitely far."""
+    best = -1
+    for f in range(faces):
+        if table.polytope[FACE + f].exists > 0.0:
+            if best < 0 or table.polytope[FACE + f].offset < table.polytope[FACE + best].offset:
+                best = f
+    return -1 if best < 0 or table.polytope[FACE + best].offset > 1e299 else best
+
+
 @kernel(outline=True)
-def epa(model, table, i, j, size, gap):
-    """From a tetrahedron that holds the origin: corners, normal and support of the nearest face of the difference.
+def epa(model, table, i, j, size, gap, faces, vertices):
+    """From a polytope that holds the origin: corners, normal and support of the nearest face of the difference.
 
     Of all directions tried it gives the one with the least support, which is the depth along it, until depth and
     distance of the nearest face differ by less than `gap`.
+
+    Returns:
+        (corners, normal, support, whether the gap was reached, faces, vertices), the last two of the polytope then.
     """
-    make_faces(table)
-    faces = 4
-    vertices = 4
     corners = (0, 1, 2)
     n = (1.0, 0.0, 0.0)
     depth = 1e300
     for _ in range(_EPA_STEPS):
-        best = -1
-        for f in range(faces):
-            if table.polytope[FACE + f].exists > 0.0:
-                if best < 0 or table.polytope[FACE + f].offset < table.polytope[FACE + best].offset:
-                    best = f
-        if best < 0 or table.polytope[FACE + best].offset > 1e299:
+        best = nearest_face(table, faces)
+        if best < 0:
             break
         d, offset = table.polytope[FACE + best].normal, table.polytope[FACE + best].offset
         w = add_vertex(model, table, i, j, d, SIMPLEX + vertices, _NO_SHIFT)
         if dot3(d, w) < depth:
             n, depth, corners = d, dot3(d, w), table.links[best].corners
-        if dot3(d, w) - offset <= gap or depth - offset <= gap or vertices + 1 >= MAX_VERTICES:
+        if dot3(d, w) - offset <= gap or depth - offset <= gap:
+            return corners, n, depth, True, faces, vertices
+        if vertices + 1 >= MAX_VERTICES:
             break
         edges = remove_seen_faces(table, best, w, _LEVEL * size)
         if edges == 0 or faces + edges > MAX_FACES:
             break
         faces = fill_hole(table, faces, edges, vertices)
         vertices += 1
-    return corners, n, depth
+    return corners, n, depth, False, faces, vertices

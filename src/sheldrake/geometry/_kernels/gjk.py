@@ -12,7 +12,7 @@ from sheldrake.common._kernels.vec import add3, cross3, dot3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
 from .model import SIMPLEX, WEIGHTS
-from .support import support
+from .support import farthest_vertex
 
 _GJK_STEPS = 96
 _TOUCHING = 1e-10  # relative to the size: cores closer than this are treated as overlapping
@@ -24,10 +24,10 @@ _NO_SHIFT = (0.0, 0.0, 0.0)
 @kernel(outline=True)
 def add_vertex(model, table, i, j, d, row, shift):
     """The vertex of the difference, less `shift`, that is farthest along d, into a row; its w."""
-    a = support(model, table, i, d)
-    b = support(model, table, j, scale3(d, -1.0))
+    number_a, a = farthest_vertex(model, table, i, d)
+    number_b, b = farthest_vertex(model, table, j, scale3(d, -1.0))
     w = sub3(sub3(a, b), shift)
-    table.vertices[row].points = (w, a, b)
+    table.vertices[row].points = (w, a, b, (float(number_a), float(number_b)))
     return w
 
 

@@ -224,7 +224,8 @@ class SimplexVertex(Record):
     w = numbers(3, "a - b", "m")
     a = numbers(3, "point of the first shape", "m")
     b = numbers(3, "point of the second shape", "m")
-    points = numbers((3, 3, 3), "all of these", "m", same_as=w)
+    whose = numbers(2, "number of either point among the vertices of its shape")
+    points = numbers((3, 3, 3, 2), "all of these", "m, m, m, -", same_as=w)
     weight = number("of a vertex, in a row of its own", same_as=w)
 
 
@@ -283,11 +284,47 @@ class HoleEdge(Record):
     inside = integer("the face that is new")
 
 
+class Remembered(Record):
+    """What is remembered of a pair of convex shapes, see `memory`."""
+
+    how = integer("0: nothing; -1: a direction that separates it; n: a polytope, in slot n - 1")
+
+
+class Separating(Record):
+    """The direction that is remembered."""
+
+    axis_G = numbers(3, "unit vector out of the second shape into the first, in the frame of the first")
+
+
+class Slot(Record):
+    """A polytope that is remembered."""
+
+    owner = integer("number of its pair plus 1; 0 if the slot is free")
+    num_vertices = integer("of it")
+    num_faces = integer("of it")
+
+
+class KeptVertex(Record):
+    """A vertex of a polytope that is remembered: a vertex of the first shape less one of the second."""
+
+    a = integer("number among the vertices of the first shape")
+    b = integer("number among the vertices of the second shape")
+
+
+SLOTS = 32  # polytopes that are remembered, at most
+SLOT_VERTICES = 32  # of one that is worth remembering
+SLOT_FACES = 2 * SLOT_VERTICES - 4
+
+
 @table
 class ContactTable(NamedTuple):
     """Contacts found, and scratch to find them. `table[c]` is a contact. Make one with `contact_table()`.
 
+    What is remembered from one search for the next makes it faster and changes nothing in what it finds, but a last
+    digit in one of some hundred thousand random pairs: it may be set to 0 at any time.
+
     Attributes:
+        remembered: one row a pair of convex shapes; no rows where pairs are found in cells.
         stack: scratch of EPA, faces to be looked at, shape (MAX_FACES,).
         order: scratch of the sort, two permutations of the contacts, shape (capacity, 2).
     """
@@ -309,20 +346,28 @@ class ContactTable(NamedTuple):
     hole: Annotated[IntMatrix, Items("hole_edges", HoleEdge)]
     stack: IntVector
     order: IntMatrix
+    remembered: Annotated[IntMatrix, Items("memories", Remembered)]
+    separating: Annotated[Matrix, Items("separators", Separating)]
+    slot: Annotated[IntMatrix, Items("slots", Slot)]
+    kept_vertex: Annotated[IntMatrix, Items("kept_vertices", KeptVertex)]
+    kept_link: Annotated[IntMatrix, Items("kept_links", FaceLinks)]
 
 
-def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactTable:
+def contact_table(model: GeometryModel, capacity: int | None = None, slots: int = SLOTS) -> ContactTable:
     """An empty table for a model.
 
     Args:
         model: the geometry.
         capacity: most contacts it can hold; by default enough for every pair to touch, at most 65536 or 16 a
             geometry.
+        slots: most polytopes that it can remember.
     """
     if capacity is None:
         n = len(model.geometry)
         pairs = len(model.pair) + (n * (n - 1) // 2 if len(model.cell) else 0)
         capacity = min(MAX_POINTS * pairs, max(65536, 16 * n))
+    convex = int(model.family[Families.end_of_pairs] - model.family[Families.convex_pairs])
+    slots = min(convex, slots)
     return ContactTable(
         pair=np.zeros((capacity, ContactPair.SIZE), np.int64),
         point=np.zeros((capacity, ContactPoint.SIZE)),
@@ -333,6 +378,11 @@ def contact_table(model: GeometryModel, capacity: int | None = None) -> ContactT
         hole=np.zeros((MAX_EDGES, HoleEdge.SIZE), np.int64),
         stack=np.zeros(MAX_FACES, np.int64),
         order=np.zeros((capacity, 2), np.int64),
+        remembered=np.zeros((convex, Remembered.SIZE), np.int64),
+        separating=np.zeros((convex, Separating.SIZE)),
+        slot=np.zeros((slots, Slot.SIZE), np.int64),
+        kept_vertex=np.zeros((slots * SLOT_VERTICES, KeptVertex.SIZE), np.int64),
+        kept_link=np.zeros((slots * SLOT_FACES, FaceLinks.SIZE), np.int64),
     )
 
 

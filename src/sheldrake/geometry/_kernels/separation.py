@@ -6,8 +6,17 @@ from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import add3, cross3, dot3, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .epa import epa, make_tetrahedron, some_normal
+from .epa import epa, make_faces, make_tetrahedron, some_normal
+from .feature import what_meets
 from .gjk import add_vertex, combine3, gjk, triangle_weights
+from .memory import (
+    follow,
+    forget,
+    remember_direction,
+    remember_polytope,
+    remembers,
+    still_apart,
+)
 from .model import CYLINDER, ELLIPSOID, SIMPLEX
 from .polish import NARROW, SQUARE, face_against, polish
 from .support import margin_of
@@ -23,47 +32,92 @@ _WITNESS_GAP = 1e-10  # relative to the size: how well deepest points must agree
 _NO_SHIFT = (0.0, 0.0, 0.0)
 
 
-@kernel(outline=True)
+@kernel
 def separation(model, table, i, j, reach):
     """Signed distance phi of shapes i and j, unit normal from j to i, nearest (or deepest) points on i and j, in W.
 
     Exact for polytopes, spheres and capsules up to rounding. If phi is larger than `reach` the rest is an estimate.
     """
+    return separation_of_pair(model, table, i, j, reach, -1)
+
+
+@kernel(outline=True)
+def separation_of_pair(model, table, i, j, reach, k):
+    """`separation` of pair number k, of which something may be remembered; -1 for a pair without memory."""
     size = model[i].bound + model[j].bound
     margin_i = margin_of(model, i)
     margin_j = margin_of(model, j)
-    n, v, overlap, p_i, p_j = gjk(model, table, i, j, size, reach + margin_i + margin_j, _NO_SHIFT)
+    far = reach + margin_i + margin_j
     nhat = (1.0, 0.0, 0.0)
-    phi = 0.0
-    if overlap:
-        n = make_tetrahedron(model, table, i, j, n, size)
-    if overlap and n == 4:
-        curved = is_curved(model, i) or is_curved(model, j)
-        (a, b, c), out, depth = epa(model, table, i, j, size, size * (_EPA_GAP_SMOOTH if curved else _EPA_GAP))
-        x, y, z = table.vertices[SIMPLEX + a], table.vertices[SIMPLEX + b], table.vertices[SIMPLEX + c]
-        w0, w1, w2 = triangle_weights(x.w, y.w, z.w)
-        p_i = combine3(x.a, y.a, z.a, w0, w1, w2)
-        p_j = combine3(x.b, y.b, z.b, w0, w1, w2)
-        if curved:
-            out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
-        p_i, p_j = settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j)
+    followed, out, depth, p_i, p_j = False, nhat, 0.0, nhat, nhat
+    if remembers(table, k):
+        if still_apart(model, table, i, j, size, far, k):
+            return reach + size, nhat, nhat, nhat
+        followed, out, depth, p_i, p_j = follow(model, table, i, j, size, size * _EPA_GAP, k)
+    phi = -depth
+    if followed:
         nhat = scale3(out, -1.0)
-        phi = -depth
-    elif overlap:
-        nhat = flat_normal(table, n)
     else:
-        phi = sqrt(dot3(v, v))
-        nhat = scale3(v, 1.0 / phi)
-        if phi <= reach + margin_i + margin_j:
-            out = scale3(nhat, -1.0)
-            depth = dot3(out, add_vertex(model, table, i, j, out, SIMPLEX + 12, _NO_SHIFT))
-            if phi < _NEAR * size or phi + depth > _CONVERGED * size:
-                out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
-                nhat = scale3(out, -1.0)
-                phi = -depth
+        phi, nhat, p_i, p_j = search(model, table, i, j, size, far, k)
     p_i = sub3(p_i, scale3(nhat, margin_i))
     p_j = add3(p_j, scale3(nhat, margin_j))
     return phi - margin_i - margin_j, nhat, p_i, p_j
+
+
+@kernel(outline=True)
+def search(model, table, i, j, size, far, k):
+    """`separation` of the cores of a pair, from nothing; for pair k it remembers what was found."""
+    n, v, overlap, p_i, p_j = gjk(model, table, i, j, size, far, _NO_SHIFT)
+    if overlap:
+        return overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k)
+    phi = sqrt(dot3(v, v))
+    nhat = scale3(v, 1.0 / phi)
+    if phi <= far:
+        out = scale3(nhat, -1.0)
+        depth = dot3(out, add_vertex(model, table, i, j, out, SIMPLEX + 12, _NO_SHIFT))
+        if phi < _NEAR * size or phi + depth > _CONVERGED * size:
+            out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
+            nhat = scale3(out, -1.0)
+            phi = -depth
+    if remembers(table, k):
+        if phi > far:
+            remember_direction(table, i, k, nhat)
+        else:
+            forget(table, k)
+    return phi, nhat, p_i, p_j
+
+
+@kernel(outline=True)
+def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
+    """`search` where the origin is in the simplex of n vertices that GJK has left."""
+    n = make_tetrahedron(model, table, i, j, n, size)
+    if n < 4:
+        if remembers(table, k):
+            forget(table, k)
+        return 0.0, flat_normal(table, n), p_i, p_j
+    curved = is_curved(model, i) or is_curved(model, j)
+    make_faces(table)
+    gap = size * (_EPA_GAP_SMOOTH if curved else _EPA_GAP)
+    corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, 4, 4)
+    known, d, found, a, b = False, out, depth, p_i, p_j
+    if not curved:
+        known, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
+    if remembers(table, k):
+        if known and proven:
+            remember_polytope(table, k, faces, vertices)
+        else:
+            forget(table, k)
+    if known:
+        return -found, scale3(d, -1.0), a, b
+    first, second, third = corners
+    x, y, z = table.vertices[SIMPLEX + first], table.vertices[SIMPLEX + second], table.vertices[SIMPLEX + third]
+    w0, w1, w2 = triangle_weights(x.w, y.w, z.w)
+    p_i = combine3(x.a, y.a, z.a, w0, w1, w2)
+    p_j = combine3(x.b, y.b, z.b, w0, w1, w2)
+    if curved:
+        out, depth, p_i, p_j = refine(model, table, i, j, size, out, depth, p_i, p_j)
+    p_i, p_j = settle_witnesses(model, table, i, j, size, out, depth, p_i, p_j)
+    return -depth, scale3(out, -1.0), p_i, p_j
 
 
 @kernel

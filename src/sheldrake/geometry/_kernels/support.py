@@ -27,19 +27,27 @@ def margin_of(model, g):
 
 
 @kernel(outline=True)
-def support(model, table, g, d_W):
-    """The point of the core of shape g farthest along d_W, in W."""
+def farthest_vertex(model, table, g, d_W):
+    """(Its number among the vertices of the shape, the point) of the core of shape g farthest along d_W, in W.
+
+    Corners of a box and ends of a capsule have one bit an axis, 1 on the positive side. Curved shapes have no numbers.
+    """
     R_WG = table.poses[g].R_WG
     d = rotate_back(R_WG, d_W)
     kind = model[g].kind
     h = model[g].half_sizes
+    number = 0
     p = (0.0, 0.0, 0.0)
     if kind == BOX:
         p = (h[0] if d[0] >= 0.0 else -h[0], h[1] if d[1] >= 0.0 else -h[1], h[2] if d[2] >= 0.0 else -h[2])
+        number = (1 if d[0] >= 0.0 else 0) + (2 if d[1] >= 0.0 else 0) + (4 if d[2] >= 0.0 else 0)
     elif kind == HULL:
-        p = model.vertices[lowest_vertex(model, g, scale3(d, -1.0))].p_GV
+        v = lowest_vertex(model, g, scale3(d, -1.0))
+        p = model.vertices[v].p_GV
+        number = v - model[g].first_vertex
     elif kind == CAPSULE:
         p = (0.0, 0.0, h[2] if d[2] >= 0.0 else -h[2])
+        number = 4 if d[2] >= 0.0 else 0
     elif kind == CYLINDER:
         rho = sqrt(d[0] * d[0] + d[1] * d[1])
         x, y = 0.0, 0.0
@@ -51,7 +59,29 @@ def support(model, table, g, d_W):
         size = sqrt(dot3(e, e))
         if size > 0.0:
             p = (h[0] * e[0] / size, h[1] * e[1] / size, h[2] * e[2] / size)
-    return add3(table.poses[g].p_WG, rotate(R_WG, p))
+    return number, add3(table.poses[g].p_WG, rotate(R_WG, p))
+
+
+@kernel
+def support(model, table, g, d_W):
+    """The point of the core of shape g farthest along d_W, in W."""
+    _number, p_W = farthest_vertex(model, table, g, d_W)
+    return p_W
+
+
+@kernel(outline=True)
+def core_vertex(model, table, g, number):
+    """The vertex with a number, as `farthest_vertex` gives it, in W; not of curved shapes."""
+    kind = model[g].kind
+    p = (0.0, 0.0, 0.0)
+    if kind == HULL:
+        p = model.vertices[model[g].first_vertex + number].p_GV
+    elif kind == BOX or kind == CAPSULE:
+        h = model[g].half_sizes
+        p = (h[0] if number & 1 else -h[0], h[1] if number & 2 else -h[1], h[2] if number & 4 else -h[2])
+        if kind == CAPSULE:
+            p = (0.0, 0.0, p[2])
+    return add3(table.poses[g].p_WG, rotate(table.poses[g].R_WG, p))
 
 
 @kernel

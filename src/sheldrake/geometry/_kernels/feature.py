@@ -1,0 +1,123 @@
+"""Where two polytopes overlap least, as a function of what meets there alone: a face and a vertex, or two edges.
+
+The search for it may come by many ways to a triangle of the difference; said by face and vertex, the answer has the
+same bits whichever it was.
+"""
+
+from __future__ import annotations
+
+from sheldrake.common._kernels.generic import sqrt, whole
+from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate_back, scale3, sub3
+from sheldrake.common.kernel import kernel
+
+from .model import BOX, CAPSULE, HULL, SIMPLEX
+from .support import best_face, core_vertex, farthest_vertex, has_faces
+from .table import absolute
+
+_SAME = 1e-8  # 1 - cosine: a face that looks so well along the direction found is what gave it, if it is as deep
+_AS_DEEP = 1e-11  # relative to the size
+_LONE = 1e-9  # relative to the bound: a vertex no lower than this meets as well
+_CROSSING = 1e-6  # sine of the angle between two edges that give a direction
+_BEYOND = 1e-9  # relative to an edge: how far behind its end a point may be
+
+
+@kernel(outline=True)
+def meets_alone(model, table, g, v, other, d_W):
+    """Whether no vertex of g next to its vertex v, but `other`, is as far along d_W as v."""
+    d = rotate_back(table.poses[g].R_WG, d_W)
+    kind = model[g].kind
+    least = _LONE * model[g].bound
+    if kind == HULL:
+        row = model[g].first_vertex + v
+        p = model.vertices[row].p_GV
+        for k in range(model.topology[row], model.topology[row + 1]):
+            near = model.topology[k]
+            if near - model[g].first_vertex != other and dot3(d, sub3(p, model.vertices[near].p_GV)) <= least:
+                return False
+    elif kind == BOX or kind == CAPSULE:
+        h = model[g].half_sizes
+        for k in range(3):
+            apart = 2.0 * absolute(d[k]) * (h[0], h[1], h[2])[k]
+            if (kind == BOX or k == 2) and v ^ (1 << k) != other and apart <= least:
+                return False
+    return True
+
+
+@kernel(outline=True)
+def face_and_vertex(model, table, g, other, v, out, depth, size):
+    """(whether a face of g, seen along `out`, meets vertex v of `other` alone, its normal, depth, points on both)."""
+    p = core_vertex(model, table, other, v)
+    if not has_faces(model, g):
+        return False, out, depth, p, p
+    _face, n = best_face(model, table, g, out)
+    if dot3(n, out) < 1.0 - _SAME or not meets_alone(model, table, other, v, -1, scale3(n, -1.0)):
+        return False, out, depth, p, p
+    _number, top = farthest_vertex(model, table, g, n)
+    found = dot3(n, sub3(top, p))
+    return absolute(found - depth) <= _AS_DEEP * size, n, found, add3(p, scale3(n, found)), p
+
+
+@kernel(outline=True)
+def two_edges(model, table, i, j, a, b, out, depth, size):
+    """(whether edge a of i meets edge b of j alone, their common normal, depth, points on both).
+
+    Edges are pairs of numbers of vertices, the lower one first.
+    """
+    p = core_vertex(model, table, i, a[0])
+    q = core_vertex(model, table, j, b[0])
+    e = sub3(core_vertex(model, table, i, a[1]), p)
+    f = sub3(core_vertex(model, table, j, b[1]), q)
+    c = cross3(e, f)
+    cc = dot3(c, c)
+    if cc <= _CROSSING * _CROSSING * dot3(e, e) * dot3(f, f):
+        return False, out, depth, p, q
+    n = scale3(c, 1.0 / sqrt(cc))
+    if dot3(n, out) < 0.0:
+        n = scale3(n, -1.0)
+    found = dot3(n, sub3(p, q))
+    r = sub3(sub3(p, q), scale3(n, found))
+    s = -dot3(cross3(r, f), c) / cc
+    t = -dot3(cross3(r, e), c) / cc
+    good = dot3(n, out) >= 1.0 - _SAME and absolute(found - depth) <= _AS_DEEP * size
+    good = good and min(s, t) >= -_BEYOND and max(s, t) <= 1.0 + _BEYOND
+    good = good and meets_alone(model, table, i, a[0], a[1], n) and meets_alone(model, table, i, a[1], a[0], n)
+    back = scale3(n, -1.0)
+    good = good and meets_alone(model, table, j, b[0], b[1], back) and meets_alone(model, table, j, b[1], b[0], back)
+    return good, n, found, add3(p, scale3(e, s)), add3(q, scale3(f, t))
+
+
+@kernel
+def number_of(table, corner, k):
+    """Number of a vertex of the difference among those of the first (k = 0) or second shape."""
+    return whole(table.vertices[SIMPLEX + corner].whose[k])
+
+
+@kernel
+def lower_and_other(a, b, c):
+    """Of three numbers that are two different ones, these two, the lower one first."""
+    other = b if b != a else c
+    return (a, other) if a < other else (other, a)
+
+
+@kernel
+def are_two(a, b, c):
+    return (a == b or b == c or c == a) and not (a == b and b == c)
+
+
+@kernel(outline=True)
+def what_meets(model, table, i, j, size, corners, out, depth):
+    """From the nearest triangle of the difference: (whether a feature gives it, direction out of i - j, depth, points).
+
+    The points are on i and on j.
+    """
+    a0, a1, a2 = number_of(table, corners[0], 0), number_of(table, corners[1], 0), number_of(table, corners[2], 0)
+    b0, b1, b2 = number_of(table, corners[0], 1), number_of(table, corners[1], 1), number_of(table, corners[2], 1)
+    if b0 == b1 and b1 == b2:
+        return face_and_vertex(model, table, i, j, b0, out, depth, size)
+    if a0 == a1 and a1 == a2:
+        known, n, found, q, p = face_and_vertex(model, table, j, i, a0, scale3(out, -1.0), depth, size)
+        return known, scale3(n, -1.0), found, p, q
+    if are_two(a0, a1, a2) and are_two(b0, b1, b2):
+        a, b = lower_and_other(a0, a1, a2), lower_and_other(b0, b1, b2)
+        return two_edges(model, table, i, j, a, b, out, depth, size)
+    return False, out, depth, out, out

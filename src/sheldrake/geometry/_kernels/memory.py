@@ -1,0 +1,142 @@
+"""What a search for contacts remembers of each pair of convex shapes for the next one.
+
+Of a pair that was apart, a direction that separates it: while it does, nothing else is looked at. Of a pair that
+overlapped, the polytope that EPA grew in the difference, by the numbers of its vertices: placed anew, it mostly says at
+once where the pair overlaps least. Either is checked before it is believed, and says no more than the search without it
+would find: a polytope only which feature is nearest by far, whose answer `feature` then gives.
+"""
+
+from __future__ import annotations
+
+from sheldrake.common._kernels.vec import dot3, rotate, rotate_back, scale3, sub3
+from sheldrake.common.kernel import kernel
+
+from .epa import epa, set_face
+from .feature import number_of, what_meets
+from .gjk import add_vertex
+from .model import FACE, HULL, SIMPLEX, SLOT_FACES, SLOT_VERTICES
+from .support import core_vertex
+
+_CERTAIN = 1e-9  # relative to the size: shapes that seem so far apart are apart, depths that differ by so much differ
+_PARALLEL = 1e-8  # 1 - cosine of the angle between triangles that may be of one face
+_NO_SHIFT = (0.0, 0.0, 0.0)
+SEPARATED = -1
+
+
+@kernel
+def remembers(table, k):
+    """Whether there is room for a memory of pair k."""
+    return k >= 0 and k < len(table.memories)
+
+
+@kernel
+def forget(table, k):
+    """Nothing is remembered of pair k from now on."""
+    how = table.memories[k].how
+    if how > 0 and how <= len(table.slots) and table.slots[how - 1].owner == k + 1:
+        table.slots[how - 1].owner = 0
+    table.memories[k].how = 0
+
+
+@kernel
+def remember_direction(table, i, k, nhat_ji):
+    """Pair k is apart along nhat_ji."""
+    forget(table, k)
+    table.memories[k].how = SEPARATED
+    table.separators[k].axis_G = rotate_back(table.poses[i].R_WG, nhat_ji)
+
+
+@kernel(outline=True)
+def still_apart(model, table, i, j, size, reach, k):
+    """Whether the cores of pair k are more than `reach` apart along the direction that is remembered."""
+    if table.memories[k].how != SEPARATED:
+        return False
+    nhat_ji = rotate(table.poses[i].R_WG, table.separators[k].axis_G)
+    gap = dot3(nhat_ji, add_vertex(model, table, i, j, scale3(nhat_ji, -1.0), SIMPLEX, _NO_SHIFT))
+    return gap > reach + _CERTAIN * size
+
+
+@kernel
+def slot_of(table, k):
+    """The slot of pair k: its own, or one that is free; -1 if there is none."""
+    how = table.memories[k].how
+    if how > 0 and how <= len(table.slots) and table.slots[how - 1].owner == k + 1:
+        return how - 1
+    for s in range(len(table.slots)):
+        if table.slots[s].owner == 0:
+            return s
+    return -1
+
+
+@kernel(outline=True)
+def remember_polytope(table, k, faces, vertices):
+    """Keeps the polytope of EPA for pair k, if it is small and there is a slot."""
+    s = slot_of(table, k)
+    if s < 0 or vertices > SLOT_VERTICES or faces > SLOT_FACES or faces != 2 * vertices - 4:
+        forget(table, k)
+        return
+    slot = table.slots[s]
+    slot.owner, slot.num_vertices, slot.num_faces = k + 1, vertices, faces
+    table.memories[k].how = s + 1
+    for v in range(vertices):
+        kept = table.kept_vertices[s * SLOT_VERTICES + v]
+        kept.a, kept.b = number_of(table, v, 0), number_of(table, v, 1)
+    for f in range(faces):
+        link, kept_link = table.links[f], table.kept_links[s * SLOT_FACES + f]
+        kept_link.corners, kept_link.neighbours = link.corners, link.neighbours
+
+
+@kernel
+def has_vertex(model, g, number):
+    """Whether shape g has a vertex of this number."""
+    return number >= 0 and number < (model[g].num_vertices if model[g].kind == HULL else 8)
+
+
+@kernel(outline=True)
+def place_polytope(model, table, i, j, size, s):
+    """Puts the polytope of slot s where the shapes are now; whether it holds the origin."""
+    slot = table.slots[s]
+    for v in range(slot.num_vertices):
+        kept = table.kept_vertices[s * SLOT_VERTICES + v]
+        if not (has_vertex(model, i, kept.a) and has_vertex(model, j, kept.b)):
+            return False
+        a = core_vertex(model, table, i, kept.a)
+        b = core_vertex(model, table, j, kept.b)
+        table.vertices[SIMPLEX + v].points = (sub3(sub3(a, b), _NO_SHIFT), a, b, (float(kept.a), float(kept.b)))
+    for f in range(slot.num_faces):
+        kept_link = table.kept_links[s * SLOT_FACES + f]
+        table.links[f].neighbours = kept_link.neighbours
+        set_face(table, f, kept_link.corners)
+        # A closed surface whose every face has the origin behind it goes around it, whether it is convex or not.
+        if not table.polytope[FACE + f].offset > _CERTAIN * size:
+            return False
+    return True
+
+
+@kernel
+def is_nearest_by_far(table, faces, out, beyond):
+    """Whether all faces nearer than `beyond` look along `out`."""
+    for f in range(faces):
+        face = table.polytope[FACE + f]
+        if face.exists > 0.0 and face.offset <= beyond and dot3(face.normal, out) < 1.0 - _PARALLEL:
+            return False
+    return True
+
+
+@kernel(outline=True)
+def follow(model, table, i, j, size, gap, k):
+    """(whether memory tells where pair k overlaps least, direction out of i - j, depth, points on i and j)."""
+    out = (1.0, 0.0, 0.0)
+    s = table.memories[k].how - 1
+    if s < 0 or s >= len(table.slots) or table.slots[s].owner != k + 1:
+        return False, out, 0.0, out, out
+    if not place_polytope(model, table, i, j, size, s):
+        return False, out, 0.0, out, out
+    before = table.slots[s].num_vertices
+    corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, table.slots[s].num_faces, before)
+    if not proven or not is_nearest_by_far(table, faces, out, depth + _CERTAIN * size):
+        return False, out, depth, out, out
+    known, out, depth, p_i, p_j = what_meets(model, table, i, j, size, corners, out, depth)
+    if known and vertices > before:
+        remember_polytope(table, k, faces, vertices)
+    return known, out, depth, p_i, p_j

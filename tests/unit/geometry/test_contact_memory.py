@@ -1,0 +1,124 @@
+"""What a search for contacts remembers makes no difference to what it finds, however often it is forgotten."""
+
+import numpy as np
+import pytest
+from tests.unit.geometry.proximity_scenes import Scene, row_of
+
+from sheldrake.geometry import (
+    Box,
+    Capsule,
+    Convex,
+    Cylinder,
+    Ellipsoid,
+)
+from sheldrake.geometry._compiled.search import find_contacts
+from sheldrake.geometry._kernels.model import Found, Remembered, Slot, contact_table
+from sheldrake.math import RigidTransform, RollPitchYaw
+
+MEMORY = ("remembered", "separating", "slot", "kept_vertex", "kept_link")
+
+
+def points_of(table):
+    n = int(table.count[Found.num_contacts])
+    return table.pair[:n].tobytes() + table.point[:n].tobytes()
+
+
+def forget(table):
+    for name in MEMORY:
+        getattr(table, name)[:] = 0
+
+
+def hull(rng, n):
+    points = rng.normal(size=(n, 3)) * rng.uniform(0.05, 0.2, 3)
+    return Convex(points.T, "random")
+
+
+def bodies(rng):
+    return [
+        hull(rng, 8),
+        hull(rng, 20),
+        hull(rng, 60),
+        hull(rng, 200),
+        Box(0.2, 0.3, 0.1),
+        Capsule(0.05, 0.3),
+        Cylinder(0.1, 0.2),
+        Ellipsoid(0.1, 0.2, 0.05),
+    ]
+
+
+def motion(rng, n, speed):
+    """Poses of the world and n bodies that turn and shake about places in one another, a function of time [s]."""
+    p, angles = rng.uniform(-0.15, 0.15, (n, 3)), rng.uniform(-3.0, 3.0, (n, 3))
+    rate, phase = speed * rng.normal(size=(n, 6)), rng.uniform(0.0, 6.0, (n, 6))
+
+    def at(t):
+        swing = np.sin(phase + rate * t)
+        bodies = [RigidTransform(RollPitchYaw(angles[k] + swing[k, :3]), p[k] + 0.05 * swing[k, 3:]) for k in range(n)]
+        return np.array([row_of(X) for X in [RigidTransform(), *bodies]])
+
+    return at
+
+
+def search(model, X_WB, table):
+    assert find_contacts(model, X_WB, table) == 0
+    return points_of(table)
+
+
+@pytest.mark.parametrize("algorithm", ["multi_point", "single_point"])
+@pytest.mark.parametrize("speed", [0.3, 10.0])
+def test_contacts_are_the_same_bits_however_often_memory_is_lost(algorithm, speed):
+    rng = np.random.default_rng(5)
+    scene = Scene(bodies(rng), algorithm)
+    at = motion(rng, 8, speed)
+    fresh, kept, mixed = (contact_table(scene.model) for _ in range(3))
+    followed = 0
+    for step in range(150):
+        X_WB = at(1e-3 * step)
+        forget(fresh)
+        if rng.random() < 0.1:
+            forget(mixed)
+        before = [row.tobytes() for row in kept.slot if row[Slot.owner] > 0]
+        found = search(scene.model, X_WB, fresh)
+        assert search(scene.model, X_WB, kept) == found
+        assert search(scene.model, X_WB, mixed) == found
+        followed += sum(row.tobytes() in before for row in kept.slot if row[Slot.owner] > 0)
+    assert followed > 150  # polytopes were used again: the test has seen what it is about
+
+
+def test_a_pair_that_was_apart_is_found_when_it_meets():
+    scene = Scene([hull(np.random.default_rng(1), 30), Cylinder(0.1, 0.2)])
+    table = scene.table
+    far, near = ([RigidTransform(), RigidTransform([0.45 * s, 0.3 * s, 0.0])] for s in (1.0, 0.1))
+    X_WB = [np.array([row_of(X) for X in [RigidTransform(), *poses]]) for poses in (far, near)]
+    assert table.num_contacts == 0
+    for _ in range(2):
+        search(scene.model, X_WB[0], table)
+        assert table.num_contacts == 0
+        search(scene.model, X_WB[1], table)
+        assert table.num_contacts > 0
+
+
+def test_python_source_remembers_as_machine_code_does():
+    rng = np.random.default_rng(2)
+    scene = Scene([hull(rng, 12), hull(rng, 12)], "single_point")
+    at = motion(rng, 2, 0.5)
+    tables = contact_table(scene.model), contact_table(scene.model)
+    for step in range(4):
+        for native, table in enumerate(tables):
+            assert find_contacts(scene.model, at(1e-3 * step), table, bool(native)) == 0
+    for name in ("remembered", "slot"):
+        np.testing.assert_array_equal(getattr(tables[0], name), getattr(tables[1], name))
+    np.testing.assert_allclose(*(t.point[: t.num_contacts] for t in tables), rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("rubbish", [-7, 5, 10**9])
+def test_rubbish_in_the_memory_is_not_believed(rubbish):
+    rng = np.random.default_rng(9)
+    scene = Scene(bodies(rng))
+    X_WB = motion(rng, 8, 1.0)(0.0)
+    table, fresh = contact_table(scene.model), contact_table(scene.model)
+    search(scene.model, X_WB, table)
+    table.kept_vertex[:] = rubbish
+    assert search(scene.model, X_WB, table) == search(scene.model, X_WB, fresh)
+    table.remembered[:, Remembered.how] = rubbish
+    assert search(scene.model, X_WB, table) == points_of(fresh)
