@@ -15,8 +15,28 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 DOCS = ROOT / "docs"
-PROJECT = {"CHANGELOG.md": "changes", "ARCHITECTURE.md": "architecture", "CONTRIBUTING.md": "contributing"}
-"""Pages from the root of the repository, and their names in the site."""
+PROJECT = {
+    "src/sheldrake/GUIDE.md": "guide",
+    "CHANGELOG.md": "changes",
+    "ARCHITECTURE.md": "architecture",
+    "CONTRIBUTING.md": "contributing",
+}
+"""Pages from elsewhere in the repository, and their names in the site."""
+
+FOR_PROGRAMS = """\
+# sheldrake
+
+> Drake's modelling system for robots in pure Python with compiled kernels: systems, contexts, diagrams, multibody
+> dynamics, contact, planning, a viewer in the browser. Names, arguments and numbers are pydrake's.
+
+`pip install "sheldrake[kernels]"`, then `from sheldrake.all import ...`. Begin with the guide; `sheldrake guide` prints it
+from the installed package, where `sheldrake/all.pyi` has the types of all public names. Python in these pages is run by
+tests. All pages in one file: [llms-full.txt](llms-full.txt).
+
+## Guide
+
+- [Ten idioms](_sources/guide.md.txt): what to import, how to read errors, what differs from pydrake and MuJoCo
+"""
 
 
 def toctrees(index: str) -> str:
@@ -27,6 +47,27 @@ def toctrees(index: str) -> str:
     return "".join(
         "\n".join(["", "```{toctree}", ":hidden:", f":caption: {title}", *pages, "```", ""]) for title, pages in menus
     )
+
+
+def llms_text(index: str) -> str:
+    """Returns llms.txt: what programs that write programs are told about the library, and where each page's text is."""
+    rows = re.compile(r"^\| \[(.*?)\]\((\w+)\.md\) \| (.*?) \|$", re.MULTILINE)
+    text = FOR_PROGRAMS
+    for title, section in re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", index, re.DOTALL | re.MULTILINE):
+        text += f"\n## {title}\n\n"
+        text += "".join(f"- [{name}](_sources/{page}.md.txt): {about}\n" for name, page, about in rows.findall(section))
+    reference = "every public module, class and function, with units and errors"
+    return f"{text}\n## Reference\n\n- [Reference](api/index.html): {reference}\n"
+
+
+def write_llms(out: pathlib.Path) -> None:
+    """Writes llms.txt and llms-full.txt, which holds the guide and all pages of the index, into a site."""
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    pages = [ROOT / "src" / "sheldrake" / "GUIDE.md"]
+    pages += [DOCS / f"{name}.md" for name in re.findall(r"\]\((\w+)\.md\)", index)]
+    (out / "llms.txt").write_text(llms_text(index), encoding="utf-8")
+    whole = "\n\n".join(path.read_text(encoding="utf-8") for path in pages)
+    (out / "llms-full.txt").write_text(whole, encoding="utf-8")
 
 
 def example_page(path: pathlib.Path) -> str:
@@ -89,6 +130,8 @@ def make(out: pathlib.Path) -> int:
     warnings = out / "warnings.txt"
     options = ["--quiet", "--builder", "html", "--doctree-dir", str(out / "trees"), "--warning-file", str(warnings)]
     status = build_main([*options, str(out / "source"), str(out / "html")])
+    if status == 0:
+        write_llms(out / "html")
     return status or int(any(map(serious, warnings.read_text(encoding="utf-8").splitlines())))
 
 

@@ -1,7 +1,8 @@
 """Drake's modelling system for robots, in Python all the way down.
 
 Names are pydrake's, from the same modules: `from sheldrake.systems.framework import DiagramBuilder`, or all of them
-from `sheldrake.all`.
+from `sheldrake.all`. GUIDE.md in this folder (`sheldrake guide`) has ten idioms, how to read errors, and what differs
+from pydrake and MuJoCo.
 """
 
 import pathlib

@@ -9,8 +9,10 @@ import subprocess
 import sys
 
 import pytest
+from pages import run_page
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
+GUIDE = ROOT / "src" / "sheldrake" / "GUIDE.md"
 OLD_SCRIPT = pathlib.Path(__file__).with_name("script_of_2021.py")
 BLOCK = ROOT / "src" / "sheldrake" / "models" / "two_hole_block" / "two_hole_block.urdf"
 
@@ -28,6 +30,55 @@ def test_readme_code_prints_what_its_comment_says(tmp_path):
     (code,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
     expected = re.search(r"print\(.*\)  # (.*)", code).group(1)
     assert run("-c", code, cwd=tmp_path).stdout.strip() == expected
+
+
+def test_guide_gives_what_it_says(tmp_path, monkeypatch, capsys):
+    from sheldrake.cli import main
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+    assert run_page(GUIDE) >= 8
+    assert main(["guide"]) == 0
+    assert capsys.readouterr().out.strip() == GUIDE.read_text(encoding="utf-8").strip()
+    assert main(["guide", "--path"]) == 0
+    assert pathlib.Path(capsys.readouterr().out.strip()) == GUIDE
+
+
+def quoted_errors():
+    """The texts of errors in the guide's table: those in quotation marks, cut at the dots."""
+    rows = re.findall(r"^\| (\".*?) \| .* \|$", GUIDE.read_text(encoding="utf-8"), re.MULTILINE)
+    quoted = [text for row in rows for text in re.findall(r'"(.*?)"', row)]
+    return [part.strip() for text in quoted for part in text.split("...") if part.strip()]
+
+
+def test_errors_that_the_guide_quotes_are_raised():
+    from sheldrake import all as s
+
+    raised = []
+
+    def collect(call, *args):
+        with pytest.raises(RuntimeError) as caught:
+            call(*args)
+        raised.append(str(caught.value))
+
+    plant = s.MultibodyPlant(1e-3)
+    collect(plant.CreateDefaultContext)
+    plant.Finalize()
+    collect(plant.AddRigidBody, "late", s.SpatialInertia.SolidSphereWithMass(1.0, 1.0))
+    collect(plant.GetBodyByName, "nobody")
+    builder = s.DiagramBuilder()
+    gain = builder.AddSystem(s.Gain(1.0, 2))
+    root = builder.Build().CreateDefaultContext()
+    collect(gain.get_output_port().Eval, gain.GetMyContextFromRoot(root))
+    collect(gain.get_output_port().Eval, root)
+    builder = s.DiagramBuilder()
+    gain = builder.AddSystem(s.Gain(1.0, 2))
+    builder.Connect(gain.get_output_port(), gain.get_input_port())
+    collect(builder.Build)
+    quoted = quoted_errors()
+    assert len(quoted) == 8
+    for text in quoted:
+        assert any(text in error for error in raised), text
 
 
 def test_example_runs_as_a_program(tmp_path):

@@ -5,12 +5,13 @@ from __future__ import annotations
 import html.parser
 import inspect
 import pathlib
+import re
 import subprocess
 import sys
 import urllib.parse
 
 import pytest
-from pages import ROOT
+from pages import PAGES, ROOT
 
 OUTSIDE = ("http://", "https://", "//")
 
@@ -120,6 +121,16 @@ def test_methods_of_a_class_made_of_parts_are_in_the_reference(site):
     page = Page((site / "api" / "sheldrake.multibody.plant.html").read_text(encoding="utf-8"))
     for name in ("Finalize", "AddRigidBody", "CalcMassMatrix", "SetFreeBodyPose", "get_contact_results_output_port"):
         assert f"sheldrake.multibody.plant.MultibodyPlant.{name}" in page.anchors
+
+
+def test_programs_find_the_text_of_every_page(site):
+    text = (site / "llms.txt").read_text(encoding="utf-8")
+    assert text.startswith("# sheldrake\n\n> ")
+    named = re.findall(r"\]\((.*?)\)", text)
+    assert {f"_sources/{path.stem}.md.txt" for path in PAGES if path.stem != "index"} <= set(named)
+    for name in named:
+        assert (site / name).exists(), name
+    assert "Ten idioms" in (site / "llms-full.txt").read_text(encoding="utf-8")
 
 
 def test_the_site_stays_small(site):

@@ -19,6 +19,7 @@ Try, in this order:
   sheldrake mesh2urdf part.stl   a part from CAD becomes a model
   sheldrake view robot.urdf      a model in a page, with a slider for each joint
   sheldrake run script.py        runs a script written for pydrake, as it is
+  sheldrake guide                ten idioms, how to read errors, what differs from pydrake and MuJoCo
   sheldrake info                 what is installed, and where compiled kernels are kept
 """
 
@@ -63,6 +64,7 @@ _TOOLS = {
     "report": "one page about a run: replay, plots, contacts, diagram",
     "page": "one page that simulates what a script simulates",
     "c": "what a script simulates as a C library",
+    "guide": "ten idioms, how to read errors, what differs",
 }
 """Commands whose file declares their arguments, and what they are for."""
 
