@@ -31,7 +31,7 @@ class WrittenModel:
 def WriteModel(
     plant: MultibodyPlant, path: Any, scene_graph: SceneGraph | None = None, *, obj_meshes: bool = False
 ) -> WrittenModel:
-    """Writes what is in a plant as URDF or SDFormat, by the ending of the path.
+    """Writes what is in a plant as URDF, SDFormat or MJCF, by the ending of the path.
 
     Links, inertias, joints, limits, damping, springs, actuators, mimic, fixed frames, geometry with its roles, colours
     and contact properties, collision filters. The file loads to a plant of the same dynamics; what the format has no
@@ -39,9 +39,10 @@ def WriteModel(
 
     Args:
         plant: A MultibodyPlant; finalized, or the default poses of free bodies are not known.
-        path: Where to write: `.urdf` or `.sdf`.
+        path: Where to write: `.urdf`, `.sdf`, or `.xml` for MJCF.
         scene_graph: The plant's SceneGraph, or None to write no geometry.
-        obj_meshes: Write meshes of formats that Drake does not read (STL, DAE, PLY) as OBJ beside the file.
+        obj_meshes: Write meshes of formats that Drake does not read (STL, DAE, PLY) as OBJ beside the file. For MJCF
+            those that MuJoCo does not read are always written so.
 
     Raises:
         ValueError: An ending without a writer, or a body without a finite mass.
@@ -49,17 +50,20 @@ def WriteModel(
     """
     from ._mesh_files import MeshFiles
     from ._model_parts import take_apart
+    from ._write_mjcf import MESHES, mjcf_text
     from ._write_sdf import sdf_text
     from ._write_urdf import urdf_text
 
     path = Path(path)
-    writers = {".urdf": urdf_text, ".sdf": sdf_text}
-    if path.suffix.lower() not in writers:
+    writers = {".urdf": urdf_text, ".sdf": sdf_text, ".xml": mjcf_text, ".mjcf": mjcf_text}
+    suffix = path.suffix.lower()
+    if suffix not in writers:
         raise ValueError(f"WriteModel(): '{path}' ends with none of {', '.join(writers)}.")
     inspector = None if scene_graph is None else scene_graph.model_inspector()
     parts = take_apart(plant, inspector, path.stem)
-    meshes = MeshFiles(path.parent, obj_meshes)
-    path.write_text(writers[path.suffix.lower()](parts, path.parent, meshes), encoding="utf-8")
+    is_mjcf = writers[suffix] is mjcf_text
+    meshes = MeshFiles(path.parent, True, MESHES) if is_mjcf else MeshFiles(path.parent, obj_meshes)
+    path.write_text(writers[suffix](parts, path.parent, meshes), encoding="utf-8")
     written = WrittenModel(path, meshes.written, parts.losses)
     if meshes.foreign:
         names = ", ".join(meshes.foreign[:3]) + (", ..." if len(meshes.foreign) > 3 else "")
@@ -74,7 +78,7 @@ def ConvertModel(source: Any, target: Any, package_map: Any = None, *, obj_meshe
 
     Args:
         source: A file that the Parser takes: URDF, SDFormat, MJCF, model directives, OBJ.
-        target: `.urdf` or `.sdf`.
+        target: `.urdf`, `.sdf`, or `.xml` for MJCF.
         package_map: Where `package://` addresses lead (a PackageMap).
         obj_meshes: As WriteModel.
 

@@ -14,15 +14,16 @@ class MeshFiles:
 
     Args:
         folder: Where the description will be.
-        as_obj: Write an OBJ file for every mesh of a format that Drake does not read.
+        as_obj: Write an OBJ file for every mesh of a format that is not taken.
+        taken: Formats that the reader of the description takes; by default Drake's.
 
     Attributes:
         written: The files written.
-        foreign: Names of mesh files of a format that Drake does not read.
+        foreign: Names of mesh files of a format that is not taken.
     """
 
-    def __init__(self, folder: Path, as_obj: bool):
-        self._folder, self._as_obj = folder, as_obj
+    def __init__(self, folder: Path, as_obj: bool, taken: tuple[str, ...] = _DRAKES):
+        self._folder, self._as_obj, self._taken = folder, as_obj, taken
         self._known: dict[Any, str] = {}
         self.written: list[Path] = []
         self.foreign: list[str] = []
@@ -36,7 +37,7 @@ class MeshFiles:
         return self._known[key]
 
     def _name(self, source: Any) -> str:
-        is_foreign = source.extension() not in _DRAKES
+        is_foreign = source.extension() not in self._taken or not _is_taken_stl(source)
         stem = Path(source.description() or "mesh").stem or "mesh"
         if is_foreign and self._as_obj:
             return self._write(stem, ".obj", _as_obj(source))
@@ -55,6 +56,15 @@ class MeshFiles:
         path.write_bytes(contents)
         self.written.append(path)
         return path.name
+
+
+def _is_taken_stl(source: Any) -> bool:
+    """Whether a mesh, if it is STL, is one that MuJoCo takes: binary, with at most 200,000 faces."""
+    if source.extension() != ".stl":
+        return True
+    data = source.path().read_bytes() if source.is_path() else source.in_memory().mesh_file.contents()
+    num_faces = int.from_bytes(bytes(data[80:84]), "little")
+    return 1 <= num_faces <= 200_000 and len(data) == 84 + 50 * num_faces
 
 
 def _as_obj(source: Any) -> bytes:

@@ -1,9 +1,10 @@
 """`sheldrake convert`: a robot description in another format.
 
-Reads URDF, SDFormat, MJCF, model directives and OBJ; writes URDF or SDFormat, by the ending of the second name. Says
-what the written file leaves out; it loads to a plant of the same dynamics.
+Reads URDF, SDFormat, MJCF, model directives and OBJ; writes URDF, SDFormat or MJCF, by the ending of the second name.
+Says what the written file leaves out; it loads to a plant of the same dynamics.
 
   sheldrake convert robot.xml robot.urdf
+  sheldrake convert robot.urdf robot.xml     for MuJoCo
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import sys
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what `sheldrake convert` takes."""
     parser.add_argument("source", metavar="SOURCE", help="file to read: .urdf, .sdf, .xml, .dmd.yaml, .obj")
-    parser.add_argument("target", metavar="TARGET", help="file to write: .urdf or .sdf")
+    parser.add_argument("target", metavar="TARGET", help="file to write: .urdf, .sdf, or .xml for MJCF")
     parser.add_argument(
         "--obj-meshes", action="store_true", help="write STL, DAE and PLY meshes as OBJ beside the target, for Drake"
     )

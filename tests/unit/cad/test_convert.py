@@ -436,7 +436,7 @@ def test_what_can_not_be_said_is_named(tmp_path):
     for word in ("default position of joint", "gravity", "HalfSpace", "distance constraint"):
         assert word in losses
     with pytest.raises(ValueError, match="ends with none"):
-        WriteModel(plant, tmp_path / "r.xml")
+        WriteModel(plant, tmp_path / "r.obj")
     robot = Robot(False)
     robot.joint(S.RpyFloatingJoint)
     with pytest.raises(NotImplementedError, match="rpy_floating"):
