@@ -94,6 +94,23 @@ def test_every_page_is_reached_from_the_index(path):
         assert f"({path.name})" in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
 
 
+def test_names_of_the_cheat_sheet_and_the_guide_exist():
+    from sheldrake import all as names
+    from sheldrake import cad, export, report
+
+    sheet = (ROOT / "docs" / "cheatsheet.md").read_text(encoding="utf-8")
+    ours = "".join(re.findall(r"^\| (.*?) \|", sheet, re.MULTILINE))
+    calls = re.findall(r"plant\.(\w+)", ours)
+    assert len(calls) > 15
+    for name in calls:
+        assert hasattr(names.MultibodyPlant, name), name
+    guide = (ROOT / "src" / "sheldrake" / "GUIDE.md").read_text(encoding="utf-8")
+    table = guide[guide.index("| from |") : guide.index("## Ten idioms")]
+    wanted = re.findall(r"`([A-Z]\w+)`", table) + re.findall(r"(?<![\w.])([A-Z][a-z]\w+)\(", ours)
+    for name in wanted:
+        assert any(hasattr(module, name) for module in (names, cad, export, report)), name
+
+
 def test_gallery_shows_every_example():
     text = (ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
     for path in (ROOT / "examples").glob("*.py"):

@@ -42,6 +42,7 @@ class JointPart:
     actuators: list[Any] = field(default_factory=list)
     mimics: tuple[str, float, float] | None = None  # name of the other joint, ratio, offset
     spring: tuple[float, float] | None = None  # stiffness, rest position
+    is_reversed: bool = False  # parent and child have changed places: what the joint says is about its inverse
 
 
 @dataclass

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ class _Mjcf:
         self._nodes: dict[str, Node] = {}  # of bodies, by name
         self._meshes: dict[tuple, str] = {}
         self._names: dict[str, set[str]] = {}
+        self._inboard = _tree(parts)
         self._counts: dict[str, int] = {}  # how often something is lost
 
     def text(self) -> str:
@@ -80,7 +82,7 @@ class _Mjcf:
     # Bodies, in the order of a tree: a body stands inside its parent.
 
     def _bodies(self) -> None:
-        inboard = {joint.child: joint for joint in self._parts.joints}
+        inboard = self._inboard
         waiting = list(self._parts.bodies)
         while waiting:
             later = []
@@ -103,8 +105,10 @@ class _Mjcf:
                 _place(node, self._parts.free_poses[part.name])
             node.add("freejoint", name=self._unique("joint", part.name))
         else:
-            X_FM = joint.joint.X_FM() if joint.kind == "weld" else None
-            X_PM = joint.X_PF if X_FM is None else joint.X_PF @ X_FM
+            X_PM = joint.X_PF
+            if joint.kind == "weld":
+                X_FM = joint.joint.X_FM()
+                X_PM = X_PM @ (X_FM.inverse() if joint.is_reversed else X_FM)
             _place(node, X_PM @ joint.X_CM.inverse())
             self._joint(node, joint)
         self._inertial(node, part, moves=joint is None or joint.kind != "weld")
@@ -156,10 +160,12 @@ class _Mjcf:
         pos = np.asarray(part.X_CM.translation())
         damping = np.atleast_1d(joint.default_damping_vector())
         R_CM = part.X_CM.rotation().matrix()
-        if part.kind == "ball_rpy":
+        if part.kind == "ball_rpy" and not part.is_reversed:
             self._count("that {} ball joints have roll, pitch and yaw: MuJoCo's have a quaternion")
             node.add("joint", name=name, type="ball", pos=pos, damping=_nonzero(damping[0]))
             return
+        if part.is_reversed and part.kind in ("planar", "universal", "ball_rpy"):
+            raise NotImplementedError(f"Joint '{part.name}', {part.kind}, would have to be turned round for a tree.")
         if part.kind in ("planar", "universal"):
             kinds = ("slide", "slide", "hinge") if part.kind == "planar" else ("hinge", "hinge")
             axes = np.eye(3)[: len(kinds)]
@@ -172,7 +178,8 @@ class _Mjcf:
                 self._parts.losses.append(what.format(part.name))
             return
         kind = "hinge" if part.kind == "revolute" else "slide"
-        made = node.add("joint", name=name, type=kind, pos=pos, axis=R_CM @ axis_of(part), damping=_nonzero(damping[0]))
+        axis = R_CM @ axis_of(part) * (-1.0 if part.is_reversed else 1.0)
+        made = node.add("joint", name=name, type=kind, pos=pos, axis=axis, damping=_nonzero(damping[0]))
         self._limits(made, part)
         if part.spring is not None:
             made.attributes["stiffness"], made.attributes["springref"] = part.spring
@@ -321,7 +328,7 @@ class _Mjcf:
                 fixed.add(joint.child)
         pairs = list(parts.filtered)
         known = {frozenset(pair) for pair in pairs}
-        for joint in parts.joints:
+        for joint in self._inboard.values():
             pair = joint.parent, joint.child
             to_itself = joint.kind != "weld" and joint.parent in fixed and {*pair} <= touching
             if to_itself and frozenset(pair) not in known:
@@ -331,7 +338,40 @@ class _Mjcf:
 
     def _in_tree_order(self) -> list[JointPart]:
         order = {name: number for number, name in enumerate(self._nodes)}
-        return sorted(self._parts.joints, key=lambda joint: order[joint.child])
+        return sorted(self._inboard.values(), key=lambda joint: order[joint.child])
+
+
+def _tree(parts: ModelParts) -> dict[str, JointPart]:
+    """The joint of each body towards the world; those that a plant takes the other way round are turned round."""
+    known = {"world", *parts.free_poses}
+    known |= {part.name for part in parts.bodies if not _joints_of(part.name, parts)}
+    inboard: dict[str, JointPart] = {}
+
+    def reach(joint: JointPart) -> bool:
+        if joint.parent not in known or joint.child in known:
+            return False
+        inboard[joint.child] = joint
+        known.add(joint.child)
+        return True
+
+    while True:
+        while any([reach(joint) for joint in parts.joints]) or any(reach(_turned(joint)) for joint in parts.joints):
+            pass
+        # Of a plant that is not finalized, nobody knows yet what will be free: the first body that no joint holds.
+        left = [part.name for part in parts.bodies if part.name not in known]
+        if not left:
+            return inboard
+        children = {joint.child for joint in parts.joints}
+        known.add(next((name for name in left if name not in children), left[0]))
+
+
+def _joints_of(body: str, parts: ModelParts) -> list[JointPart]:
+    return [joint for joint in parts.joints if body in (joint.parent, joint.child)]
+
+
+def _turned(part: JointPart) -> JointPart:
+    turned = {"parent": part.child, "child": part.parent, "X_PF": part.X_CM, "X_CM": part.X_PF}
+    return dataclasses.replace(part, **turned, is_reversed=True)
 
 
 def _place(node: Node, X: Any) -> None:

@@ -65,6 +65,26 @@ def test_every_joint(tmp_path, offsets):
         assert word in words
 
 
+def test_a_joint_that_the_plant_takes_the_other_way_round(tmp_path):
+    """Its child hangs on the world already: its parent is outboard."""
+    robot = Robot(True)
+    robot.joint(S.RevoluteJoint, [0.0, 0.0, 1.0])
+    one = robot.bodies[-1]
+    two, three = robot.body(), robot.body()
+    for parent, child, kind in ((two, one, S.RevoluteJoint), (three, two, S.PrismaticJoint)):
+        name = f"{parent.name()}_holds_{child.name()}"
+        frames = robot.frames(name, parent, child, random_pose(robot.rng))
+        robot.plant.AddJoint(kind(name, *frames, [0.6, 0.0, 0.8], -0.5, 1.0))
+    plant = robot.done()
+    assert faults(plant, None, *opened(WriteModel(plant, tmp_path / "robot.xml").path)) == []
+
+
+def test_a_plant_that_is_not_finalized(tmp_path):
+    robot = all_joints(False)
+    model, _ = opened(WriteModel(robot.plant, tmp_path / "robot.xml").path)
+    assert model.nbody == robot.plant.num_bodies() and "free" in {model.joint(i).name for i in range(model.njnt)}
+
+
 def test_geometry(tmp_path):
     plant, scene_graph = S.AddMultibodyPlantSceneGraph(S.DiagramBuilder(), 1e-3)
     body = plant.AddRigidBody("body", S.SpatialInertia.SolidCubeWithDensity(1000.0, 0.1))
