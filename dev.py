@@ -24,6 +24,7 @@ EXTRAS = dict.fromkeys(("test", "lint", "bench", "endure", "torture"), EVERYTHIN
 EXTRAS |= {
     "demo": "[kernels]",
     "docs": "[docs,gym]",
+    "release": "[kernels,test,foreign]",
     "foreign": "[kernels,test,foreign]",
     "robots": "[kernels,test,peers,robots]",
 }
@@ -115,6 +116,7 @@ def main() -> int:
     tasks.add_parser("test", help="lint and all tests; with arguments, pytest on those")
     tasks.add_parser("lint", help="ruff, import-linter, mypy")
     tasks.add_parser("docs", help="make the site of the documentation in build/docs/html")
+    tasks.add_parser("release", help="builds wheels and sdist in dist/, checks them, installs one and runs the README")
     tasks.add_parser("foreign", help="builds all wheels, runs those for ARM and Windows under qemu-user and wine64")
     tasks.add_parser("robots", help="real robots against Drake and Pinocchio: installs example-robot-data and pin")
     tasks.add_parser("endure", help="tests that take minutes: a logged minute killed twenty times at random")
@@ -130,6 +132,8 @@ def main() -> int:
         return run("-m", "sheldrake", "demo", *rest)
     if options.task == "docs":
         return run("tools/make_docs.py", *rest)
+    if options.task == "release":
+        return run("tools/release.py", *rest)
     if options.task == "foreign":
         return run("-m", "pytest", "-q", "tests/foreign", *rest)
     if options.task == "robots":

@@ -97,7 +97,7 @@ def stage(source: pathlib.Path) -> None:
         (source / "examples" / f"{path.stem}.md").write_text(example_page(path), encoding="utf-8")
     for name, page in PROJECT.items():
         shutil.copy(ROOT / name, source / f"{page}.md")
-    coming = join_changelog.join(ROOT / "changelog", "To come")
+    coming = join_changelog.join(ROOT / "changelog", "Change by change")
     with open(source / "changes.md", "a", encoding="utf-8") as file:
         file.write("\n" + coming)
     for path in source.glob("*.md"):

@@ -7,7 +7,7 @@ from pydrake and MuJoCo.
 
 import pathlib
 
-__version__ = "0.1.0.dev0"
+__version__ = "0.1.0"
 __all__ = ["__version__", "model_path"]
 
 
