@@ -10,6 +10,7 @@ Says what the written file leaves out; it loads to a plant of the same dynamics.
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 
 
@@ -20,6 +21,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--obj-meshes", action="store_true", help="write STL, DAE and PLY meshes as OBJ beside the target, for Drake"
     )
+    parser.add_argument("--json", action="store_true", help="files, losses and notes, for programs")
     parser.add_argument("--strict", action="store_true", help="fail when the target leaves anything out")
 
 
@@ -32,9 +34,14 @@ def run(options: argparse.Namespace) -> int:
     except (OSError, RuntimeError, ValueError) as error:
         print(f"sheldrake convert: {error}", file=sys.stderr)
         return 1
+    status = 3 if written.losses and options.strict else 0
+    files = [str(path) for path in [written.path, *written.files]]
+    if options.json:
+        print(json.dumps({"files": files, "losses": written.losses, "notes": written.notes}, indent=2))
+        return status
     for loss in written.losses:
         print(f"not written: {loss}", file=sys.stderr)
     for note in written.notes:
         print(note)
-    print(f"wrote {', '.join(str(p) for p in [written.path, *written.files])}")
-    return 3 if written.losses and options.strict else 0
+    print(f"wrote {', '.join(files)}")
+    return status

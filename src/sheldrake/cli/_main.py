@@ -65,6 +65,7 @@ _TOOLS = {
     "page": "one page that simulates what a script simulates",
     "c": "what a script simulates as a C library",
     "guide": "ten idioms, how to read errors, what differs",
+    "completion": "commands and options for the Tab key of bash, zsh, fish",
 }
 """Commands whose file declares their arguments, and what they are for."""
 

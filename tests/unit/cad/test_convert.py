@@ -1,3 +1,5 @@
+import json
+
 import numpy as np
 import pytest
 from tests.libraries import names_of
@@ -463,3 +465,7 @@ def test_command_line(tmp_path, capsys):
     assert "wrote" in out.out and "link 'j_frame' was added" in out.err
     assert main(["convert", str(tmp_path / "m.xml"), str(tmp_path / "m.urdf"), "--strict"]) == 3
     assert main(["convert", str(tmp_path / "absent.xml"), str(tmp_path / "m.urdf")]) == 1
+    capsys.readouterr()
+    assert main(["convert", str(tmp_path / "m.xml"), str(tmp_path / "m.urdf"), "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert said["files"] == [str(tmp_path / "m.urdf")] and any("j_frame" in loss for loss in said["losses"])
