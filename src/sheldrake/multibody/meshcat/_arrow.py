@@ -52,16 +52,25 @@ class Longest:
     def __init__(self, meshcat: Meshcat):
         self._meshcat = meshcat
         self._extent: float | None = None
+        self._asked, self._ask_next = 0, 1
 
     def of(self, lengths: Any) -> Any:
         """Returns lengths [m], those longer than the scene as long as the scene when its first arrow was drawn."""
         if self._extent is None:
-            self._extent = self._meshcat._extent()
+            self._measure()
         return lengths if self._extent is None else np.minimum(lengths, self._extent)
+
+    def _measure(self) -> None:
+        """Measures the scene; where nothing but arrows is drawn, ever more seldom, for that walks over all of them."""
+        self._asked += 1
+        if self._asked == self._ask_next:
+            self._ask_next *= 2
+            self._extent = self._meshcat._extent()
 
     def forget(self) -> None:
         """Has the scene measured anew."""
         self._extent = None
+        self._asked, self._ask_next = 0, 1
 
 
 class Shown:

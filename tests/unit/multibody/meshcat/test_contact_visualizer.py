@@ -176,3 +176,24 @@ def test_no_arrow_is_longer_than_the_scene(meshcat):
     arrows.Update(0, [_PointContactVisualizerItem(k, k, [0, 0, f], [0, 0, 0]) for k, f in forces.items()])
     scales = [meshcat._hub.tree.get(f"/drake/f/{k}+{k}/cylinder").properties["scale"][2] for k in forces]
     assert scales == pytest.approx([0.5, diagonal])
+
+
+def test_a_scene_of_arrows_alone_is_measured_ever_more_seldom():
+    """Measuring walks over the whole scene: at each publish it took ten times as long as drawing."""
+    from sheldrake.multibody.meshcat._arrow import Longest
+
+    class Scene:
+        measured, extent = 0, None
+
+        def _extent(self):
+            self.measured += 1
+            return self.extent
+
+    scene = Scene()
+    longest = Longest(scene)
+    assert [longest.of(5.0) for _ in range(100)] == [5.0] * 100 and scene.measured == 7  # 1, 2, 4, ... 64
+    scene.extent = 2.0
+    lengths = [float(longest.of(5.0)) for _ in range(100)]
+    assert lengths[-1] == 2.0 and scene.measured == 8
+    longest.forget()
+    assert float(longest.of(5.0)) == 2.0 and scene.measured == 9
