@@ -53,10 +53,10 @@ class PrebuiltKernels(BuildHookInterface):
 
     @staticmethod
     def _is_current(folder: pathlib.Path) -> bool:
-        from sheldrake.common._native import prebuilt
+        from sheldrake.common._native.source import source_hashes
 
         try:
             manifest = json.loads((folder / "kernels.json").read_text(encoding="utf-8"))
         except (OSError, ValueError):
             return False
-        return manifest.get("source") == prebuilt.source_hash()
+        return manifest.get("sources") == source_hashes()

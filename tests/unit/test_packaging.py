@@ -1,6 +1,7 @@
 """The build hook of the wheel."""
 
 import importlib.util
+import json
 import os
 import pathlib
 import subprocess
@@ -39,3 +40,19 @@ def test_the_hook_compiles_with_what_the_build_environment_offers(monkeypatch, t
     assert "a plain wheel" in warnings[0] and data == {"force_include": {}}
     hook.initialize("editable", data)
     assert len(calls) == 1
+
+
+def test_kernels_that_are_built_already_are_taken(tmp_path):
+    """As tools/build_wheels.py does: it builds the kernels of all platforms first."""
+    pytest.importorskip("hatchling", reason="the hook is a class of hatchling's")
+    from sheldrake.common._native.source import source_hashes
+
+    spec = importlib.util.spec_from_file_location("hatch_build", ROOT / "hatch_build.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    manifest = tmp_path / "kernels.json"
+    assert not module.PrebuiltKernels._is_current(tmp_path)
+    manifest.write_text(json.dumps({"sources": source_hashes()}))
+    assert module.PrebuiltKernels._is_current(tmp_path)
+    manifest.write_text(json.dumps({"sources": {**source_hashes(), "one/more.py": ["0", "1"]}}))
+    assert not module.PrebuiltKernels._is_current(tmp_path)
