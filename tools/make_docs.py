@@ -29,7 +29,7 @@ FOR_PROGRAMS = """\
 > Drake's modelling system for robots in pure Python with compiled kernels: systems, contexts, diagrams, multibody
 > dynamics, contact, planning, a viewer in the browser. Names, arguments and numbers are pydrake's.
 
-`pip install "sheldrake[kernels]"`, then `from sheldrake.all import ...`. Begin with the guide; `sheldrake guide` prints
+`pip install ".[kernels]"` in a clone; `from sheldrake.all import ...`. Begin with the guide; `sheldrake guide` shows
 it from the installed package, where `sheldrake/all.pyi` has the types of all public names. Python in these pages is run
 by tests. All pages in one file: [llms-full.txt](llms-full.txt).
 

@@ -95,18 +95,10 @@ def installed_faults(folder: pathlib.Path) -> list[str]:
         python = home / "venv" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
         environment = {key: value for key, value in os.environ.items() if key not in ("PYTHONPATH", "PYTHONHOME")}
         environment |= {"PATH": str(python.parent), "SHELDRAKE_CACHE_DIR": str(home / "cache"), "MPLBACKEND": "Agg"}
-        install = [
-            str(python),
-            "-m",
-            "pip",
-            "install",
-            "--quiet",
-            "--only-binary",
-            ":all:",
-            "--find-links",
-            str(folder),
-        ]
-        for command in ([*install, "sheldrake"], [str(python), "-c", code]):
+        pip = [str(python), "-m", "pip", "install", "--quiet", "--only-binary", ":all:"]
+        # Ours alone from the folder: a registry may have another package of this name. Then what it needs.
+        ours = [*pip, "--no-index", "--no-deps", "--find-links", str(folder), "sheldrake"]
+        for command in (ours, [*pip, "sheldrake"], [str(python), "-c", code]):
             done = subprocess.run(command, env=environment, cwd=home, capture_output=True, text=True, check=False)
             if done.returncode != 0:
                 return [f"{' '.join(command[:4])} ... fails: {done.stderr.strip()[-500:]}"]
