@@ -652,11 +652,14 @@ class BatchSimulator:
         """While it lasts, nobody else works on the worlds.
 
         Raises:
-            RuntimeError: somebody does already.
+            RuntimeError: somebody does already; or the context of a world was given what others have not.
         """
         if not self._in_use.acquire(blocking=False):
             raise RuntimeError(f"BatchSimulator.{call}(): the worlds are being advanced or computed already.")
         try:
+            for store in self._worlds.known():
+                if store.unsettled:
+                    store.settle()
             yield
         finally:
             self._in_use.release()
