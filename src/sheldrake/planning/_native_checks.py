@@ -39,8 +39,8 @@ class NativeChecks:
     """
 
     def __init__(self, scene: QueryScene, plant: Any, view: Any, bodies: list[int]):
-        self.scene = scene
-        self._view, self._bodies = view, np.array(bodies, np.int64)
+        self.scene, self.view = scene, view
+        self._bodies = np.array(bodies, np.int64)
         rows = parts_of(plant).kernel_models.rows_of_frames()
         self._places = np.array([(b, rows[f]) for b, f in zip(scene.bodies, scene.moving)], np.int64).reshape(-1, 2)
 
@@ -84,12 +84,12 @@ class NativeChecks:
 
     def _bind(self, reach: float | None, configurations: np.ndarray, *given: np.ndarray) -> tuple[Any, Any]:
         """A call with memory of its own, and what it does not keep of that."""
-        tree, scene, model = self._view.model, self.scene, self.scene.model
-        q, work = np.zeros(self._view.nq), make_work(tree, float)
+        tree, scene, model = self.view.model, self.scene, self.scene.model
+        q, work = np.zeros(self.view.nq), make_work(tree, float)
         placed, table = world_poses(scene.num_bodies, float), contact_table(model, max(1, len(model.pair)))
         search = [place_geometries, *family_kernels(model)] if reach is None else [find_distances]
         values = {
-            "model": tree, "p": self._view.p.copy(), "work": work, "q": q, "geometry_model": model, "table": table,
+            "model": tree, "p": self.view.p.copy(), "work": work, "q": q, "geometry_model": model, "table": table,
             "bodies": BodyPoses(placed), "cells": make_cells(model), "reach": reach,
         }  # fmt: skip
         rows = Chain([position_kinematics, *search]).table(**values)

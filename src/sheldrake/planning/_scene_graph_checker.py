@@ -75,7 +75,8 @@ class SceneGraphCollisionChecker(CollisionChecker):
         return not self._pairs_within(context, 0.0)
 
     def _first_collisions(self, ways: list[np.ndarray], threads: int) -> list[int]:
-        checks = self._native_checks() if type(self)._is_free is SceneGraphCollisionChecker._is_free else None
+        own = getattr(self._is_free, "__func__", None) is SceneGraphCollisionChecker._is_free
+        checks = self._native_checks() if own else None
         if checks is None or not ways:
             return super()._first_collisions(ways, threads)
         for way in ways:
@@ -87,10 +88,10 @@ class SceneGraphCollisionChecker(CollisionChecker):
         context = self._contexts[0]
         query = context.GetQueryObject()
         scene, state = query._scene(), query._state
-        kept = self._checks
-        if kept is not None and kept.scene is scene:
-            return kept
         view = parts_of(self._plant).contexts.view(context.plant_context())
+        kept = self._checks
+        if kept is not None and kept.scene is scene and kept.view is view:
+            return kept
         if not NativeChecks.can(scene, state, self._plant, view):
             return None
         inspector = query.inspector()

@@ -96,6 +96,9 @@ def test_a_check_of_ones_own_is_asked():
     c = checker()
     c.__class__ = Timid
     assert c.CheckConfigsCollisionFree(QS[:3]) == [0, 0, 0]
+    blind = checker()
+    blind._is_free = lambda context: True
+    assert all(blind.CheckConfigsCollisionFree(QS))
 
 
 def test_what_is_no_configuration_is_refused():
