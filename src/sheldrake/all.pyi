@@ -810,6 +810,7 @@ from sheldrake.systems.analysis import (
     RungeKutta3Integrator_ as RungeKutta3Integrator_,
     RungeKutta5Integrator as RungeKutta5Integrator,
     SemiExplicitEulerIntegrator as SemiExplicitEulerIntegrator,
+    SimulateWorlds as SimulateWorlds,
     Simulator as Simulator,
     SimulatorConfig as SimulatorConfig,
     SimulatorStatus as SimulatorStatus,
@@ -817,6 +818,7 @@ from sheldrake.systems.analysis import (
     VelocityImplicitEulerIntegrator as VelocityImplicitEulerIntegrator,
     WorldFailure as WorldFailure,
     WorldsFailed as WorldsFailed,
+    WorldsProgress as WorldsProgress,
 )
 from sheldrake.systems.controllers import (
     DiscreteTimeLinearQuadraticRegulator as DiscreteTimeLinearQuadraticRegulator,

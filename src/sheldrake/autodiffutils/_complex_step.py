@@ -10,7 +10,8 @@ import numpy as np
 from sheldrake.autodiffutils import AutoDiffXd
 from sheldrake.autodiffutils._matrices import alike
 from sheldrake.common._kernels import sweep as sweep_kernel
-from sheldrake.common._native.binding import HERE, arguments, first_words, join
+from sheldrake.common._native.binding import HERE, arguments, join
+from sheldrake.common.chain import bound_to_all_memory
 from sheldrake.common.kernel import Kernel
 
 PATIENCE = 200
@@ -18,7 +19,6 @@ PATIENCE = 200
 
 Copies = Sequence[tuple[np.ndarray, np.ndarray]]
 
-_ALL_OF_MEMORY = 2**60  # [doubles]
 _MOST_PLANS = 16
 _NONE = np.zeros((0, 0))
 
@@ -149,7 +149,7 @@ class Sweep:
             given, values = np.zeros((len(points), inputs)), np.zeros((len(points), len(self._outputs)))
             slopes = np.zeros((len(points), outputs * inputs))
             table = self._rows, self._words, self._at, beginning, self._copies
-            call = _bound_to_all_memory(sweep_kernel.sweep_points, *table, places, given, self._outputs, values, slopes)
+            call = bound_to_all_memory(sweep_kernel.sweep_points, *table, places, given, self._outputs, values, slopes)
             plan = self._point_plans[key] = call, given, values, slopes
         call, given, values, slopes = plan
         given[:] = points
@@ -161,17 +161,9 @@ class Sweep:
             self._plans.clear()
         given, slopes = np.zeros((len(places), n)), np.zeros((len(self._outputs), n))
         table = self._rows, self._words, self._at, self._resets, self._copies
-        call = _bound_to_all_memory(sweep_kernel.sweep, *table, places, given, self._outputs, slopes)
+        call = bound_to_all_memory(sweep_kernel.sweep, *table, places, given, self._outputs, slopes)
         plan = self._plans[key] = call, given, slopes
         return plan
-
-
-def _bound_to_all_memory(kernel: Kernel, *rest: Any) -> Any:
-    """A kernel of time, of memory and of `rest`, bound so that its memory begins at address 0."""
-    call = kernel.bind(0.0, np.zeros(1), *rest)
-    first = first_words(kernel)["memory"]
-    call.keep[0][first : first + 2] = 0, _ALL_OF_MEMORY
-    return call
 
 
 def sweep_sources(sweep: Sweep, sources: list[Source], t: float = 0.0) -> np.ndarray | int | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import functools
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -23,16 +24,33 @@ def one_thread() -> Iterator[None]:
 
     For matrices of some 100 rows a second thread gains little when there is a processor for it; on a busy machine, or
     where a container has fewer processors than it sees, each factorisation waits for it: 100 ms instead of 0.5.
+    The number is one for the whole process: the first that comes in sets it, the last that leaves sets it back.
     """
     libraries = _libraries()
-    before = [library.get() for library in libraries]
-    for library in libraries:
-        library.set(1)
+    with _INSIDE.lock:
+        if not _INSIDE.count:
+            _INSIDE.before = [library.get() for library in libraries]
+            for library in libraries:
+                library.set(1)
+        _INSIDE.count += 1
     try:
         yield
     finally:
-        for library, count in zip(libraries, before):
-            library.set(count)
+        with _INSIDE.lock:
+            _INSIDE.count -= 1
+            if not _INSIDE.count:
+                for library, count in zip(libraries, _INSIDE.before):
+                    library.set(count)
+
+
+class _Inside:
+    """How many threads are inside of `one_thread`, and the numbers from before."""
+
+    def __init__(self) -> None:
+        self.lock, self.count, self.before = threading.Lock(), 0, list[int]()
+
+
+_INSIDE = _Inside()
 
 
 @functools.cache

@@ -5,7 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from typing import Any
 
+import numpy as np
+
+from sheldrake.common._native.binding import HERE, arguments, first_words, join
 from sheldrake.common.kernel import Kernel
+
+_ALL_OF_MEMORY = 2**60  # [doubles]
 
 
 class Chain:
@@ -38,3 +43,23 @@ class Chain:
     def native(self, **values: Any) -> int:
         """Binds and runs once."""
         return self.bind(**values)()
+
+    def table(self, **values: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The native kernels on these very arrays, for another that calls them (`common.rows.call_row`).
+
+        What is bound to it must keep the arrays, and begin its memory at address 0: see `bound_to_all_memory`.
+
+        Returns:
+            Addresses of the kernels, the words of all of them, and where in these each one's begin.
+        """
+        words, at = join(arguments(k, tuple(values[name] for name in k.names))[0] for k in self.kernels)
+        rows = np.array([HERE.address(kernel) for kernel in self.kernels], np.int64)
+        return rows, words.placed(), np.array(at, np.int64)
+
+
+def bound_to_all_memory(kernel: Kernel, *rest: Any) -> Any:
+    """A kernel of time, of memory and of `rest`, bound so that its memory begins at address 0."""
+    call = kernel.bind(0.0, np.zeros(1), *rest)
+    first = first_words(kernel)["memory"]
+    call.keep[0][first : first + 2] = 0, _ALL_OF_MEMORY
+    return call

@@ -1,7 +1,7 @@
 """Simulations as environments for reinforcement learning, by the rules of Gymnasium (`pip install gymnasium`).
 
-Importing this module registers ready tasks, for `gymnasium.make_vec(name, num_envs)`: sheldrake/CartPoleSwingUp-v0,
-sheldrake/QuadrupedStand-v0 and sheldrake/ArmReach-v0.
+Importing this module registers ready tasks, for `gymnasium.make_vec(name, num_envs)` and `gymnasium.make(name)`:
+sheldrake/CartPoleSwingUp-v0, sheldrake/QuadrupedStand-v0 and sheldrake/ArmReach-v0.
 """
 
 try:
@@ -11,11 +11,16 @@ except ModuleNotFoundError as error:
         "sheldrake.gym needs Gymnasium: pip install 'sheldrake[gym]'.", name=error.name
     ) from error
 
+from sheldrake.gym._adapters import StableBaselinesVecEnv
 from sheldrake.gym._drake_gym_env import DrakeGymEnv
 from sheldrake.gym._drake_vector_env import DrakeVectorEnv
 from sheldrake.gym._streams import Streams
 
 for _name in ("CartPoleSwingUp", "QuadrupedStand", "ArmReach"):
-    _gymnasium.register(f"sheldrake/{_name}-v0", vector_entry_point=f"sheldrake.gym._tasks:{_name}")
+    _gymnasium.register(
+        f"sheldrake/{_name}-v0",
+        entry_point=f"sheldrake.gym._tasks:One{_name}",
+        vector_entry_point=f"sheldrake.gym._tasks:{_name}",
+    )
 
-__all__ = ["DrakeGymEnv", "DrakeVectorEnv", "Streams"]
+__all__ = ["DrakeGymEnv", "DrakeVectorEnv", "StableBaselinesVecEnv", "Streams"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from typing import Any
 
@@ -10,6 +11,7 @@ from gymnasium.spaces import Box
 
 import sheldrake
 from sheldrake.geometry import HalfSpace
+from sheldrake.gym._adapters import OneEnv
 from sheldrake.gym._drake_vector_env import DrakeVectorEnv
 from sheldrake.gym._streams import Streams
 from sheldrake.math import RigidTransform
@@ -193,3 +195,8 @@ def ArmReach(num_envs: int = 1, **options: Any) -> DrakeVectorEnv:
         reset_state=reset_state,
         **{"steps_per_action": 4, "max_episode_steps": 200, "action_space": Box(-1.0, 1.0, (3,)), **options},
     )
+
+
+OneCartPoleSwingUp = functools.partial(OneEnv, CartPoleSwingUp)
+OneQuadrupedStand = functools.partial(OneEnv, QuadrupedStand)
+OneArmReach = functools.partial(OneEnv, ArmReach)

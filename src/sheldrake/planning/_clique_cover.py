@@ -39,7 +39,7 @@ class IrisFromCliqueCoverOptions(Options):
         num_points_per_coverage_check: Samples for the covered part.
         minimum_clique_size: Least size of cliques.
         num_points_per_visibility_round: Configurations in each graph.
-        parallelism: Accepted, without effect.
+        parallelism: How many threads check edges for collisions.
         rank_tol_for_minimum_volume_circumscribed_ellipsoid: Of ellipsoids around cliques.
         point_in_set_tol: By how much points may be outside of regions that cover them.
     """
@@ -103,7 +103,9 @@ def IrisInConfigurationSpaceFromCliqueCover(
         if covered >= options.coverage_termination_threshold:
             break
         points = sampled(count, True)
-        cliques = cover.SolveMinCliqueCover(VisibilityGraph(checker, points)) if points.size else []
+        cliques = (
+            cover.SolveMinCliqueCover(VisibilityGraph(checker, points, options.parallelism)) if points.size else []
+        )
         if not cliques:
             count *= 2
             continue

@@ -184,7 +184,7 @@ def VisibilityGraph(checker: Any, points: Any, parallelize: Any = True) -> Any:
     Args:
         checker: A collision checker.
         points: Configurations, columns.
-        parallelize: Accepted, without effect.
+        parallelize: How many threads, see `CollisionChecker.CheckConfigsCollisionFree`.
 
     Raises:
         RuntimeError: configurations have another size.
@@ -197,10 +197,10 @@ def VisibilityGraph(checker: Any, points: Any, parallelize: Any = True) -> Any:
             f"VisibilityGraph(): points must have {checker.plant().num_positions()} rows, got shape {points.shape}."
         )
     count = points.shape[1]
-    free = np.array(checker.CheckConfigsCollisionFree(list(points.T)), dtype=bool)
+    free = np.array(checker.CheckConfigsCollisionFree(list(points.T), parallelize), dtype=bool)
     seen = np.diag(free)
-    for i in range(count):
-        for j in range(i):
-            if free[i] and free[j] and checker.CheckEdgeCollisionFree(points[:, i], points[:, j]):
-                seen[i, j] = seen[j, i] = True
+    pairs = [(i, j) for i in range(count) for j in range(i) if free[i] and free[j]]
+    edges = [(points[:, i], points[:, j]) for i, j in pairs]
+    for (i, j), sees in zip(pairs, checker.CheckEdgesCollisionFree(edges, parallelize)):
+        seen[i, j] = seen[j, i] = bool(sees)
     return csc_matrix(seen)

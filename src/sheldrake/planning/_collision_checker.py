@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from sheldrake.common import Parallelism
+from sheldrake.common._crew import threads_of
 from sheldrake.common._kinds import anything, instance_of, text
 from sheldrake.common._options import Options
 from sheldrake.common._overloads import Overload, overload, overloaded
@@ -239,13 +240,18 @@ class CollisionChecker:
             RuntimeError: it has another size, or is not finite.
         """
         q = np.array(q, dtype=float).ravel()
-        if q.size != self._plant.num_positions() or not np.isfinite(q).all():
-            raise RuntimeError(
-                f"CollisionChecker: a configuration has {self._plant.num_positions()} finite values, got {q}."
-            )
+        self._check_configurations(q[None])
         context = model_context.plant_context()
         self._plant.SetPositions(context, q)
         return context
+
+    def _check_configurations(self, qs: np.ndarray) -> None:
+        """Refuses rows that are no configurations."""
+        if qs.shape[1] != self._plant.num_positions() or not np.isfinite(qs).all():
+            bad = qs[int(np.argmin(np.isfinite(qs).all(axis=1)))]
+            raise RuntimeError(
+                f"CollisionChecker: a configuration has {self._plant.num_positions()} finite values, got {bad}."
+            )
 
     # More shapes
 
@@ -303,8 +309,29 @@ class CollisionChecker:
         return self._is_free(model_context)
 
     def CheckConfigsCollisionFree(self, configs: list, parallelize: Any = None) -> list[int]:
-        """Returns for each configuration whether (1) or not (0) it is free of collisions."""
-        return [int(self.CheckConfigCollisionFree(q)) for q in configs]
+        """Returns for each configuration whether (1) or not (0) it is free of collisions.
+
+        Args:
+            configs: Configurations, shape (nq,) each.
+            parallelize: How many threads, of as many as there are contexts: a number, a Parallelism, or True for as
+                many as this process may use; these if not given. Answers do not depend on it.
+
+        Raises:
+            RuntimeError: one has another size, or is not finite.
+        """
+        ways = [np.array(q, dtype=float).reshape(1, -1) for q in configs]
+        return self._first_collisions(ways, self._threads(parallelize))
+
+    def _threads(self, parallelize: Any) -> int:
+        return min(threads_of(parallelize, True), len(self._contexts))
+
+    def _first_collisions(self, ways: list[np.ndarray], threads: int) -> list[int]:
+        """Of each way of configurations, rows, the number of the first that collides; how many it has, if none does."""
+        found = []
+        for way in ways:
+            free = (self.CheckConfigCollisionFree(q) for q in way)
+            found.append(next((k for k, is_free in enumerate(free) if not is_free), len(way)))
+        return found
 
     def CalcRobotClearance(
         self, q: Any, influence_distance: float, context_number: int | None = None
@@ -672,12 +699,26 @@ class CollisionChecker:
         return self.MeasureContextEdgeCollisionFree(model_context, q1, q2).completely_free()
 
     def CheckEdgeCollisionFreeParallel(self, q1: Any, q2: Any, parallelize: Any = None) -> bool:
-        """Tells whether the way from one configuration to another is free of collisions."""
-        return self.CheckEdgeCollisionFree(q1, q2)
+        """Tells whether the way from one configuration to another is free; threads share its configurations."""
+        way = self._way(q1, q2)[1][:, None]
+        return all(self._first_collisions([*way[-1:], *way[:-1]], self._threads(parallelize)))
 
     def CheckEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[int]:
-        """Returns for each pair of configurations whether (1) or not (0) the way is free."""
-        return [int(self.CheckEdgeCollisionFree(*edge)) for edge in edges]
+        """Returns for each pair of configurations whether (1) or not (0) the way is free.
+
+        Args:
+            edges: Pairs of configurations.
+            parallelize: See `CheckConfigsCollisionFree`.
+        """
+        ways = [np.concatenate([way[-1:], way[:-1]]) for _, way in (self._way(*edge) for edge in edges)]
+        found = self._first_collisions(ways, self._threads(parallelize))
+        return [int(first == len(way)) for first, way in zip(found, ways)]
+
+    def _way(self, q1: Any, q2: Any) -> tuple[float, np.ndarray]:
+        """The distance of two configurations, and those that are looked at between them, rows."""
+        distance = self.ComputeConfigurationDistance(q1, q2)
+        steps = max(1, math.ceil(distance / self._step))
+        return distance, self._provider._way(q1, q2, steps)
 
     def MeasureEdgeCollisionFree(self, q1: Any, q2: Any, context_number: int | None = None) -> EdgeMeasure:
         """Returns how much of the way from one configuration to another is free."""
@@ -690,13 +731,29 @@ class CollisionChecker:
         for k in range(steps + 1):
             q = self.InterpolateBetweenConfigurations(q1, q2, k / steps)
             if not self.CheckContextConfigCollisionFree(model_context, q):
-                return EdgeMeasure(distance, (k - 1) / steps if k else -1.0)
-        return EdgeMeasure(distance, 1.0)
+                return _measure(distance, k, steps)
+        return _measure(distance, steps + 1, steps)
 
     def MeasureEdgeCollisionFreeParallel(self, q1: Any, q2: Any, parallelize: Any = None) -> EdgeMeasure:
-        """Returns how much of the way from one configuration to another is free."""
-        return self.MeasureEdgeCollisionFree(q1, q2)
+        """Returns how much of the way from one configuration to another is free; threads share its configurations."""
+        distance, way = self._way(q1, q2)
+        free = self._first_collisions(list(way[:, None]), self._threads(parallelize))
+        return _measure(distance, free.index(0) if 0 in free else len(way), len(way) - 1)
 
     def MeasureEdgesCollisionFree(self, edges: list, parallelize: Any = None) -> list[EdgeMeasure]:
-        """Returns for each pair of configurations how much of the way is free."""
-        return [self.MeasureEdgeCollisionFree(*edge) for edge in edges]
+        """Returns for each pair of configurations how much of the way is free.
+
+        Args:
+            edges: Pairs of configurations.
+            parallelize: See `CheckConfigsCollisionFree`.
+        """
+        ways = [self._way(*edge) for edge in edges]
+        found = self._first_collisions([way for _, way in ways], self._threads(parallelize))
+        return [_measure(distance, first, len(way) - 1) for (distance, way), first in zip(ways, found)]
+
+
+def _measure(distance: float, first: int, steps: int) -> EdgeMeasure:
+    """The measure of an edge whose first collision is so many steps from its beginning; behind its end if none."""
+    if first > steps:
+        return EdgeMeasure(distance, 1.0)
+    return EdgeMeasure(distance, (first - 1) / steps if first else -1.0)

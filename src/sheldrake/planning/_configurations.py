@@ -45,6 +45,10 @@ class DistanceAndInterpolationProvider:
         a, b = _pair("InterpolateBetweenConfigurations", arg0, arg1)
         return np.asarray(self.DoInterpolateBetweenConfigurations(a, b, float(arg2)), dtype=float)
 
+    def _way(self, q1: Any, q2: Any, steps: int) -> np.ndarray:
+        """Configurations at equal ratios from one to the other, rows, one more than steps."""
+        return np.array([self.InterpolateBetweenConfigurations(q1, q2, k / steps) for k in range(steps + 1)], float)
+
 
 def _pair(call: str, a: Any, b: Any) -> tuple[np.ndarray, np.ndarray]:
     a, b = np.array(a, dtype=float).ravel(), np.array(b, dtype=float).ravel()
@@ -118,6 +122,13 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
             difference[at] = 0.0
             difference[start] = 2.0 * math.atan2(np.linalg.norm(_vector_of_quotient(a, b)), abs(a @ b))
         return float(np.linalg.norm(difference * self._weights))
+
+    def _way(self, q1: Any, q2: Any, steps: int) -> np.ndarray:
+        straight = LinearDistanceAndInterpolationProvider.DoInterpolateBetweenConfigurations
+        if self._quaternions or type(self).DoInterpolateBetweenConfigurations is not straight:
+            return super()._way(q1, q2, steps)
+        a, b = _pair("InterpolateBetweenConfigurations", q1, q2)
+        return a + (np.arange(steps + 1) / steps)[:, None] * (b - a)
 
     def DoInterpolateBetweenConfigurations(self, from_: np.ndarray, to: np.ndarray, ratio: float) -> np.ndarray:
         """Returns a configuration on the straight line, with quaternions on great circles."""

@@ -12,9 +12,9 @@ from sheldrake.geometry.optimization._counterexamples import PairDistance, close
 from sheldrake.geometry.optimization._iris import tangent
 from sheldrake.planning._sampled_iris import (
     CommonSampledIrisOptions,
+    FreeTest,
     IrisParameterizationFunction,
     SampledRegion,
-    free_test,
     nearest_first,
 )
 from sheldrake.solvers import Constraint, SolverOptions, _arrays
@@ -112,7 +112,7 @@ class _Nearest:
 
     def __init__(self, checker: Any, options: IrisNp2Options, dimension: int):
         self._checker, self._options, self._dimension = checker, options, dimension
-        self.is_free = free_test(checker, options.sampled_iris_options, options.parameterization)
+        self.is_free = FreeTest(checker, options.sampled_iris_options, options.parameterization)
         self._to_q = options.parameterization.get_parameterization_double()
         self._constraints: dict[tuple, Constraint] = {}
 

@@ -23,6 +23,7 @@ from sheldrake.multibody.rational import RationalForwardKinematics
 from sheldrake.solvers import _arrays
 from sheldrake.solvers import _kinds as kinds
 
+_LOOKED_AT = 1000  # Samples that are checked at once beyond the least number.
 _MOST_BISECTED = 100  # Of the samples in collision, the nearest: more would cost checks, and make faces hardly better.
 
 
@@ -38,7 +39,7 @@ class CommonSampledIrisOptions(Options):
         max_iterations: Most ellipsoids.
         max_iterations_separating_planes: Most rounds of new faces for each ellipsoid.
         max_separating_planes_per_iteration: Most new faces of each round; -1 for any number.
-        parallelism: Accepted, without effect.
+        parallelism: How many threads check samples for collisions; regions do not depend on it.
         verbose: Accepted, without effect.
         require_sample_point_is_contained: Whether to stop before the region leaves its first center.
         configuration_space_margin: Distance kept from collisions.
@@ -48,7 +49,7 @@ class CommonSampledIrisOptions(Options):
         remove_all_collisions_possible: Whether samples in collision are cut off even where there are few enough.
         random_seed: Of samples.
         mixing_steps: Steps between samples.
-        sample_particles_in_parallel: Accepted, without effect.
+        sample_particles_in_parallel: Accepted, without effect: samples walk all at once.
         prog_with_additional_constraints: Constraints on configurations; None for none.
     """
 
@@ -160,7 +161,7 @@ class SampledRegion:
     Args:
         call: Name of the search, for errors.
         options: Its options.
-        is_free: Tells whether a point is free.
+        is_free: Tells whether a point is free, and which of many are.
         nearest: From samples in collision, the ellipsoid and the region: points in collision near the center.
     """
 
@@ -168,7 +169,7 @@ class SampledRegion:
         self,
         call: str,
         options: CommonSampledIrisOptions,
-        is_free: Callable[[np.ndarray], bool],
+        is_free: FreeTest,
         nearest: Callable[[list[np.ndarray], Hyperellipsoid, HPolyhedron], list[np.ndarray]],
     ):
         self._call, self._options, self._is_free, self._nearest = call, options, is_free, nearest
@@ -234,11 +235,14 @@ class SampledRegion:
         o = self._options
         allowed = (1.0 - o.tau) * o.epsilon * tested
         colliding: list[np.ndarray] = []
-        for i, p in enumerate(particles):
-            if i >= o.num_particles and len(colliding) > allowed:
-                return colliding, False
-            if not self._is_free(p):
-                colliding.append(p)
+        begin, end = 0, o.num_particles
+        while begin < len(particles):
+            for i, free in enumerate(self._is_free.each(particles[begin:end]), begin):
+                if i >= o.num_particles and len(colliding) > allowed:
+                    return colliding, False
+                if not free:
+                    colliding.append(particles[i])
+            begin, end = end, end + _LOOKED_AT
         return colliding, len(colliding) <= allowed
 
     def _cut(self, region: HPolyhedron, ellipsoid: Hyperellipsoid, colliding: list[np.ndarray]) -> HPolyhedron:
@@ -273,19 +277,32 @@ class SampledRegion:
         return a, b - margin
 
 
-def free_test(checker: Any, options: CommonSampledIrisOptions, function: Any) -> Callable[[np.ndarray], bool]:
-    """Tells whether the configuration of a point is free, and satisfies additional constraints."""
-    prog = options.prog_with_additional_constraints
-    constraints = [] if prog is None else prog.GetAllConstraints()
-    places = [prog.FindDecisionVariableIndices(c.variables()) for c in constraints]
-    to_q = function.get_parameterization_double()
+class FreeTest:
+    """Tells whether configurations of points are free, and satisfy additional constraints.
 
-    def is_free(x: np.ndarray) -> bool:
-        if not checker.CheckConfigCollisionFree(to_q(x)):
-            return False
-        return all(c.evaluator().CheckSatisfied(x[place], 1e-6) for c, place in zip(constraints, places))
+    Args:
+        checker: A collision checker.
+        options: Of the search: constraints, and how many threads may check.
+        function: From points to configurations.
+    """
 
-    return is_free
+    def __init__(self, checker: Any, options: CommonSampledIrisOptions, function: IrisParameterizationFunction):
+        prog = options.prog_with_additional_constraints
+        constraints = [] if prog is None else prog.GetAllConstraints()
+        self._constraints = [(c.evaluator(), prog.FindDecisionVariableIndices(c.variables())) for c in constraints]
+        self._checker, self._threads = checker, options.parallelism
+        self._to_q = function.get_parameterization_double()
+
+    def __call__(self, x: np.ndarray) -> bool:
+        return bool(self._checker.CheckConfigCollisionFree(self._to_q(x))) and self._satisfied(x)
+
+    def each(self, points: Any) -> list[bool]:
+        """The same of many points, which threads check."""
+        free = self._checker.CheckConfigsCollisionFree([self._to_q(x) for x in points], self._threads)
+        return [bool(is_free) and self._satisfied(x) for x, is_free in zip(points, free)]
+
+    def _satisfied(self, x: np.ndarray) -> bool:
+        return all(evaluator.CheckSatisfied(x[place], 1e-6) for evaluator, place in self._constraints)
 
 
 class IrisZoOptions(Options):
@@ -319,19 +336,15 @@ def IrisZo(
         RuntimeError: dimensions differ, the domain is unbounded, or the center collides.
     """
     options = IrisZoOptions() if options is None else options
-    is_free = free_test(checker, options.sampled_iris_options, options.parameterization)
+    is_free = FreeTest(checker, options.sampled_iris_options, options.parameterization)
 
     def nearest(colliding: list, ellipsoid: Hyperellipsoid, region: HPolyhedron) -> list[np.ndarray]:
-        out = []
-        for p in nearest_first(colliding, ellipsoid)[:_MOST_BISECTED]:
-            low, high = 0.0, 1.0  # Along the way from the center, which is free, to the collision.
-            for _ in range(options.bisection_steps):
-                middle = 0.5 * (low + high)
-                if is_free(ellipsoid.center() + middle * (p - ellipsoid.center())):
-                    low = middle
-                else:
-                    high = middle
-            out.append(ellipsoid.center() + high * (p - ellipsoid.center()))
-        return out
+        points, center = nearest_first(colliding, ellipsoid)[:_MOST_BISECTED], ellipsoid.center()
+        low, high = np.zeros(len(points)), np.ones(len(points))  # Along the ways from the center, which is free.
+        for _ in range(options.bisection_steps):
+            middle = 0.5 * (low + high)
+            free = is_free.each([center + m * (p - center) for m, p in zip(middle, points)])
+            low, high = np.where(free, middle, low), np.where(free, high, middle)
+        return [center + h * (p - center) for h, p in zip(high, points)]
 
     return SampledRegion("IrisZo", options.sampled_iris_options, is_free, nearest).grow(starting_ellipsoid, domain)

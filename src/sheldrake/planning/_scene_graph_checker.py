@@ -13,9 +13,11 @@ from sheldrake.geometry import (
     GeometrySet,
     ProximityProperties,
 )
+from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree import BodyIndex, JacobianWrtVariable
 from sheldrake.planning._clearance import RobotClearance, RobotCollisionType
 from sheldrake.planning._collision_checker import CollisionChecker, CollisionCheckerContext, CollisionCheckerParams
+from sheldrake.planning._native_checks import NativeChecks
 
 if TYPE_CHECKING:
     from sheldrake.geometry import SceneGraphInspector
@@ -40,6 +42,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
             )
         self._set_up(CollisionCheckerParams(**kwargs) if params is None else params, True)
         self._bodies: dict[Any, int] = {}
+        self._checks: NativeChecks | None = None
 
     def _body_of(self, inspector: SceneGraphInspector, geometry: Any) -> int:
         found = self._bodies.get(geometry)
@@ -70,6 +73,31 @@ class SceneGraphCollisionChecker(CollisionChecker):
             bodies = ((self._body_of(inspector, p.id_A), self._body_of(inspector, p.id_B)) for p in pairs)
             return all(self._filter[a, b] != 0 for a, b in bodies)
         return not self._pairs_within(context, 0.0)
+
+    def _first_collisions(self, ways: list[np.ndarray], threads: int) -> list[int]:
+        own = getattr(self._is_free, "__func__", None) is SceneGraphCollisionChecker._is_free
+        checks = self._native_checks() if own else None
+        if checks is None or not ways:
+            return super()._first_collisions(ways, threads)
+        for way in ways:
+            self._check_configurations(way)
+        return checks.first_collisions(ways, self._filter, self._padding, threads).tolist()
+
+    def _native_checks(self) -> NativeChecks | None:
+        """What checks configurations without Python; None where something is not of kernels."""
+        context = self._contexts[0]
+        query = context.GetQueryObject()
+        scene, state = query._scene(), query._state
+        view = parts_of(self._plant).contexts.view(context.plant_context())
+        kept = self._checks
+        if kept is not None and kept.scene is scene and kept.view is view:
+            return kept
+        if not NativeChecks.can(scene, state, self._plant, view):
+            return None
+        inspector = query.inspector()
+        bodies = [self._body_of(inspector, geometry) for geometry in scene.ids]
+        self._checks = NativeChecks(scene, self._plant, view, bodies)
+        return self._checks
 
     def _classify(self, context: CollisionCheckerContext) -> list[RobotCollisionType]:
         out = [_Kind.kNoCollision] * len(self._robot)

@@ -52,3 +52,14 @@ def test_nonlinear_programs_are_solved_on_one_thread():
     assert SnoptSolver().Solve(program, [1.0, 2.0], None).is_success()
     assert set(seen) == {1}
     assert set(counts()) == {2}
+
+
+@pytest.mark.usefixtures("two_threads")
+def test_the_last_of_several_threads_sets_them_back():
+    first, second = one_thread(), one_thread()  # as two threads would, one leaving before the other
+    first.__enter__()
+    second.__enter__()
+    first.__exit__(None, None, None)
+    assert set(counts()) == {1}
+    second.__exit__(None, None, None)
+    assert set(counts()) == {2}

@@ -1,5 +1,9 @@
 """Vector environments: Gymnasium's rules of autoreset, and episodes that do not depend on how many there are."""
 
+import importlib.util
+import sys
+import types
+
 import numpy as np
 import pytest
 
@@ -7,7 +11,7 @@ gymnasium = pytest.importorskip("gymnasium")
 from gymnasium.vector import AutoresetMode  # noqa: E402
 
 from sheldrake.common.kernel import jit_enabled  # noqa: E402
-from sheldrake.gym import DrakeVectorEnv, Streams  # noqa: E402
+from sheldrake.gym import DrakeVectorEnv, StableBaselinesVecEnv, Streams, _adapters  # noqa: E402
 from sheldrake.systems.framework import DiagramBuilder  # noqa: E402
 from sheldrake.systems.primitives import DiscreteTimeIntegrator  # noqa: E402
 
@@ -172,3 +176,97 @@ def test_streams_are_even_and_their_own():
     assert abs(np.corrcoef(numbers[:-1].ravel(), numbers[1:].ravel())[0, 1]) < 5 / np.sqrt(50_000)
     one = Streams([7])
     assert np.array_equal(np.hstack([one.uniform(np.array([0]), -1.0, 3.0, 25) for _ in range(2)])[0], numbers[7])
+
+
+@compiled
+@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.filterwarnings("ignore:.*WARN")
+def test_tasks_obey_the_rules_of_gymnasium(task):
+    """One world by Gymnasium's own checker; many by what it asks of each: spaces, seeds, wrappers of vectors."""
+    from gymnasium.utils.env_checker import check_env
+    from gymnasium.wrappers.vector import NormalizeObservation, RecordEpisodeStatistics
+
+    one = gymnasium.make(f"sheldrake/{task}-v0")
+    check_env(one.unwrapped, skip_render_check=True)
+    env = RecordEpisodeStatistics(NormalizeObservation(gymnasium.make_vec(f"sheldrake/{task}-v0", num_envs=3)))
+    env.action_space.seed(1)
+    observations, _ = env.reset(seed=5)
+    assert env.unwrapped.observation_space.contains(env.unwrapped._observe())
+    for _ in range(3):
+        action = env.action_space.sample()
+        observations, rewards, ended, truncated, _ = env.step(action)
+    assert observations.shape == env.observation_space.shape and rewards.shape == ended.shape == truncated.shape == (3,)
+    alone, _ = one.reset(seed=6)
+    many, _ = gymnasium.make_vec(f"sheldrake/{task}-v0", num_envs=3).reset(seed=5)
+    assert np.array_equal(alone, many[1])
+
+
+def test_one_environment_draws_nothing():
+    with pytest.raises(ValueError, match="render_mode must be None, not 'human'"):
+        gymnasium.make("sheldrake/ArmReach-v0", render_mode="human")
+
+
+def test_stable_baselines_needs_episodes_that_begin_in_the_same_step():
+    with pytest.raises(ValueError, match="autoreset_mode='SameStep'"):
+        StableBaselinesVecEnv(counters())
+
+
+@pytest.fixture
+def vec_env_base(monkeypatch):
+    """stable-baselines3 where it is installed; else a base class with its constructor's part in the bargain."""
+    _adapters._adapter.cache_clear()
+    if importlib.util.find_spec("stable_baselines3") is None:
+
+        class VecEnv:
+            def __init__(self, num_envs, observation_space, action_space):
+                self.num_envs, self.observation_space, self.action_space = num_envs, observation_space, action_space
+                self._reset_seeds()
+                self._reset_options()
+
+            def seed(self, seed):
+                self._seeds = [seed + i for i in range(self.num_envs)]
+
+            def step(self, actions):
+                self.step_async(actions)
+                return self.step_wait()
+
+        names = ("stable_baselines3", "stable_baselines3.common", "stable_baselines3.common.vec_env")
+        for name in names:
+            monkeypatch.setitem(sys.modules, name, types.ModuleType(name))
+        sys.modules[names[-1]].VecEnv = VecEnv
+    yield
+    _adapters._adapter.cache_clear()
+
+
+@pytest.mark.usefixtures("vec_env_base")
+def test_stable_baselines_sees_ends_and_what_was_last():
+    env = StableBaselinesVecEnv(counters(autoreset_mode="SameStep", max_episode_steps=2))
+    env.seed(3)
+    assert env.reset()[:, 0].tolist() == [0, 1, 2]
+    observations, rewards, over, infos = env.step(np.ones((3, 1)))
+    assert observations[:, 0].tolist() == [1, 2, 2] and over.tolist() == [False, False, True]
+    assert rewards.dtype == np.float32 and rewards.tolist() == [10, 20, 30]
+    assert infos[0] == {} and infos[2]["terminal_observation"] == [3.0] and not infos[2]["TimeLimit.truncated"]
+    observations, _, over, infos = env.step(np.ones((3, 1)))
+    assert over.tolist() == [True, True, True]
+    assert [info["TimeLimit.truncated"] for info in infos] == [True, False, False]
+    assert env.get_attr("num_envs", 0) == [3] and env.env_is_wrapped(dict) == [False] * 3
+    env.set_attr("note", 7)
+    assert env.get_attr("note", [0, 2]) == [7, 7]
+    with pytest.raises(ValueError, match="set it for all"):
+        env.set_attr("note", 8, 1)
+    env.close()
+
+
+@compiled
+def test_stable_baselines_checkers_pass():
+    pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common.env_checker import check_env
+    from stable_baselines3.common.vec_env import VecCheckNan, VecMonitor
+
+    for task in TASKS:
+        check_env(gymnasium.make(f"sheldrake/{task}-v0"))
+        made = gymnasium.make_vec(f"sheldrake/{task}-v0", num_envs=2, autoreset_mode="SameStep")
+        env = VecMonitor(VecCheckNan(StableBaselinesVecEnv(made), raise_exception=True))
+        env.reset()
+        env.step(np.zeros((2, *env.action_space.shape), np.float32))

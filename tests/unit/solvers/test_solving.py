@@ -1,6 +1,7 @@
 """Solvers, each by the conditions that its answer must satisfy."""
 
 import importlib.util
+import threading
 
 import numpy as np
 import pytest
@@ -181,6 +182,52 @@ def test_several_programs():
     np.testing.assert_allclose(costs, costs[0], atol=1e-6)
     with pytest.raises(ValueError, match="2 initial_guesses"):
         SolveInParallel(programs, initial_guesses=[None, None])
+
+
+@pytest.mark.parametrize("solver", [None, SnoptSolver.id()])
+def test_several_programs_on_threads_are_solved_as_one_by_one(solver):
+    rng, programs = np.random.default_rng(3), []
+    for n in range(4, 12):
+        prog = MathematicalProgram()
+        x = prog.NewContinuousVariables(n)
+        A = rng.normal(size=(n, n))
+        prog.AddQuadraticCost(A.T @ A + np.eye(n), rng.normal(size=n), x)
+        prog.AddLinearConstraint(rng.normal(size=(2 * n, n)), np.full(2 * n, -np.inf), np.ones(2 * n), x)
+        programs.append(prog)
+    programs.append(programs[0])
+    alone = [solvers.MakeSolver(solver or ChooseBestSolver(prog)).Solve(prog) for prog in programs]
+    for threads in (1, 3, None):
+        found = SolveInParallel(programs, solver_id=solver, parallelism=threads)
+        assert [r.get_x_val().tolist() for r in found] == [r.get_x_val().tolist() for r in alone]
+
+
+def test_programs_with_python_functions_are_solved_by_the_calling_thread():
+    seen = set()
+
+    def cost(x):
+        seen.add(threading.get_ident())
+        return (x[0] - 1.0) ** 2
+
+    programs = [quadratic_program()[0]]
+    for _ in range(3):
+        prog = MathematicalProgram()
+        prog.AddCost(cost, prog.NewContinuousVariables(1))
+        programs.append(prog)
+    assert all(r.is_success() for r in SolveInParallel(programs, parallelism=3))
+    assert seen == {threading.get_ident()}
+
+
+def test_programs_without_python_functions_are_solved_on_threads(monkeypatch):
+    """Two are being solved at the same moment: each waits for the other."""
+    both, solve = threading.Barrier(2, timeout=20.0), SnoptSolver.Solve
+
+    def meeting(*args):
+        both.wait()
+        return solve(*args)
+
+    monkeypatch.setattr(SnoptSolver, "Solve", meeting)
+    programs = [quadratic_program()[0] for _ in range(2)]
+    assert all(r.is_success() for r in SolveInParallel(programs, solver_id=SnoptSolver.id(), parallelism=2))
 
 
 def test_callbacks_see_the_iterates():

@@ -359,6 +359,7 @@ class MultibodyPlant(LeafSystem):
     MakeActuationMatrixPseudoinverse = _coordinates(Coordinates.MakeActuationMatrixPseudoinverse)
 
     SetDefaultState = _contexts(Contexts.SetDefaultState)
+    parameter_columns = _contexts(Contexts.parameter_columns)
 
     # --- Bodies that float
 

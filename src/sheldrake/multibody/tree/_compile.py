@@ -31,6 +31,8 @@ class Mobilizer:
             where a path begins.
         damping: where in p the damping of each velocity is.
         gravity: gravity that acts on the body, in W [m/s²], shape (3,).
+        added_gravity: where in p is what is added to it; -1 for nothing.
+        friction: where in p is what the body's friction coefficients are multiplied with; -1 for nothing.
         path: pieces of the path of a curvilinear joint, rows of `TreeModel.joint`.
     """
 
@@ -42,6 +44,8 @@ class Mobilizer:
     constants: tuple[float, ...] = ()
     damping: tuple[int, ...] = ()
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    added_gravity: int = -1
+    friction: int = -1
     path: list[tuple[float, ...]] = field(default_factory=list)
 
 
@@ -54,6 +58,8 @@ class TreeDescription:
     """Frames fixed to bodies: (frame it is fixed to or -1, where in p its pose starts)."""
     actuators: list[tuple[int, int, int]] = field(default_factory=list)
     """(dof, where in p its rotor inertia is, where in p its gear ratio is)."""
+    friction_of_world: int = -1
+    """As `friction` of the others."""
 
 
 def compile_tree(description: TreeDescription) -> m.TreeModel:
@@ -66,6 +72,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     body = np.zeros((nb, m.Body.SIZE), np.int64)
     for field_of_world in (m.Body.parent, m.Body.tree, m.Body.frame_F, m.Body.frame_M, m.Body.tip):
         body[0, field_of_world] = -1
+    body[0, m.Body.gravity], body[0, m.Body.friction] = -1, description.friction_of_world
     joint = np.zeros((nb, m.JointPose.SIZE))
     gravity = np.zeros((nb, 3))
     pieces: list[tuple[float, ...]] = []
@@ -99,6 +106,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
             f < 0 or description.frames[f][m.OffsetFrame.parent] < 0 for f in (mobilizer.frame_F, mobilizer.frame_M)
         )
         gravity[row] = mobilizer.gravity
+        body[row, m.Body.gravity], body[row, m.Body.friction] = mobilizer.added_gravity, mobilizer.friction
         above = last_dof[parent]
         for k in range(nv):
             depth = dofs[above][m.Dof.depth] + 1 if above >= 0 else 0

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from sheldrake.common._crew import in_parallel, threads_of
 from sheldrake.common._overloads import incompatible
 from sheldrake.solvers._engines.clarabel import ClarabelSolver
 from sheldrake.solvers._engines.equality import EqualityConstrainedQPSolver, LinearSystemSolver
@@ -160,15 +161,19 @@ def SolveInParallel(
     dynamic_schedule: bool = False,
     solver_id: SolverId | None = None,
 ) -> list[MathematicalProgramResult]:
-    """Solves several programs, one after the other here, and returns their results in order.
+    """Solves several programs, several at a time, and returns their results in order: the same as one by one.
+
+    Solvers leave Python while they work. Programs that are not thread-safe (see `IsThreadSafe`: those with Python
+    functions), and a program that is given again, are solved by the calling thread, after the others.
 
     Args:
         progs: The programs.
         initial_guesses: One for each, or none.
         solver_options: One for all, or a list of one for each.
         solver_ids: A solver for each; None for the best.
-        parallelism: Accepted; the interpreter runs one at a time.
-        dynamic_schedule: Accepted, without effect.
+        parallelism: How many at a time: a number, a Parallelism, or True for as many threads as this process may use;
+            these if not given.
+        dynamic_schedule: Accepted, without effect: a thread always takes the next program when it is done with one.
         solver_id: One solver for all.
 
     Raises:
@@ -182,8 +187,12 @@ def SolveInParallel(
     for name, items in (("initial_guesses", guesses), ("solver_options", each), ("solver_ids", ids)):
         if len(items) != len(progs):
             raise ValueError(f"SolveInParallel(): {len(progs)} programs, but {len(items)} {name}.")
-    out = []
-    for prog, guess, options, chosen in zip(progs, guesses, each, ids):
-        solver = MakeSolver(ChooseBestSolver(prog) if chosen is None else chosen)
-        out.append(solver.Solve(prog, guess, options))
-    return out
+
+    def solve(k: int) -> MathematicalProgramResult:
+        solver = MakeSolver(ChooseBestSolver(progs[k]) if ids[k] is None else ids[k])
+        return solver.Solve(progs[k], guesses[k], each[k])
+
+    first = {id(prog): k for k, prog in reversed(list(enumerate(progs)))}
+    at_once = [k for k, prog in enumerate(progs) if first[id(prog)] == k and prog.IsThreadSafe()]
+    found = dict(zip(at_once, in_parallel(solve, at_once, threads_of(parallelism, True))))
+    return [found[k] if k in found else solve(k) for k in range(len(progs))]

@@ -23,6 +23,7 @@ from sheldrake.systems.analysis._implicit import (
     VelocityImplicitEulerIntegrator,
 )
 from sheldrake.systems.analysis._integrator import IntegratorBase
+from sheldrake.systems.analysis._many_worlds import SimulateWorlds, WorldsProgress
 from sheldrake.systems.analysis._monte_carlo import MonteCarloSimulation, RandomSimulation, RandomSimulationResult
 from sheldrake.systems.analysis._python_steps import SemiExplicitEulerIntegrator
 from sheldrake.systems.analysis._region_of_attraction import RegionOfAttraction, RegionOfAttractionOptions
@@ -65,6 +66,7 @@ __all__ = [
     "RungeKutta3Integrator_",
     "RungeKutta5Integrator",
     "SemiExplicitEulerIntegrator",
+    "SimulateWorlds",
     "Simulator",
     "SimulatorConfig",
     "SimulatorStatus",
@@ -72,6 +74,7 @@ __all__ = [
     "VelocityImplicitEulerIntegrator",
     "WorldFailure",
     "WorldsFailed",
+    "WorldsProgress",
 ]
 
 for _name in __all__:

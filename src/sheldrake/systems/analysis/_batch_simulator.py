@@ -69,6 +69,7 @@ class BatchSimulator:
         config: Of the simulators; a Simulator's own settings if not given.
         num_threads: How many threads; as many as this process may use if not given.
         seed: Of the random numbers, see `generator`.
+        first_world: Number of the first world among all that have a stream of the seed, see `generator`.
         raise_failures: Whether worlds that fail raise WorldsFailed when the others are done; else see `failures`.
 
     Raises:
@@ -85,6 +86,7 @@ class BatchSimulator:
         config: SimulatorConfig | None = None,
         num_threads: int | None = None,
         seed: int = 0,
+        first_world: int = 0,
         raise_failures: bool = True,
     ):
         if not isinstance(system, System):
@@ -94,7 +96,7 @@ class BatchSimulator:
         if config is not None and (config.target_realtime_rate or config.publish_every_time_step):
             raise ValueError("BatchSimulator(): worlds have no target_realtime_rate and no publish_every_time_step.")
         self._system, self._count, self._config = system, int(num_worlds), config
-        self._seed, self._raises = int(seed), raise_failures
+        self._seed, self._first, self._raises = int(seed), int(first_world), raise_failures
         self._monitor: Callable[[Any], Any] | None = None
         model = _simulator_of(system, config, system.CreateDefaultContext() if context is None else context.Clone())
         model.get_mutable_integrator().Initialize()
@@ -190,7 +192,7 @@ class BatchSimulator:
     def generator(self, world: int) -> RandomGenerator:
         """The world's own random numbers: the same whatever the number of worlds and threads is."""
         if world not in self._generators:
-            words = np.random.SeedSequence(self._seed, spawn_key=(world,)).generate_state(1)
+            words = np.random.SeedSequence(self._seed, spawn_key=(self._first + world,)).generate_state(1)
             self._generators[world] = RandomGenerator(int(words[0]))
         return self._generators[world]
 
@@ -652,11 +654,14 @@ class BatchSimulator:
         """While it lasts, nobody else works on the worlds.
 
         Raises:
-            RuntimeError: somebody does already.
+            RuntimeError: somebody does already; or the context of a world was given what others have not.
         """
         if not self._in_use.acquire(blocking=False):
             raise RuntimeError(f"BatchSimulator.{call}(): the worlds are being advanced or computed already.")
         try:
+            for store in self._worlds.known():
+                if store.unsettled:
+                    store.settle()
             yield
         finally:
             self._in_use.release()

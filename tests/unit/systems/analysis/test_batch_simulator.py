@@ -367,7 +367,7 @@ def test_batches_leave_nothing_behind():
         gc.enable()
     gc.collect()
     before, alive = len(gc.get_objects()), threading.active_count()
-    for _ in range(100):
+    for _ in range(1000):
         one()
     gc.collect()
     assert len(gc.get_objects()) - before < 100

@@ -46,9 +46,14 @@ def freeze(elements: Elements, default_poses: dict[int, RigidTransform]) -> Froz
     _add_mobilizer_frames(elements, steps)
     numbers = _number(elements, steps)
     parameters, lock_group = _lay_out_parameters(elements, constraints)
+    tuning = {
+        "gravity": parameters.add(np.zeros(3)),
+        "friction": parameters.add(np.ones(len(elements.bodies))),
+        "gains": parameters.add(np.ones(2 * len(elements.actuators))),
+    }
     offset_frames = [f for f in elements.frames if isinstance(f, FixedOffsetFrame)]
     frame_rows = {int(f.index()): row for row, f in enumerate(offset_frames)}
-    description = _describe(elements, steps, numbers["rows"], parameters, offset_frames, frame_rows)
+    description = _describe(elements, steps, numbers["rows"], parameters, tuning, offset_frames, frame_rows)
     model = FrozenModel(
         steps=steps,
         joints=list(elements.joints),
@@ -56,6 +61,7 @@ def freeze(elements: Elements, default_poses: dict[int, RigidTransform]) -> Froz
         **numbers,
         parameters=parameters,
         lock_group=lock_group,
+        tuning=tuning,
         frame_rows=frame_rows,
         tree=compile_tree(description),
         forces=empty_force_model(),
@@ -160,6 +166,7 @@ def _describe(
     steps: list[Step],
     rows: np.ndarray,
     parameters: Parameters,
+    tuning: dict[str, int],
     offset_frames: list[FixedOffsetFrame],
     frame_rows: dict[int, int],
 ) -> TreeDescription:
@@ -171,7 +178,10 @@ def _describe(
     def frame_row(frame: Frame) -> int:
         return frame_rows.get(int(frame.index()), -1)
 
-    description = TreeDescription(frames=[(frame_row(f._parent), start_of(f)) for f in offset_frames])
+    first_gravity, first_friction = (parameters.starts[tuning[what]] for what in ("gravity", "friction"))
+    description = TreeDescription(
+        frames=[(frame_row(f._parent), start_of(f)) for f in offset_frames], friction_of_world=first_friction
+    )
     for step in steps:
         joint, backwards = step.joint, step.reversed
         F, M = joint.frame_on_parent(), joint.frame_on_child()
@@ -187,6 +197,8 @@ def _describe(
                 path=joint._path_pieces(),
                 damping=tuple(range(start, start + joint.num_velocities())),
                 gravity=tuple(elements.gravity_on(step.body)),
+                added_gravity=first_gravity if elements.gravity.is_enabled(step.body.model_instance()) else -1,
+                friction=first_friction + int(step.body.index()),
             )
         )
     for actuator in elements.actuators:

@@ -68,6 +68,8 @@ class FrozenModel:
         nq, nv, nu: Numbers of positions, velocities and inputs.
         parameters: Where the numeric parameters are.
         lock_group: The group of them that tells which joints are locked, by number of joint.
+        tuning: The groups behind it, that Drake does not have, by name: "gravity" is added to that of all bodies,
+            "friction" scales the coefficients of each body, "gains" those of each actuator, p and d.
         frame_rows: Rows of the frames that are fixed to others, by number.
         tree: The tree as arrays.
         forces: All force elements as arrays.
@@ -84,6 +86,7 @@ class FrozenModel:
     nu: int
     parameters: Parameters
     lock_group: int
+    tuning: dict[str, int]
     frame_rows: dict[int, int]
     tree: TreeModel
     forces: ForceModel
@@ -133,6 +136,10 @@ class FrozenModel:
     def place_of(self, frame: Frame) -> tuple[int, int]:
         """Row of the body of a frame, and row of the frame: -1 for the body's own."""
         return self.rows[frame._body._index._value], self.frame_rows.get(frame._index._value, -1)
+
+    def gains_at(self, actuator: JointActuator) -> int:
+        """Where in p is what an actuator's gains are multiplied with."""
+        return self.parameters.starts[self.tuning["gains"]] + 2 * self.actuators.index(actuator)
 
     def start_of(self, element: Any) -> int:
         """Where the parameters of an element start in p."""

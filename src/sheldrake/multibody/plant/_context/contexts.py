@@ -155,6 +155,38 @@ class Contexts:
         self.view(context)
         context.get_mutable_numeric_parameter(group).SetFromVector(values)
 
+    def parameter_columns(self, what: str) -> np.ndarray:
+        """Numbers of a plant's parameters, all groups in turn: columns of `BatchSimulator.parameters(plant)`.
+
+        Drake has no such call, and no parameters "gravity", "friction" and "gains".
+
+        Args:
+            what: "mass": of each body by its index [kg], shape (num_bodies,). "damping": of each velocity [N m s/rad or
+                N s/m], shape (nv,). "gravity": what is added to the gravity of all bodies, in W [m/s²], shape (3,).
+                "friction": what the friction coefficients of a body's geometry are multiplied with, by its index, shape
+                (num_bodies,). "gains": what the PD gains p and d of each actuator are multiplied with, positive, shape
+                (num_actuators, 2). By default 0 is added to gravity, and the others are multiplied with 1.
+
+        Raises:
+            ValueError: it is none of these.
+            RuntimeError: the plant is not finalized.
+        """
+        model = self._elements.model("parameter_columns")
+        starts = model.parameters.starts
+        if what == "mass":
+            return np.array([model.start_of(body) for body in self._elements.bodies], np.int64)
+        if what == "damping":
+            return model.damping_at.copy()
+        if what not in model.tuning:
+            raise ValueError(
+                f"MultibodyPlant.parameter_columns(): {what!r} is not among the parameters of a plant, which are "
+                "'mass', 'damping', 'gravity', 'friction' and 'gains'. Shapes, stiffness of contact and all else "
+                "belong to the model: make a diagram for each."
+            )
+        group = model.tuning[what]
+        columns = starts[group] + np.arange(len(model.parameters.defaults[group]))
+        return columns.reshape(-1, 2) if what == "gains" else columns
+
     def is_locked(self, context: Context, joint: Joint) -> bool:
         """Whether a joint is locked."""
         return bool(plain(self.numbers(context, self._model.lock_group)[int(joint.index())]))

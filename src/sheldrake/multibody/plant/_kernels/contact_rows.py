@@ -51,14 +51,23 @@ def harmonic_mean(a, b):
 
 
 @kernel
-def combined_losses(A, B, w_A):
-    """(dissipation, relaxation time, friction) of two materials, of which A's share of the stiffness is w_A."""
-    d = (1.0 - w_A) * A.dissipation + w_A * B.dissipation
-    return d, A.relaxation_time + B.relaxation_time, harmonic_mean(A.friction_dynamic, B.friction_dynamic)
+def friction_scale(tree_model, p, geometry):
+    """What the friction coefficients of a geometry are multiplied with: a parameter of its body."""
+    at = tree_model.bodies[geometry.body].friction
+    return p[at] if at >= 0 else 1.0
 
 
 @kernel
-def combined_material(geometry_model, a, b):
+def combined_losses(tree_model, p, A, B, w_A):
+    """(dissipation, relaxation time, friction) of two geometries, of which A's share of the stiffness is w_A."""
+    d = (1.0 - w_A) * A.dissipation + w_A * B.dissipation
+    mu_A = A.friction_dynamic * friction_scale(tree_model, p, A)
+    mu = harmonic_mean(mu_A, B.friction_dynamic * friction_scale(tree_model, p, B))
+    return d, A.relaxation_time + B.relaxation_time, mu
+
+
+@kernel
+def combined_material(tree_model, geometry_model, p, a, b):
     """Of a pair of geometries the weight of A, and (stiffness, dissipation, relaxation time, friction).
 
     As Drake combines them (its documentation on compliant point contact): k = kA kB / (kA + kB), springs in series,
@@ -68,7 +77,7 @@ def combined_material(geometry_model, a, b):
     A, B = geometry_model[a], geometry_model[b]
     w_A = share(A.stiffness, B.stiffness)
     k = B.stiffness if A.stiffness > 1e300 else (1.0 - w_A) * A.stiffness
-    d, tau, mu = combined_losses(A, B, w_A)
+    d, tau, mu = combined_losses(tree_model, p, A, B, w_A)
     return w_A, (k, d, tau, mu)
 
 
@@ -164,7 +173,7 @@ def put_contact(tree_model, tree_work, contact, body_a, body_b, moved, frame, p_
 
 
 @kernel
-def put_contacts(tree_model, geometry_model, tree_work, table, contacts, count):
+def put_contacts(tree_model, geometry_model, p, tree_work, table, contacts, count):
     """Index, Jacobian and material of all contacts.
 
     Contacts of one pair of geometries follow each other: they share material and dofs, and the frame while the normal
@@ -180,7 +189,7 @@ def put_contacts(tree_model, geometry_model, tree_work, table, contacts, count):
         body_a, body_b = found.body_A, found.body_B
         if found.geometry_A != a or found.geometry_B != b:
             a, b = found.geometry_A, found.geometry_B
-            w_A, material = combined_material(geometry_model, a, b)
+            w_A, material = combined_material(tree_model, geometry_model, p, a, b)
             reach = elastic_reach(geometry_model, a, b)
             moved = sides(tree_model, body_a, body_b)
         n = found.nhat_BA_W

@@ -18,7 +18,7 @@ from sheldrake.multibody.contact_solvers._kernels.status import (
     MOTION_NOT_FINITE,
     SOLVED,
 )
-from sheldrake.multibody.plant._kernels.contact_rows import combined_material, harmonic_mean
+from sheldrake.multibody.plant._kernels.contact_rows import combined_material, friction_scale, harmonic_mean
 from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
     add_applied_forces,
@@ -105,20 +105,22 @@ def sliding(model, tree, body_A, body_B, p_WC, nhat):
 
 
 @kernel
-def contact_force_on_B(model, geometry_model, table, flow, tree, c):
+def contact_force_on_B(model, geometry_model, p, table, flow, tree, c):
     """k x (1 + d v) along the normal (Hunt and Crossley 1975), and regularised friction; fills `contact`."""
     found = table[c]
     a, b = found.geometry_A, found.geometry_B
     nhat = found.nhat_BA_W
     middle = scale3(add3(found.p_WCa, found.p_WCb), 0.5)
     approach, v_t, slip = sliding(model, tree, found.body_A, found.body_B, middle, nhat)
-    _, (k, d, _, mu_d) = combined_material(geometry_model, a, b)
+    _, (k, d, _, mu_d) = combined_material(model, geometry_model, p, a, b)
     normal = k * found.depth * (1.0 + d * approach)
     f_B = scale3(nhat, 0.0)
     if normal > 0.0:
         f_B = scale3(nhat, -normal)
         if slip > STILL:
-            mu_s = harmonic_mean(geometry_model[a].friction_static, geometry_model[b].friction_static)
+            A, B = geometry_model[a], geometry_model[b]
+            mu_A = A.friction_static * friction_scale(model, p, A)
+            mu_s = harmonic_mean(mu_A, B.friction_static * friction_scale(model, p, B))
             mu = stribeck(mu_s, mu_d, slip / flow.stiction_tolerance[0])
             f_B = add3(f_B, scale3(v_t, -mu * normal / slip))
     contact = flow.contacts[c]
@@ -170,6 +172,7 @@ def smooth_forces(
 
 @kernel(top=True, short_loops=True)
 def contact_forces(
+    p: Vector,
     tree: TreeWork,
     table: ContactTable,
     flow: DerivativeVectors,
@@ -182,7 +185,7 @@ def contact_forces(
     if table.num_contacts > 0:
         clear(flow.F)
         for c in range(table.num_contacts):
-            f_B, p_WC = contact_force_on_B(tree_model, geometry_model, table, flow, tree, c)
+            f_B, p_WC = contact_force_on_B(tree_model, geometry_model, p, table, flow, tree, c)
             add_point_force(tree_model, tree, flow.F, table[c].body_B, p_WC, f_B)
             add_point_force(tree_model, tree, flow.F, table[c].body_A, p_WC, neg3(f_B))
         add_projected(tree_model, flow, tree, flow.contact_force)

@@ -8,7 +8,7 @@ polygons with one, their centroid.
 from __future__ import annotations
 
 from sheldrake.common._kernels.vec import add3, add6, cross3, neg3, scale3, sub3
-from sheldrake.common.kernel import kernel
+from sheldrake.common.kernel import Vector, kernel
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import GeometryModel
 from sheldrake.multibody.contact_solvers._kernels.laws import surface_friction
@@ -67,6 +67,7 @@ def add_triangle_point(tree_model, tree, surfaces, flow, f, body_a, body_b, corn
 
 @kernel(top=True)
 def surface_forces(
+    p: Vector,
     tree: TreeWork,
     surfaces: HydroTable,
     flow: DerivativeVectors,
@@ -85,7 +86,7 @@ def surface_forces(
         patch = surfaces.patches[face.surface]
         m, n = patch.geometry_M, patch.geometry_N
         body_a, body_b = geometry_model[m].body, geometry_model[n].body
-        d, _, mu = patch_losses(geometry_model, hydro_model, m, n)
+        d, _, mu = patch_losses(tree_model, geometry_model, p, hydro_model, m, n)
         flow.faces[f].F = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
         if hydro_model.triangles == 1:
             a, b, c = face.corners
@@ -93,9 +94,9 @@ def surface_forces(
                 add_triangle_point(tree_model, tree, surfaces, flow, f, body_a, body_b, (a, b, c), d, mu)
                 a, b, c = b, c, a
         else:
-            p = face.p_WC
-            traction = traction_on_B(tree_model, tree, flow, body_a, body_b, p, face.pressure, face.normal, d, mu)
+            C = face.p_WC
+            traction = traction_on_B(tree_model, tree, flow, body_a, body_b, C, face.pressure, face.normal, d, mu)
             force = scale3(traction, face.area)
-            add_force(tree_model, tree, flow, f, body_a, body_b, p, p, force)
+            add_force(tree_model, tree, flow, f, body_a, body_b, C, C, force)
     add_projected(tree_model, flow, tree, flow.contact_force)
     return SOLVED

@@ -46,14 +46,14 @@ def growth(hydro_model, face, m, n, normal):
 
 
 @kernel
-def patch_losses(geometry_model, hydro_model, m, n):
+def patch_losses(tree_model, geometry_model, p, hydro_model, m, n):
     """`combined_losses` of geometries that touch along a surface: shares are those of the moduli."""
     w_M = share(hydro_model[m].modulus, hydro_model[n].modulus)
-    return combined_losses(geometry_model[m], geometry_model[n], w_M)
+    return combined_losses(tree_model, p, geometry_model[m], geometry_model[n], w_M)
 
 
 @kernel
-def put_faces(tree_model, geometry_model, hydro_model, tree, surfaces, problem, contacts):
+def put_faces(tree_model, geometry_model, p, hydro_model, tree, surfaces, problem, contacts):
     """A contact for every face that is felt; False if there is no room."""
     c = problem.num_contacts
     at_hand = -1
@@ -67,7 +67,7 @@ def put_faces(tree_model, geometry_model, hydro_model, tree, surfaces, problem, 
             patch = surfaces.patches[at_hand]
             m, n = patch.geometry_M, patch.geometry_N
             body_a, body_b = geometry_model[m].body, geometry_model[n].body
-            d, tau, mu = patch_losses(geometry_model, hydro_model, m, n)
+            d, tau, mu = patch_losses(tree_model, geometry_model, p, hydro_model, m, n)
             moved = sides(tree_model, body_a, body_b)
         area = face.area
         normal = face.normal
@@ -101,7 +101,7 @@ def hydro_constraints(
     """The contact surfaces found as rows of the problem, behind those of points; a status of `contact_solvers`."""
     if surfaces.status != 0:
         return HYDRO_CAPACITY
-    if not put_faces(tree_model, geometry_model, hydro_model, tree, surfaces, problem, contacts):
+    if not put_faces(tree_model, geometry_model, p, hydro_model, tree, surfaces, problem, contacts):
         return HYDRO_CAPACITY
     lock_contacts(plant_model, p, problem, contacts)
     return SOLVED

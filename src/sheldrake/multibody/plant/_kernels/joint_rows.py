@@ -89,7 +89,7 @@ def put_dry_friction(tree_model, solver_model, plant_model, problem, rows):
 
 
 @kernel
-def put_actuators(tree_model, solver_model, plant_model, problem, rows, q, u):
+def put_actuators(tree_model, solver_model, plant_model, problem, rows, p, q, u):
     """Rows of the actuators under PD control that have a desired state.
 
     gamma = dt clamp(-Kp (q0 + dt v - q_desired) - Kd (v - v_desired) + u0, -effort, effort).
@@ -100,8 +100,11 @@ def put_actuators(tree_model, solver_model, plant_model, problem, rows, q, u):
         if has_desired_state(plant_model, u, i):
             gain = plant_model.gains[i]
             effort = gain.effort_limit
+            kp, kd = gain.p, gain.d
+            if actuator.gains >= 0:
+                kp, kd = kp * p[actuator.gains], kd * p[actuator.gains + 1]
             desired = u[actuator.desired_port]
             row = put_joint_row(tree_model, problem, rows, actuator.dof, ACTUATOR, i, 1.0)
-            put_law(row, -dt * effort, dt * effort, q[actuator.q] - desired[actuator.desired_q], gain.p, gain.d)
+            put_law(row, -dt * effort, dt * effort, q[actuator.q] - desired[actuator.desired_q], kp, kd)
             row.rate = desired[actuator.desired_v]
             row.forward = commanded_effort(plant_model, u, i)

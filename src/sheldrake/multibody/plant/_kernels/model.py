@@ -30,6 +30,7 @@ class Actuator(Record):
     desired_port = integer("desired state of the model instance; -1 when the actuator has no PD gains")
     desired_q = integer("element of the desired position")
     desired_v = integer("element of the desired velocity")
+    gains = integer("where in p is what its gains are multiplied with, two numbers; -1 for nothing")
 
 
 class Gain(Record):

@@ -140,7 +140,7 @@ def contact_constraints(
     if table.status != 0 or count > contacts.law.shape[0]:
         return CONTACT_CAPACITY
     problem.num_contacts = count
-    put_contacts(tree_model, geometry_model, tree, table, contacts, count)
+    put_contacts(tree_model, geometry_model, p, tree, table, contacts, count)
     lock_contacts(plant_model, p, problem, contacts)
     return SOLVED
 
@@ -161,7 +161,7 @@ def joint_constraints(
     put_limits(tree_model, solver_model, plant_model, problem, rows, xd)
     put_constraints(tree_model, plant_model, problem, rows, tree, p, xd)
     put_dry_friction(tree_model, solver_model, plant_model, problem, rows)
-    put_actuators(tree_model, solver_model, plant_model, problem, rows, xd, u)
+    put_actuators(tree_model, solver_model, plant_model, problem, rows, p, xd, u)
     lock_rows(plant_model, p, problem, rows)
 
 

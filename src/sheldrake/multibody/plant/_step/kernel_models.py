@@ -174,7 +174,7 @@ class KernelModels:
         for joint in model.joints:
             locks[joint._v_start : joint._v_start + joint.num_velocities()] = first_lock + int(joint.index())
         self._plant_model = make_plant_model(
-            [self._actuator_row(a) for a in model.actuators],
+            [self._actuator_row(a) | {"gains": model.gains_at(a)} for a in model.actuators],
             [self._limit_row(j) for j in limited],
             [self._inputs.generalized_force],
             self._constraints.rows(),

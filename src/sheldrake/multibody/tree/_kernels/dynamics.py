@@ -38,9 +38,12 @@ from sheldrake.multibody.tree._kernels.model import FREE, TreeModel, TreeWork
 
 @kernel(top=True, short_loops=True)
 def body_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
-    """Fills `inertia` from `X_WB` and the parameters; start of every algorithm below."""
+    """Fills `inertia` and (added) `gravity` from `X_WB` and the parameters; start of every algorithm below."""
     for b in range(1, len(model.bodies)):
         body = work[b]
+        added = model.bodies[b].gravity
+        if added >= 0:
+            body.added_g_W = read3(p, added)
         at = model.bodies[b].inertia
         mass = p[at]
         if is_zero(mass):
@@ -56,6 +59,12 @@ def body_inertias(model: TreeModel, p: Vector, work: TreeWork) -> None:
                 G = shift_unit_inertia(G_BBo_W, c_Bo_W, p_RootB)
                 h = scale3(add3(c_Bo_W, p_RootB), mass)
                 body.inertia = (mass, h, scale_symmetric(G, mass))
+
+
+@kernel
+def gravity_on(model, work, b):
+    """What acts on a body, in W [m/s²]."""
+    return add3(model.gravities[b].g_W, work[b].added_g_W)
 
 
 @kernel
@@ -97,7 +106,7 @@ def inertial_force(model, work, b, A_WB, gravity_scale):
     I = work[b].inertia
     V_WB = work[b].V_WB
     alpha, a = A_WB
-    A = (alpha, sub3(a, scale3(model.gravities[b].g_W, gravity_scale)))
+    A = (alpha, sub3(a, scale3(gravity_on(model, work, b), gravity_scale)))
     return add6(mul_inertia(I, A), cross_force(V_WB, mul_inertia(I, V_WB)))
 
 
@@ -106,7 +115,7 @@ def gravity_forces(model: TreeModel, work: TreeWork) -> None:
     """Fills `F` with the forces of gravity."""
     for b in range(1, len(model.bodies)):
         body = work[b]
-        g_W = model.gravities[b].g_W
+        g_W = gravity_on(model, work, b)
         body.F = (cross3(body.first_moment, g_W), scale3(g_W, body.mass))
 
 

@@ -54,6 +54,8 @@ class Body(Record):
     direct = integer("1 when F and M are fixed to the bodies themselves, not to other frames")
     path = integer("first piece of the path of a curvilinear joint")
     path_end = integer("the piece after its last")
+    gravity = integer("where in p is what is added to its gravity, three numbers; -1 for nothing")
+    friction = integer("where in p is what its friction coefficients are multiplied with; -1 for nothing")
 
 
 class JointAxis(Record):
@@ -158,6 +160,12 @@ class BodyInertia(Record):
     inertia = numbers((1, 3, 6), "all three", "kg, kg m, kg m²", same_as=mass)
 
 
+class BodyGravity(Record):
+    """What acts on a body besides the model's gravity."""
+
+    added_g_W = numbers(3, "gravity that a parameter adds", "m/s²")
+
+
 class CompositeInertia(Record):
     """About `root`."""
 
@@ -188,6 +196,7 @@ class TreeWork(NamedTuple):
     V: Annotated[Matrix, BodyVelocity]
     A: Annotated[Matrix, BodyAcceleration]
     inertia: Annotated[Matrix, BodyInertia]
+    gravity: Annotated[Matrix, BodyGravity]
     composite: Annotated[Matrix, CompositeInertia]
     F: Annotated[Matrix, BodyForce]
     M: Vector
@@ -209,8 +218,8 @@ def make_work(model: TreeModel, dtype: type = float) -> TreeWork:
 
     work = TreeWork(
         X_WB=zeros(nb, BodyPose.SIZE), S=zeros(nv, 6), V=zeros(nb, 6), A=zeros(nb, 6),
-        inertia=zeros(nb, BodyInertia.SIZE), composite=zeros(nb, CompositeInertia.SIZE), F=zeros(nb, 6),
-        M=zeros(packed), L=zeros(packed), bias=zeros(nv),
+        inertia=zeros(nb, BodyInertia.SIZE), gravity=zeros(nb, 3), composite=zeros(nb, CompositeInertia.SIZE),
+        F=zeros(nb, 6), M=zeros(packed), L=zeros(packed), bias=zeros(nv),
     )  # fmt: skip
     work[0].R_WB = (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
     for row in np.flatnonzero(model.body[:, Body.kind] == FREE):

@@ -216,4 +216,4 @@ def calc_gravity_energy(model: TreeModel, work: TreeWork, energy: Vector) -> Non
     """Potential energy of gravity [J], zero at the world's origin, shape (1,); needs `body_inertias`."""
     energy[0] = 0.0
     for b in range(1, len(model.bodies)):
-        energy[0] -= dot3(first_moment(model, work, b), model.gravities[b].g_W)
+        energy[0] -= dot3(first_moment(model, work, b), dynamics.gravity_on(model, work, b))
