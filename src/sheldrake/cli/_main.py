@@ -63,6 +63,7 @@ _TOOLS = {
     "report": "one page about a run: replay, plots, contacts, diagram",
     "page": "one page that simulates what a script simulates",
     "c": "what a script simulates as a C library",
+    "fmu": "what a script simulates as an FMU, for other simulation tools",
 }
 """Commands whose file declares their arguments, and what they are for."""
 
