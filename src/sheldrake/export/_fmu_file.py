@@ -161,7 +161,11 @@ class FmuFile:
         """A new instance, as FMPy has them."""
         from fmpy import instantiate_fmu
 
-        return instantiate_fmu(str(self._folder), self._description, "CoSimulation", logger=hear)
+        here = os.getcwd()
+        try:
+            return instantiate_fmu(str(self._folder), self._description, "CoSimulation", logger=hear)
+        finally:
+            os.chdir(here)  # FMPy stays in the library's folder when that does not load
 
     # Variables.
 

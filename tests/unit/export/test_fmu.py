@@ -330,8 +330,10 @@ ENTITY = b'<!DOCTYPE x [<!ENTITY e SYSTEM "file:///etc/passwd">]>\n<fmiModelDesc
 )
 def test_damaged_fmus_are_refused(servos, tmp_path, change, words):
     damaged = rewritten(servos["3.0"], tmp_path / "damaged.fmu", change)
+    here = os.getcwd()
     with pytest.raises((ValueError, RuntimeError), match=words):
         FmuSystem(damaged)
+    assert os.getcwd() == here
     assert not (tmp_path.parent / "escaped.txt").exists()
 
 
