@@ -66,6 +66,7 @@ _TOOLS = {
     "c": "what a script simulates as a C library",
     "guide": "ten idioms, how to read errors, what differs",
     "completion": "commands and options for the Tab key of bash, zsh, fish",
+    "fmu": "what a script simulates as an FMU, for other simulation tools",
 }
 """Commands whose file declares their arguments, and what they are for."""
 

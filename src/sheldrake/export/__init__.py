@@ -1,9 +1,11 @@
-"""Diagrams that leave Python: as a file, a page that simulates, a C library."""
+"""Diagrams that leave Python: as a file, a page that simulates, a C library, an FMU; and FMUs of others."""
 
 from sheldrake.export._c import SaveC
+from sheldrake.export._fmu import SaveFmu
+from sheldrake.export._fmu_system import FmuSystem
 from sheldrake.export._freeze import Freeze
 from sheldrake.export._frozen import FrozenDiagram, LoadFrozen
 from sheldrake.export._page import PageSlider, SavePage
 from sheldrake.export._simulation import FrozenSimulation
 
-__all__ = ["Freeze", "FrozenDiagram", "FrozenSimulation", "LoadFrozen", "PageSlider", "SaveC", "SavePage"]
+__all__ = ["FmuSystem", "Freeze", "FrozenDiagram", "FrozenSimulation", "LoadFrozen", "PageSlider", "SaveC", "SavePage"]

@@ -59,6 +59,7 @@ class Freezer:
         self.simulator, self.store, self.layout = simulator, self.span.store, self.span.layout
         self.root = simulator.get_system()
         self.left_out: list[str] = []
+        self._output_elements: dict[str, list[str]] = {}
         self.outputs = self._wanted(outputs)
         self._refuse()
         self.image = Image()
@@ -138,10 +139,11 @@ class Freezer:
             n = self.layout.node_of.get(system._system_id)
             if n is None:
                 raise ValueError(f"Freeze(): the output port '{port.get_name()}' belongs to another diagram.")
-            _, _, slot = self.layout.output_slot(n, int(port.get_index()))
+            leaf, j, slot = self.layout.output_slot(n, int(port.get_index()))
             if slot.vector:
                 name = port.get_name() if system is self.root else f"{self.path(system)}/{port.get_name()}"
                 found[name] = name, slot.span[0], slot.span[1] - slot.span[0], slot.row
+                self._output_elements[name] = self._output_names(leaf, j, slot.span[1] - slot.span[0])
             elif system is not self.root:
                 raise ValueError(
                     f"Freeze(): the output port '{port.get_name()}' of {system._describe()} has abstract values; only "
@@ -285,12 +287,18 @@ class Freezer:
             "states": self._states(),
             "parameters": self._parameters(),
             "inputs": self._inputs(),
-            "outputs": [_vector(name, at, [f"y{i}" for i in range(size)]) for name, at, size, _ in self.outputs],
+            "outputs": [_vector(name, at, self._output_elements[name]) for name, at, _, _ in self.outputs],
             "logs": self._log_descriptions(),
             "left_out": self.left_out,
+            "clocks": self._clocks(),
             "fixups": [[f.at, f.to, int(f.absolute)] for f in sorted(self.image.fixups)],
         }
         return FrozenDiagram(description, self.image.data())
+
+    def _clocks(self) -> list[list[float]]:
+        """First tick and period [s] of what happens periodically."""
+        clocks = (self.program.clocks[c] for c in range(int(self.program.num_clocks)))
+        return [[float(clock.offset), float(clock.period)] for clock in clocks]
 
     def _row_name(self, r: int) -> str:
         row = self.layout.rows[r]
@@ -306,6 +314,12 @@ class Freezer:
                 if b > a:
                     found.append(_vector(self.path(system), a, self._state_names(system, b - a), kind=kind))
         return found
+
+    def _output_names(self, n: int, j: int, size: int) -> list[str]:
+        """Names of the elements of a leaf's output port, as a log of it has them."""
+        names = getattr(self.store.systems[n], "_output_names", None)
+        found = list((names(j) if names is not None else None) or ())
+        return found if len(found) == size else [f"y{i}" for i in range(size)]
 
     @staticmethod
     def _state_names(system: Any, size: int) -> list[str]:

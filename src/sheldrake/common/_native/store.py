@@ -60,20 +60,29 @@ def load_text(text: str, symbol: str, short_loops: bool) -> tuple[Any, int]:
     return prebuilt.PROTOTYPE(address), address
 
 
-def code_of_text(text: str, symbol: str, short_loops: bool, target: Target) -> bytes:
+def code_of_text(text: str, symbol: str, short_loops: bool, target: Target, rename: str = "") -> bytes:
     """The object file for a target of an entry that is LLVM's text, from the cache or compiled now.
+
+    Args:
+        text: LLVM's.
+        symbol: Name of the entry in it.
+        short_loops: How it is optimised.
+        target: What it is for.
+        rename: What the entry is called in the object file, if not the same.
 
     Raises:
         ModuleNotFoundError: if it must be compiled and llvmlite is not there.
         TypeError: if the code needs anything but libm, memset, memcpy and memmove.
     """
-    digest = hashlib.sha256(repr((text, short_loops, target, _compiler())).encode()).hexdigest()[:20]
+    digest = hashlib.sha256(
+        repr((text, short_loops, target, _compiler(), *([rename] if rename else []))).encode()
+    ).hexdigest()[:20]
     path = cache_folder() / f"{symbol}-text-{digest}.o"
     code = _read(path)
     if code is None:
         from sheldrake.common._native import lower
 
-        code = lower.emit(lower.read(text, short_loops), symbol, target)
+        code = lower.emit(lower.read(text, short_loops), symbol, target, rename or None)
         _write(path, code)
     return code
 
