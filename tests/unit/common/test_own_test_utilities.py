@@ -143,7 +143,7 @@ def test_pickles():
     test = unittest.TestCase()
     for T in (float, AutoDiffXd):
         assert_pickle(test, RigidTransform_[T]([1.0, 2.0, 3.0]), lambda X: X.GetAsMatrix4(), T=T)
-    assert_pickle(test, RigidTransform_[Expression](), T=Expression)
+    assert_pickle(test, RigidTransform_[Expression](), lambda X: X.GetAsMatrix4(), T=Expression)
     with pytest.raises(AssertionError):
         assert_pickle(test, Forgetful(3))
     assert copy.copy(Forgetful(3)).n == 0

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import io
+import os
 import re
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -185,13 +186,13 @@ class _DiskFiles:
     """
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder.resolve()
+        self._folder = Path(os.path.abspath(folder))  # not resolved: links within a package are its own
         above = (f for f in (self._folder, *self._folder.parents) if (f / "package.xml").is_file())
         home = self._folder.parent
         self._package = next(above, self._folder if home in (Path(home.anchor), Path.home()) else home)
 
     def get(self, name: str) -> bytes:
-        path = (self._folder / name.strip()).resolve()
+        path = Path(os.path.abspath(self._folder / name.strip()))
         if not path.is_relative_to(self._package):
             raise RuntimeError(
                 f"the mesh names the file {name!r}, which is not in its package '{self._package}': copy that file "
