@@ -40,8 +40,8 @@ _INFO = {
 class InteriorPointSolver(NonlinearSolver):
     """Solves nonlinear programs by the interior point method of this library.
 
-    SciPy's SLSQP is tried where that gets stuck. It heeds the options of SNOPT that
-    `SnoptSolver` names.
+    SciPy's SLSQP is tried where that gets stuck, or stops where constraints cannot be violated less. It heeds the
+    options of SNOPT that `SnoptSolver` names.
     """
 
     _name = "InteriorPoint"
@@ -58,7 +58,7 @@ class InteriorPointSolver(NonlinearSolver):
     def _run(self, form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
         y, dual, ending = interior_point(form, start, settings.optimality, settings.feasibility, settings.iterations)
         found = Outcome(InteriorPointSolver._name, y, ending is Ending.CONVERGED, ending is Ending.ITERATIONS, dual)
-        if ending is not Ending.STUCK or form.num_vars > _LARGEST_DENSE:
+        if ending not in (Ending.STUCK, Ending.INFEASIBLE) or form.num_vars > _LARGEST_DENSE:
             return found
         other = by_slsqp(form, start, settings)
         return other if form.violation(form.clip(other.y)) <= settings.feasibility else found
