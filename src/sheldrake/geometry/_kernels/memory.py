@@ -30,11 +30,20 @@ def remembers(table, k):
 
 
 @kernel
+def own_slot(table, k):
+    """The slot with the polytope of pair k; -1 if it has none."""
+    s = table.memories[k].how - 1
+    if s >= 0 and s < len(table.slots) and table.slots[s].owner == k + 1:
+        return s
+    return -1
+
+
+@kernel
 def forget(table, k):
     """Nothing is remembered of pair k from now on."""
-    how = table.memories[k].how
-    if how > 0 and how <= len(table.slots) and table.slots[how - 1].owner == k + 1:
-        table.slots[how - 1].owner = 0
+    s = own_slot(table, k)
+    if s >= 0:
+        table.slots[s].owner = 0
     table.memories[k].how = 0
 
 
@@ -59,9 +68,9 @@ def still_apart(model, table, i, j, size, reach, k):
 @kernel
 def slot_of(table, k):
     """The slot of pair k: its own, or one that is free; -1 if there is none."""
-    how = table.memories[k].how
-    if how > 0 and how <= len(table.slots) and table.slots[how - 1].owner == k + 1:
-        return how - 1
+    own = own_slot(table, k)
+    if own >= 0:
+        return own
     for s in range(len(table.slots)):
         if table.slots[s].owner == 0:
             return s
@@ -102,7 +111,7 @@ def place_polytope(model, table, i, j, size, s):
             return False
         a = core_vertex(model, table, i, kept.a)
         b = core_vertex(model, table, j, kept.b)
-        table.vertices[SIMPLEX + v].points = (sub3(sub3(a, b), _NO_SHIFT), a, b, (float(kept.a), float(kept.b)))
+        table.vertices[SIMPLEX + v].points = (sub3(a, b), a, b, (float(kept.a), float(kept.b)))
     for f in range(slot.num_faces):
         kept_link = table.kept_links[s * SLOT_FACES + f]
         table.links[f].neighbours = kept_link.neighbours
@@ -127,8 +136,8 @@ def is_nearest_by_far(table, faces, out, beyond):
 def follow(model, table, i, j, size, gap, k):
     """(whether memory tells where pair k overlaps least, direction out of i - j, depth, points on i and j)."""
     out = (1.0, 0.0, 0.0)
-    s = table.memories[k].how - 1
-    if s < 0 or s >= len(table.slots) or table.slots[s].owner != k + 1:
+    s = own_slot(table, k)
+    if s < 0:
         return False, out, 0.0, out, out
     if not place_polytope(model, table, i, j, size, s):
         return False, out, 0.0, out, out
