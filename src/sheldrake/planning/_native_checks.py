@@ -14,6 +14,7 @@ from sheldrake.geometry._kernels.contacts import place_geometries
 from sheldrake.geometry._kernels.model import BodyPoses, contact_table
 from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._kernels.spatial_hash import make_cells
+from sheldrake.geometry._query.query_object import explain_contact_status
 from sheldrake.geometry._query.scene import world_poses
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 from sheldrake.multibody.plant._parts import parts_of
@@ -61,6 +62,9 @@ class NativeChecks:
             filtered: Of each pair of bodies, 0 where it counts.
             padding: Likewise, the distance to be kept [m].
             threads: How many may work.
+
+        Raises:
+            RuntimeError: a search did not end well.
         """
         begin, found = np.cumsum([0, *map(len, ways)], dtype=np.int64), np.zeros(len(ways), np.int64)
         reach = max(0.0, float(padding.max())) if padding.any() else None
@@ -74,10 +78,11 @@ class NativeChecks:
         def work(thread: int, part: int) -> None:
             if thread not in calls:
                 calls[thread] = self._bind(reach, configurations, *given)
-            call, _ = calls[thread]
+            call, values = calls[thread]
             call.set("first", part * size)
             call.set("last", min((part + 1) * size, len(ways)))
-            call()
+            if call():
+                raise explain_contact_status(self.scene.model, values["table"])
 
         crew.run(work, -(-len(ways) // size))
         return found

@@ -8,11 +8,13 @@ import pytest
 import sheldrake.planning as planning
 from sheldrake.common import Parallelism
 from sheldrake.geometry import Box, Cylinder, HalfSpace, Sphere
+from sheldrake.geometry._kernels.model import contact_table
 from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.math import SpatialInertia
 from sheldrake.multibody.plant import CoulombFriction
 from sheldrake.multibody.tree import FixedOffsetFrame, RevoluteJoint
+from sheldrake.planning import _native_checks
 from sheldrake.planning._native_checks import NativeChecks
 
 
@@ -74,6 +76,14 @@ def test_checks_leave_python_to_others(monkeypatch):
     monkeypatch.setattr(NativeChecks, "first_collisions", lambda *a: asked.append(len(a[1])) or found(*a))
     c.CheckConfigsCollisionFree(QS)
     assert asked == [len(QS)]
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_a_search_that_fails_ends_the_check(monkeypatch, threads):
+    c = checker()
+    monkeypatch.setattr(_native_checks, "contact_table", lambda model, capacity: contact_table(model, 1))
+    with pytest.raises(RuntimeError, match="More than 1 contact points among .* the contact table is full"):
+        c.CheckConfigsCollisionFree(QS, threads)
 
 
 def test_filters_and_shapes_that_come_later_count():

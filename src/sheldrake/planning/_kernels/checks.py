@@ -27,8 +27,10 @@ def first_collisions(
     found: IntVector,
     first: int,
     last: int,
-) -> None:
+) -> int:
     """For each way of `first` to `last`: the number of its first configuration that collides, or how many it has.
+
+    Returns 0, or the status of the first row that fails, with which all ends.
 
     Args:
         t: For the rows.
@@ -53,17 +55,21 @@ def first_collisions(
         for c in range(begin[way], begin[way + 1]):
             for i in range(len(q)):
                 q[i] = configurations[c, i]
-            call_row(rows, 0, t, memory, words, at[0])
+            status = call_row(rows, 0, t, memory, words, at[0])
             for i in range(places.shape[0]):
                 for k in range(placed.shape[1]):
                     placed[places[i, 0], k] = poses[places[i, 1], k]
-            status = 0
             for r in range(1, len(rows)):
                 if status == 0:
                     status = call_row(rows, r, t, memory, words, at[r])
+            if status == 0:
+                status = table.status
+            if status != 0:
+                return status
             if touches(table, body, filtered, padding):
                 found[way] = c - begin[way]
                 break
+    return 0
 
 
 @kernel
