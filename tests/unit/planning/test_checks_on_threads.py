@@ -82,7 +82,7 @@ def test_checks_leave_python_to_others(monkeypatch):
 def test_a_search_that_fails_ends_the_check(monkeypatch, threads):
     c = checker()
     monkeypatch.setattr(_native_checks, "contact_table", lambda model, capacity: contact_table(model, 1))
-    with pytest.raises(RuntimeError, match="More than 1 contact points among .* the contact table is full"):
+    with pytest.raises(RuntimeError, match=r"More than 1 contact points among .* the contact table is full"):
         c.CheckConfigsCollisionFree(QS, threads)
 
 

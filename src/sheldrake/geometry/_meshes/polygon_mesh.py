@@ -56,7 +56,7 @@ class PolygonSurfaceMesh:
             self._faces.append(tuple(self._face_data[i + 1 : i + 1 + size]))
             i += 1 + size
         for face in self._faces:
-            if len(face) < 3 or not all(0 <= v < len(self._vertices) for v in face):
+            if len(face) < 3 or not 0 <= min(face) <= max(face) < len(self._vertices):
                 raise ValueError(f"PolygonSurfaceMesh(): face {face} with {len(self._vertices)} vertices.")
         self._normals, self._areas, self._centroids = self._measure()
 

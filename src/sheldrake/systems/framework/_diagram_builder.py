@@ -346,7 +346,8 @@ class DiagramBuilder:
         parents = [s._parent_ref for s in self._systems]
         trial._fill(self._systems, wires, inputs, outputs)
         try:
-            Topology(trial)  # raises on an algebraic loop, before anything is changed
+            if _has_circle(wires, len(self._systems)):  # without one there is no loop that subsystems do not have
+                Topology(trial)  # raises on an algebraic loop, before anything is changed
         except RuntimeError:
             for system, parent in zip(self._systems, parents):
                 system._parent_ref = parent
@@ -366,3 +367,19 @@ class DiagramBuilder:
                     "names of sibling systems must differ."
                 )
             seen.add(name)
+
+
+def _has_circle(wires: dict[tuple[int, int], tuple[int, int]], count: int) -> bool:
+    """Whether wires lead from one of `count` systems back to it, through whatever it does with its inputs."""
+    waits = [0] * count
+    readers: list[list[int]] = [[] for _ in waits]
+    for (reader, _), (source, _) in wires.items():
+        waits[reader] += 1
+        readers[source].append(reader)
+    order = [k for k in range(count) if not waits[k]]
+    for k in order:  # grows while it is walked
+        for reader in readers[k]:
+            waits[reader] -= 1
+            if not waits[reader]:
+                order.append(reader)
+    return len(order) < count

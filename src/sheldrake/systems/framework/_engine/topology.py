@@ -39,6 +39,8 @@ class Topology:
         self.overrides = overrides
         self.systems: list[Any] = []
         self.nodes: list[Node] = []
+        self._shown: dict[tuple[int, int], tuple[int, int]] = {}  # what was found once: nesting may be deep
+        self._resolved: dict[tuple[int, int], Source] = {}
         self._walk(root)
         self.leaves = [n.number for n in self.nodes if n.leaf]
         self.node_of = {s._system_id: n for n, s in enumerate(self.systems)}
@@ -72,23 +74,39 @@ class Topology:
 
     def output_source(self, n: int, j: int) -> tuple[int, int]:
         """The leaf and its output port that output port `j` of node `n` shows."""
-        while not self.nodes[n].leaf:
+        way: list[tuple[int, int]] = []
+        while not self.nodes[n].leaf and (n, j) not in self._shown:
+            way.append((n, j))
             child, j = self.systems[n]._exported_outputs[j]
             n = self.nodes[n].children[child]
-        return n, j
+        found = self._shown.get((n, j), (n, j))
+        self._shown.update(dict.fromkeys(way, found))
+        return found
 
     def resolve(self, n: int, i: int) -> Source:
         """Where input port `i` of node `n` takes its value from."""
-        while (n, i) not in self.overrides and n != 0:
-            node = self.nodes[n]
-            diagram, key = self.systems[node.parent], (node.place, i)
-            if key in diagram._wires:
-                child, j = diagram._wires[key]
-                return ("out", *self.output_source(self.nodes[node.parent].children[child], j))
-            if key not in diagram._exported_inputs:
-                break
-            n, i = node.parent, diagram._exported_inputs[key]
-        return "free", n, i
+        way: list[tuple[int, int]] = []
+        found: Source | None = None
+        while found is None:
+            way.append((n, i))
+            found = self._resolved.get((n, i))
+            if found is None:
+                n, i, found = self._next(n, i)
+        self._resolved.update(dict.fromkeys(way, found))
+        return found
+
+    def _next(self, n: int, i: int) -> tuple[int, int, Source | None]:
+        """The input port of a diagram that feeds input port `i` of node `n`; or the source, if that is known now."""
+        if (n, i) in self.overrides or n == 0:
+            return n, i, ("free", n, i)
+        node = self.nodes[n]
+        diagram, key = self.systems[node.parent], (node.place, i)
+        if key in diagram._wires:
+            child, j = diagram._wires[key]
+            return n, i, ("out", *self.output_source(self.nodes[node.parent].children[child], j))
+        if key not in diagram._exported_inputs:
+            return n, i, ("free", n, i)
+        return node.parent, diagram._exported_inputs[key], None
 
     def port_name(self, n: int, j: int) -> str:
         """Path and name of an output port."""
