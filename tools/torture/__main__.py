@@ -8,11 +8,14 @@ from __future__ import annotations
 
 import argparse
 import pathlib
+import subprocess
 import sys
 
 from tools.torture.campaign import ROOT, Outcome, run
 from tools.torture.campaigns import CAMPAIGNS
 
+ATTACKED = ("src", "tools/torture", "tests/models", "tests/unit/systems/framework")
+"""What decides about the outcome of a run."""
 KINDS = ("crash", "hang", "silent", "unclear")
 BEGIN, END = "<!-- made by `python dev.py torture --write docs/reliability.md` -->", "<!-- end -->"
 
@@ -33,14 +36,30 @@ def table(rows: dict[str, list[str]]) -> str:
     return "\n".join(lines)
 
 
-def write(path: pathlib.Path, outcomes: list[Outcome]) -> None:
-    """Puts the campaigns into the table of a page, which keeps the rows of others from earlier runs."""
+def what_runs(seed: int) -> str:
+    """The sentence that says of which source and chance the numbers are; what belongs to the same ones can be joined.
+
+    Raises:
+        RuntimeError: files differ from what is committed, so that no hash says what ran.
+    """
+
+    def git(*words: str) -> str:
+        return subprocess.run(["git", *words], cwd=ROOT, check=True, capture_output=True, text=True).stdout.strip()
+
+    if changed := git("status", "--porcelain", "--", *ATTACKED):
+        raise RuntimeError(f"--write is for what is committed; these files are changed or new:\n{changed}")
+    src, tools = (git("rev-parse", "--short", f"HEAD:{folder}") for folder in ("src", "tools/torture"))
+    return f"All of one source, `git rev-parse HEAD:src` {src} and `HEAD:tools/torture` {tools}, with seed {seed}."
+
+
+def write(path: pathlib.Path, outcomes: list[Outcome], source: str) -> None:
+    """Puts the campaigns into the table of a page, which keeps rows of others from earlier runs of the same source."""
     page = path.read_text(encoding="utf-8")
     before, _, rest = page.partition(BEGIN)
     old, _, after = rest.partition(END)
-    lines = [line.strip("| ").split(" | ") for line in old.splitlines() if line.startswith("|")]
+    lines = [line.strip("| ").split(" | ") for line in old.splitlines() if line.startswith("|") and source in old]
     rows = {cells[0]: cells for cells in lines} | {o.campaign.name: row(o) for o in outcomes}
-    path.write_text(f"{before}{BEGIN}\n\n{table(rows)}\n\n{END}{after}", encoding="utf-8")
+    path.write_text(f"{before}{BEGIN}\n\n{table(rows)}\n\n{source}\n\n{END}{after}", encoding="utf-8")
 
 
 def main(words: list[str] | None = None) -> int:
@@ -56,7 +75,7 @@ def main(words: list[str] | None = None) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--write", type=pathlib.Path, help="a page that gets the table")
     given = parser.parse_args(words)
-    outcomes = []
+    outcomes, source = [], what_runs(given.seed) if given.write else ""
     for campaign in CAMPAIGNS:
         if given.only and not campaign.name.startswith(tuple(given.only)):
             continue
@@ -69,8 +88,8 @@ def main(words: list[str] | None = None) -> int:
         )
         for failure in outcome.failures:
             print(f"---- {failure.kind} in trial {failure.number}\n{failure.text}", flush=True)
-    if given.write is not None:
-        write(ROOT / given.write, outcomes)
+        if given.write:
+            write(ROOT / given.write, outcomes, source)
     return int(any(o.failures for o in outcomes))
 
 

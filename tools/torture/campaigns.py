@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from tools.torture import diagrams, files, parsers, programs, viewer
+from tools.torture import calls, diagrams, files, parsers, programs, viewer
 from tools.torture.campaign import Campaign
 
 SANITIZED = {"SHELDRAKE_SANITIZE": "1"}
 CAMPAIGNS = [
-    Campaign("model files, changed", parsers.changed_models, 40_000, 10.0, "a model or an error with its place"),
-    Campaign("model files, made", parsers.new_models, 30_000, 10.0, "a model or an error with its place"),
+    Campaign("model files, changed", parsers.changed_models, 40_000, 100.0, "a model or an error with its place"),
+    Campaign("model files, made", parsers.new_models, 30_000, 100.0, "a model or an error with its place"),
     Campaign("model files, nonsense", parsers.nonsense, 400, 10.0, "nothing is dropped without a word"),
     Campaign("mesh files", parsers.some_meshes, 40_000, 10.0, "a finite mesh or an error that names the file"),
     Campaign(
@@ -26,6 +26,9 @@ CAMPAIGNS = [
         600.0,
         "native = interpreted; results or errors",
         each=programs.PROGRAMS,
+    ),
+    Campaign(
+        "odd calls", calls.odd_calls, 1000, 60.0, "an error in words; others compute on", SANITIZED, each=calls.CALLS
     ),
     Campaign("contexts, cut", files.cut_contexts, 4000, 20.0, "refused by name", SANITIZED),
     Campaign("contexts, changed", files.changed_contexts, 6000, 20.0, "refused by name, or steps", SANITIZED),

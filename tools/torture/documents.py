@@ -14,6 +14,7 @@ import time
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 
+import numpy as np
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
@@ -21,7 +22,8 @@ import sheldrake
 from sheldrake.multibody.parsing import ParseError, Parser
 from sheldrake.multibody.parsing._files.diagnostics import DiagnosticPolicy
 from sheldrake.multibody.parsing._files.xml import parse_xml
-from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph
+from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from sheldrake.systems.analysis import Simulator
 from sheldrake.systems.framework import DiagramBuilder
 
 BUNDLED = pathlib.Path(sheldrake.__file__).parent / "models"
@@ -65,9 +67,9 @@ def fuzz_settings(examples: int) -> settings:
     )
 
 
-def make_parser() -> Parser:
+def make_parser(builder: DiagramBuilder | None = None) -> Parser:
     """A parser for a new plant with a scene graph; it knows the package of our own files."""
-    plant, _ = AddMultibodyPlantSceneGraph(DiagramBuilder(), 1e-3)
+    plant, _ = AddMultibodyPlantSceneGraph(builder or DiagramBuilder(), 1e-3)
     parser = Parser(plant)
     parser.package_map().Add("parsing", str(MODELS))
     return parser
@@ -78,9 +80,16 @@ def add_text(parser: Parser, path: pathlib.Path, text: str) -> list:
     return parser._add(parser._kind_of(str(path)), parser._reading_of(str(path)), text)
 
 
-def check_parse(path: pathlib.Path, text: str) -> None:
-    """Parses; checks the kind of error, the time, and that a failed parse leaves the plant alone."""
-    parser = make_parser()
+def check_parse(path: pathlib.Path, text: str, steps: bool = False) -> None:
+    """Parses; checks the kind of error, the time, and that a failed parse leaves the plant alone.
+
+    Args:
+        path: Where the text seems to be.
+        text: Of the file.
+        steps: What was parsed is also finalized and stepped.
+    """
+    builder = DiagramBuilder()
+    parser = make_parser(builder)
     plant = parser.plant()
 
     def counts() -> tuple[int, ...]:
@@ -96,7 +105,25 @@ def check_parse(path: pathlib.Path, text: str) -> None:
             assert before == counts()
     except NotImplementedError as error:
         assert str(error)
+    else:
+        if steps:
+            check_steps(builder, plant)
+            return
     assert time.process_time() - start < LIMIT
+
+
+def check_steps(builder: DiagramBuilder, plant: MultibodyPlant) -> None:
+    """Two steps of a model: its state stays finite, or an error says what is wrong with the model."""
+    try:
+        plant.Finalize()
+        diagram = builder.Build()
+        simulator = Simulator(diagram)
+        simulator.AdvanceTo(2e-3)
+    except (RuntimeError, ValueError, NotImplementedError) as error:
+        assert str(error)
+    else:
+        state = plant.GetMyContextFromRoot(simulator.get_context()).get_discrete_state_vector().value()
+        assert np.all(np.isfinite(state))
 
 
 # --- mutations
