@@ -1,0 +1,661 @@
+"""Small calls as programs make them many times, against Drake: CPU time of one, in microseconds.
+
+    python benchmarks/small_calls.py [values contexts plant python programs setting_up] [--rounds 5] [--slower]
+
+Each line is a call, or the few that belong together, on objects that exist. Both libraries take turns in one process.
+`--slower` prints those lines only in which Drake is faster. What Drake keeps in its cache costs it a look in lines that
+write nothing in between.
+"""
+
+from __future__ import annotations
+
+import argparse
+import functools
+import importlib
+import pathlib
+import statistics
+import sys
+import time
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT), str(ROOT / "src")]
+
+from benchmarks.robots import arm_urdf  # noqa: E402
+from benchmarks.turns import machine, take_turns  # noqa: E402
+
+Calls = dict[str, Callable[[], Any]]
+FAMILIES: dict[str, Callable[[Any], Calls]] = {}
+SECONDS_A_TURN = 0.02
+
+
+def family(make: Callable[[Any], Calls]) -> Callable[[Any], Calls]:
+    """Adds a function of the library that makes calls, by title."""
+    FAMILIES[make.__name__] = make
+    return make
+
+
+@family
+def values(lib: Any) -> Calls:
+    """Poses, rotations and spatial vectors."""
+    R, S = lib.RotationMatrix(lib.RollPitchYaw(0.1, 0.2, 0.3)), lib.RotationMatrix.MakeZRotation(0.3)
+    p, points = np.array([0.1, 0.2, 0.3]), np.ones((3, 10))
+    X, Y, rpy = lib.RigidTransform(R, p), lib.RigidTransform(S, p), lib.RollPitchYaw(0.1, 0.2, 0.3)
+    q, matrix, pose = R.ToQuaternion(), R.matrix(), X.GetAsMatrix4()
+    V, W, F = (kind(p, p) for kind in (lib.SpatialVelocity, lib.SpatialVelocity, lib.SpatialForce))
+    turned = lib.AngleAxis(0.3, [0.0, 0.0, 1.0])
+    inertia = lib.SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.2, 0.3)
+    return {
+        "RigidTransform()": lambda: lib.RigidTransform(),
+        "RigidTransform(p)": lambda: lib.RigidTransform(p),
+        "RigidTransform([x, y, z])": lambda: lib.RigidTransform([0.1, 0.2, 0.3]),
+        "RigidTransform(R, p)": lambda: lib.RigidTransform(R, p),
+        "RigidTransform(R, [x, y, z])": lambda: lib.RigidTransform(R, [0.1, 0.2, 0.3]),
+        "RigidTransform(rpy, p)": lambda: lib.RigidTransform(rpy, p),
+        "RigidTransform(quaternion, p)": lambda: lib.RigidTransform(q, p),
+        "RigidTransform(matrix)": lambda: lib.RigidTransform(pose),
+        "X @ Y": lambda: X @ Y,
+        "X.multiply(Y)": lambda: X.multiply(Y),
+        "X @ p": lambda: X @ p,
+        "X @ points": lambda: X @ points,
+        "X.inverse()": lambda: X.inverse(),
+        "X.InvertAndCompose(Y)": lambda: X.InvertAndCompose(Y),
+        "X.translation()": lambda: X.translation(),
+        "X.rotation()": lambda: X.rotation(),
+        "X.rotation().matrix()": lambda: X.rotation().matrix(),
+        "X.GetAsMatrix4()": lambda: X.GetAsMatrix4(),
+        "X.GetAsMatrix34()": lambda: X.GetAsMatrix34(),
+        "X.set_translation(p)": lambda: X.set_translation(p),
+        "X.IsNearlyEqualTo(Y, 1e-6)": lambda: X.IsNearlyEqualTo(Y, 1e-6),
+        "RotationMatrix()": lambda: lib.RotationMatrix(),
+        "RotationMatrix(R)": lambda: lib.RotationMatrix(matrix),
+        "RotationMatrix(rpy)": lambda: lib.RotationMatrix(rpy),
+        "RotationMatrix(quaternion)": lambda: lib.RotationMatrix(q),
+        "RotationMatrix(AngleAxis)": lambda: lib.RotationMatrix(turned),
+        "MakeXRotation(a)": lambda: lib.RotationMatrix.MakeXRotation(0.3),
+        "R @ S": lambda: R @ S,
+        "R @ p": lambda: R @ p,
+        "R.multiply(p)": lambda: R.multiply(p),
+        "R.inverse()": lambda: R.inverse(),
+        "R.transpose()": lambda: R.transpose(),
+        "R.matrix()": lambda: R.matrix(),
+        "R.ToQuaternion()": lambda: R.ToQuaternion(),
+        "R.ToRollPitchYaw()": lambda: R.ToRollPitchYaw(),
+        "R.ToAngleAxis()": lambda: R.ToAngleAxis(),
+        "R.col(2)": lambda: R.col(2),
+        "RollPitchYaw(r, p, y)": lambda: lib.RollPitchYaw(0.1, 0.2, 0.3),
+        "RollPitchYaw([r, p, y])": lambda: lib.RollPitchYaw(p),
+        "RollPitchYaw(R)": lambda: lib.RollPitchYaw(R),
+        "RollPitchYaw(quaternion)": lambda: lib.RollPitchYaw(q),
+        "rpy.vector()": lambda: rpy.vector(),
+        "rpy.ToRotationMatrix()": lambda: rpy.ToRotationMatrix(),
+        "rpy.ToQuaternion()": lambda: rpy.ToQuaternion(),
+        "rpy.yaw_angle()": lambda: rpy.yaw_angle(),
+        "Quaternion(w, x, y, z)": lambda: lib.Quaternion(1.0, 0.0, 0.0, 0.0),
+        "Quaternion([w, x, y, z])": lambda: lib.Quaternion([1.0, 0.0, 0.0, 0.0]),
+        "q.wxyz()": lambda: q.wxyz(),
+        "q.rotation()": lambda: q.rotation(),
+        "q.multiply(q)": lambda: q.multiply(q),
+        "q.inverse()": lambda: q.inverse(),
+        "AngleAxis(a, axis)": lambda: lib.AngleAxis(0.3, [0.0, 0.0, 1.0]),
+        "SpatialVelocity(w, v)": lambda: lib.SpatialVelocity(p, p),
+        "SpatialVelocity.Zero()": lambda: lib.SpatialVelocity.Zero(),
+        "V + W": lambda: V + W,
+        "V.rotational()": lambda: V.rotational(),
+        "V.translational()": lambda: V.translational(),
+        "V.get_coeffs()": lambda: V.get_coeffs(),
+        "V.Shift(p)": lambda: V.Shift(p),
+        "V.ComposeWithMovingFrameVelocity": lambda: V.ComposeWithMovingFrameVelocity(p, W),
+        "V.Rotate(R)": lambda: V.Rotate(R),
+        "SpatialForce(tau, f)": lambda: lib.SpatialForce(p, p),
+        "F.Shift(p)": lambda: F.Shift(p),
+        "F.dot(V)": lambda: F.dot(V),
+        "UnitInertia.SolidBox": lambda: lib.UnitInertia.SolidBox(0.1, 0.2, 0.3),
+        "SpatialInertia(m, p, G)": lambda: lib.SpatialInertia(1.0, p, lib.UnitInertia(1.0, 1.0, 1.0)),
+        "M.ReExpress(R)": lambda: inertia.ReExpress(R),
+        "M.Shift(p)": lambda: inertia.Shift(p),
+    }
+
+
+def arm(lib: Any, time_step: float) -> tuple[Any, Any, Any]:
+    """A seven-joint arm in a diagram: builder, plant, SceneGraph."""
+    builder = lib.DiagramBuilder()
+    plant, scene_graph = lib.AddMultibodyPlantSceneGraph(builder, time_step)
+    lib.Parser(plant).AddModelsFromString(arm_urdf(), "urdf")
+    body = plant.AddRigidBody("ball", plant.AddModelInstance("ball"), lib.SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+    friction = lib.CoulombFriction(0.5, 0.5)
+    for owner, height, name in ((body, 0.0, "ball"), (plant.world_body(), -0.1, "ground")):
+        pose = lib.RigidTransform([0.0, 0.0, height])
+        shape = lib.Sphere(0.1) if name == "ball" else lib.Box(9.0, 9.0, 0.2)
+        plant.RegisterCollisionGeometry(owner, pose, shape, name, friction)
+    plant.Finalize()
+    return builder, plant, scene_graph
+
+
+@family
+def plant(lib: Any) -> Calls:
+    """A plant asked at one state that does not change, and at one that does."""
+    builder, plant, scene_graph = arm(lib, 0.001)
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    context, geometry = plant.GetMyContextFromRoot(root), scene_graph.GetMyContextFromRoot(root)
+    plant.get_actuation_input_port().FixValue(context, np.zeros(plant.num_actuators()))
+    hand, ball, world = plant.GetBodyByName("link7"), plant.GetBodyByName("ball"), plant.world_frame()
+    joint = next(j for j in map(plant.get_joint, plant.GetJointIndices()) if isinstance(j, lib.RevoluteJoint))
+    plant.SetFreeBodyPose(context, ball, lib.RigidTransform([0.5, 0.5, 0.099]))
+    frame, kV, kQ = hand.body_frame(), lib.JacobianWrtVariable.kV, lib.JacobianWrtVariable.kQDot
+    q, v, x = plant.GetPositions(context), plant.GetVelocities(context), plant.GetPositionsAndVelocities(context)
+    point, vdot, forces = np.array([0.01, 0.02, 0.03]), np.ones(plant.num_velocities()), lib.MultibodyForces(plant)
+    X, instance = lib.RigidTransform([0.5, 0.5, 0.5]), plant.GetModelInstanceByName("arm")
+    query_port, contacts = scene_graph.get_query_output_port(), plant.get_contact_results_output_port()
+    state = plant.get_state_output_port()
+    alone = lib.MultibodyPlant(0.001)
+    lib.Parser(alone).AddModelsFromString(arm_urdf(), "urdf")
+    alone.SetUseSampledOutputPorts(False)  # or its step is no discrete update
+    alone.Finalize()
+    own = alone.CreateDefaultContext()
+    inspector = scene_graph.model_inspector()
+    ids = inspector.GetAllGeometryIds()
+    ball_id, ground_id = plant.GetCollisionGeometriesForBody(ball)[0], ids[-1]
+
+    def after_write(ask: Callable[[], Any]) -> Callable[[], Any]:
+        def call() -> Any:
+            plant.SetPositions(context, q)
+            return ask()
+
+        return call
+
+    return {
+        "SetPositions": lambda: plant.SetPositions(context, q),
+        "SetPositions(instance)": lambda: plant.SetPositions(context, instance, q[:7]),
+        "SetVelocities": lambda: plant.SetVelocities(context, v),
+        "SetPositionsAndVelocities": lambda: plant.SetPositionsAndVelocities(context, x),
+        "GetPositions": lambda: plant.GetPositions(context),
+        "GetPositions(instance)": lambda: plant.GetPositions(context, instance),
+        "GetVelocities": lambda: plant.GetVelocities(context),
+        "GetPositionsAndVelocities": lambda: plant.GetPositionsAndVelocities(context),
+        "CalcMassMatrix": lambda: plant.CalcMassMatrix(context),
+        "CalcMassMatrixViaInverseDynamics": lambda: plant.CalcMassMatrixViaInverseDynamics(context),
+        "CalcBiasTerm": lambda: plant.CalcBiasTerm(context),
+        "CalcGravityGeneralizedForces": lambda: plant.CalcGravityGeneralizedForces(context),
+        "CalcInverseDynamics": lambda: plant.CalcInverseDynamics(context, vdot, forces),
+        "CalcForceElementsContribution": lambda: plant.CalcForceElementsContribution(context, forces),
+        "CalcJacobianSpatialVelocity": lambda: plant.CalcJacobianSpatialVelocity(
+            context, kV, frame, point, world, world
+        ),
+        "CalcJacobianTranslationalVelocity": lambda: plant.CalcJacobianTranslationalVelocity(
+            context, kQ, frame, [0.0, 0.0, 0.0], world, world
+        ),
+        "CalcJacobianAngularVelocity": lambda: plant.CalcJacobianAngularVelocity(context, kV, frame, world, world),
+        "CalcBiasSpatialAcceleration": lambda: plant.CalcBiasSpatialAcceleration(
+            context, kV, frame, point, world, world
+        ),
+        "CalcJacobianCenterOfMass": lambda: plant.CalcJacobianCenterOfMassTranslationalVelocity(
+            context, kV, world, world
+        ),
+        "CalcCenterOfMassPositionInWorld": lambda: plant.CalcCenterOfMassPositionInWorld(context),
+        "CalcTotalMass": lambda: plant.CalcTotalMass(context),
+        "CalcRelativeTransform": lambda: plant.CalcRelativeTransform(context, world, frame),
+        "CalcPointsPositions": lambda: plant.CalcPointsPositions(context, frame, point, world),
+        "CalcPotentialEnergy": lambda: plant.CalcPotentialEnergy(context),
+        "CalcKineticEnergy": lambda: plant.CalcKineticEnergy(context),
+        "EvalBodyPoseInWorld": lambda: plant.EvalBodyPoseInWorld(context, hand),
+        "EvalBodySpatialVelocityInWorld": lambda: plant.EvalBodySpatialVelocityInWorld(context, hand),
+        "frame.CalcPoseInWorld": lambda: frame.CalcPoseInWorld(context),
+        "frame.CalcPose": lambda: frame.CalcPose(context, world),
+        "SetFreeBodyPose": lambda: plant.SetFreeBodyPose(context, ball, X),
+        "GetFreeBodyPose": lambda: plant.GetFreeBodyPose(context, ball),
+        "SetFreeBodySpatialVelocity": lambda: plant.SetFreeBodySpatialVelocity(
+            context, ball, lib.SpatialVelocity.Zero()
+        ),
+        "joint.set_angle": lambda: joint.set_angle(context, 0.1),
+        "joint.get_angle": lambda: joint.get_angle(context),
+        "joint.position_lower_limits": lambda: joint.position_lower_limits(),
+        "MapVelocityToQDot": lambda: plant.MapVelocityToQDot(context, v),
+        "MapQDotToVelocity": lambda: plant.MapQDotToVelocity(context, np.zeros(len(q))),
+        "MakeActuationMatrix": lambda: plant.MakeActuationMatrix(),
+        "GetPositionLowerLimits": lambda: plant.GetPositionLowerLimits(),
+        "GetBodyByName": lambda: plant.GetBodyByName("link7"),
+        "GetBodyByName(instance)": lambda: plant.GetBodyByName("link7", instance),
+        "GetFrameByName": lambda: plant.GetFrameByName("link7"),
+        "GetJointByName": lambda: plant.GetJointByName(joint.name()),
+        "GetModelInstanceByName": lambda: plant.GetModelInstanceByName("arm"),
+        "GetJointIndices": lambda: plant.GetJointIndices(instance),
+        "num_positions": lambda: plant.num_positions(),
+        "body.body_frame": lambda: hand.body_frame(),
+        "world_frame": lambda: plant.world_frame(),
+        "body.name": lambda: hand.name(),
+        "body.index": lambda: hand.index(),
+        "MultibodyForces": lambda: lib.MultibodyForces(plant),
+        "get_state_output_port().Eval": lambda: plant.get_state_output_port().Eval(context),
+        "state.Eval after a write": after_write(lambda: state.Eval(context)),
+        "get_actuation_input_port().FixValue": lambda: plant.get_actuation_input_port().FixValue(context, v[:7]),
+        "get_actuation_input_port().Eval": lambda: plant.get_actuation_input_port().Eval(context),
+        "body_poses.Eval after a write": after_write(lambda: plant.get_body_poses_output_port().Eval(context)),
+        "contact_results.Eval": lambda: contacts.Eval(context),
+        "contact_results.Eval after a write": after_write(lambda: contacts.Eval(context)),
+        "generalized_acceleration after a write": after_write(
+            lambda: plant.get_generalized_acceleration_output_port().Eval(context)
+        ),
+        "net_actuation after a write": after_write(lambda: plant.get_net_actuation_output_port().Eval(context)),
+        "reaction_forces after a write": after_write(lambda: plant.get_reaction_forces_output_port().Eval(context)),
+        "query_object.Eval after a write": after_write(lambda: query_port.Eval(geometry)),
+        "ComputePointPairPenetration": after_write(lambda: query_port.Eval(geometry).ComputePointPairPenetration()),
+        "HasCollisions": after_write(lambda: query_port.Eval(geometry).HasCollisions()),
+        "signed distances of all pairs": after_write(
+            lambda: query_port.Eval(geometry).ComputeSignedDistancePairwiseClosestPoints()
+        ),
+        "signed distance of a pair": after_write(
+            lambda: query_port.Eval(geometry).ComputeSignedDistancePairClosestPoints(ball_id, ground_id)
+        ),
+        "signed distance to a point": after_write(
+            lambda: query_port.Eval(geometry).ComputeSignedDistanceToPoint(point, 1.0)
+        ),
+        "GetPoseInWorld(geometry)": after_write(lambda: query_port.Eval(geometry).GetPoseInWorld(ball_id)),
+        "inspector.GetName": lambda: inspector.GetName(ball_id),
+        "inspector.GetShape": lambda: inspector.GetShape(ball_id),
+        "inspector.GetAllGeometryIds": lambda: inspector.GetAllGeometryIds(),
+        "EvalUniquePeriodicDiscreteUpdate": lambda: alone.EvalUniquePeriodicDiscreteUpdate(own),
+        "forces.SetZero": lambda: forces.SetZero(),
+    }
+
+
+@family
+def contexts(lib: Any) -> Calls:
+    """Contexts, vectors and simulators of a diagram."""
+    builder, plant, _ = arm(lib, 0.001)
+    log = lib.LogVectorOutput(plant.get_state_output_port(), builder, 0.01)
+    diagram = builder.Build()
+    root = diagram.CreateDefaultContext()
+    context = plant.GetMyContextFromRoot(root)
+    gain = lib.Gain(2.0, 3)
+    small, port = gain.CreateDefaultContext(), gain.get_output_port()
+    u, vector = np.ones(3), lib.BasicVector([1.0, 2.0, 3.0])
+    integrator = lib.Integrator(3)
+    continuous = integrator.CreateDefaultContext()
+    integrator.get_input_port().FixValue(continuous, u)
+    linear = lib.LinearSystem(-np.eye(2), np.ones((2, 1)), np.eye(2), np.zeros((2, 1)))
+    state = linear.CreateDefaultContext()
+    linear.get_input_port().FixValue(state, [0.0])
+    step_builder = lib.DiagramBuilder()
+    step_builder.AddSystem(lib.Integrator(1))
+    idle = step_builder.Build()
+    idle_context = idle.CreateDefaultContext()
+    idle.GetSystems()[0].get_input_port().FixValue(idle.GetSystems()[0].GetMyContextFromRoot(idle_context), [1.0])
+    idler = lib.Simulator(idle, idle_context)
+    idler.Initialize()
+    alone = lib.MultibodyPlant(0.001)
+    lib.Parser(alone).AddModelsFromString(arm_urdf(), "urdf")
+    alone.Finalize()
+    simulator = lib.Simulator(alone)
+    alone.get_actuation_input_port().FixValue(simulator.get_mutable_context(), np.zeros(7))
+    simulator.Initialize()
+    abstract = lib.AbstractValue.Make(3)
+    gain.get_input_port().FixValue(small, u)
+    x2 = np.ones(2)
+    return {
+        "FixValue(array)": lambda: gain.get_input_port().FixValue(small, u),
+        "FixValue(list)": lambda: gain.get_input_port().FixValue(small, [1.0, 2.0, 3.0]),
+        "FixValue, Eval": lambda: (gain.get_input_port().FixValue(small, u), port.Eval(small)),
+        "Eval of what is known": lambda: port.Eval(small),
+        "EvalBasicVector": lambda: gain.get_input_port().Eval(small),
+        "GetOutputPort(name)": lambda: plant.GetOutputPort("state"),
+        "get_output_port(0)": lambda: gain.get_output_port(0),
+        "GetMyContextFromRoot": lambda: plant.GetMyContextFromRoot(root),
+        "GetMyMutableContextFromRoot": lambda: plant.GetMyMutableContextFromRoot(root),
+        "GetSubsystemContext": lambda: diagram.GetSubsystemContext(plant, root),
+        "GetSubsystemByName": lambda: diagram.GetSubsystemByName("plant"),
+        "SetTime": lambda: state.SetTime(0.5),
+        "get_time": lambda: state.get_time(),
+        "SetContinuousState": lambda: state.SetContinuousState(x2),
+        "SetTimeAndContinuousState": lambda: state.SetTimeAndContinuousState(0.1, x2),
+        "get_continuous_state_vector().CopyToVector": lambda: state.get_continuous_state_vector().CopyToVector(),
+        "get_mutable_continuous_state_vector().SetFromVector": lambda: (
+            state.get_mutable_continuous_state_vector().SetFromVector(x2)
+        ),
+        "get_discrete_state_vector().value()": lambda: context.get_discrete_state_vector().value(),
+        "get_discrete_state(0).value()": lambda: context.get_discrete_state(0).value(),
+        "SetDiscreteState": lambda: context.SetDiscreteState(context.get_discrete_state_vector().value()),
+        "EvalTimeDerivatives": lambda: (
+            state.SetContinuousState(x2),
+            linear.EvalTimeDerivatives(state).CopyToVector(),
+        ),
+        "context.Clone() of a block": lambda: state.Clone(),
+        "context.Clone() of a scene": lambda: root.Clone(),
+        "CreateDefaultContext of a block": lambda: linear.CreateDefaultContext(),
+        "CreateDefaultContext of a scene": lambda: diagram.CreateDefaultContext(),
+        "CreateDefaultContext of a plant": lambda: alone.CreateDefaultContext(),
+        "SetDefaultContext of a plant": lambda: alone.SetDefaultContext(simulator.get_mutable_context()),
+        "SetTimeStateAndParametersFrom": lambda: root.SetTimeStateAndParametersFrom(root),
+        "BasicVector(list)": lambda: lib.BasicVector([1.0, 2.0, 3.0]),
+        "vector.CopyToVector": lambda: vector.CopyToVector(),
+        "vector.SetFromVector": lambda: vector.SetFromVector(u),
+        "vector.get_value": lambda: vector.get_value(),
+        "vector.SetAtIndex": lambda: vector.SetAtIndex(1, 2.0),
+        "vector[1]": lambda: vector[1],
+        "AbstractValue.Make": lambda: lib.AbstractValue.Make(3),
+        "value.get_value": lambda: abstract.get_value(),
+        "AdvanceTo of no step": lambda: idler.AdvanceTo(idle_context.get_time()),
+        "AdvanceTo of one step (integrator)": lambda: idler.AdvanceTo(idle_context.get_time() + 0.01),
+        "AdvanceTo of one step (arm)": lambda: simulator.AdvanceTo(simulator.get_context().get_time() + 0.001),
+        "simulator.get_context": lambda: simulator.get_context(),
+        "simulator.Initialize": lambda: simulator.Initialize(),
+        "Simulator of a context": lambda: lib.Simulator(alone, simulator.get_mutable_context().Clone()),
+        "FindLog": lambda: log.FindLog(root),
+        "log.data()": lambda: log.FindLog(root).data(),
+    }
+
+
+@family
+def python(lib: Any) -> Calls:
+    """Systems written in Python, per event."""
+
+    class Feedback(lib.LeafSystem):
+        def __init__(self) -> None:
+            super().__init__()
+            self.DeclareVectorInputPort("x", 2)
+            self.DeclareVectorOutputPort("u", 1, self.output)
+
+        def output(self, context: Any, output: Any) -> None:
+            x = self.get_input_port().Eval(context)
+            output.SetFromVector([-x[0] - x[1]])
+
+    class Empty(lib.LeafSystem):
+        def __init__(self) -> None:
+            super().__init__()
+            self.DeclareVectorOutputPort("u", 1, self.output)
+
+        def output(self, context: Any, output: Any) -> None:
+            pass
+
+    class Periodic(lib.LeafSystem):
+        def __init__(self) -> None:
+            super().__init__()
+            self.DeclareDiscreteState(2)
+            self.DeclarePeriodicDiscreteUpdateEvent(0.01, 0.0, self.update)
+            self.DeclareStateOutputPort("x", lib.DiscreteStateIndex(0))
+
+        def update(self, context: Any, state: Any) -> None:
+            x = context.get_discrete_state_vector().value()
+            state.set_value(0, 0.9 * x)
+
+    class Continuous(lib.LeafSystem):
+        def __init__(self) -> None:
+            super().__init__()
+            self.DeclareContinuousState(2)
+            self.DeclareVectorOutputPort("y", 2, self.output)
+
+        def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+            x = context.get_continuous_state_vector().CopyToVector()
+            derivatives.get_mutable_vector().SetFromVector([x[1], -x[0]])
+
+        def output(self, context: Any, output: Any) -> None:
+            output.SetFromVector(context.get_continuous_state_vector().CopyToVector())
+
+    empty, periodic, continuous = Empty(), Periodic(), Continuous()
+    contexts = {system: system.CreateDefaultContext() for system in (empty, periodic, continuous)}
+    advance = {}
+    for system in (periodic, continuous):
+        builder = lib.DiagramBuilder()
+        builder.AddSystem(system_copy := type(system)())
+        lib.LogVectorOutput(system_copy.get_output_port(), builder, 0.01)
+        advance[system] = lib.Simulator(builder.Build())
+        advance[system].get_mutable_integrator().set_maximum_step_size(0.01)
+        lib.ResetIntegratorFromFlags(advance[system], "runge_kutta3", 0.01)
+        advance[system].get_mutable_integrator().set_fixed_step_mode(True)
+        advance[system].Initialize()
+    builder = lib.DiagramBuilder()
+    plant = builder.AddSystem(lib.LinearSystem(np.zeros((2, 2)), [[0.0], [1.0]], np.eye(2), np.zeros((2, 1)), 0.01))
+    feedback = builder.AddSystem(Feedback())
+    builder.Connect(plant.get_output_port(), feedback.get_input_port())
+    builder.Connect(feedback.get_output_port(), plant.get_input_port())
+    loop = lib.Simulator(builder.Build())
+    loop.Initialize()
+    port, time = empty.get_output_port(), [0.0]
+
+    def evaluate_anew() -> Any:
+        time[0] += 1.0
+        contexts[empty].SetTime(time[0])
+        return port.Eval(contexts[empty])
+
+    def ten(simulator: Any) -> Callable[[], Any]:
+        def call() -> None:
+            simulator.AdvanceTo(simulator.get_context().get_time() + 0.1)
+
+        return call
+
+    return {
+        "SetTime, Eval of an empty vector port": evaluate_anew,
+        "EvalUniquePeriodicDiscreteUpdate": lambda: periodic.EvalUniquePeriodicDiscreteUpdate(contexts[periodic]),
+        "EvalTimeDerivatives": lambda: (
+            contexts[continuous].SetContinuousState([1.0, 0.0]),
+            continuous.EvalTimeDerivatives(contexts[continuous]).CopyToVector(),
+        ),
+        "10 periodic updates with a log": ten(advance[periodic]),
+        "10 steps of RK3 with a log": ten(advance[continuous]),
+        "10 steps of a loop with feedback": ten(loop),
+        "a LeafSystem": lambda: Feedback(),
+        "a LeafSystem with state": lambda: Periodic(),
+    }
+
+
+@family
+def programs(lib: Any) -> Calls:
+    """Mathematical programs being written, and symbolic formulas."""
+    prog = lib.MathematicalProgram()
+    x = prog.NewContinuousVariables(10, "x")
+    a, b = lib.Variable("a"), lib.Variable("b")
+    e, f, A, c = a * b + 2 * a, (a + b) ** 2, np.ones((3, 10)), np.ones(3)
+    cost = prog.AddQuadraticCost(np.eye(10), np.zeros(10), x)
+    bound = prog.AddLinearConstraint(A, -c, c, x)
+    guess = np.ones(10)
+    evaluator, values = bound.evaluator(), {a: 1.0, b: 2.0}
+    numbers = np.linspace(0.0, 1.0, 10)
+
+    def anew(add: Callable[[Any, Any], Any]) -> Callable[[], Any]:
+        """With a program of its own, or programs would grow and grow."""
+
+        def call() -> None:
+            own = lib.MathematicalProgram()
+            y = own.NewContinuousVariables(10, "y")
+            for _ in range(20):
+                add(own, y)
+
+        return call
+
+    def square(z: Any) -> Any:
+        return z.dot(z)
+
+    def small_qp() -> Any:
+        own = lib.MathematicalProgram()
+        y = own.NewContinuousVariables(2)
+        own.AddQuadraticCost(y.dot(y))
+        own.AddLinearConstraint(y[0] + y[1] == 1)
+        return own
+
+    return {
+        "MathematicalProgram()": lambda: lib.MathematicalProgram(),
+        "a small program in symbols": small_qp,
+        "NewContinuousVariables(10)": anew(lambda own, y: own.NewContinuousVariables(10, "z")),
+        "AddLinearConstraint(A, lb, ub, x)": anew(lambda own, y: own.AddLinearConstraint(A, -c, c, y)),
+        "AddLinearConstraint(expression)": anew(lambda own, y: own.AddLinearConstraint(y[0] + 2 * y[1] <= 1)),
+        "AddLinearConstraint(formulas)": anew(lambda own, y: own.AddLinearConstraint(lib.le(y, numbers))),
+        "AddConstraint(expression)": anew(lambda own, y: own.AddConstraint(y[0] ** 2 + y[1] ** 2 <= 1)),
+        "AddConstraint(function)": anew(lambda own, y: own.AddConstraint(lambda z: [square(z)], [0.0], [1.0], y)),
+        "AddBoundingBoxConstraint(0, 1, x)": anew(lambda own, y: own.AddBoundingBoxConstraint(0, 1, y)),
+        "AddLinearEqualityConstraint(A, b, x)": anew(lambda own, y: own.AddLinearEqualityConstraint(A, c, y)),
+        "AddQuadraticCost(Q, b, x)": anew(lambda own, y: own.AddQuadraticCost(np.eye(10), guess, y)),
+        "AddQuadraticCost(expression)": anew(lambda own, y: own.AddQuadraticCost(y[0] ** 2 + y[1] * y[2])),
+        "AddQuadraticErrorCost": anew(lambda own, y: own.AddQuadraticErrorCost(np.eye(10), guess, y)),
+        "AddCost(function)": anew(lambda own, y: own.AddCost(square, y)),
+        "AddCost(expression)": anew(lambda own, y: own.AddCost(y[0] ** 2)),
+        "AddLinearCost(expression)": anew(lambda own, y: own.AddLinearCost(y[0] + y[1])),
+        "SetInitialGuess": lambda: prog.SetInitialGuess(x, guess),
+        "GetInitialGuess": lambda: prog.GetInitialGuess(x),
+        "binding.evaluator().Eval": lambda: evaluator.Eval(guess),
+        "prog.EvalBinding": lambda: prog.EvalBinding(cost, guess),
+        "binding.variables()": lambda: bound.variables(),
+        "bindings of a program": lambda: prog.GetAllConstraints(),
+        "decision_variables": lambda: prog.decision_variables(),
+        "FindDecisionVariableIndex": lambda: prog.FindDecisionVariableIndex(x[5]),
+        "Variable(name)": lambda: lib.Variable("a"),
+        "a + b": lambda: a + b,
+        "2 * a": lambda: 2 * a,
+        "a * b + 2 * a": lambda: a * b + 2 * a,
+        "e * f": lambda: e * f,
+        "f.Expand()": lambda: f.Expand(),
+        "a ** 2": lambda: a**2,
+        "sin(e)": lambda: lib.sin(e) if hasattr(lib, "sin") else np.sin(e),
+        "a <= b": lambda: a <= b,
+        "e.Evaluate": lambda: e.Evaluate(values),
+        "e.Differentiate": lambda: f.Differentiate(a),
+        "e.Jacobian": lambda: e.Jacobian([a, b]),
+        "e.Substitute": lambda: e.Substitute(a, 1.0 + b),
+        "e.GetVariables": lambda: e.GetVariables(),
+        "str(e)": lambda: str(e),
+        "Polynomial(e)": lambda: lib.Polynomial(e),
+        "x.dot(x)": lambda: x.dot(x),
+        "A @ x": lambda: A @ x,
+        "x.T @ Q @ x": lambda: x @ np.eye(10) @ x,
+        "DecomposeLinearExpressions": lambda: lib.DecomposeAffineExpressions([x[0] + 2 * x[1]], x[:2]),
+    }
+
+
+@family
+def setting_up(lib: Any) -> Calls:
+    """Plants, diagrams and simulators made again and again: each line is what comes after the lines before it."""
+    urdf = arm_urdf()
+
+    def parsed(time_step: float = 0.001) -> Any:
+        plant = lib.MultibodyPlant(time_step)
+        lib.Parser(plant).AddModelsFromString(urdf, "urdf")
+        return plant
+
+    def finalized() -> Any:
+        plant = parsed()
+        plant.Finalize()
+        return plant
+
+    def with_context() -> Any:
+        plant = finalized()
+        return plant, plant.CreateDefaultContext()
+
+    def asked() -> Any:
+        plant, context = with_context()
+        plant.SetPositions(context, np.full(7, 0.1))
+        return plant.CalcMassMatrix(context)
+
+    def simulated(time_step: float, until: float) -> Any:
+        builder = lib.DiagramBuilder()
+        plant, _ = lib.AddMultibodyPlantSceneGraph(builder, time_step)
+        lib.Parser(plant).AddModelsFromString(urdf, "urdf")
+        plant.Finalize()
+        diagram = builder.Build()
+        simulator = lib.Simulator(diagram)
+        plant.get_actuation_input_port().FixValue(
+            plant.GetMyContextFromRoot(simulator.get_mutable_context()), np.zeros(7)
+        )
+        simulator.AdvanceTo(until)
+        return simulator
+
+    def blocks() -> Any:
+        builder = lib.DiagramBuilder()
+        last = builder.AddSystem(lib.ConstantVectorSource([1.0]))
+        for _ in range(49):
+            system = builder.AddSystem(lib.Gain(0.9, 1))
+            builder.Connect(last.get_output_port(), system.get_input_port())
+            last = system
+        return builder
+
+    def pendulum(time_step: float) -> Any:
+        plant = lib.MultibodyPlant(time_step)
+        body = plant.AddRigidBody("link", lib.SpatialInertia.SolidBoxWithMass(1.0, 0.1, 0.1, 1.0))
+        hinge = lib.RevoluteJoint("hinge", plant.world_frame(), body.body_frame(), [0.0, 1.0, 0.0])
+        plant.AddJointActuator("motor", plant.AddJoint(hinge))
+        plant.Finalize()
+        return plant
+
+    def linearized() -> Any:
+        plant = pendulum(0.0)
+        context = plant.CreateDefaultContext()
+        plant.get_actuation_input_port().FixValue(context, [0.0])
+        return lib.Linearize(
+            plant,
+            context,
+            plant.get_actuation_input_port().get_index(),
+            plant.get_state_output_port().get_index(),
+        )
+
+    linear_plant = pendulum(0.0)
+    linear_context = linear_plant.CreateDefaultContext()
+    linear_plant.get_actuation_input_port().FixValue(linear_context, [0.0])
+    ports = (linear_plant.get_actuation_input_port().get_index(), linear_plant.get_state_output_port().get_index())
+    return {
+        "a plant of an arm, parsed": parsed,
+        "..., finalized": finalized,
+        "..., with a context": with_context,
+        "..., with a mass matrix": asked,
+        "in a diagram, simulator, no step": lambda: simulated(0.001, 0.0),
+        "in a diagram, 10 steps": lambda: simulated(0.001, 0.01),
+        "in a diagram, continuous, 1 ms": lambda: simulated(0.0, 0.001),
+        "a pendulum": lambda: pendulum(0.001),
+        "Linearize a new pendulum": linearized,
+        "Linearize": lambda: lib.Linearize(linear_plant, linear_context, *ports),
+        "50 blocks": blocks,
+        "50 blocks, built": lambda: blocks().Build(),
+        "50 blocks, with a context": lambda: blocks().Build().CreateDefaultContext(),
+        "50 blocks, one step": lambda: lib.Simulator(blocks().Build()).AdvanceTo(0.1),
+    }
+
+
+def cpu_time(call: Callable[[], Any], count: int) -> float:
+    """CPU time of one of so many calls [us]."""
+    start = time.process_time()
+    for _ in range(count):
+        call()
+    return (time.process_time() - start) / count * 1e6
+
+
+def enough(call: Callable[[], Any]) -> int:
+    """So many calls that a turn takes long enough to be measured."""
+    call()
+    once = max(cpu_time(call, 3), 0.05)
+    return max(3, int(SECONDS_A_TURN * 1e6 / once))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("families", nargs="*", default=list(FAMILIES))
+    parser.add_argument("--rounds", type=int, default=5)
+    parser.add_argument("--slower", action="store_true")
+    parser.add_argument("--only", default="", help="lines whose title contains this")
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    print(machine())
+    libraries = {name: importlib.import_module(f"{name}.all") for name in ("sheldrake", "pydrake")}
+    for title in options.families:
+        calls = {name: FAMILIES[title](lib) for name, lib in libraries.items()}
+        print(f"\n{title:52s}{'ours':>10s}{'Drake':>10s}{'ours/Drake':>12s}")
+        for line in calls["sheldrake"]:
+            if options.only in line:
+                report(line, {name: calls[name][line] for name in libraries}, options.rounds, options.slower)
+
+
+def report(line: str, calls: Calls, rounds: int, slower: bool) -> None:
+    """Prints a line: medians, and the median of the ratios turn by turn."""
+    turns: dict[str, Callable[[], float]] = {}
+    for name, call in calls.items():
+        turns[name] = functools.partial(cpu_time, call, enough(call))
+    times = take_turns(turns, rounds)
+    ours, drakes = times["sheldrake"], times["pydrake"]
+    ratio = statistics.median(a / b for a, b in zip(ours, drakes))
+    if ratio > 1.0 or not slower:
+        print(f"{line:52s}{statistics.median(ours):10.2f}{statistics.median(drakes):10.2f}{ratio:12.2f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
