@@ -6,9 +6,11 @@ the law of friction by the approximation: kLagged, kSimilar or kSap.
 
 import math
 
+import numpy as np
+
 from sheldrake.common._kernels.generic import atan, log, sqrt
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.problem import LAGGED, SIMILAR
+from sheldrake.multibody.contact_solvers._kernels.problem import LAGGED, SIMILAR, contact_delassus, largest_delassus
 
 # ---- a spring without dissipation
 #
@@ -78,7 +80,7 @@ def half_a_step_back(k, depth, dt, reach, vn0):
 #
 # Normal impulse of a Hunt-Crossley spring-damper (Castro, Han, Masterjohn 2023, section IV), or of an elastic spring.
 #
-# `back` is zero for the former, see `elastic.half_a_step_back`.
+# `back` is zero for the former, see `half_a_step_back`.
 
 
 @kernel
@@ -335,3 +337,117 @@ def row_cost(row, vc):
     if y >= row.upper:
         return -row.upper * vc
     return 0.5 * row.R * y * y
+
+
+# ---- what laws need before the first iteration
+
+FOUR_PI_SQUARED = 4.0 * np.pi**2
+LEAST = 1.0 - 1e-9  # of what must not be taken for smaller than it is
+SLIDING = 10.0  # slip over the stiction tolerance from which on it is sliding
+
+
+@kernel
+def closing_speed(contact, dt):
+    """The velocity that would close the penetration within dt + tau [m/s] (Castro, Permenter, Han 2022, section V-A).
+
+    What does not touch yet (see `least_depth`) may come as fast as it touches at the end of the step.
+    """
+    if contact.depth < 0.0:
+        return contact.depth / dt
+    return contact.depth / (dt + contact.relaxation)
+
+
+@kernel
+def glide(model, contact, v0, v1):
+    """Speed at which a contact would leave the surface that it slides along, with these velocities [m/s]."""
+    slip2 = v0[0] * v0[0] + v0[1] * v0[1]
+    if not slip2 > 0.0:
+        return 0.0 * slip2
+    along = (v0[0] * v1[0] + v0[1] * v1[1]) / sqrt(slip2)
+    if not along > 0.0:
+        return 0.0 * slip2
+    sliding = slip2 / (SLIDING * SLIDING * model.stiction * model.stiction)
+    if sliding < 1.0:
+        along *= sliding
+    return contact.friction * along
+
+
+@kernel
+def prepare_hunt_crossley(model, problem, contact):
+    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step.
+
+    The regularisation speed hardly ever depends on w: mostly it is the stiction tolerance for the largest w, too.
+    """
+    vn0 = contact.vc[2]
+    fe0 = contact.stiffness * contact.depth
+    damping = 1.0 - contact.dissipation * vn0
+    n0 = 0.0 * vn0
+    if fe0 > 0.0 and damping > 0.0:
+        n0 = model.dt * fe0 * damping
+    contact.fe0 = fe0
+    contact.n0 = n0
+    contact.eps = model.stiction + 0.0 * vn0
+    slip = contact.friction * model.sigma * n0
+    if slip > 0.0 and slip * largest_delassus(problem, contact) >= LEAST * model.stiction:
+        slip *= contact_delassus(problem, contact)
+        if slip > model.stiction:
+            contact.eps = slip
+    if contact.back > 0.0:
+        contact.back = half_a_step_back(contact.stiffness, contact.depth, model.dt, contact.back, vn0)
+
+
+@kernel
+def prepare_sap_cone(model, contact, w):
+    """kSap: regularisation (Castro, Permenter, Han 2022, eqs. 29 and 30), and the velocity that would close the gap."""
+    dt, beta = model.dt, model.near_rigid
+    rigid = beta * beta / FOUR_PI_SQUARED * w
+    Rn = 1.0 / (dt * contact.stiffness * (dt + contact.relaxation))
+    contact.delassus = w
+    contact.R_t = model.sigma * w
+    contact.R_n = rigid if Rn < rigid else Rn
+    contact.vhat_n = closing_speed(contact, dt)
+
+
+@kernel
+def row_group_delassus(problem, rows, r, n):
+    """w = |J diag(1/A) J^T|_F / n of n rows with the same dofs."""
+    row = rows[r]
+    total = 0.0
+    for i in range(n):
+        for j in range(n):
+            s = 0.0
+            for a in range(row.width):
+                s += rows[r + i].J[a] * problem.mobility[row.dofs[a]] * rows[r + j].J[a]
+            total += s * s
+    return sqrt(total) / n
+
+
+@kernel
+def prepare_spring_row(row, dt, rigid):
+    """A spring of stiffness k (may be infinite) and relaxation time tau, no stiffer than the time step resolves."""
+    tau = row.relaxation
+    row.R = 1.0 / (dt * (dt + tau) * row.stiffness)
+    if row.R < rigid:
+        row.R = rigid
+        tau = dt + 0.0 * tau
+    row.vhat = -row.gap / (dt + tau)
+
+
+@kernel
+def prepare_actuator_row(row, dt, rigid):
+    """An implicit PD controller: gains too stiff for the time step are scaled down, keeping their ratio."""
+    kp, kd = row.stiffness, row.relaxation
+    R = 1.0 / (dt * (dt * kp + kd))
+    if R < rigid:
+        if dt * kp > kd:
+            tau = kd / kp
+            kp = 1.0 / (dt * (dt + tau) * rigid)
+            kd = tau * kp
+        else:
+            ratio = kp / kd
+            kd = 1.0 / (dt * (1.0 + dt * ratio) * rigid)
+            kp = ratio * kd
+        R = 1.0 / (dt * (dt * kp + kd))
+    effort = kd * row.rate - kp * row.gap + row.forward  # at v = 0
+    row.R = R
+    row.vhat = dt * effort * R

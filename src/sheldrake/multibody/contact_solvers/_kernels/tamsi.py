@@ -5,21 +5,20 @@ regularized friction". M, the forces and the contact geometry stay frozen over t
 """
 
 from sheldrake.common._kernels.generic import has_slopes, sqrt, value_of
-from sheldrake.common._kernels.vec import column3, dot3, scale3
+from sheldrake.common._kernels.vec import column3, dot3, root, scale3
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.block_lu import eliminate
-from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
-from sheldrake.multibody.contact_solvers._kernels.gradient import contact_velocities, move, mul_A, put_v0, root
-from sheldrake.multibody.contact_solvers._kernels.hessian import (
-    FIRST,
-    places_of,
-    put_momentum,
-    resists,
-    scatter,
-    times_G,
-)
+from sheldrake.multibody.contact_solvers._kernels.cost import move, put_momentum, put_v0, resists, times_G
+from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, lay_out, places_of, scatter
 from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, tamsi_friction
-from sheldrake.multibody.contact_solvers._kernels.problem import DVC, VC, contacts_of_island, dofs_of_island
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    DVC,
+    FIRST,
+    VC,
+    contact_velocities,
+    contacts_of_island,
+    dofs_of_island,
+    mul_A,
+)
 from sheldrake.multibody.contact_solvers._kernels.status import FACTOR_CAPACITY, SOLVED, TAMSI_FAILED
 
 # ---- step limit
@@ -138,7 +137,7 @@ def momentum_residual(model, problem, contacts):
 
 @kernel(outline=True)
 def assemble(model, problem, contacts, factor):
-    """H = A + J^T K J, unsymmetric, in the blocks of `block_lu`, and -residual in factor.rhs."""
+    """H = A + J^T K J, unsymmetric, in the blocks of `factor`, and -residual in factor.rhs."""
     put_momentum(model, problem, factor)
     H = factor.L
     for place in range(problem.trees_end - problem.trees_begin):
