@@ -14,13 +14,7 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
     share,
     static_share,
 )
-from sheldrake.multibody.contact_solvers._kernels.problem import (
-    VC,
-    Contacts,
-    Problem,
-    SolverModel,
-    put_velocity,
-)
+from sheldrake.multibody.contact_solvers._kernels.problem import VC, Contacts, Problem, SolverModel, put_velocity
 from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.plant._kernels.locks import lock_contacts
 from sheldrake.multibody.plant._kernels.model import PlantModel
