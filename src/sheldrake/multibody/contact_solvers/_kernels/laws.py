@@ -12,6 +12,61 @@ from sheldrake.common._kernels.generic import atan, log, sqrt
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import LAGGED, SIMILAR, contact_delassus, largest_delassus
 
+# ---- material of a pair
+#
+# As Drake combines two geometries (its documentation on compliant point contact): k = kA kB / (kA + kB), springs in
+# series, d = (kB dA + kA dB) / (kA + kB), tau = tauA + tauB, mu = 2 muA muB / (muA + muB). The contact is at
+# (kA p_WCa + kB p_WCb) / (kA + kB). Along surfaces moduli stand for stiffnesses.
+
+INFINITE_STIFFNESS = 1e300  # and more [N/m, Pa]
+
+
+@kernel
+def share(k, other):
+    """A's share of the sum of two stiffnesses, kA / (kA + kB), which may be infinite: the weight of A's point."""
+    if k > INFINITE_STIFFNESS:
+        return 0.5 + 0.0 * k if other > INFINITE_STIFFNESS else 1.0 + 0.0 * other
+    if other > INFINITE_STIFFNESS:
+        return 0.0 * k
+    if k + other > 0.0:
+        return k / (k + other)
+    return 0.5 + 0.0 * k
+
+
+@kernel
+def harmonic_mean(a, b):
+    """Friction of two coefficients."""
+    if a + b > 0.0:
+        return 2.0 * a * b / (a + b)
+    return 0.0 * a
+
+
+@kernel
+def combined_stiffness(A, B, w_A):
+    """Of two geometries, of which A's share of the stiffness is w_A [N/m]."""
+    return B.stiffness if A.stiffness > INFINITE_STIFFNESS else (1.0 - w_A) * A.stiffness
+
+
+@kernel
+def combined_losses(A, B, w_A):
+    """(dissipation [s/m], relaxation time [s]) of two geometries, of which A's share of the stiffness is w_A."""
+    return (1.0 - w_A) * A.dissipation + w_A * B.dissipation, A.relaxation_time + B.relaxation_time
+
+
+# ---- normal forces
+#
+# Hunt and Crossley's law (1975) where there is dissipation.
+
+
+@kernel
+def hunt_crossley(elastic, d, v):
+    """(elastic (1 - d v), 1 - d v) of an elastic force or impulse and a speed of separation; never pulls."""
+    damping = 1.0 - d * v
+    if elastic <= 0.0 or damping <= 0.0:
+        return 0.0 * v, damping
+    return elastic * damping, damping
+
+
 # ---- a spring without dissipation
 #
 # Normal impulse of a spring without dissipation, which gives back all the energy it has taken.
@@ -76,11 +131,10 @@ def half_a_step_back(k, depth, dt, reach, vn0):
     return 0.5 * dt * k * vn0
 
 
-# ---- Hunt-Crossley
+# ---- normal impulse of a step
 #
-# Normal impulse of a Hunt-Crossley spring-damper (Castro, Han, Masterjohn 2023, section IV), or of an elastic spring.
-#
-# `back` is zero for the former, see `half_a_step_back`.
+# Of a Hunt-Crossley spring-damper (Castro, Han, Masterjohn 2023, section IV), or of an elastic spring: `back` is zero
+# for the former, see `half_a_step_back`.
 
 
 @kernel
@@ -90,10 +144,10 @@ def normal_impulse(contact, dt, z):
     if contact.back != 0.0:
         return elastic_impulse(k, fe0, contact.back, dt, z)
     force = fe0 - dt * k * z  # of the spring at the end of the step
-    damping = 1.0 - d * z
-    if force <= 0.0 or damping <= 0.0:
-        return 0.0 * z, 0.0 * z
-    return dt * force * damping, -dt * (k * dt * damping + d * force)
+    n, damping = hunt_crossley(dt * force, d, z)
+    if n <= 0.0:
+        return n, 0.0 * z
+    return n, -dt * (k * dt * damping + d * force)
 
 
 @kernel
@@ -110,6 +164,27 @@ def normal_impulse_integral(contact, dt, z):
     return dt * (s * (fe0 + 0.5 * change) - d * s * s * 0.5 * (fe0 + 2.0 / 3.0 * change))
 
 
+# ---- regularisation of friction
+
+
+@kernel
+def soft_norm(x, y, eps2):
+    """s = sqrt(x^2 + y^2 + eps^2), a norm that is smooth at zero: friction is no jump there."""
+    return sqrt(x * x + y * y + eps2)
+
+
+@kernel
+def inverse_soft_norm(contact, x, y):
+    """1 / s of the slip (x, y) of a contact [s/m]."""
+    return 1.0 / soft_norm(x, y, contact.eps * contact.eps)
+
+
+@kernel
+def soft_slip(contact, x, y):
+    """s - eps of the slip (x, y) of a contact: what friction works along [m/s]."""
+    return soft_norm(x, y, contact.eps * contact.eps) - contact.eps
+
+
 # ---- kLagged
 #
 # kLagged: Hunt-Crossley normal force, Coulomb friction bounded by the normal impulse of the step's start.
@@ -118,19 +193,10 @@ def normal_impulse_integral(contact, dt, z):
 
 
 @kernel
-def inverse_soft_norm(contact, x, y):
-    """1 / s, s = sqrt(|v|^2 + eps^2) of the slip v = (x, y) of a contact [s/m]."""
-    eps = contact.eps
-    return 1.0 / sqrt(x * x + y * y + eps * eps)
-
-
-@kernel
 def lagged_cost(contact, dt, vc):
     """l(vc) = -N(vn) + mu n0 s(vt) [J]."""
     vx, vy, vn = vc
-    eps = contact.eps
-    slip = sqrt(vx * vx + vy * vy + eps * eps) - eps
-    return contact.friction * contact.n0 * slip - normal_impulse_integral(contact, dt, vn)
+    return contact.friction * contact.n0 * soft_slip(contact, vx, vy) - normal_impulse_integral(contact, dt, vn)
 
 
 @kernel
@@ -160,9 +226,7 @@ def lagged_impulse(contact, dt, vc):
 def similar_cost(contact, dt, vc):
     """l(vc) = -N(vn - mu s(vt)) [J]."""
     vx, vy, vn = vc
-    mu, eps = contact.friction, contact.eps
-    slip = sqrt(vx * vx + vy * vy + eps * eps) - eps
-    return -normal_impulse_integral(contact, dt, vn - mu * slip)
+    return -normal_impulse_integral(contact, dt, vn - contact.friction * soft_slip(contact, vx, vy))
 
 
 @kernel
@@ -170,7 +234,7 @@ def similar_impulse(contact, dt, vc):
     """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz)."""
     vx, vy, vn = vc
     mu, eps = contact.friction, contact.eps
-    norm = sqrt(vx * vx + vy * vy + eps * eps)
+    norm = soft_norm(vx, vy, eps * eps)
     tx, ty = vx / norm, vy / norm
     z = vn - mu * (norm - eps)
     n, slope = normal_impulse(contact, dt, z)
@@ -202,7 +266,7 @@ def sap_cone_impulse(contact, vc):
     yx = -vc[0] / Rt
     yy = -vc[1] / Rt
     yn = (contact.vhat_n - vc[2]) / Rn
-    yr = sqrt(yx * yx + yy * yy + 1e-14)  # soft norm; (1e-7 N s)^2
+    yr = soft_norm(yx, yy, 1e-14)  # (1e-7 N s)^2
     zero = 0.0 * yn
     gamma = (zero, zero, zero)
     G = (zero, zero, zero, zero, zero, zero)
@@ -271,7 +335,7 @@ HALF_WAY = 10.0  # slip, in stiction tolerances, half way from static to dynamic
 def tamsi_friction(mu, vt, vs):
     """kTamsi: (slip direction, friction coefficient at that slip, its derivative over the slip [s/m], slip [m/s])."""
     small = NO_SLIP * vs
-    slip = sqrt(vt[0] * vt[0] + vt[1] * vt[1] + small * small)
+    slip = soft_norm(vt[0], vt[1], small * small)
     s = slip / vs
     direction = (vt[0] / slip, vt[1] / slip)
     if s >= 1.0:
@@ -380,10 +444,7 @@ def prepare_hunt_crossley(model, problem, contact):
     """
     vn0 = contact.vc[2]
     fe0 = contact.stiffness * contact.depth
-    damping = 1.0 - contact.dissipation * vn0
-    n0 = 0.0 * vn0
-    if fe0 > 0.0 and damping > 0.0:
-        n0 = model.dt * fe0 * damping
+    n0, _ = hunt_crossley(model.dt * fe0, contact.dissipation, vn0)
     contact.fe0 = fe0
     contact.n0 = n0
     contact.eps = model.stiction + 0.0 * vn0

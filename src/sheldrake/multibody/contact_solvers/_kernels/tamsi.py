@@ -9,7 +9,7 @@ from sheldrake.common._kernels.vec import column3, dot3, root, scale3
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import move, put_momentum, put_v0, resists, times_G
 from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, lay_out, places_of, scatter
-from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, tamsi_friction
+from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, hunt_crossley, tamsi_friction
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
     FIRST,
@@ -101,15 +101,12 @@ def contact_forces(model, problem, contacts, h):
         vx, vy, vn = contact.vc
         k, d = contact.stiffness, contact.dissipation
         force = contact.fe0 - h * k * vn
-        damping = 1.0 - d * vn
+        fn, damping = hunt_crossley(force, d, vn)
         slope = 0.0 * vn
         if force >= 0.0 and damping > 0.0:
             slope -= h * k * damping
         if damping >= 0.0 and force > 0.0:
             slope -= d * force
-        fn = 0.0 * vn
-        if force > 0.0 and damping > 0.0:
-            fn = force * damping
         (tx, ty), mu, dmu, slip = tamsi_friction(contact.friction, (vx, vy), model.stiction)
         contact.gamma = (-h * mu * tx * fn, -h * mu * ty * fn, h * fn)
         across = h * fn * mu / slip

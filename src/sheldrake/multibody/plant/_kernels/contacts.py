@@ -6,8 +6,22 @@ from sheldrake.common.kernel import Vector, kernel
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import elastic_reach
-from sheldrake.multibody.contact_solvers._kernels.laws import static_share
-from sheldrake.multibody.contact_solvers._kernels.problem import VC, Contacts, Problem, SolverModel, put_velocity
+from sheldrake.multibody.contact_solvers._kernels.laws import (
+    INFINITE_STIFFNESS,
+    combined_losses,
+    combined_stiffness,
+    harmonic_mean,
+    share,
+    static_share,
+)
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    VC,
+    Contacts,
+    Problem,
+    SolverModel,
+    put_velocity,
+    trees_of_six,
+)
 from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.plant._kernels.locks import lock_contacts
 from sheldrake.multibody.plant._kernels.model import PlantModel
@@ -44,25 +58,6 @@ def contact_frame(z):
 
 
 @kernel
-def share(k, other):
-    """Part of the way from B's to A's point that belongs to A: kA / (kA + kB), also for infinite stiffnesses."""
-    if k > 1e300:
-        return 0.5 + 0.0 * k if other > 1e300 else 1.0 + 0.0 * other
-    if other > 1e300:
-        return 0.0 * k
-    if k + other > 0.0:
-        return k / (k + other)
-    return 0.5 + 0.0 * k
-
-
-@kernel
-def harmonic_mean(a, b):
-    if a + b > 0.0:
-        return 2.0 * a * b / (a + b)
-    return 0.0 * a
-
-
-@kernel
 def friction_scale(tree_model, p, geometry):
     """What the friction coefficients of a geometry are multiplied with: a parameter of its body."""
     at = tree_model.bodies[geometry.body].friction
@@ -70,26 +65,24 @@ def friction_scale(tree_model, p, geometry):
 
 
 @kernel
-def combined_losses(tree_model, p, A, B, w_A):
-    """(dissipation, relaxation time, friction) of two geometries, of which A's share of the stiffness is w_A."""
-    d = (1.0 - w_A) * A.dissipation + w_A * B.dissipation
-    mu_A = A.friction_dynamic * friction_scale(tree_model, p, A)
-    mu = harmonic_mean(mu_A, B.friction_dynamic * friction_scale(tree_model, p, B))
-    return d, A.relaxation_time + B.relaxation_time, mu
+def friction_of_pair(tree_model, p, A, B, mu_A, mu_B):
+    """Friction of two geometries that have these coefficients."""
+    return harmonic_mean(mu_A * friction_scale(tree_model, p, A), mu_B * friction_scale(tree_model, p, B))
 
 
 @kernel
-def combined_material(tree_model, geometry_model, p, a, b):
-    """Of a pair of geometries the weight of A, and (stiffness, dissipation, relaxation time, friction).
+def losses_of_pair(tree_model, p, A, B, w_A):
+    """(dissipation, relaxation time, dynamic friction) of two geometries; w_A is A's share of the stiffness."""
+    d, tau = combined_losses(A, B, w_A)
+    return d, tau, friction_of_pair(tree_model, p, A, B, A.friction_dynamic, B.friction_dynamic)
 
-    As Drake combines them (its documentation on compliant point contact): k = kA kB / (kA + kB), springs in series,
-    d = (kB dA + kA dB) / (kA + kB), tau = tauA + tauB, mu = 2 muA muB / (muA + muB); the contact is at
-    (kA p_WCa + kB p_WCb) / (kA + kB), so that the weight of A's point is kA / (kA + kB).
-    """
-    A, B = geometry_model[a], geometry_model[b]
+
+@kernel
+def material_of_pair(tree_model, p, A, B):
+    """Of two geometries A's share of the stiffness, and (stiffness, dissipation, relaxation time, friction)."""
     w_A = share(A.stiffness, B.stiffness)
-    k = B.stiffness if A.stiffness > 1e300 else (1.0 - w_A) * A.stiffness
-    d, tau, mu = combined_losses(tree_model, p, A, B, w_A)
+    k = combined_stiffness(A, B, w_A)
+    d, tau, mu = losses_of_pair(tree_model, p, A, B, w_A)
     return w_A, (k, d, tau, mu)
 
 
@@ -181,7 +174,7 @@ def sides(tree_model, body_a, body_b):
 
 @kernel
 def put_contact(tree_model, tree_work, contact, body_a, body_b, moved, frame, p_WC, material, depth, reach):
-    """Index, Jacobian and material of a contact whose `sides` are `moved`; material as in `combined_material`."""
+    """Index, Jacobian and material of a contact whose `sides` are `moved`; material as in `material_of_pair`."""
     tree_a, tree_b, stop = moved
     width = put_side(tree_model, tree_work, contact, 0, body_a, stop, frame, p_WC, -1.0)
     contact.width = put_side(tree_model, tree_work, contact, width, body_b, stop, frame, p_WC, 1.0)
@@ -207,7 +200,7 @@ def put_contacts(tree_model, geometry_model, p, tree_work, table, contacts, coun
         body_a, body_b = found.body_A, found.body_B
         if found.geometry_A != a or found.geometry_B != b:
             a, b = found.geometry_A, found.geometry_B
-            w_A, material = combined_material(tree_model, geometry_model, p, a, b)
+            w_A, material = material_of_pair(tree_model, p, geometry_model[a], geometry_model[b])
             reach = elastic_reach(geometry_model, a, b)
             moved = sides(tree_model, body_a, body_b)
         n = found.nhat_BA_W
@@ -233,14 +226,13 @@ def static_friction(
     """Raises friction coefficients from dynamic to static for points that slip slowly (Kurtz and Castro 2025)."""
     for c in range(table.num_contacts):
         A, B = geometry_model[table[c].geometry_A], geometry_model[table[c].geometry_B]
-        a = A.friction_static * friction_scale(tree_model, p, A)
-        b = B.friction_static * friction_scale(tree_model, p, B)
-        if a + b > 0.0:
-            contact = contacts[c]
-            put_velocity(contact, problem.v0, VC)
-            x, y, _ = contact.vc
-            share = static_share(sqrt(x * x + y * y) / solver_model.stiction)
-            contact.friction += share * (harmonic_mean(a, b) - contact.friction)
+        contact = contacts[c]
+        contact.sixes = trees_of_six(solver_model, contact)
+        put_velocity(contact, problem.v0, VC)
+        x, y, _ = contact.vc
+        part = static_share(sqrt(x * x + y * y) / solver_model.stiction)
+        mu = friction_of_pair(tree_model, p, A, B, A.friction_static, B.friction_static)
+        contact.friction += part * (mu - contact.friction)
 
 
 # ---- surfaces
@@ -251,7 +243,6 @@ def static_friction(
 
 LEAST_AREA = 1e-14  # [m^2] smaller faces are not felt
 LEAST_GROWTH = 1e-14  # [Pa/m] nor are those where the pressure does not grow into a body
-RIGID = 1e300  # moduli above are infinite
 HYDRO_UNSUPPORTED_PAIR = 131
 HYDRO_CAPACITY = 132
 
@@ -262,9 +253,9 @@ def growth(hydro_model, face, m, n, normal):
     none = 0.0 * normal[0]
     g_M = dot3(face.gradient_M, normal)
     g_N = -dot3(face.gradient_N, normal)
-    if hydro_model[m].modulus > RIGID:
+    if hydro_model[m].modulus > INFINITE_STIFFNESS:
         return g_N if g_N >= LEAST_GROWTH else none
-    if hydro_model[n].modulus > RIGID:
+    if hydro_model[n].modulus > INFINITE_STIFFNESS:
         return g_M if g_M >= LEAST_GROWTH else none
     if g_M < LEAST_GROWTH or g_N < LEAST_GROWTH:
         return none
@@ -273,9 +264,9 @@ def growth(hydro_model, face, m, n, normal):
 
 @kernel
 def patch_losses(tree_model, geometry_model, p, hydro_model, m, n):
-    """`combined_losses` of geometries that touch along a surface: shares are those of the moduli."""
+    """`losses_of_pair` of geometries that touch along a surface: shares are those of the moduli."""
     w_M = share(hydro_model[m].modulus, hydro_model[n].modulus)
-    return combined_losses(tree_model, p, geometry_model[m], geometry_model[n], w_M)
+    return losses_of_pair(tree_model, p, geometry_model[m], geometry_model[n], w_M)
 
 
 @kernel

@@ -9,20 +9,14 @@ from sheldrake.common.record import Items, Record, number, numbers, table
 from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import place_geometry
-from sheldrake.multibody.contact_solvers._kernels.laws import stribeck, surface_friction
+from sheldrake.multibody.contact_solvers._kernels.laws import hunt_crossley, stribeck, surface_friction
 from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
     MOTION_NOT_FINITE,
     SOLVED,
 )
-from sheldrake.multibody.plant._kernels.contacts import (
-    HYDRO_CAPACITY,
-    combined_material,
-    friction_scale,
-    harmonic_mean,
-    patch_losses,
-)
+from sheldrake.multibody.plant._kernels.contacts import HYDRO_CAPACITY, friction_of_pair, material_of_pair, patch_losses
 from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
     add_applied_forces,
@@ -122,15 +116,14 @@ def contact_force_on_B(model, geometry_model, p, table, flow, tree, c):
     nhat = found.nhat_BA_W
     middle = scale3(add3(found.p_WCa, found.p_WCb), 0.5)
     approach, v_t, slip = sliding(model, tree, found.body_A, found.body_B, middle, nhat)
-    _, (k, d, _, mu_d) = combined_material(model, geometry_model, p, a, b)
-    normal = k * found.depth * (1.0 + d * approach)
+    A, B = geometry_model[a], geometry_model[b]
+    _, (k, d, _, mu_d) = material_of_pair(model, p, A, B)
+    normal, _ = hunt_crossley(k * found.depth, d, -approach)
     f_B = scale3(nhat, 0.0)
     if normal > 0.0:
         f_B = scale3(nhat, -normal)
         if slip > STILL:
-            A, B = geometry_model[a], geometry_model[b]
-            mu_A = A.friction_static * friction_scale(model, p, A)
-            mu_s = harmonic_mean(mu_A, B.friction_static * friction_scale(model, p, B))
+            mu_s = friction_of_pair(model, p, A, B, A.friction_static, B.friction_static)
             mu = stribeck(mu_s, mu_d, slip / flow.stiction_tolerance[0])
             f_B = add3(f_B, scale3(v_t, -mu * normal / slip))
     contact = flow.contacts[c]
@@ -164,10 +157,9 @@ FAR = 2.0 / 3.0
 def traction_on_B(tree_model, tree, flow, body_a, body_b, p_WQ, pressure, normal, d, mu):
     """Force on B over area at a point Q, whose normal points out of B into A [Pa]."""
     approach, slip, speed = sliding(tree_model, tree, body_a, body_b, p_WQ, normal)
-    factor = 1.0 + d * approach
+    strength, _ = hunt_crossley(pressure, d, -approach)
     traction = scale3(normal, 0.0)
-    if pressure > 0.0 and factor > 0.0:
-        strength = pressure * factor
+    if strength > 0.0:
         traction = scale3(normal, -strength)
         if speed > 0.0:
             friction = surface_friction(-mu * strength, speed / flow.stiction_tolerance[0])
