@@ -21,11 +21,14 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     whole_cost,
 )
 from sheldrake.multibody.contact_solvers._kernels.factor import lay_out
-from sheldrake.multibody.contact_solvers._kernels.laws import closing_speed, glide, inverse_soft_norm
+from sheldrake.multibody.contact_solvers._kernels.laws import (
+    closing_speed,
+    friction_load,
+    glide,
+    inverse_soft_norm,
+)
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
-    LAGGED,
-    SAP,
     VC,
     contact_velocities,
     contacts_of_island,
@@ -143,7 +146,7 @@ def put_dual(model, contact, wx, wy):
     x, y, _ = contact.vc
     soft = inverse_soft_norm(contact, x, y)
     tx, ty = x * soft, y * soft
-    n = contact.n0 if model.approximation == LAGGED else contact.gamma[2]
+    n = friction_load(model, contact)
     stiffness = contact.friction * n * soft
     contact.dual = (wx, wy)
     xx, xy, yy = contact.G_t
@@ -245,17 +248,16 @@ def iterate(model, problem, contacts, rows, factor):
 
 
 @kernel(outline=True)
-def iterate_to_rest(model, problem, contacts, rows, factor, excess):
+def iterate_to_rest(model, problem, contacts, rows, factor, excess, soft):
     """Iterations of a step that is to settle, from an iterate that `judge` has judged; a status.
 
     The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
     being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so
     where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do, the next one
-    has its factor: a new one costs twice as much as the rest.
+    has its factor: a new one costs twice as much as the rest. `soft` tells whether friction has duals.
     """
     if lay_out(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
-    soft = model.approximation != SAP
     if soft:
         relative = excess * model.relative_tolerance * model.relative_tolerance
         guess_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
@@ -410,7 +412,7 @@ def agree_on_slip(model, problem, contacts, rows, factor):
             return SOLVED
         excess, _, _ = evaluate(model, problem, contacts, rows)
         if not excess <= 1.0:
-            status = iterate_to_rest(model, problem, contacts, rows, factor, excess)
+            status = iterate_to_rest(model, problem, contacts, rows, factor, excess, False)
             if status != SOLVED:
                 return status
         status = with_slopes(model, problem, contacts, rows, factor, excess)
@@ -484,24 +486,53 @@ def tighten(model, problem, contacts):
 
 
 @kernel
-def sap_island(model, problem, contacts, rows, factor):
-    """The island at hand, prepared, from its first iterate v0 on; a status."""
-    start(model, problem, rows)
-    status = SOLVED
-    settle = model.settle == 1
-    if settle and model.approximation != SAP:
-        tighten(model, problem, contacts)
+def reduce_to_rest(model, problem, contacts, rows, factor, soft):
+    """(status, whether it took iterations): from a first iterate to the minimum, or to rest where rest is as good.
+
+    `soft` as for `iterate_to_rest`.
+    """
     excess, momentum, impulse = judge(model, problem, contacts, rows)
-    moved = not excess <= 1.0  # so is NaN
-    if moved:
-        if settle:
-            status = iterate_to_rest(model, problem, contacts, rows, factor, excess)
-        else:
-            status = iterate(model, problem, contacts, rows, factor)
-    elif settle and momentum > 0.0 and momentum <= NEARLY_STILL * impulse:
+    moves = not excess <= 1.0  # so is NaN
+    status = SOLVED
+    if moves:
+        status = iterate_to_rest(model, problem, contacts, rows, factor, excess, soft)
+    elif momentum > 0.0 and momentum <= NEARLY_STILL * impulse:
         try_rest(model, problem, contacts, rows)
     if status == SOLVED:
         status = with_slopes(model, problem, contacts, rows, factor, excess)
-    if status == SOLVED and moved and settle and model.approximation == SAP:
+    return status, moves
+
+
+# Stages of a solve, from the first iterate v0 of a prepared island on; each gives a status.
+
+
+@kernel
+def as_drake(model, problem, contacts, rows, factor):
+    """Drake's iterates."""
+    start(model, problem, rows)
+    excess, _, _ = judge(model, problem, contacts, rows)
+    status = SOLVED
+    if not excess <= 1.0:  # so is NaN
+        status = iterate(model, problem, contacts, rows, factor)
+    if status == SOLVED:
+        status = with_slopes(model, problem, contacts, rows, factor, excess)
+    return status
+
+
+@kernel
+def to_rest(model, problem, contacts, rows, factor):
+    """Until what can rest does, friction being soft."""
+    start(model, problem, rows)
+    tighten(model, problem, contacts)
+    status, _ = reduce_to_rest(model, problem, contacts, rows, factor, True)
+    return status
+
+
+@kernel
+def to_rest_on_cones(model, problem, contacts, rows, factor):
+    """Until what can rest does, and slides at the speed that the cones were made for."""
+    start(model, problem, rows)
+    status, moves = reduce_to_rest(model, problem, contacts, rows, factor, False)
+    if status == SOLVED and moves:
         status = agree_on_slip(model, problem, contacts, rows, factor)
     return status
