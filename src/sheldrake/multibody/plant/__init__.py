@@ -8,7 +8,7 @@ from ._building.constraints import DistanceConstraintParams
 from ._config import AddMultibodyPlant, AddMultibodyPlantSceneGraph, ApplyMultibodyPlantConfig, MultibodyPlantConfig
 from ._contact.hydroelastic import HydroelasticContactInfo
 from ._contact.results import ContactResults, PointPairContactInfo
-from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
+from ._enums import BaseBodyJointType, ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 from ._multibody_plant import MultibodyPlant
 from ._step.external_force import ExternallyAppliedSpatialForce
 from ._systems.contact_results_to_lcm import ConnectContactResultsToDrakeVisualizer, ContactResultsToLcmSystem
@@ -43,6 +43,7 @@ __all__ = [
     "AddMultibodyPlant",
     "AddMultibodyPlantSceneGraph",
     "ApplyMultibodyPlantConfig",
+    "BaseBodyJointType",
     "CalcContactFrictionFromSurfaceProperties",
     "ConnectContactResultsToDrakeVisualizer",
     "ContactModel",

@@ -37,6 +37,9 @@ class PySerializer(SerializerInterface):
                 raise TypeError(f"PySerializer(): {lcm_type!r} has no {name}(); a message class has encode and decode.")
         self._lcm_type = lcm_type
 
+    def __repr__(self) -> str:
+        return f"PySerializer({self._lcm_type.__name__})"
+
     def CreateDefaultValue(self) -> AbstractValue:
         """A new message."""
         return AbstractValue.Make(self._lcm_type())
