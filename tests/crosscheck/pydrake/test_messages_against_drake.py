@@ -47,7 +47,7 @@ def test_values_arrive():
     count = 3
     values = {name: list(rng.normal(size=count)) for name in ("joint_position", "finger_current")}
     status = _other_messages.lcmt_jaco_status(num_joints=count, num_fingers=count)
-    for name, kind, *dimensions in status._fields:
+    for name, _, *dimensions in status._fields:
         if dimensions:
             setattr(status, name, values.get(name, [0.0] * count))
     back = theirs("lcmt_jaco_status").decode(status.encode())
