@@ -62,7 +62,8 @@ def compile_proximity(
         X_BG[row, PoseInBody.R_BG.columns] = record.X_FG.rotation().matrix().ravel()
         X_BG[row, PoseInBody.p_BG.columns] = record.X_FG.translation()
     kind, body = geometry[:, Geometry.kind], geometry[:, Geometry.body]
-    excluded = np.array([(rows[a], rows[b]) for a, b in state.filter.excluded() if a in rows and b in rows], np.int64)
+    pairs_of_ids = state.filter.excluded(ids)
+    excluded = np.array([(rows[a], rows[b]) for a, b in pairs_of_ids if a in rows and b in rows], np.int64)
     excluded = excluded.reshape(-1, 2)
     cells = cells and len(ids) >= CELLS_FROM
     if cells:
