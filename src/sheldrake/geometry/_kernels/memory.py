@@ -2,8 +2,9 @@
 
 Of a pair that was apart, a direction that separates it: while it does, nothing else is looked at. Of a pair that
 overlapped, what met (see `tracking`), and the polytope that EPA grew in the difference, by the numbers of its vertices:
-placed anew, it mostly says at once where the pair overlaps least. Any of them is checked before it is believed, and says no more than the search without it
-would find: a polytope only which feature is nearest by far, whose answer `feature` then gives.
+placed anew, it mostly says at once where the pair overlaps least. All is checked before it is believed, and says no
+more than the search without it would find: a polytope only which feature is nearest by far, whose answer `feature`
+then gives.
 """
 
 from __future__ import annotations
