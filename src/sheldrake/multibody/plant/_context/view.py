@@ -61,6 +61,10 @@ class View:
         self.x, self.q, self.v, self.p = x, x[: self.nq], x[self.nq : self.nq + self.nv], store.S[p]
         self.results: tuple[int, Any] | None = None
         """The scratch of a step from a state, or of derivatives, and the stamp of that state."""
+        self.contact_room: Any = None
+        """What point contacts are put together in, once they were asked for."""
+        self.reactions: Any = None
+        """What reaction forces are computed in, once they were asked for."""
         self.applied_force: np.ndarray | None = None
         """Generalized forces of applied spatial forces, in the scratch of the step, once they were asked for."""
         self.model, self.native = frozen.tree, store.native
