@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import operator
 from typing import Any
 
@@ -9,6 +10,7 @@ from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Kind, Mismatch, kind
 
 
+@functools.lru_cache(maxsize=512)
 def instance_of(*classes: type) -> Kind:
     """Kind: an object of one of some classes."""
 

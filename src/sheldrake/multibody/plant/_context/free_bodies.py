@@ -33,13 +33,18 @@ class FreeBodies:
         self._elements, self._topology, self._contexts = elements, topology, contexts
         self.default_poses: dict[int, RigidTransform] = {}
         """Of free bodies, by number."""
+        self._joints: dict[RigidBody, Joint] = {}  # by which free bodies float, once they were asked for
 
     def _free_joint(self, call: str, body: RigidBody) -> Joint:
+        found = self._joints.get(body)
+        if found is not None:
+            return found
         model = self._elements.model(call)
         self._elements.require_mine(call, body)
         step = model.inboard_of(body)
         if step is None or step.joint.num_velocities() != 6:
             raise RuntimeError(f"Body '{body.name()}' is not a free body.")
+        self._joints[body] = step.joint
         return step.joint
 
     def GetFloatingBaseBodies(self) -> set[BodyIndex]:

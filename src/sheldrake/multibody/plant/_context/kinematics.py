@@ -97,9 +97,10 @@ class Kinematics:
 
     def EvalBodySpatialVelocityInWorld(self, context: Context, body: RigidBody) -> SpatialVelocity:
         """V_WB of the body origin, expressed in W."""
-        self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
+        if not self._elements.has(body):
+            self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
         view = self._contexts.view(context)
-        return view.of(SpatialVelocity_)._make(view.body_velocities()[view.frozen.row_of(body)].copy())
+        return view.of(SpatialVelocity_)._make(view.body_velocities()[view.frozen.row_of(body)])
 
     def accelerations(self, context: Context, vdot: np.ndarray) -> np.ndarray:
         """Spatial accelerations of the body origins, by row, for given vdot; shape (num_bodies, 6).
