@@ -153,7 +153,7 @@ class Kinematics:
 
     def pose_of_frame(self, context: Context, frame: Frame) -> RigidTransform:
         """X_WF."""
-        return self._contexts.transform(context, self.relative_pose(context, self._world_frame, frame))
+        return self.CalcRelativeTransform(context, self._world_frame, frame)
 
     def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
         """V_WF."""
@@ -162,7 +162,16 @@ class Kinematics:
 
     def CalcRelativeTransform(self, context: Context, frame_A: Frame, frame_B: Frame) -> RigidTransform:
         """X_AB: frame B in frame A."""
-        return self._contexts.transform(context, self.relative_pose(context, frame_A, frame_B))
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._contexts.family:
+                return view.transforms[frame_A, frame_B]()
+        except (AttributeError, KeyError, TypeError):
+            pass
+        view = self._contexts.view(context)
+        if view.T is not float:
+            return self._contexts.transform(context, self.relative_pose(context, frame_A, frame_B))
+        return view.transform((frame_A, frame_B), (*self.place(view, frame_A), *self.place(view, frame_B)))()
 
     def relative_pose(self, context: Context, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """X_AB as twelve numbers."""
