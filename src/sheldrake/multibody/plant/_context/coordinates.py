@@ -156,7 +156,7 @@ class Coordinates:
         for joint in model.joints:
             count = joint.num_positions() if which == "q" else joint.num_velocities()
             start = joint._q_start if which == "q" else joint._v_start
-            suffixes = joint._q_suffixes if which == "q" else joint._v_suffixes
+            suffixes = joint._type.positions if which == "q" else joint._type.velocities
             before = f"{self._instance_name(joint)}_" if prefix else ""
             for k in range(count):
                 after = f"_{suffixes[k]}" if always_add_suffix or count > 1 else ""

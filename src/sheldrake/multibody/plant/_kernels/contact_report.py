@@ -9,8 +9,9 @@ from sheldrake.common._kernels.vec import add3, neg3, scale3, sub3
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, integers, number, numbers, table
 from sheldrake.geometry._kernels.model import ContactTable
+from sheldrake.multibody.contact_solvers._kernels.laws import share
 from sheldrake.multibody.contact_solvers._kernels.problem import Contacts
-from sheldrake.multibody.plant._kernels.contact_rows import contact_frame, share
+from sheldrake.multibody.plant._kernels.contacts import contact_frame
 
 
 class Who(Record):
@@ -34,11 +35,11 @@ class PointContact(Record):
 
 @table
 class PointContacts(NamedTuple):
-    """Room for all contacts; `count` says how many there are."""
+    """Room for all contacts; `total` says how many there are."""
 
     who: Annotated[IntMatrix, Who]
     how: Annotated[Matrix, PointContact]
-    count: IntVector
+    total: IntVector
 
 
 @kernel(top=True)
@@ -72,4 +73,4 @@ def report_points(
             found[n].slip_speed = sqrt(vc[0] * vc[0] + vc[1] * vc[1])
             found[n].separation_speed = vc[2]
             n += 1
-    found.count[0] = n
+    found.total[0] = n

@@ -21,7 +21,7 @@ from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, table
 from sheldrake.multibody.tree._kernels import dynamics, forces
 from sheldrake.multibody.tree._kernels.forces import ForceModel
-from sheldrake.multibody.tree._kernels.frames import pose_of_frame
+from sheldrake.multibody.tree._kernels.kinematics import pose_of_frame
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
 

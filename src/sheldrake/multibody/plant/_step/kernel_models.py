@@ -208,7 +208,7 @@ class KernelModels:
     def _limit_row(self, joint: Joint) -> dict[str, Any]:
         lower, upper = joint._limits["position"]
         stiffness = damping = 0.0  # of kTamsi alone; as in Drake, it ignores the limits of other joints
-        if self._settings.is_tamsi and joint.type_name() in ("revolute", "prismatic"):
+        if self._settings.is_tamsi and joint._type.limited:
             stiffness, damping = tamsi_limit_penalty(_limit_inertia(joint), self._settings.time_step)
         return dict(
             dof=joint._v_start, q=joint._q_start, lower=lower[0], upper=upper[0], stiffness=stiffness, damping=damping

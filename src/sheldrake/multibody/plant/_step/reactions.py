@@ -18,7 +18,6 @@ from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactI
 from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._context.view import View
-from sheldrake.multibody.plant._kernels.constraint_rows import point_on
 from sheldrake.multibody.plant._kernels.model import COUPLER, StepWork
 from sheldrake.multibody.plant._kernels.reactions import JointEnd, JointEnds, calc_reactions
 from sheldrake.multibody.plant._step.advance import Advance
@@ -26,6 +25,7 @@ from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.reports import Reports
 from sheldrake.multibody.tree._kernels import forces
+from sheldrake.multibody.tree._kernels.kinematics import point_on
 from sheldrake.multibody.tree._kernels.model import BodyInertia, TreeWork
 from sheldrake.systems.framework import Context
 

@@ -13,7 +13,7 @@ from sheldrake.geometry._kernels.hydro_model import FaceValue, HydroModel
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactState, Participation
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
 from sheldrake.multibody.plant._kernels.contact_report import PointContact, PointContacts, Who, report_points
-from sheldrake.multibody.plant._kernels.contact_rows import contact_frame
+from sheldrake.multibody.plant._kernels.contacts import contact_frame
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.tree._kernels.model import TreeModel
 
@@ -70,7 +70,7 @@ def contact_room(work: StepWork, stiffness: np.ndarray, dt: float) -> ContactRoo
 def step_contacts(room: ContactRoom) -> StepContacts:
     """Contacts of the last step; none before the first."""
     room.run()
-    n = int(room.found.count[0])
+    n = int(room.found.total[0])
     if n == 0:
         return _NO_CONTACTS
     how, c = room.found.how[:n].copy(), PointContact
@@ -80,9 +80,11 @@ def step_contacts(room: ContactRoom) -> StepContacts:
     return StepContacts(room.found.who[:n].copy(), p_WCa, p_WCb, nhat_BA_W, depth, p_WC, f_Bc_W, slip, separation)
 
 
+_NO_VECTORS, _NO_NUMBERS = np.zeros((0, 3)), np.zeros(0)
 _NO_CONTACTS = StepContacts(
-    np.zeros((0, 4), np.int64), *np.zeros((3, 0, 3)), np.zeros(0), *np.zeros((2, 0, 3)), *np.zeros((2, 0))
-)
+    pair=np.zeros((0, 4), np.int64), p_WCa=_NO_VECTORS, p_WCb=_NO_VECTORS, nhat_BA_W=_NO_VECTORS, depth=_NO_NUMBERS,
+    p_WC=_NO_VECTORS, f_Bc_W=_NO_VECTORS, slip_speed=_NO_NUMBERS, separation_speed=_NO_NUMBERS,
+)  # fmt: skip
 
 
 def step_surfaces(
