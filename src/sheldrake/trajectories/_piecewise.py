@@ -93,7 +93,7 @@ class PiecewiseTrajectory(Trajectory):
 
     def _clamped(self, time: Any) -> Any:
         """The nearest time inside."""
-        start, end = self.start_time(), self.end_time()
+        start, end = self._breaks[0], self._breaks[-1]
         if is_symbolic(self._T):
             return end.min(start.max(time))
         if time < start:
