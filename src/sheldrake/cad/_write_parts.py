@@ -41,11 +41,7 @@ def central_inertia(body: Any) -> tuple[float, np.ndarray, np.ndarray]:
 
 def axis_of(part: JointPart) -> np.ndarray | None:
     """Axis of a joint in frame F, shape (3,), or None."""
-    joint = part.joint
-    getter = {"revolute": "revolute_axis", "prismatic": "translation_axis", "screw": "screw_axis"}.get(part.kind)
-    if getter is not None:
-        return np.asarray(getattr(joint, getter)())
-    return np.array([0.0, 0.0, 1.0]) if part.kind == "planar" else None
+    return part.joint._axis
 
 
 def add_forces(root: Node, parts: ModelParts, put: Any, name_it: Any) -> None:

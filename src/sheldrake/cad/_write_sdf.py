@@ -25,9 +25,6 @@ from ._write_parts import (
 )
 from ._xml_tree import Node, xyz_rpy
 
-_TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "ball_rpy": "ball",
-          "universal": "universal", "screw": "screw"}  # fmt: skip
-
 
 def sdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
     """The text of an SDFormat file in a folder; `files` names and writes its meshes."""
@@ -174,14 +171,16 @@ class _Sdf:
         add_viewers(node, geometry)
 
     def _joint(self, part: JointPart) -> None:
-        if part.kind == "planar":
-            self._planar(part)
+        if part.type.sdf_custom:
+            self._custom(part)
             return
-        node = self._model.add("joint", name=part.name, type=_TYPES[part.kind])
+        if not part.type.sdf:
+            raise NotImplementedError(f"Joint '{part.name}' is of type {part.kind}, which SDFormat does not have.")
+        node = self._model.add("joint", name=part.name, type=part.type.sdf[0])
         node.add("parent", part.parent)
         node.add("child", part.child)
         self._pose(node, part.X_CM)
-        if part.kind in ("revolute", "prismatic", "screw"):
+        if part.type.has_one_axis:
             self._actuated(node, part)
         elif part.kind in ("ball_rpy", "universal"):
             damping = float(np.atleast_1d(part.joint.default_damping_vector())[0])
@@ -215,12 +214,12 @@ class _Sdf:
         damping = float(np.atleast_1d(joint.default_damping_vector())[0])
         if damping != 0.0:
             dynamics.add("damping", damping)
-        if part.spring is not None and part.kind in ("revolute", "prismatic"):
+        if part.spring is not None and part.type.spring:
             dynamics.add("spring_stiffness", part.spring[0])
             dynamics.add("spring_reference", part.spring[1])
         if dynamics.children:
             axis.children.append(dynamics)
-        if part.kind == "screw":
+        if "screw_pitch" in part.type.takes:
             node.add("screw_thread_pitch", joint.screw_pitch())
         self._actuators(node, part)
 
@@ -239,12 +238,12 @@ class _Sdf:
                 gains = actuator.get_controller_gains()
                 node.add("drake:controller_gains", p=gains.p, d=gains.d)
 
-    def _planar(self, part: JointPart) -> None:
+    def _custom(self, part: JointPart) -> None:
         """Its ends are named frames. Readers put it after all ordinary joints, whatever the order in the file."""
         later = self._parts.joints[self._parts.joints.index(part) + 1 :]
-        if any(joint.kind not in ("weld", "planar") for joint in later):
-            self._parts.losses.append(f"the place of joint '{part.name}' among the joints: planar ones come last")
-        node = Node("drake:joint", name=part.name, type="planar")
+        if any(joint.type.velocities and not joint.type.sdf_custom for joint in later):
+            self._parts.losses.append(f"the place of joint '{part.name}' among the joints: {part.kind} ones come last")
+        node = Node("drake:joint", name=part.name, type=part.type.sdf_custom)
         for end, body, X in (("parent", part.parent, part.X_PF), ("child", part.child, part.X_CM)):
             name = body
             if not X.IsExactlyIdentity():

@@ -25,9 +25,6 @@ from ._write_parts import (
 )
 from ._xml_tree import Node, xyz_rpy
 
-_TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "planar": "planar", "ball_rpy": "ball",
-          "universal": "universal", "screw": "screw"}  # fmt: skip
-
 
 def urdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
     """The text of a URDF in a folder; `files` names and writes its meshes."""
@@ -144,9 +141,10 @@ class _Urdf:
 
     def _joint(self, part: JointPart) -> None:
         X_PF, axis, child = self._without_child_frame(part)
-        written = _TYPES[part.kind]
-        custom = part.kind in ("ball_rpy", "universal", "screw", "planar")
-        node = self._robot.add("drake:joint" if custom else "joint", name=part.name, type=written)
+        if not part.type.urdf:
+            raise NotImplementedError(f"Joint '{part.name}' is of type {part.kind}, which URDF does not have.")
+        tag = "joint" if part.type.urdf_custom is False else "drake:joint"
+        node = self._robot.add(tag, name=part.name, type=part.type.urdf[0])
         node.add("parent", link=part.parent)
         node.add("child", link=child)
         self._origin(node, X_PF)
@@ -154,12 +152,12 @@ class _Urdf:
             return
         if axis is not None:
             node.add("axis", xyz=axis)
-        if part.kind in ("revolute", "prismatic", "screw"):
+        if part.type.has_one_axis:
             self._limits(node, part)
-        if part.kind == "screw":
+        if "screw_pitch" in part.type.takes:
             node.add("drake:screw_thread_pitch", value=part.joint.screw_pitch())
         damping = np.atleast_1d(part.joint.default_damping_vector())
-        damping = damping if part.kind == "planar" else damping[:1]
+        damping = damping if part.type.damping_each else damping[:1]
         if np.any(damping != 0.0):
             node.add("dynamics", damping=damping)
         if part.mimics is not None:
@@ -181,7 +179,7 @@ class _Urdf:
         axis = axis_of(part)
         if part.X_CM.IsExactlyIdentity():
             return part.X_PF, axis, part.child
-        if axis is not None and part.kind in ("revolute", "prismatic", "screw"):
+        if part.type.has_one_axis:
             p_CM = np.asarray(part.X_CM.translation())
             axis_C = part.X_CM.rotation().matrix() @ axis
             if part.kind == "prismatic" or np.linalg.norm(np.cross(p_CM, axis_C)) == 0.0:

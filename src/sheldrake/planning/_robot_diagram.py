@@ -151,12 +151,11 @@ def GetContinuousRevoluteJointIndices(plant: MultibodyPlant) -> list[int]:
     """Returns the places in q of angles without limits: of revolute, universal, planar and rpy floating joints."""
     out: list[int] = []
     lower, upper = plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits()
-    angles = {"revolute": (0,), "universal": (0, 1), "planar": (2,), "rpy_floating": (0, 1, 2)}
     import numpy as np
 
     for index in plant.GetJointIndices():
         joint = plant.get_joint(index)
-        for k in angles.get(joint.type_name(), ()):
+        for k in joint._type.angles:
             place = joint.position_start() + k
             if np.isneginf(lower[place]) and np.isposinf(upper[place]):
                 out.append(place)

@@ -25,8 +25,6 @@ from sheldrake.multibody.tree._forest import Step
 from sheldrake.multibody.tree._kernels.forces import ForceModel, empty_force_model
 from sheldrake.multibody.tree._kernels.model import TreeModel
 
-_V_IS_QDOT = ("weld", "revolute", "prismatic", "screw", "planar", "universal", "curvilinear")
-
 
 class Parameters:
     """Where numeric parameters are: groups of them, one after the other in p, and what they are by default."""
@@ -118,7 +116,7 @@ class FrozenModel:
     @cached_property
     def v_is_qdot(self) -> bool:
         """Whether qdot = v for all joints."""
-        return all(joint.type_name() in _V_IS_QDOT for joint in self.joints)
+        return all(joint._type.v_is_qdot for joint in self.joints)
 
     @property
     def num_bodies(self) -> int:
