@@ -322,6 +322,13 @@ class ScalarTemplate(TemplateClass):
         template = base.__dict__.get("_template")
         return base if template is None else template[T]
 
+    def __getitem__(self, param: Any) -> Any:
+        if isinstance(param, type) and not self._notices:  # nearly always, and often
+            found = self._instantiation_map.get((param,))
+            if isinstance(found, type):
+                return found
+        return self.get_instantiation(param)[0]
+
     def get_instantiation(self, param: Any = None, throw_error: bool = True) -> tuple[Any, tuple]:
         """See `TemplateBase.get_instantiation`."""
         T = param[0] if isinstance(param, (tuple, list)) and len(param) == 1 else param

@@ -63,7 +63,8 @@ def SavePage(
 
     Raises:
         ValueError: something in the diagram is Python (see `Freeze`); or a slider's name or element is none.
-        ModuleNotFoundError: llvmlite or ziglang is not installed.
+        ModuleNotFoundError: a kernel's WebAssembly does not come with the wheel, as one's own does not, and llvmlite or
+            ziglang is not installed.
         OSError: the file can not be written.
     """
     freezer = Freezer(simulator)
@@ -82,7 +83,7 @@ def make_page(frozen: FrozenDiagram, scene: Scene, title: str, sliders: Iterable
         "diagram": hashlib.sha256(frozen.ToBytes()).hexdigest()[:16],
         "file": "".join(c if c.isalnum() else "-" for c in title)[:40],
         "image": _packed(frozen.image),
-        "code": _packed(wasm_module(frozen, "SavePage()")),
+        "code": _packed(wasm_module(frozen)),
         "scene": scene.description,
         "plots": [plot for k, log in enumerate(about["logs"]) for plot in _plots(k, log)],
         "sliders": [_slider(about, slider) for slider in sliders],

@@ -67,6 +67,8 @@ class CollisionCheckerParams(Options):
         ("implicit_context_parallelism", Any, None),
     )
 
+    implicit_context_parallelism: Parallelism
+
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         if self.implicit_context_parallelism is None:

@@ -315,6 +315,12 @@ class Part:
 class Subgraph(Part):
     """Regions and the edges between those that meet; made by `AddRegions`."""
 
+    _regions: list[ConvexSet]
+    _order: int
+    _name: str
+    _x: np.ndarray
+    _t: Variable
+
     @classmethod
     def _make(
         cls,
@@ -485,6 +491,9 @@ class Subgraph(Part):
 
 class EdgesBetweenSubgraphs(Part):
     """Edges from the regions of one subgraph to those of another; made by `AddEdges`."""
+
+    _from: Subgraph
+    _to: Subgraph
 
     @classmethod
     def _make(

@@ -10,7 +10,7 @@ import copy
 import itertools
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -53,8 +53,8 @@ class GcsTrajectoryOptimization:
         RuntimeError: a place is repeated or out of range.
     """
 
-    Subgraph = Subgraph
-    EdgesBetweenSubgraphs = EdgesBetweenSubgraphs
+    Subgraph: TypeAlias = subgraphs.Subgraph
+    EdgesBetweenSubgraphs: TypeAlias = subgraphs.EdgesBetweenSubgraphs
 
     def __init__(self, num_positions: int, continuous_revolute_joints: Any = ()):
         self._num_positions = int(num_positions)

@@ -225,7 +225,7 @@ class KinematicTrajectoryOptimization:
             columns.append(places[v])
         c = binding._evaluator
         A = np.zeros((c.num_constraints(), self._nq))
-        np.add.at(A, (slice(None), columns), c.GetDenseA())
+        np.add.at(A.T, columns, c.GetDenseA().T)
         active, weights = self._weights(call, s, 1)
         path = np.hstack([A[:, i : i + 1] * weights for i in range(self._nq)])
         lower, upper = c.lower_bound(), c.upper_bound()
@@ -341,6 +341,7 @@ class KinematicTrajectoryOptimization:
         """Adds weight times the length of the polygon of control points, which is at least that of the path."""
         A = weight * np.hstack((np.eye(self._nq), -np.eye(self._nq)))
         out = []
+        cost: BindingBase[Cost]
         for k in range(1, self._n):
             if use_conic_constraint:
                 _, cost, cone = self._prog.AddL2NormCostUsingConicConstraint(A, np.zeros(self._nq), self._segment(k))

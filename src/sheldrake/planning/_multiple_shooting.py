@@ -24,9 +24,8 @@ from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
     from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.trajectories import PiecewisePolynomial
 
 _UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
 
@@ -52,7 +51,7 @@ class MultipleShooting:
         N: int,
         fixed_time_step: float | None,
         bounds: Any,
-        prog: MathematicalProgram,
+        prog: MathematicalProgram | None,
     ) -> None:
         if N < 2:
             raise RuntimeError(f"{type(self).__name__}: num_time_samples must be at least 2, got {N}.")
@@ -270,7 +269,7 @@ class MultipleShooting:
     # Guesses and results
 
     @checked
-    def SetInitialTrajectory(self, traj_init_u: ArrayLike, traj_init_x: Any) -> None:
+    def SetInitialTrajectory(self, traj_init_u: PiecewisePolynomial, traj_init_x: PiecewisePolynomial) -> None:
         """Sets the initial guess to samples of two trajectories; an empty one gives a small constant.
 
         Raises:
@@ -279,11 +278,11 @@ class MultipleShooting:
         given = [t for t in (traj_init_u, traj_init_x) if t.get_number_of_segments()]
         if not given and self._dt is None:
             raise RuntimeError("SetInitialTrajectory(): both trajectories are empty.")
-        start, h = 0.0, self._dt
-        if given:
-            start = max(t.start_time() for t in given)
-            h = (given[0].end_time() - given[0].start_time()) / (self._N - 1) if self._dt is None else self._dt
-        if self._dt is None:
+        start = max((t.start_time() for t in given), default=0.0)
+        if self._dt is not None:
+            h = self._dt
+        else:
+            h = (given[0].end_time() - given[0].start_time()) / (self._N - 1)
             self._prog.SetInitialGuess(self._h_vars, np.full(self._N - 1, h))
         for trajectory, vars, rows in (
             (traj_init_u, self._u_vars, self._nu),

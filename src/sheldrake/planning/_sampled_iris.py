@@ -86,7 +86,7 @@ class IrisParameterizationFunction:
 
     @overloaded(
         overload(lambda self: self._set(lambda x: x, None)),
-        overload(lambda self, *given: self._set(*given), parameterization=instance_of(Callable), dimension=count),
+        overload(lambda self, *given: self._set(*given), parameterization=kinds.function, dimension=count),
         overload(
             lambda self, kin, q_star: self._set(lambda s: kin.ComputeQValue(s, q_star), len(kin.s())),
             kin=instance_of(RationalForwardKinematics),

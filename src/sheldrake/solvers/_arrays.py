@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -12,6 +13,12 @@ from sheldrake.common._overloads import Mismatch, kind
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as symbolic_build
 from sheldrake.symbolic._arguments import expression
+
+if TYPE_CHECKING:
+    import scipy.sparse
+
+Matrix: TypeAlias = "np.ndarray | scipy.sparse.spmatrix"
+VariablesLike: TypeAlias = "Sequence[Variable] | np.ndarray"
 
 FLOATS, DUALS, SYMBOLS = "float", "AutoDiffXd", "Expression"
 
@@ -83,7 +90,7 @@ def _is_number(value: Any) -> bool:
 
 
 @kind("float array of shape (m, n)")
-def float_matrix(value: Any) -> Any:
+def float_matrix(value: Any) -> Matrix:
     """A matrix of floats, dense or sparse; a vector counts as a column.
 
     Raises:
@@ -105,7 +112,7 @@ def float_matrix(value: Any) -> Any:
 
 
 @kind("float array of shape (1, n)")
-def float_row(value: Any) -> Any:
+def float_row(value: Any) -> Matrix:
     """The coefficients of one row, shape `(1, n)`.
 
     Raises:

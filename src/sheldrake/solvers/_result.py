@@ -39,11 +39,11 @@ class MathematicalProgramResult:
         self._more: list[tuple[np.ndarray, float]] = []
         self._variables: dict[int, Variable] = {}
 
-    def _start(self, prog: Any, solver_id: SolverId) -> None:
+    def _start(self, prog: MathematicalProgram, solver_id: SolverId) -> None:
         """Empties it for the variables of a program."""
         self.__init__()  # type: ignore[misc]
         self._places = prog.decision_variable_index()
-        self._variables = {v.get_id(): v for v in prog._decisions}
+        self._variables = {v.get_id(): v for v in prog.decision_variables()}
         self._x = np.full(prog.num_vars(), np.nan)
         self._solver_id = solver_id
 

@@ -24,6 +24,8 @@ class AffineSubspace(ConvexSet):
     """
 
     _has_volume = True
+    _basis: np.ndarray
+    _translation: np.ndarray
 
     def __init__(self, *args: Any, **kwargs: Any):
         def of_basis(self: Any, basis: np.ndarray, translation: np.ndarray) -> None:

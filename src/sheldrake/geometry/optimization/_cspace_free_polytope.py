@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -25,15 +25,17 @@ from sheldrake.geometry.optimization._cspace_certificates import (
 )
 from sheldrake.geometry.optimization._cspace_geometries import (
     CIrisCollisionGeometry,
+    CSpaceSeparatingPlane,
     CSpaceSeparatingPlane_,
     SeparatingPlaneOrder,
 )
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.multibody.rational import RationalForwardKinematics
-from sheldrake.solvers import ClarabelSolver, MakeSolver, MathematicalProgram, SolverOptions
+from sheldrake.solvers import ClarabelSolver, MakeSolver, MathematicalProgram, SolverId, SolverOptions
 from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
+    from sheldrake.geometry import GeometryId
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.multibody.plant import MultibodyPlant
 
@@ -58,6 +60,9 @@ class FindSeparationCertificateOptions(Options):
         ("terminate_at_failure", bool, True),
         ("solver_options", SolverOptions | None, None),
     )
+
+    parallelism: Parallelism
+    solver_id: SolverId
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -110,6 +115,8 @@ class FindPolytopeGivenLagrangianOptions(Options):
         ("ellipsoid_margin_cost", EllipsoidMarginCost, EllipsoidMarginCost.kGeometricMean),
     )
 
+    solver_id: SolverId
+
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         if self.solver_id is None:
@@ -134,6 +141,9 @@ class BilinearAlternationOptions(Options):
         ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
         ("ellipsoid_scaling", float, 0.99),
     )
+
+    find_polytope_options: FindPolytopeGivenLagrangianOptions
+    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -161,6 +171,8 @@ class BinarySearchOptions(Options):
         ("convergence_tol", float, 1e-3),
         ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
     )
+
+    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -210,6 +222,13 @@ class SearchResult:
 
 # ---- what is searched
 
+_CertificateOptions: TypeAlias = FindSeparationCertificateGivenPolytopeOptions  # what `CspaceFreePolytope` shows
+_PolytopeOptions: TypeAlias = FindPolytopeGivenLagrangianOptions
+_MarginCost: TypeAlias = EllipsoidMarginCost
+_Alternation: TypeAlias = BilinearAlternationOptions
+_BinarySearch: TypeAlias = BinarySearchOptions
+_Found: TypeAlias = SearchResult
+
 
 _log = logging.getLogger("drake")
 
@@ -229,7 +248,8 @@ class CspaceFreePolytopeBase:
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("pydrake.geometry.optimization.CspaceFreePolytopeBase: No constructor defined!")
 
-    _pairs: dict[tuple, int]
+    _pairs: dict[tuple[GeometryId, GeometryId], int]
+    _planes: list[CSpaceSeparatingPlane]
     _y: np.ndarray
 
     def map_geometries_to_separating_planes(self) -> dict[tuple, int]:
@@ -266,14 +286,14 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
 
     SeparatingPlaneLagrangians = certificates.SeparatingPlaneLagrangians
     SeparationCertificate = certificates.SeparationCertificate
-    SeparationCertificateProgram = certificates.SeparationCertificateProgram
+    SeparationCertificateProgram: TypeAlias = certificates.SeparationCertificateProgram
     SeparationCertificateResult = certificates.SeparationCertificateResult
-    FindSeparationCertificateGivenPolytopeOptions = FindSeparationCertificateGivenPolytopeOptions
-    FindPolytopeGivenLagrangianOptions = FindPolytopeGivenLagrangianOptions
-    EllipsoidMarginCost = EllipsoidMarginCost
-    BilinearAlternationOptions = BilinearAlternationOptions
-    BinarySearchOptions = BinarySearchOptions
-    SearchResult = SearchResult
+    FindSeparationCertificateGivenPolytopeOptions: TypeAlias = _CertificateOptions
+    FindPolytopeGivenLagrangianOptions: TypeAlias = _PolytopeOptions
+    EllipsoidMarginCost: TypeAlias = _MarginCost
+    BilinearAlternationOptions: TypeAlias = _Alternation
+    BinarySearchOptions: TypeAlias = _BinarySearch
+    SearchResult: TypeAlias = _Found
 
     def __init__(
         self,
@@ -312,9 +332,10 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         for pair in sorted(inspector.GetCollisionCandidates(), key=lambda ids: [i.get_value() for i in ids]):
             for id in pair:
                 if id not in geometries:
-                    body = plant.GetBodyFromFrameId(inspector.GetFrameId(id)).index()
+                    body = plant.GetBodyFromFrameId(inspector.GetFrameId(id))
+                    assert body is not None  # the SceneGraph is the plant's
                     geometries[id] = CIrisCollisionGeometry._of(
-                        inspector.GetShape(id), body, id, inspector.GetPoseInFrame(id)
+                        inspector.GetShape(id), body.index(), id, inspector.GetPoseInFrame(id)
                     )
             found = sorted((geometries[id] for id in pair), key=lambda g: int(g.body_index()))
             bodies = (int(found[0].body_index()), int(found[1].body_index()))

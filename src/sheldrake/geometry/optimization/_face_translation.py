@@ -82,7 +82,13 @@ def with_fewer_faces(polyhedron: Any, settings: Settings) -> tuple[np.ndarray, n
 
 
 def _translated(
-    A: np.ndarray, b: np.ndarray, keep: list[int], i: int, least: float, others: list, padding: float
+    A: np.ndarray,
+    b: np.ndarray,
+    keep: list[int],
+    i: int,
+    least: float,
+    others: list[tuple[np.ndarray, np.ndarray]],
+    padding: float,
 ) -> tuple[list[int], np.ndarray]:
     """The faces that are left, and all bounds, after face i moved as far as makes most others redundant."""
     reached = [(_redundant_from(A, b, keep, i, j), j) for j in keep if j != i]
@@ -91,7 +97,7 @@ def _translated(
         moved = b.copy()
         moved[i] = min(b[i], max(least, reached[count - 1][0]))
         left = [k for k in keep if k not in _dropped(A, moved, keep, [j for _, j in reached[:count]])]
-        if len(left) < len(keep) and all(_meet(A[left], moved[left], *other, padding) for other in others):
+        if len(left) < len(keep) and all(_meet(A[left], moved[left], C, d, padding) for C, d in others):
             return left, moved
     return keep, b
 

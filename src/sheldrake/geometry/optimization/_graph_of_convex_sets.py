@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -187,13 +187,13 @@ def usable_edges(source: Vertex, target: Vertex, edges: list[Edge]) -> list[Edge
 def graphviz(
     vertices: list[Vertex],
     edges: list[Edge],
-    result: MathematicalProgramResult,
+    result: MathematicalProgramResult | None,
     options: GcsGraphvizOptions,
     active_path: list[Edge],
 ) -> str:
     """The graph; with values of a solution, and a path as dashed edges."""
 
-    def number(value: float) -> str:
+    def number(value: float | None) -> str:
         return f"{value:.{options.precision}g}" if options.scientific else f"{value:.{options.precision}f}"
 
     def numbers(values: np.ndarray) -> str:
@@ -243,11 +243,11 @@ _log = logging.getLogger("drake")
 class GraphOfConvexSets:
     """A directed graph: each vertex has a point in its convex set, costs and constraints are on vertices and edges."""
 
-    VertexId = elements.VertexId
-    EdgeId = elements.EdgeId
-    Transcription = elements.Transcription
-    Vertex = elements.Vertex
-    Edge = elements.Edge
+    VertexId: TypeAlias = elements.VertexId
+    EdgeId: TypeAlias = elements.EdgeId
+    Transcription: TypeAlias = elements.Transcription
+    Vertex: TypeAlias = elements.Vertex
+    Edge: TypeAlias = elements.Edge
 
     def __init__(self) -> None:
         self._vertices: list[Vertex] = []

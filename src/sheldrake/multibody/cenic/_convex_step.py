@@ -13,8 +13,8 @@ from sheldrake.multibody.cenic._kernels.step import Calls, Convex, PlantPlace, T
 from sheldrake.multibody.contact_solvers import IcfSolverParameters
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
 from sheldrake.multibody.plant._enums import ContactModel
+from sheldrake.multibody.plant._kernels.contacts import static_friction
 from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED
-from sheldrake.multibody.plant._kernels.static_friction import static_friction
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.plant._step.arrays import make_plant_model, make_step_work
 from sheldrake.multibody.plant._step.input_ports import sees_geometry

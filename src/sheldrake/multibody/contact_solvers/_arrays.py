@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from sheldrake.multibody.contact_solvers._kernels import problem as records
-from sheldrake.multibody.contact_solvers._kernels.elimination import BITS
+from sheldrake.multibody.contact_solvers._kernels.factor import BITS
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     LAGGED,
     SAP,

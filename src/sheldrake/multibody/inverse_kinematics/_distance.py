@@ -95,11 +95,10 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
     _display = _MinimumValueConstraint._display
     _latex = _MinimumValueConstraint._latex
 
-    _checker: Any = None  # a CollisionChecker, when distances are its business
+    # A CollisionChecker, when distances are its business; planning is above this package.
+    _checker: Any = None
 
-    def _set_distances(
-        self, robot: Any, bound: float, context: Context, offset: float, penalty: Callable | None
-    ) -> None:
+    def _set_distances(self, robot: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
         name = type(self).__name__
         if not math.isfinite(offset):
             raise ValueError(f"{name}: influence_distance must be finite.")

@@ -542,9 +542,9 @@ class GlobalInverseKinematics:
         place = self._prog.FindDecisionVariableIndex
         for A, b, error, p in self._lengths:
             guess[place(error)] = np.linalg.norm(A @ result.GetSolution(p) + b)
-        for binding in (*self._prog.lorentz_cone_constraints(), *self._prog.rotated_lorentz_cone_constraints()):
-            x = guess[[place(v) for v in binding.variables()]]
-            if not binding.evaluator().CheckSatisfied(x, 1e-6):
+        for cone in (*self._prog.lorentz_cone_constraints(), *self._prog.rotated_lorentz_cone_constraints()):
+            x = guess[[place(v) for v in cone.variables()]]
+            if not cone.evaluator().CheckSatisfied(x, 1e-6):
                 raise RuntimeError("GlobalInverseKinematics.SetInitialGuess(): the posture violates a constraint.")
         self._prog.SetInitialGuessForAllVariables(guess)
 

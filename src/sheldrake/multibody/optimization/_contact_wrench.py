@@ -13,7 +13,9 @@ from sheldrake.multibody.optimization._motion_constraints import require_duals
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
+    from sheldrake.autodiffutils import AutoDiffXd
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import RigidBody
     from sheldrake.systems.framework import Context
 
 
@@ -67,12 +69,12 @@ class ContactWrenchFromForceInWorldFrameEvaluator(KinematicFunction, EvaluatorBa
 class Touch(NamedTuple):
     """Nearest points Ca, Cb of two geometries: their bodies and places in these, direction from A into B, distance."""
 
-    body_A: Any
-    body_B: Any
+    body_A: RigidBody
+    body_B: RigidBody
     p_ACa: np.ndarray
     p_BCb: np.ndarray
     n_AB_W: np.ndarray
-    distance: Any
+    distance: float | AutoDiffXd
 
 
 def touch(plant: MultibodyPlant, context: Context, pair: tuple) -> Touch:
@@ -81,7 +83,9 @@ def touch(plant: MultibodyPlant, context: Context, pair: tuple) -> Touch:
     found = query.ComputeSignedDistancePairClosestPoints(*pair)
     inspector, bodies, points = query.inspector(), [], []
     for geometry, p_GC in ((found.id_A, found.p_ACa), (found.id_B, found.p_BCb)):
-        bodies.append(plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)))
+        body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+        assert body is not None  # pairs are of bodies of the plant
+        bodies.append(body)
         X_BG = inspector.GetPoseInFrame(geometry)
         points.append(X_BG.rotation().matrix() @ p_GC + X_BG.translation())
-    return Touch(*bodies, *points, -found.nhat_BA_W, found.distance)
+    return Touch(bodies[0], bodies[1], points[0], points[1], -found.nhat_BA_W, found.distance)

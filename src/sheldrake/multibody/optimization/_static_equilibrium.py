@@ -9,9 +9,9 @@ import numpy as np
 from sheldrake.autodiffutils import ExtractValue
 from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction
 from sheldrake.multibody.math import SpatialForce
-from sheldrake.multibody.math._coulomb_friction import CalcContactFrictionFromSurfaceProperties
 from sheldrake.multibody.optimization._contact_wrench import ContactWrench, touch
 from sheldrake.multibody.optimization._motion_constraints import require_duals
+from sheldrake.multibody.plant._contact.friction import CalcContactFrictionFromSurfaceProperties
 from sheldrake.multibody.tree import JacobianWrtVariable
 from sheldrake.solvers import Constraint, MathematicalProgram
 from sheldrake.symbolic import Variable

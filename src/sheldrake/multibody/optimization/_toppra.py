@@ -256,14 +256,15 @@ class Toppra:
             RuntimeError: a trajectory is defined nowhere on the path.
         """
         what = "frame acceleration limit. The {} limit"
-        bounds = []
-        for word, limit, elsewhere in (("lower", lower_limit, -np.inf), ("upper", upper_limit, np.inf)):
-            if hasattr(limit, "value"):
-                if limit.rows() != 6:
-                    raise ValueError(f"AddFrameAccelerationLimit(): the {word} limit has {limit.rows()} rows, not 6.")
-                bounds.append(self._sampled(what.format(word), limit, elsewhere))
-            else:
-                bounds.append(self._sized("AddFrameAccelerationLimit", limit, 6))
+
+        def bound(word: str, limit: Any, elsewhere: float) -> np.ndarray:
+            if not hasattr(limit, "value"):
+                return self._sized("AddFrameAccelerationLimit", limit, 6)
+            if limit.rows() != 6:
+                raise ValueError(f"AddFrameAccelerationLimit(): the {word} limit has {limit.rows()} rows, not 6.")
+            return self._sampled(what.format(word), limit, elsewhere)
+
+        lower, upper = bound("lower", lower_limit, -np.inf), bound("upper", upper_limit, np.inf)
         a, b, W, wrt = [], [], self._plant.world_frame(), JacobianWrtVariable.kV
         for q, q_s, q_ss in zip(self._q, self._q_s, self._q_ss):
             self._plant.SetPositions(self._context, q)
@@ -272,7 +273,7 @@ class Toppra:
             bias = self._plant.CalcBiasSpatialAcceleration(self._context, wrt, constraint_frame, np.zeros(3), W, W)
             a.append(J @ q_s)
             b.append(J @ q_ss + bias.get_coeffs())
-        return self._limit(np.array(a), np.array(b), *bounds, discretization)
+        return self._limit(np.array(a), np.array(b), lower, upper, discretization)
 
     # The two passes
 

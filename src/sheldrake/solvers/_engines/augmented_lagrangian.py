@@ -50,8 +50,8 @@ class _AugmentedLagrangian:
         """The cost, and h of equations and c >= 0 of inequalities in order."""
         prog = self._prog
         cost: Any = 0.0
-        for b in prog.GetAllCosts():
-            cost = cost + prog.EvalBinding(b, x)[0]
+        for added in prog.GetAllCosts():
+            cost = cost + prog.EvalBinding(added, x)[0]
         found: list = []
         for b in self._constraints:
             found += _residues(prog.EvalBinding(b, x), b._evaluator._lower, b._evaluator._upper)

@@ -189,8 +189,8 @@ def SolveInParallel(
             raise ValueError(f"SolveInParallel(): {len(progs)} programs, but {len(items)} {name}.")
 
     def solve(k: int) -> MathematicalProgramResult:
-        solver = MakeSolver(ChooseBestSolver(progs[k]) if ids[k] is None else ids[k])
-        return solver.Solve(progs[k], guesses[k], each[k])
+        asked = ids[k]
+        return MakeSolver(ChooseBestSolver(progs[k]) if asked is None else asked).Solve(progs[k], guesses[k], each[k])
 
     first = {id(prog): k for k, prog in reversed(list(enumerate(progs)))}
     at_once = [k for k, prog in enumerate(progs) if first[id(prog)] == k and prog.IsThreadSafe()]

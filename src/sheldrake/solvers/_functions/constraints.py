@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,11 @@ from sheldrake.solvers._functions.evaluators import Constraint
 from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
 from sheldrake.symbolic import Formula, logical_and
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers._arrays import Matrix
 
 
 def _bounds(lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
@@ -180,18 +185,6 @@ class BoundingBoxConstraint(LinearConstraint):
         return latex_matrix(vars, precision)
 
 
-class HessianType(BoundEnum):
-    """Signs of the eigenvalues of the matrix of a quadratic constraint."""
-
-    kPositiveSemidefinite = 0
-    kNegativeSemidefinite = 1
-    kIndefinite = 2
-    kZero = 3
-
-
-HessianType.__qualname__ = "QuadraticConstraint.HessianType"
-
-
 class QuadraticConstraint(Constraint):
     """lb <= 1/2 x' Q x + b' x <= ub.
 
@@ -203,7 +196,13 @@ class QuadraticConstraint(Constraint):
         hessian_type: Signs of the eigenvalues of Q; found out if absent.
     """
 
-    HessianType = HessianType
+    class HessianType(BoundEnum):
+        """Signs of the eigenvalues of the matrix of a quadratic constraint."""
+
+        kPositiveSemidefinite = 0
+        kNegativeSemidefinite = 1
+        kIndefinite = 2
+        kZero = 3
 
     def __init__(self, Q0: Any, b: Any, lb: float, ub: float, hessian_type: HessianType | None = None):
         self._set_coefficients(symmetric(Q0), _arrays.float_vector(b), hessian_type)
@@ -230,11 +229,13 @@ class QuadraticConstraint(Constraint):
 
     def is_convex(self) -> bool:
         """Tells whether the points that satisfy it are a convex set."""
-        if self._hessian is HessianType.kZero:
+        if self._hessian is self.HessianType.kZero:
             return True
-        if self._hessian is HessianType.kPositiveSemidefinite:
+        if self._hessian is self.HessianType.kPositiveSemidefinite:
             return bool(np.isneginf(self._lower[0]))
-        return self._hessian is HessianType.kNegativeSemidefinite and bool(np.isposinf(self._upper[0]))
+        return self._hessian is QuadraticConstraint.HessianType.kNegativeSemidefinite and bool(
+            np.isposinf(self._upper[0])
+        )
 
     def UpdateCoefficients(self, new_Q: Any, new_b: Any, hessian_type: HessianType | None = None) -> None:
         """Sets the coefficients.
@@ -265,19 +266,26 @@ class QuadraticConstraint(Constraint):
         return latex_bounds(text, self._lower, self._upper, precision)
 
 
-def _hessian_type(Q: np.ndarray) -> HessianType:
+def _hessian_type(Q: np.ndarray) -> QuadraticConstraint.HessianType:
     if not Q.any():
-        return HessianType.kZero
+        return QuadraticConstraint.HessianType.kZero
     if is_semidefinite(Q):
-        return HessianType.kPositiveSemidefinite
-    return HessianType.kNegativeSemidefinite if is_semidefinite(Q, -1.0) else HessianType.kIndefinite
+        return QuadraticConstraint.HessianType.kPositiveSemidefinite
+    return (
+        QuadraticConstraint.HessianType.kNegativeSemidefinite
+        if is_semidefinite(Q, -1.0)
+        else QuadraticConstraint.HessianType.kIndefinite
+    )
 
 
 class LinearComplementarityConstraint(Constraint):
     """x >= 0, M x + q >= 0, x' (M x + q) = 0. Its values are M x + q."""
 
+    _M: Matrix
+    _q: np.ndarray
+
     @classmethod
-    def _make(cls, M: Any, q: Any) -> LinearComplementarityConstraint:
+    def _make(cls, M: ArrayLike, q: ArrayLike) -> LinearComplementarityConstraint:
         self = cls.__new__(cls)
         self._M, self._q = _arrays.float_matrix(M), _arrays.float_vector(q)
         n = self._q.size

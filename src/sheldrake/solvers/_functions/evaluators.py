@@ -229,6 +229,7 @@ class VisualizationCallback(EvaluatorBase):
     """A function that a solver calls with its iterates."""
 
     _thread_safe = False
+    _func: Callable[[np.ndarray], Any]
 
     @classmethod
     def _make(cls, func: Callable, num_vars: int) -> VisualizationCallback:

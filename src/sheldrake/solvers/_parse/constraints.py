@@ -128,7 +128,9 @@ def _special(e: Expression, lower: float, upper: float) -> Any:
     return None if cone is None else lorentz(*cone, LorentzConeConstraint.EvalType.kConvexSmooth)
 
 
-def _norm_below(e: Expression, psd_tol: float = 1e-8, coefficient_tol: float = 1e-8) -> tuple | None:
+def _norm_below(
+    e: Expression, psd_tol: float = 1e-8, coefficient_tol: float = 1e-8
+) -> tuple[np.ndarray, np.ndarray, np.ndarray] | None:
     """A, b, x with `e <= 0` meaning that A x + b is in the Lorentz cone: e is a length plus an affine part."""
     if e._kind == k.SQRT:
         parts: list[tuple[Expression, float]] = [(e, 1.0)]

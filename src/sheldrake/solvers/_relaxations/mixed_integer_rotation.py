@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from sheldrake.solvers._relaxations.special_ordered_sets import (
     IntervalBinning,
     gray_code,
 )
+from sheldrake.symbolic import Variable
 
 _SIGNS = tuple(itertools.product((1, -1), repeat=3))
 
@@ -98,8 +100,8 @@ class MixedIntegerRotationConstraintGenerator:
 class _Affine:
     """Numbers A x + c of variables: rows of constraints are made of them."""
 
-    def __init__(self, A: np.ndarray, c: np.ndarray, x: list):
-        self.A, self.c, self.x = A, c, x
+    def __init__(self, A: np.ndarray, c: np.ndarray, x: Sequence[Variable]):
+        self.A, self.c, self.x = A, c, list(x)
 
     def rows(self, prog: MathematicalProgram, M: Any, lower: Any, upper: Any) -> None:
         """Adds lower <= M (A x + c) <= upper."""
@@ -107,7 +109,7 @@ class _Affine:
         shift = M @ self.c
         A, low, high = M @ self.A, np.broadcast_to(lower, len(M)) - shift, np.broadcast_to(upper, len(M)) - shift
         used = np.flatnonzero(np.any(A != 0.0, axis=0))
-        prog.AddLinearConstraint(A[:, used], low, high, np.array([self.x[i] for i in used], dtype=object))
+        prog.AddLinearConstraint(A[:, used], low, high, np.array([self.x[i] for i in used.tolist()], dtype=object))
 
 
 def _stacked(*parts: _Affine) -> _Affine:
@@ -179,7 +181,7 @@ class _Relaxation:
         """One where the element is in one of the intervals, else zero."""
         if not self.linear and self.n == 1 and len(intervals) == 1:  # The only bit says which of the two it is.
             sign = 1.0 if intervals[0] == 1 else -1.0
-            return _Affine(np.array([[sign]]), np.array([0.5 * (1.0 - sign)]), self.bits[i][j])
+            return _Affine(np.array([[sign]]), np.array([0.5 * (1.0 - sign)]), list(self.bits[i][j]))
         variables = self.bits[i][j] if self.linear else self._interval_variables(i, j)
         return _Affine(np.ones((1, len(intervals))), np.zeros(1), [variables[k] for k in intervals])
 
@@ -251,9 +253,9 @@ class _Relaxation:
         for pair in itertools.combinations(places, 2):
             x, y = (R[place] for place in pair)
             w = product[frozenset(pair)] = prog.NewContinuousVariables(1, f"{x}*{y}")[0]
-            bits = (self.bits[i][j] for i, j in pair)
+            x_bits, y_bits = (self.bits[i][j] for i, j in pair)
             binning = IntervalBinning.kLinear if self.linear else IntervalBinning.kLogarithmic
-            AddBilinearProductMcCormickEnvelopeSos2(prog, x, y, w, self.phi, self.phi, *bits, binning)
+            AddBilinearProductMcCormickEnvelopeSos2(prog, x, y, w, self.phi, self.phi, x_bits, y_bits, binning)
         for lines in self._lines():
             for a, b in itertools.combinations(lines, 2):
                 products = np.array([product[frozenset(pair)] for pair in zip(a, b)], dtype=object)
@@ -284,7 +286,7 @@ class _Relaxation:
 
     def _in_box(self, box: tuple, s: np.ndarray, region: Any, v0: list, vectors: _Affine) -> None:
         intervals = [self.n + b if sign > 0 else self.n - 1 - b for b, sign in zip(box, s)]
-        chosen = [self._indicator(*place, [k]) for place, k in zip(v0, intervals)]
+        chosen = [self._indicator(place[0], place[1], [k]) for place, k in zip(v0, intervals)]
         if len(region.corners) == 0:
             _stacked(*chosen).rows(self.prog, np.ones((1, 3)), -np.inf, 2.0)
             return

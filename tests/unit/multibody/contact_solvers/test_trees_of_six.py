@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from tests.unit.multibody.contact_solvers.test_solver import RandomProblem
 
+from sheldrake.common._kernels.vec import dot_six, mul_packed_six, put_packed_six
 from sheldrake.multibody.contact_solvers._kernels import status as codes
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactIndex, ContactState
-from sheldrake.multibody.contact_solvers._kernels.six import dot_six, mul_packed_six, put_packed_six
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
 
 SIZES = (6, 6, 4, 6, 2)

@@ -3,19 +3,108 @@
 Islands are trees that constraints connect, directly or through others. In one step nothing passes between islands.
 """
 
+from sheldrake.common._kernels.vec import inverse_packed_diagonal_six, store_six
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.prepare import leave_free, prepare
+from sheldrake.multibody.contact_solvers._kernels.laws import (
+    FOUR_PI_SQUARED,
+    prepare_actuator_row,
+    prepare_hunt_crossley,
+    prepare_sap_cone,
+    prepare_spring_row,
+    row_group_delassus,
+)
+from sheldrake.multibody.contact_solvers._kernels.newton import guess_slip, sap_island
 from sheldrake.multibody.contact_solvers._kernels.problem import (
+    ACTUATOR,
+    DRY_FRICTION,
+    SAP,
+    TAMSI,
+    VC,
     Contacts,
     Factor,
     Problem,
     Rows,
     SolverModel,
+    contact_delassus,
+    diagonal,
     dofs_of_tree,
+    is_chain_of_six,
+    put_velocity,
+    trees_of_six,
 )
-from sheldrake.multibody.contact_solvers._kernels.sap import sap_island
 from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.contact_solvers._kernels.tamsi import tamsi_island
+
+# ---- who takes part
+
+
+@kernel
+def leave_free(model, problem):
+    """Takes every tree out of the solve."""
+    for t in range(len(model.trees)):
+        problem.trees[t].active = 0
+
+
+@kernel
+def mark_trees(problem, constraints, count):
+    """A tree takes part when a constraint touches it."""
+    for c in range(count):
+        for t in (constraints[c].tree_a, constraints[c].tree_b):
+            if t >= 0:
+                problem.trees[t].active = 1
+
+
+@kernel
+def mobilities(model, problem):
+    """1 / diag(A) of the dofs that take part."""
+    for t in range(len(model.trees)):
+        if problem.trees[t].active == 1:
+            first = model.trees[t].first_dof
+            if is_chain_of_six(model, t):
+                m = inverse_packed_diagonal_six(problem.A, model.dofs[first].row_start)
+                store_six(problem.mobility, first, m)
+            else:
+                for k in dofs_of_tree(model, t):
+                    problem.mobility[k] = 1.0 / problem.A[diagonal(model, k)]
+
+
+@kernel
+def prepare_rows(model, problem, rows):
+    """R and vhat of all scalar rows, and their velocities at v0."""
+    dt, beta = model.dt, model.near_rigid_rows
+    w = 0.0
+    for r in range(problem.num_rows):
+        row = rows[r]
+        if row.group > 0:
+            w = row_group_delassus(problem, rows, r, row.group)
+        rigid = beta * beta / FOUR_PI_SQUARED * w
+        if row.kind == ACTUATOR or row.kind == DRY_FRICTION:
+            prepare_actuator_row(row, dt, rigid)
+        else:
+            prepare_spring_row(row, dt, rigid)
+        row.dvc = 0.0 * row.R
+
+
+@kernel
+def prepare(model, problem, contacts, rows):
+    """Marks the trees that take part and makes every constraint's law from what the plant wrote."""
+    leave_free(model, problem)
+    mark_trees(problem, contacts, problem.num_contacts)
+    mark_trees(problem, rows, problem.num_rows)
+    mobilities(model, problem)
+    kind = model.approximation
+    for c in range(problem.num_contacts):
+        contact = contacts[c]
+        contact.sixes = trees_of_six(model, contact)
+        put_velocity(contact, problem.v0, VC)
+        if kind == SAP:
+            prepare_sap_cone(model, contact, contact_delassus(problem, contact))
+        elif kind != TAMSI:
+            prepare_hunt_crossley(model, problem, contact)
+    if kind == SAP and model.settle == 1:
+        guess_slip(model, problem, contacts)
+    prepare_rows(model, problem, rows)
+
 
 # ---- islands
 

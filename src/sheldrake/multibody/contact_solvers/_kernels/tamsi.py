@@ -5,21 +5,20 @@ regularized friction". M, the forces and the contact geometry stay frozen over t
 """
 
 from sheldrake.common._kernels.generic import has_slopes, sqrt, value_of
-from sheldrake.common._kernels.vec import column3, dot3, scale3
+from sheldrake.common._kernels.vec import column3, dot3, root, scale3
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.block_lu import eliminate
-from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
-from sheldrake.multibody.contact_solvers._kernels.gradient import contact_velocities, move, mul_A, put_v0, root
-from sheldrake.multibody.contact_solvers._kernels.hessian import (
+from sheldrake.multibody.contact_solvers._kernels.cost import move, put_momentum, put_v0, resists, times_G
+from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, lay_out, places_of, scatter
+from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, hunt_crossley, tamsi_friction
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    DVC,
     FIRST,
-    places_of,
-    put_momentum,
-    resists,
-    scatter,
-    times_G,
+    VC,
+    contact_velocities,
+    contacts_of_island,
+    dofs_of_island,
+    mul_A,
 )
-from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, tamsi_friction
-from sheldrake.multibody.contact_solvers._kernels.problem import DVC, VC, contacts_of_island, dofs_of_island
 from sheldrake.multibody.contact_solvers._kernels.status import FACTOR_CAPACITY, SOLVED, TAMSI_FAILED
 
 # ---- step limit
@@ -102,15 +101,12 @@ def contact_forces(model, problem, contacts, h):
         vx, vy, vn = contact.vc
         k, d = contact.stiffness, contact.dissipation
         force = contact.fe0 - h * k * vn
-        damping = 1.0 - d * vn
+        fn, damping = hunt_crossley(force, d, vn)
         slope = 0.0 * vn
         if force >= 0.0 and damping > 0.0:
             slope -= h * k * damping
         if damping >= 0.0 and force > 0.0:
             slope -= d * force
-        fn = 0.0 * vn
-        if force > 0.0 and damping > 0.0:
-            fn = force * damping
         (tx, ty), mu, dmu, slip = tamsi_friction(contact.friction, (vx, vy), model.stiction)
         contact.gamma = (-h * mu * tx * fn, -h * mu * ty * fn, h * fn)
         across = h * fn * mu / slip
@@ -138,7 +134,7 @@ def momentum_residual(model, problem, contacts):
 
 @kernel(outline=True)
 def assemble(model, problem, contacts, factor):
-    """H = A + J^T K J, unsymmetric, in the blocks of `block_lu`, and -residual in factor.rhs."""
+    """H = A + J^T K J, unsymmetric, in the blocks of `factor`, and -residual in factor.rhs."""
     put_momentum(model, problem, factor)
     H = factor.L
     for place in range(problem.trees_end - problem.trees_begin):

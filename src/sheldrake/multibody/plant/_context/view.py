@@ -19,7 +19,7 @@ from sheldrake.common.kernel import MISFIT, Kernel
 from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.dual_calls import DualCalls
-from sheldrake.multibody.plant._kernels.state import write_finite
+from sheldrake.multibody.plant._kernels.ports import write_finite
 from sheldrake.multibody.tree import RigidBody
 from sheldrake.multibody.tree._kernels import dynamics, jacobians, kinematics, queries
 from sheldrake.multibody.tree._kernels.forces import ForceModel

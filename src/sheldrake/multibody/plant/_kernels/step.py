@@ -19,8 +19,7 @@ from sheldrake.multibody.contact_solvers._kernels.status import (
     MOTION_NOT_FINITE,
     SOLVED,
 )
-from sheldrake.multibody.plant._kernels.constraint_rows import put_constraints
-from sheldrake.multibody.plant._kernels.contact_rows import put_contacts
+from sheldrake.multibody.plant._kernels.contacts import put_contacts
 from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
     add_applied_forces,
@@ -28,12 +27,11 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_limit_penalties,
     put_passive_forces,
 )
-from sheldrake.multibody.plant._kernels.joint_rows import put_actuators, put_dry_friction, put_limits
 from sheldrake.multibody.plant._kernels.locks import lock_contacts, lock_mass_matrix, lock_motion, lock_rows
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors
+from sheldrake.multibody.plant._kernels.rows import put_actuators, put_constraints, put_dry_friction, put_limits
 from sheldrake.multibody.plant._kernels.spin import hold_back_gyroscopic_torques, keep_momentum, shorten_quaternions
-from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix
-from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
+from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, ltdl, ltdl_solve, mass_matrix
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.integrate import integrate_positions
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_kinematics

@@ -23,8 +23,8 @@ from sheldrake.multibody.plant._kernels.derivatives import (
     contact_forces,
     plant_derivatives,
     smooth_forces,
+    surface_forces,
 )
-from sheldrake.multibody.plant._kernels.hydro_forces import surface_forces
 from sheldrake.multibody.plant._kernels.ports import refuse_constraints, refuse_without_geometry
 from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, KernelModels
 from sheldrake.multibody.plant._step.results import point_pair

@@ -12,13 +12,13 @@ from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
 from sheldrake.multibody.plant._context.contexts import Contexts
-from sheldrake.multibody.plant._kernels.constraint_rows import point_on
 from sheldrake.multibody.plant._kernels.model import COUPLER, StepWork
 from sheldrake.multibody.plant._step.advance import Advance
 from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.reports import Reports
 from sheldrake.multibody.tree._kernels import dynamics, forces
+from sheldrake.multibody.tree._kernels.kinematics import point_on
 from sheldrake.multibody.tree._kernels.model import Body, BodyInertia, BodyPose, TreeWork
 from sheldrake.systems.framework import Context
 

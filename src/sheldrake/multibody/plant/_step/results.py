@@ -9,9 +9,10 @@ import numpy as np
 from sheldrake.geometry import GeometryId
 from sheldrake.geometry._kernels.hydro_model import FaceValue, HydroModel
 from sheldrake.geometry._kernels.model import ContactPair, ContactPoint
+from sheldrake.multibody.contact_solvers._kernels.laws import share
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactState, Participation
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
-from sheldrake.multibody.plant._kernels.contact_rows import contact_frame, share
+from sheldrake.multibody.plant._kernels.contacts import contact_frame
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.tree._kernels.model import TreeModel
 

@@ -8,7 +8,7 @@ from sheldrake.geometry._compiled.search import family_kernels, has_pairs
 from sheldrake.geometry._kernels.hydro_model import HydroModel, empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel
 from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
-from sheldrake.multibody.plant._kernels.hydro_rows import hydro_constraints, refuse_points
+from sheldrake.multibody.plant._kernels.contacts import hydro_constraints, refuse_points
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.plant._kernels.step import (
     contact_constraints,

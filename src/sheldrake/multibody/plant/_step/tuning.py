@@ -56,7 +56,7 @@ def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
 
     What slides with kSimilar floats dt mu v above the ground (Castro, Han, Masterjohn 2023): its points must be seen
     there. With kSap what slides must not fall freely for a step when it loses the ground. What does not dissipate has
-    to be seen before its spring has taken energy (see `contact_solvers._kernels.elastic`).
+    to be seen before its spring has taken energy (see `contact_solvers._kernels.laws`).
     """
     margins = {"sap": min(CONTACT_MARGIN, FALL * dt**2), "similar": CONTACT_MARGIN + GLIDE * dt}
     model.margin[Margins.several_margin] = margins.get(approximation, CONTACT_MARGIN)
