@@ -43,7 +43,7 @@ class Here:
         if living.SANITIZED:
             living.note(array)
         if array.flags.carray and array.size:
-            return _addressof(_first_byte(array))
+            return _addressof(_first_byte(array))  # type: ignore[arg-type]  # an array is a buffer
         return array.__array_interface__["data"][0]  # read-only or empty: five times slower
 
     def address(self, kernel: Kernel) -> int:
