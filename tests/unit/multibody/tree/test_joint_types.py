@@ -10,8 +10,6 @@ from sheldrake.multibody.tree._joint_types import JOINT_TYPES
 def test_every_public_joint_has_a_row_and_a_kind_of_its_own():
     classes = [c for c in vars(t).values() if isinstance(c, type) and issubclass(c, t.Joint) and c is not t.Joint]
     public = {c.kTypeName for c in classes}
-        c.kTypeName for c in vars(t).values() if isinstance(c, type) and issubclass(c, t.Joint) and c is not t.Joint
-    }
     assert public == set(JOINT_TYPES) == set(t.Joint._classes)
     assert len({row.kind for row in JOINT_TYPES.values()}) == len(JOINT_TYPES)
     assert all(t.Joint._classes[name]._type is row for name, row in JOINT_TYPES.items())
