@@ -17,7 +17,7 @@ from .memory import (
     remembers,
     still_apart,
 )
-from .model import CYLINDER, ELLIPSOID, SIMPLEX
+from .model import BOX, CAPSULE, HULL, SIMPLEX, SPHERE
 from .polish import NARROW, SQUARE, face_against, polish
 from .support import margin_of
 
@@ -123,7 +123,7 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
 @kernel
 def is_curved(model, g):
     kind = model[g].kind
-    return kind == CYLINDER or kind == ELLIPSOID
+    return kind != SPHERE and kind != BOX and kind != CAPSULE and kind != HULL
 
 
 @kernel(outline=True)
