@@ -33,3 +33,11 @@ class DiscreteContactSolver(BoundEnum):
 
     kTamsi = 0
     kSap = 1
+
+
+class BaseBodyJointType(BoundEnum):
+    """The joint by which Finalize() holds a body to the world that no joint of the user's holds."""
+
+    kQuaternionFloatingJoint = 0
+    kRpyFloatingJoint = 1
+    kWeldJoint = 2

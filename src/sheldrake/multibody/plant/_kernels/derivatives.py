@@ -21,9 +21,10 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
     add_applied_forces,
     add_element_forces,
+    is_locked,
+    lock_mass_matrix,
     put_passive_forces,
 )
-from sheldrake.multibody.plant._kernels.locks import is_locked, lock_mass_matrix
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.dynamics import (
     bias_term,
