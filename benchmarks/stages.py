@@ -41,9 +41,9 @@ STAGES = {
     "sort_contacts": "pairs",
     "contact_constraints": "rows",
     "joint_constraints": "rows",
-    "prepare_problem": "solve",
-    "solve": "solve",
-    "next_state": "next",
+    "prepare_hunt_crossley_contacts": "solve",
+    "solve_to_rest": "solve",
+    "next_state_with_momentum": "next",
 }
 """What each kernel of a step is counted as."""
 NAMES = tuple(dict.fromkeys(STAGES.values()))

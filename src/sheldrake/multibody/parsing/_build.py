@@ -348,11 +348,9 @@ def _make_spring(joint, rest: float, stiffness: float):
 
 
 def _solver_takes_constraints(plant) -> bool:
-    from sheldrake.multibody.plant import DiscreteContactApproximation
+    from sheldrake.multibody.plant import DiscreteContactSolver
 
-    return plant.time_step() == 0.0 or (
-        plant.get_discrete_contact_approximation() != DiscreteContactApproximation.kTamsi
-    )
+    return plant.time_step() == 0.0 or plant.get_discrete_contact_solver() != DiscreteContactSolver.kTamsi
 
 
 def _make_joint(description: JointDescription, frame_F, frame_M):
