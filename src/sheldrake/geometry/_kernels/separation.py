@@ -18,7 +18,7 @@ from .memory import (
     still_apart,
 )
 from .model import CYLINDER, ELLIPSOID, SIMPLEX
-from .polish import NARROW, SQUARE, face_against, polish
+from .polish import NARROW, SQUARE, edge_over_cap, face_against, polish
 from .support import margin_of
 
 _EPA_GAP = 1e-13  # the same for EPA on polytopes
@@ -137,6 +137,12 @@ def refine(model, table, i, j, size, out, depth, p_i, p_j):
     if found and least <= limit:
         return d, least, a, b
     found, d, least, b, a = face_against(model, table, j, i, scale3(out, -1.0))
+    if found and least <= limit:
+        return scale3(d, -1.0), least, a, b
+    found, d, least, a, b = edge_over_cap(model, table, i, j, size, out)
+    if found and least <= limit:
+        return d, least, a, b
+    found, d, least, b, a = edge_over_cap(model, table, j, i, size, scale3(out, -1.0))
     if found and least <= limit:
         return scale3(d, -1.0), least, a, b
     for k in range(2):
