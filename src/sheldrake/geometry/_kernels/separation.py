@@ -17,7 +17,7 @@ from .memory import (
     remembers,
     still_apart,
 )
-from .model import CYLINDER, ELLIPSOID, SIMPLEX
+from .model import CYLINDER, ELLIPSOID, NO_FEATURE, SIMPLEX
 from .polish import NARROW, SQUARE, edge_over_cap, face_against, polish
 from .support import margin_of
 
@@ -99,12 +99,13 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
     make_faces(table)
     gap = size * (_EPA_GAP_SMOOTH if curved else _EPA_GAP)
     corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, 4, 4)
-    known, d, found, a, b = False, out, depth, p_i, p_j
+    what, d, found, a, b = NO_FEATURE, out, depth, p_i, p_j
     if not curved:
-        known, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
+        what, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
+    known = what != NO_FEATURE
     if remembers(table, k):
         if known and proven:
-            remember_overlap(model, table, i, j, k, faces, vertices, True, corners, d, found)
+            remember_overlap(model, table, i, j, k, faces, vertices, True, what, corners, d, found)
         else:
             forget(table, k)
     if known:
