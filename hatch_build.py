@@ -46,7 +46,12 @@ class PrebuiltKernels(BuildHookInterface):
             self.app.display_warning(f"a plain wheel, without prebuilt kernels (they compile at first use): {error}")
             return
         target = build.PLATFORMS[name]
-        for file in (f"kernels{target.ending}", "kernels.json"):
+        for file in (f"kernels{target.ending}", "kernels.json", "wasm32.zip"):
+            if not (out / name / file).exists():
+                self.app.display_warning(
+                    f"no {file}: this wheel writes pages only where a compiler is (ziglang made none)"
+                )
+                continue
             build_data["force_include"][str(out / name / file)] = f"sheldrake/_prebuilt/{file}"
         build_data["pure_python"] = False
         build_data["tag"] = f"py3-none-{target.wheel_tag}"

@@ -1,7 +1,7 @@
 """Builds a release and checks it: `python dev.py release [OUT]`, by default into dist/.
 
 Five wheels and the sdist; what is in each; and the wheel of this machine installed from the folder, without a compiler,
-running the README's simulation. Says each thing that is wrong; nothing is uploaded.
+running the README's simulation and making a page of it. Says each thing that is wrong; nothing is uploaded.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ import zipfile
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 IN_WHEEL = ("sheldrake/__init__.py", "sheldrake/all.pyi", "sheldrake/py.typed", "sheldrake/GUIDE.md",
-            "sheldrake/models/two_hole_block/two_hole_block.urdf", "sheldrake/_prebuilt/kernels.json")  # fmt: skip
+            "sheldrake/models/two_hole_block/two_hole_block.urdf", "sheldrake/_prebuilt/kernels.json",
+            "sheldrake/_prebuilt/wasm32.zip")  # fmt: skip
 IN_SDIST = ("pyproject.toml", "README.md", "CHANGELOG.md", "CITATION.cff", "LICENSE", "hatch_build.py", "dev.py",
             "requirements.lock", "src/sheldrake/GUIDE.md", "tools/build_backend.py", "tests/conftest.py")  # fmt: skip
 LARGEST = 40e6  # [byte] of a wheel
@@ -85,9 +86,10 @@ def folder_faults(folder: pathlib.Path, version: str) -> list[str]:
 
 
 def installed_faults(folder: pathlib.Path) -> list[str]:
-    """Installs from a folder of wheels where there is no compiler, and runs the README's simulation."""
+    """Installs from a folder of wheels where there is no compiler, runs the README's simulation, makes a page of it."""
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (code,) = re.findall(r"```python\n(.*?)```", readme, re.DOTALL)
+    code += "\nfrom sheldrake.export import SavePage\nSavePage(simulator, 'page.html')\n"
     expected = re.search(r"print\(.*\)  # (.*)", code).group(1)  # type: ignore[union-attr]
     with tempfile.TemporaryDirectory() as name:
         home = pathlib.Path(name)

@@ -451,6 +451,7 @@ from sheldrake.multibody.meshcat import (
     ContactVisualizer_ as ContactVisualizer_,
     JointSliders as JointSliders,
     JointSliders_ as JointSliders_,
+    MeshcatMouseSpring as MeshcatMouseSpring,
 )
 from sheldrake.multibody.optimization import (
     CalcGridPointsOptions as CalcGridPointsOptions,

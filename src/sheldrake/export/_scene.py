@@ -26,7 +26,8 @@ class Scene:
     def __init__(self, freezer: Freezer, meshcat: Any):
         self.html = ""
         self.description: dict = {"plants": [], "frames": [], "camera": None}
-        diagram, context = freezer.simulator.get_system(), freezer.simulator.get_context()
+        diagram = freezer.simulator.get_system()
+        context = freezer.simulator.get_context().Clone()  # what is computed to draw is not in the page
         systems = all_systems(diagram)
         graph = next((s for s in systems if type(s).__name__.startswith("SceneGraph")), None)
         if graph is None:

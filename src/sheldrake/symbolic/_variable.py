@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._operators import Operators
+
+if TYPE_CHECKING:
+    pass
 
 _ids = itertools.count(1)
 
@@ -174,7 +177,7 @@ class Variables:
     def __iter__(self) -> Iterator[Variable]:
         return iter(tuple(self._set.values()))
 
-    def __contains__(self, key: Any) -> bool:
+    def __contains__(self, key: Variable | Variables | None) -> bool:
         return isinstance(key, Variable) and key._id in self._set
 
     def __eq__(self, other: Any) -> Any:

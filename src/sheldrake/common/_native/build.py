@@ -24,7 +24,7 @@ import time
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from sheldrake.common._native import builtin, instances, lower, prebuilt
+from sheldrake.common._native import builtin, instances, lower, prebuilt, wasm
 from sheldrake.common._native.source import PACKAGE, source_hashes
 from sheldrake.common._native.target import X86_LEVELS, Target
 from sheldrake.common.kernel import Kernel
@@ -120,7 +120,8 @@ def host_platform() -> str:
 
 
 def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) -> None:
-    """Writes OUT/<platform>/kernels.<ending> and kernels.json for each platform.
+    """Writes OUT/<platform>/kernels.<ending> and kernels.json for each platform, and beside them, where zig is there,
+    the same kernels as WebAssembly for pages.
 
     Args:
         out: folder, made when missing.
@@ -139,6 +140,7 @@ def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) ->
         begin = time.perf_counter()
         lowered[symbol] = lower.lower(kernel, symbol)
         say(f"lowered {i}/{len(kernels)} {kernel.__name__}: {time.perf_counter() - begin:.1f} s", flush=True)
+    pages = _wasm_objects(kernels, lowered, say) if importlib.util.find_spec("ziglang") is not None else {}
     for name in names:
         begin = time.perf_counter()
         library = _build_one(out / name, PLATFORMS[name], name, lowered)
@@ -150,9 +152,22 @@ def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) ->
             "entries": {prebuilt.qualified(k): symbol for symbol, k in kernels.items()},
         }
         (out / name / "kernels.json").write_text(json.dumps(manifest, indent=1), encoding="utf-8")
+        if pages:
+            wasm.pack(out / name / wasm.FILE, pages)
         size = library.stat().st_size / 1e3
         say(f"{name}: {len(lowered)} entries, {size:.0f} kB, {time.perf_counter() - begin:.1f} s", flush=True)
     say(f"built in {time.perf_counter() - start:.1f} s", flush=True)
+
+
+def _wasm_objects(kernels: dict[str, Kernel], lowered: dict[str, lower.Lowered], say) -> dict[str, bytes]:
+    """Objects for pages, libm among them, by the names under which a wheel has them."""
+    begin = time.perf_counter()
+    objects = {
+        wasm.member(code.text, kernels[symbol].short_loops): lower.emit(code, symbol, wasm.WASM)
+        for symbol, code in lowered.items()
+    }
+    say(f"wasm32: {len(objects)} entries, {time.perf_counter() - begin:.1f} s", flush=True)
+    return {**objects, wasm.LIBM_FILE: wasm.make_libm()}
 
 
 def _build_one(folder: pathlib.Path, target: Platform, name: str, lowered: dict[str, lower.Lowered]) -> pathlib.Path:

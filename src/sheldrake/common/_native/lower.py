@@ -12,22 +12,18 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import llvmlite.binding as llvm
 
 from sheldrake.common._native.compiler.module import text_of
-from sheldrake.common._native.target import Target
+from sheldrake.common._native.target import LIBM, Target
 
 if TYPE_CHECKING:
     from sheldrake.common.kernel import Kernel
 
-LIBM = frozenset(
-    "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log2 log10 log1p pow sqrt "
-    "floor ceil trunc round fabs fmod fma fmin fmax hypot cbrt copysign ldexp memset memcpy memmove".split()
-)
-"""The only symbols a kernel may leave to the linker: kernels allocate nothing and call nobody."""
 _one_at_a_time = threading.RLock()
 
 
 class Lowered(NamedTuple):
-    """An entry kernel before it is optimised: LLVM's bitcode, free of any platform, and what its loops are."""
+    """An entry kernel before it is optimised: LLVM's text and bitcode, free of any platform, and what its loops are."""
 
+    text: str
     bitcode: bytes
     short_loops: bool
 
@@ -57,7 +53,7 @@ def read(text: str, short_loops: bool) -> Lowered:
     """
     module = llvm.parse_assembly(text)
     module.verify()
-    return Lowered(module.as_bitcode(), short_loops)
+    return Lowered(text, module.as_bitcode(), short_loops)
 
 
 def emit(lowered: Lowered, symbol: str, target: Target, rename: str | None = None) -> bytes:

@@ -17,7 +17,7 @@ import sys
 import time
 import types
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -77,12 +77,21 @@ def code_of_text(text: str, symbol: str, short_loops: bool, target: Target, rena
     digest = hashlib.sha256(
         repr((text, short_loops, target, _compiler(), *([rename] if rename else []))).encode()
     ).hexdigest()[:20]
-    path = cache_folder() / f"{symbol}-text-{digest}.o"
-    code = _read(path)
-    if code is None:
+
+    def emit() -> bytes:
         from sheldrake.common._native import lower
 
-        code = lower.emit(lower.read(text, short_loops), symbol, target, rename or None)
+        return lower.emit(lower.read(text, short_loops), symbol, target, rename or None)
+
+    return kept(f"{symbol}-text-{digest}.o", emit)
+
+
+def kept(name: str, make: Callable[[], bytes]) -> bytes:
+    """An object file of the cache by its name, which says all that it depends on; it is made now if it is not there."""
+    path = cache_folder() / name
+    code = _read(path)
+    if code is None:
+        code = make()
         _write(path, code)
     return code
 

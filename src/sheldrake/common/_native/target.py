@@ -9,6 +9,12 @@ from __future__ import annotations
 import functools
 from typing import Any, NamedTuple
 
+LIBM = frozenset(
+    "sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh exp exp2 expm1 log log2 log10 log1p pow sqrt "
+    "floor ceil trunc round fabs fmod fma fmin fmax hypot cbrt copysign ldexp memset memcpy memmove".split()
+)
+"""The only symbols a kernel may leave to the linker: kernels allocate nothing and call nobody."""
+
 
 class Target(NamedTuple):
     """One kind of machine code."""

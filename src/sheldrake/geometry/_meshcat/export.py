@@ -29,6 +29,8 @@ def serialize_scene(page: Page, animation: MeshcatAnimation | None) -> bytes:
         websocket_server = page._server._websock_server
         with websocket_server._record_lock:  # nothing sent meanwhile gets into the file
             serializer = page._server.get_scene_serializer()
+            kept = [m for m in serializer._messages if m[1]["type"] != "RunJavascriptMessage"]
+            serializer._messages[:] = kept  # they say by which channel to speak to us: nothing for a file
             if animation is not None and animation._num_frames() > 0:
                 frames = Frames(animation)
                 _insert_camera(serializer, page, frames)

@@ -1,6 +1,7 @@
 """Choices of contact model and solver."""
 
 from sheldrake.common._enums import BoundEnum
+from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS, Approximation
 
 
 class ContactModel(BoundEnum):
@@ -20,6 +21,11 @@ class DiscreteContactApproximation(BoundEnum):
     kSap = 1
     kSimilar = 2
     kLagged = 3
+
+    @property
+    def _made_of(self) -> Approximation:
+        """What it is made of."""
+        return APPROXIMATIONS[self.name[1:].lower()]
 
 
 class DiscreteContactSolver(BoundEnum):

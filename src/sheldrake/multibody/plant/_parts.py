@@ -68,7 +68,7 @@ class PlantParts:
         self.failures = Failures(elements, settings, geometry, contexts, models)
         self.advance = advance = Advance(elements, settings, contexts, models, applied, self.failures)
         self.accelerations = Accelerations(elements, settings, contexts, kinematics, advance)
-        self.reports = reports = Reports(plant, models, advance)
+        self.reports = reports = Reports(plant, contexts, models, advance)
         self.reactions = Reactions(elements, settings, geometry, contexts, applied, models, advance, reports)
         self.contact_in_words = ContactInWords(geometry, settings, kinematics)
         self.output_ports = OutputPorts(

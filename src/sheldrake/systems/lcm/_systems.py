@@ -53,7 +53,7 @@ class LcmInterfaceSystem(LeafSystem, DrakeLcmInterface):
         self._lcm._subscribe(regex, handler)
 
 
-def _checked(call: str, serializer: Any, lcm: Any) -> None:
+def _checked(call: str, serializer: Any, lcm: DrakeLcmInterface) -> None:
     if not isinstance(serializer, SerializerInterface):
         raise Mismatch(f"{call}(): incompatible constructor arguments: {serializer!r} is no SerializerInterface")
     if not isinstance(lcm, DrakeLcmInterface):
@@ -77,7 +77,7 @@ class LcmPublisherSystem(LeafSystem):
         self,
         channel: str,
         serializer: SerializerInterface,
-        lcm: Any,
+        lcm: DrakeLcmInterface,
         publish_triggers: Any = None,
         publish_period: float = 0.0,
         publish_offset: float = 0.0,
@@ -117,7 +117,7 @@ class LcmPublisherSystem(LeafSystem):
     def Make(
         channel: str,
         lcm_type: Any,
-        lcm: Any,
+        lcm: DrakeLcmInterface,
         publish_period: float = 0.0,
         use_cpp_serializer: bool = False,
         *,
@@ -156,7 +156,7 @@ class LcmSubscriberSystem(LeafSystem):
         self,
         channel: str,
         serializer: SerializerInterface,
-        lcm: Any,
+        lcm: DrakeLcmInterface,
         wait_for_message_on_initialization_timeout: float = 0.0,
     ):
         super().__init__()
@@ -177,7 +177,7 @@ class LcmSubscriberSystem(LeafSystem):
     def Make(
         channel: str,
         lcm_type: Any,
-        lcm: Any,
+        lcm: DrakeLcmInterface,
         use_cpp_serializer: bool = False,
         *,
         wait_for_message_on_initialization_timeout: float = 0.0,

@@ -6,9 +6,8 @@ import pytest
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
 from sheldrake.multibody.contact_solvers._kernels import tamsi
-from sheldrake.multibody.contact_solvers._kernels.block_lu import eliminate
-from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
-from sheldrake.multibody.contact_solvers._kernels.hessian import newton_direction, renew_factor, scatter
+from sheldrake.multibody.contact_solvers._kernels.cost import newton_direction, renew_factor
+from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, lay_out, scatter
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     Block,
     Contacts,

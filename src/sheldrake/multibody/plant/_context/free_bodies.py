@@ -46,6 +46,7 @@ class FreeBodies:
         self._joint_types: dict[ModelInstanceIndex | None, BaseBodyJointType] = {
             None: BaseBodyJointType.kQuaternionFloatingJoint
         }
+        self._joints: dict[RigidBody, Joint] = {}  # by which free bodies float, once they were asked for
 
     @checked
     def SetBaseBodyJointType(
@@ -84,11 +85,15 @@ class FreeBodies:
         return joint
 
     def _free_joint(self, call: str, body: RigidBody) -> Joint:
+        found = self._joints.get(body)
+        if found is not None:
+            return found
         model = self._elements.model(call)
         self._elements.require_mine(call, body)
         step = model.inboard_of(body)
         if step is None or step.joint.num_velocities() != 6:
             raise RuntimeError(f"Body '{body.name()}' is not a free body.")
+        self._joints[body] = step.joint
         return step.joint
 
     def GetFloatingBaseBodies(self) -> set[BodyIndex]:

@@ -358,7 +358,7 @@ class Context(ContextBase):
     def SetStateAndParametersFrom(self, source: Context) -> None:
         """Copies state and parameters of a context of the same system, or of one built alike."""
         mine, its = self._place, expect("SetStateAndParametersFrom", source, Context)._place
-        if any(
+        if mine is not its and any(
             getattr(mine, x)[1] - getattr(mine, x)[0] != getattr(its, x)[1] - getattr(its, x)[0]
             for x in ("xc", "xd", "p", "groups", "parameters", "abstract", "abstract_parameters")
         ):
@@ -378,7 +378,8 @@ class Context(ContextBase):
                 values[k].SetFrom(others[j])
         store.accuracy = other.accuracy
         store.touch(CONSTANT, "all")
-        store.restructure()
+        if store.layout.structured:
+            store.restructure()
 
     @checked
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:
