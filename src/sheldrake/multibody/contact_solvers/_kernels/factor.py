@@ -267,7 +267,7 @@ def lay_out_trees(model, problem, contacts, rows, factor):
 
 
 @kernel
-def lay_out(model, problem, contacts, rows, factor):
+def symbolic_factor(model, problem, contacts, rows, factor):
     """Order, places and addresses of all blocks of an island; FACTOR_CAPACITY when there is no room for them."""
     n = problem.trees_end - problem.trees_begin
     problem.along_branches = 0

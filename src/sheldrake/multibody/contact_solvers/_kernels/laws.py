@@ -486,22 +486,29 @@ def glide(model, contact, v0, v1):
 
 
 @kernel
-def prepare_hunt_crossley(model, problem, contact):
-    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step.
+def put_regularisation(model, problem, contact):
+    """Regularisation speed max(v_s, mu sigma w n0) of friction (Castro, Han, Masterjohn 2023, section V).
 
-    The regularisation speed hardly ever depends on w: mostly it is the stiction tolerance for the largest w, too.
+    It hardly ever depends on w: mostly it is the stiction tolerance for the largest w, too.
     """
-    vn0 = contact.vc[2]
-    fe0 = contact.stiffness * contact.depth
-    n0, _ = hunt_crossley(model.dt * fe0, contact.dissipation, vn0)
-    contact.fe0 = fe0
-    contact.n0 = n0
-    contact.eps = model.stiction + 0.0 * vn0
+    n0 = contact.n0
+    contact.eps = model.stiction + 0.0 * n0
     slip = contact.friction * model.sigma * n0
     if slip > 0.0 and slip * largest_delassus(problem, contact) >= LEAST * model.stiction:
         slip *= contact_delassus(problem, contact)
         if slip > model.stiction:
             contact.eps = slip
+
+
+@kernel
+def prepare_hunt_crossley(model, problem, contact):
+    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step."""
+    vn0 = contact.vc[2]
+    fe0 = contact.stiffness * contact.depth
+    n0, _ = hunt_crossley(model.dt * fe0, contact.dissipation, vn0)
+    contact.fe0 = fe0
+    contact.n0 = n0
+    put_regularisation(model, problem, contact)
     if contact.back > 0.0:
         contact.back = half_a_step_back(contact.stiffness, contact.depth, model.dt, contact.back, vn0)
 

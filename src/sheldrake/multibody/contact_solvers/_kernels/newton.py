@@ -5,7 +5,7 @@ v0: a body at rest costs no factorisation. Only trees touched by a constraint ta
 that stop it.
 """
 
-from sheldrake.common._kernels.generic import has_slopes, sqrt, value_of
+from sheldrake.common._kernels.generic import has_slopes, sqrt
 from sheldrake.common._kernels.vec import dot3, magnitude
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import (
@@ -13,14 +13,17 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     along_direction,
     constraint_cost,
     constraint_slope,
+    drop_slopes,
     evaluate,
-    judge,
+    evaluate_v,
+    keep_slopes,
     newton_direction,
+    numeric_factor,
+    optimality,
     put_v0,
-    renew_factor,
     whole_cost,
 )
-from sheldrake.multibody.contact_solvers._kernels.factor import lay_out
+from sheldrake.multibody.contact_solvers._kernels.factor import symbolic_factor
 from sheldrake.multibody.contact_solvers._kernels.laws import (
     closing_speed,
     friction_load,
@@ -158,7 +161,7 @@ def put_dual(model, contact, wx, wy):
 
 
 @kernel(outline=True)
-def guess_duals(model, problem, contacts, share):
+def initial_duals(model, problem, contacts, share):
     """First duals: this share of those with which the first step is Newton's; with none of them it is a secant's."""
     for contact in contacts_of_island(problem, contacts):
         x, y, _ = contact.vc
@@ -167,7 +170,7 @@ def guess_duals(model, problem, contacts, share):
 
 
 @kernel(outline=True)
-def follow_duals(model, problem, contacts, alpha):
+def update_duals(model, problem, contacts, alpha):
     """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1."""
     for contact in contacts_of_island(problem, contacts):
         x, y, _ = contact.vc
@@ -202,7 +205,7 @@ def newton(model, problem, contacts, rows, factor, fresh):
 
     With a new factor if `fresh` is 1, else with the last one.
     """
-    if fresh == 1 and renew_factor(model, problem, contacts, rows, factor) != SOLVED:
+    if fresh == 1 and numeric_factor(model, problem, contacts, rows, factor) != SOLVED:
         return HESSIAN_NOT_POSITIVE
     newton_direction(model, problem, factor)
     multiply_A(model, problem, problem.dv, problem.a_dv)
@@ -221,11 +224,11 @@ def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
 
 @kernel(outline=True)
 def iterate(model, problem, contacts, rows, factor):
-    """Drake's Newton iterations, from an iterate that `judge` has judged; a status.
+    """Drake's Newton iterations, from an iterate whose `optimality` is known; a status.
 
     The line is searched in every iteration; they stop also when the cost stalls.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, 1)
@@ -249,18 +252,18 @@ def iterate(model, problem, contacts, rows, factor):
 
 @kernel(outline=True)
 def iterate_to_rest(model, problem, contacts, rows, factor, excess, soft):
-    """Iterations of a step that is to settle, from an iterate that `judge` has judged; a status.
+    """Iterations of a step that is to settle, from an iterate whose `optimality` is known; a status.
 
     The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
     being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so
     where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do, the next one
     has its factor: a new one costs twice as much as the rest. `soft` tells whether friction has duals.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     if soft:
         relative = excess * model.relative_tolerance * model.relative_tolerance
-        guess_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
+        initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
     fresh = 1
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, fresh)
@@ -286,7 +289,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess, soft):
         ratio = excess / before
         fresh = 0 if excess * ratio**CHORDS <= 1.0 else 1
         if fresh == 1 and soft:
-            follow_duals(model, problem, contacts, alpha)
+            update_duals(model, problem, contacts, alpha)
     return ITERATION_LIMIT
 
 
@@ -296,16 +299,11 @@ def differentiate(model, problem, contacts, rows, factor):
 
     They are those of the implicit function theorem: of gradient(v, data) = 0, one Newton step on what v lacks.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
-    for k in dofs_of_island(model, problem):
-        problem.v[k] = value_of(problem.v[k])
-    multiply_A(model, problem, problem.v, problem.p)
-    contact_velocities(problem, contacts, problem.v, VC)
-    row_velocities(problem, rows, problem.v, VC)
-    evaluate(model, problem, contacts, rows)
-    for k in dofs_of_island(model, problem):
-        problem.gradient[k] -= value_of(problem.gradient[k])
+    drop_slopes(model, problem)
+    evaluate_v(model, problem, contacts, rows)
+    keep_slopes(model, problem)
     status = newton(model, problem, contacts, rows, factor, 1)
     if status == SOLVED:
         advance(model, problem, contacts, rows, 1.0)
@@ -357,7 +355,7 @@ def contacts_beside(problem, contact):
 
 
 @kernel(outline=True)
-def guess_slip(model, problem, contacts):
+def predict_slip(model, problem, contacts):
     """Takes the guessed slip off all contacts: that of v*, less friction of impulses that are elastic.
 
     Or of what stops the contact if that is less; of its part of that if it does not touch.
@@ -390,7 +388,7 @@ def guess_slip(model, problem, contacts):
 
 
 @kernel(outline=True)
-def take_slip(model, problem, contacts):
+def update_slip(model, problem, contacts):
     """Takes the slip of the iterate off the island's contacts instead; by how much one changes at most [m/s]."""
     most = 0.0
     for contact in contacts_of_island(problem, contacts):
@@ -405,10 +403,10 @@ def take_slip(model, problem, contacts):
 
 
 @kernel
-def agree_on_slip(model, problem, contacts, rows, factor):
+def iterate_on_slip(model, problem, contacts, rows, factor):
     """Solves kSap's problem anew with the slip of its solution, until that is the slip it had; a status."""
     for _ in range(SLIPS):
-        if take_slip(model, problem, contacts) <= SAME_SLIP * model.stiction:
+        if update_slip(model, problem, contacts) <= SAME_SLIP * model.stiction:
             return SOLVED
         excess, _, _ = evaluate(model, problem, contacts, rows)
         if not excess <= 1.0:
@@ -456,14 +454,11 @@ def try_rest(model, problem, contacts, rows):
     excess, _, _ = evaluate(model, problem, contacts, rows)
     if not excess <= 1.0:
         put_v0(model, problem)
-        multiply_A(model, problem, problem.v, problem.p)
-        row_velocities(problem, rows, problem.v, VC)
-        contact_velocities(problem, contacts, problem.v, VC)
-        evaluate(model, problem, contacts, rows)
+        evaluate_v(model, problem, contacts, rows)
 
 
 @kernel
-def tighten(model, problem, contacts):
+def reduce_regularisation(model, problem, contacts):
     """Regularises friction less in an island whose contacts are nearly still.
 
     With Drake's regularisation, what friction holds creeps for ever, at a speed that grows with the load. Here what
@@ -491,7 +486,7 @@ def reduce_to_rest(model, problem, contacts, rows, factor, soft):
 
     `soft` as for `iterate_to_rest`.
     """
-    excess, momentum, impulse = judge(model, problem, contacts, rows)
+    excess, momentum, impulse = optimality(model, problem, contacts, rows)
     moves = not excess <= 1.0  # so is NaN
     status = SOLVED
     if moves:
@@ -510,7 +505,7 @@ def reduce_to_rest(model, problem, contacts, rows, factor, soft):
 def as_drake(model, problem, contacts, rows, factor):
     """Drake's iterates."""
     start(model, problem, rows)
-    excess, _, _ = judge(model, problem, contacts, rows)
+    excess, _, _ = optimality(model, problem, contacts, rows)
     status = SOLVED
     if not excess <= 1.0:  # so is NaN
         status = iterate(model, problem, contacts, rows, factor)
@@ -523,7 +518,7 @@ def as_drake(model, problem, contacts, rows, factor):
 def to_rest(model, problem, contacts, rows, factor):
     """Until what can rest does, friction being soft."""
     start(model, problem, rows)
-    tighten(model, problem, contacts)
+    reduce_regularisation(model, problem, contacts)
     status, _ = reduce_to_rest(model, problem, contacts, rows, factor, True)
     return status
 
@@ -534,5 +529,5 @@ def to_rest_on_cones(model, problem, contacts, rows, factor):
     start(model, problem, rows)
     status, moves = reduce_to_rest(model, problem, contacts, rows, factor, False)
     if status == SOLVED and moves:
-        status = agree_on_slip(model, problem, contacts, rows, factor)
+        status = iterate_on_slip(model, problem, contacts, rows, factor)
     return status

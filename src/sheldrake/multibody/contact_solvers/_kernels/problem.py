@@ -461,7 +461,7 @@ def row_velocities(problem, rows, v, which):
 
 
 @kernel
-def push_trees(j_gamma, contact, gamma):
+def add_generalized_impulse(j_gamma, contact, gamma):
     """j_gamma += J^T gamma of a contact."""
     sixes = contact.sixes
     for side in range(sixes):

@@ -19,7 +19,7 @@ from sheldrake.multibody.contact_solvers._kernels.laws import (
     prepare_spring_row,
     row_group_delassus,
 )
-from sheldrake.multibody.contact_solvers._kernels.newton import as_drake, guess_slip, to_rest, to_rest_on_cones
+from sheldrake.multibody.contact_solvers._kernels.newton import as_drake, predict_slip, to_rest, to_rest_on_cones
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTUATOR,
     DRY_FRICTION,
@@ -288,7 +288,7 @@ def prepare_sap(solver_model: SolverModel, problem: Problem, contacts: Contacts,
 def prepare_sap_to_rest(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
     """`prepare_sap`, with a guess of the slip that the cones are made for."""
     prepare_if_any(solver_model, problem, contacts, rows, prepare_sap_cone)
-    guess_slip(solver_model, problem, contacts)
+    predict_slip(solver_model, problem, contacts)
 
 
 @kernel(top=True, short_loops=True)

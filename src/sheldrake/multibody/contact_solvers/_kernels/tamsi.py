@@ -4,11 +4,19 @@ Castro, Qu, Kuppuswamy, Alspach, Sherman 2020, "A transition-aware method for th
 regularized friction". M, the forces and the contact geometry stay frozen over the sub-steps.
 """
 
-from sheldrake.common._kernels.generic import has_slopes, sqrt, value_of
+from sheldrake.common._kernels.generic import has_slopes, sqrt
 from sheldrake.common._kernels.vec import column3, dot3, root, scale3
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.cost import move, put_momentum, put_v0, resists, times_G
-from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, lay_out, places_of, scatter
+from sheldrake.multibody.contact_solvers._kernels.cost import (
+    drop_slopes,
+    keep_slopes,
+    move,
+    put_momentum,
+    put_v0,
+    resists,
+    times_G,
+)
+from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, places_of, scatter, symbolic_factor
 from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, put_tamsi_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
@@ -177,14 +185,12 @@ def direction(model, problem, contacts, factor):
 @kernel(outline=True)
 def differentiate(model, problem, contacts, factor, h):
     """Gives the solution of a sub-step its derivatives, as that of `newton.differentiate`; a status."""
-    for k in dofs_of_island(model, problem):
-        problem.v[k] = value_of(problem.v[k])
+    drop_slopes(model, problem)
     mul_A(model, problem, problem.v, problem.p)
     contact_velocities(problem, contacts, problem.v, VC)
     contact_forces(model, problem, contacts, h)
     momentum_residual(model, problem, contacts)
-    for k in dofs_of_island(model, problem):
-        problem.gradient[k] -= value_of(problem.gradient[k])
+    keep_slopes(model, problem)
     if direction(model, problem, contacts, factor) != SOLVED:
         return TAMSI_FAILED
     move(model, problem, contacts, 1.0)
@@ -265,7 +271,7 @@ def tamsi_island(model, problem, contacts, rows, factor):
 
     p* holds dt times the generalized forces; here A = M. There are contacts alone, no rows.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     for parts in range(1, SUBSTEP_LIMIT + 1):
         if parts > problem.substeps:
