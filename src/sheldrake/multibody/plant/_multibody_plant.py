@@ -331,6 +331,7 @@ class MultibodyPlant(LeafSystem):
     num_positions = _coordinates(Coordinates.num_positions)
     num_velocities = _coordinates(Coordinates.num_velocities)
     num_multibody_states = _coordinates(Coordinates.num_multibody_states)
+    num_misc_continuous_states = _coordinates(Coordinates.num_misc_continuous_states)
     num_actuators = _coordinates(Coordinates.num_actuators)
     num_actuated_dofs = _coordinates(Coordinates.num_actuated_dofs)
     GetPositionNames = _coordinates(Coordinates.GetPositionNames)

@@ -88,7 +88,7 @@ def test_what_cannot_be_cut_leaves_the_plant_as_it_was():
 
 
 def test_a_parallelogram_swings_as_a_pendulum():
-    """Cranks of length L, a coupler that does not turn, each of mass m: (2 (I + m L²/4) + m L²) q'' = -2 m g L sin q."""
+    """Cranks of length L and a coupler, each of mass m: (2 (I + m L²/4) + m L²) q'' = -2 m g L sin q."""
     L, m, dt, q0 = 0.5, 1.0, 1e-4, 0.7
     plant = MultibodyPlant(dt)
     plant.SetEnableLoopTopology(True)
