@@ -7,7 +7,7 @@ call of a part is declared and documented there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._checked import checked
 from sheldrake.common._parts import Calls, forget_calls
@@ -31,6 +31,9 @@ from sheldrake.multibody.plant._step.discrete import INTEGERS_KEPT
 from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY
 from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
 from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
+
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
 
 _settings = Calls(Settings, "_parts.settings")
 _elements = Calls(Elements, "_parts.elements")
@@ -449,7 +452,7 @@ class MultibodyPlant(LeafSystem):
         self._parts.contexts.set_defaults(context)
         self._parts.inputs.forget_desired_states(context)
 
-    def _set_random_context(self, context: Context, generator: Any) -> None:
+    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         self._parts.contexts.set_random_positions(context, generator)
 
     def _kernel_models(self, root: Any) -> dict[str, Any]:

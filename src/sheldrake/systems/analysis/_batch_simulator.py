@@ -7,7 +7,7 @@ import functools
 import itertools
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -26,6 +26,10 @@ from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.worlds import Journey
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.store import Store
 
 
 class WorldFailure(NamedTuple):
@@ -81,7 +85,7 @@ class BatchSimulator:
         self,
         system: System,
         num_worlds: int,
-        context: Any = None,
+        context: Context | None = None,
         *,
         config: SimulatorConfig | None = None,
         num_threads: int | None = None,
@@ -706,7 +710,7 @@ class BatchSimulator:
         return WorldFailure(w, time, "" if system is None else system.GetSystemPathname(), error)
 
 
-def _simulator_of(system: System, config: SimulatorConfig | None, context: Any) -> Simulator:
+def _simulator_of(system: System, config: SimulatorConfig | None, context: Context) -> Simulator:
     simulator = Simulator(system, context)
     if config is not None:
         ApplySimulatorConfig(config, simulator)
@@ -715,7 +719,7 @@ def _simulator_of(system: System, config: SimulatorConfig | None, context: Any) 
 
 
 def _simulator_of_world(
-    system: System, config: SimulatorConfig | None, monitor: Any, crew: Crew, store: Any
+    system: System, config: SimulatorConfig | None, monitor: Any, crew: Crew, store: Store
 ) -> Simulator:
     """The simulator of a world that needs Python."""
     time = store.S[0]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def DiscreteTimeApproximation(
-    system: Any = None,
+    system: System | None = None,
     time_period: float = 0.0,
     integrator_config: Any = None,
     *,

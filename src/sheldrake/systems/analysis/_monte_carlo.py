@@ -26,7 +26,9 @@ class RandomSimulationResult:
         return result
 
 
-def RandomSimulation(make_simulator: Callable, output: Callable, final_time: float, generator: Any) -> float:
+def RandomSimulation(
+    make_simulator: Callable, output: Callable, final_time: float, generator: RandomGenerator
+) -> float:
     """Makes a simulator, draws its context, advances it and gives its output.
 
     Args:
@@ -44,7 +46,7 @@ def MonteCarloSimulation(
     output: Callable,
     final_time: float,
     num_samples: int,
-    generator: Any = None,
+    generator: RandomGenerator | None = None,
     num_parallel_executions: Any = None,
 ) -> list[RandomSimulationResult]:
     """Runs `RandomSimulation` many times.
@@ -84,7 +86,7 @@ _AT_ONCE = 4
 """Simulators that wait for a thread, for each thread that there is."""
 
 
-def _draw(make_simulator: Callable, generator: Any) -> tuple[Any, Any]:
+def _draw(make_simulator: Callable, generator: RandomGenerator) -> tuple[Any, Any]:
     """The generator as it was, and a simulator whose context is drawn from it."""
     snapshot = copy.deepcopy(generator)
     simulator = make_simulator(generator)

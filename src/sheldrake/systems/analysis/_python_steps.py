@@ -12,7 +12,7 @@ from sheldrake.systems.analysis._schemes import SCHEMES
 from sheldrake.systems.framework._kernels import integrate as _integrate
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, System
 
 
 class PythonIntegrator(IntegratorBase):
@@ -21,7 +21,7 @@ class PythonIntegrator(IntegratorBase):
     _scheme = _integrate.PYTHON
     _rates_there: Any = None
 
-    def __init__(self, system: Any, context: Context | None = None):
+    def __init__(self, system: System, context: Context | None = None):
         self._set_up(system, context)
 
     def _rates_in(self, store: Any) -> Rates:
@@ -86,7 +86,7 @@ class SemiExplicitEulerIntegrator(PythonIntegrator):
 
     _name, _order, _supports_error_estimation = "semi_explicit_euler", 1.0, False
 
-    def __init__(self, system: Any, max_step_size: float, context: Context | None = None):
+    def __init__(self, system: System, max_step_size: float, context: Context | None = None):
         self._set_up(system, context)
         self.set_maximum_step_size(max_step_size)
 

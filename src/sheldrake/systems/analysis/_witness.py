@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._event import EventStatus, WitnessFunction, checked_status
 from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import System
 
 
 class WitnessWatch:
@@ -23,7 +26,7 @@ class WitnessWatch:
         integrator: What steps; its accuracy says how exactly a change of sign is located.
     """
 
-    def __init__(self, system: Any, span: Span, integrator: IntegratorBase):
+    def __init__(self, system: System, span: Span, integrator: IntegratorBase):
         self._system, self._span, self._integrator = system, span, integrator
         self._store = span.store
         self._active: list[WitnessFunction] = []

@@ -13,6 +13,7 @@ from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Tic
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._system_base import SystemBase
 
 
 class ValueProducer:
@@ -86,7 +87,7 @@ class CacheEntry:
         raise TypeError("CacheEntry: No constructor defined! Use System.DeclareCacheEntry().")
 
     @classmethod
-    def _make(cls, system: Any, index: int) -> CacheEntry:
+    def _make(cls, system: SystemBase, index: int) -> CacheEntry:
         entry = object.__new__(cls)
         entry._system, entry._number, entry._values = system, index, weakref.WeakValueDictionary()
         return entry

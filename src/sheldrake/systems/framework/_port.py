@@ -19,6 +19,7 @@ from sheldrake.systems.framework._vector import BasicVector, as_vector, lifted
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._system_base import SystemBase
 
 
 class FixedInputPortValue:
@@ -69,7 +70,7 @@ class _Port:
         raise TypeError(f"{type(self).__name__}: No constructor defined!")
 
     @classmethod
-    def _make(cls, system: Any, index: int) -> Any:
+    def _make(cls, system: SystemBase, index: int) -> Any:
         port = object.__new__(cls)
         port._system, port._index = system, index
         return port

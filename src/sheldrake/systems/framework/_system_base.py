@@ -6,7 +6,7 @@ import itertools
 import operator
 import weakref
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch, expect
@@ -15,6 +15,9 @@ from sheldrake.systems.framework._declarations import CacheDeclaration, Callback
 from sheldrake.systems.framework._graphviz import Graphviz
 from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Ticket
 from sheldrake.systems.framework._port import InputPort, LeafOutputPort, OutputPort
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
 
 _ids = itertools.count(1)
 
@@ -291,7 +294,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
         """Number of residuals of the implicit form of the derivatives."""
         return self.num_continuous_states()
 
-    def ValidateContext(self, context: Any) -> None:
+    def ValidateContext(self, context: Context) -> None:
         """Checks that a context was made for this system.
 
         Raises:

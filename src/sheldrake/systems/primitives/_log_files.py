@@ -23,7 +23,7 @@ from sheldrake.systems.primitives._vector_log_sink import VectorLogSink
 
 if TYPE_CHECKING:
     from sheldrake.systems.analysis import Simulator
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, System
 
 # ---- written while a simulation runs
 
@@ -159,7 +159,7 @@ def _sinks(simulator: Simulator, logs: Any) -> dict[str, VectorLogSink]:
     return dict(getattr(logs, "sinks", logs))
 
 
-def find_sinks(system: Any, context: Context) -> dict[str, VectorLogSink]:
+def find_sinks(system: System, context: Context) -> dict[str, VectorLogSink]:
     """All VectorLogSinks in a system, by the port that each logs."""
     found: dict[str, VectorLogSink] = {}
     waiting = [system]

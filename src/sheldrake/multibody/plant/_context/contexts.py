@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,6 +16,9 @@ from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import Joint
 from sheldrake.systems.framework import BasicVector, Context, LeafSystem, State
 from sheldrake.systems.framework._vector import lifted, plain
+
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
 
 
 class Contexts:
@@ -92,7 +95,7 @@ class Contexts:
             numbers = np.array([actuator.default_rotor_inertia(), actuator.default_gear_ratio()])
             store.S[first : first + 2] = lifted(numbers, store.scalar)
 
-    def set_random_positions(self, context: Context, generator: Any) -> None:
+    def set_random_positions(self, context: Context, generator: RandomGenerator) -> None:
         """Draws positions from the distributions that joints were given."""
         from sheldrake.math import UniformlyRandomQuaternion
         from sheldrake.symbolic import Expression
