@@ -84,7 +84,7 @@ class PlantParts:
         if self.elements.is_finalized():
             raise RuntimeError("MultibodyPlant::Finalize(): repeated calls not allowed.")
         self.settings.refuse_dry_friction()
-        self.elements.finalize(freeze(self.elements, self.free_bodies.default_poses))
+        self.elements.finalize(freeze(self.elements, self.free_bodies.base_joint))
         state_index = self.contexts.declare()
         self.geometry.filter_collisions(self.topology.welded_groups())
         self.inputs.declare(self.plant, self.elements)

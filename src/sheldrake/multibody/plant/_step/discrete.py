@@ -72,9 +72,9 @@ class DiscreteUpdate:
 
     def stages(self, models: dict[str, Any]) -> list[Kernel]:
         """The kernels of a step, in order."""
-        strict, tamsi = self._settings.contact_model is ContactModel.kHydroelastic, self._settings.is_tamsi
-        plant_model = self._models.plant_model
-        return discrete_stages(models["geometry_model"], plant_model, tamsi, models["hydro_model"], strict)
+        strict, plant_model = self._settings.contact_model is ContactModel.kHydroelastic, self._models.plant_model
+        geometry_model, hydro_model = models["geometry_model"], models["hydro_model"]
+        return discrete_stages(geometry_model, plant_model, self._settings.kind.name, hydro_model, strict)
 
     def refusal(self, root: Any) -> list[Kernel]:
         """The kernel that refuses to step in the contexts of a root, where geometry is missing."""
