@@ -433,7 +433,7 @@ class MultibodyPlant(LeafSystem):
 
     # --- what the framework asks
 
-    def AllocateContext(self) -> Any:
+    def AllocateContext(self) -> Context:
         """A context whose state is not set yet.
 
         Raises:

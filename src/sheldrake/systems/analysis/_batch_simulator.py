@@ -29,6 +29,7 @@ from sheldrake.systems.framework._kernels.worlds import Journey
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import Place, Slot
     from sheldrake.systems.framework._engine.store import Store
 
 
@@ -179,7 +180,7 @@ class BatchSimulator:
         """How many threads, the caller's included."""
         return self._crew.num_threads
 
-    def context(self, world: int) -> Any:
+    def context(self, world: int) -> Context:
         """World number `world` as a root context: whatever takes a context works on it.
 
         After writing to the batch's arrays ask for it again: what was computed in it is then out of date.
@@ -261,7 +262,7 @@ class BatchSimulator:
         self._worlds.I[:, self._layout.fixed0 + slot.free] = 1
         return self._columns(slot.span)
 
-    def EvalOutputs(self, port: OutputPort) -> Any:
+    def EvalOutputs(self, port: OutputPort) -> np.ndarray | list:
         """Values of an output port, up to date.
 
         Returns:
@@ -277,7 +278,7 @@ class BatchSimulator:
             self._visit("EvalOutputs", ride, self._count, tables.OUTPUTS)
         return _read_only(self._columns(slot.span))
 
-    def _context_of(self, port: Any, w: int) -> Any:
+    def _context_of(self, port: Any, w: int) -> Context:
         return port.get_system().GetMyContextFromRoot(self.context(w))
 
     def _columns(self, span: tuple[int, int]) -> np.ndarray:
@@ -291,10 +292,10 @@ class BatchSimulator:
             raise ValueError(f"BatchSimulator.{call}(): {system!r} is not part of {self._system._describe()}.")
         return node
 
-    def _place(self, call: str, system: System | None) -> Any:
+    def _place(self, call: str, system: System | None) -> Place:
         return self._layout.places[self._node(call, system)]
 
-    def _free_slot(self, call: str, port: InputPort) -> Any:
+    def _free_slot(self, call: str, port: InputPort) -> Slot:
         slot = self._layout.input_slot(self._node(call, port.get_system()), int(port.get_index()))
         if not slot.vector or slot.free < 0:
             why = "connected to an output port" if slot.vector else "not of vectors"
@@ -592,7 +593,7 @@ class BatchSimulator:
         ends = np.cumsum([0, *(slot.span[1] - slot.span[0] for slot in slots)]).tolist()
         return self._rides[key], None if isinstance(outputs, OutputPort) else list(itertools.pairwise(ends))
 
-    def _output_slot(self, call: str, port: OutputPort) -> Any:
+    def _output_slot(self, call: str, port: OutputPort) -> Slot:
         *_, slot = self._layout.output_slot(self._node(call, port.get_system()), int(port.get_index()))
         if not slot.vector:
             raise ValueError(f"BatchSimulator.{call}(): {port.GetFullDescription()} is not of vectors.")

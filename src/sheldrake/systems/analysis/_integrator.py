@@ -14,6 +14,7 @@ from sheldrake.systems.framework._vector import plain
 if TYPE_CHECKING:
     from sheldrake.systems.analysis._span import Span
     from sheldrake.systems.framework import Context
+    from sheldrake.trajectories import PiecewisePolynomial
 
 nan = float("nan")
 H_MAX, H_MIN, H_IDEAL, H_INITIAL, ACCURACY, T_BREAK = map(
@@ -153,7 +154,7 @@ class IntegratorBase:
         """Whether it is an error when the accuracy asks for a shorter step than the minimum."""
         return bool(self._numbers.throw_on_min)
 
-    def get_context(self) -> Any:
+    def get_context(self) -> Context | None:
         """The context it integrates."""
         return self._context
 
@@ -224,7 +225,7 @@ class IntegratorBase:
             raise RuntimeError("StartDenseIntegration(): there is no continuous state to integrate.")
         self._dense = []
 
-    def get_dense_output(self) -> Any:
+    def get_dense_output(self) -> PiecewisePolynomial | None:
         """The trajectory kept so far (a PiecewisePolynomial), or None if none is kept."""
         if self._dense is None:
             return None
@@ -232,7 +233,7 @@ class IntegratorBase:
             self._trajectory = len(self._dense), _piecewise(self._dense)
         return self._trajectory[1]
 
-    def StopDenseIntegration(self) -> Any:
+    def StopDenseIntegration(self) -> PiecewisePolynomial | None:
         """The trajectory kept, which ends here.
 
         Raises:
@@ -314,7 +315,7 @@ class IntegratorBase:
         """Prints what only some integrators count."""
 
 
-def _piecewise(steps: list) -> Any:
+def _piecewise(steps: list) -> PiecewisePolynomial:
     """Cubic pieces with the values and slopes at the ends of each step."""
     from sheldrake.trajectories import PiecewisePolynomial
 

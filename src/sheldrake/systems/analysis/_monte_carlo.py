@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common import RandomGenerator
 from sheldrake.common._crew import in_parallel, threads_of
+
+if TYPE_CHECKING:
+    from sheldrake.systems.analysis import Simulator
 
 
 class RandomSimulationResult:
@@ -94,6 +97,6 @@ def _draw(make_simulator: Callable, generator: RandomGenerator) -> tuple[Any, An
     return snapshot, simulator
 
 
-def _run(simulator: Any, output: Callable, final_time: float) -> float:
+def _run(simulator: Simulator, output: Callable, final_time: float) -> float:
     simulator.AdvanceTo(final_time)
     return float(output(simulator.get_system(), simulator.get_context()))

@@ -13,6 +13,7 @@ from sheldrake.systems.framework._kernels import integrate as _integrate
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context, System
+    from sheldrake.systems.framework._kernels.program import Run
 
 
 class PythonIntegrator(IntegratorBase):
@@ -77,7 +78,7 @@ class _Stopped(Exception):
     pass
 
 
-def _derivatives(program: Any, run: Any, S: Any, side: Any, L: Any, rows: Any) -> None:
+def _derivatives(program: Any, run: Run, S: Any, side: Any, L: Any, rows: Any) -> None:
     _integrate.derivatives(program, run, S, side, L, rows, program.xdot)
 
 

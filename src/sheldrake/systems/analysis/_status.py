@@ -55,7 +55,7 @@ class SimulatorStatus:
         """Why it returned."""
         return self._reason
 
-    def system(self) -> Any:
+    def system(self) -> System | None:
         """The system that asked to end, or None."""
         return self._system
 

@@ -14,7 +14,8 @@ from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import System
+    from sheldrake.systems.framework import Context, System
+    from sheldrake.systems.framework._kernels.program import Run
 
 
 class WitnessWatch:
@@ -35,7 +36,7 @@ class WitnessWatch:
         for kind, row in self._store.layout.witness_rows.items():
             span.set_row(row, (lambda k: lambda: self._fire(k))(kind))
 
-    def _context(self, witness: WitnessFunction) -> Any:
+    def _context(self, witness: WitnessFunction) -> Context:
         return self._store.context(self._store.layout.node_of[witness._system._system_id])
 
     def _values(self) -> list[float]:
@@ -116,5 +117,5 @@ class WitnessWatch:
         return status
 
 
-def _integrate_until(program: Any, run: Any, S: Any, side: Any, L: Any, rows: Any, numbers: Any, t: float) -> None:
+def _integrate_until(program: Any, run: Run, S: Any, side: Any, L: Any, rows: Any, numbers: Any, t: float) -> None:
     _integrate.integrate(program, run, numbers, S, side, L, rows, np.inf, t)

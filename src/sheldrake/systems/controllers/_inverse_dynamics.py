@@ -42,7 +42,7 @@ class _PlantKeeper(LeafSystem):
         given = plant_context is not None
         self._plant_context = plant_context.Clone() if given else plant.CreateDefaultContext()
 
-    def _plant_at(self, x: np.ndarray) -> Any:
+    def _plant_at(self, x: np.ndarray) -> Context:
         self._plant.SetPositionsAndVelocities(self._plant_context, x)
         return self._plant_context
 

@@ -13,6 +13,7 @@ from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Tic
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._declarations import CacheDeclaration
     from sheldrake.systems.framework._system_base import SystemBase
 
 
@@ -93,7 +94,7 @@ class CacheEntry:
         return entry
 
     @property
-    def _declaration(self) -> Any:
+    def _declaration(self) -> CacheDeclaration:
         return self._system._cache_entries[self._number]
 
     def _name(self) -> str:

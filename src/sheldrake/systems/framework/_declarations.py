@@ -119,7 +119,7 @@ class EventDeclaration:
     kind: int
     trigger: str
     handler: Any
-    event: Any
+    event: Event | None
     offset: float = 0.0
     period: float = 0.0
 

@@ -17,6 +17,7 @@ from sheldrake.systems.framework._index import InputPortIndex, OutputPortIndex, 
 from sheldrake.systems.framework._system import System
 
 if TYPE_CHECKING:
+    from sheldrake.common.value import AbstractValue
     from sheldrake.systems.framework._context.context import Context
     from sheldrake.systems.framework._port import OutputPort
 
@@ -63,7 +64,7 @@ class Diagram(System):
             self._exported_outputs.append((child, j))
         self._changed()
 
-    def _allocate_output(self, j: int) -> Any:
+    def _allocate_output(self, j: int) -> AbstractValue:
         child, k = self._exported_outputs[j]
         return self._systems[child]._allocate_output(k)
 

@@ -387,13 +387,13 @@ class System(ScalarConversion, SystemPorts):
         """
         return self._clone()
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> System:
         return self.Clone()
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> System:
         return self.Clone()
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
+    def __reduce_ex__(self, protocol: Any) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object")
 
 

@@ -17,12 +17,13 @@ from sheldrake.systems.framework._index import CacheIndex, DependencyTicket, Tic
 from sheldrake.systems.framework._port import InputPort, LeafOutputPort, OutputPort
 
 if TYPE_CHECKING:
+    from sheldrake.common.value import AbstractValue
     from sheldrake.systems.framework._context.context import Context
 
 _ids = itertools.count(1)
 
 
-def _static(ticket: int, what: str) -> Any:
+def _static(ticket: int, what: str) -> staticmethod[[], DependencyTicket]:
     def name() -> DependencyTicket:
         return DependencyTicket(ticket)
 
@@ -155,7 +156,7 @@ class SystemBase(Graphviz, metaclass=SystemType):
             port = self._ports["out", j] = kind._make(self, j)
         return port
 
-    def _allocate_output(self, j: int) -> Any:
+    def _allocate_output(self, j: int) -> AbstractValue:
         raise NotImplementedError
 
     # Tickets.

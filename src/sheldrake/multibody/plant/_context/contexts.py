@@ -14,11 +14,12 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.tree import Joint
-from sheldrake.systems.framework import BasicVector, Context, LeafSystem, State
+from sheldrake.systems.framework import BasicVector, Context, ContinuousStateIndex, LeafSystem, State
 from sheldrake.systems.framework._vector import lifted, plain
 
 if TYPE_CHECKING:
     from sheldrake.common import RandomGenerator
+    from sheldrake.systems.framework import DiscreteStateIndex
 
 
 class Contexts:
@@ -74,7 +75,7 @@ class Contexts:
 
     # --- defaults
 
-    def declare(self) -> Any:
+    def declare(self) -> DiscreteStateIndex | ContinuousStateIndex:
         """Declares parameters and state of a finalized plant; the index of the state."""
         self._plant._declare_numeric_parameters(self._model.parameters.defaults)
         if self._is_discrete:

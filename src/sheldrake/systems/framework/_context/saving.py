@@ -83,7 +83,7 @@ def SaveContext(context: Context, path: str | os.PathLike) -> None:
         np.savez(file, allow_pickle=False, meta=np.array(text), **slab)
 
 
-def LoadContext(system: System, path: str | os.PathLike) -> Any:
+def LoadContext(system: System, path: str | os.PathLike) -> Context:
     """A context for `system` with what `SaveContext` wrote for a system built the same way.
 
     Args:
@@ -104,7 +104,7 @@ def LoadContext(system: System, path: str | os.PathLike) -> Any:
         raise RuntimeError(f"LoadContext(): {path} is no file of SaveContext(): {error}.") from error
 
 
-def _load(system: System, path: str, meta: dict, found: dict) -> Any:
+def _load(system: System, path: str, meta: dict, found: dict) -> Context:
     systems = tree_of(system)
     overrides = frozenset((_whole(n, len(systems)), int(i)) for n, i in meta["overrides"])
     for n, i in overrides:
@@ -251,7 +251,7 @@ def _structure(store: Store) -> list:
     return [*entries, ["memory", "numbers", {"slab": layout.size, "side": layout.side_size}]]
 
 
-def _plain_name(path: Any) -> str:
+def _plain_name(path: str | os.PathLike) -> str:
     """A path without the counter in names that nobody gave: the same system built again has others."""
     return _MADE_UP.sub("@", str(path))
 

@@ -23,6 +23,8 @@ from sheldrake.systems.framework._kernels.program import Side
 from sheldrake.systems.framework._vector import BasicVector, lifted
 
 if TYPE_CHECKING:
+    from sheldrake.systems.framework._context.context import Context
+    from sheldrake.systems.framework._engine.memory import Slot
     from sheldrake.systems.framework._system import System
 
 CONSTANT, SAMPLED, CONTINUOUS = 0, 1, 2
@@ -369,7 +371,7 @@ class Store:
             self.busy -= 1
             self.lock.release()
 
-    def reader(self, slot: Any) -> Callable[[], Any] | None:
+    def reader(self, slot: Slot) -> Callable[[], Any] | None:
         """A function that brings a port up to date and gives its value; None where `pull` has more to look at.
 
         Of a vector it gives a copy, of another value the object that the port carries.
@@ -524,7 +526,7 @@ class Store:
             value = self.values[r] = system._allocate_output(row.output)
         return value
 
-    def context(self, n: int) -> Any:
+    def context(self, n: int) -> Context:
         """The context of node `n`; the same object while somebody holds it."""
         context = self.contexts.get(n)
         if context is None:
