@@ -5,7 +5,7 @@ What users add to a plant; `Finalize()` turns them into rows of a `ForceModel`, 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from sheldrake.multibody.tree._element import Element, finite, nonnegative, vect
 from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex, world_model_instance
 from sheldrake.multibody.tree._joints_axis import PrismaticJoint, RevoluteJoint
 from sheldrake.multibody.tree._rigid_body import RigidBody
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.tree import Joint
 
 
 class ForceElement(Element):
@@ -86,7 +89,7 @@ class JointElement(ForceElement):
 
     _joint_type: ClassVar[Any]
 
-    def __init__(self, joint: Any):
+    def __init__(self, joint: Joint):
         if not isinstance(joint, self._joint_type):
             raise Mismatch(
                 f"{type(self).__name__}(): incompatible constructor arguments. joint must be a "
@@ -106,7 +109,7 @@ class JointElement(ForceElement):
 class _JointSpring(JointElement):
     """A torsion or compression spring on a joint of one degree of freedom."""
 
-    def __init__(self, joint: Any, nominal: float, stiffness: float):
+    def __init__(self, joint: Joint, nominal: float, stiffness: float):
         super().__init__(joint)
         nonnegative(type(self).__name__, stiffness=stiffness)
         self._nominal, self._stiffness = float(nominal), float(stiffness)

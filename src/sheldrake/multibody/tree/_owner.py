@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from sheldrake.multibody.tree._kernels.forces import ForceModel
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.tree import Frame, Joint
 
 
 class Membership(Protocol):
@@ -58,10 +61,10 @@ class ContextNumbers(Protocol):
     def write_numbers(self, context: Any, group: int, values: Any) -> None:
         """Sets a group of numeric parameters."""
 
-    def is_locked(self, context: Any, joint: Any) -> bool:
+    def is_locked(self, context: Any, joint: Joint) -> bool:
         """Whether a joint is locked."""
 
-    def set_locked(self, context: Any, joint: Any, locked: bool) -> None:
+    def set_locked(self, context: Any, joint: Joint, locked: bool) -> None:
         """Locks or unlocks a joint."""
 
     def transform(self, context: Any, numbers: Any) -> Any:
@@ -74,10 +77,10 @@ class ContextNumbers(Protocol):
 class FrameMotions(Protocol):
     """Where frames are and how they move."""
 
-    def pose_of_frame(self, context: Any, frame: Any) -> Any:
+    def pose_of_frame(self, context: Any, frame: Frame) -> Any:
         """X_WF."""
 
-    def velocity_of_frame(self, context: Any, frame: Any) -> Any:
+    def velocity_of_frame(self, context: Any, frame: Frame) -> Any:
         """V_WF."""
 
     def CalcRelativeTransform(self, context: Any, frame_A: Any, frame_B: Any) -> Any:
@@ -87,10 +90,10 @@ class FrameMotions(Protocol):
 class FrameAccelerations(Protocol):
     """How frames accelerate."""
 
-    def of_frame(self, context: Any, frame: Any) -> Any:
+    def of_frame(self, context: Any, frame: Frame) -> Any:
         """A_WF."""
 
-    def of_frame_in(self, context: Any, frame: Any, measured_in: Any) -> Any:
+    def of_frame_in(self, context: Any, frame: Frame, measured_in: Any) -> Any:
         """A_MF, expressed in W."""
 
 
