@@ -31,9 +31,10 @@ def test_fmpy_simulates_the_block_there(arm_python, tmp_path_factory, tmp_path):
     site = tmp_path_factory.getbasetemp() / "fmpy-for-arm"
     if not site.exists():
         arm_python.install(site, "fmpy")
-    names = [f"plant/state.body_{axis}" for axis in "xyz"]
+    names = [f"plant/state.two_hole_block_body_{axis}" for axis in "xyz"]
     (tmp_path / "simulate.py").write_text(SIMULATE)
-    machine, knows, rows = json.loads(arm_python.run(site, tmp_path / "simulate.py", path, "0.4", json.dumps(names)))
+    told = arm_python.run(site, tmp_path / "simulate.py", path, "0.4", json.dumps(names))
+    machine, knows, rows = json.loads(told.splitlines()[-1])
     assert (machine, knows, len(rows)) == ("aarch64", False, 41)
     context = plant.GetMyContextFromRoot(simulator.get_context())
     for time, *position in rows:  # it lands at 0.16 s
