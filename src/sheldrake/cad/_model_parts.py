@@ -11,8 +11,8 @@ from sheldrake.multibody.parsing._files.diagnostics import Location
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 from sheldrake.multibody.parsing._reading.reading import unique_name
 from sheldrake.multibody.plant._parts import parts_of
+from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
 
-KNOWN_JOINTS = ("revolute", "prismatic", "weld", "planar", "ball_rpy", "universal", "screw")
 _MATERIAL = ("coulomb_friction", "hunt_crossley_dissipation", "relaxation_time", "point_contact_stiffness",
              "point_contact_algorithm")  # fmt: skip
 _HYDROELASTIC = ("compliance_type", "resolution_hint", "hydroelastic_modulus", "margin")
@@ -43,6 +43,11 @@ class JointPart:
     mimics: tuple[str, float, float] | None = None  # name of the other joint, ratio, offset
     spring: tuple[float, float] | None = None  # stiffness, rest position
     is_reversed: bool = False  # parent and child have changed places: what the joint says is about its inverse
+
+    @property
+    def type(self) -> JointType:
+        """What is told apart by its kind."""
+        return JOINT_TYPES[self.kind]
 
 
 @dataclass
@@ -168,12 +173,12 @@ class _Taker:
             if not (X_PF.IsExactlyIdentity() and X_CM.IsExactlyIdentity()):
                 self._lose(f"frames of the floating joint '{name}': its link is free in the world")
             return None
-        if kind not in KNOWN_JOINTS:
+        if not JOINT_TYPES[kind].written:
             raise NotImplementedError(f"Joint '{name}' is of type {kind}, which no file of this format has.")
         part = JointPart(joint, name, kind, parent, child, X_PF, X_CM)
         if kind != "weld" and np.any(joint.default_positions() != 0.0):
             self._lose(f"default position of joint '{name}': {joint.default_positions().tolist()}")
-        if kind not in ("weld", "ball_rpy", "universal", "planar"):
+        if JOINT_TYPES[kind].has_one_dof:
             for what in ("velocity", "acceleration"):
                 lower = getattr(joint, f"{what}_lower_limits")()
                 if np.any(lower != -getattr(joint, f"{what}_upper_limits")()):
@@ -208,7 +213,7 @@ class _Taker:
         for index in self._plant.GetJointActuatorIndices():
             actuator = self._plant.get_joint_actuator(index)
             part = parts.get(actuator.joint().index())
-            if part is None or part.kind not in ("revolute", "prismatic", "screw"):
+            if part is None or not part.type.has_one_dof:
                 self._lose(f"actuator '{actuator.name()}'")
                 continue
             if part.actuators and part.actuators[0].effort_limit() != actuator.effort_limit():

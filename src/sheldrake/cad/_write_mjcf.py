@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry import Convex, HalfSpace, Mesh
+from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._mesh_files import MeshFiles
@@ -154,8 +156,9 @@ class _Mjcf:
     def _joint(self, node: Node, part: JointPart) -> None:
         if part.kind == "weld":
             return
-        if part.kind == "screw":
-            raise NotImplementedError(f"Joint '{part.name}' is of type screw, which MJCF does not have.")
+        kinds = part.type.mjcf
+        if not kinds:
+            raise NotImplementedError(f"Joint '{part.name}' is of type {part.kind}, which MJCF does not have.")
         name, joint = self._unique("joint", part.name), part.joint
         pos = np.asarray(part.X_CM.translation())
         damping = np.atleast_1d(joint.default_damping_vector())
@@ -164,10 +167,9 @@ class _Mjcf:
             self._count("that {} ball joints have roll, pitch and yaw: MuJoCo's have a quaternion")
             node.add("joint", name=name, type="ball", pos=pos, damping=_nonzero(damping[0]))
             return
-        if part.is_reversed and part.kind in ("planar", "universal", "ball_rpy"):
+        if part.is_reversed and not part.type.has_one_dof:
             raise NotImplementedError(f"Joint '{part.name}', {part.kind}, would have to be turned round for a tree.")
-        if part.kind in ("planar", "universal"):
-            kinds = ("slide", "slide", "hinge") if part.kind == "planar" else ("hinge", "hinge")
+        if len(kinds) > 1:
             axes = np.eye(3)[: len(kinds)]
             for number, (kind, axis) in enumerate(zip(kinds, axes)):
                 one = self._unique("joint", f"{part.name}_{number + 1}")
@@ -177,9 +179,8 @@ class _Mjcf:
                 what = "the place of joint '{}' for Drake and sheldrake, which put it behind a body's first joints"
                 self._parts.losses.append(what.format(part.name))
             return
-        kind = "hinge" if part.kind == "revolute" else "slide"
         axis = R_CM @ axis_of(part) * (-1.0 if part.is_reversed else 1.0)
-        made = node.add("joint", name=name, type=kind, pos=pos, axis=axis, damping=_nonzero(damping[0]))
+        made = node.add("joint", name=name, type=kinds[0], pos=pos, axis=axis, damping=_nonzero(damping[0]))
         self._limits(made, part)
         if part.spring is not None:
             made.attributes["stiffness"], made.attributes["springref"] = part.spring
@@ -222,23 +223,18 @@ class _Mjcf:
 
     def _geom(self, node: Node, part: BodyPart, geometry: GeometryDescription, role: str) -> Node | None:
         shape = geometry.shape
-        kind = type(shape).__name__
         attributes: dict[str, Any]
-        if kind == "Box":
-            attributes = {"type": "box", "size": np.asarray(shape.size()) / 2.0}
-        elif kind == "Sphere":
-            attributes = {"type": "sphere", "size": shape.radius()}
-        elif kind in ("Cylinder", "Capsule"):
-            attributes = {"type": kind.lower(), "size": [shape.radius(), shape.length() / 2.0]}
-        elif kind == "Ellipsoid":
-            attributes = {"type": "ellipsoid", "size": [shape.a(), shape.b(), shape.c()]}
-        elif kind == "HalfSpace" and part.name == "world":
+        written = type_of(shape).mjcf
+        if written is not None:
+            attributes = {"type": written.type, "size": np.array(shape._values()) * written.factors}
+        elif isinstance(shape, HalfSpace) and part.name == "world":
             attributes = {"type": "plane", "size": [0.0, 0.0, 1.0]}
-        elif kind in ("Mesh", "Convex"):
+        elif isinstance(shape, (Mesh, Convex)):
             attributes = {"type": "mesh", "mesh": self._mesh(shape)}
         else:
             where = f"the {role} '{geometry.name}' of '{part.name}'"
-            self._parts.losses.append(f"{where}: MuJoCo has no {kind}" + (" that moves" if kind == "HalfSpace" else ""))
+            moves = " that moves" if isinstance(shape, HalfSpace) else ""
+            self._parts.losses.append(f"{where}: MuJoCo has no {shape.type_name()}{moves}")
             return None
         name = self._unique("geom", f"{part.name}_{geometry.name}")
         geom = node.add("geom", name=name, **attributes)

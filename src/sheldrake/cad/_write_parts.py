@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry import Shape
+from sheldrake.geometry._shape_types import Tag
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._model_parts import JointPart, ModelParts
@@ -41,11 +43,13 @@ def central_inertia(body: Any) -> tuple[float, np.ndarray, np.ndarray]:
 
 def axis_of(part: JointPart) -> np.ndarray | None:
     """Axis of a joint in frame F, shape (3,), or None."""
-    joint = part.joint
-    getter = {"revolute": "revolute_axis", "prismatic": "translation_axis", "screw": "screw_axis"}.get(part.kind)
-    if getter is not None:
-        return np.asarray(getattr(joint, getter)())
-    return np.array([0.0, 0.0, 1.0]) if part.kind == "planar" else None
+    return part.joint._axis
+
+
+def measures(shape: Shape, tag: Tag) -> dict[str, Any]:
+    """The numbers of a shape by the names that a format has for them."""
+    values = shape._values()
+    return {tag.numbers[0]: list(values)} if len(tag.numbers) < len(values) else dict(zip(tag.numbers, values))
 
 
 def add_forces(root: Node, parts: ModelParts, put: Any, name_it: Any) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry import Convex, HalfSpace, Mesh, Shape
+from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._mesh_files import MeshFiles
@@ -22,11 +24,9 @@ from ._write_parts import (
     check_looks,
     colours,
     image_name,
+    measures,
 )
 from ._xml_tree import Node, xyz_rpy
-
-_TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "ball_rpy": "ball",
-          "universal": "universal", "screw": "screw"}  # fmt: skip
 
 
 def sdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
@@ -135,29 +135,26 @@ class _Sdf:
         node.add("geometry").children.append(shape)
         return node
 
-    def _shape(self, shape: Any) -> Node | None:
-        kind = type(shape).__name__
-        node = Node({"HalfSpace": "plane", "Convex": "mesh"}.get(kind, kind.lower()))
-        if kind == "Box":
-            node.add("size", shape.size())
-        elif kind == "Sphere":
-            node.add("radius", shape.radius())
-        elif kind in ("Cylinder", "Capsule"):
-            node.add("radius", shape.radius())
-            node.add("length", shape.length())
-        elif kind == "Ellipsoid":
-            node.add("radii", [shape.a(), shape.b(), shape.c()])
-        elif kind == "HalfSpace":
+    def _shape(self, shape: Shape) -> Node | None:
+        if isinstance(shape, HalfSpace):
+            node = Node("plane")
             node.add("normal", [0.0, 0.0, 1.0])
             node.add("size", [1.0, 1.0])
-        elif kind in ("Mesh", "Convex"):
+            return node
+        if isinstance(shape, (Mesh, Convex)):
+            node = Node("mesh")
             node.add("uri", self._files.name(shape))
-            if np.any(np.asarray(shape.scale3()) != 1.0):
+            if np.any(shape.scale3() != 1.0):
                 node.add("scale", shape.scale3())
-            if kind == "Convex":
+            if isinstance(shape, Convex):
                 node.add("drake:declare_convex")
-        else:
+            return node
+        tags = type_of(shape).sdf
+        if not tags:
             return None
+        node = Node(tags[0].name)
+        for tag, value in measures(shape, tags[0]).items():
+            node.add(tag, value)
         return node
 
     def _visual(self, link: Node, geometry: GeometryDescription) -> None:
@@ -174,14 +171,16 @@ class _Sdf:
         add_viewers(node, geometry)
 
     def _joint(self, part: JointPart) -> None:
-        if part.kind == "planar":
-            self._planar(part)
+        if part.type.sdf_custom:
+            self._custom(part)
             return
-        node = self._model.add("joint", name=part.name, type=_TYPES[part.kind])
+        if not part.type.sdf:
+            raise NotImplementedError(f"Joint '{part.name}' is of type {part.kind}, which SDFormat does not have.")
+        node = self._model.add("joint", name=part.name, type=part.type.sdf[0])
         node.add("parent", part.parent)
         node.add("child", part.child)
         self._pose(node, part.X_CM)
-        if part.kind in ("revolute", "prismatic", "screw"):
+        if part.type.has_one_axis:
             self._actuated(node, part)
         elif part.kind in ("ball_rpy", "universal"):
             damping = float(np.atleast_1d(part.joint.default_damping_vector())[0])
@@ -215,12 +214,12 @@ class _Sdf:
         damping = float(np.atleast_1d(joint.default_damping_vector())[0])
         if damping != 0.0:
             dynamics.add("damping", damping)
-        if part.spring is not None and part.kind in ("revolute", "prismatic"):
+        if part.spring is not None and part.type.spring:
             dynamics.add("spring_stiffness", part.spring[0])
             dynamics.add("spring_reference", part.spring[1])
         if dynamics.children:
             axis.children.append(dynamics)
-        if part.kind == "screw":
+        if "screw_pitch" in part.type.takes:
             node.add("screw_thread_pitch", joint.screw_pitch())
         self._actuators(node, part)
 
@@ -239,12 +238,12 @@ class _Sdf:
                 gains = actuator.get_controller_gains()
                 node.add("drake:controller_gains", p=gains.p, d=gains.d)
 
-    def _planar(self, part: JointPart) -> None:
+    def _custom(self, part: JointPart) -> None:
         """Its ends are named frames. Readers put it after all ordinary joints, whatever the order in the file."""
         later = self._parts.joints[self._parts.joints.index(part) + 1 :]
-        if any(joint.kind not in ("weld", "planar") for joint in later):
-            self._parts.losses.append(f"the place of joint '{part.name}' among the joints: planar ones come last")
-        node = Node("drake:joint", name=part.name, type="planar")
+        if any(joint.type.velocities and not joint.type.sdf_custom for joint in later):
+            self._parts.losses.append(f"the place of joint '{part.name}' among the joints: {part.kind} ones come last")
+        node = Node("drake:joint", name=part.name, type=part.type.sdf_custom)
         for end, body, X in (("parent", part.parent, part.X_PF), ("child", part.child, part.X_CM)):
             name = body
             if not X.IsExactlyIdentity():

@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry import Convex, Mesh, Shape
+from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._mesh_files import MeshFiles
@@ -22,11 +24,9 @@ from ._write_parts import (
     check_looks,
     colours,
     image_name,
+    measures,
 )
 from ._xml_tree import Node, xyz_rpy
-
-_TYPES = {"revolute": "revolute", "prismatic": "prismatic", "weld": "fixed", "planar": "planar", "ball_rpy": "ball",
-          "universal": "universal", "screw": "screw"}  # fmt: skip
 
 
 def urdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
@@ -102,25 +102,16 @@ class _Urdf:
             xyz, rpy = xyz_rpy(X)
             node.add("origin", xyz=xyz, rpy=rpy)
 
-    def _shape(self, shape: Any) -> Node | None:
-        kind = type(shape).__name__
-        if kind == "Box":
-            return Node("box", size=shape.size())
-        if kind == "Sphere":
-            return Node("sphere", radius=shape.radius())
-        if kind in ("Cylinder", "Capsule"):
-            tag = "cylinder" if kind == "Cylinder" else "drake:capsule"
-            return Node(tag, radius=shape.radius(), length=shape.length())
-        if kind == "Ellipsoid":
-            return Node("drake:ellipsoid", a=shape.a(), b=shape.b(), c=shape.c())
-        if kind in ("Mesh", "Convex"):
-            scale = np.asarray(shape.scale3())
+    def _shape(self, shape: Shape) -> Node | None:
+        if isinstance(shape, (Mesh, Convex)):
+            scale = shape.scale3()
             uri = self._files.name(shape)
             node = Node("mesh", filename=uri, scale=None if np.all(scale == 1.0) else scale)
-            if kind == "Convex":
+            if isinstance(shape, Convex):
                 node.add("drake:declare_convex")
             return node
-        return None
+        tags = type_of(shape).urdf
+        return Node(tags[0].name, **measures(shape, tags[0])) if tags else None
 
     def _visual(self, link: Node, geometry: GeometryDescription) -> None:
         node = self._placed(link, "visual", geometry)
@@ -144,9 +135,10 @@ class _Urdf:
 
     def _joint(self, part: JointPart) -> None:
         X_PF, axis, child = self._without_child_frame(part)
-        written = _TYPES[part.kind]
-        custom = part.kind in ("ball_rpy", "universal", "screw", "planar")
-        node = self._robot.add("drake:joint" if custom else "joint", name=part.name, type=written)
+        if not part.type.urdf:
+            raise NotImplementedError(f"Joint '{part.name}' is of type {part.kind}, which URDF does not have.")
+        tag = "joint" if part.type.urdf_custom is False else "drake:joint"
+        node = self._robot.add(tag, name=part.name, type=part.type.urdf[0])
         node.add("parent", link=part.parent)
         node.add("child", link=child)
         self._origin(node, X_PF)
@@ -154,12 +146,12 @@ class _Urdf:
             return
         if axis is not None:
             node.add("axis", xyz=axis)
-        if part.kind in ("revolute", "prismatic", "screw"):
+        if part.type.has_one_axis:
             self._limits(node, part)
-        if part.kind == "screw":
+        if "screw_pitch" in part.type.takes:
             node.add("drake:screw_thread_pitch", value=part.joint.screw_pitch())
         damping = np.atleast_1d(part.joint.default_damping_vector())
-        damping = damping if part.kind == "planar" else damping[:1]
+        damping = damping if part.type.damping_each else damping[:1]
         if np.any(damping != 0.0):
             node.add("dynamics", damping=damping)
         if part.mimics is not None:
@@ -181,7 +173,7 @@ class _Urdf:
         axis = axis_of(part)
         if part.X_CM.IsExactlyIdentity():
             return part.X_PF, axis, part.child
-        if axis is not None and part.kind in ("revolute", "prismatic", "screw"):
+        if part.type.has_one_axis:
             p_CM = np.asarray(part.X_CM.translation())
             axis_C = part.X_CM.rotation().matrix() @ axis
             if part.kind == "prismatic" or np.linalg.norm(np.cross(p_CM, axis_C)) == 0.0:

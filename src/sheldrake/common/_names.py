@@ -1,26 +1,9 @@
-"""Names that people see: of methods of classes put together from parts, and of templates, as `Foo_[AutoDiffXd]`."""
+"""Names of templates as people see them, `Foo_[AutoDiffXd]`, and as identifiers."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import FunctionType
 from typing import Any
-
-
-def name_parts_after(cls: type, base: type) -> None:
-    """Lets methods that `cls` has from its parts call themselves methods of `cls`, in Python's own errors too.
-
-    Args:
-        cls: A class put together from parts, which nobody else derives from.
-        base: Where parts end: it and what it derives from keep their names.
-    """
-    for part in cls.__mro__[1:]:
-        if issubclass(base, part):
-            continue
-        for value in vars(part).values():
-            function = getattr(value, "__func__", value)
-            if isinstance(function, FunctionType):
-                function.__qualname__ = f"{cls.__name__}.{function.__name__}"
 
 
 class _MangledName:

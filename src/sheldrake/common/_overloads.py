@@ -175,6 +175,10 @@ class Ways(list[Overload]):
             return way, values + tail
         return None
 
+    def choose(self, call: str, args: Sequence[Any], kwargs: Mapping[str, Any]) -> Any:
+        """What the first way gives that takes the arguments, called with these alone (see `dispatch`)."""
+        return dispatch(call, self, _NO_TARGET, args, kwargs)
+
 
 _MOST_PLANS = 64  # a call is made with few types; a program that makes classes for ever must not fill memory
 _NONE_GIVEN = object()
@@ -215,7 +219,7 @@ def overloaded(*ways: Overload) -> Callable[[Callable[..., Any]], Any]:
         def call(*args: Any, **kwargs: Any) -> Any:
             if not is_method:
                 return dispatch(body.__name__, all_ways, _NO_TARGET, args, kwargs)
-            name = pretty_class_name(type(args[0])) if constructor else body.__qualname__
+            name = pretty_class_name(type(args[0])) if constructor else call.__qualname__
             return dispatch(name, all_ways, args[0], args[1:], kwargs, constructor=constructor)
 
         del call.__wrapped__  # its parameters are not those of the call

@@ -108,16 +108,19 @@ def any_array(T: type, value: Any) -> np.ndarray:
     return array
 
 
+@functools.cache
 def scalar(T: type) -> Kind:
     """Parameter kind: one number."""
     return kind(T.__name__)(functools.partial(as_scalar, T))
 
 
+@functools.cache
 def vector(T: type, n: int) -> Kind:
     """Parameter kind: a vector of `n` numbers."""
     return kind(f"{T.__name__} array of shape ({n},)")(functools.partial(as_array, T, shape=(n,)))
 
 
+@functools.cache
 def matrix(T: type, rows: int, cols: int) -> Kind:
     """Parameter kind: a matrix of fixed size."""
     return kind(f"{T.__name__} array of shape ({rows}, {cols})")(functools.partial(as_array, T, shape=(rows, cols)))
@@ -321,6 +324,13 @@ class ScalarTemplate(TemplateClass):
     def _base_for(base: Any, T: type) -> type:
         template = base.__dict__.get("_template")
         return base if template is None else template[T]
+
+    def __getitem__(self, param: Any) -> Any:
+        if isinstance(param, type) and not self._notices:  # nearly always, and often
+            found = self._instantiation_map.get((param,))
+            if isinstance(found, type):
+                return found
+        return self.get_instantiation(param)[0]
 
     def get_instantiation(self, param: Any = None, throw_error: bool = True) -> tuple[Any, tuple]:
         """See `TemplateBase.get_instantiation`."""

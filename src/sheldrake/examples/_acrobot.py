@@ -9,9 +9,9 @@ import numpy as np
 
 from sheldrake.common._kernels.generic import cos
 from sheldrake.common._overloads import overloaded
-from sheldrake.geometry import Box, Cylinder
+from sheldrake.geometry import Box, Cylinder, SceneGraph
 from sheldrake.math import RigidTransform, RotationMatrix, wrap_to
-from sheldrake.systems.framework import Diagram, DiagramBuilder, LeafSystem
+from sheldrake.systems.framework import BasicVector, Context, Diagram, DiagramBuilder, LeafSystem, OutputPort
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
@@ -71,51 +71,46 @@ class AcrobotPlant(LeafSystem):
         for name, value in values.items():
             getattr(parameters, f"set_{name}")(value)
 
-    def _numbers(self, context: Any) -> Any:
+    def _numbers(self, context: Context) -> Any:
         return plants.Acrobot.view(self.get_parameters(context)._v)
 
-    def MassMatrix(self, context: Any) -> np.ndarray:
+    def MassMatrix(self, context: Context) -> np.ndarray:
         """M(q), shape (2, 2)."""
         m11, m12, m22 = plants.acrobot_mass(self._numbers(context), self.get_state(context)[1])
         return np.array([[m11, m12], [m12, m22]])
 
-    def DynamicsBiasTerm(self, context: Any) -> np.ndarray:
+    def DynamicsBiasTerm(self, context: Context) -> np.ndarray:
         """Coriolis, gravity and damping, shape (2,)."""
         return np.array(plants.acrobot_bias(self._numbers(context), *self.get_state(context)._v))
 
-    def DoCalcKineticEnergy(self, context: Any) -> Any:
+    def DoCalcKineticEnergy(self, context: Context) -> Any:
         """Kinetic energy [J]."""
         rates = self.get_state(context)._v[2:]
         return 0.5 * rates @ self.MassMatrix(context) @ rates
 
-    def DoCalcPotentialEnergy(self, context: Any) -> Any:
+    def DoCalcPotentialEnergy(self, context: Context) -> Any:
         """Potential energy [J], zero at the height of the shoulder."""
         p, x = self.get_parameters(context), self.get_state(context)
         c1, c12 = cos(x.theta1()), cos(x.theta1() + x.theta2())
         return -p.gravity() * (p.m1() * p.lc1() * c1 + p.m2() * (p.l1() * c1 + p.lc2() * c12))
 
     @staticmethod
-    def get_state(context: Any) -> AcrobotState:
+    def get_state(context: Context) -> AcrobotState:
         """The state in a context."""
-        return _typed(AcrobotState, context.get_continuous_state_vector())
+        return AcrobotState.of(context.get_continuous_state_vector())
 
     @staticmethod
-    def get_mutable_state(context: Any) -> AcrobotState:
+    def get_mutable_state(context: Context) -> AcrobotState:
         """The state in a context, to be changed."""
-        return _typed(AcrobotState, context.get_mutable_continuous_state_vector())
+        return AcrobotState.of(context.get_mutable_continuous_state_vector())
 
-    def get_parameters(self, context: Any) -> AcrobotParams:
+    def get_parameters(self, context: Context) -> AcrobotParams:
         """The parameters in a context."""
-        return _typed(AcrobotParams, context.get_numeric_parameter(0))
+        return AcrobotParams.of(context.get_numeric_parameter(0))
 
-    def get_mutable_parameters(self, context: Any) -> AcrobotParams:
+    def get_mutable_parameters(self, context: Context) -> AcrobotParams:
         """The parameters in a context, to be changed."""
-        return _typed(AcrobotParams, context.get_mutable_numeric_parameter(0))
-
-
-def _typed(cls: type, vector: Any) -> Any:
-    """The same memory with the names of a class; contexts of other scalars have plain vectors."""
-    return vector if isinstance(vector, cls) else cls()._on_memory(vector._v, vector._on_write)  # type: ignore[attr-defined]
+        return AcrobotParams.of(context.get_mutable_numeric_parameter(0))
 
 
 class AcrobotSpongController(LeafSystem):
@@ -143,15 +138,15 @@ class AcrobotSpongController(LeafSystem):
         self._K, self._S = LinearQuadraticRegulator(linear.A(), linear.B(), np.diag([10.0, 10, 1, 1]), np.eye(1))
         self._context = context
 
-    def get_parameters(self, context: Any) -> SpongControllerParams:
+    def get_parameters(self, context: Context) -> SpongControllerParams:
         """The gains in a context."""
-        return context.get_numeric_parameter(0)
+        return SpongControllerParams.of(context.get_numeric_parameter(0))
 
-    def get_mutable_parameters(self, context: Any) -> SpongControllerParams:
+    def get_mutable_parameters(self, context: Context) -> SpongControllerParams:
         """The gains in a context, to be changed."""
-        return context.get_mutable_numeric_parameter(0)
+        return SpongControllerParams.of(context.get_mutable_numeric_parameter(0))
 
-    def _calc(self, context: Any, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         gains = self.get_parameters(context)
         x = self.get_input_port(0).Eval(context)
         wrapped = np.array([wrap_to(x[0], 0.0, 2 * math.pi), wrap_to(x[1], -math.pi, math.pi), x[2], x[3]])
@@ -198,7 +193,7 @@ class AcrobotWEncoder(Diagram):
         """The plant inside."""
         return self._plant
 
-    def get_mutable_acrobot_state(self, context: Any) -> AcrobotState:
+    def get_mutable_acrobot_state(self, context: Context) -> AcrobotState:
         """The state of the plant inside, to be changed."""
         return AcrobotPlant.get_mutable_state(self.GetMutableSubsystemContext(self._plant, context))
 
@@ -206,7 +201,7 @@ class AcrobotWEncoder(Diagram):
 class AcrobotGeometry(ExampleGeometry):
     """Draws an acrobot; made by `AddToBuilder`."""
 
-    def __init__(self, params: AcrobotParams, scene_graph: Any):
+    def __init__(self, params: AcrobotParams, scene_graph: SceneGraph):
         super().__init__(scene_graph, "acrobot", ("state", 4))
         l1, l2 = params.l1(), params.l2()
         self._l1 = l1
@@ -215,7 +210,7 @@ class AcrobotGeometry(ExampleGeometry):
         self.draw(upper, RigidTransform([0, 0.15, -l1 / 2]), Cylinder(0.05, l1), "upper_link", [1, 0, 0, 1])
         self.draw(lower, RigidTransform([0, 0.25, -l2 / 2]), Cylinder(0.05, l2), "lower_link", [0, 0, 1, 1])
 
-    def poses(self, state: Any) -> list:
+    def poses(self, state: np.ndarray) -> list[RigidTransform]:
         """The poses of the two links."""
         elbow = [-self._l1 * math.sin(state[0]), 0.0, -self._l1 * math.cos(state[0])]
         return [
@@ -225,6 +220,8 @@ class AcrobotGeometry(ExampleGeometry):
 
     @classmethod
     @overloaded(*drawn_in_scene("acrobot_state_port", "acrobot_params", AcrobotParams))
-    def AddToBuilder(cls, builder: Any, state_port: Any, params: AcrobotParams, scene_graph: Any) -> AcrobotGeometry:
+    def AddToBuilder(
+        cls, builder: DiagramBuilder, state_port: OutputPort, params: AcrobotParams, scene_graph: SceneGraph
+    ) -> AcrobotGeometry:
         """Adds one to a diagram: `(builder, acrobot_state_port, [acrobot_params,] scene_graph)`."""
         return cls(params, scene_graph)._add(builder, state_port, scene_graph)

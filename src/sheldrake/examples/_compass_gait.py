@@ -10,9 +10,18 @@ import numpy as np
 from sheldrake.common._kernels.generic import cos, sin
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
-from sheldrake.geometry import Box, Cylinder, Sphere
+from sheldrake.geometry import Box, Cylinder, SceneGraph, Sphere
 from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
-from sheldrake.systems.framework import LeafSystem, UnrestrictedUpdateEvent, WitnessFunctionDirection
+from sheldrake.systems.framework import (
+    BasicVector,
+    Context,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+    State,
+    UnrestrictedUpdateEvent,
+    WitnessFunctionDirection,
+)
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._kernels import plants
@@ -66,19 +75,19 @@ class CompassGait(LeafSystem):
             UnrestrictedUpdateEvent(self._collide),
         )
 
-    def DoGetWitnessFunctions(self, context: Any) -> list:
+    def DoGetWitnessFunctions(self, context: Context) -> list:
         """The collision of the swing foot with the slope."""
         return [self._collision]
 
-    def get_minimal_state_output_port(self) -> Any:
+    def get_minimal_state_output_port(self) -> OutputPort:
         """The port of the legs' angles and rates."""
         return self.get_output_port(0)
 
-    def get_floating_base_state_output_port(self) -> Any:
+    def get_floating_base_state_output_port(self) -> OutputPort:
         """The port of the state as of a floating body."""
         return self.get_output_port(1)
 
-    def DoCalcKineticEnergy(self, context: Any) -> Any:
+    def DoCalcKineticEnergy(self, context: Context) -> Any:
         """Kinetic energy [J]."""
         mh, m, l, b, *_ = context.get_numeric_parameter(0)._v
         stance, swing, v, w = context.get_continuous_state_vector()._v
@@ -86,7 +95,7 @@ class CompassGait(LeafSystem):
         hip, legs = 0.5 * mh * (l * v) ** 2, 0.5 * m * ((a * v) ** 2 + (l * v) ** 2 + (b * w) ** 2)
         return hip + legs - m * l * b * v * w * cos(swing - stance)
 
-    def DoCalcPotentialEnergy(self, context: Any) -> Any:
+    def DoCalcPotentialEnergy(self, context: Context) -> Any:
         """Potential energy [J], zero at the top of the slope."""
         mh, m, l, b, g, slope = context.get_numeric_parameter(0)._v
         stance, swing, *_ = context.get_continuous_state_vector()._v
@@ -95,12 +104,12 @@ class CompassGait(LeafSystem):
         return g * (m * (toe + (l - b) * cos(stance)) + mh * hip + m * (hip - b * cos(swing)))
 
     @staticmethod
-    def _copy_state(context: Any, output: Any) -> None:
+    def _copy_state(context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_continuous_state_vector()._v)
 
     @staticmethod
-    def _calc_floating_base(context: Any, output: Any) -> None:
-        p, toe = context.get_numeric_parameter(0), context.get_discrete_state(0)[0]
+    def _calc_floating_base(context: Context, output: BasicVector) -> None:
+        p, toe = CompassGaitParams.of(context.get_numeric_parameter(0)), context.get_discrete_state(0)[0]
         stance, swing, v, w = context.get_continuous_state_vector()._v
         l, slope = p.length_leg(), p.slope()
         left, right, vl, vr = stance, swing, v, w
@@ -112,13 +121,14 @@ class CompassGait(LeafSystem):
         output.SetFromVector([*q, *qdot])
 
     @staticmethod
-    def _height_of_swing_foot(context: Any) -> Any:
+    def _height_of_swing_foot(context: Context) -> Any:
         """Positive above the slope, and while the swing leg is behind: legs of one length scuff in passing."""
-        x, slope = context.get_continuous_state_vector(), context.get_numeric_parameter(0).slope()
+        x = CompassGaitContinuousState.of(context.get_continuous_state_vector())
+        slope = CompassGaitParams.of(context.get_numeric_parameter(0)).slope()
         return max(2.0 * slope - x.stance() - x.swing(), x.swing() - x.stance())
 
     @staticmethod
-    def _collide(context: Any, event: Any, state: Any) -> None:
+    def _collide(context: Context, event: UnrestrictedUpdateEvent, state: State) -> None:
         """An inelastic impact of the swing toe on a body that floats; then the legs change their names."""
         mh, m, l, b, *_ = context.get_numeric_parameter(0)._v
         stance, swing, v, w = context.get_continuous_state_vector()._v
@@ -146,7 +156,7 @@ class CompassGait(LeafSystem):
 class CompassGaitGeometry(ExampleGeometry):
     """Draws a compass gait on its slope; made by `AddToBuilder`."""
 
-    def __init__(self, params: CompassGaitParams, scene_graph: Any):
+    def __init__(self, params: CompassGaitParams, scene_graph: SceneGraph):
         super().__init__(scene_graph, None, ("floating_base_state", 14))
         slope = RigidTransform(RotationMatrix.MakeYRotation(params.slope()), [0.0, 0.0, 0.0])
         sand = [0.9297, 0.7930, 0.6758, 1]
@@ -162,7 +172,7 @@ class CompassGaitGeometry(ExampleGeometry):
             self.draw(leg, RigidTransform([0, 0, -length / 2]), Cylinder(0.0075, length), name, color)
             self.draw(leg, RigidTransform([0, 0, -at]), Sphere(radius), f"{name}_mass", color)
 
-    def poses(self, state: Any) -> list:
+    def poses(self, state: np.ndarray) -> list[RigidTransform]:
         """The pose of the left leg, and of the right leg in it."""
         left = RigidTransform(RollPitchYaw(state[3:6]), state[:3])
         return [left, RigidTransform(RotationMatrix.MakeYRotation(state[6]))]
@@ -170,7 +180,7 @@ class CompassGaitGeometry(ExampleGeometry):
     @classmethod
     @overloaded(*drawn_in_scene("floating_base_state_port", "compass_gait_params", CompassGaitParams))
     def AddToBuilder(
-        cls, builder: Any, state_port: Any, params: CompassGaitParams, scene_graph: Any
+        cls, builder: DiagramBuilder, state_port: OutputPort, params: CompassGaitParams, scene_graph: SceneGraph
     ) -> CompassGaitGeometry:
         """Adds one to a diagram: `(builder, floating_base_state_port, [compass_gait_params,] scene_graph)`."""
         return cls(params, scene_graph)._add(builder, state_port, scene_graph)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import Overload, overload
 from sheldrake.common.value import AbstractValue
@@ -54,17 +56,17 @@ class ExampleGeometry(LeafSystem):
             geometry = scene_graph.RegisterGeometry(self._source, frame, instance)
         scene_graph.AssignRole(self._source, geometry, MakePhongIllustrationProperties(diffuse))
 
-    def poses(self, state: Any) -> list:
+    def poses(self, state: np.ndarray) -> list[RigidTransform]:
         """Poses of the frames, in the order they were added."""
         raise NotImplementedError
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         vector = FramePoseVector()
         for frame, X_PF in zip(self._frames, self.poses(self.get_input_port(0).Eval(context))):
             vector.set_value(frame, X_PF)
         output.set_value(vector)
 
-    def _add(self, builder: DiagramBuilder, state_port: Any, scene_graph: SceneGraph) -> Any:
+    def _add(self, builder: DiagramBuilder, state_port: OutputPort, scene_graph: SceneGraph) -> Any:
         builder.AddSystem(self)
         builder.Connect(state_port, self.get_input_port(0))
         builder.Connect(self.get_output_port(0), scene_graph.get_source_pose_port(self._source))

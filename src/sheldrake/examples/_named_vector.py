@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.systems.framework import BasicVector
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
 
 class NamedVector(BasicVector):
     """A BasicVector with `name()`, `set_name(value)` and `with_name(value)` for each of the class's elements."""
@@ -22,6 +25,11 @@ class NamedVector(BasicVector):
 
     def __init__(self) -> None:
         super().__init__(list(self.elements.values()))
+
+    @classmethod
+    def of(cls, vector: BasicVector) -> Self:
+        """The same memory with the names of this class; contexts of other scalars have plain vectors."""
+        return vector if isinstance(vector, cls) else cls()._on_memory(vector._v, vector._on_write)
 
     def __init_subclass__(cls, **kwargs: Any) -> None:
         super().__init_subclass__(**kwargs)

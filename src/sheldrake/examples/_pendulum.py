@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._kernels.generic import cos
-from sheldrake.geometry import Box, Cylinder, Sphere
+from sheldrake.geometry import Box, Cylinder, SceneGraph, Sphere
 from sheldrake.math import RigidTransform, RotationMatrix
-from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework import Context, DiagramBuilder, LeafSystem, OutputPort
 
 from ._geometry import ExampleGeometry
 from ._kernels import plants
@@ -54,17 +56,17 @@ class PendulumPlant(LeafSystem):
         self.DeclareStateOutputPort("state", self.DeclareContinuousState(PendulumState(), 1, 1, 0))
         self.DeclareTimeDerivatives(plants.pendulum)
 
-    def DoCalcKineticEnergy(self, context: Any) -> Any:
+    def DoCalcKineticEnergy(self, context: Context) -> Any:
         """Kinetic energy [J]."""
         p, rate = self.get_parameters(context), self.get_state(context).thetadot()
         return 0.5 * p.mass() * p.length() ** 2 * rate**2
 
-    def DoCalcPotentialEnergy(self, context: Any) -> Any:
+    def DoCalcPotentialEnergy(self, context: Context) -> Any:
         """Potential energy [J], zero at the height of the pivot."""
         p = self.get_parameters(context)
         return -p.mass() * p.gravity() * p.length() * cos(self.get_state(context).theta())
 
-    def get_state_output_port(self) -> Any:
+    def get_state_output_port(self) -> OutputPort:
         """The port of the state."""
         return self.get_output_port(0)
 
@@ -72,27 +74,27 @@ class PendulumPlant(LeafSystem):
     @checked
     def get_state(context: Context) -> PendulumState:
         """The state in a context."""
-        return cast(PendulumState, context.get_continuous_state_vector())
+        return PendulumState.of(context.get_continuous_state_vector())
 
     @staticmethod
-    def get_mutable_state(context: Any) -> PendulumState:
+    def get_mutable_state(context: Context) -> PendulumState:
         """The state in a context, to be changed."""
-        return context.get_mutable_continuous_state_vector()
+        return PendulumState.of(context.get_mutable_continuous_state_vector())
 
     @checked
     def get_parameters(self, context: Context) -> PendulumParams:
         """The parameters in a context."""
-        return cast(PendulumParams, context.get_numeric_parameter(0))
+        return PendulumParams.of(context.get_numeric_parameter(0))
 
-    def get_mutable_parameters(self, context: Any) -> PendulumParams:
+    def get_mutable_parameters(self, context: Context) -> PendulumParams:
         """The parameters in a context, to be changed."""
-        return context.get_mutable_numeric_parameter(0)
+        return PendulumParams.of(context.get_mutable_numeric_parameter(0))
 
 
 class PendulumGeometry(ExampleGeometry):
     """Draws a pendulum of the default parameters; made by `AddToBuilder`."""
 
-    def __init__(self, scene_graph: Any):
+    def __init__(self, scene_graph: SceneGraph):
         super().__init__(scene_graph, "pendulum", ("state", 2))
         length, mass = PendulumParams().length(), PendulumParams().mass()
         arm = self.add_frame("arm")
@@ -100,11 +102,13 @@ class PendulumGeometry(ExampleGeometry):
         self.draw(arm, RigidTransform([0, 0, -length / 2]), Cylinder(0.01, length), "arm", [0.9, 0.1, 0, 1])
         self.draw(arm, RigidTransform([0, 0, -length]), Sphere(mass / 40), "arm point mass", [0, 0, 1, 1])
 
-    def poses(self, state: Any) -> list:
+    def poses(self, state: np.ndarray) -> list[RigidTransform]:
         """The pose of the arm."""
         return [RigidTransform(RotationMatrix.MakeYRotation(state[0]))]
 
     @classmethod
-    def AddToBuilder(cls, builder: Any, pendulum_state_port: Any, scene_graph: Any) -> PendulumGeometry:
+    def AddToBuilder(
+        cls, builder: DiagramBuilder, pendulum_state_port: OutputPort, scene_graph: SceneGraph
+    ) -> PendulumGeometry:
         """Adds one to a diagram and connects it to the state and the scene graph."""
         return cls(scene_graph)._add(builder, pendulum_state_port, scene_graph)

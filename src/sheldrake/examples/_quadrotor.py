@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Box, Cylinder
 from sheldrake.math import RigidTransform, RollPitchYaw
-from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework import Context, LeafSystem, OutputPort
 
 from ._geometry import ExampleGeometry
 from ._kernels import plants
@@ -50,7 +50,7 @@ class QuadrotorPlant(LeafSystem):
         self.DeclareStateOutputPort("state", self.DeclareContinuousState(12))
         self.DeclareTimeDerivatives(plants.quadrotor)
 
-    def _kernel_models(self, root: Any) -> dict:
+    def _kernel_models(self, root: Context) -> dict:
         return {"inertia_model": self._inertia, "model": self._numbers}
 
     def m(self) -> float:
@@ -108,13 +108,13 @@ class QuadrotorGeometry(ExampleGeometry):
         """The frame of the body."""
         return self._frames[0]
 
-    def poses(self, state: Any) -> list:
+    def poses(self, state: np.ndarray) -> list[RigidTransform]:
         """The pose of the body."""
         return [RigidTransform(RollPitchYaw(state[3:6]), state[:3])]
 
     @classmethod
     def AddToBuilder(
-        cls, builder: DiagramBuilder, quadrotor_state_port: Any, scene_graph: SceneGraph
+        cls, builder: DiagramBuilder, quadrotor_state_port: OutputPort, scene_graph: SceneGraph
     ) -> QuadrotorGeometry:
         """Adds one to a diagram and connects it to the state and the scene graph."""
         return cls(scene_graph)._add(builder, quadrotor_state_port, scene_graph)

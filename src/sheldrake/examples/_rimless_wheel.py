@@ -5,12 +5,24 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from sheldrake.common._kernels.generic import cos, sin
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
-from sheldrake.geometry import Box, Cylinder
+from sheldrake.geometry import Box, Cylinder, SceneGraph
 from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
-from sheldrake.systems.framework import LeafSystem, UnrestrictedUpdateEvent, WitnessFunctionDirection
+from sheldrake.systems.framework import (
+    BasicVector,
+    Context,
+    ContinuousState,
+    DiagramBuilder,
+    LeafSystem,
+    OutputPort,
+    State,
+    UnrestrictedUpdateEvent,
+    WitnessFunctionDirection,
+)
 
 from ._geometry import ExampleGeometry, drawn_in_scene
 from ._named_vector import NamedVector
@@ -59,13 +71,13 @@ class RimlessWheel(LeafSystem):
             )
         ]
 
-    def DoGetWitnessFunctions(self, context: Any) -> list:
+    def DoGetWitnessFunctions(self, context: Context) -> list:
         """The steps in both directions."""
         return self._witnesses
 
-    def DoCalcTimeDerivatives(self, context: Any, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """theta'' = g / l sin(theta); nothing moves on two spokes."""
-        x, p = context.get_continuous_state_vector(), context.get_numeric_parameter(0)
+        x, p = self._state(context), self._params(context)
         if context.get_abstract_state(0).get_value():
             derivatives.SetFromVector([0.0, 0.0])
         else:
@@ -76,22 +88,30 @@ class RimlessWheel(LeafSystem):
         """Half the angle between two spokes [rad]."""
         return math.pi / params.number_of_spokes()
 
-    def get_minimal_state_output_port(self) -> Any:
+    def get_minimal_state_output_port(self) -> OutputPort:
         """The port of the angle and its rate."""
         return self.get_output_port(0)
 
-    def get_floating_base_state_output_port(self) -> Any:
+    def get_floating_base_state_output_port(self) -> OutputPort:
         """The port of the state as of a floating body."""
         return self.get_output_port(1)
 
     @staticmethod
-    def _copy_state(context: Any, output: Any) -> None:
+    def _state(context: Context) -> RimlessWheelContinuousState:
+        return RimlessWheelContinuousState.of(context.get_continuous_state_vector())
+
+    @staticmethod
+    def _params(context: Context) -> RimlessWheelParams:
+        return RimlessWheelParams.of(context.get_numeric_parameter(0))
+
+    @staticmethod
+    def _copy_state(context: Context, output: BasicVector) -> None:
         output.SetFromVector(context.get_continuous_state_vector()._v)
 
     @staticmethod
-    def _calc_floating_base(context: Any, output: Any) -> None:
+    def _calc_floating_base(context: Context, output: BasicVector) -> None:
         """The pitch counts whole turns: between two spokes the toe moves by 2 l sin(alpha), the wheel by 2 alpha."""
-        p, toe = context.get_numeric_parameter(0), context.get_discrete_state(0)[0]
+        p, toe = RimlessWheel._params(context), context.get_discrete_state(0)[0]
         theta, rate = context.get_continuous_state_vector()._v
         l, slope = p.length(), p.slope()
         position = [toe * cos(slope) + l * sin(theta), 0.0, -toe * sin(slope) + l * cos(theta)]
@@ -100,23 +120,23 @@ class RimlessWheel(LeafSystem):
         pitch = theta + toe * alpha / (l * sin(alpha))
         output.SetFromVector([*position, 0.0, pitch, 0.0, *velocity, 0.0, rate, 0.0])
 
-    def _forward_guard(self, context: Any) -> Any:
-        p = context.get_numeric_parameter(0)
-        return p.slope() + self.calc_alpha(p) - context.get_continuous_state_vector().theta()
+    def _forward_guard(self, context: Context) -> Any:
+        p = self._params(context)
+        return p.slope() + self.calc_alpha(p) - self._state(context).theta()
 
-    def _backward_guard(self, context: Any) -> Any:
-        p = context.get_numeric_parameter(0)
-        return context.get_continuous_state_vector().theta() - p.slope() + self.calc_alpha(p)
+    def _backward_guard(self, context: Context) -> Any:
+        p = self._params(context)
+        return self._state(context).theta() - p.slope() + self.calc_alpha(p)
 
-    def _step_forward(self, context: Any, event: Any, state: Any) -> None:
+    def _step_forward(self, context: Context, event: UnrestrictedUpdateEvent, state: State) -> None:
         self._step(context, state, 1.0)
 
-    def _step_backward(self, context: Any, event: Any, state: Any) -> None:
+    def _step_backward(self, context: Context, event: UnrestrictedUpdateEvent, state: State) -> None:
         self._step(context, state, -1.0)
 
-    def _step(self, context: Any, state: Any, direction: float) -> None:
+    def _step(self, context: Context, state: State, direction: float) -> None:
         """The next spoke takes over with the angular momentum about its toe."""
-        p, x = context.get_numeric_parameter(0), context.get_continuous_state_vector()
+        p, x = self._params(context), self._state(context)
         alpha = self.calc_alpha(p)
         rate = x.thetadot() * cos(2.0 * alpha)
         theta = p.slope() - direction * alpha
@@ -130,7 +150,7 @@ class RimlessWheel(LeafSystem):
 class RimlessWheelGeometry(ExampleGeometry):
     """Draws a rimless wheel on its slope; made by `AddToBuilder`."""
 
-    def __init__(self, params: RimlessWheelParams, scene_graph: Any):
+    def __init__(self, params: RimlessWheelParams, scene_graph: SceneGraph):
         super().__init__(scene_graph, None, ("floating_base_state", 12))
         slope = RigidTransform(RotationMatrix.MakeYRotation(params.slope()), [0.0, 0.0, 0.0])
         sand = [0.9297, 0.7930, 0.6758, 1]
@@ -144,14 +164,14 @@ class RimlessWheelGeometry(ExampleGeometry):
             down = RigidTransform([0, 0, -length / 2])
             self.draw(wheel, turn @ down, Cylinder(0.0075, length), f"spoke{i}", [0, 0, 0, 1])
 
-    def poses(self, state: Any) -> list:
+    def poses(self, state: np.ndarray) -> list[RigidTransform]:
         """The pose of the wheel."""
         return [RigidTransform(RollPitchYaw(state[3:6]), state[:3])]
 
     @classmethod
     @overloaded(*drawn_in_scene("floating_base_state_port", "rimless_wheel_params", RimlessWheelParams))
     def AddToBuilder(
-        cls, builder: Any, state_port: Any, params: RimlessWheelParams, scene_graph: Any
+        cls, builder: DiagramBuilder, state_port: OutputPort, params: RimlessWheelParams, scene_graph: SceneGraph
     ) -> RimlessWheelGeometry:
         """Adds one to a diagram: `(builder, floating_base_state_port, [rimless_wheel_params,] scene_graph)`."""
         return cls(params, scene_graph)._add(builder, state_port, scene_graph)

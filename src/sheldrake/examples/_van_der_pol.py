@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from sheldrake.systems.framework import BasicVector, LeafSystem
+from sheldrake.systems.framework import BasicVector, LeafSystem, OutputPort
 
 from ._kernels import plants
 
@@ -33,14 +33,14 @@ class VanDerPolOscillator(LeafSystem):
         self.DeclareTimeDerivatives(plants.van_der_pol)
 
     @staticmethod
-    def _copy_position(context: Context, output: Any) -> None:
+    def _copy_position(context: Context, output: BasicVector) -> None:
         output.SetAtIndex(0, context.get_continuous_state_vector()[0])
 
-    def get_position_output_port(self) -> Any:
+    def get_position_output_port(self) -> OutputPort:
         """The port of the position."""
         return self.get_output_port(0)
 
-    def get_full_state_output_port(self) -> Any:
+    def get_full_state_output_port(self) -> OutputPort:
         """The port of the state."""
         return self.get_output_port(1)
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.common._overloads import Mismatch
+from sheldrake.lcm import DrakeLcmInterface
 from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
 from sheldrake.manipulation._config import IiwaDriver, SchunkWsgDriver, ZeroForceDriver
 from sheldrake.manipulation._iiwa_messages import (
@@ -51,7 +52,7 @@ class SimIiwaDriver(Diagram):
         controller_plant: The arm as the controller knows it, its hand included.
     """
 
-    def __init__(self, driver_config: IiwaDriver, controller_plant: Any):
+    def __init__(self, driver_config: IiwaDriver, controller_plant: MultibodyPlant):
         super().__init__()
         mode, n = ParseIiwaControlMode(driver_config.control_mode), controller_plant.num_positions()
         builder = DiagramBuilder()
@@ -127,7 +128,7 @@ class SimIiwaDriver(Diagram):
         plant: MultibodyPlant,
         iiwa_instance: Any,
         driver_config: IiwaDriver,
-        controller_plant: Any,
+        controller_plant: MultibodyPlant,
     ) -> SimIiwaDriver:
         """Adds a driver and connects it to the plant; commands are left to the caller.
 
@@ -149,11 +150,11 @@ class SimIiwaDriver(Diagram):
 
 def BuildIiwaControl(
     builder: DiagramBuilder,
-    lcm: Any,
+    lcm: DrakeLcmInterface,
     plant: MultibodyPlant,
     iiwa_instance: Any,
     driver_config: IiwaDriver,
-    controller_plant: Any,
+    controller_plant: MultibodyPlant,
 ) -> None:
     """Adds an arm's driver, fed by messages of channel IIWA_COMMAND, its status going out on IIWA_STATUS.
 
@@ -196,7 +197,7 @@ def BuildIiwaControl(
 
 
 def BuildSchunkWsgControl(
-    plant: MultibodyPlant, wsg_instance: Any, lcm: Any, builder: DiagramBuilder, pid_gains: Any = None
+    plant: MultibodyPlant, wsg_instance: Any, lcm: DrakeLcmInterface, builder: DiagramBuilder, pid_gains: Any = None
 ) -> None:
     """Not there yet: `SchunkWsgPositionController` holds a gripper without messages."""
     raise NotImplementedError(
@@ -205,7 +206,7 @@ def BuildSchunkWsgControl(
     )
 
 
-def _controller_plant(sim_plant: Any, arm: Any, hand: Any, config: IiwaDriver) -> MultibodyPlant:
+def _controller_plant(sim_plant: MultibodyPlant, arm: Any, hand: Any, config: IiwaDriver) -> MultibodyPlant:
     """The arm alone, welded as in the simulated plant, with its hand as one rigid body."""
     plant = MultibodyPlant(0.0)
     parser = Parser(plant)
@@ -220,13 +221,13 @@ def _controller_plant(sim_plant: Any, arm: Any, hand: Any, config: IiwaDriver) -
     return plant
 
 
-def _weld(sim_plant: Any, arm: Any, config: IiwaDriver) -> Any:
+def _weld(sim_plant: MultibodyPlant, arm: Any, config: IiwaDriver) -> Any:
     """Pose of the arm's welded frame in the world."""
     frame = sim_plant.GetFrameByName(config.arm_child_frame_name or arm.child_frame_name, arm.model_instance)
     return frame.CalcPoseInWorld(sim_plant.CreateDefaultContext())
 
 
-def _add_hand(plant: MultibodyPlant, arm: Any, sim_plant: Any, hand: Any, config: IiwaDriver) -> None:
+def _add_hand(plant: MultibodyPlant, arm: Any, sim_plant: MultibodyPlant, hand: Any, config: IiwaDriver) -> None:
     """Adds a rigid body with the hand's mass to the arm's body that carries the hand."""
     context = sim_plant.CreateDefaultContext()
     wrist = _wrist(sim_plant, arm, config.gripper_parent_frame_name or hand.parent_frame_name)
@@ -236,7 +237,7 @@ def _add_hand(plant: MultibodyPlant, arm: Any, sim_plant: Any, hand: Any, config
     plant.WeldFrames(carrier.body_frame(), body.body_frame(), wrist.GetFixedPoseInBodyFrame())
 
 
-def _wrist(sim_plant: Any, arm: Any, name: str) -> Any:
+def _wrist(sim_plant: MultibodyPlant, arm: Any, name: str) -> Any:
     """The frame that carries the hand: of the arm, or another that is fixed to it."""
     unscoped = name.split("::")[-1]
     if sim_plant.HasFrameNamed(unscoped, arm.model_instance):
@@ -247,7 +248,7 @@ def _wrist(sim_plant: Any, arm: Any, name: str) -> Any:
 def ApplyDriverConfig(
     driver_config: Any,
     model_instance_name: str,
-    sim_plant: Any,
+    sim_plant: MultibodyPlant,
     models_from_directives: dict[str, Any],
     lcms: LcmBuses,
     builder: DiagramBuilder,
@@ -298,7 +299,7 @@ def _model(models: dict[str, Any], name: str) -> Any:
 def ApplyDriverConfigs(
     *,
     driver_configs: dict[str, Any],
-    sim_plant: Any,
+    sim_plant: MultibodyPlant,
     models_from_directives: list,
     lcm_buses: LcmBuses,
     builder: DiagramBuilder,

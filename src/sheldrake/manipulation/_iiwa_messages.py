@@ -10,7 +10,7 @@ from sheldrake.common._enums import IndexEnum
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_iiwa_command, lcmt_iiwa_status
 from sheldrake.manipulation._ports import input_port, output_port
-from sheldrake.systems.framework import EventStatus, LeafSystem
+from sheldrake.systems.framework import BasicVector, EventStatus, LeafSystem
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
@@ -103,7 +103,7 @@ class IiwaCommandReceiver(LeafSystem):
         message = self.get_message_input_port().Eval(context)
         return None if message.utime == 0 and not message.num_joints and not message.num_torques else message
 
-    def _calc_position(self, context: Context, output: Any) -> None:
+    def _calc_position(self, context: Context, output: BasicVector) -> None:
         message = self._message(context)
         if message is not None and message.num_joints:
             output.SetFromVector(self._sized("joint_position", message.joint_position))
@@ -112,7 +112,7 @@ class IiwaCommandReceiver(LeafSystem):
         else:
             output.SetFromVector(self._measured(context))
 
-    def _calc_torque(self, context: Context, output: Any) -> None:
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
         message = self._message(context)
         torque = [] if message is None else message.joint_torque
         output.SetFromVector(self._sized("joint_torque", torque) if len(torque) else np.zeros(self._n))
@@ -124,7 +124,7 @@ class IiwaCommandReceiver(LeafSystem):
             )
         return list(values)
 
-    def _calc_time(self, context: Context, output: Any) -> None:
+    def _calc_time(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self.get_message_input_port().Eval(context).utime / 1e6])
 
     get_message_input_port = input_port("lcmt_iiwa_command", "the message")
@@ -252,7 +252,7 @@ class IiwaStatusReceiver(LeafSystem):
         for name in _STATUS:
             self.DeclareVectorOutputPort(name, num_joints, _reader(f"joint_{name}"))
 
-    def _calc_time(self, context: Context, output: Any) -> None:
+    def _calc_time(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self.get_input_port().Eval(context).utime / 1e6])
 
     get_time_measured_output_port = output_port("time_measured")
@@ -265,7 +265,7 @@ class IiwaStatusReceiver(LeafSystem):
 
 
 def _reader(field: str) -> Any:
-    def calc(context: Context, output: Any) -> None:
+    def calc(context: Context, output: BasicVector) -> None:
         values = getattr(context._system.get_input_port().Eval(context), field)
         output.SetFromVector(np.array(values) if len(values) else np.zeros(output.size()))
 

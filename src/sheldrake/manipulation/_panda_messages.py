@@ -10,7 +10,7 @@ import numpy as np
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_panda_command, lcmt_panda_status
 from sheldrake.manipulation._ports import input_port, output_port
-from sheldrake.systems.framework import EventStatus, LeafSystem
+from sheldrake.systems.framework import BasicVector, EventStatus, LeafSystem
 
 if TYPE_CHECKING:
     from sheldrake.systems.framework import Context
@@ -94,7 +94,7 @@ class PandaCommandReceiver(LeafSystem):
             )
         return list(values)
 
-    def _calc_position(self, context: Context, output: Any) -> None:
+    def _calc_position(self, context: Context, output: BasicVector) -> None:
         commanded = self._commanded(context, "position")
         if commanded is not None:
             output.SetFromVector(commanded)
@@ -103,10 +103,10 @@ class PandaCommandReceiver(LeafSystem):
         else:
             output.SetFromVector(self.get_position_measured_input_port().Eval(context))
 
-    def _calc_velocity(self, context: Context, output: Any) -> None:
+    def _calc_velocity(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._commanded(context, "velocity") or np.zeros(self._n))
 
-    def _calc_torque(self, context: Context, output: Any) -> None:
+    def _calc_torque(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(self._commanded(context, "torque") or np.zeros(self._n))
 
     get_message_input_port = input_port("lcmt_panda_command", "the message")
@@ -214,7 +214,7 @@ class PandaStatusReceiver(LeafSystem):
             self.DeclareVectorOutputPort(name, self._n, self._reader(field))
 
     def _reader(self, field: str) -> Any:
-        def calc(context: Context, output: Any) -> None:
+        def calc(context: Context, output: BasicVector) -> None:
             system = context._system
             message = system.get_input_port().Eval(context)
             if message.num_joints not in (0, system._n):

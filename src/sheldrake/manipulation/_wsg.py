@@ -9,7 +9,15 @@ import numpy as np
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_schunk_wsg_command, lcmt_schunk_wsg_status
 from sheldrake.systems.controllers import PidController
-from sheldrake.systems.framework import Diagram, DiagramBuilder, InputPort, LeafSystem, OutputPort, VectorSystem
+from sheldrake.systems.framework import (
+    BasicVector,
+    Diagram,
+    DiagramBuilder,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+    VectorSystem,
+)
 from sheldrake.systems.primitives import MatrixGain, StateInterpolatorWithDiscreteDerivative
 from sheldrake.trajectories import PiecewisePolynomial
 
@@ -84,12 +92,12 @@ class SchunkWsgTrajectoryGenerator(LeafSystem):
         else:
             values.set_value([*state[:_FORCE], force])
 
-    def _calc_target(self, context: Context, output: Any) -> None:
+    def _calc_target(self, context: Context, output: BasicVector) -> None:
         state = context.get_discrete_state_vector().value()
         elapsed = context.get_time() - state[_START]
         output.SetFromVector(path(state[_FROM], state[_TARGET]).value(elapsed)[:, 0])
 
-    def _calc_force(self, context: Context, output: Any) -> None:
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([context.get_discrete_state_vector()[_FORCE]])
 
     def get_desired_position_input_port(self) -> InputPort:
@@ -122,7 +130,7 @@ class _ForcesOfFingers(LeafSystem):
         self.DeclareVectorInputPort("max_force", 1)
         self.DeclareVectorOutputPort("force", 2, self._calc)
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: BasicVector) -> None:
         mean, grip = self.get_input_port(0).Eval(context)
         limit = 0.5 * self.get_input_port(1).Eval(context)[0]
         grip = min(max(grip, -limit), limit)
@@ -222,11 +230,11 @@ class _PdController(LeafSystem):
         middle = -kp_constraint * (q0 + q1) - kd_constraint * (v0 + v1)
         return min(max(opening, -limit), limit), middle
 
-    def _calc_generalized(self, context: Context, output: Any) -> None:
+    def _calc_generalized(self, context: Context, output: BasicVector) -> None:
         opening, middle = self._forces(context)
         output.SetFromVector([0.5 * middle - 0.5 * opening, 0.5 * middle + 0.5 * opening])
 
-    def _calc_grip(self, context: Context, output: Any) -> None:
+    def _calc_grip(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([abs(self._forces(context)[0])])
 
 
@@ -303,12 +311,12 @@ class SchunkWsgCommandReceiver(LeafSystem):
         self.DeclareVectorOutputPort("position", 1, self._calc_position)
         self.DeclareVectorOutputPort("force_limit", 1, self._calc_force)
 
-    def _calc_position(self, context: Context, output: Any) -> None:
+    def _calc_position(self, context: Context, output: BasicVector) -> None:
         message = self.get_input_port().Eval(context)
         position = message.target_position_mm / 1e3
         output.SetFromVector([self._initial[0] if message.utime == 0 or np.isnan(position) else position])
 
-    def _calc_force(self, context: Context, output: Any) -> None:
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
         message = self.get_input_port().Eval(context)
         output.SetFromVector([self._initial[1] if message.utime == 0 else message.force])
 
@@ -366,11 +374,11 @@ class SchunkWsgStatusReceiver(LeafSystem):
         self.DeclareVectorOutputPort("state", 2, self._calc_state)
         self.DeclareVectorOutputPort("force", 1, self._calc_force)
 
-    def _calc_state(self, context: Context, output: Any) -> None:
+    def _calc_state(self, context: Context, output: BasicVector) -> None:
         message = self.get_input_port().Eval(context)
         output.SetFromVector([message.actual_position_mm / 1e3, message.actual_speed_mm_per_s / 1e3])
 
-    def _calc_force(self, context: Context, output: Any) -> None:
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector([self.get_input_port().Eval(context).actual_force])
 
     def get_status_input_port(self) -> InputPort:

@@ -71,7 +71,7 @@ class DepthImageToPointCloud(LeafSystem):
         """Returns the output port with the cloud."""
         return self.get_output_port(0)
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         depth = self.depth_image_input_port().Eval(context).data[..., 0]
         cloud = PointCloud(depth.size, self._fields)
         if cloud.has_xyzs():

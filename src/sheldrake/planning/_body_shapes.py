@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
+from sheldrake.common._overloads import Mismatch, describe
+from sheldrake.geometry import Shape
 from sheldrake.math import RigidTransform
 
 if TYPE_CHECKING:
+    from sheldrake.geometry import GeometryId
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.systems.framework import Context
 
@@ -21,9 +24,14 @@ class BodyShapeDescription:
         body_name: Of the body.
     """
 
+    _shape: Shape
+    _X_BS: RigidTransform
+    _model_instance_name: str
+    _body_name: str
+
     def __init__(
         self,
-        shape: Any = None,
+        shape: Shape | BodyShapeDescription | None = None,
         X_BS: RigidTransform | None = None,
         model_instance_name: str = "",
         body_name: str = "",
@@ -32,12 +40,15 @@ class BodyShapeDescription:
     ):
         source = other if other is not None else shape
         if isinstance(source, BodyShapeDescription):
-            shape, X_BS = source._shape, source._X_BS
+            X_BS = source._X_BS
             model_instance_name, body_name = source._model_instance_name, source._body_name
-        self._shape, self._X_BS = shape.Clone(), RigidTransform() if X_BS is None else X_BS
+            source = source._shape
+        if not isinstance(source, Shape):
+            raise Mismatch(f"BodyShapeDescription(): the shape must be a Shape, not {describe(source)}.")
+        self._shape, self._X_BS = source.Clone(), RigidTransform() if X_BS is None else X_BS
         self._model_instance_name, self._body_name = str(model_instance_name), str(body_name)
 
-    def shape(self) -> Any:
+    def shape(self) -> Shape:
         """Returns the shape."""
         return self._shape
 
@@ -54,7 +65,9 @@ class BodyShapeDescription:
         return self._body_name
 
 
-def MakeBodyShapeDescription(plant: MultibodyPlant, plant_context: Context, geometry_id: Any) -> BodyShapeDescription:
+def MakeBodyShapeDescription(
+    plant: MultibodyPlant, plant_context: Context, geometry_id: GeometryId
+) -> BodyShapeDescription:
     """Returns the description of a geometry of a plant.
 
     Args:
@@ -63,12 +76,14 @@ def MakeBodyShapeDescription(plant: MultibodyPlant, plant_context: Context, geom
         geometry_id: The geometry.
 
     Raises:
-        RuntimeError: the plant is not connected to a SceneGraph.
+        RuntimeError: the plant is not connected to a SceneGraph, or the geometry is on no body of it.
     """
     port = plant.get_geometry_query_input_port()
     if not port.HasValue(plant_context):
         raise RuntimeError("MakeBodyShapeDescription(): the plant is not connected to a SceneGraph in a diagram.")
     inspector = port.Eval(plant_context).inspector()
     body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry_id))
+    if body is None:
+        raise RuntimeError(f"MakeBodyShapeDescription(): {geometry_id} is on no body of the plant.")
     shape, X_BS = inspector.GetShape(geometry_id), inspector.GetPoseInFrame(geometry_id)
     return BodyShapeDescription(shape, X_BS, plant.GetModelInstanceName(body.model_instance()), body.name())

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.tree import BodyIndex
 
 
 class RobotCollisionType(BoundEnum):
@@ -37,14 +42,23 @@ class EdgeMeasure:
         RuntimeError: the length is negative, or the part above one.
     """
 
-    def __init__(self, distance: Any = None, alpha: float | None = None, *, other: EdgeMeasure | None = None):
+    _distance: float
+    _alpha: float
+
+    def __init__(
+        self,
+        distance: float | EdgeMeasure | None = None,
+        alpha: float | None = None,
+        *,
+        other: EdgeMeasure | None = None,
+    ):
         source = other if isinstance(other, EdgeMeasure) else distance
         if isinstance(source, EdgeMeasure):
             self._distance, self._alpha = source._distance, source._alpha
             return
-        if not distance >= 0.0 or alpha is None or not alpha <= 1.0:
+        if source is None or not source >= 0.0 or alpha is None or not alpha <= 1.0:
             raise RuntimeError(f"EdgeMeasure(): distance {distance} must not be negative, alpha {alpha} at most one.")
-        self._distance, self._alpha = float(distance), float(alpha)
+        self._distance, self._alpha = float(source), float(alpha)
 
     def completely_free(self) -> bool:
         """Tells whether all of it is free."""
@@ -80,6 +94,8 @@ class RobotClearance:
         num_positions: Size of configurations; or another table to copy.
     """
 
+    _nq: int
+    _jacobians: np.ndarray
     _rows: list[tuple]
 
     def __init__(self, num_positions: Any = None, *, other: RobotClearance | None = None):
@@ -130,7 +146,12 @@ class RobotClearance:
         """Does nothing: rows are made as they come."""
 
     def Append(
-        self, robot_index: Any, other_index: Any, collision_type: RobotCollisionType, distance: float, jacobian: Any
+        self,
+        robot_index: BodyIndex,
+        other_index: BodyIndex,
+        collision_type: RobotCollisionType,
+        distance: float,
+        jacobian: ArrayLike,
     ) -> None:
         """Adds a row.
 

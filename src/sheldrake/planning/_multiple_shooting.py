@@ -24,9 +24,8 @@ from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
-    from numpy.typing import ArrayLike
-
-    from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.solvers import Binding, MathematicalProgramResult
+    from sheldrake.trajectories import PiecewisePolynomial
 
 _UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
 
@@ -52,7 +51,7 @@ class MultipleShooting:
         N: int,
         fixed_time_step: float | None,
         bounds: Any,
-        prog: MathematicalProgram,
+        prog: MathematicalProgram | None,
     ) -> None:
         if N < 2:
             raise RuntimeError(f"{type(self).__name__}: num_time_samples must be at least 2, got {N}.")
@@ -163,12 +162,12 @@ class MultipleShooting:
             out.update(zip(placeholders, vars[:, index]))
         return out
 
-    def _substituted(self, e: Any, index: int) -> Expression:
+    def _substituted(self, e: Expression, index: int) -> Expression:
         return _arrays.expression(e).Substitute(self._at(index))
 
     # Costs and constraints
 
-    def AddRunningCost(self, g: Any) -> None:
+    def AddRunningCost(self, g: Expression) -> None:
         """Adds the integral of an expression of placeholders over time."""
         e = np.asarray(g, dtype=object)
         if e.size != 1:
@@ -205,7 +204,7 @@ class MultipleShooting:
             out.append(as_kind(cls, self._prog.AddConstraint(binding)))
         return out
 
-    def AddTimeIntervalBounds(self, lower_bound: float, upper_bound: float) -> Any:
+    def AddTimeIntervalBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on all time steps [s]."""
         self._free_steps("AddTimeIntervalBounds")
         return self._prog.AddBoundingBoxConstraint(float(lower_bound), float(upper_bound), self._h_vars)
@@ -215,7 +214,7 @@ class MultipleShooting:
         self._free_steps("AddEqualTimeIntervalsConstraints")
         return [self._prog.AddLinearConstraint(a == b) for a, b in zip(self._h_vars[:-1], self._h_vars[1:])]
 
-    def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Any:
+    def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on the duration [s]."""
         self._free_steps("AddDurationBounds")
         ones = np.ones((1, len(self._h_vars)))
@@ -270,7 +269,7 @@ class MultipleShooting:
     # Guesses and results
 
     @checked
-    def SetInitialTrajectory(self, traj_init_u: ArrayLike, traj_init_x: Any) -> None:
+    def SetInitialTrajectory(self, traj_init_u: PiecewisePolynomial, traj_init_x: PiecewisePolynomial) -> None:
         """Sets the initial guess to samples of two trajectories; an empty one gives a small constant.
 
         Raises:
@@ -279,11 +278,11 @@ class MultipleShooting:
         given = [t for t in (traj_init_u, traj_init_x) if t.get_number_of_segments()]
         if not given and self._dt is None:
             raise RuntimeError("SetInitialTrajectory(): both trajectories are empty.")
-        start, h = 0.0, self._dt
-        if given:
-            start = max(t.start_time() for t in given)
-            h = (given[0].end_time() - given[0].start_time()) / (self._N - 1) if self._dt is None else self._dt
-        if self._dt is None:
+        start = max((t.start_time() for t in given), default=0.0)
+        if self._dt is not None:
+            h = self._dt
+        else:
+            h = (given[0].end_time() - given[0].start_time()) / (self._N - 1)
             self._prog.SetInitialGuess(self._h_vars, np.full(self._N - 1, h))
         for trajectory, vars, rows in (
             (traj_init_u, self._u_vars, self._nu),
@@ -320,10 +319,10 @@ class MultipleShooting:
         """Returns the values of a sequential variable, shape (rows, N)."""
         return result.GetSolution(self._sequence(name)[1])
 
-    def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> Any:
+    def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the inputs as a PiecewisePolynomial."""
         raise NotImplementedError
 
-    def ReconstructStateTrajectory(self, result: MathematicalProgramResult) -> Any:
+    def ReconstructStateTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the states as a PiecewisePolynomial."""
         raise NotImplementedError

@@ -170,7 +170,7 @@ __all__ = [
     "VisualizationCallback",
 ]
 
-Binding._scope = sys.modules[__name__]
+Binding._scope = sys.modules[__name__]  # type: ignore[attr-defined]  # to type checkers it is a generic class
 for _name in __all__:
     if _name != "Binding":
         globals()[_name].__module__ = __name__

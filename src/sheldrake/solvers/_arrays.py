@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -13,10 +14,18 @@ from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as symbolic_build
 from sheldrake.symbolic._arguments import expression
 
+if TYPE_CHECKING:
+    import scipy.sparse
+    from numpy.typing import ArrayLike
+
+
+Matrix: TypeAlias = "np.ndarray | scipy.sparse.spmatrix"
+VariablesLike: TypeAlias = "Sequence[Variable] | np.ndarray"
+
 FLOATS, DUALS, SYMBOLS = "float", "AutoDiffXd", "Expression"
 
 
-def is_sparse(A: Any) -> bool:
+def is_sparse(A: ArrayLike) -> bool:
     """Whether a matrix is one of SciPy's sparse ones (asked without importing SciPy)."""
     return type(A).__module__.startswith("scipy.sparse")
 
@@ -46,7 +55,7 @@ def variable_vector(value: Any) -> np.ndarray:
     return out
 
 
-def _variable_of(e: Any) -> Variable | None:
+def _variable_of(e: Expression) -> Variable | None:
     """The variable that an expression is, if it is one."""
     if isinstance(e, Expression) and e.get_kind().name == "Var":
         return e._args[0]
@@ -83,7 +92,7 @@ def _is_number(value: Any) -> bool:
 
 
 @kind("float array of shape (m, n)")
-def float_matrix(value: Any) -> Any:
+def float_matrix(value: Any) -> Matrix:
     """A matrix of floats, dense or sparse; a vector counts as a column.
 
     Raises:
@@ -105,7 +114,7 @@ def float_matrix(value: Any) -> Any:
 
 
 @kind("float array of shape (1, n)")
-def float_row(value: Any) -> Any:
+def float_row(value: Any) -> Matrix:
     """The coefficients of one row, shape `(1, n)`.
 
     Raises:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers._ids import ProgramAttribute
 from sheldrake.solvers._program.program import MathematicalProgram
+
+if TYPE_CHECKING:
+    from sheldrake.solvers._functions.bindings import BindingBase
 
 _log = logging.getLogger("drake")
 _P = ProgramAttribute
@@ -182,10 +185,10 @@ class SdpaForm:
             for a, end in zip(binding.evaluator().GetDenseA(), binding.evaluator().lower_bound()):
                 self._equal(self._row(a, binding.variables()), end)
         block = self._block(0)
-        for binding in self._prog.linear_constraints():
-            e = binding.evaluator()
+        for inequality in self._prog.linear_constraints():
+            e = inequality.evaluator()
             for a, low, high in zip(e.GetDenseA(), e.lower_bound(), e.upper_bound()):
-                self._between(self._row(a, binding.variables()), low, high, block)
+                self._between(self._row(a, inequality.variables()), low, high, block)
         self._drop_if_empty(block)
 
     def _cones(self) -> None:
@@ -196,16 +199,16 @@ class SdpaForm:
             for j in range(n):
                 for i in range(j + 1):
                     self._make(_Entry(block, i, j), F[1:, i, j], F[0, i, j], binding.variables())
-        for binding in prog.lorentz_cone_constraints():
-            self._arrow(binding, lambda n: [(i, i, 0) for i in range(n)] + [(0, j, j) for j in range(1, n)], 0)
-        for binding in prog.rotated_lorentz_cone_constraints():
+        for cone in prog.lorentz_cone_constraints():
+            self._arrow(cone, lambda n: [(i, i, 0) for i in range(n)] + [(0, j, j) for j in range(1, n)], 0)
+        for rotated in prog.rotated_lorentz_cone_constraints():
             self._arrow(
-                binding,
+                rotated,
                 lambda n: [(0, 0, 0)] + [(0, j, j + 1) for j in range(1, n - 1)] + [(i, i, 1) for i in range(1, n - 1)],
                 1,
             )
 
-    def _arrow(self, binding: Any, places: Any, fewer: int) -> None:
+    def _arrow(self, binding: BindingBase, places: Any, fewer: int) -> None:
         """A cone as a matrix with z in its first row, on its diagonal, and nowhere else.
 
         `places(n)` lists i, j and k: the element (i, j) is z_k.

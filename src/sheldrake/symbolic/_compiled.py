@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -57,7 +57,7 @@ class Compiled:
         variables: What the numbers stand for, in order.
     """
 
-    def __init__(self, expressions: Sequence[Expression], variables: Sequence[Variable]):
+    def __init__(self, expressions: Sequence[Expression], variables: Iterable[Variable]):
         self._expressions, self._variables = list(expressions), list(variables)
         self._calls = 0
         self._function: Callable[[Sequence[float]], tuple[float, ...]] | None = None
@@ -92,7 +92,7 @@ def compiled(
     return None if source is None else _made(source, _NAMES)
 
 
-def _source(expressions: Sequence[Expression], variables: Sequence[Variable]) -> str | None:
+def _source(expressions: Sequence[Expression], variables: Iterable[Variable]) -> str | None:
     """Python's text of a function of numbers; None where only a walk over the expressions can evaluate them."""
     places = {v.get_id(): i for i, v in enumerate(variables)}
     order = nodes(*expressions)
@@ -113,7 +113,7 @@ def _source(expressions: Sequence[Expression], variables: Sequence[Variable]) ->
     return f"def function(x):\n{''.join(lines)} return [{found}]\n"
 
 
-def smooth_source(expressions: Sequence[Expression], variables: Sequence[Variable]) -> str | None:
+def smooth_source(expressions: Sequence[Expression], variables: Iterable[Variable]) -> str | None:
     """Text that is the same for expressions that differ by their variables alone; None where they are not smooth."""
     if any(e._kind in _NOT_SMOOTH for e in nodes(*expressions)):
         return None
@@ -138,7 +138,7 @@ class Vectorized:
     _variables: list[Variable]
 
     @classmethod
-    def of(cls, expressions: Sequence[Expression], variables: Sequence[Variable]) -> Vectorized | None:
+    def of(cls, expressions: Sequence[Expression], variables: Iterable[Variable]) -> Vectorized | None:
         """Expressions as functions of variables; None where they are not smooth, or only a walk can evaluate them."""
         source = smooth_source(expressions, variables)
         if source is None:

@@ -30,6 +30,15 @@ def is_linear(e: Expression) -> bool:
     return e._kind in (k.CONSTANT, k.VAR)
 
 
+def linear_terms(e: Expression) -> tuple[list[tuple[Variable, float]], float]:
+    """Variables with their coefficients, and the constant, of an expression that `is_linear`."""
+    if e._kind == k.ADD:
+        return [(t._args[0], c) for t, c in e._args[1]], e._args[0]
+    if e._kind == k.MUL:
+        return [(e._args[1][0][0]._args[0], e._args[0])], 0.0
+    return ([], e._args[0]) if e._kind == k.CONSTANT else ([(e._args[0], 1.0)], 0.0)
+
+
 def add_to(out: Coefficients, m: Monomial, c: Expression) -> None:
     """Adds a term; one that cancels is taken out."""
     total = _build.add(out[m], c) if m in out else c

@@ -28,17 +28,6 @@ def of(library, module):
     return importlib.import_module(f"{library}.{module}")
 
 
-KEPT = []
-"""Drake's Meshcat ends the process where garbage is collected by another thread than the one that made it."""
-
-
-def viewer_of(library):
-    meshcat = of(library, "geometry").Meshcat()
-    if library == "pydrake":
-        KEPT.append(meshcat)
-    return meshcat
-
-
 def plant_of(library, models, kind="urdf"):
     builder = of(library, "systems.framework").DiagramBuilder()
     plant, scene_graph = of(library, "multibody.plant").AddMultibodyPlantSceneGraph(builder, 1e-3)
@@ -70,7 +59,7 @@ def contacts(library, models):
     plate = of(library, "geometry").Box(10, 10, 1)
     plant.RegisterCollisionGeometry(plant.world_body(), X([0, 0, -0.5]), plate, "g", friction)
     plant.Finalize()
-    meshcat = viewer_of(library)
+    meshcat = of(library, "geometry").Meshcat()
     of(library, "multibody.meshcat").ContactVisualizer.AddToBuilder(builder, plant, meshcat)
     simulator = of(library, "systems.analysis").Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
@@ -121,7 +110,7 @@ def test_joint_sliders_are_drakes(options):
     for library in ("pydrake", "sheldrake"):
         _, plant, _ = plant_of(library, [ARM])
         plant.Finalize()
-        meshcat = viewer_of(library)
+        meshcat = of(library, "geometry").Meshcat()
         sliders = of(library, "multibody.meshcat").JointSliders(meshcat, plant, **options)
         first = sliders.get_output_port().Eval(sliders.CreateDefaultContext())
         ends = [[meshcat.SetSliderValue(n, v) for v in (-99.0, 0.1234, 99.0)] for n in meshcat.GetSliderNames()]
@@ -135,7 +124,7 @@ def standard(library):
     """What the standard configuration draws of an arm."""
     builder, plant, _ = plant_of(library, [ARM])
     plant.Finalize()
-    meshcat = viewer_of(library)
+    meshcat = of(library, "geometry").Meshcat()
     visualization = of(library, "visualization")
     config = visualization.VisualizationConfig(enable_alpha_sliders=True)
     visualization.ApplyVisualizationConfig(config, builder, meshcat=meshcat)
@@ -259,7 +248,7 @@ def surfaces(library):
     geometry.AddRigidHydroelasticProperties(1.0, rigid)
     plant.RegisterCollisionGeometry(plant.world_body(), X([0, 0, -0.5]), geometry.Box(10, 10, 1), "g", rigid)
     plant.Finalize()
-    meshcat = viewer_of(library)
+    meshcat = of(library, "geometry").Meshcat()
     of(library, "multibody.meshcat").ContactVisualizer.AddToBuilder(builder, plant, meshcat)
     simulator = of(library, "systems.analysis").Simulator(builder.Build())
     context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())

@@ -6,7 +6,7 @@ import pytest
 
 from sheldrake import geometry as g
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.math._coulomb_friction import CalcContactFrictionFromSurfaceProperties, CoulombFriction
+from sheldrake.multibody.plant import CalcContactFrictionFromSurfaceProperties, CoulombFriction
 
 
 @pytest.mark.parametrize("kind", [g.GeometryId, g.FrameId, g.SourceId, g.FilterId])

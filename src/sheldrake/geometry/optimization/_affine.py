@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.solvers import MathematicalProgram
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class Affine:
@@ -30,7 +33,7 @@ class Affine:
         return cls(vars, np.eye(len(vars)), np.zeros(len(vars)))
 
     @classmethod
-    def constant(cls, b: Any) -> Affine:
+    def constant(cls, b: ArrayLike) -> Affine:
         """Numbers."""
         b = np.atleast_1d(np.array(b, dtype=float))
         return cls(np.zeros(0, dtype=object), np.zeros((b.size, 0)), b)
@@ -65,7 +68,7 @@ class Affine:
         top, bottom = np.eye(n + m, n), np.eye(n + m)[:, n:]
         return (top @ self) + (bottom @ other)
 
-    def times(self, v: np.ndarray) -> Affine:
+    def times(self, v: ArrayLike) -> Affine:
         """v times this one, which has one row."""
         return np.asarray(v, dtype=float).reshape(-1, 1) @ self
 

@@ -78,12 +78,16 @@ class MinkowskiSum(ConvexSet):
         return sum(s._extent(direction) for s in self._sets)
 
     def _point(self) -> np.ndarray | None:
-        points = [s.MaybeGetPoint() for s in self._sets]
-        return None if any(p is None for p in points) else np.sum(points, axis=0)
+        return _sum([s.MaybeGetPoint() for s in self._sets])
 
     def _some_point(self) -> np.ndarray | None:
-        points = [s.MaybeGetFeasiblePoint() for s in self._sets]
-        return None if any(p is None for p in points) else np.sum(points, axis=0)
+        return _sum([s.MaybeGetFeasiblePoint() for s in self._sets])
+
+
+def _sum(points: list[np.ndarray | None]) -> np.ndarray | None:
+    """The sum of points; None if one is missing."""
+    known = [p for p in points if p is not None]
+    return np.sum(known, axis=0) if len(known) == len(points) else None
 
 
 class Intersection(ConvexSet):

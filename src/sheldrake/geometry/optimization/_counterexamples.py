@@ -13,6 +13,7 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers import SolverInterface
     from sheldrake.systems.framework import Context
 
 
@@ -47,7 +48,9 @@ class PairDistance(Constraint):
         W, wrt = self._plant.world_frame(), JacobianWrtVariable.kQDot
         total = np.zeros(x.size)
         for sign, geometry, p_GC in ((1.0, found.id_A, found.p_ACa), (-1.0, found.id_B, found.p_BCb)):
-            frame = self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)).body_frame()
+            body = self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+            assert body is not None  # pairs are of bodies of the plant
+            frame = body.body_frame()
             p_BC = inspector.GetPoseInFrame(geometry) @ np.asarray(p_GC)
             J = self._plant.CalcJacobianTranslationalVelocity(self._context, wrt, frame, p_BC.reshape(3, 1), W, W)
             total += sign * found.nhat_BA_W @ J
@@ -98,7 +101,9 @@ class Violated(Constraint):
 def violations(prog: MathematicalProgram | None) -> list[tuple[Constraint, np.ndarray]]:
     """Ways to violate the constraints of a program, each with the places of its variables."""
     out: list[tuple[Constraint, np.ndarray]] = []
-    for binding in [] if prog is None else prog.GetAllConstraints():
+    if prog is None:
+        return out
+    for binding in prog.GetAllConstraints():
         c, places = binding.evaluator(), np.array(prog.FindDecisionVariableIndices(binding.variables()))
         for row, (low, high) in enumerate(zip(c.lower_bound(), c.upper_bound())):
             out += [(Violated(c, row, True), places)] if np.isfinite(high) else []
@@ -117,7 +122,7 @@ def closest(
     ellipsoid: Hyperellipsoid,
     region: HPolyhedron,
     guess: np.ndarray,
-    solver: Any = None,
+    solver: SolverInterface | None = None,
     options: Any = None,
 ) -> np.ndarray | None:
     """A point of a region in collision as near to the center of an ellipsoid, in its metric, as found from a guess.

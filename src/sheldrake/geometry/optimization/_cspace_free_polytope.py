@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -25,16 +25,21 @@ from sheldrake.geometry.optimization._cspace_certificates import (
 )
 from sheldrake.geometry.optimization._cspace_geometries import (
     CIrisCollisionGeometry,
+    CSpaceSeparatingPlane,
     CSpaceSeparatingPlane_,
     SeparatingPlaneOrder,
 )
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.multibody.rational import RationalForwardKinematics
-from sheldrake.solvers import ClarabelSolver, MakeSolver, MathematicalProgram, SolverOptions
+from sheldrake.solvers import ClarabelSolver, MakeSolver, MathematicalProgram, SolverId, SolverOptions
 from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.geometry import GeometryId
     from sheldrake.geometry._scene_graph import SceneGraph
+    from sheldrake.geometry.optimization import Hyperellipsoid
     from sheldrake.multibody.plant import MultibodyPlant
 
 # ---- options
@@ -58,6 +63,9 @@ class FindSeparationCertificateOptions(Options):
         ("terminate_at_failure", bool, True),
         ("solver_options", SolverOptions | None, None),
     )
+
+    parallelism: Parallelism
+    solver_id: SolverId
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -110,6 +118,8 @@ class FindPolytopeGivenLagrangianOptions(Options):
         ("ellipsoid_margin_cost", EllipsoidMarginCost, EllipsoidMarginCost.kGeometricMean),
     )
 
+    solver_id: SolverId
+
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
         if self.solver_id is None:
@@ -134,6 +144,9 @@ class BilinearAlternationOptions(Options):
         ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
         ("ellipsoid_scaling", float, 0.99),
     )
+
+    find_polytope_options: FindPolytopeGivenLagrangianOptions
+    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -161,6 +174,8 @@ class BinarySearchOptions(Options):
         ("convergence_tol", float, 1e-3),
         ("find_lagrangian_options", FindSeparationCertificateGivenPolytopeOptions, None),
     )
+
+    find_lagrangian_options: FindSeparationCertificateGivenPolytopeOptions
 
     def __init__(self, **kwargs: Any):
         super().__init__(**kwargs)
@@ -210,6 +225,13 @@ class SearchResult:
 
 # ---- what is searched
 
+_CertificateOptions: TypeAlias = FindSeparationCertificateGivenPolytopeOptions  # what `CspaceFreePolytope` shows
+_PolytopeOptions: TypeAlias = FindPolytopeGivenLagrangianOptions
+_MarginCost: TypeAlias = EllipsoidMarginCost
+_Alternation: TypeAlias = BilinearAlternationOptions
+_BinarySearch: TypeAlias = BinarySearchOptions
+_Found: TypeAlias = SearchResult
+
 
 _log = logging.getLogger("drake")
 
@@ -229,7 +251,8 @@ class CspaceFreePolytopeBase:
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("pydrake.geometry.optimization.CspaceFreePolytopeBase: No constructor defined!")
 
-    _pairs: dict[tuple, int]
+    _pairs: dict[tuple[GeometryId, GeometryId], int]
+    _planes: list[CSpaceSeparatingPlane]
     _y: np.ndarray
 
     def map_geometries_to_separating_planes(self) -> dict[tuple, int]:
@@ -266,21 +289,21 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
 
     SeparatingPlaneLagrangians = certificates.SeparatingPlaneLagrangians
     SeparationCertificate = certificates.SeparationCertificate
-    SeparationCertificateProgram = certificates.SeparationCertificateProgram
+    SeparationCertificateProgram: TypeAlias = certificates.SeparationCertificateProgram
     SeparationCertificateResult = certificates.SeparationCertificateResult
-    FindSeparationCertificateGivenPolytopeOptions = FindSeparationCertificateGivenPolytopeOptions
-    FindPolytopeGivenLagrangianOptions = FindPolytopeGivenLagrangianOptions
-    EllipsoidMarginCost = EllipsoidMarginCost
-    BilinearAlternationOptions = BilinearAlternationOptions
-    BinarySearchOptions = BinarySearchOptions
-    SearchResult = SearchResult
+    FindSeparationCertificateGivenPolytopeOptions: TypeAlias = _CertificateOptions
+    FindPolytopeGivenLagrangianOptions: TypeAlias = _PolytopeOptions
+    EllipsoidMarginCost: TypeAlias = _MarginCost
+    BilinearAlternationOptions: TypeAlias = _Alternation
+    BinarySearchOptions: TypeAlias = _BinarySearch
+    SearchResult: TypeAlias = _Found
 
     def __init__(
         self,
         plant: MultibodyPlant,
         scene_graph: SceneGraph,
         plane_order: SeparatingPlaneOrder,
-        q_star: Any,
+        q_star: ArrayLike,
         options: CspaceFreePolytopeBase.Options | None = None,
     ):
         self._kinematics = RationalForwardKinematics(plant)
@@ -312,9 +335,10 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         for pair in sorted(inspector.GetCollisionCandidates(), key=lambda ids: [i.get_value() for i in ids]):
             for id in pair:
                 if id not in geometries:
-                    body = plant.GetBodyFromFrameId(inspector.GetFrameId(id)).index()
+                    body = plant.GetBodyFromFrameId(inspector.GetFrameId(id))
+                    assert body is not None  # the SceneGraph is the plant's
                     geometries[id] = CIrisCollisionGeometry._of(
-                        inspector.GetShape(id), body, id, inspector.GetPoseInFrame(id)
+                        inspector.GetShape(id), body.index(), id, inspector.GetPoseInFrame(id)
                     )
             found = sorted((geometries[id] for id in pair), key=lambda g: int(g.body_index()))
             bodies = (int(found[0].body_index()), int(found[1].body_index()))
@@ -359,7 +383,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
 
     # Certificates
 
-    def _checked(self, call: str, C: Any, d: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _checked(self, call: str, C: ArrayLike, d: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         C, d, n = np.atleast_2d(np.asarray(C, dtype=float)), np.asarray(d, dtype=float).ravel(), len(self._s_lower)
         if C.shape != (d.size, n):
             raise RuntimeError(f"{call}(): C has shape {C.shape} and d has {d.size} values; there are {n} s.")
@@ -383,13 +407,15 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
             if k not in redundant
         ]
 
-    def _index_of(self, call: str, geometry_pair: Any) -> int:
+    def _index_of(self, call: str, geometry_pair: tuple[GeometryId, GeometryId]) -> int:
         first, second = sorted(geometry_pair, key=lambda id: id.get_value())
         if (first, second) not in self._pairs:
             raise RuntimeError(f"{call}(): the geometries {geometry_pair} need no plane to separate them.")
         return self._pairs[first, second]
 
-    def MakeIsGeometrySeparableProgram(self, geometry_pair: Any, C: Any, d: Any) -> SeparationCertificateProgram:
+    def MakeIsGeometrySeparableProgram(
+        self, geometry_pair: tuple[GeometryId, GeometryId], C: ArrayLike, d: ArrayLike
+    ) -> SeparationCertificateProgram:
         """Returns a program that looks for a certificate that two geometries do not touch.
 
         Args:
@@ -430,8 +456,8 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
 
     def FindSeparationCertificateGivenPolytope(
         self,
-        C: Any,
-        d: Any,
+        C: ArrayLike,
+        d: ArrayLike,
         ignored_collision_pairs: set,
         options: FindSeparationCertificateGivenPolytopeOptions,
     ) -> tuple[bool, dict]:
@@ -483,7 +509,12 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return out
 
     def BinarySearch(
-        self, ignored_collision_pairs: set, C: Any, d: Any, s_center: Any, options: BinarySearchOptions
+        self,
+        ignored_collision_pairs: set,
+        C: ArrayLike,
+        d: ArrayLike,
+        s_center: ArrayLike,
+        options: BinarySearchOptions,
     ) -> SearchResult | None:
         """Looks for the largest scale of a polytope about a point that has certificates.
 
@@ -536,7 +567,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return best
 
     def SearchWithBilinearAlternation(
-        self, ignored_collision_pairs: set, C_init: Any, d_init: Any, options: BilinearAlternationOptions
+        self, ignored_collision_pairs: set, C_init: ArrayLike, d_init: ArrayLike, options: BilinearAlternationOptions
     ) -> list[SearchResult]:
         """Looks for certificates of a polytope, then for a larger polytope with their multipliers, and so on.
 
@@ -571,7 +602,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return out
 
     def _larger_polytope(
-        self, C: np.ndarray, d: np.ndarray, found: dict, ellipsoid: Any, options: Any
+        self, C: np.ndarray, d: np.ndarray, found: dict, ellipsoid: Hyperellipsoid, options: Any
     ) -> SearchResult | None:
         """C and d with the multipliers of `found`, faces far from the ellipsoid; or None."""
         how, center = options.find_polytope_options, ellipsoid.center()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from sheldrake.solvers import (
 )
 
 if TYPE_CHECKING:
-    from sheldrake.solvers import MathematicalProgram
+    from sheldrake.solvers import MathematicalProgram, SolverInterface
 
 # ---- options
 
@@ -187,13 +187,13 @@ def usable_edges(source: Vertex, target: Vertex, edges: list[Edge]) -> list[Edge
 def graphviz(
     vertices: list[Vertex],
     edges: list[Edge],
-    result: MathematicalProgramResult,
+    result: MathematicalProgramResult | None,
     options: GcsGraphvizOptions,
     active_path: list[Edge],
 ) -> str:
     """The graph; with values of a solution, and a path as dashed edges."""
 
-    def number(value: float) -> str:
+    def number(value: float | None) -> str:
         return f"{value:.{options.precision}g}" if options.scientific else f"{value:.{options.precision}f}"
 
     def numbers(values: np.ndarray) -> str:
@@ -243,11 +243,11 @@ _log = logging.getLogger("drake")
 class GraphOfConvexSets:
     """A directed graph: each vertex has a point in its convex set, costs and constraints are on vertices and edges."""
 
-    VertexId = elements.VertexId
-    EdgeId = elements.EdgeId
-    Transcription = elements.Transcription
-    Vertex = elements.Vertex
-    Edge = elements.Edge
+    VertexId: TypeAlias = elements.VertexId
+    EdgeId: TypeAlias = elements.EdgeId
+    Transcription: TypeAlias = elements.Transcription
+    Vertex: TypeAlias = elements.Vertex
+    Edge: TypeAlias = elements.Edge
 
     def __init__(self) -> None:
         self._vertices: list[Vertex] = []
@@ -545,7 +545,9 @@ class GraphOfConvexSets:
         return sample_paths(source, target, given, options)[0]
 
 
-def _solve(prog: MathematicalProgram, solver: Any, solver_options: SolverOptions) -> MathematicalProgramResult:
+def _solve(
+    prog: MathematicalProgram, solver: SolverInterface | None, solver_options: SolverOptions
+) -> MathematicalProgramResult:
     if solver is not None:
         return solver.Solve(prog, None, solver_options)
     try:

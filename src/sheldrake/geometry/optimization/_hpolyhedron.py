@@ -22,6 +22,8 @@ from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import MathematicalProgram, _arrays
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.common import RandomGenerator
 
 
@@ -72,7 +74,7 @@ class HPolyhedron(ConvexSet):
         self._set(*half_spaces(vpoly.vertices(), tol))
 
     @staticmethod
-    def MakeBox(lb: Any, ub: Any) -> HPolyhedron:
+    def MakeBox(lb: ArrayLike, ub: ArrayLike) -> HPolyhedron:
         """Returns lb <= x <= ub.
 
         Raises:
@@ -330,15 +332,14 @@ def _rows_of(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
     Raises:
         RuntimeError: it has other constraints.
     """
-    kinds = ("linear_constraints", "linear_equality_constraints", "bounding_box_constraints")
-    linear = [b for kind in kinds for b in prog._lists[kind]]
+    linear = [*prog.GetLinearConstraints(), *prog.bounding_box_constraints()]
     if len(linear) != len(prog.GetAllConstraints()):
         raise RuntimeError("HPolyhedron(): the program has constraints that are not linear.")
     rows, bounds = [np.zeros((0, prog.num_vars()))], [np.zeros(0)]
     for binding in linear:
         c = binding.evaluator()
         full = np.zeros((c.num_constraints(), prog.num_vars()))
-        np.add.at(full.T, prog._indices(binding), c._jacobian(np.zeros(c.num_vars())).T)
+        np.add.at(full.T, prog.FindDecisionVariableIndices(binding.variables()), c._jacobian(np.zeros(c.num_vars())).T)
         for row, lower, upper in zip(full, c.lower_bound(), c.upper_bound()):
             for sign, bound in ((1.0, upper), (-1.0, lower)):
                 if np.isfinite(bound):

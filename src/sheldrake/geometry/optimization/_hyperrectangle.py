@@ -25,6 +25,8 @@ class Hyperrectangle(ConvexSet):
     """
 
     _has_volume = True
+    _lb: np.ndarray
+    _ub: np.ndarray
 
     def __init__(self, *args: Any, **kwargs: Any):
         def of_bounds(self: Any, lb: np.ndarray, ub: np.ndarray) -> None:

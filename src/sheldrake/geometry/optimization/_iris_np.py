@@ -20,6 +20,7 @@ from sheldrake.geometry.optimization._iris import (
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers import Constraint
     from sheldrake.systems.framework import Context
 
 
@@ -77,6 +78,7 @@ class _Search:
         for i in sorted(range(len(points)), key=lambda i: points[i][0]):
             if region is not None and region.IntersectsWith(o.configuration_obstacles[i]):
                 region = self._behind(region, ellipsoid, points[i][1])
+        kinds: list[tuple[tuple[Constraint, np.ndarray], int]]
         kinds = [(c, o.num_collision_infeasible_samples) for c in self._collisions]
         kinds += [(c, o.num_additional_constraint_infeasible_samples) for c in self._violations]
         for (collision, places), failures in kinds:

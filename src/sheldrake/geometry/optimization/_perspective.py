@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.solvers import (
     BoundingBoxConstraint,
+    Constraint,
+    Cost,
     ExponentialConeConstraint,
     L1NormCost,
     L2NormCost,
@@ -24,6 +24,8 @@ from sheldrake.solvers import (
     QuadraticCost,
     RotatedLorentzConeConstraint,
 )
+from sheldrake.solvers._arrays import Matrix
+from sheldrake.solvers._functions.bindings import BindingBase
 
 
 def _factor(Q: np.ndarray) -> np.ndarray:
@@ -39,7 +41,7 @@ def _factor(Q: np.ndarray) -> np.ndarray:
     return np.sqrt(values[keep])[:, None] * vectors[:, keep].T
 
 
-def _require_not_negative(binding: Any, Q: np.ndarray, b: np.ndarray, c: float) -> None:
+def _require_not_negative(binding: BindingBase[Cost], Q: np.ndarray, b: np.ndarray, c: float) -> None:
     x, *_ = np.linalg.lstsq(Q, -b, rcond=None)
     least = 0.5 * x @ Q @ x + b @ x + c if np.allclose(Q @ x, -b, atol=1e-8) else -np.inf
     if least < -1e-8:
@@ -49,7 +51,7 @@ def _require_not_negative(binding: Any, Q: np.ndarray, b: np.ndarray, c: float) 
         )
 
 
-def bound_cost(into: Rows, binding: Any, x: Affine, t: Affine, ell: Affine) -> None:
+def bound_cost(into: Rows, binding: BindingBase[Cost], x: Affine, t: Affine, ell: Affine) -> None:
     """Constrains ell >= t g(x / t) for a cost g.
 
     Args:
@@ -93,7 +95,11 @@ def bound_cost(into: Rows, binding: Any, x: Affine, t: Affine, ell: Affine) -> N
         raise RuntimeError(f"GraphOfConvexSets::Edge does not support this binding type: {str(binding).strip()}")
 
 
-def add_constraint(into: Rows, binding: Any, x: Affine, t: Affine) -> None:
+def _dense(A: Matrix) -> np.ndarray:
+    return A if isinstance(A, np.ndarray) else A.toarray()
+
+
+def add_constraint(into: Rows, binding: BindingBase[Constraint], x: Affine, t: Affine) -> None:
     """Constrains x / t as a constraint says.
 
     Args:
@@ -117,11 +123,11 @@ def add_constraint(into: Rows, binding: Any, x: Affine, t: Affine) -> None:
         if not same.all():
             into.within(lower[~same], e[~same], upper[~same], t)
     elif isinstance(c, LorentzConeConstraint):
-        into.lorentz(c.A().toarray() @ x + t.times(c.b()))
+        into.lorentz(_dense(c.A()) @ x + t.times(c.b()))
     elif isinstance(c, RotatedLorentzConeConstraint):
-        into.rotated_lorentz(c.A().toarray() @ x + t.times(c.b()))
+        into.rotated_lorentz(_dense(c.A()) @ x + t.times(c.b()))
     elif isinstance(c, ExponentialConeConstraint):
-        into.exponential(c.A().toarray() @ x + t.times(c.b()))
+        into.exponential(_dense(c.A()) @ x + t.times(c.b()))
     elif isinstance(c, PositiveSemidefiniteConstraint):
         into.semidefinite(x, c.matrix_rows())
     elif isinstance(c, LinearMatrixInequalityConstraint):

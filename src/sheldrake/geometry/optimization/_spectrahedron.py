@@ -12,10 +12,6 @@ from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet
 from sheldrake.solvers import MathematicalProgram
 
-_LINEAR = ("linear_constraints", "linear_equality_constraints", "bounding_box_constraints")
-_MATRIX = "positive_semidefinite_constraints"
-_INEQUALITY = "linear_matrix_inequality_constraints"
-
 
 class Spectrahedron(ConvexSet):
     """What satisfies the linear and semidefinite constraints of a program; made as `()` or `(prog)`.
@@ -37,27 +33,26 @@ class Spectrahedron(ConvexSet):
         self._dimension = 0 if prog is None else prog.num_vars()
         if prog is None:
             return
-        if any(
-            prog._lists[k]
-            for k in prog._lists
-            if k.endswith("constraints") and k not in (*_LINEAR, _MATRIX, _INEQUALITY)
-        ):
+        linear = [*prog.GetLinearConstraints(), *prog.bounding_box_constraints()]
+        matrices, inequalities = prog.positive_semidefinite_constraints(), prog.linear_matrix_inequality_constraints()
+        if len(prog.GetAllConstraints()) > len(linear) + len(matrices) + len(inequalities):
             raise RuntimeError("Spectrahedron(): the program has constraints that are neither linear nor semidefinite.")
         n = self._dimension
-        for kind in _LINEAR:
-            for binding in prog._lists[kind]:
-                c = binding.evaluator()
-                A = c._jacobian(np.zeros(c.num_vars()))
-                self._linear.append((prog._indices(binding), A, c.lower_bound(), c.upper_bound()))
-        for binding in prog._lists[_MATRIX]:
-            rows = binding.evaluator().matrix_rows()
+        for binding in linear:
+            c = binding.evaluator()
+            A = c._jacobian(np.zeros(c.num_vars()))
+            self._linear.append(
+                (np.array(prog.FindDecisionVariableIndices(binding.variables())), A, c.lower_bound(), c.upper_bound())
+            )
+        for matrix in matrices:
+            rows = matrix.evaluator().matrix_rows()
             select = np.zeros((rows * rows, n))
-            select[np.arange(rows * rows), prog._indices(binding)] = 1.0
+            select[np.arange(rows * rows), prog.FindDecisionVariableIndices(matrix.variables())] = 1.0
             self._matrices.append((select, np.zeros(rows * rows), rows))
-        for binding in prog._lists[_INEQUALITY]:
-            F = binding.evaluator().F()
+        for inequality in inequalities:
+            F = inequality.evaluator().F()
             full = np.zeros((F[0].size, n))
-            for place, M in zip(prog._indices(binding), F[1:]):
+            for place, M in zip(prog.FindDecisionVariableIndices(inequality.variables()), F[1:]):
                 full[:, place] += M.ravel()
             self._matrices.append((full, F[0].ravel(), F[0].shape[0]))
 

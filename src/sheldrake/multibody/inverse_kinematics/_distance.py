@@ -13,6 +13,7 @@ from sheldrake.solvers import Constraint
 from sheldrake.solvers._functions.minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
 
 if TYPE_CHECKING:
+    from sheldrake.geometry import GeometryId
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.systems.framework import Context
 
@@ -69,7 +70,7 @@ class DistanceConstraint(_Distances, Constraint):
     def __init__(
         self,
         plant: MultibodyPlant,
-        geometry_pair: Any,
+        geometry_pair: tuple[GeometryId, GeometryId],
         plant_context: Context,
         distance_lower: float,
         distance_upper: float,
@@ -95,11 +96,10 @@ class _MinimumDistance(_Distances, _MinimumValueConstraint):
     _display = _MinimumValueConstraint._display
     _latex = _MinimumValueConstraint._latex
 
-    _checker: Any = None  # a CollisionChecker, when distances are its business
+    # A CollisionChecker, when distances are its business; planning is above this package.
+    _checker: Any = None
 
-    def _set_distances(
-        self, robot: Any, bound: float, context: Context, offset: float, penalty: Callable | None
-    ) -> None:
+    def _set_distances(self, robot: Any, bound: float, context: Any, offset: float, penalty: Callable | None) -> None:
         name = type(self).__name__
         if not math.isfinite(offset):
             raise ValueError(f"{name}: influence_distance must be finite.")

@@ -65,18 +65,3 @@ class CoulombFriction:
 
 
 _register_value_type(CoulombFriction)
-
-
-def CalcContactFrictionFromSurfaceProperties(
-    surface_properties1: CoulombFriction, surface_properties2: CoulombFriction
-) -> CoulombFriction:
-    """Friction between two surfaces: each coefficient is the harmonic mean 2 μ1 μ2 / (μ1 + μ2), zero if both are."""
-    return CoulombFriction(
-        _harmonic_mean(surface_properties1.static_friction(), surface_properties2.static_friction()),
-        _harmonic_mean(surface_properties1.dynamic_friction(), surface_properties2.dynamic_friction()),
-    )
-
-
-def _harmonic_mean(a: Any, b: Any) -> Any:
-    total = a + b
-    return 0.0 * total if plain(total) == 0.0 else 2.0 * a * b / total

@@ -13,7 +13,10 @@ from sheldrake.multibody.optimization._motion_constraints import require_duals
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
+    from sheldrake.autodiffutils import AutoDiffXd
+    from sheldrake.geometry import GeometryId
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import BodyIndex, RigidBody
     from sheldrake.systems.framework import Context
 
 
@@ -36,7 +39,7 @@ class ContactWrench:
         raise TypeError("pydrake.multibody.optimization.ContactWrench: No constructor defined!")
 
     @classmethod
-    def _make(cls, A: Any, B: Any, p_WCb: np.ndarray, F: SpatialForce) -> ContactWrench:
+    def _make(cls, A: BodyIndex, B: BodyIndex, p_WCb: np.ndarray, F: SpatialForce) -> ContactWrench:
         out = cls.__new__(cls)
         out.bodyA_index, out.bodyB_index, out.p_WCb_W, out.F_Cb_W = A, B, p_WCb, F
         return out
@@ -54,7 +57,7 @@ class ContactWrenchFromForceInWorldFrameEvaluator(KinematicFunction, EvaluatorBa
         geometry_id_pair: The geometries (A, B) in contact.
     """
 
-    def __init__(self, plant: MultibodyPlant, context: Context, geometry_id_pair: Any):
+    def __init__(self, plant: MultibodyPlant, context: Context, geometry_id_pair: tuple[GeometryId, GeometryId]):
         require_duals(type(self).__name__, plant, context)
         self._set_plant(plant, context, 6, 3)
         self._description = "contact_wrench_from_pure_force_in_world_frame"
@@ -67,12 +70,12 @@ class ContactWrenchFromForceInWorldFrameEvaluator(KinematicFunction, EvaluatorBa
 class Touch(NamedTuple):
     """Nearest points Ca, Cb of two geometries: their bodies and places in these, direction from A into B, distance."""
 
-    body_A: Any
-    body_B: Any
+    body_A: RigidBody
+    body_B: RigidBody
     p_ACa: np.ndarray
     p_BCb: np.ndarray
     n_AB_W: np.ndarray
-    distance: Any
+    distance: float | AutoDiffXd
 
 
 def touch(plant: MultibodyPlant, context: Context, pair: tuple) -> Touch:
@@ -81,7 +84,9 @@ def touch(plant: MultibodyPlant, context: Context, pair: tuple) -> Touch:
     found = query.ComputeSignedDistancePairClosestPoints(*pair)
     inspector, bodies, points = query.inspector(), [], []
     for geometry, p_GC in ((found.id_A, found.p_ACa), (found.id_B, found.p_BCb)):
-        bodies.append(plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)))
+        body = plant.GetBodyFromFrameId(inspector.GetFrameId(geometry))
+        assert body is not None  # pairs are of bodies of the plant
+        bodies.append(body)
         X_BG = inspector.GetPoseInFrame(geometry)
         points.append(X_BG.rotation().matrix() @ p_GC + X_BG.translation())
-    return Touch(*bodies, *points, -found.nhat_BA_W, found.distance)
+    return Touch(bodies[0], bodies[1], points[0], points[1], -found.nhat_BA_W, found.distance)

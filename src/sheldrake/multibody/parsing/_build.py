@@ -210,7 +210,7 @@ class ModelBuilder:
         joint = self._plant.AddJoint(_make_joint(description, frame_F, frame_M))
         self._joints[description.name] = joint
         limits, one = description.limits, np.ones(joint.num_velocities())
-        if description.kind in _LIMITED:
+        if joint._type.limited:
             joint.set_position_limits(limits.lower * one, limits.upper * one)
             joint.set_velocity_limits(-limits.velocity * one, limits.velocity * one)
             joint.set_acceleration_limits(-limits.acceleration * one, limits.acceleration * one)
@@ -220,7 +220,7 @@ class ModelBuilder:
             joint.set_default_positions(np.atleast_1d(description.default_position))
         if description.spring is not None:
             stiffness, rest = description.spring
-            self._plant.AddForceElement(_make_spring(description.kind, joint, rest, stiffness))
+            self._plant.AddForceElement(_make_spring(joint, rest, stiffness))
 
     def _add_actuator(self, description: ActuatorDescription) -> None:
         joint = self._joints[description.joint]
@@ -330,7 +330,6 @@ _ADDERS: dict[type, Callable] = {
     DistanceConstraintDescription: ModelBuilder._add_distance_constraint,
     TendonDescription: ModelBuilder._add_tendon,
 }
-_LIMITED = ("revolute", "prismatic")
 
 
 def _own(properties):
@@ -342,10 +341,10 @@ def _own(properties):
     return own
 
 
-def _make_spring(kind: str, joint, rest: float, stiffness: float):
-    from sheldrake.multibody.tree import PrismaticSpring, RevoluteSpring
+def _make_spring(joint, rest: float, stiffness: float):
+    from sheldrake.multibody import tree
 
-    return (RevoluteSpring if kind == "revolute" else PrismaticSpring)(joint, rest, stiffness)
+    return getattr(tree, joint._type.spring)(joint, rest, stiffness)
 
 
 def _solver_takes_constraints(plant) -> bool:
@@ -358,26 +357,11 @@ def _solver_takes_constraints(plant) -> bool:
 
 def _make_joint(description: JointDescription, frame_F, frame_M):
     """The plant's joint object of a description."""
-    from sheldrake.multibody import tree
 
-    ends = (description.name, frame_F, frame_M)
-    kind, damping, axis = description.kind, description.damping, description.axis
-    if kind == "revolute":
-        return tree.RevoluteJoint(*ends, axis=axis, damping=damping)
-    if kind == "prismatic":
-        return tree.PrismaticJoint(*ends, axis=axis, damping=damping)
-    if kind == "weld":
-        from sheldrake.math import RigidTransform
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.tree import Joint
 
-        return tree.WeldJoint(*ends, RigidTransform() if description.X_FM is None else copy.copy(description.X_FM))
-    if kind == "planar":
-        return tree.PlanarJoint(*ends, damping=np.asarray(damping, dtype=float))
-    if kind == "ball_rpy":
-        return tree.BallRpyJoint(*ends, damping=damping)
-    if kind == "universal":
-        return tree.UniversalJoint(*ends, damping=damping)
-    if kind == "screw":
-        return tree.ScrewJoint(*ends, axis=axis, screw_pitch=description.screw_pitch, damping=damping)
-    if kind == "curvilinear":
-        return tree.CurvilinearJoint(*ends, curvilinear_path=description.path, damping=damping)
-    raise AssertionError(f"joint kind {kind!r}")
+    given = {name: copy.copy(getattr(description, name)) for name in description.type.takes}
+    if "X_FM" in given and given["X_FM"] is None:
+        given["X_FM"] = RigidTransform()
+    return Joint._classes[description.kind](description.name, frame_F, frame_M, **given)

@@ -1,14 +1,15 @@
 """MultibodyPlant: bodies, joints, geometry and contact as a system."""
 
-from sheldrake.multibody.math._coulomb_friction import CalcContactFrictionFromSurfaceProperties, CoulombFriction
+from sheldrake.multibody.math._coulomb_friction import CoulombFriction
 from sheldrake.systems.framework import LeafSystem_
 from sheldrake.systems.framework._templates import SystemTemplate
 
 from ._building.constraints import DistanceConstraintParams
 from ._config import AddMultibodyPlant, AddMultibodyPlantSceneGraph, ApplyMultibodyPlantConfig, MultibodyPlantConfig
+from ._contact.friction import CalcContactFrictionFromSurfaceProperties
 from ._contact.hydroelastic import HydroelasticContactInfo
 from ._contact.results import ContactResults, PointPairContactInfo
-from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
+from ._enums import BaseBodyJointType, ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 from ._multibody_plant import MultibodyPlant
 from ._step.external_force import ExternallyAppliedSpatialForce
 from ._systems.contact_results_to_lcm import ConnectContactResultsToDrakeVisualizer, ContactResultsToLcmSystem
@@ -43,6 +44,7 @@ __all__ = [
     "AddMultibodyPlant",
     "AddMultibodyPlantSceneGraph",
     "ApplyMultibodyPlantConfig",
+    "BaseBodyJointType",
     "CalcContactFrictionFromSurfaceProperties",
     "ConnectContactResultsToDrakeVisualizer",
     "ContactModel",

@@ -7,14 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from sheldrake.common.record import Record
+from sheldrake.multibody.tree._joint_types import JOINT_TYPES
 from sheldrake.multibody.tree._kernels import model as m
-
-NUM_POSITIONS = {"weld": 0, "revolute": 1, "prismatic": 1, "screw": 1, "quaternion_floating": 7, "rpy_floating": 6,
-                 "ball_rpy": 3, "planar": 3, "universal": 2, "curvilinear": 1}  # fmt: skip
-NUM_VELOCITIES = NUM_POSITIONS | {"quaternion_floating": 6}
-KINDS = {"weld": m.WELD, "revolute": m.REVOLUTE, "prismatic": m.PRISMATIC, "screw": m.SCREW,
-         "quaternion_floating": m.QUATERNION, "rpy_floating": m.RPY, "ball_rpy": m.BALL, "planar": m.PLANAR,
-         "universal": m.UNIVERSAL, "curvilinear": m.CURVILINEAR}  # fmt: skip
 
 
 @dataclass
@@ -81,12 +75,13 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
     last_dof = {0: -1}
     packed = q = 0
     for row, mobilizer in enumerate(description.mobilizers, start=1):
-        parent, kind = mobilizer.parent, KINDS[mobilizer.type_name]
+        parent, joint_type = mobilizer.parent, JOINT_TYPES[mobilizer.type_name]
+        kind = joint_type.kind
         if not 0 <= parent < row:
             raise ValueError(f"compile_tree(): body row {row} comes before its inboard body row {parent}.")
         if kind == m.QUATERNION and parent == 0 and mobilizer.frame_F < 0 and mobilizer.frame_M < 0:
             kind = m.FREE
-        nq, nv = NUM_POSITIONS[mobilizer.type_name], NUM_VELOCITIES[mobilizer.type_name]
+        nq, nv = len(joint_type.positions), len(joint_type.velocities)
         root, tree = body[parent, m.Body.root], body[parent, m.Body.tree]
         if root == 0 and nv > 0:
             root, tree = row, len(trees)
@@ -110,7 +105,7 @@ def compile_tree(description: TreeDescription) -> m.TreeModel:
         above = last_dof[parent]
         for k in range(nv):
             depth = dofs[above][m.Dof.depth] + 1 if above >= 0 else 0
-            position = q + k if nq == nv and mobilizer.type_name not in ("ball_rpy", "rpy_floating") else -1
+            position = q + k if joint_type.v_is_qdot else -1
             run = dofs[above][m.Dof.run] if 0 <= above == len(dofs) - 1 else len(dofs)
             dofs.append((above, row, int(tree), depth, packed, mobilizer.damping[k], position, run))
             packed += depth + 1

@@ -55,7 +55,7 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
             other = joint.parent_body() if backwards else joint.child_body()
             if id(other) in seen:
                 raise _closes_a_loop(joint)
-            if backwards and not joint._reversible:
+            if backwards and not joint._type.reversible:
                 raise _is_not_reversible(joint)
             steps.append(Step(other, body, joint, backwards))
             seen.add(id(other))

@@ -13,9 +13,10 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar, require_numbers, vector
+from sheldrake.multibody.tree._element import NamedElement, are_finite, finite, of_scalar, require_numbers, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._index import JointIndex
+from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -30,11 +31,17 @@ class Joint(NamedElement):
 
     _index_type = JointIndex
     kTypeName: ClassVar[str]
-    _q_suffixes: ClassVar[tuple[str, ...]] = ()
-    _v_suffixes: ClassVar[tuple[str, ...]] = ()
-    _rotates: ClassVar[bool] = False
-    _translates: ClassVar[bool] = False
-    _reversible: ClassVar[bool] = False
+    _type: ClassVar[JointType]
+    _axis: np.ndarray | None = None
+    """What it turns about or slides along, a unit vector in F and in M, shape (3,); None without such an axis."""
+    _classes: ClassVar[dict[str, type[Joint]]] = {}
+
+    def __init_subclass__(cls, **kwargs: Any) -> None:
+        super().__init_subclass__(**kwargs)
+        name = vars(cls).get("kTypeName")
+        if name is not None:
+            cls._type = JOINT_TYPES[name]
+            Joint._classes[name] = cls
 
     def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Any = ()):
         """
@@ -90,19 +97,19 @@ class Joint(NamedElement):
 
     def num_positions(self) -> int:
         """Number of its positions."""
-        return len(self._q_suffixes)
+        return len(self._type.positions)
 
     def num_velocities(self) -> int:
         """Number of its velocities."""
-        return len(self._v_suffixes)
+        return len(self._type.velocities)
 
     def can_rotate(self) -> bool:
         """Whether M can turn in F."""
-        return self._rotates
+        return self._type.rotates
 
     def can_translate(self) -> bool:
         """Whether M's origin can move in F."""
-        return self._translates
+        return self._type.translates
 
     def position_start(self) -> int:
         """Where its positions start in q.
@@ -124,11 +131,11 @@ class Joint(NamedElement):
 
     def position_suffix(self, position_index_in_joint: int) -> str:
         """What distinguishes the names of its positions."""
-        return self._q_suffixes[position_index_in_joint]
+        return self._type.positions[position_index_in_joint]
 
     def velocity_suffix(self, velocity_index_in_joint: int) -> str:
         """What distinguishes the names of its velocities."""
-        return self._v_suffixes[velocity_index_in_joint]
+        return self._type.velocities[velocity_index_in_joint]
 
     def _zero_positions(self) -> np.ndarray:
         return np.zeros(self.num_positions())
@@ -270,7 +277,7 @@ class Joint(NamedElement):
             RuntimeError: it has no such velocity, or a velocity of its kind has no force of its own.
         """
         self._finalized("AddInOneForce")
-        if self.type_name() in ("ball_rpy", "quaternion_floating", "rpy_floating"):
+        if not self._type.v_is_qdot:
             raise RuntimeError(
                 f"Joint.AddInOneForce(): {self.type_name()} joints do not allow applying forces to individual degrees "
                 "of freedom."
@@ -385,15 +392,17 @@ class Joint(NamedElement):
 
     def _write_q(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
         owner = self._finalized(call)
-        require_numbers(f"{type(self).__name__}.{call}", values)
-        finite(f"{type(self).__name__}.{call}", "the positions", values)
+        if not are_finite(values):
+            require_numbers(f"{type(self).__name__}.{call}", values)
+            finite(f"{type(self).__name__}.{call}", "the positions", values)
         owner.contexts.write_positions(context, self._q_start + at, values)
         return self
 
     def _write_v(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
         owner = self._finalized(call)
-        require_numbers(f"{type(self).__name__}.{call}", values)
-        finite(f"{type(self).__name__}.{call}", "the velocities", values)
+        if not are_finite(values):
+            require_numbers(f"{type(self).__name__}.{call}", values)
+            finite(f"{type(self).__name__}.{call}", "the velocities", values)
         owner.contexts.write_velocities(context, self._v_start + at, values)
         return self
 

@@ -25,7 +25,6 @@ class CurvilinearJoint(OneVelocityJoint):
     """
 
     kTypeName = "curvilinear"
-    _q_suffixes, _v_suffixes, _rotates, _translates = ("q",), ("v",), True, True
 
     def __init__(
         self,

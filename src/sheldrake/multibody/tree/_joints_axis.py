@@ -93,7 +93,7 @@ def _unit_axis(joint: Joint, axis: Any) -> np.ndarray:
 class _AxisJoint(OneVelocityJoint):
     """One position, one velocity, one axis fixed in F and in M."""
 
-    _reversible = True
+    _axis: np.ndarray
 
     def __init__(
         self,
@@ -119,7 +119,6 @@ class RevoluteJoint(_AxisJoint):
     """Turns about one axis."""
 
     kTypeName = "revolute"
-    _q_suffixes, _v_suffixes, _rotates = ("q",), ("w",), True
 
     def __init__(
         self,
@@ -202,7 +201,6 @@ class PrismaticJoint(_AxisJoint):
     """Slides along one axis."""
 
     kTypeName = "prismatic"
-    _q_suffixes, _v_suffixes, _translates = ("x",), ("v",), True
 
     def translation_axis(self) -> np.ndarray:
         """The axis, a unit vector in F and in M, shape (3,)."""
@@ -249,7 +247,7 @@ class ScrewJoint(OneDampingJoint):
     """Turns about an axis and slides along it in proportion."""
 
     kTypeName = "screw"
-    _q_suffixes, _v_suffixes, _rotates, _translates = ("q",), ("w",), True, True
+    _axis: np.ndarray
 
     def __init__(
         self,
@@ -367,7 +365,6 @@ class WeldJoint(Joint):
     """Fixes M in F."""
 
     kTypeName = "weld"
-    _reversible = True
 
     def __init__(self, name: str, frame_on_parent_F: Frame, frame_on_child_M: Frame, X_FM: RigidTransform):
         super().__init__(name, frame_on_parent_F, frame_on_child_M)

@@ -27,8 +27,6 @@ def _unit_quaternion(q: np.ndarray) -> Quaternion:
 class _FloatingJoint(Joint):
     """M moves freely in F; velocities are w_FM and v_FM, expressed in F."""
 
-    _v_suffixes = ("wx", "wy", "wz", "vx", "vy", "vz")
-    _rotates = _translates = True
     _p_start = 0
 
     def __init__(
@@ -103,7 +101,6 @@ class QuaternionFloatingJoint(_FloatingJoint):
     """Positions are a quaternion (w, x, y, z), of any length, and p_FM."""
 
     kTypeName = "quaternion_floating"
-    _q_suffixes = ("qw", "qx", "qy", "qz", "x", "y", "z")
     _p_start = 4
 
     def _zero_positions(self) -> np.ndarray:
@@ -161,7 +158,6 @@ class RpyFloatingJoint(_FloatingJoint):
     """Positions are roll, pitch, yaw of R_FM (space-fixed x-y-z) and p_FM."""
 
     kTypeName = "rpy_floating"
-    _q_suffixes = ("qx", "qy", "qz", "x", "y", "z")
     _p_start = 3
 
     def _rotation_positions(self, R: RotationMatrix) -> Any:

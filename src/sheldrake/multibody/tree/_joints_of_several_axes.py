@@ -22,7 +22,7 @@ class PlanarJoint(Joint):
     """M slides in the x-y plane of F and turns about its z axis: positions x, y, theta."""
 
     kTypeName = "planar"
-    _q_suffixes, _v_suffixes, _rotates, _translates = ("x", "y", "qz"), ("vx", "vy", "wz"), True, True
+    _axis = np.array([0.0, 0.0, 1.0])
 
     def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Any = (0.0, 0.0, 0.0)):
         """
@@ -109,7 +109,6 @@ class UniversalJoint(Joint):
     """Turns about F's x axis, then about the y axis that turned with it: two angles."""
 
     kTypeName = "universal"
-    _q_suffixes, _v_suffixes, _rotates = ("qx", "qy"), ("wx", "wy"), True
 
     def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: float = 0.0):
         super().__init__(name, frame_on_parent, frame_on_child, [damping, damping])
@@ -155,7 +154,6 @@ class BallRpyJoint(Joint):
     """Turns any way: positions roll, pitch, yaw of R_FM (space-fixed x-y-z), velocities w_FM in F."""
 
     kTypeName = "ball_rpy"
-    _q_suffixes, _v_suffixes, _rotates = ("qx", "qy", "qz"), ("wx", "wy", "wz"), True
 
     def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: float = 0.0):
         super().__init__(name, frame_on_parent, frame_on_child, [damping] * 3)

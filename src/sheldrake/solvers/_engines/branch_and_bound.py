@@ -16,23 +16,6 @@ from sheldrake.symbolic import Variable
 _INTEGRAL = 1e-5  # So far from 0 or 1 a binary variable may be.
 
 
-class Options:
-    """Limits of branch and bound.
-
-    Args:
-        max_explored_nodes: Most programs that are solved; no limit if not positive.
-    """
-
-    def __init__(self, max_explored_nodes: int = -1):
-        self.max_explored_nodes = max_explored_nodes
-
-    def __repr__(self) -> str:
-        return f"Options(max_explored_nodes={self.max_explored_nodes})"
-
-
-Options.__qualname__ = "MixedIntegerBranchAndBound.Options"
-
-
 class MixedIntegerBranchAndBound:
     """Solves a program with binary variables by programs in which they are between 0 and 1, some of them fixed.
 
@@ -45,15 +28,26 @@ class MixedIntegerBranchAndBound:
         RuntimeError: there is no binary variable.
     """
 
-    Options = Options
+    class Options:
+        """Limits of branch and bound.
+
+        Args:
+            max_explored_nodes: Most programs that are solved; no limit if not positive.
+        """
+
+        def __init__(self, max_explored_nodes: int = -1):
+            self.max_explored_nodes = max_explored_nodes
+
+        def __repr__(self) -> str:
+            return f"Options(max_explored_nodes={self.max_explored_nodes})"
 
     def __init__(self, prog: MathematicalProgram, solver_id: SolverId, options: Options | None = None):
-        binary = [i for i, v in enumerate(prog._decisions) if v.get_type() is Variable.Type.BINARY]
+        binary = [i for i, v in enumerate(prog.decision_variables()) if v.get_type() is Variable.Type.BINARY]
         if not binary:
             raise RuntimeError("No binary variable found in the optimization program.\n")
         self._original, self._binary = prog, binary
         self._solver = MakeSolver(solver_id)
-        self._options = Options() if options is None else options
+        self._options = self.Options() if options is None else options
         self._relaxed = _relaxation(prog)
         self._found: list[tuple[float, np.ndarray]] = []
 
@@ -145,18 +139,18 @@ def _relaxation(prog: MathematicalProgram) -> MathematicalProgram:
     out = MathematicalProgram()
     places: dict[int, Variable] = {}
     relaxed = []
-    for v in prog._decisions:
+    for v in prog.decision_variables():
         new = v
         if v.get_type() is Variable.Type.BINARY:
             new = Variable(v.get_name())
             relaxed.append(new)
         places[v.get_id()] = new
-        out._append(new)
+        out.AddDecisionVariables([new])
     for add, binding in [(out.AddCost, b) for b in prog.GetAllCosts()] + [
         (out.AddConstraint, b) for b in prog.GetAllConstraints()
     ]:
         vars = np.array([places[v.get_id()] for v in binding._variables], dtype=object)
         add(binding._evaluator, vars)
     out.AddBoundingBoxConstraint(0.0, 1.0, np.array(relaxed, dtype=object))
-    out._guess = list(prog._guess)
+    out.SetInitialGuessForAllVariables(prog.initial_guess())
     return out

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sheldrake.solvers._functions.bindings import BindingBase
+from sheldrake.solvers._functions.constraints import LinearConstraint
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
+
+if TYPE_CHECKING:
+    import scipy.sparse
 
 ROOT2 = float(np.sqrt(2.0))
 
@@ -44,7 +49,7 @@ class ConicForm:
         self._exponential()
         self.b = np.concatenate(self._b) if self._b else np.zeros(0)
 
-    def P(self) -> Any:
+    def P(self) -> scipy.sparse.csc_matrix:
         """The quadratic cost as a sparse matrix."""
         from scipy.sparse import csc_matrix
 
@@ -52,7 +57,7 @@ class ConicForm:
         rows, cols, values = self._triplets_P
         return csc_matrix((values, (rows, cols)), shape=(n, n))
 
-    def A(self) -> Any:
+    def A(self) -> scipy.sparse.csc_matrix:
         """The constraints as a sparse matrix."""
         from scipy.sparse import csc_matrix
 
@@ -65,18 +70,18 @@ class ConicForm:
         prog = self.prog
         rows, cols, values = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)], [np.zeros(0)]
         q, self.constant = np.zeros(prog.num_vars()), 0.0
-        for b in prog._lists["quadratic_costs"]:
-            at, cost = prog._indices(b), b._evaluator
+        for b in prog.quadratic_costs():
+            at, cost = parts_of(prog).bindings.places(b), b._evaluator
             i, j = np.nonzero(cost._Q)
             rows.append(at[i])
             cols.append(at[j])
             values.append(cost._Q[i, j])
             np.add.at(q, at, cost._b)
             self.constant += cost._c
-        for b in prog._lists["linear_costs"]:
-            np.add.at(q, prog._indices(b), b._evaluator._a)
-            self.constant += b._evaluator._b
-        slacks = len(prog._lists["l2norm_costs"])
+        for linear in prog.linear_costs():
+            np.add.at(q, parts_of(prog).bindings.places(linear), linear.evaluator()._a)
+            self.constant += linear.evaluator()._b
+        slacks = len(prog.l2norm_costs())
         self._first_slack = prog.num_vars()
         self.num_vars += slacks
         self.q = np.concatenate((q, np.ones(slacks)))
@@ -99,17 +104,19 @@ class ConicForm:
         if size:
             self.cones.append(Cone(kind, size))
 
-    def _linear(self, names: tuple[str, ...]) -> Any:
-        for name in names:
-            for b in self.prog._lists[name]:
-                c = b._evaluator
-                A = c._jacobian(np.zeros(len(b._variables)))
-                yield b, A, self.prog._indices(b), c._lower, c._upper
+    def _linear(self) -> Iterator[tuple[BindingBase[LinearConstraint], np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
+        """Each linear constraint, its matrix, the places of its variables, and its bounds."""
+        prog = self.prog
+        rows = (*prog.linear_constraints(), *prog.linear_equality_constraints(), *prog.bounding_box_constraints())
+        for b in rows:
+            c = b.evaluator()
+            A = c._jacobian(np.zeros(len(b._variables)))
+            yield b, A, parts_of(self.prog).bindings.places(b), c._lower, c._upper
 
     def _equalities(self) -> None:
         start = self.num_rows
         self._kept_equal: dict[int, tuple[np.ndarray, slice]] = {}
-        for b, A, cols, lower, upper in self._linear(_LINEAR):
+        for b, A, cols, lower, upper in self._linear():
             equal = np.flatnonzero(lower == upper)
             if equal.size:
                 self._kept_equal[id(b)] = (equal, self._add(A[equal], cols, upper[equal]))
@@ -117,7 +124,7 @@ class ConicForm:
 
     def _inequalities(self) -> None:
         start = self.num_rows
-        for b, A, cols, lower, upper in self._linear(_LINEAR):
+        for b, A, cols, lower, upper in self._linear():
             below = np.flatnonzero((lower != upper) & np.isfinite(upper))
             above = np.flatnonzero((lower != upper) & np.isfinite(lower))
             parts = [(-1.0, *self._kept_equal[id(b)])] if id(b) in self._kept_equal else []
@@ -131,42 +138,43 @@ class ConicForm:
         self._cone("nonnegative", self.num_rows - start)
 
     def _norms_and_lorentz(self) -> None:
-        for k, b in enumerate(self.prog._lists["l2norm_costs"]):
+        for k, b in enumerate(self.prog.l2norm_costs()):
             A = np.asarray(b._evaluator.GetDenseA())
             M = np.zeros((A.shape[0] + 1, A.shape[1] + 1))
             M[0, 0], M[1:, 1:] = 1.0, A
-            cols = np.concatenate(([self._first_slack + k], self.prog._indices(b)))
+            cols = np.concatenate(([self._first_slack + k], parts_of(self.prog).bindings.places(b)))
             self._add(-M, cols, np.concatenate(([0.0], b._evaluator._b)))
             self._cone("second_order", M.shape[0])
-        for b in self.prog._lists["lorentz_cone_constraints"]:
-            rows = self._add(-b._evaluator._A, self.prog._indices(b), b._evaluator._b)
-            self._cone("second_order", b._evaluator._A.shape[0])
-            self._duals.append((b, lambda z, rows=rows: z[rows]))
+        for cone in self.prog.lorentz_cone_constraints():
+            c = cone.evaluator()
+            rows = self._add(-c._A, parts_of(self.prog).bindings.places(cone), c._b)
+            self._cone("second_order", c._A.shape[0])
+            self._duals.append((cone, _part(rows)))
 
     def _rotated(self) -> None:
         """z_0 z_1 >= |r|^2 is (z_0 + z_1) / 2 >= |((z_0 - z_1) / 2, r)|."""
-        for b in self.prog._lists["rotated_lorentz_cone_constraints"]:
+        for b in self.prog.rotated_lorentz_cone_constraints():
             n = b._evaluator._A.shape[0]
             T = np.eye(n)
             T[:2, :2] = [[0.5, 0.5], [0.5, -0.5]]
-            rows = self._add(-(T @ b._evaluator._A), self.prog._indices(b), T @ b._evaluator._b)
+            rows = self._add(-(T @ b._evaluator._A), parts_of(self.prog).bindings.places(b), T @ b._evaluator._b)
             self._cone("second_order", n)
-            self._duals.append((b, lambda z, rows=rows, T=T: T.T @ z[rows]))
+            self._duals.append((b, _part(rows, T.T)))
 
     def _matrices(self) -> None:
-        for b in self.prog._lists["positive_semidefinite_constraints"]:
+        for b in self.prog.positive_semidefinite_constraints():
             n = b._evaluator.matrix_rows()
             i, j, scale = upper_triangle(n)
             select = np.zeros((len(i), n * n))
             select[np.arange(len(i)), i * n + j] = scale  # of variables that may differ, the lower triangle's, as Drake
-            rows = self._add(-select, self.prog._indices(b), np.zeros(len(i)))
+            rows = self._add(-select, parts_of(self.prog).bindings.places(b), np.zeros(len(i)))
             self._psd(b, n, rows)
-        for b in self.prog._lists["linear_matrix_inequality_constraints"]:
-            n = b._evaluator.matrix_rows()
+        for inequality in self.prog.linear_matrix_inequality_constraints():
+            n = inequality.evaluator().matrix_rows()
             i, j, scale = upper_triangle(n)
-            F = [f[i, j] * scale for f in b._evaluator._F]
+            F = [f[i, j] * scale for f in inequality.evaluator()._F]
             M = np.stack(F[1:], axis=1) if len(F) > 1 else np.zeros((len(i), 0))
-            self._psd(b, n, self._add(-M, self.prog._indices(b), F[0]))
+            self._psd(inequality, n, self._add(-M, parts_of(self.prog).bindings.places(inequality), F[0]))
 
     def _psd(self, b: BindingBase, n: int, rows: slice) -> None:
         self._cone("psd", n)
@@ -180,11 +188,11 @@ class ConicForm:
 
     def _exponential(self) -> None:
         """Ours is z_0 >= z_1 exp(z_2 / z_1); that of solvers has (z_2, z_1, z_0)."""
-        for b in self.prog._lists["exponential_cone_constraints"]:
+        for b in self.prog.exponential_cone_constraints():
             A, c = b._evaluator._A[::-1], b._evaluator._b[::-1]
-            rows = self._add(-A, self.prog._indices(b), c)
+            rows = self._add(-A, parts_of(self.prog).bindings.places(b), c)
             self._cone("exponential", 3)
-            self._duals.append((b, lambda z, rows=rows: z[rows][::-1]))
+            self._duals.append((b, _part(rows, np.eye(3)[::-1])))
 
     # Answers
 
@@ -202,7 +210,13 @@ class ConicForm:
         return [(b, dual(z)) for b, dual in self._duals]
 
 
-_LINEAR = ("linear_constraints", "linear_equality_constraints", "bounding_box_constraints")
+def _part(rows: slice, T: np.ndarray | None = None) -> Callable[[np.ndarray], np.ndarray]:
+    """The dual that some rows are, T times them."""
+
+    def dual(z: np.ndarray) -> np.ndarray:
+        return z[rows] if T is None else T @ z[rows]
+
+    return dual
 
 
 def _linear_dual(count: int, parts: list[tuple[float, np.ndarray, slice]]) -> Callable[[np.ndarray], np.ndarray]:

@@ -7,6 +7,7 @@ import numpy as np
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import quadratic_costs_are_convex
 from sheldrake.solvers._result import MathematicalProgramResult
@@ -14,12 +15,14 @@ from sheldrake.solvers._result import MathematicalProgramResult
 
 def equations(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
     """All linear equations as A x = b over all decision variables."""
-    bindings = prog._lists["linear_equality_constraints"]
+    bindings = prog.linear_equality_constraints()
     rows = sum(b._evaluator.num_constraints() for b in bindings)
     M, rhs, at = np.zeros((rows, prog.num_vars())), np.zeros(rows), 0
     for b in bindings:
         m = b._evaluator.num_constraints()
-        add_columns(M[at : at + m], prog._indices(b), b._evaluator._jacobian(np.zeros(len(b._variables))))
+        add_columns(
+            M[at : at + m], parts_of(prog).bindings.places(b), b._evaluator._jacobian(np.zeros(len(b._variables)))
+        )
         rhs[at : at + m] = b._evaluator._lower
         at += m
     return M, rhs
@@ -42,7 +45,7 @@ class LinearSystemSolver(SolverInterface):
     _attributes = frozenset({A.kLinearEqualityConstraint})
 
     def _restriction(self, prog: MathematicalProgram) -> str:
-        if prog._lists["linear_equality_constraints"]:
+        if prog.linear_equality_constraints():
             return ""
         return _required("LinearSystemSolver", "LinearEqualityConstraint")
 
@@ -62,7 +65,7 @@ class EqualityConstrainedQPSolver(SolverInterface):
     _attributes = frozenset({A.kLinearEqualityConstraint, A.kQuadraticCost, A.kLinearCost})
 
     def _restriction(self, prog: MathematicalProgram) -> str:
-        if prog.num_vars() and not prog._lists["quadratic_costs"]:
+        if prog.num_vars() and not prog.quadratic_costs():
             if not prog.required_capabilities():
                 return ""
             return _required("EqualityConstrainedQPSolver", "QuadraticCost")
@@ -94,7 +97,7 @@ class EqualityConstrainedQPSolver(SolverInterface):
             return
         result._finish(SolutionResult.kSolutionFound, x, 0.5 * x @ Q @ x + c @ x + constant)
         at = 0
-        for b in prog._lists["linear_equality_constraints"]:
+        for b in prog.linear_equality_constraints():
             rows = b._evaluator.num_constraints()
             result._set_dual(b, dual[at : at + rows])
             at += rows
@@ -104,12 +107,12 @@ def quadratic_objective(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarr
     """Q, c, constant with linear and quadratic costs adding up to 1/2 x' Q x + c' x + constant."""
     n = prog.num_vars()
     Q, c, constant = np.zeros((n, n)), np.zeros(n), 0.0
-    for b in prog._lists["quadratic_costs"]:
-        at, cost = prog._indices(b), b._evaluator
+    for b in prog.quadratic_costs():
+        at, cost = parts_of(prog).bindings.places(b), b._evaluator
         np.add.at(Q, (at[:, None], at[None, :]), cost._Q)
         np.add.at(c, at, cost._b)
         constant += cost._c
-    for b in prog._lists["linear_costs"]:
-        np.add.at(c, prog._indices(b), b._evaluator._a)
-        constant += b._evaluator._b
+    for linear in prog.linear_costs():
+        np.add.at(c, parts_of(prog).bindings.places(linear), linear.evaluator()._a)
+        constant += linear.evaluator()._b
     return Q, c, constant

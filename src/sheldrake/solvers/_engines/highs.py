@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -10,10 +10,14 @@ from sheldrake.solvers._engines.equality import quadratic_objective
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import LINEAR
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _RESULTS = {
     0: SolutionResult.kSolutionFound,
@@ -28,17 +32,16 @@ def linear_rows(prog: MathematicalProgram) -> tuple[Any, np.ndarray, np.ndarray,
     from scipy.sparse import csc_matrix
 
     rows, cols, values, lower, upper, places, at = [], [], [], [], [], [], 0
-    for name in ("linear_constraints", "linear_equality_constraints"):
-        for b in prog._lists[name]:
-            block = b._evaluator._jacobian(np.zeros(len(b._variables)))
-            i, j = np.nonzero(block)
-            rows.append(i + at)
-            cols.append(prog._indices(b)[j])
-            values.append(block[i, j])
-            lower.append(b._evaluator._lower)
-            upper.append(b._evaluator._upper)
-            places.append((b, slice(at, at + block.shape[0])))
-            at += block.shape[0]
+    for b in prog.GetLinearConstraints():
+        block = b._evaluator._jacobian(np.zeros(len(b._variables)))
+        i, j = np.nonzero(block)
+        rows.append(i + at)
+        cols.append(parts_of(prog).bindings.places(b)[j])
+        values.append(block[i, j])
+        lower.append(b._evaluator._lower)
+        upper.append(b._evaluator._upper)
+        places.append((b, slice(at, at + block.shape[0])))
+        at += block.shape[0]
     if not at:
         return csc_matrix((0, prog.num_vars())), np.zeros(0), np.zeros(0), []
     triplet = (np.concatenate(values), (np.concatenate(rows), np.concatenate(cols)))
@@ -49,19 +52,21 @@ def linear_rows(prog: MathematicalProgram) -> tuple[Any, np.ndarray, np.ndarray,
 def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
     """The tightest bounds of each decision variable."""
     lower, upper = np.full(prog.num_vars(), -np.inf), np.full(prog.num_vars(), np.inf)
-    for b in prog._lists["bounding_box_constraints"]:
-        at = prog._indices(b)
+    for b in prog.bounding_box_constraints():
+        at = parts_of(prog).bindings.places(b)
         np.maximum.at(lower, at, b._evaluator._lower)
         np.minimum.at(upper, at, b._evaluator._upper)
     return lower, upper
 
 
-def set_box_duals(prog: MathematicalProgram, result: MathematicalProgramResult, low: Any, high: Any) -> None:
+def set_box_duals(
+    prog: MathematicalProgram, result: MathematicalProgramResult, low: ArrayLike, high: ArrayLike
+) -> None:
     """Duals of bounding boxes from those of the tightest bounds; the first box that is as tight gets them."""
     lower, upper = variable_bounds(prog)
     left_low, left_high = np.array(low, dtype=float), np.array(high, dtype=float)
-    for b in prog._lists["bounding_box_constraints"]:
-        at, c = prog._indices(b), b._evaluator
+    for b in prog.bounding_box_constraints():
+        at, c = parts_of(prog).bindings.places(b), b._evaluator
         dual = np.zeros(len(at))
         for i, place in enumerate(at):
             if c._lower[i] == lower[place]:
@@ -166,7 +171,7 @@ class HighsSolver(SolverInterface):
 
         _, c, constant = quadratic_objective(prog)
         M, low, high, _ = linear_rows(prog)
-        binary = np.array([v.get_type() is Variable.Type.BINARY for v in prog._decisions], dtype=bool)
+        binary = np.array([v.get_type() is Variable.Type.BINARY for v in prog.decision_variables()], dtype=bool)
         lower, upper = variable_bounds(prog)
         lower, upper = np.where(binary, np.maximum(lower, 0.0), lower), np.where(binary, np.minimum(upper, 1.0), upper)
         if _box_is_empty(lower, upper) or np.any(low > high):

@@ -149,7 +149,11 @@ class IpoptSolver(NonlinearSolver):
             form.upper.copy(),
             (form.J_rows, form.J_cols),
             (form.H_rows[half], form.H_cols[half]),
-            *map(kept, (cost, gradient, rows, jacobian, hessian)),
+            kept(cost),
+            kept(gradient),
+            kept(rows),
+            kept(jacobian),
+            kept(hessian),
             intermediate_callback=watch,
             ipopt_options=given,
         )

@@ -7,6 +7,7 @@ import numpy as np
 from sheldrake.solvers._engines.interface import SolverInterface
 from sheldrake.solvers._ids import ProgramAttribute as A
 from sheldrake.solvers._ids import SolutionResult, SolverOptions
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 
@@ -60,7 +61,7 @@ class _LcpSolver(SolverInterface):
 
     def _unsatisfied(self, prog: MathematicalProgram) -> str:
         has = sorted(prog.required_capabilities())
-        covered = {v for b in prog._lists["linear_complementarity_constraints"] for v in prog._indices(b)}
+        covered = {v for b in prog.linear_complementarity_constraints() for v in parts_of(prog).bindings.places(b)}
         if has == [A.kLinearComplementarityConstraint] and len(covered) == prog.num_vars():
             return ""
         names = ", ".join(a.name[1:] for a in has)
@@ -70,12 +71,12 @@ class _LcpSolver(SolverInterface):
         self, prog: MathematicalProgram, guess: np.ndarray, options: SolverOptions, result: MathematicalProgramResult
     ) -> None:
         x = np.zeros(prog.num_vars())
-        for b in prog._lists["linear_complementarity_constraints"]:
+        for b in prog.linear_complementarity_constraints():
             z = solve_lcp(b._evaluator._M, b._evaluator._q)
             if z is None or not b._evaluator.CheckSatisfied(z, 1e-6 * max(1.0, np.abs(b._evaluator._q).max())):
                 result._finish(SolutionResult.kInfeasibleConstraints, x, np.inf)
                 return
-            x[prog._indices(b)] = z
+            x[parts_of(prog).bindings.places(b)] = z
         result._finish(SolutionResult.kSolutionFound, x, 0.0)
 
 

@@ -114,9 +114,9 @@ def _multipliers(form: NonlinearForm, y: np.ndarray, dual: np.ndarray | None) ->
     if dual is None:
         return Multipliers(*form.multipliers(y))
     _, entries = form.constraints(y)
-    left = form.cost(y)[1] - np.bincount(form.J_cols, entries * dual[form.J_rows], form.num_vars)
+    left: np.ndarray = form.cost(y)[1] - np.bincount(form.J_cols, entries * dual[form.J_rows], form.num_vars)
     near = 1e-5 * np.maximum(1.0, np.abs(y))
-    left /= form.scale
+    left = left / form.scale
     low = np.where(y - form.x_lower <= near, np.maximum(left, 0.0), 0.0)
     return Multipliers(dual, low, np.where(form.x_upper - y <= near, np.minimum(left, 0.0), 0.0))
 

@@ -9,17 +9,19 @@ import numpy as np
 from sheldrake.solvers._engines.highs import variable_bounds
 from sheldrake.solvers._engines.terms import grouped
 from sheldrake.solvers._functions.bindings import BindingBase
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.cone_constraints import LorentzConeConstraint, RotatedLorentzConeConstraint
+from sheldrake.solvers._functions.constraints import LinearConstraint, LinearEqualityConstraint, QuadraticConstraint
+from sheldrake.solvers._functions.evaluators import Constraint, EvaluatorBase
+from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
 
-_COSTS = ("generic_costs", "linear_costs", "quadratic_costs", "l2norm_costs")
-_ROWS = (
-    "linear_equality_constraints",
-    "linear_constraints",
-    "generic_constraints",
-    "quadratic_constraints",
-    "lorentz_cone_constraints",
-    "rotated_lorentz_cone_constraints",
+_ROWS: tuple[type[Constraint], ...] = (
+    LinearEqualityConstraint,
+    LinearConstraint,
+    Constraint,
+    QuadraticConstraint,
+    LorentzConeConstraint,
+    RotatedLorentzConeConstraint,
 )
 
 
@@ -61,26 +63,27 @@ class NonlinearForm:
         self.scale = np.ones(self.num_vars)
         for place, s in prog.GetVariableScaling().items():
             self.scale[place] = s
+        bindings = parts_of(prog).bindings
         low, high = variable_bounds(prog)
-        costs = [b for name in _COSTS for b in prog._lists[name]]
-        self._costs = grouped([(b._evaluator, prog._indices(b), np.array([i])) for i, b in enumerate(costs)])
+        costs = prog.GetAllCosts()
+        self._costs = grouped([(b._evaluator, bindings.places(b), np.array([i])) for i, b in enumerate(costs)])
         self.rows: list[Rows] = []
         found: list[tuple[EvaluatorBase, np.ndarray, np.ndarray]] = []
         lower: list[np.ndarray] = []
         upper: list[np.ndarray] = []
         at = 0
-        for name in _ROWS:
-            for b in prog._lists[name]:
+        for kind in _ROWS:
+            for b in bindings.of(kind):
                 c = b._evaluator
                 end = at + c.num_constraints()
                 self.rows.append(Rows(b, slice(at, end)))
-                found.append((c, prog._indices(b), np.arange(at, end)))
+                found.append((c, bindings.places(b), np.arange(at, end)))
                 lower.append(c._lower)
                 upper.append(c._upper)
                 at = end
-        for b in prog._lists["linear_complementarity_constraints"]:
+        for b in prog.linear_complementarity_constraints():
             n = len(b._variables)
-            places = prog._indices(b)
+            places = bindings.places(b)
             low[places] = np.maximum(low[places], 0.0)
             both = _Complementarity(b._evaluator._M, b._evaluator._q)
             found.append((both, places, np.arange(at, at + n + 1)))
@@ -92,7 +95,7 @@ class NonlinearForm:
         self.lower = np.concatenate(lower) if lower else np.zeros(0)
         self.upper = np.concatenate(upper) if upper else np.zeros(0)
         self.x_lower, self.x_upper = low / self.scale, high / self.scale
-        self._callbacks = [(b._evaluator, prog._indices(b)) for b in prog._lists["visualization_callbacks"]]
+        self._callbacks = [(b._evaluator, bindings.places(b)) for b in prog.visualization_callbacks()]
         self.J_rows = _joined([t.J_rows for t in self._constraints])
         self.J_cols = _joined([t.J_cols for t in self._constraints])
         self.H_rows = _joined([t.H_rows for t in [*self._costs, *self._constraints]])

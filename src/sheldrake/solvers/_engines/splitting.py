@@ -85,7 +85,7 @@ class OsqpSolver(SolverInterface):
         return "stands on the package osqp, which is not installed (pip install osqp)."
 
     def _restriction(self, prog: MathematicalProgram) -> str:
-        if not prog._lists["quadratic_costs"]:
+        if not prog.quadratic_costs():
             return "OsqpSolver is unable to solve because a QuadraticCost is required but has not been declared."
         if quadratic_costs_are_convex(prog):
             return ""
@@ -100,7 +100,7 @@ class OsqpSolver(SolverInterface):
         Q, c, constant = quadratic_objective(prog)
         M, low, high, places = linear_rows(prog)
         x_low, x_high = variable_bounds(prog)
-        boxed = bool(prog._lists["bounding_box_constraints"])
+        boxed = bool(prog.bounding_box_constraints())
         M = vstack((M, identity(prog.num_vars()))) if boxed else M
         lower = np.concatenate((low, x_low)) if boxed else low
         upper = np.concatenate((high, x_high)) if boxed else high
@@ -143,7 +143,19 @@ class ScsSolverDetails(NamedTuple):
     s: np.ndarray
 
 
-_SCS_INFO = "status_val iter pobj dobj res_pri res_infeas res_unbdd_a res_unbdd_p gap setup_time solve_time".split()
+_SCS_INFO = {
+    "scs_status": "status_val",
+    "iter": "iter",
+    "primal_objective": "pobj",
+    "dual_objective": "dobj",
+    "primal_residue": "res_pri",
+    "residue_infeasibility": "res_infeas",
+    "residue_unbounded_a": "res_unbdd_a",
+    "residue_unbounded_p": "res_unbdd_p",
+    "duality_gap": "gap",
+    "scs_setup_time": "setup_time",
+    "scs_solve_time": "solve_time",
+}
 
 
 _SCS_RESULTS = {
@@ -198,7 +210,9 @@ class ScsSolver(SolverInterface):
         z = np.empty(len(order))
         z[order] = found["y"]
         info = found["info"]
-        result._details = ScsSolverDetails(*(info[k] for k in _SCS_INFO), found["y"], found["s"])
+        result._details = ScsSolverDetails(
+            **{name: info[k] for name, k in _SCS_INFO.items()}, y=found["y"], s=found["s"]
+        )
         outcome = _SCS_RESULTS.get(info["status_val"], SolutionResult.kSolverSpecificError)
         x = np.asarray(found["x"])
         result._finish(outcome, form.x(x), form.cost(x))

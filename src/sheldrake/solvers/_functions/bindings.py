@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, cast
 
 import numpy as np
 
@@ -15,8 +15,11 @@ from sheldrake.solvers._functions import cone_constraints as cones
 from sheldrake.solvers._functions import constraints, costs, evaluators, minimum_value
 from sheldrake.solvers._functions import norm_costs as norms
 
+Evaluator = TypeVar("Evaluator", bound=evaluators.EvaluatorBase)
+Evaluator_co = TypeVar("Evaluator_co", bound=evaluators.EvaluatorBase, covariant=True)
 
-class BindingBase:
+
+class BindingBase(Generic[Evaluator_co]):
     """An evaluator and its variables; equal to each other binding of the same ones.
 
     Args:
@@ -24,7 +27,9 @@ class BindingBase:
         v: Its variables.
     """
 
-    _kind: type = evaluators.EvaluatorBase
+    _kind: type[evaluators.EvaluatorBase] = evaluators.EvaluatorBase
+    _evaluator: Evaluator_co
+    _variables: np.ndarray
 
     def __init__(self, *args: Any, **kwargs: Any):
         ways = [overload(BindingBase._set, c=instance_of(self._kind), v=_arrays.variable_vector)]
@@ -39,15 +44,15 @@ class BindingBase:
             raise RuntimeError(f"Unable to cast {other.evaluator()!r} to {self._kind.__name__}.")
         self._evaluator, self._variables = other._evaluator, other._variables
 
-    def _set(self, evaluator: Any, vars: np.ndarray) -> None:
+    def _set(self, evaluator: evaluators.EvaluatorBase, vars: np.ndarray) -> None:
         if evaluator.num_vars() not in (evaluators.ANY, len(vars)):
             raise RuntimeError(
                 f"Binding(): {type(evaluator).__name__} has {evaluator.num_vars()} variables, but {len(vars)} are "
                 "given."
             )
-        self._evaluator, self._variables = evaluator, vars
+        self._evaluator, self._variables = cast("Evaluator_co", evaluator), vars
 
-    def evaluator(self) -> Any:
+    def evaluator(self) -> Evaluator_co:
         """Returns the evaluator."""
         return self._evaluator
 
@@ -59,10 +64,10 @@ class BindingBase:
         """Returns LaTeX for the evaluator with its variables."""
         return self._evaluator.ToLatex(self._variables, precision)
 
-    def _identity(self) -> tuple:
+    def _identity(self) -> tuple[int, ...]:
         return (id(self._evaluator), *(v.get_id() for v in self._variables))
 
-    def __eq__(self, other: Any) -> Any:
+    def __eq__(self, other: object) -> bool:
         return self._identity() == other._identity() if isinstance(other, BindingBase) else NotImplemented
 
     def __hash__(self) -> int:
@@ -72,7 +77,7 @@ class BindingBase:
         return self._evaluator._display(self._variables)
 
 
-_KINDS: list[type] = [
+_KINDS: list[type[evaluators.EvaluatorBase]] = [
     evaluators.EvaluatorBase,
     evaluators.Cost,
     evaluators.Constraint,
@@ -100,26 +105,30 @@ _KINDS: list[type] = [
 ]
 _GENERAL = _KINDS[:3]
 
-Binding = TemplateClass("Binding")
-Binding.__doc__ = "An evaluator and its variables: `Binding[LinearCost](cost, vars)`."
-_classes: dict[type, type[BindingBase]] = {}
+_template = TemplateClass("Binding")
+_template.__doc__ = "An evaluator and its variables: `Binding[LinearCost](cost, vars)`."
+if TYPE_CHECKING:
+    Binding = BindingBase
+else:
+    Binding = _template
+_classes: dict[type[evaluators.EvaluatorBase], type[BindingBase]] = {}
 for _kind in _KINDS:
     _name = _MangledName.mangle(f"Binding[{_kind.__name__}]")
     _attributes = {"_kind": _kind, "_takes_other": _kind in _GENERAL, "__doc__": BindingBase.__doc__}
     _cls = type(_name, (BindingBase,), {**_attributes, "__module__": "sheldrake.solvers"})
     _classes[_kind] = _cls
-    Binding.add_instantiation((_kind,), _cls, skip_rename=True)
+    _template.add_instantiation((_kind,), _cls, skip_rename=True)
 
 
-def bind(kind: type, evaluator: Any, vars: np.ndarray) -> Any:
+def bind(kind: type[Evaluator], evaluator: Evaluator, vars: np.ndarray) -> BindingBase[Evaluator]:
     """Binding[kind] of an evaluator and a vector of variables."""
-    out = object.__new__(_classes[kind])
+    out: BindingBase[Evaluator] = object.__new__(_classes[kind])
     out._set(evaluator, vars)
     return out
 
 
-def as_kind(kind: type, binding: BindingBase) -> Any:
+def as_kind(kind: type[Evaluator], binding: BindingBase) -> BindingBase[Evaluator]:
     """The same evaluator and variables as Binding[kind]."""
     if type(binding) is _classes[kind]:
         return binding
-    return bind(kind, binding._evaluator, binding._variables)
+    return bind(kind, binding.evaluator(), binding._variables)

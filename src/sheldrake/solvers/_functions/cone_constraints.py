@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +14,12 @@ from sheldrake.solvers._functions.norm_costs import sum_of_squares
 from sheldrake.solvers._text import latex_matrix, latex_number
 from sheldrake.symbolic import Formula, positive_semidefinite
 from sheldrake.symbolic import _functions as symbolic
+
+if TYPE_CHECKING:
+    import scipy.sparse
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers._arrays import Matrix
 
 
 class _ConeConstraint(Constraint):
@@ -47,7 +54,7 @@ class _ConeConstraint(Constraint):
             )
         self._A, self._b = A, b
 
-    def A(self) -> Any:
+    def A(self) -> scipy.sparse.csc_matrix:
         """Returns the matrix of z = A x + b as a SciPy csc_matrix."""
         from scipy.sparse import csc_matrix
 
@@ -84,17 +91,6 @@ def _objects(*items: Any) -> np.ndarray:
     return out
 
 
-class EvalType(BoundEnum):
-    """How a Lorentz cone constraint is evaluated for solvers that see only functions."""
-
-    kConvex = 0
-    kConvexSmooth = 1
-    kNonconvex = 2
-
-
-EvalType.__qualname__ = "LorentzConeConstraint.EvalType"
-
-
 class LorentzConeConstraint(_ConeConstraint):
     """z_0 >= |z_1 ... z_m| with z = A x + b.
 
@@ -105,12 +101,17 @@ class LorentzConeConstraint(_ConeConstraint):
             without (`kConvex`); or two values z_0 and z_0^2 - z_1^2 - ... (`kNonconvex`).
     """
 
-    EvalType = EvalType
+    class EvalType(BoundEnum):
+        """How a Lorentz cone constraint is evaluated for solvers that see only functions."""
 
-    def __init__(self, A: Any, b: Any, eval_type: EvalType = EvalType.kConvexSmooth):
+        kConvex = 0
+        kConvexSmooth = 1
+        kNonconvex = 2
+
+    def __init__(self, A: ArrayLike, b: ArrayLike, eval_type: EvalType = EvalType.kConvexSmooth):
         self._set_affine(A, b)
         self._eval_type = eval_type
-        self._set_sizes(2 if eval_type is EvalType.kNonconvex else 1, self._A.shape[1])
+        self._set_sizes(2 if eval_type is self.EvalType.kNonconvex else 1, self._A.shape[1])
         self._set_bounds(np.zeros(self._num_outputs), np.full(self._num_outputs, np.inf))
 
     def _rows_alone(self) -> int:
@@ -122,23 +123,23 @@ class LorentzConeConstraint(_ConeConstraint):
 
     def _eval(self, x: np.ndarray) -> np.ndarray:
         z = self._z(x)
-        if self._eval_type is EvalType.kNonconvex:
+        if self._eval_type is self.EvalType.kNonconvex:
             return np.array([z[0], z[0] ** 2 - z[1:] @ z[1:]])
         return np.array([z[0] - np.linalg.norm(z[1:])])
 
     def _jacobian(self, x: np.ndarray) -> np.ndarray:
         z = self._z(x)
-        if self._eval_type is EvalType.kNonconvex:
+        if self._eval_type is self.EvalType.kNonconvex:
             return np.vstack((self._A[0], 2.0 * z[0] * self._A[0] - 2.0 * z[1:] @ self._A[1:]))
         square = z[1:] @ z[1:]
-        if self._eval_type is EvalType.kConvexSmooth:
+        if self._eval_type is self.EvalType.kConvexSmooth:
             square += 1e-12 if square < 1e-12 else 0.0  # The norm has no derivative at zero; that of a hyperboloid has.
         with np.errstate(invalid="ignore", divide="ignore"):
             return (self._A[0] - (z[1:] @ self._A[1:]) / np.sqrt(square)).reshape(1, -1)
 
     def _eval_symbols(self, x: np.ndarray) -> np.ndarray:
         z = self._z_symbols(x)
-        if self._eval_type is EvalType.kNonconvex:
+        if self._eval_type is self.EvalType.kNonconvex:
             return _objects(z[0], z[0] ** 2 - sum_of_squares(z[1:]))
         return _objects(z[0] - symbolic.sqrt(sum_of_squares(z[1:])))
 
@@ -162,7 +163,7 @@ class RotatedLorentzConeConstraint(_ConeConstraint):
 
     _fewest_rows = 2
 
-    def __init__(self, A: Any, b: Any):
+    def __init__(self, A: ArrayLike, b: ArrayLike):
         self._set_affine(A, b)
         self._set_sizes(3, self._A.shape[1])
         self._set_bounds(np.zeros(3), np.full(3, np.inf))
@@ -199,7 +200,7 @@ class ExponentialConeConstraint(_ConeConstraint):
 
     _fewest_rows = 3
 
-    def __init__(self, A: Any, b: Any):
+    def __init__(self, A: ArrayLike, b: ArrayLike):
         self._set_affine(A, b)
         self._set_sizes(2, self._A.shape[1])
         self._set_bounds(np.zeros(2), np.full(2, np.inf))
@@ -293,7 +294,7 @@ class LinearMatrixInequalityConstraint(_MatrixConstraint):
         symmetry_tolerance: Largest difference of two elements that should be equal.
     """
 
-    def __init__(self, F: list[Any], symmetry_tolerance: float = 1e-10):
+    def __init__(self, F: Sequence[Matrix], symmetry_tolerance: float = 1e-10):
         matrices = [_arrays.float_matrix(f) for f in F]
         for f in matrices:
             if f.shape != matrices[0].shape or f.shape[0] != f.shape[1]:

@@ -15,10 +15,16 @@ class Coefficients:
     """A polynomial of degree two at most as 1/2 x' Q x + b' x + c."""
 
     def __init__(self, e: Expression):
+        self.Q: np.ndarray | None = None
+        if decompose.is_linear(e):
+            terms, self.c = decompose.linear_terms(e)
+            terms.sort(key=lambda term: term[0].get_id())
+            self.vars = traverse.object_array([v for v, _ in terms])
+            self.degree, self.b = min(len(terms), 1), np.array([c for _, c in terms], dtype=float)
+            return
         found = sorted(traverse.variables_of(e), key=Variable.get_id)
         self.vars = traverse.object_array(found)
         self.degree, self.b, self.c = 0, np.zeros(len(found)), 0.0
-        self.Q: np.ndarray | None = None
         places = {v: i for i, v in enumerate(found)}
         for m, coefficient in decompose.decompose(e, set(found)).items():
             value = coefficient.Evaluate()
@@ -41,7 +47,7 @@ class Coefficients:
 
 def coefficients(e: Expression) -> Coefficients | None:
     """The coefficients of a polynomial of any degree; None for other expressions."""
-    if not traverse.is_polynomial(e):
+    if not decompose.is_linear(e) and not traverse.is_polynomial(e):
         return None
     return Coefficients(e)
 

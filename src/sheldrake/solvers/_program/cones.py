@@ -5,27 +5,37 @@ One of the parts that `MathematicalProgram` is put together from.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import instance_of
-from sheldrake.common._overloads import Mismatch, dispatch, overload
+from sheldrake.common._overloads import Mismatch, Ways, overload
 from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._functions.bindings import BindingBase, bind
+from sheldrake.solvers._arrays import Matrix
+from sheldrake.solvers._functions.bindings import Binding, BindingBase, bind
 from sheldrake.solvers._functions.cone_constraints import (
     ExponentialConeConstraint,
     LinearMatrixInequalityConstraint,
     LorentzConeConstraint,
     PositiveSemidefiniteConstraint,
+    RotatedLorentzConeConstraint,
 )
 from sheldrake.solvers._functions.constraints import LinearConstraint
 from sheldrake.solvers._parse import coefficients
 from sheldrake.solvers._parse import constraints as parse
+from sheldrake.solvers._program.bindings import ProgramBindings
+from sheldrake.solvers._program.variables import ProgramVariables
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers._arrays import VariablesLike
 
 _SMOOTH = LorentzConeConstraint.EvalType.kConvexSmooth
 
@@ -48,7 +58,9 @@ def quadratic_factor(e: Expression, tol: float) -> tuple[np.ndarray, np.ndarray,
     return factor[:, :n], factor[:, n], c.vars
 
 
-def _stack(linear: list[Expression], A: np.ndarray, b: np.ndarray, x: np.ndarray) -> tuple:
+def _stack(
+    linear: list[Expression], A: np.ndarray, b: np.ndarray, x: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows of affine expressions above A x + b, over all variables."""
     rows = coefficients.affine_vector(linear, "AddLorentzConeConstraint")
     everything = sorted({*rows.vars, *x}, key=Variable.get_id)
@@ -60,9 +72,17 @@ def _stack(linear: list[Expression], A: np.ndarray, b: np.ndarray, x: np.ndarray
 
 
 class ProgramCones:
-    """Lorentz, exponential and matrix cones."""
+    """Adds constraints that are Lorentz, exponential and matrix cones.
 
-    def AddLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Any:
+    Args:
+        variables: Where new variables are made.
+        bindings: Where constraints are kept.
+    """
+
+    def __init__(self, variables: ProgramVariables, bindings: ProgramBindings) -> None:
+        self._variables, self._bindings = variables, bindings
+
+    def AddLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Binding[LorentzConeConstraint]:
         """Adds z_0 >= |z_1 ... z_m|.
 
         Called as `(v)` with affine expressions z; `(f)` with a formula |A x + b| <= affine;
@@ -72,38 +92,9 @@ class ProgramCones:
         Raises:
             RuntimeError: an expression is not of that kind.
         """
+        return self._bindings.add(_LORENTZ.choose("AddLorentzConeConstraint", args, kwargs))
 
-        def vector(self: Any, v: np.ndarray, eval_type: Any) -> Any:
-            a = coefficients.affine_vector(list(v), "AddLorentzConeConstraint")
-            return self._store_constraint(parse.lorentz(a.A, a.c, a.vars, eval_type))
-
-        def of_formula(self: Any, f: Any, eval_type: Any, psd_tol: float, coefficient_tol: float) -> Any:
-            return self._store_constraint(parse.lorentz_from_formula(f, eval_type, psd_tol, coefficient_tol))
-
-        def squares(self: Any, linear: Any, quadratic: Any, tol: float, eval_type: Any) -> Any:
-            M, b, x = _stack([linear], *quadratic_factor(quadratic, tol))
-            return self._store_constraint(parse.lorentz(M, b, x, eval_type))
-
-        def matrix(self: Any, A: Any, b: np.ndarray, vars: np.ndarray, eval_type: Any) -> Any:
-            return self._store_constraint(parse.lorentz(A, b, vars, eval_type))
-
-        kind = (instance_of(LorentzConeConstraint.EvalType), _SMOOTH)
-        tolerance = (kinds.number, 1e-8)
-        ways = [
-            overload(of_formula, f=kinds.formula, eval_type=kind, psd_tol=tolerance, coefficient_tol=tolerance),
-            overload(vector, v=kinds.expressions, eval_type=kind),
-            overload(
-                squares,
-                linear_expression=kinds.expression,
-                quadratic_expression=kinds.expression,
-                tol=(kinds.number, 0.0),
-                eval_type=kind,
-            ),
-            overload(matrix, A=kinds.matrix, b=kinds.vector, vars=kinds.vars, eval_type=kind),
-        ]
-        return dispatch("AddLorentzConeConstraint", ways, self, args, kwargs)
-
-    def AddRotatedLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Any:
+    def AddRotatedLorentzConeConstraint(self, *args: Any, **kwargs: Any) -> Binding[RotatedLorentzConeConstraint]:
         """Adds z_0 z_1 >= z_2^2 + ..., z_0 >= 0, z_1 >= 0.
 
         Called as `(v)` with affine expressions z; `(linear_expression1, linear_expression2, quadratic_expression,
@@ -112,34 +103,11 @@ class ProgramCones:
         Raises:
             RuntimeError: an expression is not of that kind.
         """
-
-        def vector(self: Any, v: np.ndarray) -> Any:
-            a = coefficients.affine_vector(list(v), "AddRotatedLorentzConeConstraint")
-            return self._store_constraint(parse.rotated_lorentz(a.A, a.c, a.vars))
-
-        def squares(self: Any, first: Any, second: Any, quadratic: Any, tol: float) -> Any:
-            M, b, x = _stack([first, second], *quadratic_factor(quadratic, tol))
-            return self._store_constraint(parse.rotated_lorentz(M, b, x))
-
-        def matrix(self: Any, A: Any, b: np.ndarray, vars: np.ndarray) -> Any:
-            return self._store_constraint(parse.rotated_lorentz(A, b, vars))
-
-        ways = [
-            overload(
-                squares,
-                linear_expression1=kinds.expression,
-                linear_expression2=kinds.expression,
-                quadratic_expression=kinds.expression,
-                tol=(kinds.number, 0.0),
-            ),
-            overload(vector, v=kinds.expressions),
-            overload(matrix, A=kinds.matrix, b=kinds.vector, vars=kinds.vars),
-        ]
-        return dispatch("AddRotatedLorentzConeConstraint", ways, self, args, kwargs)
+        return self._bindings.add(_ROTATED_LORENTZ.choose("AddRotatedLorentzConeConstraint", args, kwargs))
 
     def AddQuadraticAsRotatedLorentzConeConstraint(
-        self, Q: Any, b: Any, c: float, vars: Any, psd_tol: float = 0.0
-    ) -> Any:
+        self, Q: ArrayLike, b: ArrayLike, c: float, vars: VariablesLike, psd_tol: float = 0.0
+    ) -> Binding[RotatedLorentzConeConstraint]:
         """Adds 1/2 x' Q x + b' x + c <= 0 as a rotated Lorentz cone.
 
         Raises:
@@ -153,27 +121,15 @@ class ProgramCones:
         factor = (vectors[:, keep] * np.sqrt(values[keep])).T
         A = np.vstack((-b, np.zeros(b.size), factor))
         z = np.concatenate(([-c, 1.0], np.zeros(len(factor))))
-        return self._store_constraint(parse.rotated_lorentz(A, z, vars))  # type: ignore[attr-defined]
+        return self._bindings.add(parse.rotated_lorentz(A, z, vars))
 
-    def AddExponentialConeConstraint(self, *args: Any, **kwargs: Any) -> Any:
+    def AddExponentialConeConstraint(self, *args: Any, **kwargs: Any) -> Binding[ExponentialConeConstraint]:
         """Adds z_0 >= z_1 exp(z_2 / z_1), z_1 > 0; called as `(A, b, vars)` or `(z)` with affine expressions."""
-
-        def matrix(self: Any, A: Any, b: np.ndarray, vars: np.ndarray) -> Any:
-            return self._store_constraint(bind(ExponentialConeConstraint, ExponentialConeConstraint(A, b), vars))
-
-        def vector(self: Any, z: np.ndarray) -> Any:
-            a = coefficients.affine_vector(list(z), "AddExponentialConeConstraint")
-            return matrix(self, a.A, a.c, a.vars)
-
-        ways = [
-            overload(matrix, A=kinds.matrix, b=kinds.vector, vars=kinds.vars),
-            overload(vector, z=kinds.expressions),
-        ]
-        return dispatch("AddExponentialConeConstraint", ways, self, args, kwargs)
+        return self._bindings.add(_EXPONENTIAL.choose("AddExponentialConeConstraint", args, kwargs))
 
     # Matrices
 
-    def AddPositiveSemidefiniteConstraint(self, e: Any) -> Any:
+    def AddPositiveSemidefiniteConstraint(self, e: np.ndarray) -> Binding[PositiveSemidefiniteConstraint]:
         """Adds that a symmetric matrix of variables or affine expressions has no negative eigenvalue.
 
         A matrix of expressions is made equal to a new matrix of variables. Of a matrix of variables the lower triangle
@@ -186,17 +142,17 @@ class ProgramCones:
         n = X.shape[0]
         if not all(isinstance(v, Variable) for v in np.asarray(e, dtype=object).flat):
             _check_symmetric(X)
-            M = self.NewSymmetricContinuousVariables(n)  # type: ignore[attr-defined]
+            M = self._variables.NewSymmetricContinuousVariables(n)
             lower = [(i, j) for j in range(n) for i in range(j, n)]
             rows = traverse.object_array([X[p] - M[p] for p in lower])
-            self.AddLinearEqualityConstraint(rows, np.zeros(len(lower)))  # type: ignore[attr-defined]
+            self._bindings.add(parse.equality_constraint(rows, np.zeros(len(lower))))
             X = M
         vars = kinds.vars(X)
-        return self._store_constraint(  # type: ignore[attr-defined]
-            bind(PositiveSemidefiniteConstraint, PositiveSemidefiniteConstraint(n), vars)
-        )
+        return self._bindings.add(bind(PositiveSemidefiniteConstraint, PositiveSemidefiniteConstraint(n), vars))
 
-    def AddPrincipalSubmatrixIsPsdConstraint(self, X: Any, minor_indices: set[int]) -> Any:
+    def AddPrincipalSubmatrixIsPsdConstraint(
+        self, X: np.ndarray, minor_indices: set[int]
+    ) -> Binding[PositiveSemidefiniteConstraint] | Binding[LinearMatrixInequalityConstraint]:
         """Adds that the rows and columns of some numbers of a symmetric matrix are positive semidefinite."""
         X = np.asarray(X, dtype=object)
         at = sorted(minor_indices)
@@ -205,33 +161,20 @@ class ProgramCones:
             return self.AddPositiveSemidefiniteConstraint(part)
         return self.AddLinearMatrixInequalityConstraint(part)
 
-    def AddLinearMatrixInequalityConstraint(self, *args: Any, **kwargs: Any) -> Any:
+    def AddLinearMatrixInequalityConstraint(
+        self, *args: Any, **kwargs: Any
+    ) -> Binding[LinearMatrixInequalityConstraint]:
         """Adds that F_0 + sum F_i x_i is positive semidefinite; called as `(F, vars)` or `(X)` with affine expressions.
 
         Raises:
             RuntimeError: a matrix is not symmetric, or an expression not affine.
         """
 
-        def matrices(self: Any, F: list, vars: np.ndarray) -> Any:
-            new = LinearMatrixInequalityConstraint(F)
-            return self._store_constraint(bind(LinearMatrixInequalityConstraint, new, vars))
-
-        def of_expressions(self: Any, X: np.ndarray) -> Any:
-            X = _square("AddLinearMatrixInequalityConstraint", X)
-            _check_symmetric(X)
-            a = coefficients.affine_vector(list(X.ravel()), "AddLinearMatrixInequalityConstraint")
-            F = [a.c.reshape(X.shape), *(column.reshape(X.shape) for column in a.A.T)]
-            return matrices(self, F, a.vars)
-
-        ways = [
-            overload(matrices, F=_matrices, vars=kinds.vars),
-            overload(of_expressions, X=kinds.expressions),
-        ]
-        return dispatch("AddLinearMatrixInequalityConstraint", ways, self, args, kwargs)
+        return self._bindings.add(_INEQUALITY.choose("AddLinearMatrixInequalityConstraint", args, kwargs))
 
     # Diagonally dominant matrices: inner and outer bounds of the semidefinite cone (Ahmadi and Majumdar, 2019).
 
-    def AddPositiveDiagonallyDominantMatrixConstraint(self, X: Any) -> np.ndarray:
+    def AddPositiveDiagonallyDominantMatrixConstraint(self, X: np.ndarray) -> np.ndarray:
         """Adds that each diagonal element is at least the sum of the absolute values in its row.
 
         Returns:
@@ -240,7 +183,7 @@ class ProgramCones:
         X = _symmetrized(_square("AddPositiveDiagonallyDominantMatrixConstraint", X))
         n = X.shape[0]
         Y = np.empty((n, n), dtype=object)
-        slack = iter(self.NewContinuousVariables(n * (n - 1) // 2, "diagonally_dominant_slack"))  # type: ignore
+        slack = iter(self._variables.NewContinuousVariables(n * (n - 1) // 2, "diagonally_dominant_slack"))
         rows = []
         for j in range(n):
             Y[j, j] = X[j, j]
@@ -251,10 +194,10 @@ class ProgramCones:
         for row in rows:
             a = coefficients.affine_vector([row], "AddPositiveDiagonallyDominantMatrixConstraint")
             new = LinearConstraint(a.A, [-np.inf], -a.c)
-            self._store_constraint(bind(LinearConstraint, new, a.vars))  # type: ignore[attr-defined]
+            self._bindings.add(bind(LinearConstraint, new, a.vars))
         return Y
 
-    def AddPositiveDiagonallyDominantDualConeMatrixConstraint(self, X: Any) -> Any:
+    def AddPositiveDiagonallyDominantDualConeMatrixConstraint(self, X: np.ndarray) -> Binding[LinearConstraint]:
         """Adds v' X v >= 0 for all v with at most two elements that are not zero, those being 1 or -1."""
         X = _square("AddPositiveDiagonallyDominantDualConeMatrixConstraint", X)
         n = X.shape[0]
@@ -264,12 +207,12 @@ class ProgramCones:
                 rows += [X[i, i] + X[j, j] + X[i, j] + X[j, i], X[i, i] + X[j, j] - X[i, j] - X[j, i]]
         return self._nonnegative(rows)
 
-    def _nonnegative(self, rows: list[Expression]) -> Any:
+    def _nonnegative(self, rows: list[Expression]) -> BindingBase[LinearConstraint]:
         a = coefficients.affine_vector(rows, "MathematicalProgram")
         new = LinearConstraint(a.A, 0.0 - a.c, np.full(len(rows), np.inf))
-        return self._store_constraint(bind(LinearConstraint, new, a.vars))  # type: ignore[attr-defined]
+        return self._bindings.add(bind(LinearConstraint, new, a.vars))
 
-    def AddScaledDiagonallyDominantMatrixConstraint(self, X: Any) -> list[list[np.ndarray]]:
+    def AddScaledDiagonallyDominantMatrixConstraint(self, X: np.ndarray) -> list[list[np.ndarray]]:
         """Adds that X is a sum of matrices that are zero but for a positive semidefinite 2 x 2 part.
 
         Returns:
@@ -281,7 +224,7 @@ class ProgramCones:
         M = [[np.full((2, 2), Expression(0.0), dtype=object) for _ in range(n)] for _ in range(n)]
         if n == 1:
             self._nonnegative([X[0, 0]])
-        slack = iter(self.NewContinuousVariables(2, n * (n - 1) // 2, "sdd_slack_M").T)  # type: ignore[attr-defined]
+        slack = iter(self._variables.NewContinuousVariables(2, n * (n - 1) // 2, "sdd_slack_M").T)
         for i in range(n):
             for j in range(i + 1, n):
                 a, b = next(slack)
@@ -292,10 +235,12 @@ class ProgramCones:
                 _sum([M[i][j][0, 0] for j in range(i + 1, n)] + [M[j][i][1, 1] for j in range(i)]) - X[i, i]
                 for i in range(n)
             ]
-            self.AddLinearEqualityConstraint(traverse.object_array(sums), np.zeros(n))  # type: ignore
+            self._bindings.add(parse.equality_constraint(traverse.object_array(sums), np.zeros(n)))
         return [[_variables(part) for part in row] for row in M] if is_of_variables else M
 
-    def AddScaledDiagonallyDominantDualConeMatrixConstraint(self, X: Any) -> list:
+    def AddScaledDiagonallyDominantDualConeMatrixConstraint(
+        self, X: np.ndarray
+    ) -> list[Binding[RotatedLorentzConeConstraint]]:
         """Adds that all 2 x 2 principal submatrices are positive semidefinite; returns their constraints."""
         X = _square("AddScaledDiagonallyDominantDualConeMatrixConstraint", X)
         n = X.shape[0]
@@ -305,9 +250,9 @@ class ProgramCones:
             for j in range(i + 1, n)
         ]
 
-    def _psd_matrix(self, constraint: BindingBase) -> np.ndarray:
+    def _psd_matrix(self, constraint: BindingBase[PositiveSemidefiniteConstraint]) -> np.ndarray:
         n = constraint.evaluator().matrix_rows()
-        if self.RemoveConstraint(constraint) == 0:  # type: ignore[attr-defined]
+        if self._bindings.RemoveConstraint(constraint) == 0:
             raise RuntimeError("The constraint is not in the program.")
         return constraint.variables().reshape(n, n).T
 
@@ -322,23 +267,73 @@ class ProgramCones:
         return self.AddScaledDiagonallyDominantMatrixConstraint(self._psd_matrix(constraint))
 
     @checked
-    def RelaxPsdConstraintToDdDualCone(self, constraint: BindingBase) -> Any:
+    def RelaxPsdConstraintToDdDualCone(self, constraint: BindingBase) -> Binding[LinearConstraint]:
         """Puts the dual of diagonally dominant matrices in the place of positive semidefinite ones."""
         return self.AddPositiveDiagonallyDominantDualConeMatrixConstraint(self._psd_matrix(constraint))
 
     @checked
-    def RelaxPsdConstraintToSddDualCone(self, constraint: BindingBase) -> list:
+    def RelaxPsdConstraintToSddDualCone(self, constraint: BindingBase) -> list[Binding[RotatedLorentzConeConstraint]]:
         """Puts the dual of scaled diagonally dominant matrices in the place of positive semidefinite ones."""
         return self.AddScaledDiagonallyDominantDualConeMatrixConstraint(self._psd_matrix(constraint))
 
 
-def _matrices(value: Any) -> list:
+# What the calls take, and the constraints that they make of it.
+
+
+def _lorentz_of_expressions(
+    v: np.ndarray, eval_type: LorentzConeConstraint.EvalType
+) -> BindingBase[LorentzConeConstraint]:
+    a = coefficients.affine_vector(list(v), "AddLorentzConeConstraint")
+    return parse.lorentz(a.A, a.c, a.vars, eval_type)
+
+
+def _lorentz_of_squares(
+    linear: Expression, quadratic: Expression, tol: float, eval_type: LorentzConeConstraint.EvalType
+) -> BindingBase[LorentzConeConstraint]:
+    M, b, x = _stack([linear], *quadratic_factor(quadratic, tol))
+    return parse.lorentz(M, b, x, eval_type)
+
+
+def _rotated_of_expressions(v: np.ndarray) -> BindingBase[RotatedLorentzConeConstraint]:
+    a = coefficients.affine_vector(list(v), "AddRotatedLorentzConeConstraint")
+    return parse.rotated_lorentz(a.A, a.c, a.vars)
+
+
+def _rotated_of_squares(
+    first: Expression, second: Expression, quadratic: Expression, tol: float
+) -> BindingBase[RotatedLorentzConeConstraint]:
+    M, b, x = _stack([first, second], *quadratic_factor(quadratic, tol))
+    return parse.rotated_lorentz(M, b, x)
+
+
+def _exponential(A: Matrix, b: np.ndarray, vars: np.ndarray) -> BindingBase[ExponentialConeConstraint]:
+    return bind(ExponentialConeConstraint, ExponentialConeConstraint(A, b), vars)
+
+
+def _exponential_of_expressions(z: np.ndarray) -> BindingBase[ExponentialConeConstraint]:
+    a = coefficients.affine_vector(list(z), "AddExponentialConeConstraint")
+    return _exponential(a.A, a.c, a.vars)
+
+
+def _inequality(F: Sequence[Matrix], vars: np.ndarray) -> BindingBase[LinearMatrixInequalityConstraint]:
+    return bind(LinearMatrixInequalityConstraint, LinearMatrixInequalityConstraint(F), vars)
+
+
+def _inequality_of_expressions(X: np.ndarray) -> BindingBase[LinearMatrixInequalityConstraint]:
+    X = _square("AddLinearMatrixInequalityConstraint", X)
+    _check_symmetric(X)
+    a = coefficients.affine_vector(list(X.ravel()), "AddLinearMatrixInequalityConstraint")
+    F = [a.c.reshape(X.shape), *(column.reshape(X.shape) for column in a.A.T)]
+    return _inequality(F, a.vars)
+
+
+def _matrices(value: Any) -> list[Matrix]:
     if isinstance(value, np.ndarray) and value.ndim != 3:
         raise Mismatch
     return [kinds.matrix(f) for f in instance_of(list, tuple, np.ndarray)(value)]
 
 
-def _square(call: str, X: Any) -> np.ndarray:
+def _square(call: str, X: np.ndarray) -> np.ndarray:
     X = kinds.expressions(X)
     if X.ndim != 2 or X.shape[0] != X.shape[1]:
         raise RuntimeError(f"{call}(): the matrix must be square, it has shape {X.shape}.")
@@ -373,3 +368,52 @@ def _variables(part: np.ndarray) -> np.ndarray:
 
 def _sum(items: list[Expression]) -> Expression:
     return build.sum_of(items)
+
+
+_EVAL_TYPE = (instance_of(LorentzConeConstraint.EvalType), _SMOOTH)
+_TOLERANCE = (kinds.number, 1e-8)
+_LORENTZ = Ways(
+    [
+        overload(
+            parse.lorentz_from_formula,
+            f=kinds.formula,
+            eval_type=_EVAL_TYPE,
+            psd_tol=_TOLERANCE,
+            coefficient_tol=_TOLERANCE,
+        ),
+        overload(_lorentz_of_expressions, v=kinds.expressions, eval_type=_EVAL_TYPE),
+        overload(
+            _lorentz_of_squares,
+            linear_expression=kinds.expression,
+            quadratic_expression=kinds.expression,
+            tol=(kinds.number, 0.0),
+            eval_type=_EVAL_TYPE,
+        ),
+        overload(parse.lorentz, A=kinds.matrix, b=kinds.vector, vars=kinds.vars, eval_type=_EVAL_TYPE),
+    ]
+)
+_ROTATED_LORENTZ = Ways(
+    [
+        overload(
+            _rotated_of_squares,
+            linear_expression1=kinds.expression,
+            linear_expression2=kinds.expression,
+            quadratic_expression=kinds.expression,
+            tol=(kinds.number, 0.0),
+        ),
+        overload(_rotated_of_expressions, v=kinds.expressions),
+        overload(parse.rotated_lorentz, A=kinds.matrix, b=kinds.vector, vars=kinds.vars),
+    ]
+)
+_EXPONENTIAL = Ways(
+    [
+        overload(_exponential, A=kinds.matrix, b=kinds.vector, vars=kinds.vars),
+        overload(_exponential_of_expressions, z=kinds.expressions),
+    ]
+)
+_INEQUALITY = Ways(
+    [
+        overload(_inequality, F=_matrices, vars=kinds.vars),
+        overload(_inequality_of_expressions, X=kinds.expressions),
+    ]
+)

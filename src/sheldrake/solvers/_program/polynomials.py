@@ -1,4 +1,7 @@
-"""Polynomials with decision variables as coefficients, and sums of squares."""
+"""Polynomials with decision variables as coefficients, and sums of squares.
+
+One of the parts that `MathematicalProgram` is put together from.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +12,14 @@ import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common._kinds import count, instance_of, text
-from sheldrake.common._overloads import Mismatch, dispatch, overload
+from sheldrake.common._overloads import Mismatch, Ways, dispatch, overload
 from sheldrake.solvers import _kinds as kinds
+from sheldrake.solvers._functions.bindings import Binding, bind
+from sheldrake.solvers._functions.constraints import BoundingBoxConstraint, LinearEqualityConstraint
+from sheldrake.solvers._parse.constraints import equality_constraint
+from sheldrake.solvers._program.bindings import ProgramBindings
+from sheldrake.solvers._program.cones import ProgramCones
+from sheldrake.solvers._program.variables import ProgramVariables
 from sheldrake.symbolic import (
     EvenDegreeMonomialBasis,
     Expression,
@@ -18,8 +27,10 @@ from sheldrake.symbolic import (
     MonomialBasis,
     OddDegreeMonomialBasis,
     Polynomial,
+    Variable,
     Variables,
 )
+from sheldrake.symbolic import _build as build
 
 
 class NonnegativePolynomial(BoundEnum):
@@ -41,28 +52,32 @@ def _basis(value: Any) -> np.ndarray:
     return array.ravel()
 
 
-_kind = (instance_of(NonnegativePolynomial), _SOS)
-
-
 class ProgramPolynomials:
-    """Free and nonnegative polynomials."""
+    """Free and nonnegative polynomials.
 
-    NonnegativePolynomial = NonnegativePolynomial
+    Args:
+        variables: Where coefficients and Gram matrices get their variables.
+        bindings: Where constraints on them are kept.
+        cones: Adds the constraints on Gram matrices.
+    """
 
-    def MakePolynomial(self, e: Any) -> Polynomial:
+    def __init__(self, variables: ProgramVariables, bindings: ProgramBindings, cones: ProgramCones) -> None:
+        self._variables, self._bindings, self._cones = variables, bindings, cones
+
+    def MakePolynomial(self, e: Expression | Variable | float) -> Polynomial:
         """Returns an expression as a polynomial in the indeterminates of this program."""
-        e = kinds.expression(e)
-        return Polynomial(e, Variables([v for v in e.GetVariables() if v.get_id() in self._indeterminate_places]))  # type: ignore
+        found: Expression = kinds.expression(e)
+        return Polynomial(found, Variables([v for v in found.GetVariables() if self._variables.is_indeterminate(v)]))
 
     def Reparse(self, p: Polynomial) -> None:
         """Makes the indeterminates of this program those of a polynomial."""
-        p.SetIndeterminates(Variables(self._indeterminates))  # type: ignore[attr-defined]
+        p.SetIndeterminates(Variables(self._variables.indeterminates()))
 
     def _reparsed(self, p: Polynomial) -> Polynomial:
         return self.MakePolynomial(p.ToExpression())
 
     def _free(self, basis: np.ndarray, coeff_name: str) -> Polynomial:
-        coefficients = self.NewContinuousVariables(len(basis), coeff_name)  # type: ignore[attr-defined]
+        coefficients = self._variables.NewContinuousVariables(len(basis), coeff_name)
         return Polynomial({m: Expression(c) for m, c in zip(basis, coefficients)})
 
     def NewFreePolynomial(self, indeterminates: Variables, deg: int, coeff_name: str = "a") -> Polynomial:
@@ -89,41 +104,36 @@ class ProgramPolynomials:
             RuntimeError: the degree is odd or negative.
         """
 
-        def of_basis(self: Any, basis: np.ndarray, type: Any, gram_name: str) -> tuple:
-            Q = self.NewSymmetricContinuousVariables(len(basis), gram_name)
-            return self._nonnegative_form(Q, basis, type), Q
+        return dispatch("NewSosPolynomial", _NEW_SOS, self, args, kwargs)
 
-        def of_degree(self: Any, indeterminates: Variables, degree: int, type: Any, gram_name: str) -> tuple:
-            if degree < 0 or degree % 2:
-                raise RuntimeError(
-                    f"NewSosPolynomial: degree must be a nonnegative even integer, but {degree} is given instead."
-                )
-            if degree == 0:
-                Q = self.NewContinuousVariables(1, 1, gram_name)
-                self.AddBoundingBoxConstraint(0.0, np.inf, Q)
-                return quadratic_form(Q, MonomialBasis(indeterminates, 0)), Q
-            return of_basis(self, MonomialBasis(indeterminates, degree // 2), type, gram_name)
+    def _sos_of_basis(
+        self, basis: np.ndarray, type: NonnegativePolynomial, gram_name: str
+    ) -> tuple[Polynomial, np.ndarray]:
+        Q = self._variables.NewSymmetricContinuousVariables(len(basis), gram_name)
+        return self._nonnegative_form(Q, basis, type), Q
 
-        name = (text, "S")
-        ways = [
-            overload(of_basis, monomial_basis=_basis, type=_kind, gram_name=name),
-            overload(
-                lambda self, Q, m, type: self._nonnegative_form(Q, m, type),
-                gramian=kinds.expressions,
-                monomial_basis=_basis,
-                type=_kind,
-            ),
-            overload(of_degree, indeterminates=kinds.variables, degree=count, type=_kind, gram_name=name),
-        ]
-        return dispatch("NewSosPolynomial", ways, self, args, kwargs)
+    def _sos_of_degree(
+        self, indeterminates: Variables, degree: int, type: NonnegativePolynomial, gram_name: str
+    ) -> tuple[Polynomial, np.ndarray]:
+        if degree < 0 or degree % 2:
+            raise RuntimeError(
+                f"NewSosPolynomial: degree must be a nonnegative even integer, but {degree} is given instead."
+            )
+        if degree == 0:
+            Q = self._variables.NewContinuousVariables(1, 1, gram_name)
+            self._bindings.add(
+                bind(BoundingBoxConstraint, BoundingBoxConstraint(np.zeros(1), np.full(1, np.inf)), Q.ravel())
+            )
+            return quadratic_form(Q, MonomialBasis(indeterminates, 0)), Q
+        return self._sos_of_basis(MonomialBasis(indeterminates, degree // 2), type, gram_name)
 
     def _nonnegative_form(self, Q: np.ndarray, basis: np.ndarray, type: NonnegativePolynomial) -> Polynomial:
         if type is _SOS:
-            self.AddPositiveSemidefiniteConstraint(Q)  # type: ignore[attr-defined]
+            self._cones.AddPositiveSemidefiniteConstraint(Q)
         elif type is NonnegativePolynomial.kSdsos:
-            self.AddScaledDiagonallyDominantMatrixConstraint(Q)  # type: ignore[attr-defined]
+            self._cones.AddScaledDiagonallyDominantMatrixConstraint(Q)
         else:
-            self.AddPositiveDiagonallyDominantMatrixConstraint(Q)  # type: ignore[attr-defined]
+            self._cones.AddPositiveDiagonallyDominantMatrixConstraint(Q)
         return quadratic_form(Q, basis)
 
     def NewEvenDegreeNonnegativePolynomial(
@@ -137,20 +147,26 @@ class ProgramPolynomials:
             OddDegreeMonomialBasis(indeterminates, degree // 2),
             EvenDegreeMonomialBasis(indeterminates, degree // 2),
         ):
-            Q = self.NewSymmetricContinuousVariables(len(basis), "S")  # type: ignore[attr-defined]
+            Q = self._variables.NewSymmetricContinuousVariables(len(basis), "S")
             parts.append((self._nonnegative_form(Q, basis, type) if len(basis) else Polynomial(), Q))
         (odd, Q_odd), (even, Q_even) = parts
         return odd + even, Q_odd, Q_even
 
-    def NewEvenDegreeSosPolynomial(self, indeterminates: Variables, degree: int) -> tuple:
+    def NewEvenDegreeSosPolynomial(
+        self, indeterminates: Variables, degree: int
+    ) -> tuple[Polynomial, np.ndarray, np.ndarray]:
         """Returns a sum of squares of even monomials, and its Gram matrices of odd and even monomials."""
         return self.NewEvenDegreeNonnegativePolynomial(indeterminates, degree, _SOS)
 
-    def NewEvenDegreeSdsosPolynomial(self, indeterminates: Variables, degree: int) -> tuple:
+    def NewEvenDegreeSdsosPolynomial(
+        self, indeterminates: Variables, degree: int
+    ) -> tuple[Polynomial, np.ndarray, np.ndarray]:
         """The same with scaled diagonally dominant Gram matrices."""
         return self.NewEvenDegreeNonnegativePolynomial(indeterminates, degree, NonnegativePolynomial.kSdsos)
 
-    def NewEvenDegreeDsosPolynomial(self, indeterminates: Variables, degree: int) -> tuple:
+    def NewEvenDegreeDsosPolynomial(
+        self, indeterminates: Variables, degree: int
+    ) -> tuple[Polynomial, np.ndarray, np.ndarray]:
         """The same with diagonally dominant Gram matrices."""
         return self.NewEvenDegreeNonnegativePolynomial(indeterminates, degree, NonnegativePolynomial.kDsos)
 
@@ -161,37 +177,26 @@ class ProgramPolynomials:
         basis that was found.
         """
 
-        def with_basis(self: Any, p: Polynomial, basis: np.ndarray, type: Any, gram_name: str) -> np.ndarray:
-            form, Q = self.NewSosPolynomial(basis, type, gram_name)
-            self.AddEqualityConstraintBetweenPolynomials(p, form)
-            return Q
+        return dispatch("AddSosConstraint", _ADD_SOS, self, args, kwargs)
 
-        def without(self: Any, p: Polynomial, type: Any, gram_name: str) -> tuple:
-            p = self._reparsed(p)
-            basis = half_newton_basis(p)
-            return with_basis(self, p, basis, type, gram_name), basis
+    def _add_with_basis(
+        self, given: Polynomial | Expression, basis: np.ndarray, type: NonnegativePolynomial, gram_name: str
+    ) -> np.ndarray:
+        p = self.MakePolynomial(given) if isinstance(given, Expression) else given
+        form, Q = self._sos_of_basis(basis, type, gram_name)
+        self.AddEqualityConstraintBetweenPolynomials(p, form)
+        return Q
 
-        name = (text, "S")
-        ways = [
-            overload(with_basis, p=kinds.polynomial, monomial_basis=_basis, type=_kind, gram_name=name),
-            overload(without, p=kinds.polynomial, type=_kind, gram_name=name),
-            overload(
-                lambda self, e, m, t, n: with_basis(self, self.MakePolynomial(e), m, t, n),
-                e=kinds.expression,
-                monomial_basis=_basis,
-                type=_kind,
-                gram_name=name,
-            ),
-            overload(
-                lambda self, e, t, n: without(self, self.MakePolynomial(e), t, n),
-                e=kinds.expression,
-                type=_kind,
-                gram_name=name,
-            ),
-        ]
-        return dispatch("AddSosConstraint", ways, self, args, kwargs)
+    def _add_without_basis(
+        self, given: Polynomial | Expression, type: NonnegativePolynomial, gram_name: str
+    ) -> tuple[np.ndarray, np.ndarray]:
+        p = self.MakePolynomial(given) if isinstance(given, Expression) else self._reparsed(given)
+        basis = half_newton_basis(p)
+        return self._add_with_basis(p, basis, type, gram_name), basis
 
-    def AddEqualityConstraintBetweenPolynomials(self, p1: Polynomial, p2: Polynomial) -> list:
+    def AddEqualityConstraintBetweenPolynomials(
+        self, p1: Polynomial, p2: Polynomial
+    ) -> list[Binding[LinearEqualityConstraint]]:
         """Adds that all coefficients of two polynomials are equal; returns the linear constraints.
 
         Coefficients that are different numbers give a constraint without variables, which cannot hold: the program is
@@ -204,11 +209,48 @@ class ProgramPolynomials:
         out = []
         for coefficient in difference.monomial_to_coefficient_map().values():
             if len(coefficient.GetVariables()) == 0:
-                row = np.zeros((1, 0)), [-coefficient.Evaluate()], np.empty(0, dtype=object)
-                out.append(self.AddLinearEqualityConstraint(*row))  # type: ignore[attr-defined]
+                never = LinearEqualityConstraint(np.zeros((1, 0)), [-coefficient.Evaluate()])
+                out.append(self._bindings.add(bind(LinearEqualityConstraint, never, np.empty(0, dtype=object))))
                 continue
-            out.append(self.AddLinearEqualityConstraint(coefficient, 0.0))  # type: ignore[attr-defined]
+            out.append(self._bindings.add(equality_constraint(coefficient, 0.0)))
         return out
+
+
+_kind = (instance_of(NonnegativePolynomial), _SOS)
+_name = (text, "S")
+_NEW_SOS = Ways(
+    [
+        overload(ProgramPolynomials._sos_of_basis, monomial_basis=_basis, type=_kind, gram_name=_name),
+        overload(ProgramPolynomials._nonnegative_form, gramian=kinds.expressions, monomial_basis=_basis, type=_kind),
+        overload(
+            ProgramPolynomials._sos_of_degree,
+            indeterminates=kinds.variables,
+            degree=count,
+            type=_kind,
+            gram_name=_name,
+        ),
+    ]
+)
+_ADD_SOS = Ways(
+    [
+        overload(
+            ProgramPolynomials._add_with_basis,
+            p=kinds.polynomial,
+            monomial_basis=_basis,
+            type=_kind,
+            gram_name=_name,
+        ),
+        overload(ProgramPolynomials._add_without_basis, p=kinds.polynomial, type=_kind, gram_name=_name),
+        overload(
+            ProgramPolynomials._add_with_basis,
+            e=kinds.expression,
+            monomial_basis=_basis,
+            type=_kind,
+            gram_name=_name,
+        ),
+        overload(ProgramPolynomials._add_without_basis, e=kinds.expression, type=_kind, gram_name=_name),
+    ]
+)
 
 
 def quadratic_form(Q: np.ndarray, basis: np.ndarray) -> Polynomial:
@@ -217,9 +259,7 @@ def quadratic_form(Q: np.ndarray, basis: np.ndarray) -> Polynomial:
     for i, j in itertools.combinations_with_replacement(range(len(basis)), 2):
         factor = 1.0 if i == j else 2.0
         terms.setdefault(basis[i]._times(basis[j]), []).append(factor * kinds.expression(Q[i, j]))
-    from sheldrake.symbolic import _build
-
-    return Polynomial({m: _build.sum_of(found) for m, found in terms.items()})
+    return Polynomial({m: build.sum_of(found) for m, found in terms.items()})
 
 
 def half_newton_basis(p: Polynomial) -> np.ndarray:

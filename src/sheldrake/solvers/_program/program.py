@@ -1,168 +1,177 @@
-"""MathematicalProgram: decision variables, costs and constraints."""
+"""MathematicalProgram: decision variables, costs and constraints.
+
+What people call. What there is to it is in its parts (`parts`), whose calls it shows; a call of a part is declared and
+documented there.
+"""
 
 from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
-from sheldrake.common._checked import checked
-from sheldrake.common._kinds import anything, instance_of
-from sheldrake.common._names import name_parts_after
-from sheldrake.common._overloads import expect, incompatible, overload, overloaded
-from sheldrake.solvers import _kinds as kinds
-from sheldrake.solvers._functions.bindings import BindingBase, as_kind
-from sheldrake.solvers._functions.constraints import LinearConstraint
-from sheldrake.solvers._functions.costs import Cost
-from sheldrake.solvers._functions.evaluators import Constraint
-from sheldrake.solvers._ids import ProgramAttribute, SolverId, SolverOptions, SolverType, id_of_type, option_value
+from sheldrake.common._kinds import instance_of
+from sheldrake.common._overloads import incompatible, overload, overloaded
+from sheldrake.common._parts import Calls
+from sheldrake.solvers._functions.evaluators import Cost
+from sheldrake.solvers._ids import SolverId, SolverOptions, SolverType, id_of_type, option_value
+from sheldrake.solvers._program.bindings import ProgramBindings
 from sheldrake.solvers._program.cones import ProgramCones
 from sheldrake.solvers._program.constraints import ProgramConstraints
 from sheldrake.solvers._program.costs import ProgramCosts
-from sheldrake.solvers._program.polynomials import ProgramPolynomials
+from sheldrake.solvers._program.epigraphs import ProgramEpigraphs
+from sheldrake.solvers._program.parts import ProgramParts
+from sheldrake.solvers._program.polynomials import NonnegativePolynomial, ProgramPolynomials
 from sheldrake.solvers._program.variables import ProgramVariables
-from sheldrake.symbolic import ToLatex, Variable
+from sheldrake.symbolic import ToLatex
 
 _SOLVER = instance_of(SolverId, SolverType)
-_COSTS = ("generic_costs", "linear_costs", "quadratic_costs", "l2norm_costs")
-_CONSTRAINTS = (
-    "generic_constraints",
-    "quadratic_constraints",
-    "linear_constraints",
-    "linear_equality_constraints",
-    "bounding_box_constraints",
-    "lorentz_cone_constraints",
-    "rotated_lorentz_cone_constraints",
-    "linear_matrix_inequality_constraints",
-    "positive_semidefinite_constraints",
-    "linear_complementarity_constraints",
-    "exponential_cone_constraints",
-)
-_A = ProgramAttribute
-_ATTRIBUTES = {
-    "generic_costs": _A.kGenericCost,
-    "linear_costs": _A.kLinearCost,
-    "quadratic_costs": _A.kQuadraticCost,
-    "l2norm_costs": _A.kL2NormCost,
-    "generic_constraints": _A.kGenericConstraint,
-    "quadratic_constraints": _A.kQuadraticConstraint,
-    "linear_constraints": _A.kLinearConstraint,
-    "linear_equality_constraints": _A.kLinearEqualityConstraint,
-    "bounding_box_constraints": _A.kLinearConstraint,
-    "lorentz_cone_constraints": _A.kLorentzConeConstraint,
-    "rotated_lorentz_cone_constraints": _A.kRotatedLorentzConeConstraint,
-    "linear_matrix_inequality_constraints": _A.kPositiveSemidefiniteConstraint,
-    "positive_semidefinite_constraints": _A.kPositiveSemidefiniteConstraint,
-    "linear_complementarity_constraints": _A.kLinearComplementarityConstraint,
-    "exponential_cone_constraints": _A.kExponentialConeConstraint,
-    "visualization_callbacks": _A.kCallback,
-}
+_variables = Calls(ProgramVariables, "_parts.variables")
+_costs = Calls(ProgramCosts, "_parts.costs")
+_constraints = Calls(ProgramConstraints, "_parts.constraints")
+_cones = Calls(ProgramCones, "_parts.cones")
+_epigraphs = Calls(ProgramEpigraphs, "_parts.epigraphs")
+_polynomials = Calls(ProgramPolynomials, "_parts.polynomials")
+_bindings = Calls(ProgramBindings, "_parts.bindings")
 
 
-def _list_getter(name: str) -> Any:
-    def getter(self: Any) -> list:
-        return list(self._lists[name])
-
-    getter.__name__ = name
-    getter.__doc__ = f"Returns the bindings of the {name.replace('_', ' ')}, in the order they were added."
-    return getter
-
-
-class MathematicalProgram(ProgramVariables, ProgramCosts, ProgramConstraints, ProgramCones, ProgramPolynomials):
+class MathematicalProgram:
     """Decision variables, costs whose sum is to be small, and constraints to be satisfied."""
 
+    NonnegativePolynomial = NonnegativePolynomial
+
     def __init__(self) -> None:
-        self._decisions, self._places, self._guess = [], {}, []
-        self._indeterminates, self._indeterminate_places = [], {}
-        self._scaling = {}
-        self._lists = {name: [] for name in _ATTRIBUTES}
+        variables = ProgramVariables()
+        self._parts = ProgramParts(variables, ProgramBindings(variables))
         self._options = SolverOptions()
 
-    # What there is
+    # --- Variables
 
-    def _all_bindings(self) -> list[BindingBase]:
-        return [b for bindings in self._lists.values() for b in bindings]
+    NewContinuousVariables = _variables(ProgramVariables.NewContinuousVariables)
+    NewBinaryVariables = _variables(ProgramVariables.NewBinaryVariables)
+    NewIndeterminates = _variables(ProgramVariables.NewIndeterminates)
+    NewSymmetricContinuousVariables = _variables(ProgramVariables.NewSymmetricContinuousVariables)
+    AddDecisionVariables = _variables(ProgramVariables.AddDecisionVariables)
+    AddIndeterminate = _variables(ProgramVariables.AddIndeterminate)
+    AddIndeterminates = _variables(ProgramVariables.AddIndeterminates)
+    num_vars = _variables(ProgramVariables.num_vars)
+    num_indeterminates = _variables(ProgramVariables.num_indeterminates)
+    decision_variables = _variables(ProgramVariables.decision_variables)
+    decision_variable = _variables(ProgramVariables.decision_variable)
+    decision_variable_index = _variables(ProgramVariables.decision_variable_index)
+    indeterminates = _variables(ProgramVariables.indeterminates)
+    indeterminate = _variables(ProgramVariables.indeterminate)
+    indeterminates_index = _variables(ProgramVariables.indeterminates_index)
+    FindDecisionVariableIndex = _variables(ProgramVariables.FindDecisionVariableIndex)
+    FindDecisionVariableIndices = _variables(ProgramVariables.FindDecisionVariableIndices)
+    FindIndeterminateIndex = _variables(ProgramVariables.FindIndeterminateIndex)
+    initial_guess = _variables(ProgramVariables.initial_guess)
+    GetInitialGuess = _variables(ProgramVariables.GetInitialGuess)
+    SetInitialGuess = _variables(ProgramVariables.SetInitialGuess)
+    SetInitialGuessForAllVariables = _variables(ProgramVariables.SetInitialGuessForAllVariables)
+    SetDecisionVariableValueInVector = _variables(ProgramVariables.SetDecisionVariableValueInVector)
+    GetVariableScaling = _variables(ProgramVariables.GetVariableScaling)
+    SetVariableScaling = _variables(ProgramVariables.SetVariableScaling)
+    ClearVariableScaling = _variables(ProgramVariables.ClearVariableScaling)
 
-    def GetAllCosts(self) -> list:
-        """Returns the bindings of all costs."""
-        return [as_kind(Cost, b) for name in _COSTS for b in self._lists[name]]
+    # --- Costs
 
-    def GetAllConstraints(self) -> list:
-        """Returns the bindings of all constraints."""
-        return [as_kind(Constraint, b) for name in _CONSTRAINTS for b in self._lists[name]]
+    AddCost = _costs(ProgramCosts.AddCost)
+    AddLinearCost = _costs(ProgramCosts.AddLinearCost)
+    AddQuadraticCost = _costs(ProgramCosts.AddQuadraticCost)
+    AddQuadraticErrorCost = _costs(ProgramCosts.AddQuadraticErrorCost)
+    Add2NormSquaredCost = _costs(ProgramCosts.Add2NormSquaredCost)
+    AddL2NormCost = _costs(ProgramCosts.AddL2NormCost)
 
-    def GetLinearConstraints(self) -> list:
-        """Returns the bindings of linear constraints, then of linear equalities; bounding boxes do not count."""
-        names = ("linear_constraints", "linear_equality_constraints")
-        return [as_kind(LinearConstraint, b) for name in names for b in self._lists[name]]
+    # --- Constraints
 
-    def required_capabilities(self) -> set[ProgramAttribute]:
-        """Returns what a solver must know how to handle."""
-        found = {_ATTRIBUTES[name] for name, bindings in self._lists.items() if bindings}
-        if any(v.get_type() is Variable.Type.BINARY for v in self._decisions):
-            found.add(_A.kBinaryVariable)
-        return found
+    AddConstraint = _constraints(ProgramConstraints.AddConstraint)
+    AddLinearConstraint = _constraints(ProgramConstraints.AddLinearConstraint)
+    AddLinearEqualityConstraint = _constraints(ProgramConstraints.AddLinearEqualityConstraint)
+    AddBoundingBoxConstraint = _constraints(ProgramConstraints.AddBoundingBoxConstraint)
+    AddQuadraticConstraint = _constraints(ProgramConstraints.AddQuadraticConstraint)
+    AddLinearComplementarityConstraint = _constraints(ProgramConstraints.AddLinearComplementarityConstraint)
+    AddVisualizationCallback = _constraints(ProgramConstraints.AddVisualizationCallback)
 
-    def IsThreadSafe(self) -> bool:
-        """Tells whether several threads may evaluate it at once; not with Python functions."""
-        return all(b._evaluator.is_thread_safe() for b in self._all_bindings())
+    # --- Cones
 
-    # Values
-
-    @checked
-    def GetBindingVariableValues(self, binding: BindingBase, prog_var_vals: Any) -> np.ndarray:
-        """Returns the values of the variables of a binding from those of all decision variables.
-
-        Raises:
-            RuntimeError: the number of values is another than that of decision variables, or a variable is none.
-        """
-        values = np.asarray(prog_var_vals)
-        if values.ndim == 2 and 1 in values.shape:
-            values = values.ravel()
-        if values.shape != (self.num_vars(),):
-            raise RuntimeError(
-                f"GetBindingVariableValues(): expected {self.num_vars()} values of decision variables, got shape "
-                f"{values.shape}."
-            )
-        return values[[self.FindDecisionVariableIndex(v) for v in binding._variables]]
-
-    def EvalBinding(self, binding: BindingBase, prog_var_vals: Any) -> np.ndarray:
-        """Returns the value of a cost or constraint for values of all decision variables."""
-        return expect("EvalBinding", binding, BindingBase)._evaluator.Eval(
-            self.GetBindingVariableValues(binding, prog_var_vals)
-        )
-
-    def EvalBindings(self, bindings: Any, prog_var_vals: Any) -> np.ndarray:
-        """Returns the values of several, one after the other."""
-        found = [self.EvalBinding(b, prog_var_vals) for b in bindings]
-        return np.concatenate(found) if found else np.zeros(0)
-
-    def EvalBindingVectorized(self, binding: BindingBase, prog_var_vals: Any) -> np.ndarray:
-        """Returns the values as columns for values of all decision variables as columns."""
-        return np.stack([self.EvalBinding(binding, c) for c in np.asarray(prog_var_vals, dtype=float).T], axis=1)
-
-    def EvalBindingAtInitialGuess(self, binding: BindingBase) -> np.ndarray:
-        """Returns the value at the initial guess."""
-        return self.EvalBinding(binding, self.initial_guess())
-
-    @overloaded(
-        overload(binding=kinds.binding, prog_var_vals=anything, tol=(kinds.number, 1e-6)),
-        overload(bindings=anything, prog_var_vals=anything, tol=(kinds.number, 1e-6)),
+    AddLorentzConeConstraint = _cones(ProgramCones.AddLorentzConeConstraint)
+    AddRotatedLorentzConeConstraint = _cones(ProgramCones.AddRotatedLorentzConeConstraint)
+    AddQuadraticAsRotatedLorentzConeConstraint = _cones(ProgramCones.AddQuadraticAsRotatedLorentzConeConstraint)
+    AddExponentialConeConstraint = _cones(ProgramCones.AddExponentialConeConstraint)
+    AddPositiveSemidefiniteConstraint = _cones(ProgramCones.AddPositiveSemidefiniteConstraint)
+    AddPrincipalSubmatrixIsPsdConstraint = _cones(ProgramCones.AddPrincipalSubmatrixIsPsdConstraint)
+    AddLinearMatrixInequalityConstraint = _cones(ProgramCones.AddLinearMatrixInequalityConstraint)
+    AddPositiveDiagonallyDominantMatrixConstraint = _cones(ProgramCones.AddPositiveDiagonallyDominantMatrixConstraint)
+    AddPositiveDiagonallyDominantDualConeMatrixConstraint = _cones(
+        ProgramCones.AddPositiveDiagonallyDominantDualConeMatrixConstraint
     )
-    def CheckSatisfied(self, bindings: Any, values: Any, tol: float) -> bool:
-        """Tells whether one or several constraints are satisfied; called as `(binding(s), prog_var_vals, tol=1e-6)`."""
-        bindings = [bindings] if isinstance(bindings, BindingBase) else bindings
-        return all(bool(b._evaluator.CheckSatisfied(self.GetBindingVariableValues(b, values), tol)) for b in bindings)
-
-    @overloaded(
-        overload(binding=kinds.binding, tol=(kinds.number, 1e-6)),
-        overload(bindings=anything, tol=(kinds.number, 1e-6)),
+    AddScaledDiagonallyDominantMatrixConstraint = _cones(ProgramCones.AddScaledDiagonallyDominantMatrixConstraint)
+    AddScaledDiagonallyDominantDualConeMatrixConstraint = _cones(
+        ProgramCones.AddScaledDiagonallyDominantDualConeMatrixConstraint
     )
-    def CheckSatisfiedAtInitialGuess(self, bindings: Any, tol: float) -> bool:
-        """Tells whether one or several constraints are satisfied at the guess; called as `(binding(s), tol=1e-6)`."""
-        return self.CheckSatisfied(bindings, self.initial_guess(), tol)
+    TightenPsdConstraintToDd = _cones(ProgramCones.TightenPsdConstraintToDd)
+    TightenPsdConstraintToSdd = _cones(ProgramCones.TightenPsdConstraintToSdd)
+    RelaxPsdConstraintToDdDualCone = _cones(ProgramCones.RelaxPsdConstraintToDdDualCone)
+    RelaxPsdConstraintToSddDualCone = _cones(ProgramCones.RelaxPsdConstraintToSddDualCone)
 
-    # Options
+    # --- Costs and constraints with new variables and cones
+
+    AddL2NormCostUsingConicConstraint = _epigraphs(ProgramEpigraphs.AddL2NormCostUsingConicConstraint)
+    AddL1NormCostInEpigraphForm = _epigraphs(ProgramEpigraphs.AddL1NormCostInEpigraphForm)
+    AddMaximizeLogDeterminantCost = _epigraphs(ProgramEpigraphs.AddMaximizeLogDeterminantCost)
+    AddLogDeterminantLowerBoundConstraint = _epigraphs(ProgramEpigraphs.AddLogDeterminantLowerBoundConstraint)
+    AddMaximizeGeometricMeanCost = _epigraphs(ProgramEpigraphs.AddMaximizeGeometricMeanCost)
+
+    # --- Polynomials
+
+    MakePolynomial = _polynomials(ProgramPolynomials.MakePolynomial)
+    Reparse = _polynomials(ProgramPolynomials.Reparse)
+    NewFreePolynomial = _polynomials(ProgramPolynomials.NewFreePolynomial)
+    NewEvenDegreeFreePolynomial = _polynomials(ProgramPolynomials.NewEvenDegreeFreePolynomial)
+    NewOddDegreeFreePolynomial = _polynomials(ProgramPolynomials.NewOddDegreeFreePolynomial)
+    NewSosPolynomial = _polynomials(ProgramPolynomials.NewSosPolynomial)
+    NewEvenDegreeNonnegativePolynomial = _polynomials(ProgramPolynomials.NewEvenDegreeNonnegativePolynomial)
+    NewEvenDegreeSosPolynomial = _polynomials(ProgramPolynomials.NewEvenDegreeSosPolynomial)
+    NewEvenDegreeSdsosPolynomial = _polynomials(ProgramPolynomials.NewEvenDegreeSdsosPolynomial)
+    NewEvenDegreeDsosPolynomial = _polynomials(ProgramPolynomials.NewEvenDegreeDsosPolynomial)
+    AddSosConstraint = _polynomials(ProgramPolynomials.AddSosConstraint)
+    AddEqualityConstraintBetweenPolynomials = _polynomials(ProgramPolynomials.AddEqualityConstraintBetweenPolynomials)
+
+    # --- What there is, and values of it
+
+    generic_costs = _bindings(ProgramBindings.generic_costs)
+    linear_costs = _bindings(ProgramBindings.linear_costs)
+    quadratic_costs = _bindings(ProgramBindings.quadratic_costs)
+    l2norm_costs = _bindings(ProgramBindings.l2norm_costs)
+    generic_constraints = _bindings(ProgramBindings.generic_constraints)
+    quadratic_constraints = _bindings(ProgramBindings.quadratic_constraints)
+    linear_constraints = _bindings(ProgramBindings.linear_constraints)
+    linear_equality_constraints = _bindings(ProgramBindings.linear_equality_constraints)
+    bounding_box_constraints = _bindings(ProgramBindings.bounding_box_constraints)
+    lorentz_cone_constraints = _bindings(ProgramBindings.lorentz_cone_constraints)
+    rotated_lorentz_cone_constraints = _bindings(ProgramBindings.rotated_lorentz_cone_constraints)
+    linear_matrix_inequality_constraints = _bindings(ProgramBindings.linear_matrix_inequality_constraints)
+    positive_semidefinite_constraints = _bindings(ProgramBindings.positive_semidefinite_constraints)
+    linear_complementarity_constraints = _bindings(ProgramBindings.linear_complementarity_constraints)
+    exponential_cone_constraints = _bindings(ProgramBindings.exponential_cone_constraints)
+    visualization_callbacks = _bindings(ProgramBindings.visualization_callbacks)
+    GetAllCosts = _bindings(ProgramBindings.GetAllCosts)
+    GetAllConstraints = _bindings(ProgramBindings.GetAllConstraints)
+    GetLinearConstraints = _bindings(ProgramBindings.GetLinearConstraints)
+    required_capabilities = _bindings(ProgramBindings.required_capabilities)
+    IsThreadSafe = _bindings(ProgramBindings.IsThreadSafe)
+    RemoveDecisionVariable = _bindings(ProgramBindings.RemoveDecisionVariable)
+    RemoveCost = _bindings(ProgramBindings.RemoveCost)
+    RemoveConstraint = _bindings(ProgramBindings.RemoveConstraint)
+    RemoveVisualizationCallback = _bindings(ProgramBindings.RemoveVisualizationCallback)
+    GetBindingVariableValues = _bindings(ProgramBindings.GetBindingVariableValues)
+    EvalBinding = _bindings(ProgramBindings.EvalBinding)
+    EvalBindings = _bindings(ProgramBindings.EvalBindings)
+    EvalBindingVectorized = _bindings(ProgramBindings.EvalBindingVectorized)
+    EvalBindingAtInitialGuess = _bindings(ProgramBindings.EvalBindingAtInitialGuess)
+    CheckSatisfied = _bindings(ProgramBindings.CheckSatisfied)
+    CheckSatisfiedAtInitialGuess = _bindings(ProgramBindings.CheckSatisfiedAtInitialGuess)
+
+    # --- Options
 
     @overloaded(overload(solver_id=_SOLVER, solver_option=instance_of(str), option_value=option_value))
     def SetSolverOption(self, solver: SolverId | SolverType, name: str, value: Any) -> None:
@@ -179,44 +188,43 @@ class MathematicalProgram(ProgramVariables, ProgramCosts, ProgramConstraints, Pr
         """Returns the options that solvers start from."""
         return self._options
 
-    # Copies and text
+    # --- Copies and text
 
     def Clone(self) -> MathematicalProgram:
         """Returns a program with the same variables and the same evaluators, and lists of its own."""
         out = MathematicalProgram()
-        out._decisions, out._places, out._guess = list(self._decisions), dict(self._places), list(self._guess)
-        out._indeterminates = list(self._indeterminates)
-        out._indeterminate_places = dict(self._indeterminate_places)
-        out._scaling = dict(self._scaling)
-        out._lists = {name: list(bindings) for name, bindings in self._lists.items()}
+        out._parts = self._parts.copy()
         out._options = SolverOptions(self._options.options)
         return out
 
     def __copy__(self) -> MathematicalProgram:
         return self.Clone()
 
-    def __deepcopy__(self, memo: dict) -> MathematicalProgram:
+    def __deepcopy__(self, memo: dict[int, Any]) -> MathematicalProgram:
         return self.Clone()
 
     def __str__(self) -> str:
         out = ""
-        for title, vars in (("Decision variables:", self._decisions), ("Indeterminates:", self._indeterminates)):
-            if vars:
+        for title, vars in (
+            ("Decision variables:", self.decision_variables()),
+            ("Indeterminates:", self.indeterminates()),
+        ):
+            if len(vars):
                 width = max(len(str(v)) for v in vars)
                 out += f"{title} {' '.join(str(v).rjust(width) for v in vars)}\n\n"
         for binding in (*self.GetAllCosts(), *self.GetAllConstraints()):
             text = str(binding)
-            out += text if text.endswith("\n") and not isinstance(binding._evaluator, Cost) else text + "\n"
+            out += text if text.endswith("\n") and not isinstance(binding.evaluator(), Cost) else text + "\n"
         return out
 
     def ToLatex(self, precision: int = 3) -> str:
         r"""Returns LaTeX for the whole program, an `align*` environment."""
         costs = [b.ToLatex(precision) for b in self.GetAllCosts()]
         constraints = [b.ToLatex(precision) for b in self.GetAllConstraints()]
-        if not self._decisions:
+        if not self.num_vars():
             return r"\text{This MathematicalProgram has no decision variables.}"
         out = "\\begin{align*}\n"
-        names = ", ".join(ToLatex(v, precision) for v in self._decisions)
+        names = ", ".join(ToLatex(v, precision) for v in self.decision_variables())
         out += rf"\min_{{{names}}} \quad & " if costs else rf"\text{{find}}_{{{names}}} \quad & "
         out += "\\\\\n &  + ".join(costs)
         for i, text in enumerate(constraints):
@@ -225,10 +233,3 @@ class MathematicalProgram(ProgramVariables, ProgramCosts, ProgramConstraints, Pr
             else:
                 out += ",\\\\\n & " + text
         return out + (".\\\\\n" if constraints else "\n") + "\\end{align*}\n"
-
-
-for _name in (*_COSTS, *_CONSTRAINTS, "visualization_callbacks"):
-    setattr(MathematicalProgram, _name, _list_getter(_name))
-
-
-name_parts_after(MathematicalProgram, object)

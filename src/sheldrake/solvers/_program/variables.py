@@ -12,25 +12,38 @@ import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common._kinds import anything, count, instance_of, text
-from sheldrake.common._overloads import Mismatch, dispatch, incompatible, overload, overloaded
+from sheldrake.common._overloads import Mismatch, Ways, incompatible, overload, overloaded
 from sheldrake.solvers import _arrays
 from sheldrake.symbolic import Expression, Variable, Variables
+from sheldrake.symbolic._kinds import VariableType
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-_TYPE = Variable.Type
+    from sheldrake.solvers._arrays import VariablesLike
+
+_TYPE = VariableType
 
 
 class ProgramVariables:
-    """Decision variables and indeterminates in order, their places, and the initial guess."""
+    """Decision variables and indeterminates in order, their places, the initial guess, and scales."""
 
-    _decisions: list[Variable]
-    _places: dict[int, int]  # Place of a decision variable by its identity number.
-    _indeterminates: list[Variable]
-    _indeterminate_places: dict[int, int]
-    _guess: list[float]
-    _scaling: dict[int, float]
+    def __init__(self) -> None:
+        self._decisions: list[Variable] = []
+        self._places: dict[int, int] = {}  # place of a decision variable by its identity number
+        self._guess: list[float] = []
+        self._indeterminates: list[Variable] = []
+        self._indeterminate_places: dict[int, int] = {}
+        self._scaling: dict[int, float] = {}
+
+    def copy(self) -> ProgramVariables:
+        """The same variables in lists of their own."""
+        out = ProgramVariables()
+        out._decisions, out._places, out._guess = list(self._decisions), dict(self._places), list(self._guess)
+        out._indeterminates = list(self._indeterminates)
+        out._indeterminate_places = dict(self._indeterminate_places)
+        out._scaling = dict(self._scaling)
+        return out
 
     # New variables
 
@@ -43,35 +56,29 @@ class ProgramVariables:
         self._decisions.append(v)
         self._guess.append(np.nan)
 
-    def _new(self, call: str, type: _TYPE, names: tuple[str, str], args: tuple, kwargs: dict, add: Callable) -> Any:
-        is_decision = add == self._append  # Drake numbers indeterminates in a column by row and column.
-
-        def vector(_: Any, rows: int, name: str) -> np.ndarray:
-            return _filled((rows,), lambda i: Variable(f"{name}({i})", type), add)
-
-        def matrix(_: Any, rows: int, cols: int, name: str) -> np.ndarray:
-            if cols == 1 and is_decision:
-                return _filled((rows, 1), lambda i, j: Variable(f"{name}({i})", type), add)
-            return _filled((rows, cols), lambda i, j: Variable(f"{name}({i},{j})", type), add)
-
-        ways = [
-            overload(vector, rows=count, name=(text, names[0])),
-            overload(matrix, rows=count, cols=count, name=(text, names[1])),
-        ]
-        return dispatch(call, ways, self, args, kwargs)
+    def _new(self, type: VariableType, shape: tuple[int, ...], name: str) -> np.ndarray:
+        """New decision variables; those of a column are numbered as a vector (Drake's indeterminates are not)."""
+        count = len(shape) if shape[1:] != (1,) else 1
+        out = _filled(shape, lambda *at: Variable(f"{name}({','.join(map(str, at[:count]))})", type))
+        for v in out.ravel(order="F"):
+            self._append(v)
+        return out
 
     def NewContinuousVariables(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new continuous variables; called as `(rows, name="x")` or `(rows, cols, name="x")`."""
-        return self._new("NewContinuousVariables", _TYPE.CONTINUOUS, ("x", "x"), args, kwargs, self._append)
+        return self._new(_TYPE.CONTINUOUS, *_NEW_VARIABLES.choose("NewContinuousVariables", args, kwargs))
 
     def NewBinaryVariables(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new variables that are 0 or 1; called as `(rows, name="b")` or `(rows, cols, name="b")`."""
-        return self._new("NewBinaryVariables", _TYPE.BINARY, ("b", "b"), args, kwargs, self._append)
+        return self._new(_TYPE.BINARY, *_NEW_BINARIES.choose("NewBinaryVariables", args, kwargs))
 
     def NewIndeterminates(self, *args: Any, **kwargs: Any) -> np.ndarray:
         """Returns new indeterminates; called as `(rows, name="x")` or `(rows, cols, name="X")`."""
-        add = self._append_indeterminate
-        return self._new("NewIndeterminates", _TYPE.CONTINUOUS, ("x", "X"), args, kwargs, add)
+        shape, name = _NEW_INDETERMINATES.choose("NewIndeterminates", args, kwargs)
+        out = _filled(shape, lambda *at: Variable(f"{name}({','.join(map(str, at))})"))
+        for v in out.ravel(order="F"):
+            self._append_indeterminate(v)
+        return out
 
     def NewSymmetricContinuousVariables(self, rows: int, name: str = "Symmetric") -> np.ndarray:
         """Returns a symmetric matrix of new continuous variables, shape `(rows, rows)`."""
@@ -82,7 +89,7 @@ class ProgramVariables:
                 self._append(out[i, j])
         return out
 
-    def AddDecisionVariables(self, decision_variables: Any) -> None:
+    def AddDecisionVariables(self, decision_variables: VariablesLike) -> None:
         """Adds variables made elsewhere; those that are there already stay where they are.
 
         Raises:
@@ -111,27 +118,15 @@ class ProgramVariables:
             self._append_indeterminate(new_indeterminate)
         return self._indeterminate_places[new_indeterminate.get_id()]
 
-    def AddIndeterminates(self, new_indeterminates: Any) -> None:
+    def AddIndeterminates(self, new_indeterminates: VariablesLike | Variables) -> None:
         """Adds indeterminates made elsewhere, from an array or `Variables`."""
         given = new_indeterminates
         for v in given if isinstance(given, Variables) else self._expect_variables("AddIndeterminates", given):
             self.AddIndeterminate(v)
 
-    @checked
-    def RemoveDecisionVariable(self, var: Variable) -> int:
-        """Takes out a variable that no cost or constraint has, and returns the place it had.
-
-        Raises:
-            ValueError: it is in use.
-            ValueError: it is none of the decision variables.
-        """
-        place = self._places.get(var.get_id())
-        if place is None:
-            raise ValueError(f"RemoveDecisionVariable: {var} is not a decision variable of this MathematicalProgram.")
-        for binding in self._all_bindings():  # type: ignore[attr-defined]
-            if any(v is var for v in binding._variables):
-                text = str(binding).rstrip("\n")
-                raise ValueError(f"RemoveDecisionVariable: {var} is associated with a {text}.")
+    def remove(self, var: Variable) -> int:
+        """Takes out a decision variable that nothing is bound to, and returns the place it had."""
+        place = self._places[var.get_id()]
         del self._decisions[place], self._guess[place]
         self._places = {v.get_id(): i for i, v in enumerate(self._decisions)}
         scales = {i: s for i, s in self._scaling.items() if i != place}
@@ -187,7 +182,7 @@ class ProgramVariables:
             )
         return place
 
-    def FindDecisionVariableIndices(self, vars: Any) -> list[int]:
+    def FindDecisionVariableIndices(self, vars: VariablesLike) -> list[int]:
         """Returns the places of decision variables."""
         found = self._expect_variables("FindDecisionVariableIndices", vars)
         return [self.FindDecisionVariableIndex(v) for v in found]
@@ -206,20 +201,29 @@ class ProgramVariables:
             )
         return place
 
-    def _indices(self, binding: Any) -> np.ndarray:
-        """Places of the variables of a binding."""
-        return np.array([self._places[v._id] for v in binding._variables], dtype=int)
+    def is_decision(self, var: Variable) -> bool:
+        """Whether a variable is a decision variable."""
+        return var.get_id() in self._places
+
+    def is_indeterminate(self, var: Variable) -> bool:
+        """Whether a variable is an indeterminate."""
+        return var.get_id() in self._indeterminate_places
+
+    def places(self, vars: np.ndarray) -> np.ndarray:
+        """Places of decision variables, shape (n,)."""
+        return np.array([self._places[v.get_id()] for v in vars], dtype=int)
+
+    def check_decisions(self, vars: np.ndarray) -> None:
+        """Raises RuntimeError where one is no decision variable."""
+        for v in vars:
+            if v.get_id() not in self._places:
+                raise RuntimeError(f"{v} is not a decision variable of the mathematical program.")
 
     def _expect_variables(self, call: str, vars: Any) -> np.ndarray:
         try:
             return _arrays.variable_vector([vars] if isinstance(vars, Variable) else vars)
         except Mismatch:
             raise incompatible(call, ["(vars: numpy.ndarray of Variable)"], (vars,), {}) from None
-
-    def _check_decisions(self, vars: Any) -> None:
-        for v in vars:
-            if v._id not in self._places:
-                raise RuntimeError(f"{v} is not a decision variable of the mathematical program.")
 
     # Guesses
 
@@ -283,7 +287,7 @@ class ProgramVariables:
         for v, value in self._pairs("SetDecisionVariableValueInVector", vars, new):
             values[self.FindDecisionVariableIndex(v)] = value
 
-    def _pairs(self, call: str, vars: Any, values: Any) -> list[tuple[Variable, float]]:
+    def _pairs(self, call: str, vars: Any, values: ArrayLike) -> list[tuple[Variable, float]]:
         accepted = ["(variable: Variable, value: float)", "(variables: numpy.ndarray, values: numpy.ndarray)"]
         try:
             if isinstance(vars, (Variable, Expression)):
@@ -319,17 +323,29 @@ class ProgramVariables:
         self._scaling = {}
 
 
-def _objects(items: list) -> np.ndarray:
+def _objects(items: list[Variable]) -> np.ndarray:
     out = np.empty(len(items), dtype=object)
     out[:] = items
     return out
 
 
-def _filled(shape: tuple[int, ...], make: Callable, add: Callable) -> np.ndarray:
-    """New variables, added column after column."""
+def _filled(shape: tuple[int, ...], make: Callable[..., Variable]) -> np.ndarray:
+    """New variables, made column after column."""
     out = np.empty(shape, dtype=object)
     for reverse in np.ndindex(*shape[::-1]):
-        index = reverse[::-1]
-        out[index] = make(*index)
-        add(out[index])
+        at = reverse[::-1]
+        out[at] = make(*at)
     return out
+
+
+def _ways(vector: str, matrix: str) -> Ways:
+    """Calls `(rows, name)` and `(rows, cols, name)`, as shape and name; the names are the defaults."""
+    return Ways(
+        [
+            overload(lambda rows, name: ((rows,), name), rows=count, name=(text, vector)),
+            overload(lambda rows, cols, name: ((rows, cols), name), rows=count, cols=count, name=(text, matrix)),
+        ]
+    )
+
+
+_NEW_VARIABLES, _NEW_BINARIES, _NEW_INDETERMINATES = _ways("x", "x"), _ways("b", "b"), _ways("x", "X")

@@ -31,7 +31,8 @@ class Region(NamedTuple):
 def regions(num_intervals: int) -> dict[tuple[int, int, int], Region]:
     """The regions of a grid that cuts [0, 1] into equal intervals, by the indices of its boxes."""
     phi = np.linspace(0.0, 1.0, num_intervals + 1)
-    boxes = itertools.product(range(num_intervals), repeat=3)
+    one = range(num_intervals)
+    boxes = itertools.product(one, one, one)
     return {box: _region(np.array([(phi[i], phi[i + 1]) for i in box])) for box in boxes}
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +16,11 @@ from sheldrake.solvers._relaxations.special_ordered_sets import (
     IntervalBinning,
     gray_code,
 )
+from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 
 _SIGNS = tuple(itertools.product((1, -1), repeat=3))
 
@@ -85,7 +91,7 @@ class MixedIntegerRotationConstraintGenerator:
         """Returns how binary variables say which interval is meant."""
         return self._binning
 
-    def AddToProgram(self, R: Any, prog: MathematicalProgram) -> ReturnType:
+    def AddToProgram(self, R: ArrayLike, prog: MathematicalProgram) -> ReturnType:
         """Adds the constraints on a matrix of variables.
 
         Args:
@@ -98,16 +104,16 @@ class MixedIntegerRotationConstraintGenerator:
 class _Affine:
     """Numbers A x + c of variables: rows of constraints are made of them."""
 
-    def __init__(self, A: np.ndarray, c: np.ndarray, x: list):
-        self.A, self.c, self.x = A, c, x
+    def __init__(self, A: np.ndarray, c: np.ndarray, x: Sequence[Variable]):
+        self.A, self.c, self.x = A, c, list(x)
 
-    def rows(self, prog: MathematicalProgram, M: Any, lower: Any, upper: Any) -> None:
+    def rows(self, prog: MathematicalProgram, M: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> None:
         """Adds lower <= M (A x + c) <= upper."""
         M = np.atleast_2d(np.asarray(M, dtype=float))
         shift = M @ self.c
         A, low, high = M @ self.A, np.broadcast_to(lower, len(M)) - shift, np.broadcast_to(upper, len(M)) - shift
         used = np.flatnonzero(np.any(A != 0.0, axis=0))
-        prog.AddLinearConstraint(A[:, used], low, high, np.array([self.x[i] for i in used], dtype=object))
+        prog.AddLinearConstraint(A[:, used], low, high, np.array([self.x[i] for i in used.tolist()], dtype=object))
 
 
 def _stacked(*parts: _Affine) -> _Affine:
@@ -175,11 +181,11 @@ class _Relaxation:
             prog.AddLinearConstraint(A, [-np.inf, -np.inf], [0.0, 1.0], np.append(weights, bits[d]))
         return weights, bits
 
-    def _indicator(self, i: int, j: int, intervals: Any) -> _Affine:
+    def _indicator(self, i: int, j: int, intervals: Sequence[int]) -> _Affine:
         """One where the element is in one of the intervals, else zero."""
         if not self.linear and self.n == 1 and len(intervals) == 1:  # The only bit says which of the two it is.
             sign = 1.0 if intervals[0] == 1 else -1.0
-            return _Affine(np.array([[sign]]), np.array([0.5 * (1.0 - sign)]), self.bits[i][j])
+            return _Affine(np.array([[sign]]), np.array([0.5 * (1.0 - sign)]), list(self.bits[i][j]))
         variables = self.bits[i][j] if self.linear else self._interval_variables(i, j)
         return _Affine(np.ones((1, len(intervals))), np.zeros(1), [variables[k] for k in intervals])
 
@@ -251,9 +257,9 @@ class _Relaxation:
         for pair in itertools.combinations(places, 2):
             x, y = (R[place] for place in pair)
             w = product[frozenset(pair)] = prog.NewContinuousVariables(1, f"{x}*{y}")[0]
-            bits = (self.bits[i][j] for i, j in pair)
+            x_bits, y_bits = (self.bits[i][j] for i, j in pair)
             binning = IntervalBinning.kLinear if self.linear else IntervalBinning.kLogarithmic
-            AddBilinearProductMcCormickEnvelopeSos2(prog, x, y, w, self.phi, self.phi, *bits, binning)
+            AddBilinearProductMcCormickEnvelopeSos2(prog, x, y, w, self.phi, self.phi, x_bits, y_bits, binning)
         for lines in self._lines():
             for a, b in itertools.combinations(lines, 2):
                 products = np.array([product[frozenset(pair)] for pair in zip(a, b)], dtype=object)
@@ -282,9 +288,9 @@ class _Relaxation:
                     for s in _SIGNS:
                         self._in_box(box, np.array(s, dtype=float), region, v0, vectors)
 
-    def _in_box(self, box: tuple, s: np.ndarray, region: Any, v0: list, vectors: _Affine) -> None:
+    def _in_box(self, box: tuple, s: np.ndarray, region: box_sphere.Region, v0: list, vectors: _Affine) -> None:
         intervals = [self.n + b if sign > 0 else self.n - 1 - b for b, sign in zip(box, s)]
-        chosen = [self._indicator(*place, [k]) for place, k in zip(v0, intervals)]
+        chosen = [self._indicator(place[0], place[1], [k]) for place, k in zip(v0, intervals)]
         if len(region.corners) == 0:
             _stacked(*chosen).rows(self.prog, np.ones((1, 3)), -np.inf, 2.0)
             return
@@ -294,7 +300,7 @@ class _Relaxation:
         both.rows(self.prog, np.hstack((M, np.tile(slack[:, None], 3))), -np.inf, inside + 3.0 * slack)
 
 
-def _relations(region: Any, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _relations(region: box_sphere.Region, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows M and bounds of M [v0, v1, v2]: for v0 in the region mirrored by s, and for every rotation matrix."""
     n, zero, eye = s * region.normal, np.zeros(3), np.eye(3)
     sine = np.sqrt(max(0.0, 1.0 - region.cosine**2))

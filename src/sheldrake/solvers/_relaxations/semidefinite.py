@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import itertools
+import re
+from collections.abc import Iterable, Iterator, Sequence
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overload, overloaded
+from sheldrake.solvers._functions.bindings import BindingBase
+from sheldrake.solvers._functions.constraints import LinearConstraint, QuadraticConstraint
+from sheldrake.solvers._functions.costs import QuadraticCost
+from sheldrake.solvers._ids import ProgramAttribute
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _build as build
@@ -23,6 +28,7 @@ class SemidefiniteRelaxationOptions:
         add_implied_linear_constraints: Products of inequalities with each other.
     """
 
+    __slots__ = ("add_implied_linear_constraints", "add_implied_linear_equality_constraints")
     __fields__ = (
         SimpleNamespace(name="add_implied_linear_equality_constraints", type=bool),
         SimpleNamespace(name="add_implied_linear_constraints", type=bool),
@@ -50,14 +56,14 @@ class SemidefiniteRelaxationOptions:
         )
 
 
-_ALLOWED = {
-    "linear_costs",
-    "quadratic_costs",
-    "linear_constraints",
-    "linear_equality_constraints",
-    "bounding_box_constraints",
-    "quadratic_constraints",
-    "visualization_callbacks",
+_RELAXED = {
+    ProgramAttribute.kLinearCost,
+    ProgramAttribute.kQuadraticCost,
+    ProgramAttribute.kLinearConstraint,
+    ProgramAttribute.kLinearEqualityConstraint,
+    ProgramAttribute.kQuadraticConstraint,
+    ProgramAttribute.kCallback,
+    ProgramAttribute.kBinaryVariable,  # as a variable that may be anything
 }
 
 
@@ -88,19 +94,19 @@ def MakeSemidefiniteRelaxation(
     return _relaxed(prog, options, [list(prog.decision_variables())])
 
 
-def _distinct(groups: Any) -> list[list[Variable]]:
+def _distinct(groups: Iterable[Sequence[Variable]]) -> list[list[Variable]]:
     return list({tuple(v.get_id() for v in group): list(group) for group in groups}.values())
 
 
 def _relaxed(
     prog: MathematicalProgram, options: SemidefiniteRelaxationOptions | None, groups: list[list[Variable]]
 ) -> MathematicalProgram:
-    for name, bindings in prog._lists.items():
-        if bindings and name not in _ALLOWED:
-            raise RuntimeError(
-                "MakeSemidefiniteRelaxation() does not (yet) support this program: it has "
-                f"{name.replace('_', ' ')}, and only linear and quadratic costs and constraints can be relaxed."
-            )
+    for attribute in sorted(prog.required_capabilities() - _RELAXED, key=lambda a: a.value):
+        words = re.sub("(?=[A-Z])", " ", attribute.name.removeprefix("k")).strip().lower()
+        raise RuntimeError(
+            "MakeSemidefiniteRelaxation() does not (yet) support this program: it has "
+            f"{words}s, and only linear and quadratic costs and constraints can be relaxed."
+        )
     return _Relaxation(prog, options or SemidefiniteRelaxationOptions(), groups).program
 
 
@@ -112,11 +118,11 @@ class _Group:
         self.Y = program.NewSymmetricContinuousVariables(len(variables), "Y")
         self._number = {v.get_id(): k for k, v in enumerate(variables)}
 
-    def has(self, binding: Any) -> bool:
+    def has(self, binding: BindingBase) -> bool:
         """Whether all variables of a cost or constraint are of the group."""
         return all(v.get_id() in self._number for v in binding._variables)
 
-    def numbers(self, variables: Any) -> list[int]:
+    def numbers(self, variables: Iterable[Variable]) -> list[int]:
         """Where variables are among those of the group."""
         return [self._number[v.get_id()] for v in variables]
 
@@ -129,7 +135,7 @@ class _Group:
         """Variables that another group has too."""
         return [v for v in self.y if v.get_id() in other._number]
 
-    def lifted(self, Q: np.ndarray, b: np.ndarray, at: Any) -> Expression:
+    def lifted(self, Q: np.ndarray, b: np.ndarray, at: Sequence[int] | np.ndarray) -> Expression:
         """1/2 x' Q x + b' x with Y in the place of products."""
         terms = [0.5 * Q[i, j] * self.Y[at[i], at[j]] for i, j in zip(*np.nonzero(Q))]
         terms += [value * self.y[k] for k, value in zip(at, b) if value]
@@ -158,7 +164,7 @@ class _Relaxation:
                 self._equations(group)
         self._agree()
 
-    def _groups_of(self, binding: Any) -> list[_Group]:
+    def _groups_of(self, binding: BindingBase[QuadraticCost] | BindingBase[QuadraticConstraint]) -> list[_Group]:
         found = [group for group in self._groups if group.has(binding)]
         if not found and not binding._evaluator.is_convex():
             raise RuntimeError(
@@ -188,18 +194,20 @@ class _Relaxation:
             for u, v in itertools.combinations_with_replacement(one.common(other), 2):
                 self.program.AddLinearEqualityConstraint(one.product(u, v) - other.product(u, v), 0.0)
 
-    def _rows(self, name: str, group: _Group) -> Any:
+    def _rows(
+        self, bindings: Sequence[BindingBase[LinearConstraint]], group: _Group
+    ) -> Iterator[tuple[np.ndarray, float, float]]:
         """Rows of linear constraints over all variables of a group, with their bounds."""
-        for binding in filter(group.has, self._prog._lists[name]):
+        for binding in filter(group.has, bindings):
             c = binding._evaluator
             block = c._jacobian(np.zeros(len(binding._variables)))
             A = np.zeros((len(block), len(group.y)))
-            np.add.at(A, (slice(None), group.numbers(binding._variables)), block)
+            np.add.at(A.T, group.numbers(binding._variables), block.T)
             yield from zip(A, c._lower, c._upper)
 
     def _equations(self, group: _Group) -> None:
         """(a' y - b) y_j = 0."""
-        rows = list(self._rows("linear_equality_constraints", group))
+        rows = list(self._rows(self._prog.linear_equality_constraints(), group))
         for j in range(len(group.y)):
             for a, b, _ in rows:
                 terms = [a[i] * group.Y[i, j] for i in np.flatnonzero(a)]
@@ -209,10 +217,10 @@ class _Relaxation:
     def _inequalities(self, group: _Group) -> None:
         """Products of c_i - a_i' y >= 0, each pair once."""
         rows = []
-        for name in ("bounding_box_constraints", "linear_constraints"):
-            for a, low, high in self._rows(name, group):
-                rows += [(-a, -low)] if np.isfinite(low) else []
-                rows += [(a, high)] if np.isfinite(high) else []
+        linear = [*self._prog.bounding_box_constraints(), *self._prog.linear_constraints()]
+        for a, low, high in self._rows(linear, group):
+            rows += [(-a, -low)] if np.isfinite(low) else []
+            rows += [(a, high)] if np.isfinite(high) else []
         es, lower = [], []
         for i, (a, c) in enumerate(rows):
             for b, d in rows[i:]:

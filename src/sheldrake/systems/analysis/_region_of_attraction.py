@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _STANDS_STILL = 1e-14
 
 
-@dataclasses.dataclass(eq=False)
+@dataclasses.dataclass(eq=False, slots=True)
 class RegionOfAttractionOptions:
     """Options of `RegionOfAttraction`.
 
@@ -168,7 +168,7 @@ def _largest_level_of_flow(V: Expression, T: np.ndarray, dynamics: Any, options:
     if _falls_near_zero(rate_text, x):
         multiplier = program.NewFreePolynomial(Variables(x), degree)
     else:  # then V' >= 0 must imply it
-        multiplier = program.NewSosPolynomial(Variables(x), degree + degree % 2)[0]
+        multiplier, _ = program.NewSosPolynomial(Variables(x), degree + degree % 2)
     power = (multiplier.TotalDegree() + degree - level.TotalDegree()) // 2
     round_ = Polynomial(x.dot(x) ** power, Variables(x))
     slack = Polynomial({_one(): Expression(rho)})

@@ -8,7 +8,15 @@ import numpy as np
 
 from sheldrake.systems.controllers import DiscreteTimeLinearQuadraticRegulator, LinearQuadraticRegulator
 from sheldrake.systems.controllers._lqr import _square
-from sheldrake.systems.framework import BasicVector, InputPort, LeafSystem, OutputPort, System
+from sheldrake.systems.framework import (
+    BasicVector,
+    ContinuousState,
+    DiscreteValues,
+    InputPort,
+    LeafSystem,
+    OutputPort,
+    System,
+)
 from sheldrake.systems.primitives import Linearize, LinearSystem
 
 if TYPE_CHECKING:
@@ -82,7 +90,7 @@ class LuenbergerObserver(LeafSystem):
         y = np.array(self.get_observed_system_output_input_port().Eval(context))
         return self._gain @ (y - np.array(self._system.get_output_port().Eval(self._context)))
 
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: Any) -> None:
+    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
         """The derivative of the estimate."""
         if self._discrete:
             return
@@ -91,7 +99,7 @@ class LuenbergerObserver(LeafSystem):
         rates = np.array(self._system.EvalTimeDerivatives(self._context).CopyToVector())
         derivatives.get_mutable_vector().SetFromVector(rates + correction)
 
-    def _update(self, context: Context, discrete_state: Any) -> None:
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
         x = np.array(context.get_discrete_state_vector().CopyToVector())
         correction = self._correction(context, x)
         following = np.array(self._system.EvalUniquePeriodicDiscreteUpdate(self._context).value())

@@ -51,6 +51,8 @@ class _TypedIndex:
         return None if isinstance(other, _TypedIndex) or not hasattr(other, "__index__") else int(other)
 
     def __eq__(self, other: object) -> bool:
+        if type(other) is type(self):
+            return self._value == other._value  # type: ignore[attr-defined, no-any-return]
         value = self._other(other)
         return NotImplemented if value is None else self._value == value
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -226,6 +226,11 @@ class LeafSystem(LeafEvents):
         self._pn_models.append(vector_model(model_vector, "DeclareNumericParameter()"))
         self._changed()
         return int(NumericParameterIndex(len(self._pn_models) - 1))
+
+    def _declare_numeric_parameters(self, defaults: Iterable[np.ndarray]) -> None:
+        """Declares many groups of numeric parameters, whose defaults are copied."""
+        self._pn_models += [BasicVector._view(values.copy()) for values in defaults]
+        self._changed()
 
     def DeclareAbstractParameter(self, model_value: AbstractValue) -> int:
         """Declares an abstract parameter; `model_value` is its default."""

@@ -5,13 +5,16 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, expect
 from sheldrake.common.value import _register_value_type
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 _FLOAT = np.dtype(float)
 
@@ -269,7 +272,7 @@ class BasicVector(VectorBase):
         """Sets all elements; an IndexError if the size differs."""
         self.SetFromVector(value)
 
-    def _on_memory(self, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> BasicVector:
+    def _on_memory(self, memory: np.ndarray, on_write: Callable[[], None] | None = None) -> Self:
         """This vector's class and attributes, on other memory."""
         new = object.__new__(type(self))
         new.__dict__.update(self.__dict__)
@@ -287,14 +290,14 @@ class BasicVector(VectorBase):
         own: Any = type(self)
         return _of_scalar(own, scalar)._view(memory, on_write)
 
-    def Clone(self) -> BasicVector:
+    def Clone(self) -> Self:
         """A copy with its own memory."""
         return self._on_memory(self._v.copy())
 
-    def __copy__(self) -> BasicVector:
+    def __copy__(self) -> Self:
         return self.Clone()
 
-    def __deepcopy__(self, memo: dict) -> BasicVector:
+    def __deepcopy__(self, memo: dict) -> Self:
         return self.Clone()
 
     def _assign_from(self, other: BasicVector) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface, DrakeLcmParams
@@ -73,7 +73,7 @@ def ApplyLcmBusConfig(lcm_buses: dict[str, DrakeLcmParams | None], builder: Diag
     buses = LcmBuses()
     for name, params in sorted(lcm_buses.items()):
         if params is None or params.lcm_url == NULL_URL:
-            lcm: Any = DrakeLcm(NULL_URL)
+            lcm: DrakeLcmInterface = DrakeLcm(NULL_URL)
         else:
             lcm = DrakeLcm(params)
             logging.getLogger("drake").info("LCM bus '%s' created for URL %s", name, lcm.get_lcm_url())

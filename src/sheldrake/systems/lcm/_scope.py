@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from sheldrake.common.value import AbstractValue
 from sheldrake.lcm._messages import lcmt_scope
-from sheldrake.systems.framework import LeafSystem
+from sheldrake.systems.framework import LeafSystem, OutputPort
 from sheldrake.systems.lcm._serializer import PySerializer
 from sheldrake.systems.lcm._systems import LcmPublisherSystem
 
 if TYPE_CHECKING:
+    from sheldrake.lcm import DrakeLcmInterface
     from sheldrake.systems.framework import Context, DiagramBuilder
 
 
@@ -26,13 +27,15 @@ class LcmScopeSystem(LeafSystem):
         self.DeclareVectorInputPort("input", size)
         self.DeclareAbstractOutputPort("output", lambda: AbstractValue.Make(lcmt_scope()), self._calc)
 
-    def _calc(self, context: Context, output: Any) -> None:
+    def _calc(self, context: Context, output: AbstractValue) -> None:
         value = self.get_input_port().Eval(context)
         time = int(context.get_time() * 1e6)
         output.set_value(lcmt_scope(utime=time, size=len(value), value=value.tolist()))
 
     @staticmethod
-    def AddToBuilder(builder: DiagramBuilder, lcm: Any, signal: Any, channel: str, publish_period: float) -> list:
+    def AddToBuilder(
+        builder: DiagramBuilder, lcm: DrakeLcmInterface, signal: OutputPort, channel: str, publish_period: float
+    ) -> list:
         """Publishes an output port's vector.
 
         Args:

@@ -194,7 +194,10 @@ BAD = {
     "NaN": (robot('<link name="a"><inertial><mass value="nan"/></inertial></link>'), "finite number, found 'nan'"),
     "overflow": (robot('<link name="a"><inertial><mass value="1e999"/></inertial></link>'), "finite number"),
     "two numbers": (robot(link("a") + link("b") + joint('<axis xyz="0 1"/>')), "expected 3 numbers, found '0 1'"),
-    "unknown type": (robot(link("a") + link("b") + joint(kind="hinge")), "unknown type 'hinge'; known are revolute"),
+    "unknown type": (
+        robot(link("a") + link("b") + joint(kind="hinge")),
+        "unknown type 'hinge'; known are fixed, revolute",
+    ),
     "limits swapped": (robot(link("a") + link("b") + joint('<limit lower="1" upper="0"/>')), "above upper limit"),
     "negative damping": (robot(link("a") + link("b") + joint('<dynamics damping="-1"/>')), "must not be negative"),
     "mimics nobody": (

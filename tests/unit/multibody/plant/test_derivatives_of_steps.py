@@ -11,7 +11,7 @@ from sheldrake.common.kernel import jit_enabled, kernel
 from sheldrake.geometry import AddContactMaterial, Box, HalfSpace, ProximityProperties, Sphere
 from sheldrake.math import RigidTransform
 from sheldrake.multibody.contact_solvers import _arrays
-from sheldrake.multibody.contact_solvers._kernels import sap
+from sheldrake.multibody.contact_solvers._kernels import newton
 from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
 from sheldrake.multibody.plant import AddMultibodyPlantSceneGraph, CoulombFriction, DiscreteContactApproximation
 from sheldrake.multibody.tree import PrismaticJoint, SpatialInertia
@@ -157,7 +157,7 @@ def test_random_states_in_python(in_python, bodies, approximation):
 
 def test_a_planted_fault_is_seen(in_python, monkeypatch):
     """What takes no iteration has no derivatives, as it was."""
-    monkeypatch.setattr(sap, "with_slopes", no_slopes)
+    monkeypatch.setattr(newton, "with_slopes", no_slopes)
     scene = Scene("box", "kLagged")
     x = scene.state("at rest", np.random.default_rng(3))
     assert error(scene, x, ExtractGradient(scene.step(InitializeAutoDiff(x)[:, 0]))) > 0.1

@@ -6,7 +6,7 @@ from trees import ALL_TYPES, body_poses, random_tree
 
 from sheldrake import autodiffutils as autodiff
 from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
-from sheldrake.multibody.tree._kernels import dynamics, factor, integrate, kinematics, queries
+from sheldrake.multibody.tree._kernels import dynamics, integrate, kinematics, queries
 from sheldrake.multibody.tree._kernels import model as m
 
 
@@ -160,7 +160,7 @@ def test_factor_solves_what_M_multiplies(seed):
     t = Tree(seed, num_bodies=14)
     M, x = t.mass_matrix(), t.rng.normal(size=t.nv)
     y = np.zeros(t.nv)
-    factor.packed_times(t.model, t.work.M, x, y)
+    dynamics.packed_times(t.model, t.work.M, x, y)
     np.testing.assert_allclose(y, M @ x, atol=1e-12 * np.abs(y).max())
     vdot, tau = np.zeros(t.nv), t.rng.normal(size=t.nv)
     status = queries.calc_forward_dynamics.native(t.model, t.p, t.work, t.q, t.v, tau, 0.1, vdot)

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from sheldrake.multibody.tree._compile import NUM_POSITIONS, NUM_VELOCITIES, Mobilizer, TreeDescription, compile_tree
+from sheldrake.multibody.tree._compile import Mobilizer, TreeDescription, compile_tree
+from sheldrake.multibody.tree._joint_types import JOINT_TYPES
 
-ALL_TYPES = tuple(NUM_POSITIONS)
+ALL_TYPES = tuple(JOINT_TYPES)
 
 
 def random_rotation(rng):
@@ -43,7 +44,7 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
         if pieces:
             constants = (*random_rotation(rng).ravel(), *rng.normal(size=3))
         free = kind == "quaternion_floating" and path[-1] == 0 and rng.random() < 0.7
-        damping = tuple(put(rng.random()) for _ in range(NUM_VELOCITIES[kind]))
+        damping = tuple(put(rng.random()) for _ in range(len(JOINT_TYPES[kind].velocities)))
         d.mobilizers.append(
             Mobilizer(
                 parent=path[-1], type_name=kind,
@@ -54,8 +55,8 @@ def random_tree(rng, num_bodies, types=ALL_TYPES, offset_M=True, actuators=False
             )
         )  # fmt: skip
         path.append(row)
-    nq = sum(NUM_POSITIONS[b.type_name] for b in d.mobilizers)
-    nv = sum(NUM_VELOCITIES[b.type_name] for b in d.mobilizers)
+    nq = sum(len(JOINT_TYPES[b.type_name].positions) for b in d.mobilizers)
+    nv = sum(len(JOINT_TYPES[b.type_name].velocities) for b in d.mobilizers)
     if actuators:
         d.actuators = [(k, put(rng.random()), put(rng.normal())) for k in range(0, nv, 2)]
     return d, compile_tree(d), np.array(p), nq, nv
@@ -139,7 +140,7 @@ def body_poses(d, p, q):
     """Homogeneous poses by multiplying matrices."""
     X, at = [np.eye(4)], 0
     for b in d.mobilizers:
-        n = NUM_POSITIONS[b.type_name]
+        n = len(JOINT_TYPES[b.type_name].positions)
         X_FM = joint_pose(b, q[at : at + n])
         X.append(X[b.parent] @ frame_pose(d, p, b.frame_F) @ X_FM @ np.linalg.inv(frame_pose(d, p, b.frame_M)))
         at += n

@@ -1,14 +1,72 @@
-"""Laws of contacts and of scalar rows: impulse gamma and G = -dgamma/dvc at a velocity vc, and the cost l(vc).
+"""Laws of contact: material, normal force, regularised friction; of each approximation what its contacts do.
 
-A contact's normal impulse is that of a Hunt-Crossley spring-damper, or of an elastic spring; `contact_impulse` chooses
-the law of friction by the approximation: kLagged, kSimilar or kSap.
+A law of the convex problem is the impulse gamma at a velocity vc, G = -dgamma/dvc, and the cost l(vc): those of
+kLagged, kSimilar and kSap, one of which a model has chosen (at the end). kTamsi and continuous plants have the same
+normal force, with friction that depends on the slip.
 """
 
 import math
 
+import numpy as np
+
 from sheldrake.common._kernels.generic import atan, log, sqrt
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.problem import LAGGED, SIMILAR
+from sheldrake.multibody.contact_solvers._kernels.problem import contact_delassus, largest_delassus
+
+# ---- material of a pair
+#
+# As Drake combines two geometries (its documentation on compliant point contact): k = kA kB / (kA + kB), springs in
+# series, d = (kB dA + kA dB) / (kA + kB), tau = tauA + tauB, mu = 2 muA muB / (muA + muB). The contact is at
+# (kA p_WCa + kB p_WCb) / (kA + kB). Along surfaces moduli stand for stiffnesses.
+
+INFINITE_STIFFNESS = 1e300  # and more [N/m, Pa]
+
+
+@kernel
+def share(k, other):
+    """A's share of the sum of two stiffnesses, kA / (kA + kB), which may be infinite: the weight of A's point."""
+    if k > INFINITE_STIFFNESS:
+        return 0.5 + 0.0 * k if other > INFINITE_STIFFNESS else 1.0 + 0.0 * other
+    if other > INFINITE_STIFFNESS:
+        return 0.0 * k
+    if k + other > 0.0:
+        return k / (k + other)
+    return 0.5 + 0.0 * k
+
+
+@kernel
+def harmonic_mean(a, b):
+    """Friction of two coefficients."""
+    if a + b > 0.0:
+        return 2.0 * a * b / (a + b)
+    return 0.0 * a
+
+
+@kernel
+def combined_stiffness(A, B, w_A):
+    """Of two geometries, of which A's share of the stiffness is w_A [N/m]."""
+    return B.stiffness if A.stiffness > INFINITE_STIFFNESS else (1.0 - w_A) * A.stiffness
+
+
+@kernel
+def combined_losses(A, B, w_A):
+    """(dissipation [s/m], relaxation time [s]) of two geometries, of which A's share of the stiffness is w_A."""
+    return (1.0 - w_A) * A.dissipation + w_A * B.dissipation, A.relaxation_time + B.relaxation_time
+
+
+# ---- normal forces
+#
+# Hunt and Crossley's law (1975) where there is dissipation.
+
+
+@kernel
+def hunt_crossley(elastic, d, v):
+    """(elastic (1 - d v), 1 - d v) of an elastic force or impulse and a speed of separation; never pulls."""
+    damping = 1.0 - d * v
+    if elastic <= 0.0 or damping <= 0.0:
+        return 0.0 * v, damping
+    return elastic * damping, damping
+
 
 # ---- a spring without dissipation
 #
@@ -74,11 +132,10 @@ def half_a_step_back(k, depth, dt, reach, vn0):
     return 0.5 * dt * k * vn0
 
 
-# ---- Hunt-Crossley
+# ---- normal impulse of a step
 #
-# Normal impulse of a Hunt-Crossley spring-damper (Castro, Han, Masterjohn 2023, section IV), or of an elastic spring.
-#
-# `back` is zero for the former, see `elastic.half_a_step_back`.
+# Of a Hunt-Crossley spring-damper (Castro, Han, Masterjohn 2023, section IV), or of an elastic spring: `back` is zero
+# for the former, see `half_a_step_back`.
 
 
 @kernel
@@ -88,10 +145,10 @@ def normal_impulse(contact, dt, z):
     if contact.back != 0.0:
         return elastic_impulse(k, fe0, contact.back, dt, z)
     force = fe0 - dt * k * z  # of the spring at the end of the step
-    damping = 1.0 - d * z
-    if force <= 0.0 or damping <= 0.0:
-        return 0.0 * z, 0.0 * z
-    return dt * force * damping, -dt * (k * dt * damping + d * force)
+    n, damping = hunt_crossley(dt * force, d, z)
+    if n <= 0.0:
+        return n, 0.0 * z
+    return n, -dt * (k * dt * damping + d * force)
 
 
 @kernel
@@ -108,6 +165,27 @@ def normal_impulse_integral(contact, dt, z):
     return dt * (s * (fe0 + 0.5 * change) - d * s * s * 0.5 * (fe0 + 2.0 / 3.0 * change))
 
 
+# ---- regularisation of friction
+
+
+@kernel
+def soft_norm(x, y, eps2):
+    """s = sqrt(x^2 + y^2 + eps^2), a norm that is smooth at zero: friction is no jump there."""
+    return sqrt(x * x + y * y + eps2)
+
+
+@kernel
+def inverse_soft_norm(contact, x, y):
+    """1 / s of the slip (x, y) of a contact [s/m]."""
+    return 1.0 / soft_norm(x, y, contact.eps * contact.eps)
+
+
+@kernel
+def soft_slip(contact, x, y):
+    """s - eps of the slip (x, y) of a contact: what friction works along [m/s]."""
+    return soft_norm(x, y, contact.eps * contact.eps) - contact.eps
+
+
 # ---- kLagged
 #
 # kLagged: Hunt-Crossley normal force, Coulomb friction bounded by the normal impulse of the step's start.
@@ -116,19 +194,10 @@ def normal_impulse_integral(contact, dt, z):
 
 
 @kernel
-def inverse_soft_norm(contact, x, y):
-    """1 / s, s = sqrt(|v|^2 + eps^2) of the slip v = (x, y) of a contact [s/m]."""
-    eps = contact.eps
-    return 1.0 / sqrt(x * x + y * y + eps * eps)
-
-
-@kernel
 def lagged_cost(contact, dt, vc):
     """l(vc) = -N(vn) + mu n0 s(vt) [J]."""
     vx, vy, vn = vc
-    eps = contact.eps
-    slip = sqrt(vx * vx + vy * vy + eps * eps) - eps
-    return contact.friction * contact.n0 * slip - normal_impulse_integral(contact, dt, vn)
+    return contact.friction * contact.n0 * soft_slip(contact, vx, vy) - normal_impulse_integral(contact, dt, vn)
 
 
 @kernel
@@ -158,9 +227,7 @@ def lagged_impulse(contact, dt, vc):
 def similar_cost(contact, dt, vc):
     """l(vc) = -N(vn - mu s(vt)) [J]."""
     vx, vy, vn = vc
-    mu, eps = contact.friction, contact.eps
-    slip = sqrt(vx * vx + vy * vy + eps * eps) - eps
-    return -normal_impulse_integral(contact, dt, vn - mu * slip)
+    return -normal_impulse_integral(contact, dt, vn - contact.friction * soft_slip(contact, vx, vy))
 
 
 @kernel
@@ -168,7 +235,7 @@ def similar_impulse(contact, dt, vc):
     """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz)."""
     vx, vy, vn = vc
     mu, eps = contact.friction, contact.eps
-    norm = sqrt(vx * vx + vy * vy + eps * eps)
+    norm = soft_norm(vx, vy, eps * eps)
     tx, ty = vx / norm, vy / norm
     z = vn - mu * (norm - eps)
     n, slope = normal_impulse(contact, dt, z)
@@ -200,7 +267,7 @@ def sap_cone_impulse(contact, vc):
     yx = -vc[0] / Rt
     yy = -vc[1] / Rt
     yn = (contact.vhat_n - vc[2]) / Rn
-    yr = sqrt(yx * yx + yy * yy + 1e-14)  # soft norm; (1e-7 N s)^2
+    yr = soft_norm(yx, yy, 1e-14)  # (1e-7 N s)^2
     zero = 0.0 * yn
     gamma = (zero, zero, zero)
     G = (zero, zero, zero, zero, zero, zero)
@@ -233,29 +300,6 @@ def sap_cone_cost(contact, vc):
     return 0.5 * (contact.R_t * (gamma[0] * gamma[0] + gamma[1] * gamma[1]) + contact.R_n * gamma[2] * gamma[2])
 
 
-# ---- the chosen one
-
-
-@kernel
-def contact_impulse(model, contact, vc):
-    """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz) of a contact at velocity vc [m/s]."""
-    if model.approximation == LAGGED:
-        return lagged_impulse(contact, model.dt, vc)
-    if model.approximation == SIMILAR:
-        return similar_impulse(contact, model.dt, vc)
-    return sap_cone_impulse(contact, vc)
-
-
-@kernel
-def contact_cost(model, contact, vc):
-    """Cost l(vc) of a contact [J]."""
-    if model.approximation == LAGGED:
-        return lagged_cost(contact, model.dt, vc)
-    if model.approximation == SIMILAR:
-        return similar_cost(contact, model.dt, vc)
-    return sap_cone_cost(contact, vc)
-
-
 # ---- friction coefficients by the slip
 #
 # What does not solve a convex problem takes friction along the slip, with a coefficient that rises with its speed.
@@ -269,12 +313,38 @@ HALF_WAY = 10.0  # slip, in stiction tolerances, half way from static to dynamic
 def tamsi_friction(mu, vt, vs):
     """kTamsi: (slip direction, friction coefficient at that slip, its derivative over the slip [s/m], slip [m/s])."""
     small = NO_SLIP * vs
-    slip = sqrt(vt[0] * vt[0] + vt[1] * vt[1] + small * small)
+    slip = soft_norm(vt[0], vt[1], small * small)
     s = slip / vs
     direction = (vt[0] / slip, vt[1] / slip)
     if s >= 1.0:
         return direction, mu + 0.0 * slip, 0.0 * slip, slip
     return direction, mu * s * (2.0 - s), 2.0 * mu * (1.0 - s) / vs, slip
+
+
+@kernel
+def put_tamsi_impulse(model, contact, h):
+    """Impulse h f of a sub-step, and K = -d(h f)/dvc with rows (xx, xy, xz), (xy, yy, yz), (0, 0, zz), at its vc."""
+    vx, vy, vn = contact.vc
+    k, d = contact.stiffness, contact.dissipation
+    force = contact.fe0 - h * k * vn
+    fn, damping = hunt_crossley(force, d, vn)
+    slope = 0.0 * vn
+    if force >= 0.0 and damping > 0.0:
+        slope -= h * k * damping
+    if damping >= 0.0 and force > 0.0:
+        slope -= d * force
+    (tx, ty), mu, dmu, slip = tamsi_friction(contact.friction, (vx, vy), model.stiction)
+    contact.gamma = (-h * mu * tx * fn, -h * mu * ty * fn, h * fn)
+    across = h * fn * mu / slip
+    along = h * fn * dmu
+    contact.G = (
+        across + (along - across) * tx * tx,
+        (along - across) * tx * ty,
+        across + (along - across) * ty * ty,
+        h * mu * tx * slope,
+        h * mu * ty * slope,
+        -h * slope,
+    )
 
 
 @kernel
@@ -335,3 +405,155 @@ def row_cost(row, vc):
     if y >= row.upper:
         return -row.upper * vc
     return 0.5 * row.R * y * y
+
+
+@kernel
+def row_group_delassus(problem, rows, r, n):
+    """w = |J diag(1/A) J^T|_F / n of n rows with the same dofs."""
+    row = rows[r]
+    total = 0.0
+    for i in range(n):
+        for j in range(n):
+            s = 0.0
+            for a in range(row.width):
+                s += rows[r + i].J[a] * problem.mobility[row.dofs[a]] * rows[r + j].J[a]
+            total += s * s
+    return sqrt(total) / n
+
+
+@kernel
+def prepare_spring_row(row, dt, rigid):
+    """A spring of stiffness k (may be infinite) and relaxation time tau, no stiffer than the time step resolves."""
+    tau = row.relaxation
+    row.R = 1.0 / (dt * (dt + tau) * row.stiffness)
+    if row.R < rigid:
+        row.R = rigid
+        tau = dt + 0.0 * tau
+    row.vhat = -row.gap / (dt + tau)
+
+
+@kernel
+def prepare_actuator_row(row, dt, rigid):
+    """An implicit PD controller: gains too stiff for the time step are scaled down, keeping their ratio."""
+    kp, kd = row.stiffness, row.relaxation
+    R = 1.0 / (dt * (dt * kp + kd))
+    if R < rigid:
+        if dt * kp > kd:
+            tau = kd / kp
+            kp = 1.0 / (dt * (dt + tau) * rigid)
+            kd = tau * kp
+        else:
+            ratio = kp / kd
+            kd = 1.0 / (dt * (1.0 + dt * ratio) * rigid)
+            kp = ratio * kd
+        R = 1.0 / (dt * (dt * kp + kd))
+    effort = kd * row.rate - kp * row.gap + row.forward  # at v = 0
+    row.R = R
+    row.vhat = dt * effort * R
+
+
+# ---- what contacts need before the first iteration
+
+FOUR_PI_SQUARED = 4.0 * np.pi**2
+LEAST = 1.0 - 1e-9  # of what must not be taken for smaller than it is
+SLIDING = 10.0  # slip over the stiction tolerance from which on it is sliding
+
+
+@kernel
+def closing_speed(contact, dt):
+    """The velocity that would close the penetration within dt + tau [m/s] (Castro, Permenter, Han 2022, section V-A).
+
+    What does not touch yet (see `least_depth`) may come as fast as it touches at the end of the step.
+    """
+    if contact.depth < 0.0:
+        return contact.depth / dt
+    return contact.depth / (dt + contact.relaxation)
+
+
+@kernel
+def glide(model, contact, v0, v1):
+    """Speed at which a contact would leave the surface that it slides along, with these velocities [m/s]."""
+    slip2 = v0[0] * v0[0] + v0[1] * v0[1]
+    if not slip2 > 0.0:
+        return 0.0 * slip2
+    along = (v0[0] * v1[0] + v0[1] * v1[1]) / sqrt(slip2)
+    if not along > 0.0:
+        return 0.0 * slip2
+    sliding = slip2 / (SLIDING * SLIDING * model.stiction * model.stiction)
+    if sliding < 1.0:
+        along *= sliding
+    return contact.friction * along
+
+
+@kernel
+def put_regularisation(model, problem, contact):
+    """Regularisation speed max(v_s, mu sigma w n0) of friction (Castro, Han, Masterjohn 2023, section V).
+
+    It hardly ever depends on w: mostly it is the stiction tolerance for the largest w, too.
+    """
+    n0 = contact.n0
+    contact.eps = model.stiction + 0.0 * n0
+    slip = contact.friction * model.sigma * n0
+    if slip > 0.0 and slip * largest_delassus(problem, contact) >= LEAST * model.stiction:
+        slip *= contact_delassus(problem, contact)
+        if slip > model.stiction:
+            contact.eps = slip
+
+
+@kernel
+def prepare_hunt_crossley(model, problem, contact):
+    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step."""
+    vn0 = contact.vc[2]
+    fe0 = contact.stiffness * contact.depth
+    n0, _ = hunt_crossley(model.dt * fe0, contact.dissipation, vn0)
+    contact.fe0 = fe0
+    contact.n0 = n0
+    put_regularisation(model, problem, contact)
+    if contact.back > 0.0:
+        contact.back = half_a_step_back(contact.stiffness, contact.depth, model.dt, contact.back, vn0)
+
+
+@kernel
+def prepare_sap_cone(model, problem, contact):
+    """kSap: regularisation (Castro, Permenter, Han 2022, eqs. 29 and 30), and the velocity that would close the gap."""
+    dt, beta = model.dt, model.near_rigid
+    w = contact_delassus(problem, contact)
+    rigid = beta * beta / FOUR_PI_SQUARED * w
+    Rn = 1.0 / (dt * contact.stiffness * (dt + contact.relaxation))
+    contact.delassus = w
+    contact.R_t = model.sigma * w
+    contact.R_n = rigid if Rn < rigid else Rn
+    contact.vhat_n = closing_speed(contact, dt)
+
+
+# ---- the chosen one
+#
+# What contacts do under the approximation of a model; `APPROXIMATIONS` of `solve` tells what else it is made of.
+
+LAGGED, SIMILAR, SAP = 0, 1, 2  # Settings.law
+
+
+@kernel
+def contact_impulse(model, contact, vc):
+    """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz) of a contact at velocity vc [m/s]."""
+    if model.law == LAGGED:
+        return lagged_impulse(contact, model.dt, vc)
+    if model.law == SIMILAR:
+        return similar_impulse(contact, model.dt, vc)
+    return sap_cone_impulse(contact, vc)
+
+
+@kernel
+def contact_cost(model, contact, vc):
+    """Cost l(vc) of a contact [J]."""
+    if model.law == LAGGED:
+        return lagged_cost(contact, model.dt, vc)
+    if model.law == SIMILAR:
+        return similar_cost(contact, model.dt, vc)
+    return sap_cone_cost(contact, vc)
+
+
+@kernel
+def friction_load(model, contact):
+    """The normal impulse that bounds friction, where friction is load times the soft norm of the slip [N s]."""
+    return contact.n0 if model.law == LAGGED else contact.gamma[2]

@@ -1,35 +1,45 @@
 """Newton on the convex cost of an island: as Drake's SAP solver does it, or so that what can rest comes to rest.
 
-The former is of Castro, Permenter, Han 2022, algorithm 2.
+The former is of Castro, Permenter, Han 2022, algorithm 2. Convergence is tested before the first iteration, starting at
+v0: a body at rest costs no factorisation. Only trees touched by a constraint take part, in the search and in the norms
+that stop it.
 """
 
-from sheldrake.common._kernels.generic import has_slopes, sqrt, value_of
-from sheldrake.common._kernels.vec import add3, dot3, mul_symmetric, scale3
+from sheldrake.common._kernels.generic import has_slopes, sqrt
+from sheldrake.common._kernels.vec import dot3, magnitude
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.elimination import lay_out
-from sheldrake.multibody.contact_solvers._kernels.gradient import (
-    contact_velocities,
+from sheldrake.multibody.contact_solvers._kernels.cost import (
+    advance,
+    along_direction,
+    constraint_cost,
+    constraint_slope,
+    drop_slopes,
     evaluate,
-    magnitude,
-    move,
-    multiply_A,
-    row_velocities,
+    evaluate_v,
+    keep_slopes,
+    newton_direction,
+    numeric_factor,
+    optimality,
+    put_v0,
+    whole_cost,
 )
-from sheldrake.multibody.contact_solvers._kernels.hessian import newton_direction, renew_factor
+from sheldrake.multibody.contact_solvers._kernels.factor import symbolic_factor
 from sheldrake.multibody.contact_solvers._kernels.laws import (
-    contact_cost,
-    contact_impulse,
+    closing_speed,
+    friction_load,
+    glide,
     inverse_soft_norm,
-    row_cost,
-    row_impulse,
 )
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
-    LAGGED,
-    SAP,
     VC,
+    contact_velocities,
     contacts_of_island,
     dofs_of_island,
+    mul_A,
+    multiply_A,
+    put_velocity,
+    row_velocities,
     rows_of_island,
 )
 from sheldrake.multibody.contact_solvers._kernels.status import (
@@ -53,40 +63,6 @@ EVALUATIONS = 100
 FULL_STEP = 0.1
 COST_ABSOLUTE = 1e-30
 COST_RELATIVE = 1e-15
-
-
-@kernel(outline=True)
-def constraint_cost(model, problem, contacts, rows, alpha):
-    """Sum of all l_i at vc + alpha dvc [J]."""
-    total = 0.0
-    for contact in contacts_of_island(problem, contacts):
-        vc = add3(contact.vc, scale3(contact.dvc, alpha))
-        total += contact_cost(model, contact, vc)
-    for row in rows_of_island(problem, rows):
-        vc_r = row.vc + alpha * row.dvc
-        total += row_cost(row, vc_r)
-    return total
-
-
-@kernel(outline=True)
-def constraint_slope(model, problem, contacts, rows, alpha):
-    """First and second derivative of `constraint_cost` with respect to alpha."""
-    slope = 0.0
-    curvature = 0.0
-    for contact in contacts_of_island(problem, contacts):
-        dvc = contact.dvc
-        vc = add3(contact.vc, scale3(dvc, alpha))
-        gamma, G = contact_impulse(model, contact, vc)
-        G_dvc = mul_symmetric((G[0], G[2], G[5], G[1], G[3], G[4]), dvc)
-        slope -= dot3(dvc, gamma)
-        curvature += dot3(dvc, G_dvc)
-    for row in rows_of_island(problem, rows):
-        dvc_r = row.dvc
-        vc_r = row.vc + alpha * dvc_r
-        gamma_r, G_r = row_impulse(row, vc_r)
-        slope -= dvc_r * gamma_r
-        curvature += dvc_r * G_r * dvc_r
-    return slope, curvature
 
 
 @kernel(outline=True)
@@ -173,7 +149,7 @@ def put_dual(model, contact, wx, wy):
     x, y, _ = contact.vc
     soft = inverse_soft_norm(contact, x, y)
     tx, ty = x * soft, y * soft
-    n = contact.n0 if model.approximation == LAGGED else contact.gamma[2]
+    n = friction_load(model, contact)
     stiffness = contact.friction * n * soft
     contact.dual = (wx, wy)
     xx, xy, yy = contact.G_t
@@ -185,7 +161,7 @@ def put_dual(model, contact, wx, wy):
 
 
 @kernel(outline=True)
-def guess_duals(model, problem, contacts, share):
+def initial_duals(model, problem, contacts, share):
     """First duals: this share of those with which the first step is Newton's; with none of them it is a secant's."""
     for contact in contacts_of_island(problem, contacts):
         x, y, _ = contact.vc
@@ -194,7 +170,7 @@ def guess_duals(model, problem, contacts, share):
 
 
 @kernel(outline=True)
-def follow_duals(model, problem, contacts, alpha):
+def update_duals(model, problem, contacts, alpha):
     """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1."""
     for contact in contacts_of_island(problem, contacts):
         x, y, _ = contact.vc
@@ -223,44 +199,13 @@ STALLED_DECREMENT = 1e-22  # as `DECREMENT`, of steps that gain nothing
 CHORDS = 2  # steps with the factor of an earlier one that are worth a new factor
 
 
-@kernel
-def whole_cost(model, problem, contacts, rows):
-    """(cost of momentum 1/2 (v - v*)^T A (v - v*), that and the cost of constraints) at the iterate [J]."""
-    s = 0.0
-    for k in dofs_of_island(model, problem):
-        s += (problem.v[k] - problem.v_star[k]) * (problem.p[k] - problem.p_star[k])
-    momentum = 0.5 * s
-    return momentum, momentum + constraint_cost(model, problem, contacts, rows, 0.0)
-
-
-@kernel
-def along_direction(model, problem):
-    """(slope of the cost, slope of the momentum cost, dv^T A dv) at the iterate along dv [J]."""
-    slope = 0.0
-    slope_A = 0.0
-    curvature_A = 0.0
-    for k in dofs_of_island(model, problem):
-        slope += problem.dv[k] * problem.gradient[k]
-        slope_A += problem.dv[k] * (problem.p[k] - problem.p_star[k])
-        curvature_A += problem.dv[k] * problem.a_dv[k]
-    return slope, slope_A, curvature_A
-
-
-@kernel
-def advance(model, problem, contacts, rows, alpha):
-    """v += alpha dv, and with it momenta and constraint velocities."""
-    move(model, problem, contacts, alpha)
-    for row in rows_of_island(problem, rows):
-        row.vc += alpha * row.dvc
-
-
 @kernel(outline=True)
 def newton(model, problem, contacts, rows, factor, fresh):
     """Newton's direction dv, A dv, and the change of the constraint velocities along it; a status.
 
     With a new factor if `fresh` is 1, else with the last one.
     """
-    if fresh == 1 and renew_factor(model, problem, contacts, rows, factor) != SOLVED:
+    if fresh == 1 and numeric_factor(model, problem, contacts, rows, factor) != SOLVED:
         return HESSIAN_NOT_POSITIVE
     newton_direction(model, problem, factor)
     multiply_A(model, problem, problem.dv, problem.a_dv)
@@ -279,11 +224,11 @@ def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
 
 @kernel(outline=True)
 def iterate(model, problem, contacts, rows, factor):
-    """Drake's Newton iterations, from an iterate that `judge` has judged; a status.
+    """Drake's Newton iterations, from an iterate whose `optimality` is known; a status.
 
     The line is searched in every iteration; they stop also when the cost stalls.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, 1)
@@ -306,20 +251,19 @@ def iterate(model, problem, contacts, rows, factor):
 
 
 @kernel(outline=True)
-def iterate_to_rest(model, problem, contacts, rows, factor, excess):
-    """Iterations of a step that is to settle, from an iterate that `judge` has judged; a status.
+def iterate_to_rest(model, problem, contacts, rows, factor, excess, soft):
+    """Iterations of a step that is to settle, from an iterate whose `optimality` is known; a status.
 
     The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
     being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so
     where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do, the next one
-    has its factor: a new one costs twice as much as the rest.
+    has its factor: a new one costs twice as much as the rest. `soft` tells whether friction has duals.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
-    soft = model.approximation != SAP
     if soft:
         relative = excess * model.relative_tolerance * model.relative_tolerance
-        guess_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
+        initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
     fresh = 1
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, fresh)
@@ -345,7 +289,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess):
         ratio = excess / before
         fresh = 0 if excess * ratio**CHORDS <= 1.0 else 1
         if fresh == 1 and soft:
-            follow_duals(model, problem, contacts, alpha)
+            update_duals(model, problem, contacts, alpha)
     return ITERATION_LIMIT
 
 
@@ -355,16 +299,11 @@ def differentiate(model, problem, contacts, rows, factor):
 
     They are those of the implicit function theorem: of gradient(v, data) = 0, one Newton step on what v lacks.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
-    for k in dofs_of_island(model, problem):
-        problem.v[k] = value_of(problem.v[k])
-    multiply_A(model, problem, problem.v, problem.p)
-    contact_velocities(problem, contacts, problem.v, VC)
-    row_velocities(problem, rows, problem.v, VC)
-    evaluate(model, problem, contacts, rows)
-    for k in dofs_of_island(model, problem):
-        problem.gradient[k] -= value_of(problem.gradient[k])
+    drop_slopes(model, problem)
+    evaluate_v(model, problem, contacts, rows)
+    keep_slopes(model, problem)
     status = newton(model, problem, contacts, rows, factor, 1)
     if status == SOLVED:
         advance(model, problem, contacts, rows, 1.0)
@@ -378,3 +317,217 @@ def with_slopes(model, problem, contacts, rows, factor, excess):
     if has_slopes(excess):
         return differentiate(model, problem, contacts, rows, factor)
     return SOLVED
+
+
+# ---- the slip of the end of the step
+#
+# kSap, where steps are to settle: what slides is expected to slide at the end of the step, too.
+#
+# The cone of kSap lets what slides at vt glide away from the surface at mu vt, until the gap is (dt + tau) mu vt and
+# the contact is lost: a box that slides would hop. So mu times the slip at the end of the step is taken off the
+# velocity that closes the penetration (de Saxce and Feng 1998, "The bipotential method"). A guess of the slip makes
+# the first problem; each solution makes the next, about mu^2 times as far from its own slip. What hardly slides keeps
+# its cone.
+
+SLIPS = 5  # times that a problem of kSap is solved for the slip of its solution
+SAME_SLIP = 0.1  # change of friction times slip, over the stiction tolerance, that is none
+
+
+@kernel
+def count_contacts(problem, contacts):
+    """How many contacts each tree has."""
+    for t in range(len(problem.trees)):
+        problem.trees[t].num_contacts = 0
+    for c in range(problem.num_contacts):
+        for t in (contacts[c].tree_a, contacts[c].tree_b):
+            if t >= 0:
+                problem.trees[t].num_contacts += 1
+
+
+@kernel
+def contacts_beside(problem, contact):
+    """How many contacts share what stops the trees of a contact."""
+    n = 1
+    for t in (contact.tree_a, contact.tree_b):
+        if t >= 0 and problem.trees[t].num_contacts > n:
+            n = problem.trees[t].num_contacts
+    return n
+
+
+@kernel(outline=True)
+def predict_slip(model, problem, contacts):
+    """Takes the guessed slip off all contacts: that of v*, less friction of impulses that are elastic.
+
+    Or of what stops the contact if that is less; of its part of that if it does not touch.
+    """
+    count_contacts(problem, contacts)
+    for k in range(len(problem.dv)):
+        problem.dv[k] = problem.v_star[k]
+    for c in range(problem.num_contacts):
+        contact = contacts[c]
+        vx, vy, _ = contact.vc
+        slip2 = vx * vx + vy * vy
+        if slip2 > 0.0:
+            put_velocity(contact, problem.v_star, DVC)
+            n = model.dt * contact.stiffness * contact.depth
+            stops = (contact.vhat_n - contact.dvc[2]) / (contact.R_n + contact.delassus)
+            if n <= 0.0:
+                n = stops / contacts_beside(problem, contact)
+            if stops < n:
+                n = stops
+            if n < 0.0:
+                n = 0.0 * n
+            f = n * contact.friction / sqrt(slip2)
+            for a in range(contact.width):
+                k = contact.dofs[a]
+                problem.dv[k] -= f * problem.mobility[k] * (contact.J[0, a] * vx + contact.J[1, a] * vy)
+    for c in range(problem.num_contacts):
+        contact = contacts[c]
+        put_velocity(contact, problem.dv, DVC)
+        contact.vhat_n -= glide(model, contact, contact.vc, contact.dvc)
+
+
+@kernel(outline=True)
+def update_slip(model, problem, contacts):
+    """Takes the slip of the iterate off the island's contacts instead; by how much one changes at most [m/s]."""
+    most = 0.0
+    for contact in contacts_of_island(problem, contacts):
+        put_velocity(contact, problem.v0, DVC)
+        v0, v1 = contact.dvc, contact.vc
+        vhat = closing_speed(contact, model.dt) - glide(model, contact, v0, v1)
+        change = magnitude(vhat - contact.vhat_n)
+        if change > most:
+            most = change
+        contact.vhat_n = vhat
+    return most
+
+
+@kernel
+def iterate_on_slip(model, problem, contacts, rows, factor):
+    """Solves kSap's problem anew with the slip of its solution, until that is the slip it had; a status."""
+    for _ in range(SLIPS):
+        if update_slip(model, problem, contacts) <= SAME_SLIP * model.stiction:
+            return SOLVED
+        excess, _, _ = evaluate(model, problem, contacts, rows)
+        if not excess <= 1.0:
+            status = iterate_to_rest(model, problem, contacts, rows, factor, excess, False)
+            if status != SOLVED:
+                return status
+        status = with_slopes(model, problem, contacts, rows, factor, excess)
+        if status != SOLVED:
+            return status
+    return SOLVED
+
+
+# ---- an island
+
+AT_REST = 10.0  # times the stiction tolerance: slower contacts may be at rest
+STUCK = 0.5  # times the slip speed: the regularisation speed of what sticks
+TIGHT = 0.03  # times Drake's regularisation speed: the least one, for the sake of the condition of H
+NEARLY_STILL = 1e-8  # (momentum over impulse of a step)^2 below which rest is tried
+
+
+@kernel
+def start(model, problem, rows):
+    """The first iterate v0 with its momenta and the velocities of the rows; completes p* = A v*.
+
+    The velocities of the contacts `prepare` has made.
+    """
+    put_v0(model, problem)
+    mul_A(model, problem, problem.v, problem.p)
+    row_velocities(problem, rows, problem.v, VC)
+    for k in dofs_of_island(model, problem):
+        problem.p_star[k] += problem.p[k]
+
+
+@kernel(outline=True)
+def try_rest(model, problem, contacts, rows):
+    """Replaces an accepted v0 by zero where zero is as good, so that what is at rest does not creep at tolerance."""
+    for k in dofs_of_island(model, problem):
+        problem.v[k] = problem.v0[k] - problem.v0[k]
+        problem.p[k] = problem.v[k]
+    zero = (0.0, 0.0, 0.0)
+    for contact in contacts_of_island(problem, contacts):
+        contact.vc = zero
+    for row in rows_of_island(problem, rows):
+        row.vc = 0.0
+    excess, _, _ = evaluate(model, problem, contacts, rows)
+    if not excess <= 1.0:
+        put_v0(model, problem)
+        evaluate_v(model, problem, contacts, rows)
+
+
+@kernel
+def reduce_regularisation(model, problem, contacts):
+    """Regularises friction less in an island whose contacts are nearly still.
+
+    With Drake's regularisation, what friction holds creeps for ever, at a speed that grows with the load. Here what
+    slips slowly gets less of it, step by step: while friction bears less than 89 % of what it can, each step's slip
+    is smaller than that of the step before. What moves has Drake's: a sharper law takes more iterations.
+    """
+    fast = AT_REST * model.stiction
+    for contact in contacts_of_island(problem, contacts):
+        vc0 = contact.vc
+        if dot3(vc0, vc0) > fast * fast:
+            return
+    for contact in contacts_of_island(problem, contacts):
+        x, y, _ = contact.vc
+        eps = contact.eps
+        stuck2 = STUCK * STUCK * (x * x + y * y)
+        if stuck2 < TIGHT * TIGHT * eps * eps:
+            contact.eps = TIGHT * eps
+        elif stuck2 < eps * eps:
+            contact.eps = sqrt(stuck2)
+
+
+@kernel
+def reduce_to_rest(model, problem, contacts, rows, factor, soft):
+    """(status, whether it took iterations): from a first iterate to the minimum, or to rest where rest is as good.
+
+    `soft` as for `iterate_to_rest`.
+    """
+    excess, momentum, impulse = optimality(model, problem, contacts, rows)
+    moves = not excess <= 1.0  # so is NaN
+    status = SOLVED
+    if moves:
+        status = iterate_to_rest(model, problem, contacts, rows, factor, excess, soft)
+    elif momentum > 0.0 and momentum <= NEARLY_STILL * impulse:
+        try_rest(model, problem, contacts, rows)
+    if status == SOLVED:
+        status = with_slopes(model, problem, contacts, rows, factor, excess)
+    return status, moves
+
+
+# Stages of a solve, from the first iterate v0 of a prepared island on; each gives a status.
+
+
+@kernel
+def as_drake(model, problem, contacts, rows, factor):
+    """Drake's iterates."""
+    start(model, problem, rows)
+    excess, _, _ = optimality(model, problem, contacts, rows)
+    status = SOLVED
+    if not excess <= 1.0:  # so is NaN
+        status = iterate(model, problem, contacts, rows, factor)
+    if status == SOLVED:
+        status = with_slopes(model, problem, contacts, rows, factor, excess)
+    return status
+
+
+@kernel
+def to_rest(model, problem, contacts, rows, factor):
+    """Until what can rest does, friction being soft."""
+    start(model, problem, rows)
+    reduce_regularisation(model, problem, contacts)
+    status, _ = reduce_to_rest(model, problem, contacts, rows, factor, True)
+    return status
+
+
+@kernel
+def to_rest_on_cones(model, problem, contacts, rows, factor):
+    """Until what can rest does, and slides at the speed that the cones were made for."""
+    start(model, problem, rows)
+    status, moves = reduce_to_rest(model, problem, contacts, rows, factor, False)
+    if status == SOLVED and moves:
+        status = iterate_on_slip(model, problem, contacts, rows, factor)
+    return status

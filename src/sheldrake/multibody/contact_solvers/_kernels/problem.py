@@ -10,14 +10,25 @@ joints.
 
 from typing import Annotated, NamedTuple
 
+from sheldrake.common._kernels.generic import sqrt
+from sheldrake.common._kernels.vec import (
+    SIX,
+    add3,
+    add_scaled_six,
+    column3,
+    dot3,
+    dot_six,
+    load_six,
+    load_three_sixes,
+    mul_packed_six,
+    norms2_six,
+    scale3,
+    store3,
+    store_six,
+    times_six,
+)
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Each, Items, Record, Stack, array, integer, integers, number, numbers, table, vector
-
-# Settings.approximation
-LAGGED = 0
-SIMILAR = 1
-SAP = 2
-TAMSI = 3
 
 # RowIndex.kind
 LIMIT = 0
@@ -40,14 +51,16 @@ class Options(Record):
     near_rigid_rows = number("beta of scalar rows")
     relative_tolerance = number("residual at which iterations stop, over momentum and impulse")
     absolute_tolerance = number("residual at which they stop in any case", "sqrt(J)")
+    resolved_turn = number("angle of a step up to which a body has all of its gyroscopic torque", "rad")
 
 
 class Settings(Record):
     """Choices of the solver."""
 
-    approximation = integer("LAGGED, SIMILAR, SAP or TAMSI")
+    law = integer("of contacts, see `laws`")
     max_iterations = integer("after which it gives up")
-    settle = integer("1: rest exactly where rest is a solution; full steps where they do; 0: Drake's iterates")
+    scalar_rows = integer("1: limits, damping and gains of joints are its rows; 0 (kTamsi): they are forces")
+    sides = integer("blocks of its matrix for two trees that touch: 1, or 2 where it is not symmetric")
 
 
 class Tree(Record):
@@ -139,7 +152,7 @@ class ContactLaw(Record):
     R_n = number("kSap: regularisation along the normal", "1/kg", same_as=n0)
     vhat_n = number("kSap: velocity that would close the penetration", "m/s", same_as=eps)
     delassus = number("kSap: w", "1/kg")
-    back = number("elastic contacts: how much larger the force was half a step back, see `elastic`; else 0", "N")
+    back = number("elastic contacts: how much larger the force was half a step back; else 0", "N")
     reach = number("the plant leaves here how far ahead an elastic contact is seen, else 0", "m", same_as=back)
 
 
@@ -151,7 +164,7 @@ class ContactState(Record):
     gamma = numbers(3, "impulse", "N s")
     G = numbers(6, "-dgamma/dvc as xx, xy, yy, xz, yz, zz", "kg")
     G_t = numbers(3, "its block along the surface: xx, xy, yy", "kg", same_as=G)
-    dual = numbers(2, "dual of friction, see `friction_dual`")
+    dual = numbers(2, "dual of friction, see `newton`")
     velocity = array((2, 3), "vc and dvc", "m/s", same_as=vc)
 
 
@@ -356,3 +369,174 @@ def dofs_above(packed, k):
         at -= 1
         yield i, at
         i = packed.dofs[i].parent
+
+
+# ---- A x, the momentum
+
+
+@kernel
+def is_chain_of_six(model, t):
+    """Whether a tree has six dofs, each moved by those before it: its part of A is a packed triangle."""
+    tree = model.trees[t]
+    return tree.num_dofs == SIX and model.dofs[tree.first_dof + 5].depth == 5
+
+
+@kernel
+def mul_A(model, problem, x, y):
+    """y = A x over the participating dofs, of two vectors of the problem."""
+    for t in trees_of_island(problem):
+        first = model.trees[t].first_dof
+        if is_chain_of_six(model, t):
+            store_six(y, first, mul_packed_six(problem.A, model.dofs[first].row_start, load_six(x, first)))
+            continue
+        for k in range(first, first + model.trees[t].num_dofs):
+            x_k = x[k]
+            y_k = problem.A[diagonal(model, k)] * x_k
+            for j, at in dofs_above(model, k):
+                y_k += problem.A[at] * x[j]
+                y[j] += problem.A[at] * x_k
+            y[k] = y_k
+
+
+@kernel(outline=True)
+def multiply_A(model, problem, x, y):
+    """`mul_A`, compiled once for all but the first call of a step."""
+    mul_A(model, problem, x, y)
+
+
+# ---- J v, the velocities of constraints
+#
+# J has columns only for the dofs that move the constraint.
+
+FIRST = 0  # column
+
+
+@kernel
+def put_velocity(contact, v, which):
+    """J v of a contact [m/s] becomes its velocity or, `which` being DVC, the change of it."""
+    if contact.sixes > 0:
+        u = velocity_of_six(contact, FIRST, v)
+        if contact.sixes > 1:
+            u = add3(u, velocity_of_six(contact, SIX, v))
+        store3(contact.velocity, which, u)
+    else:
+        store3(contact.velocity, which, velocity_of_any(contact, v))
+
+
+@kernel
+def velocity_of_six(contact, at, v):
+    """The part of six columns of J, from `at` on, in J v."""
+    x, y, z = load_three_sixes(contact.J, at)
+    s = load_six(v, contact.dofs[at])
+    return (dot_six(x, s), dot_six(y, s), dot_six(z, s))
+
+
+@kernel
+def velocity_of_any(contact, v):
+    """J v of a contact with any columns."""
+    u = (0.0, 0.0, 0.0)
+    for a in range(contact.width):
+        u = add3(u, scale3(column3(contact.J, 0, a), v[contact.dofs[a]]))
+    return u
+
+
+@kernel(outline=True)
+def contact_velocities(problem, contacts, v, which):
+    """`put_velocity` of the island's contacts."""
+    for contact in contacts_of_island(problem, contacts):
+        put_velocity(contact, v, which)
+
+
+@kernel
+def row_velocities(problem, rows, v, which):
+    """J v of the island's rows, as `put_velocity`."""
+    for row in rows_of_island(problem, rows):
+        u = 0.0
+        for a in range(row.width):
+            u += row.J[a] * v[row.dofs[a]]
+        row.velocity[which] = u
+
+
+# ---- J^T gamma
+
+
+@kernel
+def add_generalized_impulse(j_gamma, contact, gamma):
+    """j_gamma += J^T gamma of a contact."""
+    sixes = contact.sixes
+    for side in range(sixes):
+        at = SIX * side
+        k = contact.dofs[at]
+        x, y, z = load_three_sixes(contact.J, at)
+        push = add_scaled_six(load_six(j_gamma, k), gamma[0], x)
+        store_six(j_gamma, k, add_scaled_six(add_scaled_six(push, gamma[1], y), gamma[2], z))
+    if sixes == 0:
+        for a in range(contact.width):
+            j_gamma[contact.dofs[a]] += dot3(column3(contact.J, 0, a), gamma)
+
+
+# ---- J diag(1/A) J^T, the Delassus estimate
+
+
+@kernel
+def trees_of_six(model, contact):
+    """Of how many trees the columns of a contact are, if all of these have six dofs that all move it; else 0."""
+    n = 0
+    for t in (contact.tree_a, contact.tree_b):
+        if t >= 0:
+            if model.trees[t].num_dofs != SIX:
+                return 0
+            n += 1
+    return n if contact.width == SIX * n else 0
+
+
+@kernel(outline=True)
+def contact_delassus(problem, contact):
+    """w = |J diag(1/A) J^T|_F / 3 of one contact [1/kg]."""
+    if contact.sixes > 0:
+        diagonal, sides = delassus_of_six(problem, contact, FIRST)
+        if contact.sixes > 1:
+            diagonal_B, sides_B = delassus_of_six(problem, contact, SIX)
+            diagonal = add3(diagonal, diagonal_B)
+            sides = add3(sides, sides_B)
+    else:
+        diagonal, sides = delassus_of_any(problem, contact)
+    return sqrt(dot3(diagonal, diagonal) + 2.0 * dot3(sides, sides)) / 3.0
+
+
+@kernel
+def largest_delassus(problem, contact):
+    """What w of a contact is at most: the trace of J diag(1/A) J^T / 3, which takes a third of the work."""
+    total = 0.0
+    sixes = contact.sixes
+    for side in range(sixes):
+        at = SIX * side
+        x, y, z = load_three_sixes(contact.J, at)
+        total += dot_six(load_six(problem.mobility, contact.dofs[at]), norms2_six(x, y, z))
+    if sixes == 0:
+        for a in range(contact.width):
+            u = column3(contact.J, 0, a)
+            total += problem.mobility[contact.dofs[a]] * dot3(u, u)
+    return total / 3.0
+
+
+@kernel
+def delassus_of_six(problem, contact, at):
+    """The part of six columns of J, from `at` on, in J diag(1/A) J^T: (xx, yy, zz), (xy, xz, yz)."""
+    m = load_six(problem.mobility, contact.dofs[at])
+    x, y, z = load_three_sixes(contact.J, at)
+    mx, my = times_six(m, x), times_six(m, y)
+    diagonal = (dot_six(mx, x), dot_six(my, y), dot_six(times_six(m, z), z))
+    return diagonal, (dot_six(mx, y), dot_six(mx, z), dot_six(my, z))
+
+
+@kernel
+def delassus_of_any(problem, contact):
+    """J diag(1/A) J^T of a contact with any columns: (xx, yy, zz), (xy, xz, yz)."""
+    diagonal, sides = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    for a in range(contact.width):
+        x, y, z = column3(contact.J, 0, a)
+        mx, my, mz = scale3((x, y, z), problem.mobility[contact.dofs[a]])
+        diagonal = add3(diagonal, (mx * x, my * y, mz * z))
+        sides = add3(sides, (mx * y, mx * z, my * z))
+    return diagonal, sides

@@ -61,7 +61,7 @@ def _driven_joint(element: Element, name: str, model: ModelDescription, reading:
         known = ", ".join(joints) or "(none)"
         reading.fail(element, f"Actuator '{name}' names joint '{joint_name}', which does not exist; known: {known}.")
     joint = joints[joint_name]
-    if joint.kind not in ("revolute", "prismatic"):
+    if not joint.type.has_one_dof:
         reading.fail(element, f"Actuator '{name}': joint '{joint_name}' has several degrees of freedom.")
     return joint
 

@@ -4,6 +4,8 @@ import os
 
 import numpy as np
 
+from sheldrake.multibody.tree._joint_types import JOINT_TYPES
+
 from .._files.xml import Element
 from .._model.check import check_model
 from .._model.description import (
@@ -46,7 +48,7 @@ _ORIENTATION = ("pos", "quat", "axisangle", "euler", "xyaxes", "zaxis")
 _BODY_TAGS = ("body", "joint", "freejoint", "geom", "inertial")
 _JOINT_ATTRIBUTES = ("name", "class", "type", "pos", "axis", "range", "limited", "damping", "ref", "armature")
 _JOINT_SILENT = ("solreflimit", "solimplimit", "solreffriction", "solimpfriction", "margin")
-_KINDS = {"hinge": "revolute", "slide": "prismatic", "ball": "ball_rpy", "free": "free"}
+_TYPES = {row.mjcf[0]: row for row in JOINT_TYPES.values() if len(row.mjcf) == 1}
 
 
 def read_mjcf(root: Element, reading: Reading, model_name: str = "") -> ModelDescription:
@@ -255,11 +257,11 @@ class _MjcfReader:
         reading.warn_unknown(element, attributes=_JOINT_ATTRIBUTES, silent=_JOINT_SILENT)
         name = element.get("name") or f"{parent.name}-{child.name}"
         written = element.get("type", "hinge")
-        if written not in _KINDS:
-            known = ", ".join(_KINDS)
+        if written not in _TYPES:
+            known = ", ".join(_TYPES)
             reading.fail(element, f"Joint '{name}' has the unknown type '{written}'; known are {known}.")
         X_BJ = RigidTransform(reading.vector(element, "pos", 3, np.zeros(3)))
-        joint = JointDescription(element.where, name, _KINDS[written], _reference(parent), _reference(child))
+        joint = JointDescription(element.where, name, _TYPES[written].name, _reference(parent), _reference(child))
         joint.X_PF, joint.X_CM = X_PB @ X_BJ, X_BJ
         joint.damping = reading.number(element, "damping", 0.0)
         if joint.damping < 0.0:

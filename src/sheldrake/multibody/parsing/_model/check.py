@@ -12,8 +12,6 @@ from .description import (
 from .loops import cut_loop
 
 _WORLD = ((), "world")
-_REVERSIBLE = ("revolute", "prismatic", "weld")
-"""Kinds of joints that may lead inwards in a tree; loops are cut at the others, whose cut ends always lead outwards."""
 
 
 def check_model(model: ModelDescription, policy: DiagnosticPolicy, may_loop: bool = False) -> None:
@@ -102,7 +100,8 @@ def _check_topology(model, scope, bodies, frame_body, policy, parents: dict) -> 
 
     for nested in model.nested:
         _check_topology(nested, (*scope, nested.name), bodies, frame_body, policy, parents)
-    for joint in sorted(model.joints(), key=lambda joint: joint.kind not in _REVERSIBLE):
+    # Only reversible joints may lead inwards in a tree; loops are cut at the others, whose cut ends lead outwards.
+    for joint in sorted(model.joints(), key=lambda joint: not joint.type.reversible):
         ends = []
         for role, reference in (("parent", joint.parent), ("child", joint.child)):
             body = _find(reference, scope, frame_body)

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
+
 from .._files.diagnostics import Location
 
 INFINITY = float("inf")
@@ -84,20 +86,25 @@ class JointDescription:
 
     where: Location
     name: str
-    kind: str  # revolute, prismatic, weld, planar, ball_rpy, universal, screw, curvilinear
+    kind: str  # a key of JOINT_TYPES
     parent: FrameReference
     child: FrameReference
     X_PF: Any = None
     X_CM: Any = None
     X_FM: Any = None  # of a weld: identity when None
     axis: np.ndarray | None = None
-    damping: Any = 0.0  # [N m s or N s/m], shape (3,) for planar joints
+    damping: Any = 0.0  # [N m s or N s/m], one number or one for each velocity
     limits: JointLimits = field(default_factory=JointLimits)
     default_position: Any = None
     screw_pitch: float = 0.0  # [m per turn]
-    path: Any = None  # the trajectory of a curvilinear joint
+    curvilinear_path: Any = None
     spring: "tuple[float, float] | None" = None  # stiffness [N m/rad or N/m], rest position [rad or m]
     friction: float = 0.0  # dry friction [N m or N]
+
+    @property
+    def type(self) -> JointType:
+        """What is told apart by its kind."""
+        return JOINT_TYPES[self.kind]
 
 
 @dataclass

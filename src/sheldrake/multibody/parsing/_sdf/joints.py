@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sheldrake.multibody.tree._joint_types import JOINT_TYPES
+
 from .._files.xml import Element
 from .._model.description import (
     ActuatorDescription,
@@ -21,17 +23,9 @@ from .._reading.reading import Reading
 from .children import child_number, child_text, child_vector
 from .frames import MODEL_FRAME, SdfScope
 
-_KINDS = {
-    "fixed": "weld",
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "ball": "ball_rpy",
-    "universal": "universal",
-    "screw": "screw",
-}
+_TYPES = {name: row for row in JOINT_TYPES.values() for name in row.sdf}
+_CUSTOM_TYPES = {row.sdf_custom: row for row in JOINT_TYPES.values() if row.sdf_custom}
 _UNSUPPORTED = ("revolute2",)
-_ACTUATED = ("revolute", "prismatic", "screw")
 _JOINT_TAGS = (
     "parent",
     "child",
@@ -69,11 +63,12 @@ def read_joint(
     """Adds a `<joint>` and its actuator, spring and mimic coupler to a model."""
     name = reading.name(element, "<joint>")
     written = reading.name(element, f"Joint '{name}'", "type")
-    if written not in _KINDS:
+    if written not in _TYPES:
         problem = "is not supported" if written in _UNSUPPORTED else "is unknown"
-        known = ", ".join([*_KINDS, "gearbox"])
+        known = ", ".join([*_TYPES, "gearbox"])
         reading.fail(element, f"The type '{written}' of joint '{name}' {problem}; supported are {known}.")
-    kind = _KINDS[written]
+    joint_type = _TYPES[written]
+    kind = joint_type.name
     if is_static and kind != "weld":
         reading.fail(element, f"Joint '{name}' of type {written}: a static model has fixed joints only.")
     reading.warn_unknown(element, _JOINT_TAGS, ("name", "type"), silent=("physics",))
@@ -82,7 +77,7 @@ def read_joint(
     _place(joint, element, scope, X_WM)
     axes = _read_axes(element, name, kind, scope, version, reading)
     _apply_axes(joint, axes, written, element, reading)
-    if kind == "screw":
+    if "screw_pitch" in joint_type.takes:
         joint.screw_pitch = _read_pitch(element, reading)
     model.elements.append(joint)
     _add_actuator(element, joint, axes, model, reading)
@@ -121,7 +116,7 @@ def _read_axes(element: Element, name: str, kind: str, scope: SdfScope, version,
     if kind == "weld":
         reading.pass_over(*element.find_all("axis", "axis2"))
         return []
-    if kind in _ACTUATED and found[0] is None:
+    if "axis" in JOINT_TYPES[kind].takes and found[0] is None:
         reading.fail(element, f"Joint '{name}' needs an <axis>.")
     if kind == "universal" and (found[0] is None or found[1] is None):
         reading.fail(element, f"Universal joint '{name}' needs <axis> and <axis2>.")
@@ -196,12 +191,13 @@ def _apply_axes(joint: JointDescription, axes: "list[_Axis]", written: str, elem
         return
     first = axes[0]
     joint.damping = first.damping
-    if joint.kind in _ACTUATED:
+    joint_type = joint.type
+    if joint_type.has_one_axis:
         joint.axis = first.direction
         joint.limits = first.limits
         if written == "continuous":
             joint.limits.lower, joint.limits.upper = -np.inf, np.inf
-        joint.spring = first.spring if joint.kind in ("revolute", "prismatic") else None
+        joint.spring = first.spring if joint_type.spring else None
         return
     if joint.kind == "ball_rpy":
         reading.warn(element, f"The axis of ball joint '{joint.name}' is ignored, except for its damping.")
@@ -244,7 +240,7 @@ def _read_pitch(element: Element, reading: Reading) -> float:
 def _add_actuator(element: Element, joint: JointDescription, axes, model: ModelDescription, reading: Reading) -> None:
     """Every axis with an effort limit other than zero has an actuator named like its joint."""
     tags = ("drake:rotor_inertia", "drake:gear_ratio", "drake:controller_gains")
-    if joint.kind not in _ACTUATED or axes[0].limits.effort == 0.0:
+    if not joint.type.has_one_axis or axes[0].limits.effort == 0.0:
         for child in element.find_all(*tags):
             reading.warn(child, f"<{child.tag}> has no effect: joint '{joint.name}' has no actuator.")
             reading.pass_over(child)
@@ -280,40 +276,44 @@ def drop_impossible_couplers(model: ModelDescription, reading: Reading) -> None:
     """Moves couplers behind the joints, without those that involve joints of several degrees of freedom."""
     joints = {joint.name: joint for joint in model.joints()}
     for coupler in model.couplers:
-        kinds = [joints[name].kind for name in (coupler.joint, coupler.source)]
-        if all(kind in (*_ACTUATED, "curvilinear") for kind in kinds):
+        joint, source = joints[coupler.joint], joints[coupler.source]
+        if joint.type.has_one_dof and source.type.has_one_dof:
             model.elements.append(coupler)
         else:
             reading.warn(
                 coupler,
-                f"Joint '{coupler.joint}' ({kinds[0]}) mimics '{coupler.source}' ({kinds[1]}): only joints with one "
+                f"Joint '{joint.name}' ({joint.kind}) mimics '{source.name}' ({source.kind}): only joints with one "
                 "degree of freedom can; the tag is ignored.",
             )
     model.couplers = []
 
 
 def read_drake_joint(element: Element, model: ModelDescription, scope: SdfScope, X_WM, reading: Reading) -> None:
-    """Adds a `<drake:joint>`, planar or curvilinear; its frames are the named frames themselves."""
+    """Adds a `<drake:joint>`; its frames are the named frames themselves."""
     name = reading.name(element, "<drake:joint>")
-    kind = reading.name(element, f"Joint '{name}'", "type")
-    if kind not in ("planar", "curvilinear"):
-        reading.fail(element, f"The type '{kind}' of <drake:joint> '{name}' is unknown; known: planar, curvilinear.")
+    written = reading.name(element, f"Joint '{name}'", "type")
+    if written not in _CUSTOM_TYPES:
+        known = ", ".join(_CUSTOM_TYPES)
+        reading.fail(element, f"The type '{written}' of <drake:joint> '{name}' is unknown; known: {known}.")
+    joint_type = _CUSTOM_TYPES[written]
     if element.find("pose") is not None:
         reading.fail(element, "<drake:joint> does not support <pose>; attach frames instead.")
-    path = ("drake:curves", "drake:initial_tangent", "drake:plane_normal", "drake:is_periodic")
-    known = ("drake:parent", "drake:child", "drake:damping", *(path if kind == "curvilinear" else ()))
-    reading.warn_unknown(element, known, ("name", "type"))
+    path: tuple[str, ...] = ("drake:curves", "drake:initial_tangent", "drake:plane_normal", "drake:is_periodic")
+    path = path if "curvilinear_path" in joint_type.takes else ()
+    reading.warn_unknown(element, ("drake:parent", "drake:child", "drake:damping", *path), ("name", "type"))
     ends = []
     for role in ("drake:parent", "drake:child"):
         end = element.find(role)
         if end is None or not end.text.strip():
             reading.fail(element, f"Joint '{name}' has no <{role}>.")
         ends.append(frame_reference(scope, end.text.strip(), end))
-    joint = JointDescription(element.where, name, kind, ends[0], ends[1])
-    if kind == "planar":
-        joint.damping = child_vector(element, "drake:damping", 3, reading, np.zeros(3))
+    joint = JointDescription(element.where, name, joint_type.name, ends[0], ends[1])
+    if joint_type.damping_each:
+        size = len(joint_type.velocities)
+        joint.damping = child_vector(element, "drake:damping", size, reading, np.zeros(size))
     else:
         joint.damping = child_number(element, "drake:damping", reading, 0.0)
+    if path:
         _read_path(element, joint, reading)
     if np.any(np.asarray(joint.damping) < 0.0):
         reading.fail(element, f"Joint '{name}': damping must not be negative.")
@@ -355,7 +355,7 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
     is_periodic = reading.parse_bool(periodic, element.where, "<drake:is_periodic>")
     tangent = _path_vector(element, "drake:initial_tangent", [1.0, 0.0, 0.0], reading)
     normal = _path_vector(element, "drake:plane_normal", [0.0, 0.0, 1.0], reading)
-    joint.path = make_path(joint, pieces, tangent, normal, is_periodic, reading)
+    joint.curvilinear_path = make_path(joint, pieces, tangent, normal, is_periodic, reading)
 
 
 def _path_vector(element: Element, tag: str, default: list[float], reading: Reading) -> np.ndarray:

@@ -5,6 +5,8 @@ Into the joints, couplers and actuators of a `ModelDescription`.
 
 import numpy as np
 
+from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
+
 from .._files.xml import Element
 from .._model.description import (
     ActuatorDescription,
@@ -18,21 +20,7 @@ from .._reading.joints import make_path, read_gains
 from .._reading.reading import Reading, rotation_from_z
 from .geometry import read_origin
 
-# URDF name -> (name of the plant's joint type, spelled as <drake:joint>)
-_KINDS = {
-    "revolute": ("revolute", False),
-    "continuous": ("revolute", False),
-    "prismatic": ("prismatic", False),
-    "fixed": ("weld", False),
-    "floating": ("floating", False),
-    "planar": ("planar", None),  # both spellings are in use
-    "ball": ("ball_rpy", True),
-    "universal": ("universal", True),
-    "screw": ("screw", True),
-    "curvilinear": ("curvilinear", True),
-}
-_WITH_AXIS = ("revolute", "prismatic", "screw", "planar")
-_ONE_DOF = ("revolute", "prismatic", "screw", "curvilinear")
+_TYPES = {name: row for row in JOINT_TYPES.values() for name in row.urdf}
 _JOINT_TAGS = (
     "parent",
     "child",
@@ -59,10 +47,11 @@ def link_reference(name: str) -> FrameReference:
 def read_joint(element: Element, model: ModelDescription, reading: Reading) -> None:
     """Adds a `<joint>` or `<drake:joint>` to the model."""
     name = reading.name(element, f"<{element.tag}>")
-    kind = _read_kind(element, name, reading)
+    joint_type = _read_type(element, name, reading)
+    kind = joint_type.name
     reading.warn_unknown(element, tags=_JOINT_TAGS, attributes=("name", "type", "drake_ignore"))
     parent, child = (_read_end(element, name, role, reading) for role in ("parent", "child"))
-    if kind == "floating":
+    if kind == "quaternion_floating":
         reading.warn(
             element,
             f"Joint '{name}' of type floating makes no joint of that name; link '{child}' is left as a free body."
@@ -70,35 +59,35 @@ def read_joint(element: Element, model: ModelDescription, reading: Reading) -> N
         )
         return
     joint = JointDescription(element.where, name, kind, parent, child, X_PF=read_origin(element, reading))
-    if kind in _WITH_AXIS:  # fixed joints in the wild often have a zero axis
+    if "axis" in joint_type.takes or kind == "planar":  # fixed joints in the wild often have a zero axis
         joint.axis = _read_axis(element, name, reading)
     elif kind == "weld":
         reading.pass_over(*element.find_all("axis"))
-    if kind == "curvilinear":
+    if "curvilinear_path" in joint_type.takes:
         _pass_over_limits(element, name, reading)
     else:
         joint.limits = _read_limits(element, name, reading)
-    joint.damping = _read_dynamics(element, joint, reading)
+    joint.damping = _read_dynamics(element, joint, joint_type, reading)
     if kind == "planar":
         _align_plane(joint)
-    elif kind == "screw":
+    elif "screw_pitch" in joint_type.takes:
         joint.screw_pitch = _read_pitch(element, name, reading)
-    elif kind == "curvilinear":
+    elif "curvilinear_path" in joint_type.takes:
         _read_path(element, joint, reading)
     model.elements.append(joint)
 
 
-def _read_kind(element: Element, name: str, reading: Reading) -> str:
+def _read_type(element: Element, name: str, reading: Reading) -> JointType:
     written = reading.name(element, f"Joint '{name}'", "type")
-    if written not in _KINDS:
-        known = ", ".join(_KINDS)
+    if written not in _TYPES:
+        known = ", ".join(_TYPES)
         reading.fail(element, f"Joint '{name}' has the unknown type '{written}'; known are {known}.")
-    kind, custom = _KINDS[written]
+    custom = _TYPES[written].urdf_custom
     is_custom = element.tag == "drake:joint"
     if custom is not None and custom != is_custom:
         right = "<drake:joint>" if custom else "<joint>"
         reading.fail(element, f"Joint '{name}' of type {written} must be written as {right}, not <{element.tag}>.")
-    return kind
+    return _TYPES[written]
 
 
 def _read_end(element: Element, name: str, role: str, reading: Reading) -> FrameReference:
@@ -153,12 +142,14 @@ def _pass_over_limits(element: Element, name: str, reading: Reading) -> None:
         reading.warn(limit, f"Joint '{name}' is curvilinear: its limits are the ends of its path, <limit> is ignored.")
 
 
-def _read_dynamics(element: Element, joint: JointDescription, reading: Reading):
-    """Damping, one number or, for planar joints, three; notes friction."""
-    planar = joint.kind == "planar"
+def _read_dynamics(
+    element: Element, joint: JointDescription, joint_type: JointType, reading: Reading
+) -> "float | np.ndarray":
+    """Damping, one number or one for each velocity; notes friction."""
+    size = len(joint_type.velocities) if joint_type.damping_each else 0
     dynamics = element.find("dynamics")
     if dynamics is None:
-        return np.zeros(3) if planar else 0.0
+        return np.zeros(size) if size else 0.0
     reading.warn_unknown(dynamics, attributes=("damping", "friction"))
     joint.friction = reading.number(dynamics, "friction", 0.0)
     if joint.friction < 0.0:
@@ -169,8 +160,8 @@ def _read_dynamics(element: Element, joint: JointDescription, reading: Reading):
             dynamics.where_attribute("friction"),
             f"Joint '{joint.name}' has friction, which is ignored; Parser.SetUseJointFriction(True) takes it.",
         )
-    if planar:
-        damping = reading.vector(dynamics, "damping", 3, np.zeros(3))
+    if size:
+        damping = reading.vector(dynamics, "damping", size, np.zeros(size))
     else:
         damping = reading.number(dynamics, "damping", 0.0)
     if np.any(np.asarray(damping) < 0.0):
@@ -240,7 +231,7 @@ def _read_path(element: Element, joint: JointDescription, reading: Reading) -> N
         reading.fail(curves, f"Curvilinear joint '{joint.name}': <drake:curves> is empty.")
     tangent = vector("drake:initial_tangent", [1.0, 0.0, 0.0])
     normal = vector("drake:plane_normal", [0.0, 0.0, 1.0])
-    joint.path = make_path(joint, pieces, tangent, normal, is_periodic, reading)
+    joint.curvilinear_path = make_path(joint, pieces, tangent, normal, is_periodic, reading)
 
 
 def _piece_number(piece: Element, attribute: str, joint: JointDescription, reading: Reading) -> float:
@@ -274,7 +265,7 @@ def read_mimic(element: Element, model: ModelDescription, reading: Reading) -> N
         )
         return
     for one in (joint, source):
-        if one.kind not in _ONE_DOF:
+        if not one.type.has_one_dof:
             reading.fail(mimic, f"Joint '{joint.name}' cannot mimic '{source_name}': '{one.name}' is {one.kind}.")
     model.elements.append(
         CouplerDescription(
@@ -337,7 +328,7 @@ def _can_be_actuated(joint: JointDescription, element: Element, reading: Reading
     if joint.kind == "weld":
         reading.warn(element, f"The transmission is ignored: joint '{joint.name}' is fixed.")
         return False
-    if joint.kind not in _ONE_DOF:
+    if not joint.type.has_one_dof:
         reading.fail(
             element, f"Joint '{joint.name}' ({joint.kind}) has several degrees of freedom; it has no actuator."
         )

@@ -109,11 +109,11 @@ class Registry(Numbered[Named]):
     def find(self, name: str, instance: ModelInstanceIndex | None = None) -> list[Named]:
         """All elements of a name, in one model instance or in all."""
         found = self._by_name.get(name, [])
-        return [e for e in found if instance is None or e.model_instance() == instance]
+        return list(found) if instance is None else [e for e in found if e._instance == instance]
 
     def of_instance(self, instance: ModelInstanceIndex) -> list[Named]:
         """The elements of a model instance, in order."""
-        return [e for e in self if e.model_instance() == instance]
+        return [e for e in self.slots if e is not None and e._instance == instance]
 
     def indices(self, call: str, instance: ModelInstanceIndex | None = None) -> list[Any]:
         """Numbers of all elements, or of those of a model instance.

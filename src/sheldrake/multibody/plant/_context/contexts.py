@@ -73,8 +73,7 @@ class Contexts:
 
     def declare(self) -> Any:
         """Declares parameters and state of a finalized plant; the index of the state."""
-        for defaults in self._model.parameters.defaults:
-            self._plant.DeclareNumericParameter(BasicVector(defaults))
+        self._plant._declare_numeric_parameters(self._model.parameters.defaults)
         if self._is_discrete:
             return self._plant.DeclareDiscreteState(self._default_state())
         x0 = BasicVector(self._default_state())

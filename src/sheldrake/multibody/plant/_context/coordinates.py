@@ -104,8 +104,14 @@ class Coordinates:
     def input_indices(self, call: str, model_instance: ModelInstanceIndex | None) -> np.ndarray:
         """Numbers of the inputs of a model instance in the actuation vector."""
         self._elements.require_finalized(call)
-        actuators = self.actuators_of(call, model_instance)
-        return np.array([a._input_start + k for a in actuators for k in range(a.num_inputs())], np.int64)
+        if model_instance is not None:
+            self._elements.require_instance(call, model_instance)
+        key = "u", -1 if model_instance is None else int(model_instance)
+        if key not in self._of_instance:
+            actuators = self.actuators_of(call, model_instance)
+            numbers = [a._input_start + k for a in actuators for k in range(a.num_inputs())]
+            self._of_instance[key] = np.array(numbers, np.int64)
+        return self._of_instance[key]
 
     @property
     def _model(self) -> FrozenModel:
@@ -150,7 +156,7 @@ class Coordinates:
         for joint in model.joints:
             count = joint.num_positions() if which == "q" else joint.num_velocities()
             start = joint._q_start if which == "q" else joint._v_start
-            suffixes = joint._q_suffixes if which == "q" else joint._v_suffixes
+            suffixes = joint._type.positions if which == "q" else joint._type.velocities
             before = f"{self._instance_name(joint)}_" if prefix else ""
             for k in range(count):
                 after = f"_{suffixes[k]}" if always_add_suffix or count > 1 else ""

@@ -1,24 +1,22 @@
-"""The continuous plant: xdot = (N(q) v, vdot), with compliant point contact and Stribeck friction."""
-
-from __future__ import annotations
+"""The continuous plant: xdot = (N(q) v, vdot), with compliant contact and regularised friction."""
 
 from typing import Annotated, NamedTuple
 
 from sheldrake.common._kernels.generic import is_finite, sqrt
-from sheldrake.common._kernels.vec import add3, dot3, load6, neg3, scale3, sub3
+from sheldrake.common._kernels.vec import add3, add6, cross3, dot3, load6, neg3, scale3, sub3
 from sheldrake.common.kernel import Matrix, Vector, Vectors, kernel
 from sheldrake.common.record import Items, Record, number, numbers, table
-from sheldrake.geometry._kernels.hydro_model import HydroTable
+from sheldrake.geometry._kernels.hydro_model import HydroModel, HydroTable
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import place_geometry
-from sheldrake.multibody.contact_solvers._kernels.laws import stribeck
+from sheldrake.multibody.contact_solvers._kernels.laws import hunt_crossley, stribeck, surface_friction
 from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
     MOTION_NOT_FINITE,
     SOLVED,
 )
-from sheldrake.multibody.plant._kernels.contact_rows import combined_material, friction_scale, harmonic_mean
+from sheldrake.multibody.plant._kernels.contacts import HYDRO_CAPACITY, friction_of_pair, material_of_pair, patch_losses
 from sheldrake.multibody.plant._kernels.forces import (
     add_actuation,
     add_applied_forces,
@@ -27,8 +25,14 @@ from sheldrake.multibody.plant._kernels.forces import (
 )
 from sheldrake.multibody.plant._kernels.locks import is_locked, lock_mass_matrix
 from sheldrake.multibody.plant._kernels.model import PlantModel
-from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, mass_matrix, project_forces
-from sheldrake.multibody.tree._kernels.factor import ltdl, ltdl_solve
+from sheldrake.multibody.tree._kernels.dynamics import (
+    bias_term,
+    body_inertias,
+    ltdl,
+    ltdl_solve,
+    mass_matrix,
+    project_forces,
+)
 from sheldrake.multibody.tree._kernels.forces import ForceModel, add_point_force, clear
 from sheldrake.multibody.tree._kernels.integrate import qdot_of_velocity
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_at, velocity_kinematics
@@ -112,15 +116,14 @@ def contact_force_on_B(model, geometry_model, p, table, flow, tree, c):
     nhat = found.nhat_BA_W
     middle = scale3(add3(found.p_WCa, found.p_WCb), 0.5)
     approach, v_t, slip = sliding(model, tree, found.body_A, found.body_B, middle, nhat)
-    _, (k, d, _, mu_d) = combined_material(model, geometry_model, p, a, b)
-    normal = k * found.depth * (1.0 + d * approach)
+    A, B = geometry_model[a], geometry_model[b]
+    _, (k, d, _, mu_d) = material_of_pair(model, p, A, B)
+    normal, _ = hunt_crossley(k * found.depth, d, -approach)
     f_B = scale3(nhat, 0.0)
     if normal > 0.0:
         f_B = scale3(nhat, -normal)
         if slip > STILL:
-            A, B = geometry_model[a], geometry_model[b]
-            mu_A = A.friction_static * friction_scale(model, p, A)
-            mu_s = harmonic_mean(mu_A, B.friction_static * friction_scale(model, p, B))
+            mu_s = friction_of_pair(model, p, A, B, A.friction_static, B.friction_static)
             mu = stribeck(mu_s, mu_d, slip / flow.stiction_tolerance[0])
             f_B = add3(f_B, scale3(v_t, -mu * normal / slip))
     contact = flow.contacts[c]
@@ -138,6 +141,61 @@ def add_projected(tree_model, flow, tree, tau):
     project_forces(tree_model, tree, flow.qdot)
     for k in range(tau.shape[0]):
         tau[k] += flow.qdot[k]
+
+
+# ---- forces on contact surfaces, face by face
+#
+# The traction at a point is p (1 + d v) along the normal, v the approach speed, and mu (2 / pi) atan(|v_t| / v_s) of
+# that against the slip (Elandt et al. 2019; Hunt and Crossley 1975). Triangles are integrated with three points each,
+# polygons with one, their centroid.
+
+NEAR = 1.0 / 6.0  # weights of the corners at the three points of a triangle
+FAR = 2.0 / 3.0
+
+
+@kernel
+def traction_on_B(tree_model, tree, flow, body_a, body_b, p_WQ, pressure, normal, d, mu):
+    """Force on B over area at a point Q, whose normal points out of B into A [Pa]."""
+    approach, slip, speed = sliding(tree_model, tree, body_a, body_b, p_WQ, normal)
+    strength, _ = hunt_crossley(pressure, d, -approach)
+    traction = scale3(normal, 0.0)
+    if strength > 0.0:
+        traction = scale3(normal, -strength)
+        if speed > 0.0:
+            friction = surface_friction(-mu * strength, speed / flow.stiction_tolerance[0])
+            traction = add3(traction, scale3(slip, friction / speed))
+    return traction
+
+
+@kernel
+def add_force(tree_model, tree, flow, f, body_a, body_b, p_WQ, centroid, force):
+    """Adds a force on B at Q, and its opposite on A; notes both force and moment of face f."""
+    add_point_force(tree_model, tree, flow.F, body_b, p_WQ, force)
+    add_point_force(tree_model, tree, flow.F, body_a, p_WQ, neg3(force))
+    moment = cross3(sub3(p_WQ, centroid), force)
+    face = flow.faces[f]
+    face.F = add6(face.F, (moment, force))
+
+
+@kernel
+def corner_mix(surfaces, a, b, c):
+    """Position and pressure at a point of a triangle that is nearest to corner a."""
+    u, v, w = surfaces.vertices[a], surfaces.vertices[b], surfaces.vertices[c]
+    p = add3(scale3(u.p_WV, FAR), scale3(add3(v.p_WV, w.p_WV), NEAR))
+    return p, FAR * u.pressure + NEAR * (v.pressure + w.pressure)
+
+
+@kernel
+def add_triangle_point(tree_model, tree, surfaces, flow, f, body_a, body_b, corners, d, mu):
+    """One third of a triangle's force, at the point near the first of three corners."""
+    face = surfaces[f]
+    p, pressure = corner_mix(surfaces, corners[0], corners[1], corners[2])
+    traction = traction_on_B(tree_model, tree, flow, body_a, body_b, p, pressure, face.normal, d, mu)
+    force = scale3(traction, face.area / 3.0)
+    add_force(tree_model, tree, flow, f, body_a, body_b, p, face.p_WC, force)
+
+
+# ---- stages
 
 
 @kernel(top=True, short_loops=True)
@@ -189,6 +247,43 @@ def contact_forces(
             add_point_force(tree_model, tree, flow.F, table[c].body_B, p_WC, f_B)
             add_point_force(tree_model, tree, flow.F, table[c].body_A, p_WC, neg3(f_B))
         add_projected(tree_model, flow, tree, flow.contact_force)
+    return SOLVED
+
+
+@kernel(top=True)
+def surface_forces(
+    p: Vector,
+    tree: TreeWork,
+    surfaces: HydroTable,
+    flow: DerivativeVectors,
+    tree_model: TreeModel,
+    geometry_model: GeometryModel,
+    hydro_model: HydroModel,
+) -> int:
+    """The forces of the contact surfaces found, into `contact_force`; a status of `contact_solvers`."""
+    if surfaces.status != 0:
+        return HYDRO_CAPACITY
+    if surfaces.num_faces == 0:
+        return SOLVED
+    clear(flow.F)
+    for f in range(surfaces.num_faces):
+        face = surfaces[f]
+        patch = surfaces.patches[face.surface]
+        m, n = patch.geometry_M, patch.geometry_N
+        body_a, body_b = geometry_model[m].body, geometry_model[n].body
+        d, _, mu = patch_losses(tree_model, geometry_model, p, hydro_model, m, n)
+        flow.faces[f].F = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+        if hydro_model.triangles == 1:
+            a, b, c = face.corners
+            for _ in range(3):
+                add_triangle_point(tree_model, tree, surfaces, flow, f, body_a, body_b, (a, b, c), d, mu)
+                a, b, c = b, c, a
+        else:
+            C = face.p_WC
+            traction = traction_on_B(tree_model, tree, flow, body_a, body_b, C, face.pressure, face.normal, d, mu)
+            force = scale3(traction, face.area)
+            add_force(tree_model, tree, flow, f, body_a, body_b, C, C, force)
+    add_projected(tree_model, flow, tree, flow.contact_force)
     return SOLVED
 
 

@@ -5,13 +5,7 @@ import math
 from sheldrake.common._kernels.generic import clip
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.tree._kernels.dynamics import project_forces
-from sheldrake.multibody.tree._kernels.forces import (
-    add_bushings,
-    add_dof_springs,
-    add_hinges,
-    add_struts,
-    clear,
-)
+from sheldrake.multibody.tree._kernels.forces import add_bushings, add_dof_springs, add_hinges, add_struts, clear
 
 INFINITY = math.inf
 

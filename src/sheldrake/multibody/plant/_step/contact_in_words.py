@@ -8,9 +8,9 @@ import numpy as np
 
 from sheldrake.geometry import GeometryId
 from sheldrake.geometry._query.contact_surface import ContactSurface
-from sheldrake.multibody.math._coulomb_friction import CalcContactFrictionFromSurfaceProperties
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
+from sheldrake.multibody.plant._contact.friction import CalcContactFrictionFromSurfaceProperties
 from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._context.kinematics import Kinematics
 from sheldrake.systems.framework import Context

@@ -13,7 +13,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.contexts import Contexts
-from sheldrake.multibody.plant._kernels.hydro_rows import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
+from sheldrake.multibody.plant._kernels.contacts import HYDRO_CAPACITY, HYDRO_UNSUPPORTED_PAIR
 from sheldrake.multibody.plant._kernels.ports import CONSTRAINTS_IN_CONTINUOUS_TIME, GEOMETRY_NOT_CONNECTED
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.results import bodies_at_hand

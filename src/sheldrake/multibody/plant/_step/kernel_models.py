@@ -16,7 +16,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.coordinates import Coordinates
-from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
+from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.plant._step.arrays import make_plant_model
 from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY, InputPorts
@@ -28,13 +28,6 @@ from sheldrake.multibody.plant._step.tuning import (
 )
 from sheldrake.multibody.tree import Frame, Joint, JointActuator, RevoluteJoint
 from sheldrake.systems.framework import Context
-
-_NAMES = {
-    DiscreteContactApproximation.kTamsi: "tamsi",
-    DiscreteContactApproximation.kSap: "sap",
-    DiscreteContactApproximation.kSimilar: "similar",
-    DiscreteContactApproximation.kLagged: "lagged",
-}
 
 
 class CompiledGeometry(NamedTuple):
@@ -72,6 +65,8 @@ class KernelModels:
         self.compiled: dict[int, CompiledGeometry] = {}
         """For the last few states of the SceneGraph, by serial."""
         self._plant_model: PlantModel | None = None
+        self._without = CompiledGeometry(None, empty_geometry_model(), [], empty_hydro_model())
+        self._solver_model: tuple[tuple[Any, ...], SolverModel] | None = None
 
     @property
     def plant_model(self) -> PlantModel:
@@ -91,8 +86,8 @@ class KernelModels:
             "force_model": model.forces,
             "plant_model": self.plant_model,
         }
-        models["geometry_model"] = geometry.model if has_geometry else empty_geometry_model()
-        models["hydro_model"] = geometry.hydro if has_geometry else empty_hydro_model()
+        seen = geometry if has_geometry else self._without
+        models["geometry_model"], models["hydro_model"] = seen.model, seen.hydro
         if self._settings.is_discrete():
             models["solver_model"] = self.solver_model(models["geometry_model"])
         return models
@@ -119,7 +114,7 @@ class KernelModels:
         """What kernels know of geometry: that of new contexts, or the given; kept for the last few states."""
         scene_graph = self._geometry.scene_graph
         if scene_graph is None:
-            return CompiledGeometry(None, empty_geometry_model(), [], empty_hydro_model())
+            return self._without
         state = scene_graph._default_state() if state is None else state
         found = self.compiled.get(state.serial)
         if found is None:
@@ -129,7 +124,7 @@ class KernelModels:
             stiffness, dissipation = self._fallback_stiffness()
             supply_missing_material(model, stiffness, dissipation, 0.1)
             if self._settings.is_discrete():
-                set_margin(model, _NAMES[self._settings.approximation], self._settings.time_step)
+                set_margin(model, self._settings.kind.name, self._settings.time_step)
             pairs = self._split_pairs(state, model, ids)
             while len(self.compiled) > 3:
                 self.compiled.pop(next(iter(self.compiled)))
@@ -154,16 +149,18 @@ class KernelModels:
         return 2.0 * heaviest * g / delta, 1.0 / (g * delta) ** 0.5
 
     def solver_model(self, geometry_model: GeometryModel) -> SolverModel:
-        """The solver's constants for a state of the geometry."""
-        settings = self._settings
-        return solver_model_of(
-            self._elements.model("MultibodyPlant").tree,
-            geometry_model,
-            settings.time_step,
-            _NAMES[settings.approximation],
-            stiction_tolerance=settings.stiction_tolerance,
-            near_rigid_threshold=settings.near_rigid_threshold,
-        )
+        """The solver's constants for a state of the geometry; the last are kept."""
+        settings, tree = self._settings, self._elements.model("MultibodyPlant").tree
+        dt, name = settings.time_step, settings.kind.name
+        stiction, near_rigid = settings.stiction_tolerance, settings.near_rigid_threshold
+        numbers = dt, name, stiction, near_rigid
+        known = self._solver_model
+        if known is None or known[0][0] is not tree or known[0][1] is not geometry_model or known[0][2:] != numbers:
+            made = solver_model_of(
+                tree, geometry_model, dt, name, stiction_tolerance=stiction, near_rigid_threshold=near_rigid
+            )
+            known = self._solver_model = (tree, geometry_model, *numbers), made
+        return known[1]
 
     def compile(self) -> None:
         """Makes the plant's own model, at Finalize()."""
@@ -203,8 +200,8 @@ class KernelModels:
 
     def _limit_row(self, joint: Joint) -> dict[str, Any]:
         lower, upper = joint._limits["position"]
-        stiffness = damping = 0.0  # as in Drake, whose kTamsi ignores the limits of other joints
-        if joint.type_name() in ("revolute", "prismatic"):
+        stiffness = damping = 0.0  # as in Drake, kTamsi, which has no rows for limits, ignores those of other joints
+        if not self._settings.kind.scalar_rows and joint._type.limited:
             stiffness, damping = tamsi_limit_penalty(_limit_inertia(joint), self._settings.time_step)
         return dict(
             dof=joint._v_start, q=joint._q_start, lower=lower[0], upper=upper[0], stiffness=stiffness, damping=damping

@@ -26,9 +26,8 @@ from sheldrake.common._kernels.vec import (
 )
 from sheldrake.common.kernel import IntMatrix, Matrix, Vector, kernel
 from sheldrake.common.record import Items, Record, integer, table
-from sheldrake.multibody.tree._kernels.frames import from_root, point_on, pose_of_frame
 from sheldrake.multibody.tree._kernels.integrate import rpy_rate
-from sheldrake.multibody.tree._kernels.kinematics import velocity_at
+from sheldrake.multibody.tree._kernels.kinematics import from_root, point_on, pose_of_frame, velocity_at
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
 

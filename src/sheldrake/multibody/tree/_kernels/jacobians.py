@@ -4,19 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, NamedTuple
 
-from sheldrake.common._kernels.vec import (
-    add3,
-    column3,
-    cross3,
-    read3,
-    rotate,
-    rotate_back,
-    scale3,
-    store_column3,
-)
+from sheldrake.common._kernels.vec import add3, column3, cross3, read3, rotate, rotate_back, scale3, store_column3
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Record, integer, numbers, table
-from sheldrake.multibody.tree._kernels.frames import from_root, pose_of_frame, relative_pose
+from sheldrake.multibody.tree._kernels.kinematics import from_root, pose_of_frame, relative_pose
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
 

@@ -20,7 +20,7 @@ from sheldrake.common._kernels.vec import (
     write6,
 )
 from sheldrake.common.kernel import IntVector, Matrix, Vector, kernel
-from sheldrake.multibody.tree._kernels import dynamics, factor, forces, kinematics
+from sheldrake.multibody.tree._kernels import dynamics, forces, kinematics
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
@@ -29,7 +29,7 @@ from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 def calc_mass_matrix(model: TreeModel, p: Vector, work: TreeWork, M: Matrix) -> None:
     """`work.M` and the dense mass matrix, shape (nv, nv), zeroed before; needs `body_inertias`."""
     dynamics.mass_matrix(model, p, work)
-    factor.unpack(model, work.M, M)
+    dynamics.unpack(model, work.M, M)
 
 
 @kernel(top=True, short_loops=True)
@@ -86,10 +86,10 @@ def calc_forward_dynamics(
     dynamics.bias_term(model, work, 1.0)
     dynamics.mass_matrix(model, p, work)
     dynamics.damped_mass_matrix(model, p, work, dt)
-    bad = factor.ltdl(model, work.L)
+    bad = dynamics.ltdl(model, work.L)
     for k in range(vdot.shape[0]):
         vdot[k] = tau[k] - work.bias[k] - p[model.dofs[k].damping] * v[k]
-    factor.ltdl_solve(model, work.L, vdot)
+    dynamics.ltdl_solve(model, work.L, vdot)
     return bad + 1
 
 

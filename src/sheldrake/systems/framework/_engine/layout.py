@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from sheldrake.common._native.binding import HERE, join_in_slab
+from sheldrake.common._native.binding import HERE, Words, check_record, join_in_slab
 from sheldrake.common.kernel import Kernel, Parameter
 from sheldrake.systems.framework._declarations import (
     DERIVATIVES,
@@ -70,19 +71,17 @@ class Layout(Memory):
         self._stages: dict[int, list[int]] = {}
         self._scratch: dict[int, dict[str, Any]] = {}  # of each node: where kernels find its parts
         self._add_rows()
-        self.program = self._program()
+        self._calls = [(row.calc, self._given(row)) if row.native else None for row in self.rows]
+        self._tables = self._make_tables()
         self.version = sum(s._version for s in self.systems)
         leaves = [(n, self.systems[n]) for n in self.leaves]
         self.with_abstract = [n for n, s in leaves if s._xa_models or s._pa_models]
         self.with_own_defaults = [n for n, s in leaves if s._sets_own_defaults()]
         self.blank: np.ndarray | None = None  # the slab of a new store, and what defaults are (see `Store`)
         self.defaults: tuple[int, np.ndarray] | None = None
-        self._stamps = self.program.level.tolist()
-        self.called = {*self.program.act.tolist(), *self.program.pre.tolist()}
+        self._stamps = self._tables["level"].tolist()
+        self.called = {*self._tables["act"].tolist(), *self._tables["pre"].tolist()}
         """Rows that the event loop calls; what else there is is computed when somebody asks."""
-        address = HERE.place(self.program.words)
-        self.words_of = [address + 8 * at for at in self.program.at.tolist()]
-        """Where the words of each row are, for direct calls."""
         self._pulls: dict[int, list[int]] = {}
         del self.systems  # a layout is owned by the root system: it must not own it in turn
 
@@ -179,10 +178,31 @@ class Layout(Memory):
 
     # The program.
 
-    def _program(self) -> _program.Program:
-        self.arguments, at = join_in_slab((row.calc, self._given(row)) if row.native else None for row in self.rows)
+    @cached_property
+    def _joined(self) -> tuple[Words, np.ndarray]:
+        """The words of all rows, and where each row's begin."""
+        arguments, at = join_in_slab(self._calls)
+        del self._calls
+        return arguments, _ints(at + at[-1:] * (len(self.rows) - len(at) + _program.NUM_SPECIAL + 1))
+
+    @cached_property
+    def arguments(self) -> Words:
+        """The words of all rows."""
+        return self._joined[0]
+
+    @cached_property
+    def program(self) -> _program.Program:
+        """What the event loop works on; contexts that are only asked for what plants compute need none."""
+        return _program.Program(words=self.arguments.placed(), at=self._joined[1], **self._tables)
+
+    @cached_property
+    def words_of(self) -> list[int]:
+        """Where the words of each row are, for direct calls."""
+        address = HERE.place(self.program.words)
+        return [address + 8 * at for at in self.program.at.tolist()]
+
+    def _make_tables(self) -> dict[str, np.ndarray]:
         self._make_groups()  # adds the rows of witness functions
-        at += at[-1:] * (len(self.rows) - len(at) + _program.NUM_SPECIAL + 1)
         pre = [self.prerequisites(rows) for _, _, rows, _ in self.group_list]
         seg = [self._segments(nodes, kind) for kind, _, _, nodes in self.group_list]
         n_rows, n_groups, n_clocks = len(self.rows), len(self.group_list), len(self.clocks)
@@ -202,9 +222,7 @@ class Layout(Memory):
         size[S.xc], size[S.num_xc] = self.xc[0], self.xc[1] - self.xc[0]
         size[S.plus], size[S.xdot], size[S.x0] = self.plus, self.xdot[0], self.rk[0]
         size[S.derivatives], size[S.steady] = n_groups - 1, steady
-        return _program.Program(
-            words=self.arguments.placed(),
-            at=_ints(at),
+        return dict(
             level=_ints(levels),
             pre=_ints(_flat(pre)),
             pre_ptr=_pointers(pre),
@@ -287,6 +305,8 @@ class Layout(Memory):
                     f"{row.calc!r}: parameter {name!r} is none of t, xc, xd, p, u, work, model, *_model, not a part of "
                     f"the scratch ({', '.join(scratch)}), and not the last, which is filled."
                 )
+            if parameter.kind == "record" and name not in row.models:
+                check_record(row.calc, parameter, found[name])
         return found
 
     def prerequisites(self, rows: list[int]) -> list[int]:

@@ -46,6 +46,26 @@ def places_of(at: int, prototype: Any) -> dict[str, Any]:
     return places
 
 
+def write_prototype(prototype: Any, part: np.ndarray) -> None:
+    """Sets scratch to what its prototype is.
+
+    Args:
+        prototype: Arrays; a number means any memory of that size.
+        part: The scratch in the slab.
+    """
+    if isinstance(prototype, int):
+        return
+    if part.dtype == float:
+        flat = [a.reshape(-1) for a in arrays_of(prototype)]
+        if flat:
+            np.concatenate([a if a.dtype == float else a.view(float) for a in flat], out=part)
+        return
+    at = 0
+    for a in arrays_of(prototype):
+        part[at : at + a.size] = a.reshape(-1)
+        at += a.size
+
+
 def views_of(S: np.ndarray, at: int, prototype: Any) -> Any:
     """The scratch itself: views of the slab, of the prototype's class."""
     if isinstance(prototype, int):

@@ -15,7 +15,7 @@ from sheldrake.common.kernel import Parameter, jit_enabled
 from sheldrake.common.value import AbstractValue
 from sheldrake.systems.framework._engine import python_rows
 from sheldrake.systems.framework._engine.layout import Layout, Row
-from sheldrake.systems.framework._engine.scratch import arrays_of, views_of
+from sheldrake.systems.framework._engine.scratch import views_of, write_prototype
 from sheldrake.systems.framework._engine.topology import inputs_as
 from sheldrake.systems.framework._engine.waiting import Waiting
 from sheldrake.systems.framework._event import EventStatus
@@ -118,7 +118,7 @@ class Store:
         self.native = self.S.dtype == float and jit_enabled()  # whether kernels run as machine code on this slab
         self._slab_address = HERE.place(self.S)
         self.uncached = self.frozen = False
-        self.cache: dict[tuple[int, int], Any] = {}
+        self.cache: dict[tuple[int | str, int], Any] = {}
         self.serials: dict[Any, int] = {}
         self.by_python = np.zeros(4, np.int64)  # how many of the changes in I came from Python; written sources
         self.mine: Any = memoryview(self.by_python)  # type: ignore[arg-type]
@@ -337,7 +337,7 @@ class Store:
         for m, context in contexts.items():
             self.contexts[m] = context
             context._place, context._kept = new.places[m], None
-            context._groups = context._continuous = context._state = None
+            context._discrete = context._continuous = context._state = None
         self.forget_readers()
 
     # Computing.
@@ -484,10 +484,8 @@ class Store:
             chain.leave_scratch()
 
     def _reset_work(self, n: int) -> None:
-        prototype = self.layout.prototypes[n]
-        if not isinstance(prototype, int):
-            for view, initial in zip(arrays_of(self.scratch(n)), arrays_of(prototype)):
-                view[...] = initial
+        layout = self.layout
+        write_prototype(layout.prototypes[n], self.S[slice(*layout.places[n].work)])
 
     def on_complex_numbers(self, first: int, rows: list[int]) -> bool:
         """Runs kernel rows of a leaf after each other, if the scalar is AutoDiffXd and machine code is at hand."""

@@ -1,0 +1,391 @@
+"""The convex cost of an island: its value, its gradient, its slope along a line, and its Hessian.
+
+The gradient is A (v - v*) - J^T gamma (Castro, Permenter, Han 2022, section IV-A), what is left of eq. 18; the Hessian
+is A + J^T G J, whose blocks are those of trees and of the pairs of them that touch (section IV-D).
+"""
+
+from sheldrake.common._kernels.generic import value_of
+from sheldrake.common._kernels.vec import (
+    SIX,
+    add3,
+    add_scaled_six,
+    column3,
+    dot3,
+    load_six,
+    load_three_sixes,
+    mul_symmetric,
+    put_packed_six,
+    root,
+    scale3,
+    store_six,
+)
+from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.factor import (
+    dofs_of,
+    factorise,
+    factorise_branches,
+    find_block,
+    in_blocks,
+    in_branches,
+    is_one_path,
+    places_of,
+    solve_blocks,
+    solve_branches,
+)
+from sheldrake.multibody.contact_solvers._kernels.laws import contact_cost, contact_impulse, row_cost, row_impulse
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    FIRST,
+    VC,
+    add_generalized_impulse,
+    contact_velocities,
+    contacts_of_island,
+    diagonal,
+    dofs_above,
+    dofs_of_island,
+    is_chain_of_six,
+    multiply_A,
+    row_velocities,
+    rows_of_island,
+)
+
+# ---- value, and slope along a line
+#
+# Section IV-C of Castro, Permenter, Han 2022.
+
+
+@kernel(outline=True)
+def constraint_cost(model, problem, contacts, rows, alpha):
+    """Sum of all l_i at vc + alpha dvc [J]."""
+    total = 0.0
+    for contact in contacts_of_island(problem, contacts):
+        vc = add3(contact.vc, scale3(contact.dvc, alpha))
+        total += contact_cost(model, contact, vc)
+    for row in rows_of_island(problem, rows):
+        vc_r = row.vc + alpha * row.dvc
+        total += row_cost(row, vc_r)
+    return total
+
+
+@kernel(outline=True)
+def constraint_slope(model, problem, contacts, rows, alpha):
+    """First and second derivative of `constraint_cost` with respect to alpha."""
+    slope = 0.0
+    curvature = 0.0
+    for contact in contacts_of_island(problem, contacts):
+        dvc = contact.dvc
+        vc = add3(contact.vc, scale3(dvc, alpha))
+        gamma, G = contact_impulse(model, contact, vc)
+        slope -= dot3(dvc, gamma)
+        curvature += dot3(dvc, times_G(G, dvc))
+    for row in rows_of_island(problem, rows):
+        dvc_r = row.dvc
+        vc_r = row.vc + alpha * dvc_r
+        gamma_r, G_r = row_impulse(row, vc_r)
+        slope -= dvc_r * gamma_r
+        curvature += dvc_r * G_r * dvc_r
+    return slope, curvature
+
+
+@kernel
+def whole_cost(model, problem, contacts, rows):
+    """(cost of momentum 1/2 (v - v*)^T A (v - v*), that and the cost of constraints) at the iterate [J]."""
+    s = 0.0
+    for k in dofs_of_island(model, problem):
+        s += (problem.v[k] - problem.v_star[k]) * (problem.p[k] - problem.p_star[k])
+    momentum = 0.5 * s
+    return momentum, momentum + constraint_cost(model, problem, contacts, rows, 0.0)
+
+
+@kernel
+def along_direction(model, problem):
+    """(slope of the cost, slope of the momentum cost, dv^T A dv) at the iterate along dv [J]."""
+    slope = 0.0
+    slope_A = 0.0
+    curvature_A = 0.0
+    for k in dofs_of_island(model, problem):
+        slope += problem.dv[k] * problem.gradient[k]
+        slope_A += problem.dv[k] * (problem.p[k] - problem.p_star[k])
+        curvature_A += problem.dv[k] * problem.a_dv[k]
+    return slope, slope_A, curvature_A
+
+
+# ---- impulses and gradient
+
+
+@kernel
+def put_v0(model, problem):
+    """v = v0."""
+    for k in dofs_of_island(model, problem):
+        problem.v[k] = problem.v0[k]
+
+
+@kernel
+def move(model, problem, contacts, alpha):
+    """v += alpha dv, and with it momenta and contact velocities."""
+    for k in dofs_of_island(model, problem):
+        problem.v[k] += alpha * problem.dv[k]
+        problem.p[k] += alpha * problem.a_dv[k]
+    for contact in contacts_of_island(problem, contacts):
+        contact.vc = add3(contact.vc, scale3(contact.dvc, alpha))
+
+
+@kernel
+def advance(model, problem, contacts, rows, alpha):
+    """v += alpha dv, and with it momenta and constraint velocities."""
+    move(model, problem, contacts, alpha)
+    for row in rows_of_island(problem, rows):
+        row.vc += alpha * row.dvc
+
+
+@kernel
+def apply_contact_impulses(model, problem, contacts):
+    """Impulses and G at the present vc; adds J^T gamma to `problem.j_gamma`.
+
+    In two loops: no contact then waits for the roots and quotients of the one before it.
+    """
+    for contact in contacts_of_island(problem, contacts):
+        contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
+    for contact in contacts_of_island(problem, contacts):
+        add_generalized_impulse(problem.j_gamma, contact, contact.gamma)
+
+
+@kernel
+def apply_row_impulses(problem, rows):
+    """Impulses and G of the scalar rows at the present velocity; adds J^T gamma to `problem.j_gamma`."""
+    for row in rows_of_island(problem, rows):
+        row.gamma, row.G = row_impulse(row, row.vc)
+        for a in range(row.width):
+            problem.j_gamma[row.dofs[a]] += row.J[a] * row.gamma
+
+
+@kernel
+def optimality(model, problem, contacts, rows):
+    """Impulses and gradient at the iterate, and whether it will do (Castro, Permenter, Han 2022, eqs. 25 and 26).
+
+    Returns:
+        (excess, momentum, impulse): the square of the gradient over that of what is small against momentum and impulse;
+        the squares of these two, weighted by the mobilities [J].
+    """
+    for k in dofs_of_island(model, problem):
+        problem.j_gamma[k] = 0.0
+    apply_contact_impulses(model, problem, contacts)
+    apply_row_impulses(problem, rows)
+    residual = 0.0
+    momentum = 0.0
+    impulse = 0.0
+    for k in dofs_of_island(model, problem):
+        g = problem.p[k] - problem.p_star[k] - problem.j_gamma[k]
+        problem.gradient[k] = g
+        residual += g * g * problem.mobility[k]
+        momentum += problem.p[k] * problem.p[k] * problem.mobility[k]
+        impulse += problem.j_gamma[k] * problem.j_gamma[k] * problem.mobility[k]
+    scale = momentum
+    if impulse > scale:
+        scale = impulse
+    limit = model.relative_tolerance * root(scale) + model.absolute_tolerance
+    return residual / (limit * limit), momentum, impulse
+
+
+@kernel(outline=True)
+def evaluate(model, problem, contacts, rows):
+    """`optimality`, compiled once for all but the first call of a step."""
+    return optimality(model, problem, contacts, rows)
+
+
+@kernel
+def evaluate_v(model, problem, contacts, rows):
+    """`evaluate` where v is new: momenta and velocities of constraints first."""
+    multiply_A(model, problem, problem.v, problem.p)
+    row_velocities(problem, rows, problem.v, VC)
+    contact_velocities(problem, contacts, problem.v, VC)
+    return evaluate(model, problem, contacts, rows)
+
+
+@kernel
+def drop_slopes(model, problem):
+    """v loses its derivatives; what the gradient then has of them, `keep_slopes` leaves."""
+    for k in dofs_of_island(model, problem):
+        problem.v[k] = value_of(problem.v[k])
+
+
+@kernel
+def keep_slopes(model, problem):
+    """The gradient keeps its derivatives alone: a Newton step then gives v its own (implicit function theorem)."""
+    for k in dofs_of_island(model, problem):
+        problem.gradient[k] -= value_of(problem.gradient[k])
+
+
+# ---- terms of constraints in the Hessian
+#
+# `address(where, constraint, i, j)` is that of the entry of columns i and j <= i of a constraint.
+
+
+@kernel
+def times_G(G, u):
+    """G u; G is (xx, xy, yy, xz, yz, zz)."""
+    return mul_symmetric((G[0], G[2], G[5], G[1], G[3], G[4]), u)
+
+
+@kernel
+def resists(contact):
+    """Whether the impulse of a contact depends on its velocity: whether it has a term."""
+    return contact.G[0] > 0.0 or contact.G[5] > 0.0
+
+
+@kernel(outline=True)
+def add_contact(contact, L, where, address):
+    """H += J^T G J of a contact of any two bodies."""
+    G = contact.G
+    for i in range(contact.width):
+        Gu = times_G(G, column3(contact.J, 0, i))
+        for j in range(i + 1):
+            L[address(where, contact, i, j)] += dot3(Gu, column3(contact.J, 0, j))
+
+
+@kernel
+def add_row(row, L, where, address):
+    """H += J^T G J of a scalar row."""
+    G = row.G
+    for i in range(row.width):
+        Gu = G * row.J[i]
+        for j in range(i + 1):
+            L[address(where, row, i, j)] += Gu * row.J[j]
+
+
+# ---- the Hessian of one tree
+
+
+@kernel
+def put_momentum_of_branches(model, problem, factor):
+    """H = A."""
+    L = factor.L
+    first, end = dofs_of(model, problem)
+    for k in range(first, end):
+        row = factor.dofs[k].row_start
+        at = model.dofs[k].row_start
+        depth = model.dofs[k].depth
+        if factor.dofs[k].depth == depth:
+            for i in range(depth + 1):
+                L[row + i] = problem.A[at + i]
+        else:
+            for i in range(factor.dofs[k].depth + 1):
+                L[row + i] = 0.0
+            L[diagonal(factor, k)] = problem.A[diagonal(model, k)]
+            for j, at_j in dofs_above(model, k):
+                L[row + factor.dofs[j].depth] = problem.A[at_j]
+
+
+@kernel
+def add_one_path(contact, L, factor, top):
+    """`add_contact` of a contact whose columns go down one branch from depth `top` on: a row's entries are in a row."""
+    G = contact.G
+    for i in range(contact.width):
+        row = factor.dofs[contact.dofs[i]].row_start + top
+        Gu = times_G(G, column3(contact.J, 0, i))
+        for j in range(i + 1):
+            L[row + j] += dot3(Gu, column3(contact.J, 0, j))
+
+
+@kernel(outline=True)
+def assemble_branches(model, problem, contacts, rows, factor):
+    """H = A + J^T G J."""
+    put_momentum_of_branches(model, problem, factor)
+    for contact in contacts_of_island(problem, contacts):
+        if resists(contact):
+            top = factor.dofs[contact.dofs[0]].depth
+            length = factor.dofs[contact.dofs[contact.width - 1]].depth - top + 1
+            if is_one_path(model, contact) and length == contact.width:  # no dofs of others came between
+                add_one_path(contact, factor.L, factor, top)
+            else:
+                add_contact(contact, factor.L, factor, in_branches)
+    for row in rows_of_island(problem, rows):
+        if row.G > 0.0:
+            add_row(row, factor.L, factor, in_branches)
+
+
+# ---- the Hessian of several trees
+
+
+@kernel
+def put_momentum(model, problem, factor):
+    """H = A: all blocks zero but those of the trees."""
+    L = factor.L
+    for at in range(problem.factor_size):
+        L[at] = 0.0
+    for place in range(problem.trees_end - problem.trees_begin):
+        block = factor.blocks[place]
+        n = block.size
+        first = model.trees[block.tree].first_dof
+        if is_chain_of_six(model, block.tree):
+            put_packed_six(L, block.diagonal, problem.A, model.dofs[first].row_start)
+            continue
+        for i in range(n):
+            row = block.diagonal + i
+            L[row + n * i] = problem.A[diagonal(model, first + i)]
+            for j, at in dofs_above(model, first + i):
+                L[row + n * (j - first)] = problem.A[at]
+
+
+@kernel
+def add_square(L, B, J, rows, columns, G):
+    """The block at B, 6 by 6, += J_rows^T G J_columns of a contact, each from its first column on."""
+    x, y, z = load_three_sixes(J, rows)
+    for j in range(SIX):
+        gx, gy, gz = times_G(G, column3(J, 0, columns + j))
+        to = load_six(L, B + SIX * j)
+        store_six(L, B + SIX * j, add_scaled_six(add_scaled_six(add_scaled_six(to, gx, x), gy, y), gz, z))
+
+
+@kernel(outline=True)
+def add_free_contact(factor, contact):
+    """`add_contact` of two free bodies, or of one and something fixed."""
+    L, J, G = factor.L, contact.J, contact.G
+    if contact.tree_a < 0:
+        add_square(L, factor.blocks[factor.trees[contact.tree_b].place].diagonal, J, FIRST, FIRST, G)
+        return
+    place_A = factor.trees[contact.tree_a].place
+    add_square(L, factor.blocks[place_A].diagonal, J, FIRST, FIRST, G)
+    if contact.tree_b >= 0:
+        place_B = factor.trees[contact.tree_b].place
+        add_square(L, factor.blocks[place_B].diagonal, J, SIX, SIX, G)
+        if place_B > place_A:
+            add_square(L, find_block(factor, place_B, place_A), J, SIX, FIRST, G)
+        else:
+            add_square(L, find_block(factor, place_A, place_B), J, FIRST, SIX, G)
+
+
+@kernel(outline=True)
+def assemble(model, problem, contacts, rows, factor):
+    """H = A + J^T G J in the blocks."""
+    put_momentum(model, problem, factor)
+    for contact in contacts_of_island(problem, contacts):
+        if resists(contact):
+            if contact.sixes > 0:
+                add_free_contact(factor, contact)
+            else:
+                add_contact(contact, factor.L, places_of(model, factor, contact), in_blocks)
+    for row in rows_of_island(problem, rows):
+        if row.G > 0.0:
+            add_row(row, factor.L, places_of(model, factor, row), in_blocks)
+
+
+# ---- Newton's direction
+
+
+@kernel
+def numeric_factor(model, problem, contacts, rows, factor):
+    """Factorises the Hessian at the iterate; a status."""
+    if problem.along_branches == 1:
+        assemble_branches(model, problem, contacts, rows, factor)
+        return factorise_branches(model, problem, factor)
+    assemble(model, problem, contacts, rows, factor)
+    return factorise(factor, problem.trees_end - problem.trees_begin)
+
+
+@kernel
+def newton_direction(model, problem, factor):
+    """dv = -H^-1 gradient over the participating dofs."""
+    if problem.along_branches == 1:
+        solve_branches(model, problem, factor)
+    else:
+        solve_blocks(model, problem, factor)

@@ -1,0 +1,766 @@
+"""The sparse factor of an island's matrix: in which order trees are eliminated, what fills, and the elimination itself.
+
+An island that is one tree has rows along its branches, L^T D L; one of several trees has blocks, a column for each
+tree: L L^T, or for the unsymmetric matrix of kTamsi L U. All of the order depends on the graph of trees alone: the same
+contacts give the same order, and with it the same bits.
+"""
+
+from sheldrake.common._kernels.generic import is_positive, sqrt
+from sheldrake.common._kernels.vec import SIX, dot_six, load_six, magnitude, store_six, subtract_scaled_six
+from sheldrake.common.kernel import kernel
+from sheldrake.multibody.contact_solvers._kernels.problem import (
+    contacts_of_island,
+    diagonal,
+    dofs_above,
+    dofs_of_island,
+    dofs_of_tree,
+    is_chain_of_six,
+    rows_of_island,
+)
+from sheldrake.multibody.contact_solvers._kernels.status import (
+    FACTOR_CAPACITY,
+    HESSIAN_NOT_POSITIVE,
+    SOLVED,
+    TAMSI_FAILED,
+)
+
+# ---- the graph of trees
+#
+# Minimum degree (George and Liu 1989): next comes a tree with the fewest neighbours, which then all become neighbours
+# of each other; the neighbours it has at that moment are the rows of its column. Neighbours are bits, so a union is
+# a few words.
+
+BITS = 62  # of a word: 63 would be the sign
+NOBODY = -1
+
+
+@kernel
+def set_bit(graph, i, j):
+    graph[i, j // BITS] |= 1 << (j % BITS)
+
+
+@kernel
+def clear_bit(graph, i, j):
+    graph[i, j // BITS] &= ~(1 << (j % BITS))
+
+
+@kernel
+def lowest_bit(word):
+    """Number of the lowest bit of a word that is not zero, by halves."""
+    n = 0
+    for half in (32, 16, 8, 4, 2, 1):
+        if word & ((1 << half) - 1) == 0:
+            word >>= half
+            n += half
+    return n
+
+
+@kernel
+def neighbours(graph, i, words):
+    """For loops: the neighbours of i, ascending."""
+    for w in range(words):
+        word = graph[i, w]
+        while word != 0:
+            yield w * BITS + lowest_bit(word)
+            word &= word - 1
+
+
+@kernel
+def couple(problem, factor, constraints, of_island):
+    """Marks the two trees of each constraint as neighbours."""
+    for constraint in of_island(problem, constraints):
+        a, b = constraint.tree_a, constraint.tree_b
+        if a >= 0 and b >= 0 and a != b:
+            i, j = factor.trees[a].place, factor.trees[b].place
+            set_bit(factor.graph, i, j)
+            set_bit(factor.graph, j, i)
+
+
+@kernel
+def count_neighbours(graph, i, words):
+    n = 0
+    for _ in neighbours(graph, i, words):
+        n += 1
+    return n
+
+
+@kernel
+def least_coupled(factor, n):
+    """Of the n trees, numbered within the island, the first that is left and has the fewest neighbours."""
+    best = NOBODY
+    degree = n
+    for i in range(n):
+        if factor.nodes[i].done == 0 and factor.nodes[i].degree < degree:
+            best, degree = i, factor.nodes[i].degree
+    return best
+
+
+@kernel
+def eliminate_tree(factor, i, words):
+    """Makes the neighbours of i each other's neighbours; i leaves."""
+    graph = factor.graph
+    factor.nodes[i].done = 1
+    for u in neighbours(graph, i, words):
+        for w in range(words):
+            graph[u, w] |= graph[i, w]
+        clear_bit(graph, u, u)
+        clear_bit(graph, u, i)
+        factor.nodes[u].degree = count_neighbours(graph, u, words)
+
+
+@kernel(outline=True)
+def order_trees(problem, contacts, rows, factor):
+    """Finds the elimination order: the island's trees, by their numbers within the island, in `factor.slot`."""
+    n = problem.trees_end - problem.trees_begin
+    words = (n + BITS - 1) // BITS
+    for i in range(n):
+        for w in range(words):
+            factor.graph[i, w] = 0
+    couple(problem, factor, contacts, contacts_of_island)
+    couple(problem, factor, rows, rows_of_island)
+    for i in range(n):
+        factor.nodes[i].degree = count_neighbours(factor.graph, i, words)
+        factor.nodes[i].done = 0
+    for place in range(n):
+        i = least_coupled(factor, n)
+        factor.slot[place] = i
+        eliminate_tree(factor, i, words)
+
+
+# ---- the paths of one tree
+#
+# A limit, or a contact with the ground or with a body further up the same branch, couples dofs on one path to the
+# base, and so does A: then the factor fills nothing that A has not (Featherstone 2008, section 6.5), and most of it
+# is absent in a robot with several limbs. A constraint between two branches makes one path of both: each dof's next
+# one is the last of those before it that it is coupled to (the elimination tree, Liu 1990). Rows are packed as A's,
+# with one entry for each dof on the path from the base, the dof itself last.
+
+
+@kernel
+def dofs_of(model, problem):
+    """First dof of the island's only tree, and the one after its last."""
+    tree = model.trees[problem.trees[problem.trees_begin].order]
+    return tree.first_dof, tree.first_dof + tree.num_dofs
+
+
+@kernel
+def join_paths(factor, a, b):
+    """Makes one path of those from two dofs to the base; the dof where it begins."""
+    begin = a if a > b else b
+    while a != b and a >= 0 and b >= 0:
+        low = a if a > b else b
+        high = b if a > b else a
+        a = factor.dofs[low].parent
+        b = high
+        if a < high:
+            factor.dofs[low].parent = high
+    return begin
+
+
+@kernel
+def join_columns(factor, constraint):
+    """Makes one path of all dofs of a constraint."""
+    begin = constraint.dofs[0]
+    for i in range(1, constraint.width):
+        begin = join_paths(factor, begin, constraint.dofs[i])
+
+
+@kernel
+def is_one_path(model, contact):
+    """Whether the columns of a contact, which go down one branch and then down another, go down one only."""
+    width = contact.width
+    return model.dofs[contact.dofs[width - 1]].depth - model.dofs[contact.dofs[0]].depth + 1 == width
+
+
+@kernel(outline=True)
+def lay_out_branches(model, problem, contacts, rows, factor):
+    """The path of each dof and where its row starts; how many numbers all rows have."""
+    first, end = dofs_of(model, problem)
+    for k in range(first, end):
+        factor.dofs[k].parent = model.dofs[k].parent
+    for contact in contacts_of_island(problem, contacts):
+        if not is_one_path(model, contact):
+            join_columns(factor, contact)
+    for row in rows_of_island(problem, rows):
+        join_columns(factor, row)
+    size = 0
+    for k in range(first, end):
+        dof = factor.dofs[k]
+        dof.depth = factor.dofs[dof.parent].depth + 1 if dof.parent >= 0 else 0
+        dof.row_start = size
+        size += dof.depth + 1
+    return size
+
+
+@kernel
+def in_branches(factor, constraint, i, j):
+    """Address of the entry of two columns of a constraint, whose dofs are on one path."""
+    k, other = constraint.dofs[i], constraint.dofs[j]
+    if k >= other:
+        return factor.dofs[k].row_start + factor.dofs[other].depth
+    return factor.dofs[other].row_start + factor.dofs[k].depth
+
+
+# ---- layout: where everything is
+
+
+@kernel
+def put_below(factor, begin, end, row):
+    """Inserts a row into the column at hand, rows ascending."""
+    at = end
+    while at > begin and factor.entries[at - 1].place > row:
+        factor.entries[at].place = factor.entries[at - 1].place
+        at -= 1
+    factor.entries[at].place = row
+
+
+@kernel
+def lay_out_alone(model, problem, factor):
+    """The only block of an island that is one tree."""
+    t = problem.trees[problem.trees_begin].order
+    factor.trees[t].place = 0
+    block = factor.blocks[0]
+    block.tree = t
+    block.size = model.trees[t].num_dofs
+    block.diagonal = 0
+    block.below_begin = 0
+    block.below_end = 0
+    return block.size * block.size
+
+
+@kernel(outline=True)
+def lay_out_trees(model, problem, contacts, rows, factor):
+    """Order, places and addresses of all blocks of several trees; how many numbers they are, -1 if there is no room.
+
+    Where the matrix is not symmetric, the transpose of the block above the diagonal lies behind the one below it.
+    """
+    begin = problem.trees_begin
+    n = problem.trees_end - begin
+    for i in range(n):
+        factor.trees[problem.trees[begin + i].order].place = i
+    order_trees(problem, contacts, rows, factor)
+    for place in range(n):
+        block = factor.blocks[place]
+        block.node = factor.slot[place]
+        block.tree = problem.trees[begin + block.node].order
+        factor.trees[block.tree].place = place
+    words = (n + BITS - 1) // BITS
+    size = 0
+    entries = 0
+    for place in range(n):
+        block = factor.blocks[place]
+        block.size = model.trees[block.tree].num_dofs
+        block.diagonal = size
+        size += block.size * block.size
+        block.below_begin = entries
+        for u in neighbours(factor.graph, block.node, words):
+            if entries >= len(factor.entries):
+                return NOBODY
+            put_below(factor, block.below_begin, entries, factor.trees[problem.trees[begin + u].order].place)
+            entries += 1
+        block.below_end = entries
+        for e in range(block.below_begin, entries):
+            entry = factor.entries[e]
+            entry.address = size
+            size += model.sides * block.size * model.trees[factor.blocks[entry.place].tree].num_dofs
+    return size
+
+
+@kernel
+def symbolic_factor(model, problem, contacts, rows, factor):
+    """Order, places and addresses of all blocks of an island; FACTOR_CAPACITY when there is no room for them."""
+    n = problem.trees_end - problem.trees_begin
+    problem.along_branches = 0
+    if n == 1:
+        size = lay_out_alone(model, problem, factor)
+        if model.sides == 1 and not is_chain_of_six(model, factor.blocks[0].tree):
+            problem.along_branches = 1
+            size = lay_out_branches(model, problem, contacts, rows, factor)
+    else:
+        size = lay_out_trees(model, problem, contacts, rows, factor)
+    if size < 0 or size > factor.L.shape[0]:
+        return FACTOR_CAPACITY
+    problem.factor_size = size
+    slot = 0
+    for place in range(n):
+        block = factor.blocks[place]
+        block.first_slot = slot
+        for k in dofs_of_tree(model, block.tree):
+            factor.slot[k] = slot
+            slot += 1
+    problem.participating = slot
+    return SOLVED
+
+
+@kernel
+def find_block(factor, later, earlier):
+    """Address of the block at the places of two coupled trees."""
+    e = factor.blocks[earlier].below_begin
+    while factor.entries[e].place != later:
+        e += 1
+    return factor.entries[e].address
+
+
+@kernel
+def columns_of(model, constraint, t):
+    """How many of the constraint's columns, from the first one on, belong to tree t."""
+    begin = model.trees[t].first_dof
+    end = begin + model.trees[t].num_dofs
+    n = 0
+    while n < constraint.width and begin <= constraint.dofs[n] and constraint.dofs[n] < end:
+        n += 1
+    return n
+
+
+@kernel
+def block_of(model, factor, t):
+    """A tree's place, first dof and size, and the address of its diagonal block less its first dof's row and column."""
+    tree = model.trees[t]
+    place = factor.trees[t].place
+    return place, tree.first_dof, tree.num_dofs, factor.blocks[place].diagonal - (tree.num_dofs + 1) * tree.first_dof
+
+
+@kernel
+def places_of(model, factor, constraint):
+    """Where the columns of a constraint go.
+
+    Returns:
+        split: how many columns belong to the first tree; the others belong to the second.
+        first, second: (address of the tree's diagonal block less its first dof's row and column, its size).
+        coupling: (address of the block of second and first tree, step from dof to dof of the second and of the first),
+            dofs counted as in the plant.
+    """
+    t = constraint.tree_a if constraint.tree_a >= 0 else constraint.tree_b
+    place_a, first_a, n_a, D_a = block_of(model, factor, t)
+    split = columns_of(model, constraint, t)
+    if split == constraint.width:
+        return split, (D_a, n_a), (D_a, n_a), (0, 0, 0)
+    place_b, first_b, n_b, D_b = block_of(model, factor, constraint.tree_b)
+    if place_b > place_a:
+        coupling = (find_block(factor, place_b, place_a) - n_b * first_a - first_b, 1, n_b)
+    else:
+        coupling = (find_block(factor, place_a, place_b) - n_a * first_b - first_a, n_a, 1)
+    return split, (D_a, n_a), (D_b, n_b), coupling
+
+
+@kernel
+def in_diagonal(side, k, j):
+    """Address of the entry of two dofs in the lower triangle of their tree's block."""
+    D, n = side
+    return D + n * j + k if k >= j else D + n * k + j
+
+
+@kernel
+def in_blocks(places, constraint, i, j):
+    """Address of the entry of columns i and j <= i of a constraint."""
+    split, first, second, coupling = places
+    if i < split:
+        return in_diagonal(first, constraint.dofs[i], constraint.dofs[j])
+    if j < split:
+        address, step_second, step_first = coupling
+        return address + step_second * constraint.dofs[i] + step_first * constraint.dofs[j]
+    return in_diagonal(second, constraint.dofs[i], constraint.dofs[j])
+
+
+# ---- Cholesky along branches
+
+
+@kernel(outline=True)
+def factorise_branches(model, problem, factor):
+    """Replaces H by 1/D on the diagonal and L below it; a status."""
+    L = factor.L
+    first, end = dofs_of(model, problem)
+    for k in range(end - 1, first - 1, -1):
+        row = factor.dofs[k].row_start
+        D = diagonal(factor, k)
+        if not is_positive(L[D]):
+            return HESSIAN_NOT_POSITIVE
+        r = 1.0 / L[D]
+        L[D] = r
+        for i, at in dofs_above(factor, k):
+            above = factor.dofs[i].row_start
+            a = L[at] * r
+            for j in range(at - row + 1):
+                L[above + j] -= a * L[row + j]
+            L[at] = a
+    return SOLVED
+
+
+@kernel(outline=True)
+def solve_branches(model, problem, factor):
+    """dv = -H^-1 gradient."""
+    L, x = factor.L, factor.rhs
+    first, end = dofs_of(model, problem)
+    for k in range(first, end):
+        x[k] = -problem.gradient[k]
+    for k in range(end - 1, first - 1, -1):
+        for i, at in dofs_above(factor, k):
+            x[i] -= L[at] * x[k]
+    for k in range(first, end):
+        x_k = x[k] * L[diagonal(factor, k)]
+        for i, at in dofs_above(factor, k):
+            x_k -= L[at] * x[i]
+        x[k] = x_k
+        problem.dv[k] = x_k
+
+
+# ---- Cholesky by blocks
+#
+# Column after column, each one's update goes to the columns behind it at once (right-looking). Blocks are stored column
+# after column. Those of two free bodies, 6 by 6, are unrolled so that a column is a vector of the processor; the others
+# are loops. The diagonal of a diagonal block holds 1 / L_ii.
+
+
+@kernel
+def subtract_scaled(L, to, s, of, n):
+    """L[to ..] -= s L[of ..] of n numbers, the last ones four at a time."""
+    a = 0
+    while (n - a) % 4 != 0:
+        L[to + a] -= s * L[of + a]
+        a += 1
+    while a < n:
+        t = to + a
+        o = of + a
+        four = L[t] - s * L[o], L[t + 1] - s * L[o + 1], L[t + 2] - s * L[o + 2], L[t + 3] - s * L[o + 3]
+        L[t], L[t + 1], L[t + 2], L[t + 3] = four
+        a += 4
+
+
+@kernel(outline=True)
+def subtract_product_of_six(L, C, A, B):
+    """C -= A B^T of blocks 6 by 6."""
+    a0 = load_six(L, A)
+    a1 = load_six(L, A + 6)
+    a2 = load_six(L, A + 12)
+    a3 = load_six(L, A + 18)
+    a4 = load_six(L, A + 24)
+    a5 = load_six(L, A + 30)
+    for b in range(SIX):
+        x = load_six(L, C + SIX * b)
+        x = subtract_scaled_six(x, L[B + b], a0)
+        x = subtract_scaled_six(x, L[B + b + 6], a1)
+        x = subtract_scaled_six(x, L[B + b + 12], a2)
+        x = subtract_scaled_six(x, L[B + b + 18], a3)
+        x = subtract_scaled_six(x, L[B + b + 24], a4)
+        x = subtract_scaled_six(x, L[B + b + 30], a5)
+        store_six(L, C + SIX * b, x)
+
+
+@kernel
+def subtract_product(L, C, A, B, rows, columns, inner):
+    """C -= A B^T of blocks at these addresses: A is rows by inner, B columns by inner."""
+    if rows == SIX and columns == SIX and inner == SIX:
+        subtract_product_of_six(L, C, A, B)
+    else:
+        for b in range(columns):
+            for c in range(inner):
+                s = L[B + columns * c + b]
+                for a in range(rows):
+                    L[C + rows * b + a] -= L[A + rows * c + a] * s
+
+
+@kernel
+def factorise_diagonal(L, D, n):
+    """Cholesky of the lower triangle of the block at D in place; a status."""
+    for c in range(n):
+        column = D + n * c
+        for e in range(c):
+            subtract_scaled(L, column + c, L[D + n * e + c], D + n * e + c, n - c)
+        if not L[column + c] > 0.0:
+            return HESSIAN_NOT_POSITIVE
+        s = 1.0 / sqrt(L[column + c])
+        L[column + c] = s
+        for a in range(c + 1, n):
+            L[column + a] *= s
+    return SOLVED
+
+
+@kernel(outline=True)
+def divide_six(L, B, D, across, along, ones):
+    """`divide` of a block 6 by 6."""
+    for c in range(SIX):
+        x = load_six(L, B + SIX * c)
+        for e in range(c):
+            x = subtract_scaled_six(x, L[D + across * e + along * c], load_six(L, B + SIX * e))
+        if ones == 0:
+            s = L[D + SIX * c + c]
+            x = (s * x[0], s * x[1], s * x[2], s * x[3], s * x[4], s * x[5])
+        store_six(L, B + SIX * c, x)
+
+
+@kernel
+def divide(L, B, rows, D, n, across, along, ones):
+    """B <- B T^-1, T upper triangular with T_ec at D + across e + along c and 1 / T_cc on the diagonal, or ones."""
+    if rows == SIX and n == SIX:
+        divide_six(L, B, D, across, along, ones)
+    else:
+        for c in range(n):
+            for e in range(c):
+                s = L[D + across * e + along * c]
+                for a in range(rows):
+                    L[B + rows * c + a] -= L[B + rows * e + a] * s
+            if ones == 0:
+                s = L[D + n * c + c]
+                for a in range(rows):
+                    L[B + rows * c + a] *= s
+
+
+@kernel(outline=True)
+def factorise(factor, n):
+    """Factorises the n block columns in place; a status."""
+    L = factor.L
+    for k in range(n):
+        column = factor.blocks[k]
+        inner = column.size
+        if factorise_diagonal(L, column.diagonal, inner) != SOLVED:
+            return HESSIAN_NOT_POSITIVE
+        for e in range(column.below_begin, column.below_end):
+            entry = factor.entries[e]
+            divide(L, entry.address, factor.blocks[entry.place].size, column.diagonal, inner, inner, 1, 0)  # by L^T
+        for e in range(column.below_begin, column.below_end):
+            B = factor.entries[e].address
+            behind = factor.blocks[factor.entries[e].place]
+            subtract_product(L, behind.diagonal, B, B, behind.size, behind.size, inner)
+            g = behind.below_begin
+            for f in range(e + 1, column.below_end):
+                entry = factor.entries[f]
+                while factor.entries[g].place != entry.place:
+                    g += 1
+                rows = factor.blocks[entry.place].size
+                subtract_product(L, factor.entries[g].address, entry.address, B, rows, behind.size, inner)
+    return SOLVED
+
+
+@kernel
+def subtract_block_times(L, B, rows, n, x, at, to):
+    """x[to..] -= B x[at..] of the block at B, rows by n."""
+    if rows == SIX and n == SIX:
+        y = load_six(x, to)
+        for c in range(SIX):
+            y = subtract_scaled_six(y, x[at + c], load_six(L, B + SIX * c))
+        store_six(x, to, y)
+    else:
+        for c in range(n):
+            for a in range(rows):
+                x[to + a] -= L[B + rows * c + a] * x[at + c]
+
+
+@kernel
+def subtract_transpose_times(L, B, rows, n, x, at, of):
+    """x[at..] -= B^T x[of..] of the block at B, rows by n."""
+    if rows == SIX and n == SIX:
+        y = load_six(x, of)
+        for c in range(SIX):
+            x[at + c] -= dot_six(load_six(L, B + SIX * c), y)
+    else:
+        for c in range(n):
+            s = x[at + c]
+            for a in range(rows):
+                s -= L[B + rows * c + a] * x[of + a]
+            x[at + c] = s
+
+
+@kernel
+def forwards(L, D, n, x, at):
+    """x[at..] <- L_D^-1 x[at..], L_D being the diagonal block at D."""
+    if n == SIX:
+        a, b, c, d, e, f = load_six(x, at)
+        a *= L[D]
+        b = (b - L[D + 1] * a) * L[D + 7]
+        c = (c - L[D + 2] * a - L[D + 8] * b) * L[D + 14]
+        d = (d - L[D + 3] * a - L[D + 9] * b - L[D + 15] * c) * L[D + 21]
+        e = (e - L[D + 4] * a - L[D + 10] * b - L[D + 16] * c - L[D + 22] * d) * L[D + 28]
+        f = (f - L[D + 5] * a - L[D + 11] * b - L[D + 17] * c - L[D + 23] * d - L[D + 29] * e) * L[D + 35]
+        store_six(x, at, (a, b, c, d, e, f))
+    else:
+        for k in range(n):
+            s = x[at + k] * L[D + n * k + k]
+            x[at + k] = s
+            for i in range(k + 1, n):
+                x[at + i] -= L[D + n * k + i] * s
+
+
+@kernel
+def backwards(L, D, n, x, at):
+    """x[at..] <- L_D^-T x[at..]."""
+    if n == SIX:
+        a, b, c, d, e, f = load_six(x, at)
+        f *= L[D + 35]
+        e = (e - L[D + 29] * f) * L[D + 28]
+        d = (d - L[D + 23] * f - L[D + 22] * e) * L[D + 21]
+        c = (c - L[D + 17] * f - L[D + 16] * e - L[D + 15] * d) * L[D + 14]
+        b = (b - L[D + 11] * f - L[D + 10] * e - L[D + 9] * d - L[D + 8] * c) * L[D + 7]
+        a = (a - L[D + 5] * f - L[D + 4] * e - L[D + 3] * d - L[D + 2] * c - L[D + 1] * b) * L[D]
+        store_six(x, at, (a, b, c, d, e, f))
+    else:
+        for k in range(n - 1, -1, -1):
+            s = x[at + k] * L[D + n * k + k]
+            x[at + k] = s
+            for i in range(k):
+                x[at + i] -= L[D + n * i + k] * s
+
+
+@kernel(outline=True)
+def substitute(factor, n):
+    """rhs <- H^-1 rhs, forwards and backwards through the n block columns."""
+    L, x = factor.L, factor.rhs
+    for k in range(n):
+        column = factor.blocks[k]
+        size, at = column.size, column.first_slot
+        forwards(L, column.diagonal, size, x, at)
+        for e in range(column.below_begin, column.below_end):
+            entry = factor.entries[e]
+            row = factor.blocks[entry.place]
+            subtract_block_times(L, entry.address, row.size, size, x, at, row.first_slot)
+    for k in range(n - 1, -1, -1):
+        column = factor.blocks[k]
+        size, at = column.size, column.first_slot
+        for e in range(column.below_begin, column.below_end):
+            entry = factor.entries[e]
+            row = factor.blocks[entry.place]
+            subtract_transpose_times(L, entry.address, row.size, size, x, at, row.first_slot)
+        backwards(L, column.diagonal, size, x, at)
+
+
+@kernel
+def scatter(model, problem, factor):
+    """dv from the solution by slots."""
+    for dof in dofs_of_island(model, problem):
+        problem.dv[dof] = factor.rhs[factor.slot[dof]]
+
+
+@kernel(outline=True)
+def solve_blocks(model, problem, factor):
+    """`newton_direction` by the factor in blocks."""
+    x = factor.rhs
+    for dof in dofs_of_island(model, problem):
+        x[factor.slot[dof]] = -problem.gradient[dof]
+    substitute(factor, problem.trees_end - problem.trees_begin)
+    scatter(model, problem, factor)
+
+
+# ---- elimination of an unsymmetric matrix
+#
+# Two blocks for each pair of trees that elimination couples: the one below the diagonal, rows of the later tree, and
+# behind it the transpose of the one above: both have the same shape, and a product of two is always A B^T, as for
+# Cholesky. Rows are exchanged within a block row: what one tree's dofs do to each other is the stiffest.
+
+
+@kernel
+def blocks_of(factor, e, columns):
+    """(address of the block below the diagonal, of the transpose of the one above, rows of both) of entry e."""
+    entry = factor.entries[e]
+    rows = factor.blocks[entry.place].size
+    return entry.address, entry.address + rows * columns, rows
+
+
+@kernel
+def swap(x, i, j):
+    x[i], x[j] = x[j], x[i]
+
+
+@kernel
+def swap_rows(factor, k, a, b):
+    """Exchanges two rows of block row k, from its diagonal block to the right, and of the right-hand side."""
+    block = factor.blocks[k]
+    n = block.size
+    for c in range(n):
+        swap(factor.L, block.diagonal + n * c + a, block.diagonal + n * c + b)
+    for e in range(block.below_begin, block.below_end):
+        _, above, rows = blocks_of(factor, e, n)
+        for i in range(rows):
+            swap(factor.L, above + rows * a + i, above + rows * b + i)
+    swap(factor.rhs, block.first_slot + a, block.first_slot + b)
+
+
+@kernel
+def split_diagonal(factor, k):
+    """Diagonal block k becomes L U: L below a diagonal of ones, 1 / U_ii on it; a status."""
+    L = factor.L
+    n, D = factor.blocks[k].size, factor.blocks[k].diagonal
+    for c in range(n):
+        column = D + n * c
+        pivot = c
+        largest = magnitude(L[column + c])
+        for a in range(c + 1, n):
+            if magnitude(L[column + a]) > largest:
+                largest = magnitude(L[column + a])
+                pivot = a
+        if not largest > 0.0:
+            return TAMSI_FAILED
+        if pivot != c:
+            swap_rows(factor, k, c, pivot)
+        s = 1.0 / L[column + c]
+        L[column + c] = s
+        for a in range(c + 1, n):
+            L[column + a] *= s
+        for b in range(c + 1, n):
+            u = L[D + n * b + c]
+            for a in range(c + 1, n):
+                L[D + n * b + a] -= L[column + a] * u
+    return SOLVED
+
+
+@kernel
+def split_column(factor, k):
+    """Block column k, block row k and their part of the right-hand side, its diagonal block being split."""
+    L, x = factor.L, factor.rhs
+    block = factor.blocks[k]
+    n, D, at = block.size, block.diagonal, block.first_slot
+    for c in range(n):
+        for a in range(c + 1, n):
+            x[at + a] -= L[D + n * c + a] * x[at + c]
+    for e in range(block.below_begin, block.below_end):
+        below, above, rows = blocks_of(factor, e, n)
+        divide(L, below, rows, D, n, 1, n, 0)  # by U
+        divide(L, above, rows, D, n, n, 1, 1)  # by the transpose of L
+        subtract_block_times(L, below, rows, n, x, at, factor.blocks[factor.entries[e].place].first_slot)
+
+
+@kernel
+def update_behind(factor, k):
+    """Takes the product of block column k and block row k off what is behind them."""
+    L = factor.L
+    n = factor.blocks[k].size
+    end = factor.blocks[k].below_end
+    for e in range(factor.blocks[k].below_begin, end):
+        behind = factor.blocks[factor.entries[e].place]
+        below_j, above_j, columns = blocks_of(factor, e, n)
+        subtract_product(L, behind.diagonal, below_j, above_j, columns, columns, n)
+        g = behind.below_begin
+        for f in range(e + 1, end):
+            while factor.entries[g].place != factor.entries[f].place:
+                g += 1
+            below_i, above_i, rows = blocks_of(factor, f, n)
+            below, above, _ = blocks_of(factor, g, columns)
+            subtract_product(L, below, below_i, above_j, rows, columns, n)
+            subtract_product(L, above, above_i, below_j, rows, columns, n)
+
+
+@kernel
+def substitute_back(factor, k):
+    """The unknowns of block row k, those behind being known."""
+    L, x = factor.L, factor.rhs
+    block = factor.blocks[k]
+    n, D, at = block.size, block.diagonal, block.first_slot
+    for e in range(block.below_begin, block.below_end):
+        _, above, rows = blocks_of(factor, e, n)
+        subtract_transpose_times(L, above, rows, n, x, at, factor.blocks[factor.entries[e].place].first_slot)
+    for c in range(n - 1, -1, -1):
+        s = x[at + c]
+        for a in range(c + 1, n):
+            s -= L[D + n * a + c] * x[at + a]
+        x[at + c] = s * L[D + n * c + c]
+
+
+@kernel(outline=True)
+def eliminate(factor, n):
+    """rhs <- H^-1 rhs for the n block columns of H, which is lost; TAMSI_FAILED when a diagonal block is singular."""
+    for k in range(n):
+        if split_diagonal(factor, k) != SOLVED:
+            return TAMSI_FAILED
+        split_column(factor, k)
+        update_behind(factor, k)
+    for k in range(n - 1, -1, -1):
+        substitute_back(factor, k)
+    return SOLVED
