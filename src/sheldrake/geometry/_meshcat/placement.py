@@ -5,6 +5,7 @@ What is recorded goes to the animation, too; see `recorder`.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -130,6 +131,18 @@ class Placement:
     def HasPath(self, path: str) -> bool:
         """Returns whether something was set at or below a path."""
         return self._hub.tree.has_path(full_path(path))
+
+    def _defer(self, owner: str, draw: Callable[[], None]) -> None:
+        """Has a visualizer draw when somebody looks; at once while it is recorded, for then every picture counts.
+
+        Args:
+            owner: Its prefix.
+            draw: Draws, in whatever thread looks.
+        """
+        tree = self._hub.tree
+        tree.defer(full_path(owner), draw)
+        if self._hub.recording:
+            tree.settle()
 
     def _note(self, path: str) -> None:
         """Says that what is drawn below a path tells about the scene: the camera is not placed for it."""

@@ -95,6 +95,11 @@ class FrozenModel:
         return np.array([int(b.index()) for b in self.row_bodies], np.int64)
 
     @cached_property
+    def body_of_row(self) -> list[BodyIndex]:
+        """The index of the body of each row."""
+        return [body.index() for body in self.row_bodies]
+
+    @cached_property
     def row_list(self) -> list[int]:
         """`rows` as Python's numbers, which are quicker one by one."""
         return self.rows.tolist()

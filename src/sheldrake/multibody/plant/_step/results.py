@@ -9,7 +9,7 @@ import numpy as np
 from sheldrake.geometry import GeometryId
 from sheldrake.geometry._kernels.hydro_model import FaceValue, HydroModel
 from sheldrake.geometry._kernels.model import ContactPair, ContactPoint
-from sheldrake.multibody.contact_solvers._kernels.laws import share
+from sheldrake.multibody.contact_solvers._kernels.laws import INFINITE_STIFFNESS, share
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactState, Participation
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
 from sheldrake.multibody.plant._kernels.contacts import contact_frame
@@ -59,11 +59,11 @@ def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepConta
     x, y = _tangents(-nhat)
     force = (gamma[:, :1] * x + gamma[:, 1:2] * y - gamma[:, 2:] * nhat) / dt
     k_A, k_B = stiffness[pair[:, ContactPair.geometry_A]], stiffness[pair[:, ContactPair.geometry_B]]
-    w_A = np.array([share(a, b) for a, b in zip(k_A, k_B)]).reshape(-1, 1)
+    w_A = _shares(k_A, k_B)[:, None]
     middle = p_WCb + w_A * (p_WCa - p_WCb)
     slip = (vc[:, 0] * vc[:, 0] + vc[:, 1] * vc[:, 1]) ** 0.5
     depth = point[:, ContactPoint.depth]
-    felt = np.array([d > 0.0 or f > 0.0 for d, f in zip(depth, gamma[:, 2])], bool)  # not those only seen ahead
+    felt = ((depth > 0.0) | (gamma[:, 2] > 0.0)).astype(bool)  # not those only seen ahead
     columns_ = (pair, p_WCa, p_WCb, nhat, depth, middle, force, slip, vc[:, 2])
     return StepContacts(*(column[felt] for column in columns_))
 
@@ -83,6 +83,17 @@ def step_surfaces(
             gamma = work.contacts[c].gamma
             F_B_W[f, 3:] = (gamma[0] * np.array(x) + gamma[1] * np.array(y) + gamma[2] * z) / dt
     return infos_of(surfaces, hydro_model, ids, F_B_W, scalar)
+
+
+def _shares(k_A: np.ndarray, k_B: np.ndarray) -> np.ndarray:
+    """A's share of each pair of stiffnesses, shape (n,), as `share` has it."""
+    if k_A.dtype == object or not (np.isfinite(k_A).all() and np.isfinite(k_B).all() and (k_A + k_B > 0.0).all()):
+        return np.array([share(a, b) for a, b in zip(k_A, k_B)], dtype=k_A.dtype)
+    return np.where(
+        k_A > INFINITE_STIFFNESS,
+        np.where(k_B > INFINITE_STIFFNESS, 0.5, 1.0),
+        np.where(k_B > INFINITE_STIFFNESS, 0.0, k_A / (k_A + k_B)),
+    )
 
 
 def _tangents(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
