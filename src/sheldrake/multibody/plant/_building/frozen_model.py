@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.multibody.tree import (
+    BodyIndex,
     DoorHinge,
     ForceElement,
     Frame,
