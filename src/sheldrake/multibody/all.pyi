@@ -109,6 +109,7 @@ from sheldrake.multibody.plant import (
     AddMultibodyPlant as AddMultibodyPlant,
     AddMultibodyPlantSceneGraph as AddMultibodyPlantSceneGraph,
     ApplyMultibodyPlantConfig as ApplyMultibodyPlantConfig,
+    BaseBodyJointType as BaseBodyJointType,
     CalcContactFrictionFromSurfaceProperties as CalcContactFrictionFromSurfaceProperties,
     ConnectContactResultsToDrakeVisualizer as ConnectContactResultsToDrakeVisualizer,
     ContactModel as ContactModel,
