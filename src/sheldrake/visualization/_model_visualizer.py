@@ -90,7 +90,7 @@ class ModelVisualizer:
         simulate: bool = False,
     ):
         self._visualize_frames = visualize_frames
-        self._triad = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
+        self._triad: dict[str, Any] = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
         self._publish_contacts, self._pyplot, self._browser_new = publish_contacts, pyplot, browser_new
         self._show_rgbd_sensor = show_rgbd_sensor
         self._preview: CameraPreview | None = None
