@@ -6,17 +6,25 @@ What is recorded goes to the animation, too; see `recorder`.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .tree import as_matrix4, full_path
 
+if TYPE_CHECKING:
+    from .hub import Hub
+
 
 class Placement:
-    """The part of Meshcat that places, changes and removes paths."""
+    """Places, changes and removes paths.
 
-    _hub: Any
+    Args:
+        hub: The scene and its recording.
+    """
+
+    def __init__(self, hub: Hub):
+        self._hub = hub
 
     def SetTransform(self, *args: Any, **kwargs: Any) -> None:
         """Places a path, and everything below it, in its parent.
