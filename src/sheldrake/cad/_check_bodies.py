@@ -6,6 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from sheldrake.geometry import Convex, Mesh, Shape
+from sheldrake.geometry._shape_types import type_of
+
 from ._plausible import HEAVIEST, LIGHTEST, NOTHING, principal_moments, why_impossible, why_too_large
 
 _FAR = 0.35  # of the geometry's diagonal: a centre of mass that far from the middle of the geometry is odd
@@ -56,7 +59,7 @@ def solids_of(body: Any) -> Solids | None:
 
 
 def _is_mesh(shape: Any) -> bool:
-    return type(shape).__name__ in ("Mesh", "Convex")
+    return isinstance(shape, (Mesh, Convex))
 
 
 def _points(geometry: Any) -> np.ndarray | None:
@@ -79,22 +82,13 @@ def _points(geometry: Any) -> np.ndarray | None:
     return points @ R.T + p
 
 
-def _half_size(shape: Any) -> np.ndarray | None:
-    kind = type(shape).__name__
-    if kind == "Sphere":
-        return np.full(3, shape.radius())
-    if kind == "Box":
-        return np.asarray(shape.size()) / 2.0
-    if kind in ("Cylinder", "Capsule"):
-        end = shape.radius() if kind == "Capsule" else 0.0
-        return np.array([shape.radius(), shape.radius(), shape.length() / 2.0 + end])
-    if kind == "Ellipsoid":
-        return np.array([shape.a(), shape.b(), shape.c()])
-    return None
+def _half_size(shape: Shape) -> np.ndarray | None:
+    row = type_of(shape)
+    return None if row.kind is None or row.box is None else row.box(shape)
 
 
 def _mass_properties(shape: Any) -> Any:
-    from sheldrake.geometry._meshes.mass_properties import mass_properties
+    from sheldrake.geometry._mass_properties import mass_properties
 
     try:
         found = mass_properties(shape)

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry import Convex, HalfSpace, Mesh
+from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._mesh_files import MeshFiles
@@ -221,23 +223,18 @@ class _Mjcf:
 
     def _geom(self, node: Node, part: BodyPart, geometry: GeometryDescription, role: str) -> Node | None:
         shape = geometry.shape
-        kind = type(shape).__name__
         attributes: dict[str, Any]
-        if kind == "Box":
-            attributes = {"type": "box", "size": np.asarray(shape.size()) / 2.0}
-        elif kind == "Sphere":
-            attributes = {"type": "sphere", "size": shape.radius()}
-        elif kind in ("Cylinder", "Capsule"):
-            attributes = {"type": kind.lower(), "size": [shape.radius(), shape.length() / 2.0]}
-        elif kind == "Ellipsoid":
-            attributes = {"type": "ellipsoid", "size": [shape.a(), shape.b(), shape.c()]}
-        elif kind == "HalfSpace" and part.name == "world":
+        written = type_of(shape).mjcf
+        if written is not None:
+            attributes = {"type": written.type, "size": np.array(shape._values()) * written.factors}
+        elif isinstance(shape, HalfSpace) and part.name == "world":
             attributes = {"type": "plane", "size": [0.0, 0.0, 1.0]}
-        elif kind in ("Mesh", "Convex"):
+        elif isinstance(shape, (Mesh, Convex)):
             attributes = {"type": "mesh", "mesh": self._mesh(shape)}
         else:
             where = f"the {role} '{geometry.name}' of '{part.name}'"
-            self._parts.losses.append(f"{where}: MuJoCo has no {kind}" + (" that moves" if kind == "HalfSpace" else ""))
+            moves = " that moves" if isinstance(shape, HalfSpace) else ""
+            self._parts.losses.append(f"{where}: MuJoCo has no {shape.type_name()}{moves}")
             return None
         name = self._unique("geom", f"{part.name}_{geometry.name}")
         geom = node.add("geom", name=name, **attributes)

@@ -9,6 +9,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry import Shape
+from sheldrake.geometry._shape_types import Tag
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._model_parts import JointPart, ModelParts
@@ -42,6 +44,12 @@ def central_inertia(body: Any) -> tuple[float, np.ndarray, np.ndarray]:
 def axis_of(part: JointPart) -> np.ndarray | None:
     """Axis of a joint in frame F, shape (3,), or None."""
     return part.joint._axis
+
+
+def measures(shape: Shape, tag: Tag) -> dict[str, Any]:
+    """The numbers of a shape by the names that a format has for them."""
+    values = shape._values()
+    return {tag.numbers[0]: list(values)} if len(tag.numbers) < len(values) else dict(zip(tag.numbers, values))
 
 
 def add_forces(root: Node, parts: ModelParts, put: Any, name_it: Any) -> None:

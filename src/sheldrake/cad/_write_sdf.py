@@ -7,6 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from sheldrake.geometry import Convex, HalfSpace, Mesh, Shape
+from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._mesh_files import MeshFiles
@@ -22,6 +24,7 @@ from ._write_parts import (
     check_looks,
     colours,
     image_name,
+    measures,
 )
 from ._xml_tree import Node, xyz_rpy
 
@@ -132,29 +135,26 @@ class _Sdf:
         node.add("geometry").children.append(shape)
         return node
 
-    def _shape(self, shape: Any) -> Node | None:
-        kind = type(shape).__name__
-        node = Node({"HalfSpace": "plane", "Convex": "mesh"}.get(kind, kind.lower()))
-        if kind == "Box":
-            node.add("size", shape.size())
-        elif kind == "Sphere":
-            node.add("radius", shape.radius())
-        elif kind in ("Cylinder", "Capsule"):
-            node.add("radius", shape.radius())
-            node.add("length", shape.length())
-        elif kind == "Ellipsoid":
-            node.add("radii", [shape.a(), shape.b(), shape.c()])
-        elif kind == "HalfSpace":
+    def _shape(self, shape: Shape) -> Node | None:
+        if isinstance(shape, HalfSpace):
+            node = Node("plane")
             node.add("normal", [0.0, 0.0, 1.0])
             node.add("size", [1.0, 1.0])
-        elif kind in ("Mesh", "Convex"):
+            return node
+        if isinstance(shape, (Mesh, Convex)):
+            node = Node("mesh")
             node.add("uri", self._files.name(shape))
-            if np.any(np.asarray(shape.scale3()) != 1.0):
+            if np.any(shape.scale3() != 1.0):
                 node.add("scale", shape.scale3())
-            if kind == "Convex":
+            if isinstance(shape, Convex):
                 node.add("drake:declare_convex")
-        else:
+            return node
+        tags = type_of(shape).sdf
+        if not tags:
             return None
+        node = Node(tags[0].name)
+        for tag, value in measures(shape, tags[0]).items():
+            node.add(tag, value)
         return node
 
     def _visual(self, link: Node, geometry: GeometryDescription) -> None:

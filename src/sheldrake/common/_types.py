@@ -12,6 +12,6 @@ if TYPE_CHECKING:
     from sheldrake.symbolic import Expression, Variable
 
 Scalar: TypeAlias = "float | AutoDiffXd | Expression"  # what a quantity of a model is: a number, or what stands for one
-Scalars: TypeAlias = "ArrayLike | Sequence[Scalar]"  # arrays of these
+Scalars: TypeAlias = "ArrayLike | Sequence[Scalar] | Sequence[Sequence[Scalar]]"  # arrays of these
 Symbolic: TypeAlias = "float | Expression | Variable"  # what symbolic calls take for an expression
 Symbolics: TypeAlias = "ArrayLike | Sequence[Symbolic]"  # arrays of these

@@ -15,18 +15,8 @@ from sheldrake.common._overloads import overload, overloaded
 from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
 from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
-from sheldrake.geometry._shapes import (
-    Box,
-    Capsule,
-    Convex,
-    Cylinder,
-    Ellipsoid,
-    HalfSpace,
-    Mesh,
-    MeshcatCone,
-    Shape,
-    Sphere,
-)
+from sheldrake.geometry._shape_types import type_of
+from sheldrake.geometry._shapes import HalfSpace, Shape
 from sheldrake.math import RigidTransform, RotationMatrix
 
 _PARALLEL = 1e-10  # added to cross products' projections: parallel edges separate nothing
@@ -221,24 +211,12 @@ def CalcObb(shape: Shape) -> Obb | None:
     """
     if isinstance(shape, HalfSpace):
         return None
-    if isinstance(shape, Sphere):
-        half, centre = np.full(3, shape.radius()), np.zeros(3)
-    elif isinstance(shape, Box):
-        half, centre = shape.size() / 2.0, np.zeros(3)
-    elif isinstance(shape, (Cylinder, Capsule)):
-        r = shape.radius()
-        half = np.array([r, r, shape.length() / 2.0 + (r if isinstance(shape, Capsule) else 0.0)])
-        centre = np.zeros(3)
-    elif isinstance(shape, Ellipsoid):
-        half, centre = np.array([shape.a(), shape.b(), shape.c()]), np.zeros(3)
-    elif isinstance(shape, MeshcatCone):
-        half = np.array([shape.a(), shape.b(), shape.height() / 2.0])
-        centre = np.array([0.0, 0.0, shape.height() / 2.0])
-    elif isinstance(shape, (Convex, Mesh)):
-        return _obb_of_points(shape.GetConvexHull()._vertices)
-    else:
-        raise NotImplementedError(f"CalcObb(): no bounding box for {shape!r}.")
-    return Obb(RigidTransform(centre), half)
+    row = type_of(shape)
+    if row.hull is not None:
+        return _obb_of_points(row.hull(shape)._vertices)
+    if row.box is not None:
+        return Obb(RigidTransform(np.array(row.middle(shape))), row.box(shape))
+    raise NotImplementedError(f"CalcObb(): no bounding box for {shape!r}.")
 
 
 def _obb_of_points(points: np.ndarray) -> Obb:

@@ -12,14 +12,15 @@ from sheldrake.common._kinds import anything, instance_of
 from sheldrake.common._options import typed_fields
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
-from sheldrake.geometry._meshcat.drawables import _triangulated
 from sheldrake.geometry._meshcat.tree import as_float
+from sheldrake.geometry._meshes.surfaces import fans
 from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._rgba import Rgba
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._scene_graph import SceneGraph
-from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
+from sheldrake.geometry._shape_types import type_of
+from sheldrake.geometry._shapes import Convex, HalfSpace, Mesh
 from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
 from sheldrake.lcm import DrakeLcm, DrakeLcmInterface
 from sheldrake.lcm._messages import (
@@ -217,7 +218,7 @@ class DrakeVisualizer(LeafSystem):
                 mesh = ConvertVolumeToSurfaceMesh(mesh) if isinstance(mesh, VolumeMesh) else mesh
                 return _facets(mesh._vertices, mesh._triangles)
         if isinstance(shape, Convex) or (isinstance(shape, Mesh) and collides):
-            return _facets(*_triangulated(inspector.GetConvexHull(geometry)))
+            return _facets(*fans(shape.GetConvexHull()))
         if isinstance(shape, Mesh):
             if shape.source().is_path():
                 return lcmt_viewer_geometry_data.MESH, list(shape.scale3()), str(shape.source().path())
@@ -225,17 +226,14 @@ class DrakeVisualizer(LeafSystem):
 
             loaded = load_mesh(shape, "DrakeVisualizer")
             return _facets(loaded.vertices, loaded.faces)
-        for kind, number, sizes in (
-            (Box, lcmt_viewer_geometry_data.BOX, lambda s: s.size()),
-            (Sphere, lcmt_viewer_geometry_data.SPHERE, lambda s: [s.radius()]),
-            (Cylinder, lcmt_viewer_geometry_data.CYLINDER, lambda s: [s.radius(), s.length()]),
-            (Capsule, lcmt_viewer_geometry_data.CAPSULE, lambda s: [s.radius(), s.length()]),
-            (Ellipsoid, lcmt_viewer_geometry_data.ELLIPSOID, lambda s: [s.a(), s.b(), s.c()]),
-            (HalfSpace, lcmt_viewer_geometry_data.BOX, lambda s: _HALF_SPACE),
-        ):
-            if isinstance(shape, kind):
-                return number, [float(size) for size in sizes(shape)], ""
-        raise RuntimeError(f"DrakeVisualizer does not support {type(shape).__name__}.")
+        if isinstance(shape, HalfSpace):
+            return lcmt_viewer_geometry_data.BOX, list(_HALF_SPACE), ""
+        row = type_of(shape)
+        if row.viewer:
+            return getattr(lcmt_viewer_geometry_data, row.viewer), list(shape._values()), ""
+        if row.kind is None or row.surface is None:
+            raise RuntimeError(f"DrakeVisualizer does not support {type(shape).__name__}.")
+        return _facets(*row.surface(shape))
 
 
 def _name_of(inspector: SceneGraphInspector, frame: Any) -> tuple[str, int]:

@@ -21,6 +21,7 @@ from sheldrake.common._scalars import (
     any_array,
     as_array,
     frozen,
+    identity,
     is_symbolic,
     matrix,
     scalar,
@@ -194,13 +195,13 @@ class RigidTransform(ScalarBase):
 
     def GetAsMatrix4(self) -> np.ndarray:
         """The homogeneous matrix, shape (4, 4)."""
-        X = as_array(self._T, np.eye(4), (4, 4)).copy()
+        X = identity(self._T, 4).copy()
         X[:3, :3], X[:3, 3] = self._R._M, self._p
         return X
 
     def GetAsMatrix34(self) -> np.ndarray:
         """Its first three rows, shape (3, 4)."""
-        return np.hstack([self._R._M, self._p[:, None]])
+        return np.concatenate((self._R._M, self._p.reshape(3, 1)), axis=1)
 
     def GetAsIsometry3(self) -> Isometry3:
         """The same pose as an Isometry3."""
@@ -294,6 +295,9 @@ class RigidTransform(ScalarBase):
     def GetMaximumAbsoluteDifference(self, other: Any) -> float:
         """Largest difference between the numbers of two poses [1 or m]."""
         other = self._argument("GetMaximumAbsoluteDifference", instance_of(self._plain_class()), other=other)
+        if self._T is float:
+            turned, moved = np.abs(self._R._M - other._R._M).max(), np.abs(self._p - other._p).max()
+            return float(np.maximum(turned, moved))
         return largest_magnitude(self.GetAsMatrix34() - other.GetAsMatrix34(), self._T)
 
     def GetMaximumAbsoluteTranslationDifference(self, other: Any) -> float:

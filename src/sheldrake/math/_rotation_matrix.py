@@ -67,7 +67,8 @@ def _checked(T: type, M: np.ndarray) -> np.ndarray:
             raise RuntimeError(
                 f"RotationMatrix(): {values.tolist()} is not a rotation matrix: |R R^T - 1| is {error:.3g}, not 0."
             )
-        if np.linalg.det(values) < 0.0:
+        (a, b, c), (d, e, f), (g, h, i) = values.tolist()
+        if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) < 0.0:
             raise RuntimeError(
                 f"RotationMatrix(): {values.tolist()} is not a rotation matrix but a reflection: its determinant is "
                 "negative."

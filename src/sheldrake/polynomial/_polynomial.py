@@ -25,6 +25,11 @@ def evaluate(coefficients: np.ndarray, x: Any, order: int = 0) -> Any:
     n = coefficients.shape[-1]
     if order >= n:
         return coefficients[..., 0] * 0.0
+    if order == 0:
+        value = coefficients[..., n - 1] * 1.0
+        for power in range(n - 2, -1, -1):
+            value = value * x + coefficients[..., power]
+        return value
     value = coefficients[..., n - 1] * _falling(n - 1, order)
     for power in range(n - 2, order - 1, -1):
         value = value * x + coefficients[..., power] * _falling(power, order)

@@ -28,6 +28,14 @@ class StackedTrajectory(Trajectory):
         self._rowwise = bool(rowwise)
         self._children: list[Trajectory] = []
 
+    def rowwise(self) -> bool:
+        """Whether they stand one below the other."""
+        return self._rowwise
+
+    def children(self) -> list[Trajectory]:
+        """The trajectories, in their order."""
+        return list(self._children)
+
     def Append(self, traj: Trajectory) -> None:
         """Adds a trajectory below, or to the right.
 

@@ -96,8 +96,8 @@ class PiecewiseTrajectory(Trajectory):
 
     def _clamped(self, time: Scalar) -> Scalar:
         """The nearest time inside."""
-        start: Any = self.start_time()
-        end: Any = self.end_time()
+        start: Any = self._breaks[0]
+        end: Any = self._breaks[-1]
         if is_symbolic(self._T):
             return end.min(start.max(time))
         if time < start:

@@ -13,11 +13,11 @@ from .memory import (
     follow,
     forget,
     remember_direction,
-    remember_polytope,
+    remember_overlap,
     remembers,
     still_apart,
 )
-from .model import CYLINDER, ELLIPSOID, SIMPLEX
+from .model import BOX, CAPSULE, HULL, SIMPLEX, SPHERE
 from .polish import NARROW, SQUARE, face_against, polish
 from .support import margin_of
 
@@ -104,7 +104,7 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
         known, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
     if remembers(table, k):
         if known and proven:
-            remember_polytope(table, k, faces, vertices)
+            remember_overlap(model, table, i, j, k, faces, vertices, True, corners, d, found)
         else:
             forget(table, k)
     if known:
@@ -123,7 +123,7 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
 @kernel
 def is_curved(model, g):
     kind = model[g].kind
-    return kind == CYLINDER or kind == ELLIPSOID
+    return kind != SPHERE and kind != BOX and kind != CAPSULE and kind != HULL
 
 
 @kernel(outline=True)

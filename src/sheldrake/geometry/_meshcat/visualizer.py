@@ -10,6 +10,7 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._meshes.surfaces import fans
 from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._roles import Role
@@ -17,7 +18,6 @@ from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from .animation import MeshcatAnimation
-from .drawables import _triangulated
 from .meshcat import Meshcat
 from .params import MeshcatVisualizerParams
 from .tree import as_float, full_path
@@ -205,7 +205,7 @@ class MeshcatVisualizer(LeafSystem):
             if mesh is not None:
                 return mesh._vertices, mesh._triangles
         hull = inspector.GetConvexHull(geometry)
-        return None if hull is None else _triangulated(hull)
+        return None if hull is None else fans(hull)
 
     def _set_transforms(self, query: Any, time: float) -> None:
         if self._frames:

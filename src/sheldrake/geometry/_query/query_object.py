@@ -37,7 +37,7 @@ from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._numbers import as_numbers, like, plain, values_of
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._query.images import Images
-from sheldrake.geometry._query.ray_casts import Surface, meet_any, rays_of
+from sheldrake.geometry._query.ray_casts import HAVE_FORMULAS, Surface, meet_any, rays_of
 from sheldrake.geometry._query.results import (
     PenetrationAsPointPair,
     RayIntersections,
@@ -53,7 +53,8 @@ from sheldrake.geometry._query.scene import (
     world_poses,
 )
 from sheldrake.geometry._roles import HydroelasticContactRepresentation
-from sheldrake.geometry._shapes import Mesh
+from sheldrake.geometry._shape_types import type_of
+from sheldrake.geometry._shapes import Mesh, Shape
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -282,7 +283,7 @@ class QueryObject(Images):
         place_geometries.native(model, BodyPoses(np.ascontiguousarray(values_of(X_WB))), table)
         wanted = [g for g, geometry_id in enumerate(ids) if geometry_id not in excluded]
         shapes = {g: self._state.geometries[ids[g]].shape for g in wanted}
-        meshes = {g: _surface_of(s, "ComputeRayIntersections()") for g, s in shapes.items() if isinstance(s, Mesh)}
+        meshes = {g: surface for g, s in shapes.items() if (surface := _surface_for_rays(s)) is not None}
         distance, who, normal = meet_any(model, table.X_WG, meshes, wanted, p_WO, d_W)
         missed = (who < 0) | (distance > max_distance)
         distance[missed], who[missed], normal[missed] = np.inf, -1, np.nan
@@ -384,6 +385,14 @@ def explain_contact_status(model: GeometryModel, table: ContactTable) -> Excepti
 def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
     """p_GQ of a point given in W; X_WG is a row of ContactTable.X_WG."""
     return (p_WQ - X_WG[_P_WG]) @ X_WG[_R_WG].reshape(3, 3)
+
+
+def _surface_for_rays(shape: Shape) -> Surface | None:
+    """The triangles that rays meet: of a mesh as it is, of a shape without a formula as it is drawn; else None."""
+    if isinstance(shape, Mesh):
+        return _surface_of(shape, "ComputeRayIntersections()")
+    row = type_of(shape)
+    return Surface(*row.surface(shape)) if row.surface is not None and row.kind not in HAVE_FORMULAS else None
 
 
 def _surface_of(mesh: Mesh, call: str) -> Surface:

@@ -112,15 +112,8 @@ def meet(model: GeometryModel, g: int, p: np.ndarray, d: np.ndarray) -> Hits:
     if kind == HULL:
         first = model.geometry[g, Geometry.first_face]
         return meet_hull(p, d, model.face[first : first + model.geometry[g, Geometry.num_faces]])
-    shapes: dict[int, Callable[..., Hits]] = {
-        SPHERE: meet_ellipsoid,
-        ELLIPSOID: meet_ellipsoid,
-        BOX: meet_box,
-        CYLINDER: meet_cylinder,
-        CAPSULE: meet_capsule,
-    }
     sizes = np.full(3, size[Size.radius]) if kind == SPHERE else size[Size.half_sizes.columns]
-    return shapes[kind](p, d, sizes)
+    return _FORMULAS[kind](p, d, sizes)
 
 
 # ---- intervals of a ray inside something convex: from, to; empty when to < from
@@ -263,3 +256,15 @@ def meet_triangles(p: np.ndarray, d: np.ndarray, vertices: np.ndarray, triangles
         distance[rays] = t[np.arange(len(t)), best]
         normal[rays] = _unit(out[best])
     return distance, normal
+
+
+_FORMULAS: dict[int, Callable[..., Hits]] = {
+    SPHERE: meet_ellipsoid,
+    ELLIPSOID: meet_ellipsoid,
+    BOX: meet_box,
+    CYLINDER: meet_cylinder,
+    CAPSULE: meet_capsule,
+}
+
+HAVE_FORMULAS = {HALF_SPACE, HULL, *_FORMULAS}
+"""Kinds of shapes that rays meet exactly; the others are met as they are drawn."""

@@ -34,6 +34,8 @@ class DifferentialInverseKinematicsStatus(BoundEnum):
 class DifferentialInverseKinematicsResult:
     """Velocities of the joints, shape (nv,), or None; and how it ended."""
 
+    __slots__ = ("joint_velocities", "status")
+
     def __init__(
         self,
         joint_velocities: Any = None,

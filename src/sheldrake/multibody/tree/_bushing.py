@@ -21,7 +21,7 @@ from sheldrake.multibody.tree._joints_axis import RevoluteJoint
 from sheldrake.multibody.tree._kernels import forces
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(slots=True)
 class DoorHingeConfig:
     """Numbers of a door hinge.
 

@@ -6,6 +6,7 @@ reads and writes through these.
 
 from __future__ import annotations
 
+import math
 from typing import Any, ClassVar
 
 import numpy as np
@@ -158,6 +159,14 @@ def nonnegative(call: str, **numbers: Any) -> None:
     for name, value in numbers.items():
         if isinstance(value, (int, float)) and not value >= 0.0:
             raise RuntimeError(f"{call}(): {name} must be nonnegative, not {value}.")
+
+
+def are_finite(values: Any) -> bool:
+    """Whether these are floats, none of them infinite or nan; False where that takes a closer look."""
+    for value in values:
+        if type(value) is not float and type(value) is not np.float64:
+            return False
+    return math.isfinite(sum(values))
 
 
 def finite(call: str, name: str, value: Any) -> Any:

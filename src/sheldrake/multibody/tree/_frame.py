@@ -87,9 +87,8 @@ class Frame(NamedElement):
 
     def CalcPose(self, context: Any, frame_M: Frame) -> RigidTransform:
         """X_MF: this frame F in another frame M."""
-        return (
-            expect("CalcPose", frame_M, Frame).CalcPoseInWorld(context).InvertAndCompose(self.CalcPoseInWorld(context))
-        )
+        kinematics = self._finalized("CalcPose").kinematics
+        return kinematics.CalcRelativeTransform(context, expect("CalcPose", frame_M, Frame), self)
 
     def CalcRotationMatrixInWorld(self, context: Any) -> RotationMatrix:
         """R_WF."""

@@ -13,7 +13,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar, require_numbers, vector
+from sheldrake.multibody.tree._element import NamedElement, are_finite, finite, of_scalar, require_numbers, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._index import JointIndex
 from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
@@ -392,15 +392,17 @@ class Joint(NamedElement):
 
     def _write_q(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
         owner = self._finalized(call)
-        require_numbers(f"{type(self).__name__}.{call}", values)
-        finite(f"{type(self).__name__}.{call}", "the positions", values)
+        if not are_finite(values):
+            require_numbers(f"{type(self).__name__}.{call}", values)
+            finite(f"{type(self).__name__}.{call}", "the positions", values)
         owner.contexts.write_positions(context, self._q_start + at, values)
         return self
 
     def _write_v(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
         owner = self._finalized(call)
-        require_numbers(f"{type(self).__name__}.{call}", values)
-        finite(f"{type(self).__name__}.{call}", "the velocities", values)
+        if not are_finite(values):
+            require_numbers(f"{type(self).__name__}.{call}", values)
+            finite(f"{type(self).__name__}.{call}", "the velocities", values)
         owner.contexts.write_velocities(context, self._v_start + at, values)
         return self
 

@@ -19,9 +19,8 @@ from sheldrake.multibody.tree._joint import Joint
 class PdControllerGains:
     """Gains of a joint's position controller: p [N m/rad or N/m] and d [N m s/rad or N s/m]."""
 
+    __slots__ = ("d", "p")
     __fields__ = ("p", "d")
-    p: float = 0.0
-    d: float = 0.0
 
     def __init__(self, p: float = 0.0, d: float = 0.0):
         self.p, self.d = float(p), float(d)

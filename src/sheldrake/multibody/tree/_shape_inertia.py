@@ -8,7 +8,7 @@ import numpy as np
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Shape, TriangleSurfaceMesh
-from sheldrake.geometry._meshes.mass_properties import mass_properties
+from sheldrake.geometry._mass_properties import mass_properties
 from sheldrake.multibody.math import RotationalInertia, SpatialInertia
 
 
