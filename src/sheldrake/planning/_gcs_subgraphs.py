@@ -208,7 +208,7 @@ def energy_weights(call: str, n: int, weight: float) -> np.ndarray:
     return weights(call, n, 2.0 * float(weight) ** 2 if np.ndim(weight) == 0 else weight)
 
 
-def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> Any:
+def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> BindingBase[LinearConstraint]:
     """lower <= A vars <= upper."""
     A = np.atleast_2d(A)
     m = len(A)
@@ -216,7 +216,7 @@ def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> Any:
     return bind(LinearConstraint, c, np.asarray(vars, dtype=object))
 
 
-def zero(A: np.ndarray, b: ArrayLike, vars: Any) -> Any:
+def zero(A: np.ndarray, b: ArrayLike, vars: Any) -> BindingBase[LinearEqualityConstraint]:
     """A vars = b."""
     c = LinearEqualityConstraint(np.atleast_2d(A), np.atleast_1d(b))
     return bind(LinearEqualityConstraint, c, np.asarray(vars, dtype=object))

@@ -317,7 +317,7 @@ class GcsTrajectoryOptimization:
         self,
         active_vertices: list,
         options: GraphOfConvexSetsOptions | None = None,
-        initial_guess: Any = None,
+        initial_guess: MathematicalProgramResult | None = None,
     ) -> tuple[CompositeTrajectory, Any]:
         """Returns the trajectory of least cost through given vertices in order, and the solution.
 

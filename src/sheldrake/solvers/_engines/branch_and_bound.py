@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import heapq
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from sheldrake.solvers._ids import SolutionResult, SolverId
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from sheldrake.solvers._arrays import VariablesLike
 
 _INTEGRAL = 1e-5  # So far from 0 or 1 a binary variable may be.
 
@@ -122,7 +125,13 @@ class MixedIntegerBranchAndBound:
             )
         return self._found[nth_suboptimal_cost + 1][0]
 
-    def GetSolution(self, mip_var: Any = None, nth_best_solution: int = 0, *, mip_vars: Any = None) -> Any:
+    def GetSolution(
+        self,
+        mip_var: Variable | VariablesLike | None = None,
+        nth_best_solution: int = 0,
+        *,
+        mip_vars: VariablesLike | None = None,
+    ) -> Any:
         """Returns the value of a variable, or of an array of them, in one of the solutions.
 
         Raises:
