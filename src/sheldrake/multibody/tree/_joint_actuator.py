@@ -6,7 +6,7 @@ Gains make an actuator a spring and damper on its joint, solved for implicitly i
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -54,7 +54,7 @@ class JointActuator(NamedElement):
         self._gains: PdControllerGains | None = None
         self._input_start = -1
 
-    def joint(self) -> Joint:
+    def joint(self) -> Any:  # of whatever type: callers know which
         """The joint it acts on."""
         return self._joint
 
