@@ -212,7 +212,7 @@ class Batch:
 
     def forget(self) -> None:
         """Empties what is remembered of the pairs."""
-        for memory in (self.table.remembered, self.table.slot):
+        for memory in (self.table.near_count, self.table.remembered, self.table.slot):
             memory[:] = 0
 
     def of_each_pair(self) -> list[bytes]:

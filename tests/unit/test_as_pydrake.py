@@ -314,3 +314,24 @@ import sheldrake.as_pydrake
 exec("from pydrake.all import *", names)
 assert names["np"].eye(2).sum() == 2.0 and names["math"].pi > 3 and names["os"].sep
 """)
+
+
+def test_messages_are_found_where_drake_has_them_without_drake():
+    check("""
+import importlib.machinery
+find = importlib.machinery.PathFinder.find_spec
+importlib.machinery.PathFinder.find_spec = lambda name, path=None, target=None: (
+    None if name == "drake" else find(name, path, target)
+)
+import sheldrake.as_pydrake
+import drake
+from drake import lcmt_iiwa_command, lcmt_robot_plan
+from sheldrake.lcm._messages import lcmt_iiwa_command as native
+assert lcmt_iiwa_command is native and drake.lcmt_quaternion(w=1.0).w == 1.0
+try:
+    from drake import lcmt_teapot
+except ImportError as error:
+    assert "lcmt_teapot" in str(error)
+else:
+    raise AssertionError
+""")

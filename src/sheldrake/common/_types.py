@@ -1,4 +1,4 @@
-"""Names that annotations alone need: numbers and arrays of any scalar type."""
+"""Types for annotations that several packages share. Only type checkers need this module: import it for these alone."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.autodiffutils import AutoDiffXd
-    from sheldrake.symbolic import Expression
+    from sheldrake.symbolic import Expression, Variable
 
-    Number: TypeAlias = float | AutoDiffXd | Expression
-    Vector: TypeAlias = Sequence[Number] | np.ndarray
-    Numbers: TypeAlias = ArrayLike | Vector | Sequence[Sequence[Number]]
+Scalar: TypeAlias = "float | AutoDiffXd | Expression"  # what a quantity of a model is: a number, or what stands for one
+Scalars: TypeAlias = "ArrayLike | Sequence[Scalar] | Sequence[Sequence[Scalar]]"  # arrays of these
+Symbolic: TypeAlias = "float | Expression | Variable"  # what symbolic calls take for an expression
+Symbolics: TypeAlias = "ArrayLike | Sequence[Symbolic]"  # arrays of these
+Vector: TypeAlias = "Sequence[Scalar] | np.ndarray"  # a vector of these, whose items can be walked

@@ -22,12 +22,12 @@ from sheldrake.math import RigidTransform, RotationMatrix
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from sheldrake.common._types import Numbers
+    from sheldrake.common._types import Scalars
 
 _PARALLEL = 1e-10  # added to cross products' projections: parallel edges separate nothing
 
 
-def _vector(x: Numbers) -> np.ndarray:
+def _vector(x: Scalars) -> np.ndarray:
     return as_numbers(x).reshape(3)
 
 
@@ -59,7 +59,7 @@ class Plane:
         RuntimeError: the normal is (nearly) zero, or not of length one though said to be.
     """
 
-    def __init__(self, normal: Numbers, point_on_plane: Numbers, already_normalized: bool = False) -> None:
+    def __init__(self, normal: Scalars, point_on_plane: Scalars, already_normalized: bool = False) -> None:
         n_F = _vector(normal)
         length = plain(lengths(n_F))
         if already_normalized:
@@ -81,12 +81,12 @@ class Plane:
         """The plane's point nearest to the origin of F [m], shape (3,)."""
         return self._normal * self._height
 
-    def CalcHeight(self, point: Numbers) -> float:
+    def CalcHeight(self, point: Scalars) -> float:
         """Signed height of a point above the plane [m]."""
         return plain(self._normal @ _vector(point) - self._height)
 
     def BoxOverlaps(
-        self, half_width: Numbers, box_center_in_plane: Numbers, box_orientation_in_plane: RotationMatrix
+        self, half_width: Scalars, box_center_in_plane: Scalars, box_orientation_in_plane: RotationMatrix
     ) -> bool:
         """True if a box, given by half sizes and pose in F, meets the plane."""
         reach = np.abs(box_orientation_in_plane.matrix().T @ self._normal) @ _vector(half_width)
@@ -154,7 +154,7 @@ class _Bounds:
 class Aabb(_Bounds):
     """A box along the axes of its hierarchy's frame H."""
 
-    def __init__(self, p_HoBo: Numbers, half_width: Numbers) -> None:
+    def __init__(self, p_HoBo: Scalars, half_width: Scalars) -> None:
         self._center, self._half_width = _vector(p_HoBo), _vector(half_width)
         _check_half_width("Aabb", self._half_width)
 
@@ -184,7 +184,7 @@ class Aabb(_Bounds):
 class Obb(_Bounds):
     """A box in any pose in its hierarchy's frame H."""
 
-    def __init__(self, X_HB: RigidTransform, half_width: Numbers) -> None:
+    def __init__(self, X_HB: RigidTransform, half_width: Scalars) -> None:
         self._pose, self._half_width = copy.copy(X_HB), _vector(half_width)
         _check_half_width("Obb", self._half_width)
 

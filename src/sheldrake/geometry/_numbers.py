@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import DTypeLike
 
-    from sheldrake.common._types import Numbers
+    from sheldrake.common._types import Scalars
 
 
 def plain(x: Any) -> Any:
@@ -17,7 +17,7 @@ def plain(x: Any) -> Any:
     return float(x) if isinstance(x, (float, int, np.floating, np.integer)) else x
 
 
-def as_numbers(a: Numbers) -> np.ndarray:
+def as_numbers(a: Scalars) -> np.ndarray:
     """An array of floats, or of duals where there are some."""
     array = np.array(a)
     return array if array.dtype == object else array.astype(float)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.math._matrices import float_vector
+
+if TYPE_CHECKING:
+    pass
 
 __all__ = ["ComputeNumericalGradient", "NumericalGradientMethod", "NumericalGradientOption"]
 

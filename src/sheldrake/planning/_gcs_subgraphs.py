@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,14 @@ from sheldrake.solvers import (
 from sheldrake.solvers._functions.bindings import BindingBase, bind
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
+
+    from sheldrake.geometry.optimization import GraphOfConvexSets
+    from sheldrake.symbolic import Expression
 
 
 def derivative_matrix(order: int, derivative: int) -> np.ndarray:
@@ -94,7 +102,7 @@ def renamed(what: Any, names: dict[int, tuple[Variable, Variable]]) -> Any:
     return what.Substitute(dict(names.values()))
 
 
-def checked_bounds(call: str, n: int, lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
+def checked_bounds(call: str, n: int, lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of n coordinates.
 
     Raises:
@@ -106,7 +114,7 @@ def checked_bounds(call: str, n: int, lb: Any, ub: Any) -> tuple[np.ndarray, np.
     return lower, upper
 
 
-def weights(call: str, n: int, weight: Any) -> np.ndarray:
+def weights(call: str, n: int, weight: float) -> np.ndarray:
     """A weight matrix; from a number, that of all coordinates.
 
     Raises:
@@ -119,7 +127,7 @@ def weights(call: str, n: int, weight: Any) -> np.ndarray:
     return W
 
 
-def energy_weights(call: str, n: int, weight: Any) -> np.ndarray:
+def energy_weights(call: str, n: int, weight: float) -> np.ndarray:
     """W of costs step' W step / 2; for a number w that of |w step|^2, as pydrake has it."""
     return weights(call, n, 2.0 * float(weight) ** 2 if np.ndim(weight) == 0 else weight)
 
@@ -132,7 +140,7 @@ def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> Any:
     return bind(LinearConstraint, c, np.asarray(vars, dtype=object))
 
 
-def zero(A: np.ndarray, b: Any, vars: Any) -> Any:
+def zero(A: np.ndarray, b: ArrayLike, vars: Any) -> Any:
     """A vars = b."""
     c = LinearEqualityConstraint(np.atleast_2d(A), np.atleast_1d(b))
     return bind(LinearEqualityConstraint, c, np.asarray(vars, dtype=object))
@@ -223,12 +231,12 @@ class Part:
         """Returns what stands for the control points of the two curves of an edge, columns."""
         return self._xu.copy(), self._xv.copy()
 
-    def _of_edge(self, edge: Any) -> dict[int, tuple[Variable, Variable]]:
+    def _of_edge(self, edge: GraphOfConvexSets.Edge) -> dict[int, tuple[Variable, Variable]]:
         stand_ins = [*self._xu.ravel(order="F"), self._tu, *self._xv.ravel(order="F"), self._tv]
         return {p.get_id(): (p, v) for p, v in zip(stand_ins, (*edge.xu(), *edge.xv()))}
 
     @overloaded(*COSTS)
-    def AddEdgeCost(self, what: Any, use_in_transcription: Iterable) -> None:
+    def AddEdgeCost(self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable) -> None:
         """Adds a cost to each edge, written in `edge_constituent_vertex_...`; called as `(e)` or `(binding)`.
 
         Raises:
@@ -238,7 +246,9 @@ class Part:
             edge.AddCost(renamed(what, self._of_edge(edge)), use_in_transcription)
 
     @overloaded(*constraints("e"))
-    def AddEdgeConstraint(self, what: Any, use_in_transcription: Iterable) -> None:
+    def AddEdgeConstraint(
+        self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable
+    ) -> None:
         """Adds a constraint to each edge, written in `edge_constituent_vertex_...`; called as `(e)` or `(binding)`.
 
         Raises:
@@ -254,7 +264,7 @@ class Part:
         n = self._traj.num_positions()
         return x[: n * (order + 1)].reshape(order + 1, n).T
 
-    def _join(self, edge: Any, offset: np.ndarray | None) -> None:
+    def _join(self, edge: GraphOfConvexSets.Edge, offset: np.ndarray | None) -> None:
         """The first curve ends, moved by an offset, where the second starts."""
         orders = self._orders()
         last, first = self._points(edge.xu(), orders[0])[:, -1], self._points(edge.xv(), orders[1])[:, 0]
@@ -385,12 +395,12 @@ class Subgraph(Part):
         """Returns what stands for the control points of a curve, columns."""
         return self._x.copy()
 
-    def _of_vertex(self, vertex: Any) -> dict[int, tuple[Variable, Variable]]:
+    def _of_vertex(self, vertex: GraphOfConvexSets.Vertex) -> dict[int, tuple[Variable, Variable]]:
         stand_ins = [*self._x.ravel(order="F"), self._t]
         return {p.get_id(): (p, v) for p, v in zip(stand_ins, vertex.x())}
 
     @overloaded(*COSTS)
-    def AddVertexCost(self, what: Any, use_in_transcription: Iterable) -> None:
+    def AddVertexCost(self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable) -> None:
         """Adds a cost to each vertex, written in `vertex_duration` and `vertex_control_points`.
 
         Raises:
@@ -400,7 +410,9 @@ class Subgraph(Part):
             vertex.AddCost(renamed(what, self._of_vertex(vertex)), use_in_transcription)
 
     @overloaded(*constraints("e"))
-    def AddVertexConstraint(self, what: Any, use_in_transcription: Iterable) -> None:
+    def AddVertexConstraint(
+        self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable
+    ) -> None:
         """Adds a constraint to each vertex, written in `vertex_duration` and `vertex_control_points`.
 
         Raises:
@@ -415,7 +427,7 @@ class Subgraph(Part):
             cost = LinearCost(np.array([float(weight)]), 0.0)
             vertex.AddCost(bind(LinearCost, cost, vertex.x()[-1:]))
 
-    def _steps(self, vertex: Any) -> list[np.ndarray]:
+    def _steps(self, vertex: GraphOfConvexSets.Vertex) -> list[np.ndarray]:
         """Variables of neighbouring control points, the later ones first."""
         points = self._points(vertex.x(), self._order)
         return [np.concatenate((points[:, k + 1], points[:, k])) for k in range(self._order)]
@@ -451,7 +463,7 @@ class Subgraph(Part):
         if self._order < least:
             raise RuntimeError(f"{what} not defined for a set of order {self._order}.")
 
-    def AddVelocityBounds(self, lb: Any, ub: Any) -> None:
+    def AddVelocityBounds(self, lb: ArrayLike, ub: ArrayLike) -> None:
         """Keeps velocities dq/dt of all curves between bounds.
 
         Raises:
@@ -464,7 +476,7 @@ class Subgraph(Part):
             x = vertex.x()
             add_velocity_bounds(vertex, D, self._points(x, self._order), x[-1], lower, upper)
 
-    def AddNonlinearDerivativeBounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+    def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: ArrayLike, derivative_order: int) -> None:
         """Keeps higher time derivatives of all curves between bounds; the relaxation takes the duration for one.
 
         Raises:
@@ -521,7 +533,7 @@ class EdgesBetweenSubgraphs(Part):
     def _orders(self) -> tuple[int, int]:
         return self._from._order, self._to._order
 
-    def _keep_in(self, edge: Any, subspace: ConvexSet) -> None:
+    def _keep_in(self, edge: GraphOfConvexSets.Edge, subspace: ConvexSet) -> None:
         last = self._points(edge.xu(), self._from._order)[:, -1]
         if isinstance(subspace, Point):
             edge.AddConstraint(zero(np.eye(len(last)), subspace.x(), last))
@@ -539,7 +551,7 @@ class EdgesBetweenSubgraphs(Part):
                 out.append((order, derivative_matrix(order, derivative)[row], first))
         return out
 
-    def AddVelocityBounds(self, lb: Any, ub: Any) -> None:
+    def AddVelocityBounds(self, lb: ArrayLike, ub: ArrayLike) -> None:
         """Keeps the velocity where the curves meet between bounds.
 
         Raises:
@@ -554,7 +566,7 @@ class EdgesBetweenSubgraphs(Part):
                 x = edge.xu() if first else edge.xv()
                 add_velocity_bounds(edge, D, self._points(x, order), x[-1], lower, upper)
 
-    def AddNonlinearDerivativeBounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+    def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: ArrayLike, derivative_order: int) -> None:
         """Keeps a higher time derivative where the curves meet between bounds.
 
         Raises:

@@ -33,6 +33,8 @@ from sheldrake.solvers._kinds import number
 from sheldrake.trajectories import BezierCurve, CompositeTrajectory
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import ArrayLike
 
     from sheldrake.solvers import MathematicalProgramResult
@@ -56,7 +58,7 @@ class GcsTrajectoryOptimization:
     Subgraph: TypeAlias = subgraphs.Subgraph
     EdgesBetweenSubgraphs: TypeAlias = subgraphs.EdgesBetweenSubgraphs
 
-    def __init__(self, num_positions: int, continuous_revolute_joints: Any = ()):
+    def __init__(self, num_positions: int, continuous_revolute_joints: Sequence[int] = ()):
         self._num_positions = int(num_positions)
         self._joints = check_joints(continuous_revolute_joints, self._num_positions)
         self._gcs = GraphOfConvexSets()
@@ -219,13 +221,13 @@ class GcsTrajectoryOptimization:
         self._for_all(1, lambda s: s.AddPathEnergyCost(W))
 
     @checked
-    def AddVelocityBounds(self, lb: ArrayLike, ub: Any) -> None:
+    def AddVelocityBounds(self, lb: ArrayLike, ub: ArrayLike) -> None:
         """Keeps velocities of all curves between bounds; also of those added later."""
         bounds = subgraphs.checked_bounds("AddVelocityBounds", self._num_positions, lb, ub)
         self._for_all(1, lambda s: s.AddVelocityBounds(*bounds))
 
     @checked
-    def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: Any, derivative_order: int) -> None:
+    def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: ArrayLike, derivative_order: int) -> None:
         """Keeps a higher time derivative of all curves between bounds; also of those added later."""
         bounds = subgraphs.checked_bounds("AddNonlinearDerivativeBounds", self._num_positions, lb, ub)
         subgraphs.require_higher(derivative_order)

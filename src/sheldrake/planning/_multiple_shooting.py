@@ -24,7 +24,7 @@ from sheldrake.symbolic import Expression, Variable
 from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
-    from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.solvers import Binding, MathematicalProgramResult
     from sheldrake.trajectories import PiecewisePolynomial
 
 _UNKNOWN = 0.003  # Initial guess of a trajectory that is not given; zero is often singular.
@@ -162,12 +162,12 @@ class MultipleShooting:
             out.update(zip(placeholders, vars[:, index]))
         return out
 
-    def _substituted(self, e: Any, index: int) -> Expression:
+    def _substituted(self, e: Expression, index: int) -> Expression:
         return _arrays.expression(e).Substitute(self._at(index))
 
     # Costs and constraints
 
-    def AddRunningCost(self, g: Any) -> None:
+    def AddRunningCost(self, g: Expression) -> None:
         """Adds the integral of an expression of placeholders over time."""
         e = np.asarray(g, dtype=object)
         if e.size != 1:
@@ -204,7 +204,7 @@ class MultipleShooting:
             out.append(as_kind(cls, self._prog.AddConstraint(binding)))
         return out
 
-    def AddTimeIntervalBounds(self, lower_bound: float, upper_bound: float) -> Any:
+    def AddTimeIntervalBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on all time steps [s]."""
         self._free_steps("AddTimeIntervalBounds")
         return self._prog.AddBoundingBoxConstraint(float(lower_bound), float(upper_bound), self._h_vars)
@@ -214,7 +214,7 @@ class MultipleShooting:
         self._free_steps("AddEqualTimeIntervalsConstraints")
         return [self._prog.AddLinearConstraint(a == b) for a, b in zip(self._h_vars[:-1], self._h_vars[1:])]
 
-    def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Any:
+    def AddDurationBounds(self, lower_bound: float, upper_bound: float) -> Binding[Constraint]:
         """Adds bounds on the duration [s]."""
         self._free_steps("AddDurationBounds")
         ones = np.ones((1, len(self._h_vars)))
@@ -319,10 +319,10 @@ class MultipleShooting:
         """Returns the values of a sequential variable, shape (rows, N)."""
         return result.GetSolution(self._sequence(name)[1])
 
-    def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> Any:
+    def ReconstructInputTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the inputs as a PiecewisePolynomial."""
         raise NotImplementedError
 
-    def ReconstructStateTrajectory(self, result: MathematicalProgramResult) -> Any:
+    def ReconstructStateTrajectory(self, result: MathematicalProgramResult) -> PiecewisePolynomial:
         """Returns the states as a PiecewisePolynomial."""
         raise NotImplementedError

@@ -6,11 +6,14 @@ stabilization", Humanoids 2015. States are relative to the last wanted point: x 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.trajectories import ExponentialPlusPiecewisePolynomial, PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class ZmpPlanner:
@@ -142,7 +145,7 @@ class ZmpPlanner:
         wanted = self.get_desired_zmp(time) - self._end
         return self._K @ state + self._to_u0 @ np.concatenate((self.get_Vx(time), wanted))
 
-    def comdd_to_cop(self, x: Any, u: Any) -> np.ndarray:
+    def comdd_to_cop(self, x: Any, u: ArrayLike) -> np.ndarray:
         """Returns the center of pressure [m] for a state and an acceleration, shape (2,)."""
         self._require_plan()
         return self._C @ np.ravel(x) + self._D @ np.ravel(u)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.symbolic import Expression, ToLatex, Variable
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 def number_text(x: float) -> str:
@@ -23,7 +26,7 @@ def latex_number(x: Any, precision: int) -> str:
     return ToLatex(float(x), precision)
 
 
-def latex_matrix(M: Any, precision: int) -> str:
+def latex_matrix(M: ArrayLike, precision: int) -> str:
     """LaTeX for a vector or matrix; one element stands without brackets."""
     M = np.asarray(M)
     M = M.reshape(-1, 1) if M.ndim == 1 else M

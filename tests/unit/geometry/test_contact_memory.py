@@ -15,7 +15,7 @@ from sheldrake.geometry._compiled.search import find_contacts
 from sheldrake.geometry._kernels.model import Found, Remembered, Slot, contact_table
 from sheldrake.math import RigidTransform, RollPitchYaw
 
-MEMORY = ("remembered", "separating", "slot", "kept_vertex", "kept_link")
+MEMORY = ("near_count", "remembered", "separating", "slot", "kept_vertex", "kept_link")
 
 
 def points_of(table):

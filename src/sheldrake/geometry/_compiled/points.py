@@ -15,7 +15,7 @@ from sheldrake.geometry import _proximity_properties as proximity
 from sheldrake.geometry._compiled.hulls import Hulls
 from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._kernels import model as kernel_model
-from sheldrake.geometry._kernels.model import Geometry, GeometryModel, Material, PoseInBody, Size
+from sheldrake.geometry._kernels.model import Geometry, GeometryModel, Margins, Material, PoseInBody, Size
 from sheldrake.geometry._kernels.spatial_hash import width_of_cells
 from sheldrake.geometry._roles import Role
 from sheldrake.geometry._shape_types import type_of
@@ -25,6 +25,9 @@ from sheldrake.geometry._text import choices
 
 CELLS_FROM = 100
 """Number of geometries from which on close pairs are sought in cells rather than among all pairs."""
+
+SKIN = 0.5
+"""Skin of near pairs, relative to the median bounding sphere."""
 
 
 def compile_proximity(
@@ -62,7 +65,8 @@ def compile_proximity(
         X_BG[row, PoseInBody.R_BG.columns] = record.X_FG.rotation().matrix().ravel()
         X_BG[row, PoseInBody.p_BG.columns] = record.X_FG.translation()
     kind, body = geometry[:, Geometry.kind], geometry[:, Geometry.body]
-    excluded = np.array([(rows[a], rows[b]) for a, b in state.filter.excluded() if a in rows and b in rows], np.int64)
+    pairs_of_ids = state.filter.excluded(ids)
+    excluded = np.array([(rows[a], rows[b]) for a, b in pairs_of_ids if a in rows and b in rows], np.int64)
     excluded = excluded.reshape(-1, 2)
     cells = cells and len(ids) >= CELLS_FROM
     if cells:
@@ -73,10 +77,18 @@ def compile_proximity(
         cell = np.zeros(0)
     pair, family = _by_family(_that_may_touch(pairs, excluded, kind, body), kind)
     vertex, face, loop, topology = hulls.arrays(geometry)
+    margin = np.zeros(Margins.SIZE)
+    margin[Margins.skin] = _skin(size[:, Size.bound])
     model = GeometryModel(
-        geometry, size, material, X_BG, pair, np.zeros(2), family, vertex, face, loop, topology, cell, partner
+        geometry, size, material, X_BG, pair, margin, family, vertex, face, loop, topology, cell, partner
     )
     return model, ids
+
+
+def _skin(bounds: np.ndarray) -> float:
+    """Skin of near pairs for bounding spheres of these radii [m]."""
+    finite = bounds[np.isfinite(bounds)]
+    return SKIN * float(np.median(finite)) if len(finite) else 0.0
 
 
 def _pairs_with_half_spaces(kind: np.ndarray) -> np.ndarray:

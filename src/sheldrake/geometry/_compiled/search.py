@@ -23,7 +23,9 @@ from sheldrake.geometry._kernels.model import (
     Found,
     Geometry,
     GeometryModel,
+    is_watched,
 )
+from sheldrake.geometry._kernels.near import list_near_pairs
 from sheldrake.geometry._kernels.order import sort_contacts
 from sheldrake.geometry._kernels.spatial_hash import (
     close_box_pairs,
@@ -42,11 +44,13 @@ def has_pairs(model: GeometryModel) -> bool:
 
 
 def family_kernels(model: GeometryModel) -> list[Kernel]:
-    """The kernels of the families that have pairs, and one that sorts when there are several."""
+    """The kernels of the families that have pairs; one that lists near ones, one that sorts if there are several."""
     present = [k for k, n in zip(_FAMILIES, np.diff(model.family)) if n > 0]
     if len(model.cell):
         return [*present, close_pairs, *_close_kernels(model), sort_contacts]
-    return [*present, sort_contacts] if len(present) > 1 else present
+    if is_watched(model):
+        present = [list_near_pairs, *present]
+    return [*present, sort_contacts] if np.count_nonzero(np.diff(model.family)) > 1 else present
 
 
 def _close_kernels(model: GeometryModel) -> list[Kernel]:

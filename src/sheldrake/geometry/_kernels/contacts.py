@@ -9,21 +9,15 @@ from .box_box import box_box_contacts
 from .convex import convex_contacts
 from .half_space import half_space_contacts
 from .model import CAPSULE, Z_AXIS, BodyPoses, ContactTable, GeometryModel
+from .near import pairs_of, spheres_within, widest_margin
 from .sphere import sphere_contacts
 from .table import absolute, column, ordered, place_geometry, reach_along
 
 
 @kernel
-def widest_margin(model):
-    return model.several_margin + model.elastic_margin
-
-
-@kernel
 def spheres_apart(model, table, a, b):
     """True if the bounding spheres of a and b do not meet."""
-    r = sub3(table.poses[a].centre_W, table.poses[b].centre_W)
-    reach = model[a].bound + model[b].bound + widest_margin(model)
-    return dot3(r, r) > reach * reach
+    return not spheres_within(model, table, a, b, widest_margin(model))
 
 
 @kernel
@@ -64,11 +58,11 @@ def above(model, table, i, j):
 
 
 @kernel
-def collide(model, table, first, last, apart, contacts):
-    """Adds the contacts of pairs `first` to `last` - 1 that are not apart."""
-    for k in range(first, last):
+def collide(model, table, first, last, near_first, near_last, contacts):
+    """Adds the contacts of those of pairs `first` to `last` - 1 that are not apart; see `pairs_of`."""
+    for k in pairs_of(table, first, last, near_first, near_last):
         i, j = ordered(model, model.pairs[k].a, model.pairs[k].b)
-        if not apart(model, table, i, j):
+        if not spheres_apart(model, table, i, j):
             contacts(model, table, i, j)
 
 
@@ -82,21 +76,25 @@ def place_geometries(geometry_model: GeometryModel, bodies: BodyPoses, table: Co
 def half_space_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Adds the contacts with half spaces."""
     model = geometry_model
-    collide(model, table, model.half_space_pairs, model.sphere_pairs, above, half_space_contacts)
+    for k in range(model.half_space_pairs, model.sphere_pairs):
+        i, j = ordered(model, model.pairs[k].a, model.pairs[k].b)
+        if not above(model, table, i, j):
+            half_space_contacts(model, table, i, j)
 
 
 @kernel(top=True)
 def sphere_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Adds the contacts of spheres with spheres, boxes, cylinders, capsules and ellipsoids."""
     model = geometry_model
-    collide(model, table, model.sphere_pairs, model.box_pairs, spheres_apart, sphere_contacts)
+    collide(model, table, model.sphere_pairs, model.box_pairs, 0, table.near_boxes, sphere_contacts)
 
 
 @kernel(top=True)
 def box_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Adds the contacts of boxes with boxes."""
     model = geometry_model
-    collide(model, table, model.box_pairs, model.convex_pairs, spheres_apart, box_box_contacts)
+    near, end = table.near_boxes, table.near_convex
+    collide(model, table, model.box_pairs, model.convex_pairs, near, end, box_box_contacts)
 
 
 @kernel
@@ -111,7 +109,7 @@ def convex_pairs(geometry_model: GeometryModel, table: ContactTable) -> None:
     """Adds the contacts of all other convex pairs."""
     model = geometry_model
     first = model.convex_pairs
-    for k in range(first, model.end_of_pairs):
+    for k in pairs_of(table, first, model.end_of_pairs, table.near_convex, table.end_of_near):
         i, j = ordered(model, model.pairs[k].a, model.pairs[k].b)
         if not spheres_apart(model, table, i, j) and not boxes_apart(model, table, i, j):
             convex_contacts(model, table, i, j, k - first)

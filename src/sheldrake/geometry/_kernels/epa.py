@@ -17,6 +17,7 @@ from .table import absolute
 
 _EPA_STEPS = 120
 _LEVEL = 1e-15  # relative to the size: a vertex so little in front of a face is in its plane
+NO_AREA = 1e-14  # relative to the squares of its edges: a face with less has none
 _FLAT = 1e-8  # relative to the size: least extent of the tetrahedron to begin with
 _NO_SHIFT = (0.0, 0.0, 0.0)
 
@@ -32,7 +33,7 @@ def set_face(table, f, corners):
     n = cross3(ab, ac)
     area = sqrt(dot3(n, n))
     face = table.polytope[FACE + f]
-    if area <= 1e-14 * (dot3(ab, ab) + dot3(ac, ac)):
+    if area <= NO_AREA * (dot3(ab, ab) + dot3(ac, ac)):
         face.normal, face.offset = _NO_SHIFT, 1e300
     else:
         n = scale3(n, 1.0 / area)

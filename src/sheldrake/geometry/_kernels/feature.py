@@ -10,7 +10,7 @@ from sheldrake.common._kernels.generic import sqrt, whole
 from sheldrake.common._kernels.vec import add3, cross3, dot3, rotate_back, scale3, sub3
 from sheldrake.common.kernel import kernel
 
-from .model import BOX, CAPSULE, HULL, SIMPLEX
+from .model import BOX, CAPSULE, FACE_AND_VERTEX, HULL, NO_FEATURE, SIMPLEX, TWO_EDGES, VERTEX_AND_FACE
 from .support import best_face, core_vertex, farthest_vertex, has_faces
 from .table import absolute
 
@@ -37,31 +37,39 @@ def meets_alone(model, table, g, v, other, d_W):
     elif kind == BOX or kind == CAPSULE:
         h = model[g].half_sizes
         for k in range(3):
-            apart = 2.0 * absolute(d[k]) * (h[0], h[1], h[2])[k]
+            inwards = d[k] if v & (1 << k) else -d[k]
+            apart = 2.0 * inwards * (h[0], h[1], h[2])[k]
             if (kind == BOX or k == 2) and v ^ (1 << k) != other and apart <= least:
                 return False
     return True
 
 
 @kernel(outline=True)
-def face_and_vertex(model, table, g, other, v, out, depth, size):
-    """(whether a face of g, seen along `out`, meets vertex v of `other` alone, its normal, depth, points on both)."""
+def vertex_under_face(model, table, g, other, v, n):
+    """(whether vertex v of `other` alone is lowest under a face of g with outward normal n, depth, points on both)."""
     p = core_vertex(model, table, other, v)
-    if not has_faces(model, g):
-        return False, out, depth, p, p
-    _face, n = best_face(model, table, g, out)
-    if dot3(n, out) < 1.0 - _SAME or not meets_alone(model, table, other, v, -1, scale3(n, -1.0)):
-        return False, out, depth, p, p
     _number, top = farthest_vertex(model, table, g, n)
-    found = dot3(n, sub3(top, p))
-    return absolute(found - depth) <= _AS_DEEP * size, n, found, add3(p, scale3(n, found)), p
+    depth = dot3(n, sub3(top, p))
+    return meets_alone(model, table, other, v, -1, scale3(n, -1.0)), depth, add3(p, scale3(n, depth)), p
 
 
 @kernel(outline=True)
-def two_edges(model, table, i, j, a, b, out, depth, size):
-    """(whether edge a of i meets edge b of j alone, their common normal, depth, points on both).
+def face_and_vertex(model, table, g, other, v, out, depth, size):
+    """(whether a face of g, seen along `out`, meets vertex v of `other` alone, its normal, depth, points on both)."""
+    if not has_faces(model, g):
+        return False, out, depth, out, out
+    _face, n = best_face(model, table, g, out)
+    if dot3(n, out) < 1.0 - _SAME:
+        return False, out, depth, out, out
+    alone, found, p_g, p = vertex_under_face(model, table, g, other, v, n)
+    return alone and absolute(found - depth) <= _AS_DEEP * size, n, found, p_g, p
 
-    Edges are pairs of numbers of vertices, the lower one first.
+
+@kernel(outline=True)
+def edge_across_edge(model, table, i, j, a, b, out):
+    """(whether edges a of i and b of j cross and meet alone, their normal, depth, points on both).
+
+    Edges are pairs of numbers of vertices, the lower one first; the normal is that of both edges on the side of `out`.
     """
     p = core_vertex(model, table, i, a[0])
     q = core_vertex(model, table, j, b[0])
@@ -70,20 +78,27 @@ def two_edges(model, table, i, j, a, b, out, depth, size):
     c = cross3(e, f)
     cc = dot3(c, c)
     if cc <= _CROSSING * _CROSSING * dot3(e, e) * dot3(f, f):
-        return False, out, depth, p, q
+        return False, out, 0.0, p, q
     n = scale3(c, 1.0 / sqrt(cc))
     if dot3(n, out) < 0.0:
         n = scale3(n, -1.0)
-    found = dot3(n, sub3(p, q))
-    r = sub3(sub3(p, q), scale3(n, found))
+    depth = dot3(n, sub3(p, q))
+    r = sub3(sub3(p, q), scale3(n, depth))
     s = -dot3(cross3(r, f), c) / cc
     t = -dot3(cross3(r, e), c) / cc
-    good = dot3(n, out) >= 1.0 - _SAME and absolute(found - depth) <= _AS_DEEP * size
-    good = good and min(s, t) >= -_BEYOND and max(s, t) <= 1.0 + _BEYOND
+    good = min(s, t) >= -_BEYOND and max(s, t) <= 1.0 + _BEYOND
     good = good and meets_alone(model, table, i, a[0], a[1], n) and meets_alone(model, table, i, a[1], a[0], n)
     back = scale3(n, -1.0)
     good = good and meets_alone(model, table, j, b[0], b[1], back) and meets_alone(model, table, j, b[1], b[0], back)
-    return good, n, found, add3(p, scale3(e, s)), add3(q, scale3(f, t))
+    return good, n, depth, add3(p, scale3(e, s)), add3(q, scale3(f, t))
+
+
+@kernel(outline=True)
+def two_edges(model, table, i, j, a, b, out, depth, size):
+    """(whether edge a of i meets edge b of j alone, their common normal, depth, points on both)."""
+    good, n, found, p_i, p_j = edge_across_edge(model, table, i, j, a, b, out)
+    good = good and dot3(n, out) >= 1.0 - _SAME and absolute(found - depth) <= _AS_DEEP * size
+    return good, n, found, p_i, p_j
 
 
 @kernel
@@ -104,20 +119,33 @@ def are_two(a, b, c):
     return (a == b or b == c or c == a) and not (a == b and b == c)
 
 
+@kernel
+def kind_of_feature(table, corners):
+    """(what meets in the nearest triangle of the difference, its numbers): see `Slot`."""
+    a0, a1, a2 = number_of(table, corners[0], 0), number_of(table, corners[1], 0), number_of(table, corners[2], 0)
+    b0, b1, b2 = number_of(table, corners[0], 1), number_of(table, corners[1], 1), number_of(table, corners[2], 1)
+    if b0 == b1 and b1 == b2:
+        return FACE_AND_VERTEX, (b0, 0, 0, 0)
+    if a0 == a1 and a1 == a2:
+        return VERTEX_AND_FACE, (a0, 0, 0, 0)
+    if are_two(a0, a1, a2) and are_two(b0, b1, b2):
+        a, b = lower_and_other(a0, a1, a2), lower_and_other(b0, b1, b2)
+        return TWO_EDGES, (a[0], a[1], b[0], b[1])
+    return NO_FEATURE, (0, 0, 0, 0)
+
+
 @kernel(outline=True)
 def what_meets(model, table, i, j, size, corners, out, depth):
     """From the nearest triangle of the difference: (whether a feature gives it, direction out of i - j, depth, points).
 
     The points are on i and on j.
     """
-    a0, a1, a2 = number_of(table, corners[0], 0), number_of(table, corners[1], 0), number_of(table, corners[2], 0)
-    b0, b1, b2 = number_of(table, corners[0], 1), number_of(table, corners[1], 1), number_of(table, corners[2], 1)
-    if b0 == b1 and b1 == b2:
-        return face_and_vertex(model, table, i, j, b0, out, depth, size)
-    if a0 == a1 and a1 == a2:
-        known, n, found, q, p = face_and_vertex(model, table, j, i, a0, scale3(out, -1.0), depth, size)
+    what, who = kind_of_feature(table, corners)
+    if what == FACE_AND_VERTEX:
+        return face_and_vertex(model, table, i, j, who[0], out, depth, size)
+    if what == VERTEX_AND_FACE:
+        known, n, found, q, p = face_and_vertex(model, table, j, i, who[0], scale3(out, -1.0), depth, size)
         return known, scale3(n, -1.0), found, p, q
-    if are_two(a0, a1, a2) and are_two(b0, b1, b2):
-        a, b = lower_and_other(a0, a1, a2), lower_and_other(b0, b1, b2)
-        return two_edges(model, table, i, j, a, b, out, depth, size)
+    if what == TWO_EDGES:
+        return two_edges(model, table, i, j, (who[0], who[1]), (who[2], who[3]), out, depth, size)
     return False, out, depth, out, out

@@ -1,9 +1,10 @@
 """What a search for contacts remembers of each pair of convex shapes for the next one.
 
 Of a pair that was apart, a direction that separates it: while it does, nothing else is looked at. Of a pair that
-overlapped, the polytope that EPA grew in the difference, by the numbers of its vertices: placed anew, it mostly says at
-once where the pair overlaps least. Either is checked before it is believed, and says no more than the search without it
-would find: a polytope only which feature is nearest by far, whose answer `feature` then gives.
+overlapped, what met (see `tracking`), and the polytope that EPA grew in the difference, by the numbers of its vertices:
+placed anew, it mostly says at once where the pair overlaps least. All is checked before it is believed, and says no
+more than the search without it would find: a polytope only which feature is nearest by far, whose answer `feature`
+then gives.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from sheldrake.common.kernel import kernel
 from .epa import epa, set_face
 from .feature import number_of, what_meets
 from .gjk import add_vertex
-from .model import FACE, HULL, SIMPLEX, SLOT_FACES, SLOT_VERTICES
+from .model import FACE, NO_FEATURE, SIMPLEX, SLOT_FACES, SLOT_VERTICES
 from .support import core_vertex
+from .tracking import PARALLEL, has_vertex, still_meets, track
 
 _CERTAIN = 1e-9  # relative to the size: shapes that seem so far apart are apart, depths that differ by so much differ
-_PARALLEL = 1e-8  # 1 - cosine of the angle between triangles that may be of one face
 _NO_SHIFT = (0.0, 0.0, 0.0)
 SEPARATED = -1
 
@@ -78,27 +79,35 @@ def slot_of(table, k):
 
 
 @kernel(outline=True)
-def remember_polytope(table, k, faces, vertices):
-    """Keeps the polytope of EPA for pair k, if it is small and there is a slot."""
+def remember_overlap(model, table, i, j, k, faces, vertices, grown, corners, out, depth):
+    """Keeps what meets of pair k, and the polytope of EPA if it has `grown`; if there is a slot."""
     s = slot_of(table, k)
-    if s < 0 or vertices > SLOT_VERTICES or faces > SLOT_FACES or faces != 2 * vertices - 4:
+    if s < 0:
         forget(table, k)
         return
     slot = table.slots[s]
-    slot.owner, slot.num_vertices, slot.num_faces = k + 1, vertices, faces
+    if slot.owner != k + 1:
+        slot.owner, slot.num_vertices, slot.num_faces = k + 1, 0, 0
     table.memories[k].how = s + 1
+    if grown:
+        keep_polytope(table, s, faces, vertices)
+    track(model, table, i, j, s, faces, corners, out, depth)
+
+
+@kernel
+def keep_polytope(table, s, faces, vertices):
+    """Keeps the polytope of EPA in slot s if it is small, else none."""
+    slot = table.slots[s]
+    slot.num_vertices, slot.num_faces = 0, 0
+    if vertices > SLOT_VERTICES or faces > SLOT_FACES or faces != 2 * vertices - 4:
+        return
+    slot.num_vertices, slot.num_faces = vertices, faces
     for v in range(vertices):
         kept = table.kept_vertices[s * SLOT_VERTICES + v]
         kept.a, kept.b = number_of(table, v, 0), number_of(table, v, 1)
     for f in range(faces):
         link, kept_link = table.links[f], table.kept_links[s * SLOT_FACES + f]
         kept_link.corners, kept_link.neighbours = link.corners, link.neighbours
-
-
-@kernel
-def has_vertex(model, g, number):
-    """Whether shape g has a vertex of this number."""
-    return number >= 0 and number < (model[g].num_vertices if model[g].kind == HULL else 8)
 
 
 @kernel(outline=True)
@@ -127,7 +136,7 @@ def is_nearest_by_far(table, faces, out, beyond):
     """Whether all faces nearer than `beyond` look along `out`."""
     for f in range(faces):
         face = table.polytope[FACE + f]
-        if face.exists > 0.0 and face.offset <= beyond and dot3(face.normal, out) < 1.0 - _PARALLEL:
+        if face.exists > 0.0 and face.offset <= beyond and dot3(face.normal, out) < 1.0 - PARALLEL:
             return False
     return True
 
@@ -139,13 +148,17 @@ def follow(model, table, i, j, size, gap, k):
     s = own_slot(table, k)
     if s < 0:
         return False, out, 0.0, out, out
-    if not place_polytope(model, table, i, j, size, s):
+    if table.slots[s].feature != NO_FEATURE:
+        known, out, depth, p_i, p_j = still_meets(model, table, i, j, size, s)
+        if known:
+            return known, out, depth, p_i, p_j
+    if table.slots[s].num_vertices == 0 or not place_polytope(model, table, i, j, size, s):
         return False, out, 0.0, out, out
     before = table.slots[s].num_vertices
     corners, out, depth, proven, faces, vertices = epa(model, table, i, j, size, gap, table.slots[s].num_faces, before)
     if not proven or not is_nearest_by_far(table, faces, out, depth + _CERTAIN * size):
         return False, out, depth, out, out
     known, out, depth, p_i, p_j = what_meets(model, table, i, j, size, corners, out, depth)
-    if known and vertices > before:
-        remember_polytope(table, k, faces, vertices)
+    if known:
+        remember_overlap(model, table, i, j, k, faces, vertices, vertices > before, corners, out, depth)
     return known, out, depth, p_i, p_j

@@ -101,6 +101,7 @@ class Margins(Record):
 
     several_margin = number("of pairs with several points", "m")
     elastic_margin = number("of pairs without dissipation, beside that", "m")
+    skin = number("pairs of bounding spheres nearer than this are listed as near, see `near`", "m")
 
 
 class Families(Record):
@@ -296,12 +297,49 @@ class Separating(Record):
     axis_G = numbers(3, "unit vector out of the second shape into the first, in the frame of the first")
 
 
+class NearPairs(Record):
+    """Where the families of near pairs begin, see `near`; spheres are the first."""
+
+    near_known = integer("1: there is such a list")
+    near_boxes = integer("begin of the family of boxes")
+    near_convex = integer("begin of all others")
+    end_of_near = integer("number of near pairs")
+
+
+class Seen(Record):
+    """Where a geometry was when near pairs were listed."""
+
+    centre_W = numbers(3, "centre of the bounding sphere", "m")
+
+
+# What meets where two polytopes overlap least
+NO_FEATURE, FACE_AND_VERTEX, VERTEX_AND_FACE, TWO_EDGES = range(4)
+
+NEAR_FACES = 8  # of a polytope, that are looked at each time
+
+
 class Slot(Record):
-    """A polytope that is remembered."""
+    """What is remembered of a pair that overlaps: a polytope, and what met."""
 
     owner = integer("number of its pair plus 1; 0 if the slot is free")
-    num_vertices = integer("of it")
-    num_faces = integer("of it")
+    num_vertices = integer("of the polytope; 0 if there is none")
+    num_faces = integer("of the polytope")
+    feature = integer("FACE_AND_VERTEX of first and second shape, ...; NO_FEATURE if that is not remembered")
+    face = integer("of a face and a vertex: number of the face")
+    who = integers(4, "numbers of vertices: of the vertex; or of the edges, the lower one first")
+    num_near = integer("faces of the polytope that are looked at each time")
+    near = array(NEAR_FACES, "they", dtype=int)
+
+
+class Tracked(Record):
+    """Where a pair was when it was found what meets, and what else was near; see `tracking`."""
+
+    R_AB = numbers(9, "rotation of the second shape in the frame of the first")
+    p_AB = numbers(3, "centre of its bounding sphere in that frame", "m")
+    out_A = numbers(3, "direction out of first - second that met")
+    depth = number("along it", "m")
+    beyond = number("distance of the faces that are not near, at least", "m")
+    near_offset = array(NEAR_FACES, "distances of those that are", "m")
 
 
 class KeptVertex(Record):
@@ -311,6 +349,7 @@ class KeptVertex(Record):
     b = integer("number among the vertices of the second shape")
 
 
+MANY_PAIRS = 48  # from so many on, near ones are listed
 SLOTS = 32  # polytopes that are remembered, at most
 SLOT_VERTICES = 32  # of one that is worth remembering
 SLOT_FACES = 2 * SLOT_VERTICES - 4
@@ -321,12 +360,13 @@ class ContactTable(NamedTuple):
     """Contacts found, and scratch to find them. `table[c]` is a contact. Make one with `contact_table()`.
 
     What is remembered from one search for the next makes it faster and changes nothing in what it finds, but a last
-    digit in one of some hundred thousand random pairs: it may be set to 0 at any time.
+    digit in one of some ten thousand random pairs: it may be set to 0 at any time.
 
     Attributes:
         remembered: one row a pair of convex shapes; no rows where pairs are found in cells.
         stack: scratch of EPA, faces to be looked at, shape (MAX_FACES,).
         order: scratch of the sort, two permutations of the contacts, shape (capacity, 2).
+        near: numbers of the near pairs, see `near`; of no size where that is not worth while.
     """
 
     pair: Annotated[IntMatrix, ContactPair]
@@ -346,11 +386,25 @@ class ContactTable(NamedTuple):
     hole: Annotated[IntMatrix, Items("hole_edges", HoleEdge)]
     stack: IntVector
     order: IntMatrix
+    near: IntVector
+    near_count: Annotated[IntVector, NearPairs]  # type: ignore[assignment]
+    seen: Annotated[Matrix, Items("sights", Seen)]
     remembered: Annotated[IntMatrix, Items("memories", Remembered)]
     separating: Annotated[Matrix, Items("separators", Separating)]
     slot: Annotated[IntMatrix, Items("slots", Slot)]
+    tracked: Annotated[Matrix, Items("tracks", Tracked)]
     kept_vertex: Annotated[IntMatrix, Items("kept_vertices", KeptVertex)]
     kept_link: Annotated[IntMatrix, Items("kept_links", FaceLinks)]
+
+
+def _num_between_solids(model: GeometryModel) -> int:
+    """How many pairs have no half space."""
+    return int(model.family[Families.end_of_pairs] - model.family[Families.sphere_pairs])
+
+
+def is_watched(model: GeometryModel) -> bool:
+    """Whether near pairs are listed."""
+    return len(model.cell) == 0 and _num_between_solids(model) >= MANY_PAIRS
 
 
 def contact_table(model: GeometryModel, capacity: int | None = None, slots: int = SLOTS) -> ContactTable:
@@ -368,6 +422,7 @@ def contact_table(model: GeometryModel, capacity: int | None = None, slots: int 
         capacity = min(MAX_POINTS * pairs, max(65536, 16 * n))
     convex = int(model.family[Families.end_of_pairs] - model.family[Families.convex_pairs])
     slots = min(convex, slots)
+    watched = _num_between_solids(model) if is_watched(model) else 0
     return ContactTable(
         pair=np.zeros((capacity, ContactPair.SIZE), np.int64),
         point=np.zeros((capacity, ContactPoint.SIZE)),
@@ -378,9 +433,13 @@ def contact_table(model: GeometryModel, capacity: int | None = None, slots: int 
         hole=np.zeros((MAX_EDGES, HoleEdge.SIZE), np.int64),
         stack=np.zeros(MAX_FACES, np.int64),
         order=np.zeros((capacity, 2), np.int64),
+        near=np.zeros(watched, np.int64),
+        near_count=np.zeros(NearPairs.SIZE, np.int64),
+        seen=np.zeros((len(model.geometry) if watched else 0, Seen.SIZE)),
         remembered=np.zeros((convex, Remembered.SIZE), np.int64),
         separating=np.zeros((convex, Separating.SIZE)),
         slot=np.zeros((slots, Slot.SIZE), np.int64),
+        tracked=np.zeros((slots, Tracked.SIZE)),
         kept_vertex=np.zeros((slots * SLOT_VERTICES, KeptVertex.SIZE), np.int64),
         kept_link=np.zeros((slots * SLOT_FACES, FaceLinks.SIZE), np.int64),
     )

@@ -13,7 +13,7 @@ from .memory import (
     follow,
     forget,
     remember_direction,
-    remember_polytope,
+    remember_overlap,
     remembers,
     still_apart,
 )
@@ -104,7 +104,7 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
         known, d, found, a, b = what_meets(model, table, i, j, size, corners, out, depth)
     if remembers(table, k):
         if known and proven:
-            remember_polytope(table, k, faces, vertices)
+            remember_overlap(model, table, i, j, k, faces, vertices, True, corners, d, found)
         else:
             forget(table, k)
     if known:

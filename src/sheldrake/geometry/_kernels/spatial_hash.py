@@ -16,7 +16,7 @@ from sheldrake.common.kernel import IntMatrix, IntVector, kernel
 from sheldrake.common.record import Items, Record, integer, integers, table
 
 from .box_box import box_box_contacts
-from .contacts import convex_contacts_if_near, spheres_apart, widest_margin
+from .contacts import convex_contacts_if_near, spheres_apart
 from .model import (
     BOX,
     BOXES,
@@ -29,6 +29,7 @@ from .model import (
     ContactTable,
     GeometryModel,
 )
+from .near import widest_margin
 from .sphere import sphere_contacts
 from .table import ordered
 

@@ -69,19 +69,21 @@ def support(model, table, g, d_W):
     return p_W
 
 
+@kernel
+def vertex_in_frame(model, g, number):
+    """The vertex with a number, as `farthest_vertex` gives it, in the frame of the shape; not of curved shapes."""
+    kind = model[g].kind
+    if kind == HULL:
+        return model.vertices[model[g].first_vertex + number].p_GV
+    h = model[g].half_sizes
+    p = (h[0] if number & 1 else -h[0], h[1] if number & 2 else -h[1], h[2] if number & 4 else -h[2])
+    return (0.0, 0.0, p[2]) if kind == CAPSULE else p
+
+
 @kernel(outline=True)
 def core_vertex(model, table, g, number):
-    """The vertex with a number, as `farthest_vertex` gives it, in W; not of curved shapes."""
-    kind = model[g].kind
-    p = (0.0, 0.0, 0.0)
-    if kind == HULL:
-        p = model.vertices[model[g].first_vertex + number].p_GV
-    elif kind == BOX or kind == CAPSULE:
-        h = model[g].half_sizes
-        p = (h[0] if number & 1 else -h[0], h[1] if number & 2 else -h[1], h[2] if number & 4 else -h[2])
-        if kind == CAPSULE:
-            p = (0.0, 0.0, p[2])
-    return add3(table.poses[g].p_WG, rotate(table.poses[g].R_WG, p))
+    """The same in W."""
+    return add3(table.poses[g].p_WG, rotate(table.poses[g].R_WG, vertex_in_frame(model, g, number)))
 
 
 @kernel

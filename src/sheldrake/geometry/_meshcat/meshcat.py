@@ -77,6 +77,7 @@ class Meshcat(Objects, Placement, Cameras, Panel, Recorder):
                 f"Meshcat(): web_url_pattern '{params.web_url_pattern}' names {error}; it has {{host}} and {{port}}."
             ) from None
         self._hub = Hub(params, listener)
+        self._grabs = self._hub.grabs
         self._finalizer = weakref.finalize(self, stop, self._hub)
         for item in params.initial_properties:
             self.SetProperty(item.path, item.property, item.value)

@@ -123,6 +123,11 @@ class Panel:
         """Removes every button and slider."""
         self._hub.controls.delete_all()
 
+    def _notify(self, title: str, text: str) -> None:
+        """Shows a note in every page that is open, until somebody closes it."""
+        for client in self._hub.server.get_clients().values():
+            client.add_notification(title, text)
+
     def GetGamepad(self) -> Gamepad:
         """Returns the last state of a gamepad seen by a page; its index is None when there was none."""
         return self._hub.controls.gamepad()

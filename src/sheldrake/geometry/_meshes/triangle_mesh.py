@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike
 
-    from sheldrake.common._types import Numbers
+    from sheldrake.common._types import Scalars
 
 
 class SurfaceTriangle:
@@ -65,7 +65,7 @@ class TriangleSurfaceMesh:
         RuntimeError: there is no triangle.
     """
 
-    def __init__(self, triangles: Any, vertices: Numbers) -> None:
+    def __init__(self, triangles: Any, vertices: Scalars) -> None:
         rows = [t._v if isinstance(t, SurfaceTriangle) else tuple(t) for t in triangles]
         if not rows:
             raise RuntimeError("A mesh must contain at least one triangle")
@@ -134,7 +134,7 @@ class TriangleSurfaceMesh:
         low, high = self._vertices.min(axis=0), self._vertices.max(axis=0)
         return (low + high) / 2.0, high - low
 
-    def CalcBarycentric(self, p_MQ: Numbers, t: int) -> np.ndarray:
+    def CalcBarycentric(self, p_MQ: Scalars, t: int) -> np.ndarray:
         """Barycentric coordinates of Q's projection into the plane of triangle `t`, shape (3,)."""
         a, b, c = self._vertices[self._triangles[t]]
         u, v, q = b - a, c - a, as_numbers(p_MQ).reshape(3) - a
@@ -143,7 +143,7 @@ class TriangleSurfaceMesh:
         beta, gamma = (vv * uq - uv * vq) / scale, (uu * vq - uv * uq) / scale
         return np.array([1.0 - beta - gamma, beta, gamma])
 
-    def CalcCartesianFromBarycentric(self, element_index: int, b_Q: Numbers) -> np.ndarray:
+    def CalcCartesianFromBarycentric(self, element_index: int, b_Q: Scalars) -> np.ndarray:
         """Position in M [m] of barycentric coordinates in a triangle, shape (3,)."""
         return np.asarray(b_Q, dtype=float).reshape(3) @ self._vertices[self._triangles[element_index]]
 

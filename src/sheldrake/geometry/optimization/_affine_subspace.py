@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.common._overloads import dispatch, overload
 from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.solvers import Solve, _arrays
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class AffineSubspace(ConvexSet):
@@ -74,7 +77,7 @@ class AffineSubspace(ConvexSet):
         x, _ = self._columns("ToLocalCoordinates", x, self._dimension)
         return np.linalg.lstsq(self._basis, x - self._translation[:, None], rcond=None)[0]
 
-    def ToGlobalCoordinates(self, y: Any) -> np.ndarray:
+    def ToGlobalCoordinates(self, y: ArrayLike) -> np.ndarray:
         """Returns translation + basis y, columns."""
         y, _ = self._columns("ToGlobalCoordinates", y, self.AffineDimension())
         return self._basis @ y + self._translation[:, None]

@@ -22,7 +22,7 @@ from sheldrake.symbolic import Variable
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from sheldrake.common import RandomGenerator
+    from sheldrake.common import Parallelism, RandomGenerator
 
 
 class SampledVolume(NamedTuple):
@@ -33,7 +33,7 @@ class SampledVolume(NamedTuple):
     num_samples: int
 
 
-def checked_box(call: str, lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
+def checked_box(call: str, lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """The bounds of a box.
 
     Raises:
@@ -117,11 +117,11 @@ class ConvexSet:
         """Returns the dimension of the space that the set is in."""
         return self._dimension
 
-    def Clone(self) -> Any:
+    def Clone(self) -> ConvexSet:
         """Returns a copy."""
         return copy.deepcopy(self)
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> ConvexSet:
         return copy.deepcopy(self)
 
     def _same_space(self, call: str, other: ConvexSet) -> None:
@@ -144,7 +144,7 @@ class ConvexSet:
         other._contain(Rows(prog), Affine.of(x), Affine.constant(1.0))
         return Solve(prog).is_success()
 
-    def IsBounded(self, parallelism: Any = None) -> bool:
+    def IsBounded(self, parallelism: Parallelism | int | bool | None = None) -> bool:
         """Tells whether the set is bounded."""
         known = True if self._dimension == 0 else self._bounded()
         if known is not None:

@@ -13,6 +13,7 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers import SolverInterface
     from sheldrake.systems.framework import Context
 
 
@@ -121,7 +122,7 @@ def closest(
     ellipsoid: Hyperellipsoid,
     region: HPolyhedron,
     guess: np.ndarray,
-    solver: Any = None,
+    solver: SolverInterface | None = None,
     options: Any = None,
 ) -> np.ndarray | None:
     """A point of a region in collision as near to the center of an ellipsoid, in its metric, as found from a guess.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake import symbolic
 from sheldrake.geometry.optimization._cspace_geometries import CSpaceSeparatingPlane
 from sheldrake.solvers import MathematicalProgram, MathematicalProgramResult
 from sheldrake.symbolic import Expression, Monomial, Polynomial
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.rational import RationalForwardKinematics
 
 # ---- polynomials in s and y as tables of coefficients, and identities of them as linear equations
 
@@ -298,7 +301,11 @@ class Rational:
 
 
 def rationals(
-    plane: CSpaceSeparatingPlane, kinematics: Any, q_star: np.ndarray, rows: np.ndarray, with_cross_y: bool
+    plane: CSpaceSeparatingPlane,
+    kinematics: RationalForwardKinematics,
+    q_star: np.ndarray,
+    rows: np.ndarray,
+    with_cross_y: bool,
 ) -> list[Rational]:
     """All rational functions of a plane.
 

@@ -6,7 +6,7 @@ With the smallest one around points; a polyhedron makes the largest one inside i
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from sheldrake.geometry.optimization._convex_set import ConvexSet, vector
 from sheldrake.geometry.optimization._from_geometry import Placed, geometry_overload, unsupported
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.solvers import MathematicalProgram, Solve, _arrays
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 def _volume_of_unit_ball(n: int) -> float:
@@ -63,7 +66,7 @@ class AffineBall(ConvexSet):
             raise RuntimeError(f"AffineBall(): B is {B.shape[0]} x {B.shape[1]}, expected a square matrix.")
         self._B, self._center, self._dimension = np.array(B), np.array(center), center.size
 
-    def _set_of_form(self, ellipsoid: Any) -> None:
+    def _set_of_form(self, ellipsoid: Hyperellipsoid) -> None:
         if not ellipsoid.IsBounded():
             raise RuntimeError("AffineBall(): the ellipsoid must be bounded.")
         A = ellipsoid.A()
@@ -97,7 +100,7 @@ class AffineBall(ConvexSet):
         return AffineBall(whole @ U.T, mean + basis @ center)
 
     @staticmethod
-    def MakeAxisAligned(radius: Any, center: Any) -> AffineBall:
+    def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> AffineBall:
         """Returns an ellipsoid along the axes.
 
         Raises:
@@ -109,7 +112,7 @@ class AffineBall(ConvexSet):
         return AffineBall(np.diag(radius), center)
 
     @staticmethod
-    def MakeHypersphere(radius: float, center: Any) -> AffineBall:
+    def MakeHypersphere(radius: float, center: ArrayLike) -> AffineBall:
         """Returns a ball."""
         return AffineBall.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 
@@ -119,7 +122,7 @@ class AffineBall(ConvexSet):
         return AffineBall(np.eye(dim), np.zeros(dim))
 
     @staticmethod
-    def MakeAffineBallFromLineSegment(x_1: Any, x_2: Any, epsilon: float = 1e-3) -> AffineBall:
+    def MakeAffineBallFromLineSegment(x_1: ArrayLike, x_2: ArrayLike, epsilon: float = 1e-3) -> AffineBall:
         """Returns an ellipsoid whose longest axis is a line segment, and whose others have radius epsilon.
 
         Raises:
@@ -237,7 +240,7 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid(AffineBall.MinimumVolumeCircumscribedEllipsoid(points, rank_tol))
 
     @staticmethod
-    def MakeAxisAligned(radius: Any, center: Any) -> Hyperellipsoid:
+    def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> Hyperellipsoid:
         """Returns an ellipsoid along the axes.
 
         Raises:
@@ -249,7 +252,7 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid(np.diag(1.0 / radius), center)
 
     @staticmethod
-    def MakeHypersphere(radius: float, center: Any) -> Hyperellipsoid:
+    def MakeHypersphere(radius: float, center: ArrayLike) -> Hyperellipsoid:
         """Returns a ball."""
         return Hyperellipsoid.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 

@@ -27,7 +27,7 @@ from sheldrake.solvers import (
 )
 
 if TYPE_CHECKING:
-    from sheldrake.solvers import MathematicalProgram
+    from sheldrake.solvers import MathematicalProgram, SolverInterface
 
 # ---- options
 
@@ -545,7 +545,9 @@ class GraphOfConvexSets:
         return sample_paths(source, target, given, options)[0]
 
 
-def _solve(prog: MathematicalProgram, solver: Any, solver_options: SolverOptions) -> MathematicalProgramResult:
+def _solve(
+    prog: MathematicalProgram, solver: SolverInterface | None, solver_options: SolverOptions
+) -> MathematicalProgramResult:
     if solver is not None:
         return solver.Solve(prog, None, solver_options)
     try:

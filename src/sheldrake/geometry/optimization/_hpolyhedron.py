@@ -22,6 +22,8 @@ from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.solvers import MathematicalProgram, _arrays
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.common import RandomGenerator
 
 
@@ -72,7 +74,7 @@ class HPolyhedron(ConvexSet):
         self._set(*half_spaces(vpoly.vertices(), tol))
 
     @staticmethod
-    def MakeBox(lb: Any, ub: Any) -> HPolyhedron:
+    def MakeBox(lb: ArrayLike, ub: ArrayLike) -> HPolyhedron:
         """Returns lb <= x <= ub.
 
         Raises:

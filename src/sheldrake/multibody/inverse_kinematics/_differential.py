@@ -17,6 +17,8 @@ from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
 from sheldrake.solvers._kinds import matrix, vector
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.tree import Frame
     from sheldrake.systems.framework import Context
 
@@ -31,6 +33,8 @@ class DifferentialInverseKinematicsStatus(BoundEnum):
 
 class DifferentialInverseKinematicsResult:
     """Velocities of the joints, shape (nv,), or None; and how it ended."""
+
+    __slots__ = ("joint_velocities", "status")
 
     def __init__(
         self,
@@ -109,7 +113,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the gain K of the pull to the nominal positions, shape (nq, nq)."""
         return self._gain.copy()
 
-    def set_joint_centering_gain(self, K: Any) -> None:
+    def set_joint_centering_gain(self, K: ArrayLike) -> None:
         """Sets the gain K of the pull to the nominal positions, shape (nq, nq) [1/s].
 
         Raises:
@@ -140,7 +144,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the bounds of the translational velocity to be commanded for a pose [m/s], or None."""
         return self._translational
 
-    def set_end_effector_translational_velocity_limits(self, lower: Any, upper: Any) -> None:
+    def set_end_effector_translational_velocity_limits(self, lower: ArrayLike, upper: ArrayLike) -> None:
         """Sets the bounds of the translational velocity to be commanded for a pose [m/s], shape (3,) each."""
         low, high = self._sized("lower", lower, 3), self._sized("upper", upper, 3)
         if np.any(high < low):
@@ -264,7 +268,9 @@ def nullspace_rows(J: np.ndarray) -> np.ndarray:
     return rows
 
 
-def _add_limits(prog: MathematicalProgram, v_next: Any, q: np.ndarray, v: np.ndarray, parameters: Any, N: Any) -> None:
+def _add_limits(
+    prog: MathematicalProgram, v_next: ArrayLike, q: np.ndarray, v: np.ndarray, parameters: Any, N: Any
+) -> None:
     dt = parameters.get_time_step()
     positions, velocities, accelerations = (parameters._limits[k] for k in ("position", "velocity", "acceleration"))
     if positions is not None:
@@ -304,7 +310,7 @@ def pose_difference(X: RigidTransform, X_desired: RigidTransform) -> np.ndarray:
 
 
 def _from_pose(
-    robot: Any, context: Context, X_AE_desired: Any, frame_A: Frame, frame_E: Frame, parameters: Any
+    robot: Any, context: Context, X_AE_desired: RigidTransform, frame_A: Frame, frame_E: Frame, parameters: Any
 ) -> DifferentialInverseKinematicsResult:
     X_AE = robot.CalcRelativeTransform(context, frame_A, frame_E)
     V = pose_difference(X_AE, X_AE_desired) / parameters.get_time_step()

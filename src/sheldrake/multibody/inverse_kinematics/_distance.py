@@ -13,6 +13,7 @@ from sheldrake.solvers import Constraint
 from sheldrake.solvers._functions.minimum_value import _MinimumValueConstraint, quadratically_smoothed_hinge
 
 if TYPE_CHECKING:
+    from sheldrake.geometry import GeometryId
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.systems.framework import Context
 
@@ -69,7 +70,7 @@ class DistanceConstraint(_Distances, Constraint):
     def __init__(
         self,
         plant: MultibodyPlant,
-        geometry_pair: Any,
+        geometry_pair: tuple[GeometryId, GeometryId],
         plant_context: Context,
         distance_lower: float,
         distance_upper: float,

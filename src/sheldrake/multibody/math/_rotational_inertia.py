@@ -28,7 +28,7 @@ from sheldrake.multibody.math._spatial_vectors import cross
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from sheldrake.common._types import Number, Numbers
+    from sheldrake.common._types import Scalar, Scalars
 
 _new = object.__new__
 # Slack of the validity test, times the largest moment [kg m^2] a body of this trace can have, but at least times one:
@@ -78,7 +78,7 @@ class RotationalInertia(ScalarBase):
         moments = {"Ixx": scalar(T), "Iyy": scalar(T), "Izz": scalar(T)}
         products = {"Ixy": scalar(T), "Ixz": scalar(T), "Iyz": scalar(T)}
 
-        def from_particle(self: RotationalInertia, mass: Number, p: np.ndarray) -> None:
+        def from_particle(self: RotationalInertia, mass: Scalar, p: np.ndarray) -> None:
             self._set(point_mass(T, p) * mass)
 
         return [
@@ -89,7 +89,7 @@ class RotationalInertia(ScalarBase):
         ]
 
     def _set_numbers(
-        self, xx: Number, yy: Number, zz: Number, xy: Number = 0.0, xz: Number = 0.0, yz: Number = 0.0
+        self, xx: Scalar, yy: Scalar, zz: Scalar, xy: Scalar = 0.0, xz: Scalar = 0.0, yz: Scalar = 0.0
     ) -> None:
         self._I = as_array(self._T, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], (3, 3))
 
@@ -105,7 +105,7 @@ class RotationalInertia(ScalarBase):
         return new
 
     @classmethod
-    def TriaxiallySymmetric(cls, I_triaxial: Number) -> Self:
+    def TriaxiallySymmetric(cls, I_triaxial: Scalar) -> Self:
         """Three equal moments and no products [kg m^2]."""
         moment = cls._argument("TriaxiallySymmetric", scalar(cls._T), I_triaxial=I_triaxial)
         return cls._plain_class()(moment, moment, moment)
@@ -230,11 +230,11 @@ class RotationalInertia(ScalarBase):
         turned[i, j] = turned[j, i]  # one rounding of each product, so that the result is exactly symmetric
         return turned
 
-    def _steiner(self, call: str, mass: Number, **offset: Numbers) -> np.ndarray:
+    def _steiner(self, call: str, mass: Scalar, **offset: Scalars) -> np.ndarray:
         mass = self._argument(call, scalar(self._T), mass=mass)
         return point_mass(self._T, self._argument(call, vector(self._T, 3), **offset)) * mass
 
-    def ShiftFromCenterOfMass(self, mass: Number, p_BcmQ_E: Numbers) -> RotationalInertia:
+    def ShiftFromCenterOfMass(self, mass: Scalar, p_BcmQ_E: Scalars) -> RotationalInertia:
         """I_BQ of this I_BBcm.
 
         Args:
@@ -243,7 +243,7 @@ class RotationalInertia(ScalarBase):
         """
         return self._make(self._I + self._steiner("ShiftFromCenterOfMass", mass, p_BcmQ_E=p_BcmQ_E))
 
-    def ShiftToCenterOfMass(self, mass: Number, p_QBcm_E: Numbers) -> RotationalInertia:
+    def ShiftToCenterOfMass(self, mass: Scalar, p_QBcm_E: Scalars) -> RotationalInertia:
         """I_BBcm of this I_BQ.
 
         Args:
@@ -252,7 +252,7 @@ class RotationalInertia(ScalarBase):
         """
         return self._make(self._I - self._steiner("ShiftToCenterOfMass", mass, p_QBcm_E=p_QBcm_E))
 
-    def ShiftToThenAwayFromCenterOfMass(self, mass: Number, p_PBcm_E: Numbers, p_QBcm_E: Numbers) -> RotationalInertia:
+    def ShiftToThenAwayFromCenterOfMass(self, mass: Scalar, p_PBcm_E: Scalars, p_QBcm_E: Scalars) -> RotationalInertia:
         """I_BQ of this I_BP.
 
         Args:
@@ -289,14 +289,14 @@ class RotationalInertia(ScalarBase):
         self._set(self._I - numbers)
         return self
 
-    def _factor(self, value: object) -> Number | None:
+    def _factor(self, value: object) -> Scalar | None:
         try:
             return as_scalar(self._T, value)
         except Mismatch:
             return None
 
     @typing_overload
-    def __mul__(self, other: Number) -> RotationalInertia: ...
+    def __mul__(self, other: Scalar) -> RotationalInertia: ...
     @typing_overload
     def __mul__(self, other: np.ndarray) -> np.ndarray: ...
     def __mul__(self, other: object) -> RotationalInertia | np.ndarray:
@@ -310,11 +310,11 @@ class RotationalInertia(ScalarBase):
             return NotImplemented
         return self._I.dot(w.reshape(3)) if w.shape in ((3,), (3, 1)) else NotImplemented
 
-    def __rmul__(self, other: Number) -> RotationalInertia:
+    def __rmul__(self, other: Scalar) -> RotationalInertia:
         factor = self._factor(other)
         return NotImplemented if factor is None else RotationalInertia_[self._T]._make(self._I * factor)
 
-    def __imul__(self, other: Number) -> Self:  # type: ignore[misc]  # a vector cannot take its place
+    def __imul__(self, other: Scalar) -> Self:  # type: ignore[misc]  # a vector cannot take its place
         factor = self._factor(other)
         if factor is None:
             return NotImplemented
@@ -328,11 +328,11 @@ class RotationalInertia(ScalarBase):
         with np.errstate(divide="ignore", invalid="ignore"):
             return self._I / factor
 
-    def __truediv__(self, other: Number) -> RotationalInertia:
+    def __truediv__(self, other: Scalar) -> RotationalInertia:
         numbers = self._divided(other)
         return NotImplemented if numbers is None else RotationalInertia_[self._T]._make(numbers)
 
-    def __itruediv__(self, other: Number) -> Self:
+    def __itruediv__(self, other: Scalar) -> Self:
         numbers = self._divided(other)
         if numbers is None:
             return NotImplemented

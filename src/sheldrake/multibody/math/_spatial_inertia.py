@@ -36,7 +36,7 @@ from sheldrake.multibody.math._unit_inertia import UnitInertia_, check_unit_vect
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from sheldrake.common._types import Number, Numbers
+    from sheldrake.common._types import Scalar, Scalars
     from sheldrake.multibody.math._rotational_inertia import RotationalInertia
     from sheldrake.multibody.math._spatial_vectors import (
         SpatialAcceleration,
@@ -58,7 +58,7 @@ class SpatialInertia(ScalarBase):
     __slots__ = ("_G", "_mass", "_p")
     _FIELDS = ("_mass", "_p", "_G")  # arrays are read-only and may be shared
 
-    def __init__(self, mass: Number, p_PScm_E: Numbers, G_SP_E: UnitInertia, skip_validity_check: bool = False):
+    def __init__(self, mass: Scalar, p_PScm_E: Scalars, G_SP_E: UnitInertia, skip_validity_check: bool = False):
         """
         Args:
             mass: Mass of S [kg].
@@ -114,7 +114,7 @@ class SpatialInertia(ScalarBase):
         )
 
     @classmethod
-    def _make(cls, mass: Number, p: np.ndarray, G: np.ndarray) -> Self:
+    def _make(cls, mass: Scalar, p: np.ndarray, G: np.ndarray) -> Self:
         """Unchecked, from numbers and arrays that nobody else will write."""
         new = _new(cls._plain_class())
         p.setflags(write=False)
@@ -122,7 +122,7 @@ class SpatialInertia(ScalarBase):
         return new
 
     @classmethod
-    def MakeFromCentralInertia(cls, mass: Number, p_PScm_E: Numbers, I_SScm_E: RotationalInertia) -> SpatialInertia:
+    def MakeFromCentralInertia(cls, mass: Scalar, p_PScm_E: Scalars, I_SScm_E: RotationalInertia) -> SpatialInertia:
         """From the rotational inertia about the centre of mass.
 
         Args:
@@ -156,7 +156,7 @@ class SpatialInertia(ScalarBase):
     # --- named shapes ---
 
     @classmethod
-    def _positive(cls, call: str, **named: Number) -> list:
+    def _positive(cls, call: str, **named: Scalar) -> list:
         values = []
         for name, value in named.items():
             converted = cls._argument(call, scalar(cls._T), **{name: value})
@@ -168,36 +168,36 @@ class SpatialInertia(ScalarBase):
         return values
 
     @classmethod
-    def _about_center(cls, mass: Number, G: UnitInertia) -> Self:
+    def _about_center(cls, mass: Scalar, G: UnitInertia) -> Self:
         return cls._make(mass, as_array(cls._T, np.zeros(3), (3,)), G._I)
 
     @classmethod
-    def _direction(cls, call: str, unit_vector: Numbers) -> np.ndarray:
+    def _direction(cls, call: str, unit_vector: Scalars) -> np.ndarray:
         u = cls._argument(call, vector(cls._T, 3), unit_vector=unit_vector)
         check_unit_vector(cls._T, call, u)
         return u
 
     @classmethod
-    def SolidBoxWithDensity(cls, density: Number, lx: Number, ly: Number, lz: Number) -> SpatialInertia:
+    def SolidBoxWithDensity(cls, density: Scalar, lx: Scalar, ly: Scalar, lz: Scalar) -> SpatialInertia:
         """A box [kg/m^3, m] about its centre."""
         density, lx, ly, lz = cls._positive("SolidBoxWithDensity", density=density, lx=lx, ly=ly, lz=lz)
         return cls.SolidBoxWithMass(density * (lx * ly * lz), lx, ly, lz)
 
     @classmethod
-    def SolidBoxWithMass(cls, mass: Number, lx: Number, ly: Number, lz: Number) -> SpatialInertia:
+    def SolidBoxWithMass(cls, mass: Scalar, lx: Scalar, ly: Scalar, lz: Scalar) -> SpatialInertia:
         """A box [kg, m] about its centre."""
         mass, lx, ly, lz = cls._positive("SolidBoxWithMass", mass=mass, lx=lx, ly=ly, lz=lz)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidBox(lx, ly, lz))
 
     @classmethod
-    def SolidCubeWithDensity(cls, density: Number, length: Number) -> SpatialInertia:
+    def SolidCubeWithDensity(cls, density: Scalar, length: Scalar) -> SpatialInertia:
         """A cube [kg/m^3, m] about its centre."""
         density, length = cls._positive("SolidCubeWithDensity", density=density, length=length)
         return cls.SolidBoxWithMass(density * (length * length * length), length, length, length)
 
     @classmethod
     def SolidCapsuleWithDensity(
-        cls, density: Number, radius: Number, length: Number, unit_vector: Numbers
+        cls, density: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
     ) -> SpatialInertia:
         """A capsule [kg/m^3, m] about its centre, its axis along `unit_vector`."""
         call = "SolidCapsuleWithDensity"
@@ -207,7 +207,7 @@ class SpatialInertia(ScalarBase):
         return cls.SolidCapsuleWithMass(density * volume, radius, length, unit_vector)
 
     @classmethod
-    def SolidCapsuleWithMass(cls, mass: Number, radius: Number, length: Number, unit_vector: Numbers) -> SpatialInertia:
+    def SolidCapsuleWithMass(cls, mass: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars) -> SpatialInertia:
         """A capsule [kg, m] about its centre, its axis along `unit_vector`; `length` without the half balls."""
         call = "SolidCapsuleWithMass"
         mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
@@ -216,7 +216,7 @@ class SpatialInertia(ScalarBase):
 
     @classmethod
     def SolidCylinderWithDensity(
-        cls, density: Number, radius: Number, length: Number, unit_vector: Numbers
+        cls, density: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
     ) -> SpatialInertia:
         """A cylinder [kg/m^3, m] about its centre, its axis along `unit_vector`."""
         mass = cls._cylinder_mass("SolidCylinderWithDensity", density, radius, length, unit_vector)
@@ -224,21 +224,21 @@ class SpatialInertia(ScalarBase):
 
     @classmethod
     def SolidCylinderWithDensityAboutEnd(
-        cls, density: Number, radius: Number, length: Number, unit_vector: Numbers
+        cls, density: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
     ) -> SpatialInertia:
         """A cylinder [kg/m^3, m] about the centre of one end, from there along `unit_vector`."""
         mass = cls._cylinder_mass("SolidCylinderWithDensityAboutEnd", density, radius, length, unit_vector)
         return cls.SolidCylinderWithMassAboutEnd(mass, radius, length, unit_vector)
 
     @classmethod
-    def _cylinder_mass(cls, call: str, density: Number, radius: Number, length: Number, unit_vector: Numbers) -> Number:
+    def _cylinder_mass(cls, call: str, density: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars) -> Scalar:
         density, radius, length = cls._positive(call, density=density, radius=radius, length=length)
         cls._direction(call, unit_vector)
         return density * (math.pi * radius * radius * length)
 
     @classmethod
     def SolidCylinderWithMass(
-        cls, mass: Number, radius: Number, length: Number, unit_vector: Numbers
+        cls, mass: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
     ) -> SpatialInertia:
         """A cylinder [kg, m] about its centre, its axis along `unit_vector`."""
         call = "SolidCylinderWithMass"
@@ -248,7 +248,7 @@ class SpatialInertia(ScalarBase):
 
     @classmethod
     def SolidCylinderWithMassAboutEnd(
-        cls, mass: Number, radius: Number, length: Number, unit_vector: Numbers
+        cls, mass: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
     ) -> SpatialInertia:
         """A cylinder [kg, m] about the centre of one end, from there along `unit_vector`."""
         call = "SolidCylinderWithMassAboutEnd"
@@ -258,51 +258,51 @@ class SpatialInertia(ScalarBase):
         return centered.Shift(u * (-0.5 * length))
 
     @classmethod
-    def ThinRodWithMass(cls, mass: Number, length: Number, unit_vector: Numbers) -> SpatialInertia:
+    def ThinRodWithMass(cls, mass: Scalar, length: Scalar, unit_vector: Scalars) -> SpatialInertia:
         """A thin rod [kg, m] about its centre, along `unit_vector`."""
         mass, length = cls._positive("ThinRodWithMass", mass=mass, length=length)
         u = cls._direction("ThinRodWithMass", unit_vector)
         return cls._about_center(mass, UnitInertia_[cls._T].ThinRod(length, u))
 
     @classmethod
-    def ThinRodWithMassAboutEnd(cls, mass: Number, length: Number, unit_vector: Numbers) -> SpatialInertia:
+    def ThinRodWithMassAboutEnd(cls, mass: Scalar, length: Scalar, unit_vector: Scalars) -> SpatialInertia:
         """A thin rod [kg, m] about one end, from there along `unit_vector`."""
         mass, length = cls._positive("ThinRodWithMassAboutEnd", mass=mass, length=length)
         u = cls._direction("ThinRodWithMassAboutEnd", unit_vector)
         return cls._about_center(mass, UnitInertia_[cls._T].ThinRod(length, u)).Shift(u * (-0.5 * length))
 
     @classmethod
-    def SolidEllipsoidWithDensity(cls, density: Number, a: Number, b: Number, c: Number) -> SpatialInertia:
+    def SolidEllipsoidWithDensity(cls, density: Scalar, a: Scalar, b: Scalar, c: Scalar) -> SpatialInertia:
         """An ellipsoid with half axes `a, b, c` [kg/m^3, m] about its centre."""
         density, a, b, c = cls._positive("SolidEllipsoidWithDensity", density=density, a=a, b=b, c=c)
         return cls.SolidEllipsoidWithMass(density * (4.0 / 3.0 * math.pi * a * b * c), a, b, c)
 
     @classmethod
-    def SolidEllipsoidWithMass(cls, mass: Number, a: Number, b: Number, c: Number) -> SpatialInertia:
+    def SolidEllipsoidWithMass(cls, mass: Scalar, a: Scalar, b: Scalar, c: Scalar) -> SpatialInertia:
         """An ellipsoid with half axes `a, b, c` [kg, m] about its centre."""
         mass, a, b, c = cls._positive("SolidEllipsoidWithMass", mass=mass, a=a, b=b, c=c)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidEllipsoid(a, b, c))
 
     @classmethod
-    def SolidSphereWithDensity(cls, density: Number, radius: Number) -> SpatialInertia:
+    def SolidSphereWithDensity(cls, density: Scalar, radius: Scalar) -> SpatialInertia:
         """A ball [kg/m^3, m] about its centre."""
         density, radius = cls._positive("SolidSphereWithDensity", density=density, radius=radius)
         return cls.SolidSphereWithMass(density * (4.0 / 3.0 * math.pi * radius * radius * radius), radius)
 
     @classmethod
-    def SolidSphereWithMass(cls, mass: Number, radius: Number) -> SpatialInertia:
+    def SolidSphereWithMass(cls, mass: Scalar, radius: Scalar) -> SpatialInertia:
         """A ball [kg, m] about its centre."""
         mass, radius = cls._positive("SolidSphereWithMass", mass=mass, radius=radius)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidSphere(radius))
 
     @classmethod
-    def HollowSphereWithDensity(cls, area_density: Number, radius: Number) -> SpatialInertia:
+    def HollowSphereWithDensity(cls, area_density: Scalar, radius: Scalar) -> SpatialInertia:
         """A thin spherical shell [kg/m^2, m] about its centre."""
         area_density, radius = cls._positive("HollowSphereWithDensity", area_density=area_density, radius=radius)
         return cls.HollowSphereWithMass(area_density * (4.0 * math.pi * radius * radius), radius)
 
     @classmethod
-    def HollowSphereWithMass(cls, mass: Number, radius: Number) -> SpatialInertia:
+    def HollowSphereWithMass(cls, mass: Scalar, radius: Scalar) -> SpatialInertia:
         """A thin spherical shell [kg, m] about its centre."""
         mass, radius = cls._positive("HollowSphereWithMass", mass=mass, radius=radius)
         return cls._about_center(mass, UnitInertia_[cls._T].HollowSphere(radius))
@@ -369,7 +369,7 @@ class SpatialInertia(ScalarBase):
         R = self._argument("ReExpress", instance_of(RotationMatrix_[self._T]), R_AE=R_AE)
         return self._make(self._mass, R._M.dot(self._p), self._G._turned(R))
 
-    def Shift(self, p_PQ_E: Numbers) -> SpatialInertia:
+    def Shift(self, p_PQ_E: Scalars) -> SpatialInertia:
         """M_SQ_E, about a point Q instead of P; `p_PQ_E` [m], shape (3,)."""
         p_PQ = self._argument("Shift", vector(self._T, 3), p_PQ_E=p_PQ_E)
         T, p_QScm = self._T, self._p - p_PQ
@@ -409,7 +409,7 @@ class SpatialInertia(ScalarBase):
         l = [a - b for a, b in zip((bottom * self._mass).tolist(), cross(mc, top.tolist()))]
         return result._make(h + l)
 
-    def __getstate__(self) -> tuple[Number, np.ndarray, UnitInertia]:
+    def __getstate__(self) -> tuple[Scalar, np.ndarray, UnitInertia]:
         return (self._mass, self._p.copy(), self._G)
 
     def __setstate__(self, state: Any) -> None:

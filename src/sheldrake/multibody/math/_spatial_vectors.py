@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from typing_extensions import Self
 
-    from sheldrake.common._types import Number, Numbers
+    from sheldrake.common._types import Scalar, Scalars
     from sheldrake.math import RotationMatrix
 
 _new = object.__new__
@@ -28,7 +28,7 @@ _ZERO = np.zeros(6)
 _ZERO.setflags(write=False)
 
 
-def cross(a: Sequence[Number] | np.ndarray, b: Sequence[Number] | np.ndarray) -> list:
+def cross(a: Sequence[Scalar] | np.ndarray, b: Sequence[Scalar] | np.ndarray) -> list:
     """Cross product of two vectors of any scalar."""
     ax, ay, az = a
     bx, by, bz = b
@@ -76,7 +76,7 @@ class SpatialVector(ScalarBase):
         ]
 
     @classmethod
-    def _make(cls, coefficients: Sequence[Number] | np.ndarray) -> Self:
+    def _make(cls, coefficients: Sequence[Scalar] | np.ndarray) -> Self:
         """Unchecked, from six numbers, or an array that nobody else will write."""
         if type(coefficients) is not np.ndarray:
             coefficients = np.array(coefficients, dtype=np.float64 if cls._T is float else object)
@@ -142,19 +142,19 @@ class SpatialVector(ScalarBase):
     def __neg__(self) -> Self:
         return self._make(-self._c)
 
-    def _scaled(self, factor: Number) -> np.ndarray | NotImplementedType:
+    def _scaled(self, factor: Scalar) -> np.ndarray | NotImplementedType:
         try:
             return self._c * as_scalar(self._T, factor)
         except Mismatch:
             return NotImplemented
 
-    def __mul__(self, factor: Number) -> Self:
+    def __mul__(self, factor: Scalar) -> Self:
         scaled = self._scaled(factor)
         return scaled if scaled is NotImplemented else self._make(scaled)
 
     __rmul__ = __mul__
 
-    def __imul__(self, factor: Number) -> Self:
+    def __imul__(self, factor: Scalar) -> Self:
         scaled = self._scaled(factor)
         if scaled is NotImplemented:
             return scaled
@@ -162,7 +162,7 @@ class SpatialVector(ScalarBase):
         self._c = scaled
         return self
 
-    def _moved(self, call: str, offset: Numbers) -> list:
+    def _moved(self, call: str, offset: Scalars) -> list:
         return self._argument(call, vector(self._T, 3), offset=offset).tolist()
 
     def _dot(self, other: SpatialVector, *kinds: ScalarTemplate) -> float:
@@ -190,7 +190,7 @@ class SpatialVelocity(SpatialVector):
     __slots__ = ()
     _NAMES = ("w", "v", "V")
 
-    def Shift(self, offset: Numbers) -> Self:
+    def Shift(self, offset: Scalars) -> Self:
         """V_MC of a frame C fixed to B.
 
         Args:
@@ -201,7 +201,7 @@ class SpatialVelocity(SpatialVector):
         return self._make(c[:3] + [v + x for v, x in zip(c[3:], cross(c[:3], p))])
 
     def ComposeWithMovingFrameVelocity(
-        self, position_of_moving_frame: Numbers, velocity_of_moving_frame: SpatialVelocity
+        self, position_of_moving_frame: Scalars, velocity_of_moving_frame: SpatialVelocity
     ) -> Self:
         """V_MC of a frame C that moves on B.
 
@@ -231,7 +231,7 @@ class SpatialAcceleration(SpatialVector):
     __slots__ = ()
     _NAMES = ("alpha", "a", "A")
 
-    def Shift(self, offset: Numbers, angular_velocity_of_this_frame: Numbers) -> Self:
+    def Shift(self, offset: Scalars, angular_velocity_of_this_frame: Scalars) -> Self:
         """A_MC of a frame C fixed to B.
 
         Args:
@@ -246,7 +246,7 @@ class SpatialAcceleration(SpatialVector):
         turned, centripetal = cross(c[:3], p), cross(w, cross(w, p))
         return self._make(c[:3] + [a + x + y for a, x, y in zip(c[3:], turned, centripetal)])
 
-    def ShiftWithZeroAngularVelocity(self, offset: Numbers) -> Self:
+    def ShiftWithZeroAngularVelocity(self, offset: Scalars) -> Self:
         """A_MC of a frame C fixed to B while B does not turn.
 
         Args:
@@ -258,8 +258,8 @@ class SpatialAcceleration(SpatialVector):
 
     def ComposeWithMovingFrameAcceleration(
         self,
-        position_of_moving_frame: Numbers,
-        angular_velocity_of_this_frame: Numbers,
+        position_of_moving_frame: Scalars,
+        angular_velocity_of_this_frame: Scalars,
         velocity_of_moving_frame: SpatialVelocity,
         acceleration_of_moving_frame: SpatialAcceleration,
     ) -> Self:
@@ -289,7 +289,7 @@ class SpatialForce(SpatialVector):
     __slots__ = ()
     _NAMES = ("tau", "f", "F")
 
-    def Shift(self, offset: Numbers) -> Self:
+    def Shift(self, offset: Scalars) -> Self:
         """The equivalent force at another point of the same body.
 
         Args:
@@ -313,7 +313,7 @@ class SpatialMomentum(SpatialVector):
     __slots__ = ()
     _NAMES = ("h", "l", "L")
 
-    def Shift(self, offset: Numbers) -> Self:
+    def Shift(self, offset: Scalars) -> Self:
         """The momentum about another point.
 
         Args:

@@ -15,13 +15,13 @@ from sheldrake.multibody.math._rotational_inertia import RotationalInertia, Rota
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from sheldrake.common._types import Number, Numbers
+    from sheldrake.common._types import Scalar, Scalars
     from sheldrake.math import RotationMatrix
 
 _UNIT_TOLERANCE = 1e-14  # how far from one the length of a direction may be, as in Drake
 
 
-def number(x: Number, T: type) -> float | None:
+def number(x: Scalar, T: type) -> float | None:
     """Its value, or None for a symbol."""
     if is_symbolic(T):
         return None
@@ -64,7 +64,7 @@ class UnitInertia(RotationalInertia):
         return [*plain, overload(from_inertia, I=instance_of(RotationalInertia_[T]))]
 
     @classmethod
-    def _lengths(cls, call: str, **named: Number) -> list:
+    def _lengths(cls, call: str, **named: Scalar) -> list:
         """Lengths [m], not negative."""
         values = []
         for name, value in named.items():
@@ -75,7 +75,7 @@ class UnitInertia(RotationalInertia):
             values.append(length)
         return values
 
-    def SetFromRotationalInertia(self, I: RotationalInertia, mass: Number) -> Self:
+    def SetFromRotationalInertia(self, I: RotationalInertia, mass: Scalar) -> Self:
         """Replace by the inertia of a body divided by its mass [kg]; gives this object.
 
         Raises:
@@ -91,43 +91,43 @@ class UnitInertia(RotationalInertia):
         return self
 
     @classmethod
-    def PointMass(cls, p_FQ: Numbers) -> UnitInertia:
+    def PointMass(cls, p_FQ: Scalars) -> UnitInertia:
         """A particle at `p_FQ` [m], shape (3,), about the origin."""
         return cls._make(point_mass(cls._T, cls._argument("PointMass", vector(cls._T, 3), p_FQ=p_FQ)))
 
     @classmethod
-    def SolidSphere(cls, r: Number) -> UnitInertia:
+    def SolidSphere(cls, r: Scalar) -> UnitInertia:
         """A ball of radius `r` [m] about its centre."""
         r = cls._argument("SolidSphere", scalar(cls._T), r=r)
         return cls.TriaxiallySymmetric(0.4 * r * r)
 
     @classmethod
-    def HollowSphere(cls, r: Number) -> UnitInertia:
+    def HollowSphere(cls, r: Scalar) -> UnitInertia:
         """A thin spherical shell of radius `r` [m] about its centre."""
         r = cls._argument("HollowSphere", scalar(cls._T), r=r)
         return cls.TriaxiallySymmetric(2.0 / 3.0 * r * r)
 
     @classmethod
-    def SolidEllipsoid(cls, a: Number, b: Number, c: Number) -> UnitInertia:
+    def SolidEllipsoid(cls, a: Scalar, b: Scalar, c: Scalar) -> UnitInertia:
         """An ellipsoid with half axes `a, b, c` [m] about its centre."""
         a, b, c = cls._lengths("SolidEllipsoid", a=a, b=b, c=c)
         aa, bb, cc = a * a, b * b, c * c
         return cls._plain_class()((bb + cc) / 5.0, (aa + cc) / 5.0, (aa + bb) / 5.0)
 
     @classmethod
-    def SolidBox(cls, Lx: Number, Ly: Number, Lz: Number) -> UnitInertia:
+    def SolidBox(cls, Lx: Scalar, Ly: Scalar, Lz: Scalar) -> UnitInertia:
         """A box with edges `Lx, Ly, Lz` [m] about its centre."""
         x, y, z = cls._lengths("SolidBox", Lx=Lx, Ly=Ly, Lz=Lz)
         xx, yy, zz = x * x, y * y, z * z
         return cls._plain_class()((yy + zz) / 12.0, (xx + zz) / 12.0, (xx + yy) / 12.0)
 
     @classmethod
-    def SolidCube(cls, L: Number) -> UnitInertia:
+    def SolidCube(cls, L: Scalar) -> UnitInertia:
         """A cube with edge `L` [m] about its centre."""
         return cls.SolidBox(L, L, L)
 
     @classmethod
-    def SolidCylinder(cls, radius: Number, length: Number, unit_vector: Numbers) -> UnitInertia:
+    def SolidCylinder(cls, radius: Scalar, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A cylinder [m] about its centre, its axis along `unit_vector`, shape (3,)."""
         radius, length = cls._lengths("SolidCylinder", radius=radius, length=length)
         along = 0.5 * radius * radius
@@ -135,7 +135,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCylinder", along, across, unit_vector)
 
     @classmethod
-    def SolidCylinderAboutEnd(cls, radius: Number, length: Number, unit_vector: Numbers) -> UnitInertia:
+    def SolidCylinderAboutEnd(cls, radius: Scalar, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A cylinder [m] about the centre of one end, its axis along `unit_vector`, shape (3,)."""
         radius, length = cls._lengths("SolidCylinderAboutEnd", radius=radius, length=length)
         along = 0.5 * radius * radius
@@ -143,7 +143,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCylinderAboutEnd", along, across, unit_vector)
 
     @classmethod
-    def SolidCapsule(cls, radius: Number, length: Number, unit_vector: Numbers) -> UnitInertia:
+    def SolidCapsule(cls, radius: Scalar, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A cylinder of `length` [m] with half balls of `radius` [m] on its ends, about its centre."""
         radius, length = cls._lengths("SolidCapsule", radius=radius, length=length)
         if not is_symbolic(cls._T):
@@ -161,7 +161,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCapsule", along, across, unit_vector)
 
     @classmethod
-    def ThinRod(cls, length: Number, unit_vector: Numbers) -> UnitInertia:
+    def ThinRod(cls, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A thin rod of `length` [m] about its centre, along `unit_vector`, shape (3,)."""
         (length,) = cls._lengths("ThinRod", length=length)
         plain = number(length, cls._T)
@@ -171,7 +171,7 @@ class UnitInertia(RotationalInertia):
 
     @classmethod
     def AxiallySymmetric(
-        cls, moment_parallel: Number, moment_perpendicular: Number, unit_vector: Numbers
+        cls, moment_parallel: Scalar, moment_perpendicular: Scalar, unit_vector: Scalars
     ) -> UnitInertia:
         """A body of revolution with the given moments [m^2], its axis along `unit_vector`, shape (3,).
 
@@ -189,7 +189,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial(call, along, across, unit_vector)
 
     @classmethod
-    def StraightLine(cls, moment_perpendicular: Number, unit_vector: Numbers) -> UnitInertia:
+    def StraightLine(cls, moment_perpendicular: Scalar, unit_vector: Scalars) -> UnitInertia:
         """Mass along a line: `moment_perpendicular` [m^2] across `unit_vector`, nothing along it."""
         (across,) = cls._lengths("StraightLine", moment_perpendicular=moment_perpendicular)
         plain = number(across, cls._T)
@@ -198,7 +198,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("StraightLine", 0.0 * across, across, unit_vector)
 
     @classmethod
-    def _axial(cls, call: str, along: Number, across: Number, unit_vector: Numbers) -> UnitInertia:
+    def _axial(cls, call: str, along: Scalar, across: Scalar, unit_vector: Scalars) -> UnitInertia:
         T = cls._T
         u = cls._argument(call, vector(T, 3), unit_vector=unit_vector)
         check_unit_vector(T, call, u)
@@ -208,12 +208,12 @@ class UnitInertia(RotationalInertia):
         """G_BP_A, expressed in frame A instead of E."""
         return self._make(self._turned(R_AE))
 
-    def ShiftFromCenterOfMass(self, p_BcmQ_E: Numbers) -> UnitInertia:  # type: ignore[override]
+    def ShiftFromCenterOfMass(self, p_BcmQ_E: Scalars) -> UnitInertia:  # type: ignore[override]
         """G_BQ of this G_BBcm; `p_BcmQ_E` [m] is the position of Q from the centre of mass, shape (3,)."""
         p = self._argument("ShiftFromCenterOfMass", vector(self._T, 3), p_BcmQ_E=p_BcmQ_E)
         return self._make(self._I + point_mass(self._T, p))
 
-    def ShiftToCenterOfMass(self, p_QBcm_E: Numbers) -> UnitInertia:  # type: ignore[override]
+    def ShiftToCenterOfMass(self, p_QBcm_E: Scalars) -> UnitInertia:  # type: ignore[override]
         """G_BBcm of this G_BQ; `p_QBcm_E` [m] is the position of the centre of mass from Q, shape (3,)."""
         p = self._argument("ShiftToCenterOfMass", vector(self._T, 3), p_QBcm_E=p_QBcm_E)
         return self._make(self._I - point_mass(self._T, p))

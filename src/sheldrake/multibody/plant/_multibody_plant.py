@@ -363,6 +363,8 @@ class MultibodyPlant(LeafSystem):
 
     # --- Bodies that float
 
+    SetBaseBodyJointType = _free_bodies(FreeBodies.SetBaseBodyJointType)
+    GetBaseBodyJointType = _free_bodies(FreeBodies.GetBaseBodyJointType)
     GetFloatingBaseBodies = _free_bodies(FreeBodies.GetFloatingBaseBodies)
     HasUniqueFloatingBaseBody = _free_bodies(FreeBodies.HasUniqueFloatingBaseBody)
     GetUniqueFloatingBaseBodyOrThrow = _free_bodies(FreeBodies.GetUniqueFloatingBaseBodyOrThrow)

@@ -68,7 +68,7 @@ class PlantParts:
         self.failures = Failures(elements, settings, geometry, contexts, models)
         self.advance = advance = Advance(elements, settings, contexts, models, applied, self.failures)
         self.accelerations = Accelerations(elements, settings, contexts, kinematics, advance)
-        self.reports = reports = Reports(plant, models, advance)
+        self.reports = reports = Reports(plant, contexts, models, advance)
         self.reactions = Reactions(elements, settings, geometry, contexts, applied, models, advance, reports)
         self.contact_in_words = ContactInWords(geometry, settings, kinematics)
         self.output_ports = OutputPorts(
@@ -84,7 +84,7 @@ class PlantParts:
         if self.elements.is_finalized():
             raise RuntimeError("MultibodyPlant::Finalize(): repeated calls not allowed.")
         self.settings.refuse_dry_friction()
-        self.elements.finalize(freeze(self.elements, self.free_bodies.default_poses))
+        self.elements.finalize(freeze(self.elements, self.free_bodies.base_joint))
         state_index = self.contexts.declare()
         self.geometry.filter_collisions(self.topology.welded_groups())
         self.inputs.declare(self.plant, self.elements)

@@ -23,13 +23,13 @@ from sheldrake.multibody.tree._kernels import forces
 if TYPE_CHECKING:
     from typing import NoReturn
 
-    from sheldrake.common._types import Numbers
+    from sheldrake.common._types import Scalars
     from sheldrake.multibody.math import SpatialForce
     from sheldrake.multibody.tree._rigid_body import RigidBody
     from sheldrake.systems.framework import Context
 
 
-@dataclasses.dataclass
+@dataclasses.dataclass(slots=True)
 class DoorHingeConfig:
     """Numbers of a door hinge.
 
@@ -118,10 +118,10 @@ class LinearBushingRollPitchYaw(ForceElement):
         self,
         frameA: Frame,
         frameC: Frame,
-        torque_stiffness_constants: Numbers,
-        torque_damping_constants: Numbers,
-        force_stiffness_constants: Numbers,
-        force_damping_constants: Numbers,
+        torque_stiffness_constants: Scalars,
+        torque_damping_constants: Scalars,
+        force_stiffness_constants: Scalars,
+        force_damping_constants: Scalars,
     ):
         """
         Args:
@@ -189,7 +189,7 @@ class LinearBushingRollPitchYaw(ForceElement):
     def _get(self, context: Context, call: str, at: int) -> np.ndarray:
         return np.array(self._finalized(call).contexts.numbers(context, self._group)[at : at + 3])
 
-    def _set(self, context: Context, call: str, at: int, values: Numbers) -> None:
+    def _set(self, context: Context, call: str, at: int, values: Scalars) -> None:
         owner = self._finalized(call)
         numbers = np.array(owner.contexts.numbers(context, self._group))
         numbers[at : at + 3] = vector(call, "the constants", values, 3)
@@ -211,19 +211,19 @@ class LinearBushingRollPitchYaw(ForceElement):
         """Damping of x, y, z as the context has it [N s/m], shape (3,)."""
         return self._get(context, "GetForceDampingConstants", 9)
 
-    def SetTorqueStiffnessConstants(self, context: Context, torque_stiffness: Numbers) -> None:
+    def SetTorqueStiffnessConstants(self, context: Context, torque_stiffness: Scalars) -> None:
         """Changes the stiffness of roll, pitch, yaw in a context [N m/rad]."""
         self._set(context, "SetTorqueStiffnessConstants", 0, torque_stiffness)
 
-    def SetTorqueDampingConstants(self, context: Context, torque_damping: Numbers) -> None:
+    def SetTorqueDampingConstants(self, context: Context, torque_damping: Scalars) -> None:
         """Changes the damping of roll, pitch, yaw in a context [N m s/rad]."""
         self._set(context, "SetTorqueDampingConstants", 3, torque_damping)
 
-    def SetForceStiffnessConstants(self, context: Context, force_stiffness: Numbers) -> None:
+    def SetForceStiffnessConstants(self, context: Context, force_stiffness: Scalars) -> None:
         """Changes the stiffness of x, y, z in a context [N/m]."""
         self._set(context, "SetForceStiffnessConstants", 6, force_stiffness)
 
-    def SetForceDampingConstants(self, context: Context, force_damping: Numbers) -> None:
+    def SetForceDampingConstants(self, context: Context, force_damping: Scalars) -> None:
         """Changes the damping of x, y, z in a context [N s/m]."""
         self._set(context, "SetForceDampingConstants", 9, force_damping)
 

@@ -6,6 +6,7 @@ reads and writes through these.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -17,7 +18,7 @@ from sheldrake.multibody.tree._owner import Owner
 from sheldrake.multibody.tree._scoped_name import ScopedName
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Numbers
+    from sheldrake.common._types import Scalars
     from sheldrake.multibody.plant import MultibodyPlant
 
 _FLOAT64 = np.dtype(np.float64)
@@ -119,7 +120,7 @@ def of_scalar(value: Any, scalar: type) -> Any:
     return value if value._T is scalar else value.cast[scalar]()
 
 
-def vector(call: str, name: str, value: Numbers, size: int) -> np.ndarray:
+def vector(call: str, name: str, value: Scalars, size: int) -> np.ndarray:
     """`value` as a new array of `size` numbers (floats, or objects of another scalar type).
 
     Raises:
@@ -163,6 +164,14 @@ def nonnegative(call: str, **numbers: object) -> None:
     for name, value in numbers.items():
         if isinstance(value, (int, float)) and not value >= 0.0:
             raise RuntimeError(f"{call}(): {name} must be nonnegative, not {value}.")
+
+
+def are_finite(values: Any) -> bool:
+    """Whether these are floats, none of them infinite or nan; False where that takes a closer look."""
+    for value in values:
+        if type(value) is not float and type(value) is not np.float64:
+            return False
+    return math.isfinite(sum(values))
 
 
 def finite(call: str, name: str, value: Any) -> Any:

@@ -18,7 +18,7 @@ from sheldrake.multibody.tree._joints_axis import PrismaticJoint, RevoluteJoint
 from sheldrake.multibody.tree._rigid_body import RigidBody
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Numbers
+    from sheldrake.common._types import Scalars
     from sheldrake.multibody.tree._joint import Joint
     from sheldrake.systems.framework import Context
 
@@ -50,7 +50,7 @@ class UniformGravityFieldElement(ForceElement):
 
     kDefaultStrength: ClassVar[float] = 9.81  # [m/s²]
 
-    def __init__(self, g_W: Numbers = (0.0, 0.0, -kDefaultStrength)):
+    def __init__(self, g_W: Scalars = (0.0, 0.0, -kDefaultStrength)):
         """
         Args:
             g_W: Acceleration of gravity, in W [m/s²], shape (3,).
@@ -63,7 +63,7 @@ class UniformGravityFieldElement(ForceElement):
         """Acceleration of gravity, in W [m/s²], shape (3,)."""
         return self._g_W.copy()
 
-    def set_gravity_vector(self, g_W: Numbers) -> None:
+    def set_gravity_vector(self, g_W: Scalars) -> None:
         """Sets the acceleration of gravity, in W [m/s²]."""
         call = "UniformGravityFieldElement.set_gravity_vector"
         self._g_W = finite(call, "g_W", vector(call, "g_W", g_W, 3))
@@ -205,9 +205,9 @@ class LinearSpringDamper(ForceElement):
     def __init__(
         self,
         bodyA: RigidBody,
-        p_AP: Numbers,
+        p_AP: Scalars,
         bodyB: RigidBody,
-        p_BQ: Numbers,
+        p_BQ: Scalars,
         free_length: float,
         stiffness: float,
         damping: float,

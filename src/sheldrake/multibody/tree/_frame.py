@@ -92,9 +92,8 @@ class Frame(NamedElement):
 
     def CalcPose(self, context: Context, frame_M: Frame) -> RigidTransform:
         """X_MF: this frame F in another frame M."""
-        return (
-            expect("CalcPose", frame_M, Frame).CalcPoseInWorld(context).InvertAndCompose(self.CalcPoseInWorld(context))
-        )
+        kinematics = self._finalized("CalcPose").kinematics
+        return kinematics.CalcRelativeTransform(context, expect("CalcPose", frame_M, Frame), self)
 
     def CalcRotationMatrixInWorld(self, context: Context) -> RotationMatrix:
         """R_WF."""

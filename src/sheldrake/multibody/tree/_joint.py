@@ -13,7 +13,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.math import RigidTransform
-from sheldrake.multibody.tree._element import NamedElement, finite, of_scalar, require_numbers, vector
+from sheldrake.multibody.tree._element import NamedElement, are_finite, finite, of_scalar, require_numbers, vector
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._index import JointIndex
 from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
     from typing_extensions import Self
 
-    from sheldrake.common._types import Numbers, Vector
+    from sheldrake.common._types import Scalars, Vector
     from sheldrake.common.eigen_geometry import Quaternion
     from sheldrake.multibody.math import SpatialVelocity
     from sheldrake.multibody.tree._multibody_forces import MultibodyForces
@@ -49,7 +49,7 @@ class Joint(NamedElement):
             cls._type = JOINT_TYPES[name]
             Joint._classes[name] = cls
 
-    def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Numbers = ()):
+    def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Scalars = ()):
         """
         Args:
             name: Its name, unique in the model instance of the child.
@@ -199,7 +199,7 @@ class Joint(NamedElement):
         """Sets the limits of the accelerations."""
         self._set_limits("acceleration", lower_limits, upper_limits)
 
-    def set_dry_friction(self, efforts: Numbers) -> None:
+    def set_dry_friction(self, efforts: Scalars) -> None:
         """Gives the joint dry friction: it moves only against an effort of this size. Drake's joints have none.
 
         Discrete plants have it, with kLagged, kSimilar or kSap contact: a stuck joint creeps, some 1e-4 of the speed
@@ -222,7 +222,7 @@ class Joint(NamedElement):
         """Largest dry friction of each velocity [N m or N], shape (num_velocities,)."""
         return self._dry_friction.copy()
 
-    def _set_limits(self, kind: str, lower: Numbers, upper: Numbers) -> None:
+    def _set_limits(self, kind: str, lower: Scalars, upper: Scalars) -> None:
         call, size = f"set_{kind}_limits", len(self._limits[kind][0])
         lower, upper = np.ravel(np.asarray(lower, float)), np.ravel(np.asarray(upper, float))
         if lower.shape != (size,) or upper.shape != (size,):
@@ -239,7 +239,7 @@ class Joint(NamedElement):
 
     # --- damping
 
-    def _checked_damping(self, damping: Numbers) -> np.ndarray:
+    def _checked_damping(self, damping: Scalars) -> np.ndarray:
         size = self.num_velocities()
         damping = np.ravel(np.asarray(damping, float))
         if damping.shape != (size,):
@@ -266,7 +266,7 @@ class Joint(NamedElement):
         """Damping of each velocity as the context has it, shape (nv,)."""
         return np.array(self._finalized("GetDampingVector").contexts.numbers(context, self._group))
 
-    def SetDampingVector(self, context: Context, damping: Numbers) -> None:
+    def SetDampingVector(self, context: Context, damping: Scalars) -> None:
         """Changes the damping in a context."""
         owner = self._finalized("SetDampingVector")
         damping = vector("SetDampingVector", "damping", damping, self.num_velocities())
@@ -333,7 +333,7 @@ class Joint(NamedElement):
         X_FM = self.GetDefaultPose()
         return X_FM.rotation().ToQuaternion(), X_FM.translation()
 
-    def SetDefaultPosePair(self, q_FM: Quaternion, p_FM: Numbers) -> None:
+    def SetDefaultPosePair(self, q_FM: Quaternion, p_FM: Scalars) -> None:
         """Sets the default positions from a Quaternion and p_FM."""
         self.SetDefaultPose(RigidTransform(q_FM, p_FM))
 
@@ -364,7 +364,7 @@ class Joint(NamedElement):
         """Its positions, shape (nq,)."""
         return self._q(context, "GetPositions")
 
-    def SetPositions(self, context: Context, positions: Numbers) -> None:
+    def SetPositions(self, context: Context, positions: Scalars) -> None:
         """Sets its positions."""
         self._write_q(context, "SetPositions", vector("SetPositions", "positions", positions, self.num_positions()))
 
@@ -372,7 +372,7 @@ class Joint(NamedElement):
         """Its velocities, shape (nv,)."""
         return self._velocities(context, "GetVelocities")
 
-    def SetVelocities(self, context: Context, velocities: Numbers) -> None:
+    def SetVelocities(self, context: Context, velocities: Scalars) -> None:
         """Sets its velocities."""
         self._write_v(
             context, "SetVelocities", vector("SetVelocities", "velocities", velocities, self.num_velocities())
@@ -402,15 +402,17 @@ class Joint(NamedElement):
 
     def _write_q(self, context: Context, call: str, values: Vector, at: int = 0) -> Self:
         owner = self._finalized(call)
-        require_numbers(f"{type(self).__name__}.{call}", values)
-        finite(f"{type(self).__name__}.{call}", "the positions", values)
+        if not are_finite(values):
+            require_numbers(f"{type(self).__name__}.{call}", values)
+            finite(f"{type(self).__name__}.{call}", "the positions", values)
         owner.contexts.write_positions(context, self._q_start + at, values)
         return self
 
     def _write_v(self, context: Context, call: str, values: Vector, at: int = 0) -> Self:
         owner = self._finalized(call)
-        require_numbers(f"{type(self).__name__}.{call}", values)
-        finite(f"{type(self).__name__}.{call}", "the velocities", values)
+        if not are_finite(values):
+            require_numbers(f"{type(self).__name__}.{call}", values)
+            finite(f"{type(self).__name__}.{call}", "the velocities", values)
         owner.contexts.write_velocities(context, self._v_start + at, values)
         return self
 

@@ -16,16 +16,15 @@ from sheldrake.multibody.tree._index import JointActuatorIndex
 from sheldrake.multibody.tree._joint import Joint
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Numbers
+    from sheldrake.common._types import Scalars
     from sheldrake.systems.framework import Context
 
 
 class PdControllerGains:
     """Gains of a joint's position controller: p [N m/rad or N/m] and d [N m s/rad or N s/m]."""
 
+    __slots__ = ("d", "p")
     __fields__ = ("p", "d")
-    p: float = 0.0
-    d: float = 0.0
 
     def __init__(self, p: float = 0.0, d: float = 0.0):
         self.p, self.d = float(p), float(d)
@@ -130,13 +129,13 @@ class JointActuator(NamedElement):
         """Number of its efforts."""
         return self._joint.num_velocities()
 
-    def get_actuation_vector(self, u: Numbers) -> np.ndarray:
+    def get_actuation_vector(self, u: Scalars) -> np.ndarray:
         """Its part of the plant's actuation vector u."""
         owner = self._finalized("get_actuation_vector")
         u = vector("get_actuation_vector", "u", u, owner.plant.num_actuated_dofs())
         return u[self._input_start : self._input_start + self.num_inputs()]
 
-    def set_actuation_vector(self, u_actuator: Numbers, u: np.ndarray) -> None:
+    def set_actuation_vector(self, u_actuator: Scalars, u: np.ndarray) -> None:
         """Writes its part of the plant's actuation vector u, in place."""
         self._finalized("set_actuation_vector")
         u_actuator = vector("set_actuation_vector", "u_actuator", u_actuator, self.num_inputs())

@@ -14,7 +14,7 @@ from sheldrake.multibody.tree._joints_axis import OneVelocityJoint
 from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory, PiecewiseConstantCurvatureTrajectory_
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Number, Numbers
+    from sheldrake.common._types import Scalar, Scalars
     from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.systems.framework import Context
 
@@ -112,7 +112,7 @@ class CurvilinearJoint(OneVelocityJoint):
         """Sets the distance in a default context [m]."""
         self.set_default_positions([distance])
 
-    def set_random_distance_distribution(self, distance: Number | Numbers) -> None:
+    def set_random_distance_distribution(self, distance: Scalar | Scalars) -> None:
         """Sets the expression from which SetRandomState() draws the distance."""
         self._random_q = [distance]
 

@@ -19,7 +19,7 @@ from sheldrake.multibody.tree._joint import Joint
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-    from sheldrake.common._types import Numbers, Vector
+    from sheldrake.common._types import Scalars, Vector
     from sheldrake.multibody.math import SpatialVelocity
     from sheldrake.systems.framework import Context
 
@@ -72,7 +72,7 @@ class _FloatingJoint(Joint):
         """p_FM [m], shape (3,)."""
         return self._q(context, "get_translation")[self._p_start :]
 
-    def SetTranslation(self, context: Context, p_FM: Numbers) -> Self:
+    def SetTranslation(self, context: Context, p_FM: Scalars) -> Self:
         """Moves M's origin to p_FM [m]."""
         return self._write_q(context, "SetTranslation", vector("SetTranslation", "p_FM", p_FM, 3), self._p_start)
 
@@ -80,7 +80,7 @@ class _FloatingJoint(Joint):
         """w_FM expressed in F [rad/s], shape (3,)."""
         return self._velocities(context, "get_angular_velocity")[:3]
 
-    def set_angular_velocity(self, context: Context, w_FM: Numbers) -> Self:
+    def set_angular_velocity(self, context: Context, w_FM: Scalars) -> Self:
         """Sets w_FM expressed in F [rad/s]."""
         return self._write_v(context, "set_angular_velocity", vector("set_angular_velocity", "w_FM", w_FM, 3))
 
@@ -88,7 +88,7 @@ class _FloatingJoint(Joint):
         """v_FM expressed in F [m/s], shape (3,)."""
         return self._velocities(context, "get_translational_velocity")[3:]
 
-    def set_translational_velocity(self, context: Context, v_FM: Numbers) -> Self:
+    def set_translational_velocity(self, context: Context, v_FM: Scalars) -> Self:
         """Sets v_FM expressed in F [m/s]."""
         call = "set_translational_velocity"
         return self._write_v(context, call, vector(call, "v_FM", v_FM, 3), 3)
@@ -97,7 +97,7 @@ class _FloatingJoint(Joint):
         """p_FM in a default context [m], shape (3,)."""
         return self._default_q[self._p_start :].copy()
 
-    def _set_default_translation(self, p_FM: Numbers) -> None:
+    def _set_default_translation(self, p_FM: Scalars) -> None:
         self._default_q[self._p_start :] = vector("set_default_translation", "p_FM", p_FM, 3)
 
 
@@ -141,7 +141,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         """Sets the quaternion in a default context."""
         self._default_q[:4] = q_FM.wxyz()
 
-    def set_default_translation(self, translation: Numbers) -> None:
+    def set_default_translation(self, translation: Scalars) -> None:
         """Sets p_FM in a default context [m]."""
         self._set_default_translation(translation)
 
@@ -153,7 +153,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         """Makes SetRandomState() draw uniformly distributed rotations."""
         self._random_q = ["uniform", None, None, None, *(self._random_q or list(self._default_q))[4:]]
 
-    def set_random_translation_distribution(self, translation: Numbers) -> None:
+    def set_random_translation_distribution(self, translation: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws p_FM."""
         self._random_q = [*(self._random_q or list(self._default_q))[:4], *np.ravel(np.asarray(translation))]
 
@@ -179,7 +179,7 @@ class RpyFloatingJoint(_FloatingJoint):
         """Roll, pitch, yaw [rad], shape (3,)."""
         return self._q(context, "get_angles")[:3]
 
-    def set_angles(self, context: Context, angles: Numbers) -> RpyFloatingJoint:
+    def set_angles(self, context: Context, angles: Scalars) -> RpyFloatingJoint:
         """Sets roll, pitch, yaw [rad]."""
         return self._write_q(context, "set_angles", vector("set_angles", "angles", angles, 3))
 
@@ -187,18 +187,18 @@ class RpyFloatingJoint(_FloatingJoint):
         """Roll, pitch, yaw in a default context [rad], shape (3,)."""
         return self._default_q[:3].copy()
 
-    def set_default_angles(self, angles: Numbers) -> None:
+    def set_default_angles(self, angles: Scalars) -> None:
         """Sets roll, pitch, yaw in a default context [rad]."""
         self._default_q[:3] = vector("set_default_angles", "angles", angles, 3)
 
-    def set_default_translation(self, p_FM: Numbers) -> None:
+    def set_default_translation(self, p_FM: Scalars) -> None:
         """Sets p_FM in a default context [m]."""
         self._set_default_translation(p_FM)
 
-    def set_random_angles_distribution(self, angles: Numbers) -> None:
+    def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""
         self._random_q = [*np.ravel(np.asarray(angles)), *(self._random_q or list(self._default_q))[3:]]
 
-    def set_random_translation_distribution(self, p_FM: Numbers) -> None:
+    def set_random_translation_distribution(self, p_FM: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws p_FM."""
         self._random_q = [*(self._random_q or list(self._default_q))[:3], *np.ravel(np.asarray(p_FM))]

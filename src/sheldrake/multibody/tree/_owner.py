@@ -93,6 +93,9 @@ class FrameMotions(Protocol):
     def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
         """V_WF."""
 
+    def CalcRelativeTransform(self, context: Any, frame_A: Any, frame_B: Any) -> Any:
+        """X_AB."""
+
 
 class FrameAccelerations(Protocol):
     """How frames accelerate."""

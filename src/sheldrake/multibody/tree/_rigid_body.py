@@ -20,7 +20,7 @@ from sheldrake.multibody.tree._index import BodyIndex, ModelInstanceIndex, defau
 from sheldrake.systems.framework._vector import lifted
 
 if TYPE_CHECKING:
-    from sheldrake.common._types import Numbers, Vector
+    from sheldrake.common._types import Scalars, Vector
     from sheldrake.math import RigidTransform
     from sheldrake.multibody.math import SpatialAcceleration, SpatialVelocity
     from sheldrake.multibody.tree._joint import Joint
@@ -94,11 +94,11 @@ class RigidBody(NamedElement):
         """
         self._change(context, "SetMass", 0, [mass])
 
-    def SetCenterOfMassInBodyFrame(self, context: Context, com: Numbers) -> None:
+    def SetCenterOfMassInBodyFrame(self, context: Context, com: Scalars) -> None:
         """Changes p_BoBcm_B [m] in a context; the unit inertia about Bo stays."""
         self._change(context, "SetCenterOfMassInBodyFrame", 1, vector("SetCenterOfMassInBodyFrame", "com", com, 3))
 
-    def SetCenterOfMassInBodyFrameAndPreserveCentralInertia(self, context: Context, com: Numbers) -> None:
+    def SetCenterOfMassInBodyFrameAndPreserveCentralInertia(self, context: Context, com: Scalars) -> None:
         """Changes p_BoBcm_B [m] in a context and keeps the inertia about the centre of mass."""
         call = "SetCenterOfMassInBodyFrameAndPreserveCentralInertia"
         M = self.CalcSpatialInertiaInBodyFrame(context)
@@ -166,7 +166,7 @@ class RigidBody(NamedElement):
 
     @checked
     def AddInForce(
-        self, context: Context, p_BP_E: Numbers, F_Bp_E: SpatialForce, frame_E: Frame, forces: MultibodyForces
+        self, context: Context, p_BP_E: Scalars, F_Bp_E: SpatialForce, frame_E: Frame, forces: MultibodyForces
     ) -> None:
         """Adds a spatial force at a point P of the body, given in E, to `forces`.
 

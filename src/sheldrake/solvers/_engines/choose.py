@@ -5,7 +5,7 @@ By the kind of program: for each kind a list of solvers, the best first, of whic
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._crew import in_parallel, threads_of
 from sheldrake.common._overloads import incompatible
@@ -24,6 +24,12 @@ from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import GetProgramType
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common import Parallelism
+    from sheldrake.solvers import SolverOptions
 
 _P = ProgramType
 _NLP: list[type[SolverInterface]] = [InteriorPointSolver, IpoptSolver, NloptSolver]
@@ -134,7 +140,7 @@ def MakeFirstAvailableSolver(solver_ids: list[SolverId]) -> SolverInterface:
 
 
 def Solve(
-    prog: MathematicalProgram, initial_guess: Any = None, solver_options: Any = None
+    prog: MathematicalProgram, initial_guess: ArrayLike | None = None, solver_options: SolverOptions | None = None
 ) -> MathematicalProgramResult:
     """Solves a program with the solver that suits it best.
 
@@ -157,7 +163,7 @@ def SolveInParallel(
     initial_guesses: list | None = None,
     solver_options: Any = None,
     solver_ids: list | None = None,
-    parallelism: Any = None,
+    parallelism: Parallelism | int | bool | None = None,
     dynamic_schedule: bool = False,
     solver_id: SolverId | None = None,
 ) -> list[MathematicalProgramResult]:

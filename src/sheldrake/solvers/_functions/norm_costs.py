@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,10 @@ from sheldrake.solvers._text import latex_matrix
 from sheldrake.symbolic import Expression, ToLatex
 from sheldrake.symbolic import _functions as symbolic
 
+if TYPE_CHECKING:
+    import scipy.sparse
+    from numpy.typing import ArrayLike
+
 
 class _NormCost(Cost):
     """A function of z = A x + b."""
@@ -20,7 +24,7 @@ class _NormCost(Cost):
     _A: Any
     _b: np.ndarray
 
-    def __init__(self, A: Any, b: Any):
+    def __init__(self, A: ArrayLike, b: ArrayLike):
         self._A, self._b = _arrays.float_matrix(A), _arrays.float_vector(b)
         self._check()
         self._set_sizes(1, self._A.shape[1])
@@ -33,7 +37,7 @@ class _NormCost(Cost):
         """Returns the constant of z = A x + b, shape `(m,)`."""
         return self._b.copy()
 
-    def _update(self, new_A: Any, new_b: Any) -> None:
+    def _update(self, new_A: ArrayLike | scipy.sparse.spmatrix, new_b: ArrayLike) -> None:
         A = _arrays.float_matrix(new_A)
         b = np.zeros(A.shape[0]) if new_b is None or np.size(new_b) == 0 else _arrays.float_vector(new_b)
         same_count(A.shape[1], self._num_vars)
@@ -157,7 +161,7 @@ class L2NormCost(_NormCost):
         """Returns the matrix of z = A x + b, shape `(m, n)`."""
         return self._A.toarray() if _arrays.is_sparse(self._A) else self._A.copy()
 
-    def get_sparse_A(self) -> Any:
+    def get_sparse_A(self) -> scipy.sparse.csc_matrix:
         """Returns the matrix of z = A x + b as a SciPy csc_matrix."""
         from scipy.sparse import csc_matrix
 

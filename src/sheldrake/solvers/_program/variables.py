@@ -20,6 +20,8 @@ from sheldrake.symbolic._kinds import VariableType
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.solvers._arrays import VariablesLike
+
 _TYPE = VariableType
 
 
@@ -87,7 +89,7 @@ class ProgramVariables:
                 self._append(out[i, j])
         return out
 
-    def AddDecisionVariables(self, decision_variables: Any) -> None:
+    def AddDecisionVariables(self, decision_variables: VariablesLike) -> None:
         """Adds variables made elsewhere; those that are there already stay where they are.
 
         Raises:
@@ -116,7 +118,7 @@ class ProgramVariables:
             self._append_indeterminate(new_indeterminate)
         return self._indeterminate_places[new_indeterminate.get_id()]
 
-    def AddIndeterminates(self, new_indeterminates: Any) -> None:
+    def AddIndeterminates(self, new_indeterminates: VariablesLike | Variables) -> None:
         """Adds indeterminates made elsewhere, from an array or `Variables`."""
         given = new_indeterminates
         for v in given if isinstance(given, Variables) else self._expect_variables("AddIndeterminates", given):
@@ -180,7 +182,7 @@ class ProgramVariables:
             )
         return place
 
-    def FindDecisionVariableIndices(self, vars: Any) -> list[int]:
+    def FindDecisionVariableIndices(self, vars: VariablesLike) -> list[int]:
         """Returns the places of decision variables."""
         found = self._expect_variables("FindDecisionVariableIndices", vars)
         return [self.FindDecisionVariableIndex(v) for v in found]
@@ -285,7 +287,7 @@ class ProgramVariables:
         for v, value in self._pairs("SetDecisionVariableValueInVector", vars, new):
             values[self.FindDecisionVariableIndex(v)] = value
 
-    def _pairs(self, call: str, vars: Any, values: Any) -> list[tuple[Variable, float]]:
+    def _pairs(self, call: str, vars: Any, values: ArrayLike) -> list[tuple[Variable, float]]:
         accepted = ["(variable: Variable, value: float)", "(variables: numpy.ndarray, values: numpy.ndarray)"]
         try:
             if isinstance(vars, (Variable, Expression)):

@@ -28,6 +28,7 @@ class SemidefiniteRelaxationOptions:
         add_implied_linear_constraints: Products of inequalities with each other.
     """
 
+    __slots__ = ("add_implied_linear_constraints", "add_implied_linear_equality_constraints")
     __fields__ = (
         SimpleNamespace(name="add_implied_linear_equality_constraints", type=bool),
         SimpleNamespace(name="add_implied_linear_constraints", type=bool),

@@ -155,8 +155,8 @@ class IntegratorBase:
 
     get_mutable_context = get_context
 
-    def reset_context(self, context: Any) -> None:
-        """Changes the context; `Initialize` must be called before the next step."""
+    def reset_context(self, context: Any = None) -> None:
+        """Changes the context, or forgets it; `Initialize` must be called before the next step."""
         self._context, self._initialized = context, False
 
     def Initialize(self) -> None:

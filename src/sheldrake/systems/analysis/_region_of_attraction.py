@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 _STANDS_STILL = 1e-14
 
 
-@dataclasses.dataclass(eq=False)
+@dataclasses.dataclass(eq=False, slots=True)
 class RegionOfAttractionOptions:
     """Options of `RegionOfAttraction`.
 

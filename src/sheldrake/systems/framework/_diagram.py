@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._checked import checked
 from sheldrake.systems.framework._declarations import InputDeclaration, OutputDeclaration
-from sheldrake.systems.framework._index import InputPortIndex, OutputPortIndex, Ticket
+from sheldrake.systems.framework._index import InputPortIndex, OutputPortIndex, SubsystemIndex, Ticket
 from sheldrake.systems.framework._system import System
 
 if TYPE_CHECKING:
@@ -77,6 +77,17 @@ class Diagram(System):
     def GetSystems(self) -> list[System]:
         """The subsystems."""
         return list(self._systems)
+
+    def get_system(self, index: SubsystemIndex) -> System:
+        """The subsystem of a number.
+
+        Raises:
+            RuntimeError: there is none.
+        """
+        count = len(self._systems)
+        if not 0 <= int(index) < count:
+            raise RuntimeError(f"Diagram.get_system(): there is no subsystem {int(index)}; this diagram has {count}.")
+        return self._systems[int(index)]
 
     @checked
     def HasSubsystemNamed(self, name: str) -> bool:

@@ -240,6 +240,10 @@ class System(ScalarConversion, SystemPorts):
             RuntimeError: there are none, or not all at the same times.
         """
         self.ValidateContext(context)
+        store, key = context._store, ("unique update", context._node)
+        kept = store.cache.get(key)
+        if kept is not None and kept[0] == store.i[2] and not (store.uncached or store.unsettled):
+            return kept[1].Clone()
         times = self._periodic_discrete()
         if len(times) != 1:
             raise RuntimeError(
@@ -251,7 +255,8 @@ class System(ScalarConversion, SystemPorts):
                     f"(period, offset) {sorted(times)}."
                 )
             )
-        found = _evaluate.discrete_update(context._store, context._node, lambda e: e.trigger == "periodic")[0]
+        found = _evaluate.discrete_update(store, context._node, lambda e: e.trigger == "periodic")[0].Clone()
+        store.cache[key] = store.i[2], found
         return found.Clone()
 
     def IsDifferenceEquationSystem(self) -> tuple[bool, float]:

@@ -72,7 +72,7 @@ class VectorLogSink(LeafSystem):
                 f"VectorLogSink.FindLog(): the Context, of {context._system._describe()}, contains no "
                 f"{self._describe()}."
             )
-        return _ContextLog(store, store.layout.log_of[n], self._size, self._source_names(store, n))
+        return _ContextLog(store, store.layout.log_of[n], self._size, lambda: self._source_names(store, n))
 
     def _source_names(self, store: Any, n: int) -> list[str] | None:
         kind, m, j = store.layout.sources[n, 0]

@@ -115,7 +115,7 @@ class Constraints:
         self, call: str, kind: str, A: NamedElement, B: NamedElement, numbers: Iterable[float], **options: Any
     ) -> MultibodyConstraintId:
         self._elements.require_not_finalized(call)
-        if self._settings.is_discrete() and self._settings.is_tamsi:
+        if self._settings.is_discrete() and not self._settings.kind.scalar_rows:
             raise RuntimeError(
                 f"{call}(): Currently this MultibodyPlant is set to use the TAMSI solver, which takes no constraints. "
                 "Choose another DiscreteContactApproximation."

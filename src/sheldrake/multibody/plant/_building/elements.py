@@ -145,7 +145,7 @@ class Elements:
     def is_floating_base(self, body: RigidBody) -> bool:
         """Whether Finalize() gave the body its floating joint; a floating joint of the user's does not count."""
         step = self.model("is_floating_base_body").inboard_of(body)
-        return step is not None and step.joint.is_ephemeral()
+        return step is not None and step.joint.is_ephemeral() and step.joint.num_velocities() == 6
 
     def has_quaternion(self, body: RigidBody) -> bool:
         """Whether the body hangs on a joint with a quaternion."""

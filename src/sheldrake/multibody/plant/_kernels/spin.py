@@ -1,4 +1,4 @@
-"""How free bodies spin, where steps settle. Steps that do not have Drake's numbers, to infinity.
+"""How free bodies spin, where steps go on to rest. Steps as Drake's have its numbers, to infinity.
 
 The gyroscopic torque w x (I w) is taken at the start of the step, as Drake takes it, and the orientation changes after
 it. That adds (dt |w|)^2 of the energy of a tumbling body in each step, and as much to its angular momentum; an impact
@@ -33,28 +33,30 @@ from sheldrake.multibody.tree._kernels.model import FREE, QUATERNION
 LONG = 1e6  # square of the length of a quaternion that needs shortening
 FREE_DOFS = 6
 TURNS = 1e-16  # angle of a step that the digits of a momentum see [rad]
-RESOLVED = 0.2  # angle of a step that is left as it is [rad]
 
 
 @kernel
-def torque_held_back(tree, b, dt):
-    """The part of a body's gyroscopic torque about its centre of mass that is too much for a time step [N m]."""
+def torque_held_back(tree, b, dt, resolved):
+    """The part of a body's gyroscopic torque about its centre of mass that is too much for a time step [N m].
+
+    A turn by the angle `resolved` is not [rad].
+    """
     w, _ = tree[b].V_WB
     angle2 = dt * dt * dot3(w, w)
-    if not angle2 > RESOLVED * RESOLVED:
+    if not angle2 > resolved * resolved:
         return (0.0 * w[0], 0.0 * w[1], 0.0 * w[2])
     _, I_cm = central_inertia(tree[b].inertia)
-    return scale3(cross3(w, mul_symmetric(I_cm, w)), 1.0 - RESOLVED * RESOLVED / angle2)
+    return scale3(cross3(w, mul_symmetric(I_cm, w)), 1.0 - resolved * resolved / angle2)
 
 
 @kernel
-def hold_back_gyroscopic_torques(tree_model, tree, dt):
+def hold_back_gyroscopic_torques(tree_model, tree, dt, resolved):
     """Takes away some of the gyroscopic torque about the centre of mass, in `bias`, of bodies that spin so fast."""
     for b in range(1, len(tree_model.bodies)):
         body = tree_model.bodies[b]
         if body.kind == FREE:
             dof = body.first_dof
-            write3(tree.bias, dof, sub3(read3(tree.bias, dof), torque_held_back(tree, b, dt)))
+            write3(tree.bias, dof, sub3(read3(tree.bias, dof), torque_held_back(tree, b, dt, resolved)))
 
 
 @kernel
@@ -92,23 +94,24 @@ def central_inertia(I):
 
 
 @kernel
-def momentum_after(tree, b, v0, v1, dof, dt):
+def momentum_after(tree, b, v0, v1, dof, dt, resolved):
     """Momentum at the end of a step about the origin at its start: that of v1, less the torques of spinning."""
     I = tree[b].composite
     still = (0.0, 0.0, 0.0)
     w0 = read3(v0, dof)
     spin, flow = mul_inertia(I, (w0, still))
     angular, linear = mul_inertia(I, (read3(v1, dof), read3(v1, dof + 3)))
-    angular = add3(angular, scale3(sub3(cross3(w0, spin), torque_held_back(tree, b, dt)), dt))
+    angular = add3(angular, scale3(sub3(cross3(w0, spin), torque_held_back(tree, b, dt, resolved)), dt))
     return angular, add3(linear, scale3(cross3(w0, flow), dt))
 
 
 @kernel
-def keep_momentum(tree_model, tree, v0, v1, dt, q0, q, at_v):
+def keep_momentum(tree_model, solver_model, tree, v0, v1, q0, q, at_v):
     """Velocities and origins, in the next state q, of free bodies to which nothing is jointed.
 
     Their velocities are v0 at the start of the step, v1 in its solution, in the state from `at_v` on.
     """
+    dt, resolved = solver_model.dt, solver_model.resolved_turn
     for t in range(len(tree_model.trees)):
         b = tree_model.trees[t].first_body
         body = tree_model.bodies[b]
@@ -118,7 +121,7 @@ def keep_momentum(tree_model, tree, v0, v1, dt, q0, q, at_v):
             if dt * dt * (dot3(read3(v0, dof), read3(v0, dof)) + dot3(w1, w1)) > TURNS * TURNS:
                 mass, _, _ = tree[b].composite
                 c, I = central_inertia(tree[b].composite)
-                angular, linear = momentum_after(tree, b, v0, v1, dof, dt)
+                angular, linear = momentum_after(tree, b, v0, v1, dof, dt, resolved)
                 v_cm = scale3(linear, 1.0 / mass)
                 L = sub3(angular, cross3(c, linear))
                 a = scale3(w1, 0.5 * dt)

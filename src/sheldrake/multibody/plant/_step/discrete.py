@@ -12,6 +12,7 @@ from sheldrake.geometry._kernels.spatial_hash import make_cells
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.results import ContactResults, PointContactArrays, PointPairContactInfo
+from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
@@ -20,6 +21,7 @@ from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, Kern
 from sheldrake.multibody.plant._step.results import (
     StepContacts,
     accelerations,
+    contact_room,
     generalized_contact_forces,
     point_pair,
     step_contacts,
@@ -70,9 +72,9 @@ class DiscreteUpdate:
 
     def stages(self, models: dict[str, Any]) -> list[Kernel]:
         """The kernels of a step, in order."""
-        strict, tamsi = self._settings.contact_model is ContactModel.kHydroelastic, self._settings.is_tamsi
-        plant_model = self._models.plant_model
-        return discrete_stages(models["geometry_model"], plant_model, tamsi, models["hydro_model"], strict)
+        strict, plant_model = self._settings.contact_model is ContactModel.kHydroelastic, self._models.plant_model
+        geometry_model, hydro_model = models["geometry_model"], models["hydro_model"]
+        return discrete_stages(geometry_model, plant_model, self._settings.kind.name, hydro_model, strict)
 
     def refusal(self, root: Any) -> list[Kernel]:
         """The kernel that refuses to step in the contexts of a root, where geometry is missing."""
@@ -126,15 +128,15 @@ class DiscreteUpdate:
         """J^T f over all contacts, shape (nv,)."""
         return generalized_contact_forces(work, self._settings.time_step)
 
-    def report_contacts(
-        self, work: StepWork, geometry: CompiledGeometry, scalar: type, results: ContactResults
-    ) -> None:
+    def report_contacts(self, view: View, work: StepWork, geometry: CompiledGeometry, results: ContactResults) -> None:
         """Puts the contacts of the step into results."""
         dt, ids = self._settings.time_step, geometry.ids
-        results._hydroelastic = step_surfaces(work, geometry.hydro, ids, dt, scalar)
-        contacts = step_contacts(work, geometry.model.material[:, Material.stiffness], dt)
+        results._hydroelastic = step_surfaces(work, geometry.hydro, ids, dt, view.T)
+        if view.contact_room is None or view.contact_room.work is not work:
+            view.contact_room = contact_room(work, geometry.model.material[:, Material.stiffness], dt)
+        contacts = step_contacts(view.contact_room)
         pair = contacts.pair.tolist()
-        bodies = [body.index() for body in self._elements.model("MultibodyPlant").row_bodies]
+        bodies = view.frozen.body_indices
         arrays = PointContactArrays(
             [bodies[a] for _, _, a, _ in pair],
             [bodies[b] for _, _, _, b in pair],

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sheldrake.common._kernels.generic import cos, sin, tan
 from sheldrake.common._kernels.vec import quaternion_rate, read3, read4, write3, write4
-from sheldrake.common.kernel import Vector, kernel
+from sheldrake.common.kernel import Matrix, Vector, kernel
 from sheldrake.multibody.tree._kernels.model import BALL, FREE, QUATERNION, RPY, TreeModel
 
 
@@ -40,6 +40,25 @@ def velocity_of_qdot(model: TreeModel, q: Vector, qdot: Vector, v: Vector) -> No
             at, dof = at + 3, dof + 3
         for k in range(end - dof):
             v[dof + k] = qdot[at + k]
+
+
+@kernel(top=True, short_loops=True)
+def velocity_of_qdot_map(model: TreeModel, q: Vector, rate: Vector, v: Vector, columns: Matrix) -> None:
+    """N⁺(q) transposed, shape (nq, nv): by position, what v its unit rate is.
+
+    Args:
+        model: The tree.
+        q: Positions.
+        rate: Scratch, shape (nq,), zeros.
+        v: Scratch, shape (nv,).
+        columns: Filled.
+    """
+    for i in range(rate.shape[0]):
+        rate[i] = 1.0
+        velocity_of_qdot(model, q, rate, v)
+        rate[i] = 0.0
+        for k in range(v.shape[0]):
+            columns[i, k] = v[k]
 
 
 @kernel

@@ -118,7 +118,7 @@ class Store:
         self.native = self.S.dtype == float and jit_enabled()  # whether kernels run as machine code on this slab
         self._slab_address = HERE.place(self.S)
         self.uncached = self.frozen = False
-        self.cache: dict[tuple[int, int], Any] = {}
+        self.cache: dict[tuple[int | str, int], Any] = {}
         self.serials: dict[Any, int] = {}
         self.by_python = np.zeros(4, np.int64)  # how many of the changes in I came from Python; written sources
         self.mine: Any = memoryview(self.by_python)  # type: ignore[arg-type]
@@ -337,7 +337,7 @@ class Store:
         for m, context in contexts.items():
             self.contexts[m] = context
             context._place, context._kept = new.places[m], None
-            context._groups = context._continuous = context._state = None
+            context._discrete = context._continuous = context._state = None
         self.forget_readers()
 
     # Computing.
