@@ -5,14 +5,19 @@ tree: L L^T, or for the unsymmetric matrix of kTamsi L U. All of the order depen
 contacts give the same order, and with it the same bits.
 """
 
-from sheldrake.common._kernels.base_of_six import (
+from sheldrake.common._kernels.generic import is_positive, sqrt
+from sheldrake.common._kernels.vec import (
+    SIX,
+    dot_six,
+    load_six,
+    magnitude,
     read_triangle,
+    store_six,
     subtract_dot_six_backwards,
+    subtract_scaled_six,
     take_row,
     write_triangle,
 )
-from sheldrake.common._kernels.generic import is_positive, sqrt
-from sheldrake.common._kernels.vec import SIX, dot_six, load_six, magnitude, store_six, subtract_scaled_six
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     contacts_of_island,

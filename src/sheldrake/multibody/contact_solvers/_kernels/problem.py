@@ -10,11 +10,11 @@ joints.
 
 from typing import Annotated, NamedTuple
 
-from sheldrake.common._kernels.base_of_six import add_dot_six_backwards
 from sheldrake.common._kernels.generic import sqrt
 from sheldrake.common._kernels.vec import (
     SIX,
     add3,
+    add_dot_six_backwards,
     add_scaled_six,
     column3,
     dot3,

@@ -4,7 +4,6 @@ Roy Featherstone, Rigid Body Dynamics Algorithms, Springer 2008: tables 5.1 and 
 tree so that nothing is transformed between bodies.
 """
 
-from sheldrake.common._kernels.base_of_six import read_triangle, subtract_dot_six, take_row, write_triangle
 from sheldrake.common._kernels.generic import is_positive, is_zero
 from sheldrake.common._kernels.vec import (
     SIX,
@@ -21,6 +20,7 @@ from sheldrake.common._kernels.vec import (
     read3,
     read6,
     read_symmetric,
+    read_triangle,
     rotate,
     rotate_symmetric,
     scale3,
@@ -29,10 +29,13 @@ from sheldrake.common._kernels.vec import (
     store_six,
     sub3,
     sub6,
+    subtract_dot_six,
     subtract_scaled_six,
+    take_row,
     write3,
     write4,
     write6,
+    write_triangle,
 )
 from sheldrake.common.kernel import Matrix, Vector, kernel
 from sheldrake.multibody.tree._kernels.kinematics import from_root, velocity_at
