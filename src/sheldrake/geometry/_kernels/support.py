@@ -75,9 +75,13 @@ def vertex_in_frame(model, g, number):
     kind = model[g].kind
     if kind == HULL:
         return model.vertices[model[g].first_vertex + number].p_GV
+    if kind != BOX and kind != CAPSULE:
+        return (0.0, 0.0, 0.0)
     h = model[g].half_sizes
-    p = (h[0] if number & 1 else -h[0], h[1] if number & 2 else -h[1], h[2] if number & 4 else -h[2])
-    return (0.0, 0.0, p[2]) if kind == CAPSULE else p
+    z = h[2] if number & 4 else -h[2]
+    if kind == CAPSULE:
+        return (0.0, 0.0, z)
+    return (h[0] if number & 1 else -h[0], h[1] if number & 2 else -h[1], z)
 
 
 @kernel(outline=True)
