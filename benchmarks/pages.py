@@ -1,15 +1,17 @@
 """Pages that simulate, against the same diagrams as machine code: how large, how fast, how far apart.
 
-    python benchmarks/pages.py [NAME ...]
+    python benchmarks/pages.py [NAME ...] [--browser]
 
 Each is an example of this repository, as `sheldrake page` takes it, or the arm of `arm.py` under a PidController. The
 module that browsers run is run in Node. Times are of the processor, the best of several runs.
-Differences are of all states at the times given, mostly before the first contact and long after it.
+Differences are of all states before the first contact, and after a second (a heap's: earlier, for native runs that
+begin a last bit apart part as well). With --browser each page is also opened in Chromium, from its file, without a
+network or a graphics card: when it can be used, whether its bits are Node's, its memory before and after a minute.
 """
 
 from __future__ import annotations
 
-import importlib
+import argparse
 import pathlib
 import subprocess
 import sys
@@ -20,45 +22,14 @@ from typing import Any
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[1]
-sys.path[:0] = [str(ROOT), str(ROOT / "src")]
+sys.path[:0] = [str(ROOT), str(ROOT / "src"), str(ROOT / "tests" / "browser")]
+
+from tests.unit.export.exported_pages import SCENES, simulator_of  # noqa: E402
 
 from sheldrake.export import Freeze, FrozenSimulation, SavePage  # noqa: E402
-from sheldrake.systems.analysis import Simulator  # noqa: E402
 
-SCENES = {
-    "block": ("drop_the_block", 0.1, 1.0),
-    "arm": ("arm", 0.5, 1.0),
-    "cart-pole": ("cart_pole_lqr", 0.5, 1.0),
-    "quadruped": ("quadruped", 0.005, 1.0),
-    "clutter": ("clutter", 0.02, 1.0),
-    "soft ball": ("soft_ball", 0.05, 1.0),
-}
-ADVANCE = Simulator.AdvanceTo
 ROUNDS = 10
-
-
-class _Found(BaseException):
-    """The simulator that an example would advance."""
-
-
-def simulator_of(example: str) -> Any:
-    """What an example simulates, before its first step."""
-    if example == "arm":
-        from tests.unit.export.exported_pages import arm
-
-        return arm()
-
-    def advance_to(self: Any, *_: Any) -> None:
-        raise _Found(self)
-
-    Simulator.AdvanceTo = advance_to  # type: ignore[method-assign,assignment]
-    try:
-        importlib.import_module(f"examples.{example}").main()
-    except _Found as found:
-        return found.args[0]
-    finally:
-        Simulator.AdvanceTo = ADVANCE  # type: ignore[method-assign]
-    raise RuntimeError(f"{example} simulates nothing")
+MINUTE = 60.0  # [s], simulated in a browser while its memory is watched
 
 
 def native(frozen: Any, last: float) -> float:
@@ -74,11 +45,63 @@ def native(frozen: Any, last: float) -> float:
     return best
 
 
-def main(names: list[str]) -> None:
+def words_of(line: str) -> np.ndarray:
+    """The words that run_page.mjs prints, or `words_in` gives."""
+    return np.array([int(word, 16) for word in line.split()], np.uint64)
+
+
+def words_in(page: Any) -> np.ndarray:
+    """Words of all states in an open page."""
+    return words_of(page.evaluate("simulation.machine.words()"))
+
+
+def in_browser(browser: Any, path: pathlib.Path, times: list[float], expected: list[np.ndarray]) -> str:
+    """What is said of a page in Chromium."""
+    page = browser.open(path.as_uri())
+    page.wait_for("window.simulation && simulation.ready")
+    ready = page.evaluate("simulation.ready")
+    equal = True
+    for t, words in zip(times, expected):
+        page.evaluate(f"simulation.machine.advanceTo({t})")
+        equal = equal and np.array_equal(words_in(page), words)
+    page.wait_for("simulation.shown")
+
+    def used() -> float:
+        page.call("HeapProfiler.collectGarbage")
+        heap = page.call("Runtime.getHeapUsage")["usedSize"]
+        return (heap + page.evaluate("simulation.machine.floats.buffer.byteLength")) / 1e6
+
+    page.evaluate("simulation.machine.advanceTo(simulation.machine.time + 1)")
+    before, last = used(), page.evaluate("simulation.machine.time") + MINUTE
+    while page.evaluate("simulation.machine.time") < last:
+        page.evaluate("simulation.machine.advanceTo(simulation.machine.time + 1)")
+    after = used()
+    browser.close_page(page)
+    same = "same bits as Node" if equal else "OTHER BITS than Node"
+    return f"ready {ready:.0f} ms, {same}, {before:.1f} MB, after {MINUTE:.0f} s {after:.1f} MB"
+
+
+def main(words: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("names", nargs="*", metavar="NAME", help=", ".join(SCENES))
+    parser.add_argument("--browser", action="store_true", help="open each page in Chromium, too")
+    given = parser.parse_args(words)
     print(f"{'':10} {'page':>8} {'native':>9} {'wasm':>9} {'':5}  differences of states")
+    if given.browser:
+        from conftest import start
+
+        with start(offline=True, width=860, height=420) as browser:
+            report(given.names, browser)
+    else:
+        report(given.names, None)
+
+
+def report(names: list[str], browser: Any) -> None:
+    """Prints what is found of scenes; all if none is named."""
     for name in names or SCENES:
-        example, *times = SCENES[name]
-        simulator = simulator_of(example)
+        scene = SCENES[name]
+        times = [scene.before, scene.after]
+        simulator = simulator_of(name)
         frozen = Freeze(simulator)
         with tempfile.TemporaryDirectory() as folder:
             page = pathlib.Path(folder) / "page.html"
@@ -86,15 +109,18 @@ def main(names: list[str]) -> None:
             size = page.stat().st_size / 1e6
             command = ["node", str(ROOT / "tests/unit/export/run_page.mjs"), str(page), *map(str, times)]
             done = subprocess.run(command, capture_output=True, text=True, check=True)
+            found = [words_of(line) for line in done.stdout.splitlines()]
+            more = in_browser(browser, page, times, found) if browser else ""
         wasm, own = float(done.stderr.split()[-1]), native(frozen, times[-1])
         simulation, differences = FrozenSimulation(frozen), []
-        for t, line in zip(times, done.stdout.splitlines()):
+        for t, state in zip(times, found):
             simulation.AdvanceTo(t)
-            state = np.concatenate([simulation.GetState(s) for s in frozen.state_names()])
-            found = np.array([int(word, 16) for word in line.split()], np.uint64).view(float)
-            differences.append(f"{abs(found - state).max():.1e} at {t} s")
+            expected = np.concatenate([simulation.GetState(s) for s in frozen.state_names()])
+            differences.append(f"{abs(state.view(float) - expected).max():.1e} at {t} s")
         print(f"{name:10} {size:5.2f} MB {own:6.2f} us {wasm:6.2f} us {wasm / own:5.2f}  {', '.join(differences)}")
+        if more:
+            print(f"{'':10} Chromium: {more}", flush=True)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

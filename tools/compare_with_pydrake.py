@@ -1,15 +1,19 @@
 """Lists where sheldrake's public surface differs from that of an installed pydrake, beyond names.
 
     python tools/compare_with_pydrake.py [module prefix]     # such as sheldrake.multibody
+    python tools/compare_with_pydrake.py --stubs drake-1.58.0-cp312-abi3-manylinux_2_34_x86_64.whl [module prefix]
 
 For every class and function: the calls that pydrake's overloads allow (all by position, all by name, only what has no
 default), literal defaults, static methods, properties and which can be set, enum members, bases, operators, and the
-instantiations of templates. pydrake's side is read from the signatures at the heads of its docstrings.
+instantiations of templates. pydrake's side is read from the signatures at the heads of its docstrings. With `--stubs`
+it is read from the `.pyi` files of a wheel, or of a folder, of a version that need not be installed: then missing
+modules and names are listed too, and instantiations are not.
 Differences that stay are in `known_differences.txt` beside this file, each with a reason; the rest is printed.
 """
 
 from __future__ import annotations
 
+import argparse
 import ast
 import contextlib
 import fnmatch
@@ -21,6 +25,7 @@ import pkgutil
 import re
 import sys
 import warnings
+import zipfile
 from collections.abc import Iterable, Iterator
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -415,6 +420,107 @@ def differences(prefix: str = "sheldrake") -> Iterator[str]:
                 yield from found
 
 
+def stub_texts(path: pathlib.Path) -> dict[str, str]:
+    """The `.pyi` files of a wheel or folder by the names of their modules."""
+    if path.is_dir():
+        found = {str(f.relative_to(path)): f.read_text(encoding="utf-8") for f in path.rglob("*.pyi")}
+    else:
+        with zipfile.ZipFile(path) as wheel:
+            found = {n: wheel.read(n).decode() for n in wheel.namelist() if n.endswith(".pyi")}
+    found = {f.removesuffix(".pyi").removesuffix("/__init__").replace("/", "."): t for f, t in found.items()}
+    # Python folds the letter that names instantiations into a T; another one keeps them apart.
+    names = [n for n in sorted(found) if n.startswith("pydrake.") and not n.endswith(".all")]
+    found = {n: found[n].replace("𝓣", "ǂ") for n in names}
+    if not found:
+        raise SystemExit(f"{path} has no stubs of pydrake: expected a wheel, or the folder that has pydrake/*.pyi")
+    return found
+
+
+def stub_overload(node: ast.FunctionDef) -> Overload:
+    """What a `def` of a stub says about calling it, without `self`."""
+    spec = node.args
+    by_position = [*spec.posonlyargs, *spec.args]
+    defaults = [None] * (len(by_position) - len(spec.defaults)) + [ast.unparse(d) for d in spec.defaults]
+    parameters = [
+        Parameter("" if a in spec.posonlyargs else a.arg, default, False)
+        for a, default in zip(by_position, defaults, strict=True)
+        if a.arg != "self"
+    ]
+    parameters += [
+        Parameter(a.arg, ast.unparse(d) if d else None, True)
+        for a, d in zip(spec.kwonlyargs, spec.kw_defaults, strict=True)
+    ]
+    text = f"{node.name}({ast.unparse(spec)})"
+    return Overload(text, parameters, spec.vararg is not None or spec.kwarg is not None)
+
+
+def has_decorator(node: ast.FunctionDef, name: str) -> bool:
+    """Whether a `def` has a decorator `name` or `<something>.name`."""
+    return any(name in (getattr(d, "id", ""), getattr(d, "attr", "")) for d in node.decorator_list)
+
+
+def stub_scope(body: list[ast.stmt], where: str, ours: Any) -> Iterator[str]:
+    """Differences of what the body of a stub, or of a class in it, declares."""
+    functions: dict[str, list[ast.FunctionDef]] = {}
+    names: list[str] = []
+    for node in body:
+        if isinstance(node, ast.ClassDef):
+            if node.name.isascii() and (mine := getattr(ours, node.name, None)) is not None:
+                yield from stub_scope(node.body, f"{where}.{node.name}", mine)
+            names.append(node.name)
+        elif isinstance(node, ast.FunctionDef):
+            functions.setdefault(node.name, []).append(node)
+        elif isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names += [t.id for t in targets if isinstance(t, ast.Name)]
+    for name in (*names, *functions):
+        if not name.isascii() or (name.startswith("_") and name != "__init__"):
+            continue
+        one = f"{where}.{name}"
+        if not hasattr(ours, name) and not (inspect.isclass(ours) and has_instance_field(ours, name)):
+            yield f"{one}: missing"
+        elif name in functions and hasattr(ours, name):
+            yield from stub_function(functions[name], one, name, ours)
+
+
+def stub_function(nodes: list[ast.FunctionDef], where: str, name: str, ours: Any) -> Iterator[str]:
+    """Differences of a function, method or property that both sides have."""
+    mine = inspect.getattr_static(ours, name, None)
+    if has_decorator(nodes[0], "property"):
+        if any(has_decorator(n, "setter") for n in nodes) and inspect.isclass(ours) and not can_set(ours, name):
+            yield f"{where}: cannot be set"
+        return
+    attribute = getattr(ours, name)
+    if not callable(attribute):
+        yield f"{where}: is not callable"
+        return
+    if name == "__init__" and attribute is object.__init__:
+        attribute = ours.__new__
+    if inspect.isclass(ours) and not (isinstance(mine, staticmethod | classmethod) or inspect.isbuiltin(mine)):
+        attribute = without_self(attribute)
+    if (signature := native_signature(attribute)) is not None:
+        for one in map(stub_overload, nodes):
+            for fault in call_faults(signature, one, source_of(attribute)):
+                yield f"{where}: {fault}  [{one.text.replace('pydrake.', '')[:200]}]"
+
+
+def stub_differences(path: pathlib.Path, prefix: str = "sheldrake") -> Iterator[str]:
+    """All differences from the stubs of a wheel or folder, of modules whose sheldrake name begins with a prefix."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        for name, text in stub_texts(path).items():
+            native = "sheldrake" + name.removeprefix("pydrake")
+            if not native.startswith(prefix):
+                continue
+            where = native.removeprefix("sheldrake.")
+            try:
+                ours = importlib.import_module(native)
+            except ModuleNotFoundError:
+                yield f"{where}: missing module"
+                continue
+            yield from stub_scope(ast.parse(text).body, where, ours)
+
+
 def known() -> dict[str, str]:
     """Reasons by patterns of what they excuse: `multibody.plant.Foo.*: not planned = reason`."""
     out = {}
@@ -433,7 +539,11 @@ def unexplained(found: Iterable[str]) -> list[str]:
 
 def main() -> int:
     """Prints the differences without a reason."""
-    found = unexplained(differences(sys.argv[1] if len(sys.argv) > 1 else "sheldrake"))
+    parser = argparse.ArgumentParser(description="differences of sheldrake's public surface from pydrake's")
+    parser.add_argument("prefix", nargs="?", default="sheldrake", help="names of modules of sheldrake begin with it")
+    parser.add_argument("--stubs", type=pathlib.Path, help="wheel or folder whose .pyi files are compared")
+    args = parser.parse_args()
+    found = unexplained(stub_differences(args.stubs, args.prefix) if args.stubs else differences(args.prefix))
     print("\n".join(found))
     print(f"{len(found)} differences", file=sys.stderr)
     return bool(found)

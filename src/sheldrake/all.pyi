@@ -451,6 +451,7 @@ from sheldrake.multibody.meshcat import (
     ContactVisualizer_ as ContactVisualizer_,
     JointSliders as JointSliders,
     JointSliders_ as JointSliders_,
+    MeshcatMouseSpring as MeshcatMouseSpring,
 )
 from sheldrake.multibody.optimization import (
     CalcGridPointsOptions as CalcGridPointsOptions,
@@ -489,6 +490,7 @@ from sheldrake.multibody.plant import (
     AddMultibodyPlant as AddMultibodyPlant,
     AddMultibodyPlantSceneGraph as AddMultibodyPlantSceneGraph,
     ApplyMultibodyPlantConfig as ApplyMultibodyPlantConfig,
+    BaseBodyJointType as BaseBodyJointType,
     CalcContactFrictionFromSurfaceProperties as CalcContactFrictionFromSurfaceProperties,
     ConnectContactResultsToDrakeVisualizer as ConnectContactResultsToDrakeVisualizer,
     ContactModel as ContactModel,
@@ -665,6 +667,8 @@ from sheldrake.solvers import (
     Cost as Cost,
     CsdpSolver as CsdpSolver,
     CsdpSolverDetails as CsdpSolverDetails,
+    DaqpSolver as DaqpSolver,
+    DaqpSolverDetails as DaqpSolverDetails,
     EvaluatorBase as EvaluatorBase,
     ExponentialConeConstraint as ExponentialConeConstraint,
     ExpressionConstraint as ExpressionConstraint,

@@ -313,4 +313,41 @@ assert "np" not in names and "os" not in names
 import sheldrake.as_pydrake
 exec("from pydrake.all import *", names)
 assert names["np"].eye(2).sum() == 2.0 and names["math"].pi > 3 and names["os"].sep
+assert names["partial"](max, 3)(2) == 3 and names["List"] and names["TemplateClass"]("T")
+assert callable(names["getDrakePath"])
+import sys
+assert "display" not in names and "IPython" not in sys.modules
+""")
+
+
+def test_a_notebooks_display_comes_with_all():
+    pytest.importorskip("IPython")
+    check("""
+import IPython.display
+import sheldrake.as_pydrake
+names = {}
+exec("from pydrake.all import *", names)
+assert names["SVG"] is IPython.display.SVG and names["display"] is IPython.display.display
+assert names["get_ipython"] is IPython.get_ipython
+""")
+
+
+def test_messages_are_found_where_drake_has_them_without_drake():
+    check("""
+import importlib.machinery
+find = importlib.machinery.PathFinder.find_spec
+importlib.machinery.PathFinder.find_spec = lambda name, path=None, target=None: (
+    None if name == "drake" else find(name, path, target)
+)
+import sheldrake.as_pydrake
+import drake
+from drake import lcmt_iiwa_command, lcmt_robot_plan
+from sheldrake.lcm._messages import lcmt_iiwa_command as native
+assert lcmt_iiwa_command is native and drake.lcmt_quaternion(w=1.0).w == 1.0
+try:
+    from drake import lcmt_teapot
+except ImportError as error:
+    assert "lcmt_teapot" in str(error)
+else:
+    raise AssertionError
 """)

@@ -39,6 +39,9 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     """Gives sheldrake's modules under their pydrake names."""
 
     def find_spec(self, fullname: str, path: Any = None, target: Any = None) -> Any:
+        if fullname == "drake":  # Drake's own messages are plain Python, and work here as they are
+            is_installed = importlib.machinery.PathFinder.find_spec(fullname, path) is not None
+            return None if is_installed else importlib.machinery.ModuleSpec(fullname, self)
         if fullname != "pydrake" and not fullname.startswith("pydrake."):
             return None
         known = (
@@ -54,6 +57,8 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
     def create_module(self, spec: Any) -> ModuleType:
         if spec.name == "pydrake":
             return _Pydrake("pydrake", "The modules of sheldrake, by the names of pydrake's.")
+        if spec.name == "drake":
+            return _messages_module()
         if spec.name in retired.MODULES:
             return retired.MODULES[spec.name].make(spec.name)
         if spec.name in retired.GONE:
@@ -79,6 +84,16 @@ class _Finder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
             _complete(fullname, module)
             if fullname == "pydrake.all":
                 _add_imports_of_drakes(module)
+
+
+def _messages_module() -> ModuleType:
+    """Message types of LCM, as `from drake import lcmt_iiwa_command` finds them."""
+    from sheldrake.lcm import _messages, _other_messages
+
+    module = ModuleType("drake", "Message types of LCM.")
+    for home in (_messages, _other_messages):
+        vars(module).update({name: value for name, value in vars(home).items() if name.startswith("lcmt_")})
+    return module
 
 
 def _native_name(fullname: str) -> str | None:
@@ -133,13 +148,29 @@ _IMPORTS = {"np": "numpy"} | {
     name: name
     for name in ("functools", "math", "operator", "os", "re", "socket", "subprocess", "sys", "typing", "warnings")
 }
-"""What Drake's own modules import, and `from pydrake.all import *` gives; scripts rely on it."""
+_IMPORTED_NAMES = {
+    "List": "typing",
+    "NamedTemporaryFile": "tempfile",
+    "SVG": "IPython.display",
+    "TemplateClass": "sheldrake.common.cpp_template",
+    "TemplateMethod": "sheldrake.common.cpp_template",
+    "display": "IPython.display",
+    "getDrakePath": "pydrake",
+    "get_ipython": "IPython",
+    "partial": "functools",
+}
+"""Modules, and names of modules, that Drake's own import, and `from pydrake.all import *` gives; scripts rely on it."""
 
 
 def _add_imports_of_drakes(module: ModuleType) -> None:
-    for name, native in _IMPORTS.items():
+    """Adds them; those of IPython in a notebook only, which has imported it."""
+    found = {name: importlib.import_module(native) for name, native in _IMPORTS.items()}
+    for name, home in _IMPORTED_NAMES.items():
+        if home in sys.modules or not home.startswith("IPython"):
+            found[name] = getattr(importlib.import_module(home), name)
+    for name, value in found.items():
         if name not in vars(module):
-            vars(module)[name] = importlib.import_module(native)
+            vars(module)[name] = value
             vars(module)["__all__"].append(name)
 
 

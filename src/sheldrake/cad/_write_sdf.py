@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.geometry import Convex, HalfSpace, Mesh, Shape
+from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._mesh_files import MeshFiles
@@ -22,8 +24,12 @@ from ._write_parts import (
     check_looks,
     colours,
     image_name,
+    measures,
 )
 from ._xml_tree import Node, xyz_rpy
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
 
 
 def sdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
@@ -91,7 +97,7 @@ class _Sdf:
             frames.append((name, body, X))
         self._parts.frames = frames
 
-    def _pose(self, node: Node, X: Any, relative_to: str | None = None) -> None:
+    def _pose(self, node: Node, X: RigidTransform, relative_to: str | None = None) -> None:
         xyz, rpy = xyz_rpy(X)
         if relative_to is not None or not X.IsExactlyIdentity():
             node.add("pose", np.concatenate([xyz, rpy]), relative_to=relative_to)
@@ -132,29 +138,26 @@ class _Sdf:
         node.add("geometry").children.append(shape)
         return node
 
-    def _shape(self, shape: Any) -> Node | None:
-        kind = type(shape).__name__
-        node = Node({"HalfSpace": "plane", "Convex": "mesh"}.get(kind, kind.lower()))
-        if kind == "Box":
-            node.add("size", shape.size())
-        elif kind == "Sphere":
-            node.add("radius", shape.radius())
-        elif kind in ("Cylinder", "Capsule"):
-            node.add("radius", shape.radius())
-            node.add("length", shape.length())
-        elif kind == "Ellipsoid":
-            node.add("radii", [shape.a(), shape.b(), shape.c()])
-        elif kind == "HalfSpace":
+    def _shape(self, shape: Shape) -> Node | None:
+        if isinstance(shape, HalfSpace):
+            node = Node("plane")
             node.add("normal", [0.0, 0.0, 1.0])
             node.add("size", [1.0, 1.0])
-        elif kind in ("Mesh", "Convex"):
+            return node
+        if isinstance(shape, (Mesh, Convex)):
+            node = Node("mesh")
             node.add("uri", self._files.name(shape))
-            if np.any(np.asarray(shape.scale3()) != 1.0):
+            if np.any(shape.scale3() != 1.0):
                 node.add("scale", shape.scale3())
-            if kind == "Convex":
+            if isinstance(shape, Convex):
                 node.add("drake:declare_convex")
-        else:
+            return node
+        tags = type_of(shape).sdf
+        if not tags:
             return None
+        node = Node(tags[0].name)
+        for tag, value in measures(shape, tags[0]).items():
+            node.add(tag, value)
         return node
 
     def _visual(self, link: Node, geometry: GeometryDescription) -> None:

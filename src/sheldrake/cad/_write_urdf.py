@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.geometry import Convex, Mesh, Shape
+from sheldrake.geometry._shape_types import type_of
 from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._mesh_files import MeshFiles
@@ -22,8 +24,12 @@ from ._write_parts import (
     check_looks,
     colours,
     image_name,
+    measures,
 )
 from ._xml_tree import Node, xyz_rpy
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
 
 
 def urdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
@@ -94,30 +100,21 @@ class _Urdf:
         node.add("geometry").children.append(shape)
         return node
 
-    def _origin(self, node: Node, X: Any) -> None:
+    def _origin(self, node: Node, X: RigidTransform) -> None:
         if not X.IsExactlyIdentity():
             xyz, rpy = xyz_rpy(X)
             node.add("origin", xyz=xyz, rpy=rpy)
 
-    def _shape(self, shape: Any) -> Node | None:
-        kind = type(shape).__name__
-        if kind == "Box":
-            return Node("box", size=shape.size())
-        if kind == "Sphere":
-            return Node("sphere", radius=shape.radius())
-        if kind in ("Cylinder", "Capsule"):
-            tag = "cylinder" if kind == "Cylinder" else "drake:capsule"
-            return Node(tag, radius=shape.radius(), length=shape.length())
-        if kind == "Ellipsoid":
-            return Node("drake:ellipsoid", a=shape.a(), b=shape.b(), c=shape.c())
-        if kind in ("Mesh", "Convex"):
-            scale = np.asarray(shape.scale3())
+    def _shape(self, shape: Shape) -> Node | None:
+        if isinstance(shape, (Mesh, Convex)):
+            scale = shape.scale3()
             uri = self._files.name(shape)
             node = Node("mesh", filename=uri, scale=None if np.all(scale == 1.0) else scale)
-            if kind == "Convex":
+            if isinstance(shape, Convex):
                 node.add("drake:declare_convex")
             return node
-        return None
+        tags = type_of(shape).urdf
+        return Node(tags[0].name, **measures(shape, tags[0])) if tags else None
 
     def _visual(self, link: Node, geometry: GeometryDescription) -> None:
         node = self._placed(link, "visual", geometry)

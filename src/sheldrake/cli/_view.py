@@ -2,7 +2,8 @@
 
 A name in place of a file is looked up in sheldrake's models, in example-robot-data and in robot_descriptions, where
 they are installed. What floats stands on the ground and has sliders for its place and its roll, pitch and yaw. The
-page's button "Reload Model Files" reads the files again. "Stop Running" or Escape in the page, or Ctrl-C here, ends it.
+page's button "Reload Model Files" reads the files again. "Play / Pause" has it move under gravity; then Ctrl and the
+left mouse button pull bodies, and "Reset" goes back. "Stop Running" or Escape in the page, or Ctrl-C here, ends it.
 
 examples:
   sheldrake view robot.urdf                   URDF, SDFormat, MJCF, a mesh, or model directives
@@ -48,6 +49,7 @@ def run(options: argparse.Namespace) -> int:
         visualize_frames=options.frames,
         publish_contacts=options.contacts,
         weld_base=options.weld_base,
+        simulate=True,
         browser_new=options.window,
         pyplot=options.pyplot,
     )

@@ -28,7 +28,7 @@ class Sha256:
         self._hex = "0" * 64
 
     @staticmethod
-    def Checksum(data: str | bytes, /) -> Sha256:
+    def Checksum(data: str | bytes) -> Sha256:
         """The checksum of some text (as UTF-8) or bytes."""
         if not isinstance(data, (str, bytes)):
             raise incompatible("Sha256.Checksum", ["(str or bytes)"], (data,), {})

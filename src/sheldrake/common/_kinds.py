@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 import operator
+from collections.abc import Callable
 from typing import Any
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Kind, Mismatch, kind
 
 
-def instance_of(*classes: type) -> Kind:
+def _instance_of(*classes: type) -> Kind:
     """Kind: an object of one of some classes."""
 
     @kind(" | ".join(pretty_class_name(cls) for cls in classes))
@@ -20,6 +22,10 @@ def instance_of(*classes: type) -> Kind:
 
     setattr(convert, "classes", classes)  # noqa: B010 (see `kind`); of the type of a value alone, more can be told
     return convert
+
+
+instance_of: Callable[..., Kind] = functools.lru_cache(maxsize=512)(_instance_of)
+"""`instance_of(*classes)`: the kind of objects of one of some classes, made once."""
 
 
 def anything(value: Any) -> Any:

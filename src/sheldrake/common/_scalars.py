@@ -108,16 +108,19 @@ def any_array(T: type, value: Any) -> np.ndarray:
     return array
 
 
+@functools.cache
 def scalar(T: type) -> Kind:
     """Parameter kind: one number."""
     return kind(T.__name__)(functools.partial(as_scalar, T))
 
 
+@functools.cache
 def vector(T: type, n: int) -> Kind:
     """Parameter kind: a vector of `n` numbers."""
     return kind(f"{T.__name__} array of shape ({n},)")(functools.partial(as_array, T, shape=(n,)))
 
 
+@functools.cache
 def matrix(T: type, rows: int, cols: int) -> Kind:
     """Parameter kind: a matrix of fixed size."""
     return kind(f"{T.__name__} array of shape ({rows}, {cols})")(functools.partial(as_array, T, shape=(rows, cols)))

@@ -6,13 +6,13 @@ import base64
 import hashlib
 import html
 import json
-import os
 import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
+from sheldrake.common._files import whole_file
 from sheldrake.export._freeze import Freezer
 from sheldrake.export._frozen import FrozenDiagram
 from sheldrake.export._scene import Scene
@@ -71,7 +71,7 @@ def SavePage(
     scene = Scene(freezer, meshcat if meshcat is not None else find_meshcat(simulator.get_system()))
     frozen = freezer.frozen()
     text = make_page(frozen, scene, title or frozen.name or "Simulation", sliders)
-    with open(os.fspath(path), "w", encoding="utf-8", newline="\n") as file:
+    with whole_file(path, encoding="utf-8", newline="\n") as file:
         file.write(text)
 
 
@@ -101,7 +101,7 @@ def make_page(frozen: FrozenDiagram, scene: Scene, title: str, sliders: Iterable
             f"<title>{html.escape(title)}</title>",
             f"<style>{read['page.css']}</style></head><body>",
             f'<header><h1>{html.escape(title)}</h1><p id="note" role="status"></p></header>',
-            _main(title, bool(scene.html), bool(page["plots"]), bool(page["sliders"])),
+            _main(title, _hint(scene), bool(page["plots"]), bool(page["sliders"])),
             *scripts,
             f"<script>{read['machine.js']}</script><script>{read['page.js']}</script>",
             "</body></html>\n",
@@ -161,15 +161,25 @@ def _slider(about: dict[str, Any], slider: PageSlider) -> dict[str, Any]:
     }
 
 
-def _main(title: str, has_scene: bool, has_plots: bool, has_sliders: bool) -> str:
-    alone = "" if has_scene and (has_plots or has_sliders) else ' class="alone"'
+def _hint(scene: Scene) -> str:
+    """What can be done with mouse and keys; "" where there is nothing to see."""
+    if not scene.html:
+        return ""
+    about = scene.description
+    ways = ["drag a free body to where it is to begin"] if any(f["free"] >= 0 for f in about["frames"]) else []
+    ways += ["pull on a body while it runs"] if any(plant["tau"] >= 0 for plant in about["plants"]) else []
+    said = "; ".join(ways)
+    return f"{said[:1].upper()}{said[1:]}. ".lstrip(". ") + "Keys: space plays, s steps, r resets."
+
+
+def _main(title: str, hint: str, has_plots: bool, has_sliders: bool) -> str:
+    alone = "" if hint and (has_plots or has_sliders) else ' class="alone"'
     parts = [f"<main{alone}>"]
-    if has_scene:
+    if hint:
         parts.append(
             '<section class="scene" aria-label="Scene">'
             f'<iframe id="scene" title="Three-dimensional scene of {html.escape(title)}"></iframe>'
-            '<p class="hint">Drag a free body to where it is to begin; pull on a body while it runs. '
-            "Keys: space plays, s steps, r resets.</p></section>"
+            f'<p class="hint">{hint}</p></section>'
         )
     if has_plots or has_sliders:
         parts.append('<section class="side" aria-label="Values" tabindex="0">')

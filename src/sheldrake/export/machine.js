@@ -104,6 +104,13 @@ class Machine {
   // The numbers of a state, input, output or group of parameters, which may be written; `changed` follows.
   vector(about) { return this.slab.subarray(about.at, about.at + about.elements.length); }
 
+  // All states to the last bit, as hexadecimal words.
+  words() {
+    const { states } = this.about, at = this.about.memory.slab;
+    const bits = states.flatMap((s) => [...this.ints.subarray(at + s.at, at + s.at + s.elements.length)]);
+    return bits.map((word) => BigInt.asUintN(64, word).toString(16).padStart(16, "0")).join(" ");
+  }
+
   changed() { for (let k = 0; k < 3; ++k) this.ints[this.about.words.constant + k] += 1n; }
 
   // Value of an output port now.

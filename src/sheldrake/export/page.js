@@ -21,6 +21,10 @@
   const colour = (i) => (dark.matches ? inDark : inLight)[i % inLight.length];
   const style = (name) => getComputedStyle(document.documentElement).getPropertyValue(name);
   const short = (value) => String(Number(value.toPrecision(4)));
+  const round = (span) => { // the next of 1, 2, 5, 10, ...
+    const power = 10 ** Math.floor(Math.log10(span));
+    return power * [1, 2, 5, 10].find((digit) => digit * power >= 0.999 * span);
+  };
   const records = about.logs.map((log) => ({ width: log.elements.length + 1, data: new Float64Array(0), count: 0, every: 1, seen: 0 }));
   records.forEach((record) => { record.data = new Float64Array(MOST * record.width); });
   machine.samples = (k, rows, width) => {
@@ -84,10 +88,10 @@
       c.font = "11px system-ui, sans-serif";
       c.fillStyle = style("--soft"); c.strokeStyle = style("--line"); c.lineWidth = 1;
       c.textAlign = "right"; c.textBaseline = "middle";
-      for (let k = 0; k <= 2; ++k) {
-        const value = low + pad + k * (high - low - 2 * pad) / 2;
-        c.beginPath(); c.moveTo(left, Y(value)); c.lineTo(width - right, Y(value)); c.stroke();
-        c.fillText(short(value), left - 6, Y(value));
+      const step = round((high - low) / 3);
+      for (let k = Math.ceil(low / step); k * step <= high; ++k) {
+        c.beginPath(); c.moveTo(left, Y(k * step)); c.lineTo(width - right, Y(k * step)); c.stroke();
+        c.fillText(short(k * step), left - 6, Y(k * step));
       }
       c.textBaseline = "top"; c.textAlign = "left";
       c.fillText(`${short(first)} s`, left, height - bottom + 4);

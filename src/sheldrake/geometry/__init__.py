@@ -16,12 +16,12 @@ from ._bounding import (
 from ._drake_visualizer import DrakeVisualizer, DrakeVisualizerParams
 from ._frame_pose_vector import FramePoseVector, GeometryConfigurationVector
 from ._ids import FilterId, FrameId, GeometryId, SourceId
+from ._mass_properties import CalcVolume
 from ._meshcat.animation import MeshcatAnimation
 from ._meshcat.meshcat import Meshcat, StartMeshcat
 from ._meshcat.params import MeshcatParams, MeshcatVisualizerParams
 from ._meshcat.point_cloud_visualizer import MeshcatPointCloudVisualizer
 from ._meshcat.visualizer import MeshcatVisualizer
-from ._meshes.mass_properties import CalcVolume
 from ._meshes.mesh_fields import PolygonSurfaceMeshFieldLinear, TriangleSurfaceMeshFieldLinear, field_template
 from ._meshes.mesh_source import InMemoryMesh, MeshSource
 from ._meshes.polygon_mesh import PolygonSurfaceMesh, SurfacePolygon

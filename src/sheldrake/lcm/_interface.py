@@ -8,15 +8,15 @@ import re
 import threading
 import time
 from collections.abc import Callable
-from types import SimpleNamespace
 from typing import Any, Protocol
 
+from sheldrake.common._options import Options
 from sheldrake.common._overloads import Mismatch
 
 DEFAULT_URL = "udpm://239.255.76.67:7667?ttl=0"
 
 
-class DrakeLcmParams:
+class DrakeLcmParams(Options):
     """Settings of a DrakeLcm.
 
     Args:
@@ -25,27 +25,7 @@ class DrakeLcmParams:
         defer_initialization: Connect when first used.
     """
 
-    __fields__ = (
-        SimpleNamespace(name="lcm_url", type=str),
-        SimpleNamespace(name="channel_suffix", type=str),
-        SimpleNamespace(name="defer_initialization", type=bool),
-    )
-
-    def __init__(self, **kwargs: Any):
-        self.lcm_url, self.channel_suffix, self.defer_initialization = "", "", False
-        for name, value in kwargs.items():
-            if name not in self.__dict__:
-                raise AttributeError(f"DrakeLcmParams has no field {name!r}; it has {', '.join(self.__dict__)}.")
-            setattr(self, name, value)
-
-    def __repr__(self) -> str:
-        return f"DrakeLcmParams({', '.join(f'{f.name}={getattr(self, f.name)!r}' for f in self.__fields__)})"
-
-    def __copy__(self) -> DrakeLcmParams:
-        return DrakeLcmParams(**self.__dict__)
-
-    def __deepcopy__(self, memo: dict) -> DrakeLcmParams:
-        return self.__copy__()
+    _fields = (("lcm_url", str, ""), ("channel_suffix", str, ""), ("defer_initialization", bool, False))
 
 
 class DrakeLcmInterface:

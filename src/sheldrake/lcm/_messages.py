@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 _CODES = {"int8_t": "b", "int16_t": "h", "int32_t": "i", "int64_t": "q", "float": "f", "double": "d", "boolean": "?"}
 _WORD = (1 << 64) - 1
@@ -49,6 +49,10 @@ class Message:
     """
 
     _fields: ClassVar[list[tuple]] = []
+
+    if TYPE_CHECKING:  # what `_fields` names
+
+        def __getattr__(self, name: str) -> Any: ...
 
     def __init__(self, **values: Any):
         for name, kind, *dimensions in self._fields:
@@ -215,10 +219,14 @@ class lcmt_header(Message):
 class lcmt_image(Message):
     """An image: rows of pixels, compressed or not."""
 
-    PIXEL_FORMAT_GRAY, PIXEL_FORMAT_RGB, PIXEL_FORMAT_BGR = 0, 1, 2
-    PIXEL_FORMAT_RGBA, PIXEL_FORMAT_BGRA, PIXEL_FORMAT_DEPTH, PIXEL_FORMAT_LABEL = 3, 4, 5, 6
-    CHANNEL_TYPE_UINT8, CHANNEL_TYPE_INT16, CHANNEL_TYPE_UINT16, CHANNEL_TYPE_FLOAT32 = 1, 2, 3, 6
+    PIXEL_FORMAT_GRAY, PIXEL_FORMAT_RGB, PIXEL_FORMAT_BGR, PIXEL_FORMAT_RGBA, PIXEL_FORMAT_BGRA = 0, 1, 2, 3, 4
+    PIXEL_FORMAT_DEPTH, PIXEL_FORMAT_LABEL, PIXEL_FORMAT_MASK, PIXEL_FORMAT_DISPARITY = 5, 6, 7, 8
+    PIXEL_FORMAT_BAYER_BGGR, PIXEL_FORMAT_BAYER_RGGB, PIXEL_FORMAT_BAYER_GBRG, PIXEL_FORMAT_BAYER_GRBG = 9, 10, 11, 12
+    CHANNEL_TYPE_INT8, CHANNEL_TYPE_UINT8, CHANNEL_TYPE_INT16, CHANNEL_TYPE_UINT16 = 0, 1, 2, 3
+    CHANNEL_TYPE_INT32, CHANNEL_TYPE_UINT32, CHANNEL_TYPE_FLOAT32, CHANNEL_TYPE_FLOAT64 = 4, 5, 6, 7
     COMPRESSION_METHOD_NOT_COMPRESSED, COMPRESSION_METHOD_ZLIB = 0, 1
+    COMPRESSION_METHOD_JPEG, COMPRESSION_METHOD_PNG = 2, 3
+    PIXEL_FORMAT_INVALID = CHANNEL_TYPE_INVALID = COMPRESSION_METHOD_INVALID = -1
 
     _fields: ClassVar[list[tuple]] = [
         ("header", lcmt_header),
@@ -279,6 +287,7 @@ class lcmt_panda_status(Message):
         ("robot_utime", "int64_t"),
         ("control_mode", "int8_t"),
     ]
+    CONTROL_MODE_POSITION, CONTROL_MODE_VELOCITY, CONTROL_MODE_TORQUE = 1, 2, 4
 
 
 class lcmt_point(Message):

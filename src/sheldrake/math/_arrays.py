@@ -5,11 +5,14 @@ from __future__ import annotations
 import importlib
 import operator
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._scalars import autodiff_class
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 __all__ = ["eq", "ge", "gt", "inv", "le", "lt", "matmul", "ne"]
 
@@ -34,7 +37,7 @@ def _as_matrix(value: Any) -> np.ndarray:
     return array[:, None] if array.ndim == 1 else array
 
 
-def matmul(a: Any, b: Any) -> np.ndarray:
+def matmul(a: Any, b: ArrayLike) -> np.ndarray:
     """Matrix product of arrays of any scalars; a vector counts as a column.
 
     Raises:

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.math._matrices import float_matrix, float_vector
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
 
 __all__ = ["BarycentricMesh"]
 
@@ -71,7 +74,7 @@ class BarycentricMesh:
         """All points of the grid, shape (inputs, points)."""
         return np.column_stack([self.get_mesh_point(i) for i in range(self._num_points)])
 
-    def EvalBarycentricWeights(self, input: Any) -> tuple[np.ndarray, np.ndarray]:
+    def EvalBarycentricWeights(self, input: Scalars) -> tuple[np.ndarray, np.ndarray]:
         """The points that count at an input, and how much: indices and weights, shape (interpolants,) each.
 
         Raises:
@@ -102,7 +105,7 @@ class BarycentricMesh:
             np.array(weights + [0.0] * missing),
         )
 
-    def Eval(self, mesh_values: Any, input: Any) -> np.ndarray:
+    def Eval(self, mesh_values: Scalars, input: Scalars) -> np.ndarray:
         """The function at an input, shape (outputs,).
 
         Args:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import operator
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,8 +14,12 @@ from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._scalars import ScalarBase, ScalarTemplate, any_array, as_scalar
 
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.trajectories._base import Trajectory
 
-def _number(x: Any) -> float:
+
+def _number(x: Scalar) -> float:
     """Value of a float, an AutoDiffXd or an Expression without variables."""
     if isinstance(x, float):
         return x
@@ -84,8 +88,8 @@ class BsplineBasis(ScalarBase):
         order: int,
         num_basis_functions: int,
         type: KnotVectorType = KnotVectorType.kClampedUniform,
-        initial_parameter_value: Any = 0.0,
-        final_parameter_value: Any = 1.0,
+        initial_parameter_value: Scalar = 0.0,
+        final_parameter_value: Scalar = 1.0,
     ) -> None:
         k, n = operator.index(order), operator.index(num_basis_functions)
         if not isinstance(type, KnotVectorType):
@@ -117,15 +121,15 @@ class BsplineBasis(ScalarBase):
         """The knots, ascending."""
         return list(self._knots)
 
-    def initial_parameter_value(self) -> Any:
+    def initial_parameter_value(self) -> float:
         """Where curves begin."""
         return self._knots[self._order - 1]
 
-    def final_parameter_value(self) -> Any:
+    def final_parameter_value(self) -> float:
         """Where curves end."""
         return self._knots[self.num_basis_functions()]
 
-    def FindContainingInterval(self, parameter_value: Any) -> int:
+    def FindContainingInterval(self, parameter_value: Scalar) -> int:
         """Index i of the knots with knots[i] <= parameter_value < knots[i + 1]; the last interval includes its end."""
         u = _number(as_scalar(self._T, parameter_value))
         find = bisect_right if u < _number(self.final_parameter_value()) else bisect_left
@@ -150,12 +154,12 @@ class BsplineBasis(ScalarBase):
         where = f"{pretty_class_name(self._plain_class())}.ComputeActiveBasisFunctionIndices"
         return incompatible(where, ["(parameter_value)", "(parameter_interval: [a, b])"], args, kwargs)
 
-    def _check_parameter(self, call: str, u: Any) -> None:
+    def _check_parameter(self, call: str, u: Scalar) -> None:
         first, last = _number(self.initial_parameter_value()), _number(self.final_parameter_value())
         if not first <= _number(u) <= last:
             raise RuntimeError(f"BsplineBasis.{call}(): parameter value {u} is not within [{first}, {last}].")
 
-    def EvaluateCurve(self, control_points: Sequence[Any], parameter_value: Any) -> np.ndarray:
+    def EvaluateCurve(self, control_points: Sequence[Any], parameter_value: Scalar) -> np.ndarray:
         """The point of a curve, of the shape of a control point.
 
         Args:
@@ -180,11 +184,11 @@ class BsplineBasis(ScalarBase):
             raise self._no_curve(control_points, parameter_value)
         return self._de_boor(points, u)
 
-    def _no_curve(self, control_points: Any, parameter_value: Any) -> TypeError:
+    def _no_curve(self, control_points: Scalars, parameter_value: Scalar) -> TypeError:
         where = f"{pretty_class_name(self._plain_class())}.EvaluateCurve"
         return incompatible(where, ["(control_points: list of vectors, parameter_value)"], (control_points,), {})
 
-    def _de_boor(self, points: list, u: Any) -> Any:
+    def _de_boor(self, points: list, u: Scalar) -> Any:
         """De Boor's algorithm (C. de Boor, A Practical Guide to Splines, chapter X)."""
         k, t = self._order, self._knots
         ell = self.FindContainingInterval(u)
@@ -196,14 +200,14 @@ class BsplineBasis(ScalarBase):
                 p[i] = (1.0 - a) * p[i + 1] + a * p[i]
         return p[0]
 
-    def EvaluateBasisFunctionI(self, i: int, parameter_value: Any) -> Any:
+    def EvaluateBasisFunctionI(self, i: int, parameter_value: Scalar) -> Scalar:
         """Value of basis function `i`."""
         u = as_scalar(self._T, parameter_value)
         self._check_parameter("EvaluateBasisFunctionI", u)
         points = [self._T(float(j == i)) for j in range(self.num_basis_functions())]
         return self._de_boor(points, u)
 
-    def EvaluateLinearInControlPoints(self, parameter_value: Any) -> np.ndarray:
+    def EvaluateLinearInControlPoints(self, parameter_value: Scalar) -> np.ndarray:
         """Values of all basis functions: the weights of the control points, shape (num_basis_functions,)."""
         n = self.num_basis_functions()
         return np.array(
@@ -211,10 +215,10 @@ class BsplineBasis(ScalarBase):
             dtype=np.float64 if self._T is float else object,
         )
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Trajectory:
         return self._plain_class()(self)
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> tuple[Any, ...]:
         return (self._order, list(self._knots))
 
     def __setstate__(self, state: Any) -> None:

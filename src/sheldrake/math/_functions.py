@@ -9,7 +9,7 @@ import builtins
 import importlib
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from sheldrake.common import _ieee as ieee
 from sheldrake.common._kernels import generic
 from sheldrake.common._overloads import incompatible
 from sheldrake.common._scalars import autodiff_class
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 __all__ = [
     "abs",
@@ -50,7 +53,7 @@ _REAL = (float, int, np.floating, np.integer, np.bool_)
 _FLOAT, _DUAL, _SYMBOL = "float", "AutoDiffXd", "Expression"
 
 
-def _kind(x: Any) -> str | None:
+def _kind(x: Scalar) -> str | None:
     if isinstance(x, _REAL):
         return _FLOAT
     if isinstance(x, autodiff_class()):
@@ -124,12 +127,12 @@ def _rounded(name: str, x: Any) -> Any:
     raise _refuse(name, x)
 
 
-def ceil(x: Any, /) -> Any:
+def ceil(x: Scalar, /) -> Any:
     """Smallest integer that is not less; a float for an AutoDiffXd."""
     return _rounded("ceil", x)
 
 
-def floor(x: Any, /) -> Any:
+def floor(x: Scalar, /) -> Any:
     """Largest integer that is not more; a float for an AutoDiffXd."""
     return _rounded("floor", x)
 
@@ -211,7 +214,7 @@ def atan2(y: Any, x: Any) -> Any:
 arctan2 = atan2
 
 
-def wrap_to(value: Any, low: Any, high: Any) -> Any:
+def wrap_to(value: Any, low: Scalar, high: Scalar) -> Any:
     """`value` plus a multiple of `high - low`, within [low, high).
 
     Args:

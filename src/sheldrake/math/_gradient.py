@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.math._matrices import float_vector
+
+if TYPE_CHECKING:
+    pass
 
 __all__ = ["ComputeNumericalGradient", "NumericalGradientMethod", "NumericalGradientOption"]
 
@@ -56,7 +59,7 @@ _FORWARD = NumericalGradientOption(_Method.kForward)
 
 
 def ComputeNumericalGradient(
-    calc_func: Callable[[np.ndarray], Any], x: Any, option: NumericalGradientOption = _FORWARD
+    calc_func: Callable[[np.ndarray], Any], x: np.ndarray, option: NumericalGradientOption = _FORWARD
 ) -> np.ndarray:
     """Partial derivatives of a function of several variables, shape (outputs, variables).
 

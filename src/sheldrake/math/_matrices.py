@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._overloads import Mismatch, incompatible
 from sheldrake.common._scalars import any_array, as_array, scalar_types
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Scalars
 
 __all__ = [
     "BalanceQuadraticForms",
@@ -55,7 +60,7 @@ def float_vector(call: str, **named: Any) -> np.ndarray:
     return matrix[:, 0]
 
 
-def VectorToSkewSymmetric(p: Any) -> np.ndarray:
+def VectorToSkewSymmetric(p: Scalars) -> np.ndarray:
     """The matrix S with S v = p x v, shape (3, 3).
 
     Args:
@@ -70,13 +75,13 @@ def VectorToSkewSymmetric(p: Any) -> np.ndarray:
     raise incompatible("VectorToSkewSymmetric", ["(p: array of shape (3,))"], (p,), {})
 
 
-def IsSymmetric(matrix: Any, precision: float = _EPSILON) -> bool:
+def IsSymmetric(matrix: Scalars, precision: float = _EPSILON) -> bool:
     """Whether a matrix is square and equal to its transpose, to `precision` in every number."""
     M = float_matrix("IsSymmetric", matrix=matrix)
     return M.shape[0] == M.shape[1] and bool((np.abs(M - M.T) <= precision).all())
 
 
-def IsPositiveDefinite(matrix: Any, tolerance: float = 0.0, symmetry_tolerance: float = 0.0) -> bool:
+def IsPositiveDefinite(matrix: Scalars, tolerance: float = 0.0, symmetry_tolerance: float = 0.0) -> bool:
     """Whether a matrix is symmetric and no eigenvalue is less than `tolerance`.
 
     Where the eigenvalue of largest magnitude is more than one, `tolerance` is relative to it.
@@ -88,7 +93,7 @@ def IsPositiveDefinite(matrix: Any, tolerance: float = 0.0, symmetry_tolerance: 
     return bool((values >= tolerance * max(1.0, np.abs(values).max(initial=0.0))).all())
 
 
-def ToSymmetricMatrixFromLowerTriangularColumns(lower_triangular_columns: Any) -> np.ndarray:
+def ToSymmetricMatrixFromLowerTriangularColumns(lower_triangular_columns: ArrayLike) -> np.ndarray:
     """The symmetric matrix whose lower triangle is given column by column.
 
     Args:
@@ -112,7 +117,7 @@ def ToSymmetricMatrixFromLowerTriangularColumns(lower_triangular_columns: Any) -
     return M
 
 
-def ToLowerTriangularColumnsFromMatrix(matrix: Any) -> np.ndarray:
+def ToLowerTriangularColumnsFromMatrix(matrix: Scalars) -> np.ndarray:
     """The lower triangle of a square matrix, column by column, shape (n (n + 1) / 2,).
 
     Raises:
@@ -122,14 +127,14 @@ def ToLowerTriangularColumnsFromMatrix(matrix: Any) -> np.ndarray:
     return M.T[np.triu_indices(len(M))]
 
 
-def _square(call: str, matrix: Any) -> np.ndarray:
+def _square(call: str, matrix: Scalars) -> np.ndarray:
     M = float_matrix(call, matrix=matrix)
     if M.shape[0] != M.shape[1]:
         raise ValueError(f"{call}(): a matrix of shape {M.shape} is not square.")
     return M
 
 
-def ExtractPrincipalSubmatrix(matrix: Any, indices: Iterable[int]) -> np.ndarray:
+def ExtractPrincipalSubmatrix(matrix: Scalars, indices: Iterable[int]) -> np.ndarray:
     """The rows and columns of a square matrix with the given numbers, in ascending order.
 
     Raises:
@@ -145,7 +150,7 @@ def ExtractPrincipalSubmatrix(matrix: Any, indices: Iterable[int]) -> np.ndarray
 
 
 def DecomposePSDmatrixIntoXtransposeTimesX(
-    Y: Any, zero_tol: float, return_empty_if_not_psd: bool = False
+    Y: ArrayLike, zero_tol: float, return_empty_if_not_psd: bool = False
 ) -> np.ndarray:
     """A matrix X with X^T X = Y: of n rows if Y is positive definite, else of as many as Y has rank.
 
@@ -178,7 +183,9 @@ def DecomposePSDmatrixIntoXtransposeTimesX(
     return np.sqrt(values[kept])[:, None] * vectors[:, kept].T
 
 
-def DecomposePositiveQuadraticForm(Q: Any, b: Any, c: float, tol: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+def DecomposePositiveQuadraticForm(
+    Q: ArrayLike, b: ArrayLike, c: float, tol: float = 0.0
+) -> tuple[np.ndarray, np.ndarray]:
     """R, shape (r, n), and d, shape (r, 1), with x^T Q x + b^T x + c = |R x + d|^2.
 
     Args:
@@ -202,7 +209,7 @@ def DecomposePositiveQuadraticForm(Q: Any, b: Any, c: float, tol: float = 0.0) -
     return X[:, :-1], X[:, -1:]
 
 
-def BalanceQuadraticForms(S: Any, P: Any) -> np.ndarray:
+def BalanceQuadraticForms(S: ArrayLike, P: ArrayLike) -> np.ndarray:
     """A matrix T that makes T^T S T = D and |T^T P T| = D^-1, both diagonal.
 
     Args:

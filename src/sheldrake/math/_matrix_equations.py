@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.math._matrices import float_matrix
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 
 __all__ = [
     "ContinuousAlgebraicRiccatiEquation",
@@ -65,7 +69,7 @@ def _solve(call: str, solver: Callable[[], np.ndarray]) -> np.ndarray:
     return (S + S.T) / 2
 
 
-def ContinuousAlgebraicRiccatiEquation(A: Any, B: Any, Q: Any, R: Any) -> np.ndarray:
+def ContinuousAlgebraicRiccatiEquation(A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike) -> np.ndarray:
     """The stabilizing solution S of S A + A^T S - S B R^-1 B^T S + Q = 0, shape (n, n).
 
     Args:
@@ -87,7 +91,9 @@ def ContinuousAlgebraicRiccatiEquation(A: Any, B: Any, Q: Any, R: Any) -> np.nda
     return S
 
 
-def DiscreteAlgebraicRiccatiEquation(A: Any, B: Any, Q: Any, R: Any, N: Any = None) -> np.ndarray:
+def DiscreteAlgebraicRiccatiEquation(
+    A: ArrayLike, B: ArrayLike, Q: ArrayLike, R: ArrayLike, N: ArrayLike | None = None
+) -> np.ndarray:
     """The stabilizing solution X of A^T X A - X - (A^T X B + N)(B^T X B + R)^-1 (B^T X A + N^T) + Q = 0.
 
     Args:
@@ -118,7 +124,7 @@ def DiscreteAlgebraicRiccatiEquation(A: Any, B: Any, Q: Any, R: Any, N: Any = No
     return S
 
 
-def _lyapunov(call: str, A: Any, Q: Any) -> tuple[np.ndarray, np.ndarray]:
+def _lyapunov(call: str, A: ArrayLike, Q: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     A, Q = float_matrix(call, A=A), float_matrix(call, Q=Q)
     if A.shape != Q.shape or A.shape[0] != A.shape[1]:
         raise RuntimeError(
@@ -128,7 +134,7 @@ def _lyapunov(call: str, A: Any, Q: Any) -> tuple[np.ndarray, np.ndarray]:
     return A, Q
 
 
-def RealContinuousLyapunovEquation(A: Any, Q: Any) -> np.ndarray:
+def RealContinuousLyapunovEquation(A: ArrayLike, Q: ArrayLike) -> np.ndarray:
     """The solution X of A^T X + X A + Q = 0, shape (n, n).
 
     Args:
@@ -149,7 +155,7 @@ def RealContinuousLyapunovEquation(A: Any, Q: Any) -> np.ndarray:
     return (X + X.T) / 2
 
 
-def RealDiscreteLyapunovEquation(A: Any, Q: Any) -> np.ndarray:
+def RealDiscreteLyapunovEquation(A: ArrayLike, Q: ArrayLike) -> np.ndarray:
     """The solution X of A^T X A - X + Q = 0, shape (n, n).
 
     Args:

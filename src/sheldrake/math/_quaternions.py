@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.common._rotations import quaternion_product
 from sheldrake.common._scalar_math import all_of, at_most, select, sqrt
 from sheldrake.common._scalars import as_array, is_symbolic
 from sheldrake.common.eigen_geometry import Quaternion_
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
 
 __all__ = [
     "AreQuaternionsEqualForOrientation",
@@ -63,7 +66,7 @@ def ClosestQuaternion(quat1: Any, quat2: Any) -> Any:
     return quat1._make(select(closer, lambda: q, lambda: tuple(-x for x in q)))
 
 
-def AreQuaternionsEqualForOrientation(quat1: Any, quat2: Any, tolerance: Any) -> Any:
+def AreQuaternionsEqualForOrientation(quat1: Scalars, quat2: Scalars, tolerance: float) -> Any:
     """Whether two quaternions, each in canonical form, differ by at most `tolerance` in every component."""
     T = _scalar_of("AreQuaternionsEqualForOrientation", quat1)
     a, b = QuaternionToCanonicalForm(quat1)._wxyz.tolist(), QuaternionToCanonicalForm(quat2)._wxyz.tolist()
@@ -114,7 +117,7 @@ def CalculateQuaternionDtConstraintViolation(quat: Any, quatDt: Any) -> Any:
     return 2.0 * (w * rates[0] + x * rates[1] + y * rates[2] + z * rates[3])
 
 
-def IsBothQuaternionAndQuaternionDtOK(quat: Any, quatDt: Any, tolerance: float) -> Any:
+def IsBothQuaternionAndQuaternionDtOK(quat: Scalars, quatDt: Scalars, tolerance: float) -> Any:
     """Whether the length is one and constant, both to `tolerance`."""
     T = _scalar_of("IsBothQuaternionAndQuaternionDtOK", quat)
     violation = CalculateQuaternionDtConstraintViolation(quat, quatDt)

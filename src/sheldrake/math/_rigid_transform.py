@@ -21,6 +21,7 @@ from sheldrake.common._scalars import (
     any_array,
     as_array,
     frozen,
+    identity,
     is_symbolic,
     matrix,
     scalar,
@@ -34,6 +35,7 @@ from sheldrake.math._rotation_matrix import RotationMatrix, RotationMatrix_
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.common._types import Scalars
     from sheldrake.common.eigen_geometry import Isometry3
 
 _new = object.__new__
@@ -83,7 +85,7 @@ class RigidTransform(ScalarBase):
         def set_both(self: Any, orientation: Any, p: np.ndarray) -> None:
             self._R, self._p = R_(orientation), p
 
-        def from_rotation(self: Any, R: Any) -> None:
+        def from_rotation(self: Any, R: ArrayLike) -> None:
             self._R, self._p = R_(R), zeros(T, 3)
 
         def from_position(self: Any, p: np.ndarray) -> None:
@@ -145,7 +147,7 @@ class RigidTransform(ScalarBase):
         pose = cls._argument("MakeUnchecked", matrix(cls._T, 3, 4), pose=pose)
         return cls._make(pose[:, :3].copy(), pose[:, 3].copy())
 
-    def set(self, R: Any, p: Any) -> None:
+    def set(self, R: RotationMatrix, p: Scalars) -> None:
         """Replace rotation and position [m]."""
         R = self._argument("set", instance_of(RotationMatrix_[self._T]), R=R)
         p = self._argument("set", vector(self._T, 3), p=p)
@@ -187,19 +189,19 @@ class RigidTransform(ScalarBase):
             overload(assign, theta_lambda=instance_of(AngleAxis_[T])),
         ]
 
-    def set_translation(self, p: Any) -> None:
+    def set_translation(self, p: Scalars) -> None:
         """Replace the position p_AoBo_A [m], shape (3,)."""
         self._p = self._argument("set_translation", vector(self._T, 3), p=p)
 
     def GetAsMatrix4(self) -> np.ndarray:
         """The homogeneous matrix, shape (4, 4)."""
-        X = as_array(self._T, np.eye(4), (4, 4)).copy()
+        X = identity(self._T, 4).copy()
         X[:3, :3], X[:3, 3] = self._R._M, self._p
         return X
 
     def GetAsMatrix34(self) -> np.ndarray:
         """Its first three rows, shape (3, 4)."""
-        return np.hstack([self._R._M, self._p[:, None]])
+        return np.concatenate((self._R._M, self._p.reshape(3, 1)), axis=1)
 
     def GetAsIsometry3(self) -> Isometry3:
         """The same pose as an Isometry3."""
@@ -210,7 +212,7 @@ class RigidTransform(ScalarBase):
         M = self._R._M.T.copy()
         return self._make(M, -M.dot(self._p))
 
-    def InvertAndCompose(self, other: Any) -> RigidTransform:
+    def InvertAndCompose(self, other: RigidTransform) -> RigidTransform:
         """X_BC of this X_AB and another X_AC."""
         other = self._argument("InvertAndCompose", instance_of(self._plain_class()), other=other)
         M = self._R._M.T
@@ -275,7 +277,7 @@ class RigidTransform(ScalarBase):
         """Whether rotation and position are exactly those of the identity."""
         return self.IsExactlyEqualTo(self.Identity())
 
-    def IsNearlyIdentity(self, translation_tolerance: Any) -> bool:
+    def IsNearlyIdentity(self, translation_tolerance: float) -> bool:
         """Whether the rotation is the identity to 128 eps and the position zero to `translation_tolerance` [m]."""
         T = self._T
         tolerance = self._argument("IsNearlyIdentity", scalar(float), translation_tolerance=translation_tolerance)
@@ -293,6 +295,9 @@ class RigidTransform(ScalarBase):
     def GetMaximumAbsoluteDifference(self, other: Any) -> float:
         """Largest difference between the numbers of two poses [1 or m]."""
         other = self._argument("GetMaximumAbsoluteDifference", instance_of(self._plain_class()), other=other)
+        if self._T is float:
+            turned, moved = np.abs(self._R._M - other._R._M).max(), np.abs(self._p - other._p).max()
+            return float(np.maximum(turned, moved))
         return largest_magnitude(self.GetAsMatrix34() - other.GetAsMatrix34(), self._T)
 
     def GetMaximumAbsoluteTranslationDifference(self, other: Any) -> float:

@@ -26,6 +26,9 @@ from sheldrake.common.eigen_geometry import Quaternion_
 from sheldrake.math._rotation_matrix import RotationMatrix_
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sheldrake.common._types import Scalar, Scalars
     from sheldrake.common.eigen_geometry import Quaternion
     from sheldrake.math._rotation_matrix import RotationMatrix
 
@@ -62,13 +65,13 @@ class RollPitchYaw(ScalarBase):
         def from_vector(self: Any, rpy: np.ndarray) -> None:
             self._rpy = rpy
 
-        def from_angles(self: Any, roll: Any, pitch: Any, yaw: Any) -> None:
+        def from_angles(self: Any, roll: Scalar, pitch: Scalar, yaw: Scalar) -> None:
             self._rpy = new_array(T, [roll, pitch, yaw])
 
         def from_rotation(self: Any, R: Any) -> None:
             self._set(R._M, rotations.matrix_to_canonical_quaternion(R._M))
 
-        def from_quaternion(self: Any, quaternion: Any) -> None:
+        def from_quaternion(self: Any, quaternion: Quaternion) -> None:
             M = rotations.quaternion_to_matrix(T, quaternion._wxyz)
             self._set(M, quaternion._wxyz.tolist())
 
@@ -84,7 +87,7 @@ class RollPitchYaw(ScalarBase):
             overload(from_matrix, matrix=matrix(T, 3, 3)),
         ]
 
-    def _set(self, M: np.ndarray, wxyz: Any) -> None:
+    def _set(self, M: np.ndarray, wxyz: Sequence[Scalar] | np.ndarray) -> None:
         """Angles accurate everywhere, gimbal lock included.
 
         Pitch comes from the matrix. Half the sum and half the difference of yaw and roll come from the quaternion
@@ -95,7 +98,7 @@ class RollPitchYaw(ScalarBase):
         pitch = atan2(-c, cos_pitch)
         w, x, y, z = wxyz
 
-        def half(sine: Any, cosine: Any) -> Any:
+        def half(sine: Scalar, cosine: Scalar) -> Scalar:
             vanishes = all_of((abs(sine) <= _EPSILON, abs(cosine) <= _EPSILON))
             return select(vanishes, lambda: 0.0 * sine, lambda: atan2(sine, cosine))
 
@@ -153,7 +156,7 @@ class RollPitchYaw(ScalarBase):
     def _rates(self, call: str, **rates: Any) -> list:
         return self._argument(call, vector(self._T, 3), **rates).tolist()
 
-    def _safe_cos_pitch(self, call: str) -> Any:
+    def _safe_cos_pitch(self, call: str) -> Scalar:
         pitch = self._rpy.item(1)
         c1 = cos(pitch)
         if not is_symbolic(self._T) and abs(c1) < _GIMBAL_LOCK:
@@ -165,7 +168,7 @@ class RollPitchYaw(ScalarBase):
             )
         return c1
 
-    def CalcRotationMatrixDt(self, rpyDt: Any) -> np.ndarray:
+    def CalcRotationMatrixDt(self, rpyDt: Scalars) -> np.ndarray:
         """Time derivative of R_AD [1/s], shape (3, 3).
 
         Args:
@@ -201,18 +204,18 @@ class RollPitchYaw(ScalarBase):
         (s0, c0), (s1, c1), _ = self._sines()
         return as_array(self._T, [[1.0, 0.0, -s1], [0.0, c0, c1 * s0], [0.0, -s0, c0 * c1]], (3, 3))
 
-    def CalcAngularVelocityInParentFromRpyDt(self, rpyDt: Any) -> np.ndarray:
+    def CalcAngularVelocityInParentFromRpyDt(self, rpyDt: Scalars) -> np.ndarray:
         """w_AD_A [rad/s], shape (3,), from the rates of roll, pitch and yaw [rad/s]."""
         return self._in_parent().dot(self._vector("CalcAngularVelocityInParentFromRpyDt", rpyDt=rpyDt))
 
-    def CalcAngularVelocityInChildFromRpyDt(self, rpyDt: Any) -> np.ndarray:
+    def CalcAngularVelocityInChildFromRpyDt(self, rpyDt: Scalars) -> np.ndarray:
         """w_AD_D [rad/s], shape (3,), from the rates of roll, pitch and yaw [rad/s]."""
         return self._in_child().dot(self._vector("CalcAngularVelocityInChildFromRpyDt", rpyDt=rpyDt))
 
     def _vector(self, call: str, **named: Any) -> np.ndarray:
         return self._argument(call, vector(self._T, 3), **named)
 
-    def CalcRpyDtFromAngularVelocityInParent(self, w_AD_A: Any) -> np.ndarray:
+    def CalcRpyDtFromAngularVelocityInParent(self, w_AD_A: Scalars) -> np.ndarray:
         """Rates of roll, pitch and yaw [rad/s], shape (3,), from w_AD_A [rad/s].
 
         Raises:
@@ -229,7 +232,7 @@ class RollPitchYaw(ScalarBase):
         rows = [[c2_c1, s2_c1, 0.0], [-s2, c2, 0.0], [c2_c1 * s1, s2_c1 * s1, 1.0]]
         return as_array(self._T, rows, (3, 3))
 
-    def CalcRpyDtFromAngularVelocityInChild(self, w_AD_D: Any) -> np.ndarray:
+    def CalcRpyDtFromAngularVelocityInChild(self, w_AD_D: Scalars) -> np.ndarray:
         """Rates of roll, pitch and yaw [rad/s], shape (3,), from w_AD_D [rad/s].
 
         Raises:
@@ -246,7 +249,7 @@ class RollPitchYaw(ScalarBase):
         rows = [[1.0, s0_c1 * s1, c0_c1 * s1], [0.0, c0, -s0], [0.0, s0_c1, c0_c1]]
         return as_array(self._T, rows, (3, 3))
 
-    def CalcRpyDDtFromRpyDtAndAngularAccelInParent(self, rpyDt: Any, alpha_AD_A: Any) -> np.ndarray:
+    def CalcRpyDDtFromRpyDtAndAngularAccelInParent(self, rpyDt: Scalars, alpha_AD_A: Scalars) -> np.ndarray:
         """Second derivatives of roll, pitch and yaw [rad/s^2], shape (3,).
 
         Args:
@@ -269,7 +272,7 @@ class RollPitchYaw(ScalarBase):
         ]
         return inverse.dot(alpha - as_array(self._T, dN, (3, 3)).dot(rates))
 
-    def CalcRpyDDtFromAngularAccelInChild(self, rpyDt: Any, alpha_AD_D: Any) -> np.ndarray:
+    def CalcRpyDDtFromAngularAccelInChild(self, rpyDt: Scalars, alpha_AD_D: Scalars) -> np.ndarray:
         """Second derivatives of roll, pitch and yaw [rad/s^2], shape (3,).
 
         Args:
@@ -292,7 +295,7 @@ class RollPitchYaw(ScalarBase):
         ]
         return inverse.dot(alpha - as_array(self._T, dN, (3, 3)).dot(rates))
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> tuple[Any, ...]:
         return self._rpy.copy()
 
     def __setstate__(self, state: Any) -> None:
@@ -303,7 +306,7 @@ class RollPitchYaw(ScalarBase):
         return f"{pretty_class_name(type(self))}(roll={roll!r}, pitch={pitch!r}, yaw={yaw!r})"
 
 
-def _wrapped(angle: Any) -> Any:
+def _wrapped(angle: Scalar) -> Scalar:
     """An angle within (-2 pi, 2 pi) brought to [-pi, pi]."""
     lower = select(angle > math.pi, lambda: angle - 2.0 * math.pi, lambda: angle)
     return select(lower < -math.pi, lambda: lower + 2.0 * math.pi, lambda: lower)

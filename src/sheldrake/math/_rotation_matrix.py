@@ -32,7 +32,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
     from sheldrake.common import eigen_geometry
-    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.common.eigen_geometry import AngleAxis, Quaternion
     from sheldrake.math._roll_pitch_yaw import RollPitchYaw
 
 _new = object.__new__
@@ -66,7 +67,8 @@ def _checked(T: type, M: np.ndarray) -> np.ndarray:
             raise RuntimeError(
                 f"RotationMatrix(): {values.tolist()} is not a rotation matrix: |R R^T - 1| is {error:.3g}, not 0."
             )
-        if np.linalg.det(values) < 0.0:
+        (a, b, c), (d, e, f), (g, h, i) = values.tolist()
+        if a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g) < 0.0:
             raise RuntimeError(
                 f"RotationMatrix(): {values.tolist()} is not a rotation matrix but a reflection: its determinant is "
                 "negative."
@@ -103,16 +105,16 @@ class RotationMatrix(ScalarBase):
         def copy_of(self: Any, other: Any) -> None:
             self._M = other._M
 
-        def from_quaternion(self: Any, quaternion: Any) -> None:
+        def from_quaternion(self: Any, quaternion: Quaternion) -> None:
             self._M = _checked(T, rotations.quaternion_to_matrix(T, quaternion._wxyz))
 
-        def from_angle_axis(self: Any, theta_lambda: Any) -> None:
+        def from_angle_axis(self: Any, theta_lambda: AngleAxis) -> None:
             axis = theta_lambda._axis.tolist()
             length = sqrt(sum(x * x for x in axis))
             unit = [x / length for x in axis]
             self._M = _checked(T, rotations.angle_axis_to_matrix(T, theta_lambda._angle, unit))
 
-        def from_rpy(self: Any, rpy: Any) -> None:
+        def from_rpy(self: Any, rpy: RollPitchYaw) -> None:
             self._M = rpy._to_matrix()
 
         return [
@@ -137,32 +139,32 @@ class RotationMatrix(ScalarBase):
         return cls._make(identity(cls._T, 3))
 
     @classmethod
-    def MakeUnchecked(cls, R: Any) -> RotationMatrix:
+    def MakeUnchecked(cls, R: ArrayLike) -> RotationMatrix:
         """A rotation matrix from any array of shape (3, 3), unchecked."""
         return cls._make(cls._argument("MakeUnchecked", matrix(cls._T, 3, 3), R=R))
 
     @classmethod
-    def MakeXRotation(cls, theta: Any) -> RotationMatrix:
+    def MakeXRotation(cls, theta: Scalar) -> RotationMatrix:
         """Rotation by `theta` [rad] about the x axis."""
         return cls._make_axis("MakeXRotation", theta, lambda s, c: [[1.0, 0.0, 0.0], [0.0, c, -s], [0.0, s, c]])
 
     @classmethod
-    def MakeYRotation(cls, theta: Any) -> RotationMatrix:
+    def MakeYRotation(cls, theta: Scalar) -> RotationMatrix:
         """Rotation by `theta` [rad] about the y axis."""
         return cls._make_axis("MakeYRotation", theta, lambda s, c: [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
 
     @classmethod
-    def MakeZRotation(cls, theta: Any) -> RotationMatrix:
+    def MakeZRotation(cls, theta: Scalar) -> RotationMatrix:
         """Rotation by `theta` [rad] about the z axis."""
         return cls._make_axis("MakeZRotation", theta, lambda s, c: [[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
     @classmethod
-    def _make_axis(cls, call: str, theta: Any, rows: Any) -> Any:
+    def _make_axis(cls, call: str, theta: Scalar, rows: Any) -> Any:
         theta = cls._argument(call, scalar(cls._T), theta=theta)
         return cls._make(as_array(cls._T, rows(sin(theta), cos(theta)), (3, 3)))
 
     @classmethod
-    def MakeFromOneVector(cls, b_A: Any, axis_index: int) -> RotationMatrix:
+    def MakeFromOneVector(cls, b_A: Scalars, axis_index: int) -> RotationMatrix:
         """A right-handed frame B whose axis `axis_index` (0, 1, 2) points along `b_A`.
 
         The next axis has a zero where the smallest component of `b_A` is (the first of equals).
@@ -201,7 +203,7 @@ class RotationMatrix(ScalarBase):
         return cls._make(M)
 
     @classmethod
-    def ProjectToRotationMatrix(cls, M: Any) -> RotationMatrix:
+    def ProjectToRotationMatrix(cls, M: Scalars) -> RotationMatrix:
         """The rotation matrix nearest to `M` in the Frobenius norm.
 
         Args:
@@ -222,7 +224,7 @@ class RotationMatrix(ScalarBase):
             )
         return cls._make(as_array(cls._T, R, (3, 3)))
 
-    def set(self, R: Any) -> None:
+    def set(self, R: ArrayLike) -> None:
         """Replace by an array of shape (3, 3).
 
         Raises:
@@ -333,7 +335,7 @@ class RotationMatrix(ScalarBase):
         """Roll, pitch and yaw; pitch in [-pi/2, pi/2] [rad]."""
         return RollPitchYaw_[self._T](self)
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> tuple[Any, ...]:
         return self._M.copy()
 
     def __setstate__(self, state: Any) -> None:

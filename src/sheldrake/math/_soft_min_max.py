@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.math._functions import exp, log
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 __all__ = ["SoftOverMax", "SoftOverMin", "SoftUnderMax", "SoftUnderMin"]
 
@@ -25,7 +28,7 @@ def _weights(x: Sequence[Any], alpha: float) -> tuple[Any, list]:
     return largest, [exp(alpha * (number - largest)) for number in x]
 
 
-def SoftOverMax(x: Sequence[Any], alpha: float = 1.0) -> Any:
+def SoftOverMax(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
     """At least the maximum: log(sum(exp(alpha x))) / alpha.
 
     Args:
@@ -39,29 +42,29 @@ def SoftOverMax(x: Sequence[Any], alpha: float = 1.0) -> Any:
     return _over(x, alpha)
 
 
-def _over(x: Sequence[Any], alpha: float) -> Any:
+def _over(x: Sequence[Any], alpha: float) -> Scalar:
     largest, weights = _weights(x, alpha)
     return largest + log(sum(weights)) / alpha
 
 
-def SoftUnderMax(x: Sequence[Any], alpha: float = 1.0) -> Any:
+def SoftUnderMax(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
     """At most the maximum: the mean of x with weights exp(alpha x). See `SoftOverMax`."""
     _check("SoftUnderMax", x, alpha)
     return _under(x, alpha)
 
 
-def _under(x: Sequence[Any], alpha: float) -> Any:
+def _under(x: Sequence[Any], alpha: float) -> Scalar:
     _, weights = _weights(x, alpha)
     return sum(weight * number for weight, number in zip(weights, x)) / sum(weights)
 
 
-def SoftOverMin(x: Sequence[Any], alpha: float = 1.0) -> Any:
+def SoftOverMin(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
     """At least the minimum. See `SoftOverMax`."""
     _check("SoftOverMin", x, alpha)
     return -_under([-number for number in x], alpha)
 
 
-def SoftUnderMin(x: Sequence[Any], alpha: float = 1.0) -> Any:
+def SoftUnderMin(x: Sequence[Any], alpha: float = 1.0) -> Scalar:
     """At most the minimum. See `SoftOverMax`."""
     _check("SoftUnderMin", x, alpha)
     return -_over([-number for number in x], alpha)

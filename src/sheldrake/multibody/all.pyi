@@ -70,6 +70,7 @@ from sheldrake.multibody.meshcat import (
     ContactVisualizer_ as ContactVisualizer_,
     JointSliders as JointSliders,
     JointSliders_ as JointSliders_,
+    MeshcatMouseSpring as MeshcatMouseSpring,
 )
 from sheldrake.multibody.optimization import (
     CalcGridPointsOptions as CalcGridPointsOptions,
@@ -108,6 +109,7 @@ from sheldrake.multibody.plant import (
     AddMultibodyPlant as AddMultibodyPlant,
     AddMultibodyPlantSceneGraph as AddMultibodyPlantSceneGraph,
     ApplyMultibodyPlantConfig as ApplyMultibodyPlantConfig,
+    BaseBodyJointType as BaseBodyJointType,
     CalcContactFrictionFromSurfaceProperties as CalcContactFrictionFromSurfaceProperties,
     ConnectContactResultsToDrakeVisualizer as ConnectContactResultsToDrakeVisualizer,
     ContactModel as ContactModel,

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.tree import BodyIndex
 
 
 class RobotCollisionType(BoundEnum):
@@ -141,7 +146,12 @@ class RobotClearance:
         """Does nothing: rows are made as they come."""
 
     def Append(
-        self, robot_index: Any, other_index: Any, collision_type: RobotCollisionType, distance: float, jacobian: Any
+        self,
+        robot_index: BodyIndex,
+        other_index: BodyIndex,
+        collision_type: RobotCollisionType,
+        distance: float,
+        jacobian: ArrayLike,
     ) -> None:
         """Adds a row.
 

@@ -25,6 +25,7 @@ from sheldrake.planning._sampled_iris import IrisZo, IrisZoOptions
 
 if TYPE_CHECKING:
     from sheldrake.common import RandomGenerator
+    from sheldrake.planning import CollisionChecker
 
 _log = logging.getLogger("drake")
 
@@ -58,7 +59,7 @@ class IrisFromCliqueCoverOptions(Options):
 
 
 def IrisInConfigurationSpaceFromCliqueCover(
-    checker: Any,
+    checker: CollisionChecker,
     options: IrisFromCliqueCoverOptions,
     generator: RandomGenerator,
     sets: list[HPolyhedron],
@@ -116,7 +117,9 @@ def IrisInConfigurationSpaceFromCliqueCover(
     return sets
 
 
-def _region(checker: Any, options: Any, domain: Hyperrectangle, points: np.ndarray) -> HPolyhedron | None:
+def _region(
+    checker: CollisionChecker, options: IrisFromCliqueCoverOptions, domain: Hyperrectangle, points: np.ndarray
+) -> HPolyhedron | None:
     """A region around the ellipsoid of a clique; None where that fails."""
     tol = options.rank_tol_for_minimum_volume_circumscribed_ellipsoid
     ball = AffineBall.MinimumVolumeCircumscribedEllipsoid(points, tol)

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
 
+if TYPE_CHECKING:
+    import scipy.sparse
+    from numpy.typing import ArrayLike
 
-def _matrix(call: str, adjacency_matrix: Any) -> np.ndarray:
+    from sheldrake.common import Parallelism
+    from sheldrake.planning import CollisionChecker
+
+
+def _matrix(call: str, adjacency_matrix: ArrayLike) -> np.ndarray:
     """A symmetric boolean matrix, dense.
 
     Raises:
@@ -25,11 +32,11 @@ def _matrix(call: str, adjacency_matrix: Any) -> np.ndarray:
 class MaxCliqueSolverBase:
     """Finds large cliques; derived classes write `DoSolveMaxClique(adjacency_matrix)`."""
 
-    def DoSolveMaxClique(self, adjacency_matrix: Any) -> np.ndarray:
+    def DoSolveMaxClique(self, adjacency_matrix: ArrayLike) -> np.ndarray:
         """Returns which vertices are in the clique."""
         raise NotImplementedError(f"{type(self).__name__} has no DoSolveMaxClique().")
 
-    def SolveMaxClique(self, adjacency_matrix: Any) -> np.ndarray:
+    def SolveMaxClique(self, adjacency_matrix: ArrayLike) -> np.ndarray:
         """Returns which vertices are in a large clique, shape (n,), bool.
 
         Args:
@@ -45,7 +52,7 @@ class MaxCliqueSolverBase:
 class MaxCliqueSolverViaGreedy(MaxCliqueSolverBase):
     """Takes the vertex with the most neighbours among the candidates, and keeps its neighbours as candidates."""
 
-    def DoSolveMaxClique(self, adjacency_matrix: Any) -> np.ndarray:
+    def DoSolveMaxClique(self, adjacency_matrix: ArrayLike) -> np.ndarray:
         """Returns which vertices are in the clique."""
         A = _matrix("SolveMaxClique", adjacency_matrix)
         np.fill_diagonal(A, False)
@@ -66,7 +73,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
         solver_options: Of the solver.
     """
 
-    def __init__(self, initial_guess: Any = None, solver_options: SolverOptions | None = None):
+    def __init__(self, initial_guess: ArrayLike | None = None, solver_options: SolverOptions | None = None):
         self._options = SolverOptions() if solver_options is None else solver_options
         self.SetInitialGuess(initial_guess)
 
@@ -78,7 +85,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
         """Returns the options of the solver."""
         return self._options
 
-    def SetInitialGuess(self, initial_guess: Any) -> None:
+    def SetInitialGuess(self, initial_guess: ArrayLike | None) -> None:
         """Sets which vertices to start from, or None."""
         self._guess = None if initial_guess is None else np.array(initial_guess, dtype=float).ravel()
 
@@ -86,7 +93,7 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
         """Returns which vertices to start from, or None."""
         return None if self._guess is None else self._guess.copy()
 
-    def DoSolveMaxClique(self, adjacency_matrix: Any) -> np.ndarray:
+    def DoSolveMaxClique(self, adjacency_matrix: ArrayLike) -> np.ndarray:
         """Returns which vertices are in the clique.
 
         Raises:
@@ -112,11 +119,11 @@ class MaxCliqueSolverViaMip(MaxCliqueSolverBase):
 class MinCliqueCoverSolverBase:
     """Covers graphs by cliques; derived classes write `DoSolveMinCliqueCover(adjacency_matrix, partition)`."""
 
-    def DoSolveMinCliqueCover(self, adjacency_matrix: Any, partition: bool) -> list[set[int]]:
+    def DoSolveMinCliqueCover(self, adjacency_matrix: ArrayLike, partition: bool) -> list[set[int]]:
         """Returns the cliques."""
         raise NotImplementedError(f"{type(self).__name__} has no DoSolveMinCliqueCover().")
 
-    def SolveMinCliqueCover(self, adjacency_matrix: Any, partition: bool = False) -> list[set[int]]:
+    def SolveMinCliqueCover(self, adjacency_matrix: ArrayLike, partition: bool = False) -> list[set[int]]:
         """Returns few cliques that cover a graph.
 
         Args:
@@ -156,7 +163,7 @@ class MinCliqueCoverSolverViaGreedy(MinCliqueCoverSolverBase):
             raise RuntimeError(f"set_min_clique_size(): the size must be positive, got {min_clique_size}.")
         self._least = int(min_clique_size)
 
-    def DoSolveMinCliqueCover(self, adjacency_matrix: Any, partition: bool) -> list[set[int]]:
+    def DoSolveMinCliqueCover(self, adjacency_matrix: ArrayLike, partition: bool) -> list[set[int]]:
         """Returns the cliques; without partition a vertex may be in several, but no edge is."""
         from scipy.sparse import csc_matrix
 
@@ -178,7 +185,9 @@ class MinCliqueCoverSolverViaGreedy(MinCliqueCoverSolverBase):
         return out
 
 
-def VisibilityGraph(checker: Any, points: Any, parallelize: Any = True) -> Any:
+def VisibilityGraph(
+    checker: CollisionChecker, points: np.ndarray, parallelize: Parallelism | int | bool = True
+) -> scipy.sparse.csc_matrix:
     """Returns which configurations see each other: the edge between them is free; a symmetric csc_matrix of bools.
 
     Args:

@@ -26,8 +26,14 @@ from sheldrake.planning._configurations import (
 from sheldrake.solvers import _kinds as kinds
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.geometry import QueryObject, SceneGraphInspector, Shape
+    from sheldrake.math import RigidTransform
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
+    from sheldrake.planning import RobotDiagram
+    from sheldrake.systems.framework import Context
 
 
 def _pair_and(**more: Any) -> tuple[Overload, Overload]:
@@ -91,19 +97,19 @@ class CollisionCheckerContext:
         out._context = self._context.Clone()
         return out
 
-    def model_context(self) -> Any:
+    def model_context(self) -> CollisionCheckerContext:
         """Returns the context of the diagram."""
         return self._context
 
-    def plant_context(self) -> Any:
+    def plant_context(self) -> Context:
         """Returns the plant's part of it."""
         return self._model.mutable_plant_context(self._context)
 
-    def scene_graph_context(self) -> Any:
+    def scene_graph_context(self) -> Context:
         """Returns the SceneGraph's part of it."""
         return self._model.mutable_scene_graph_context(self._context)
 
-    def GetQueryObject(self) -> Any:
+    def GetQueryObject(self) -> QueryObject:
         """Returns what answers queries about the geometry where it is."""
         return self._model.scene_graph().get_query_output_port().Eval(self.scene_graph_context())
 
@@ -158,7 +164,7 @@ class CollisionChecker:
     def _max_num_distances(self, context: CollisionCheckerContext) -> int:
         raise NotImplementedError
 
-    def _add_shape(self, body: Any, shape: Any, X_BG: Any) -> Any:
+    def _add_shape(self, body: RigidBody, shape: Shape, X_BG: RigidTransform) -> Any:
         """Adds a shape to a body in all contexts; returns its id, or None where shapes cannot be added."""
         raise NotImplementedError
 
@@ -167,15 +173,15 @@ class CollisionChecker:
 
     # The model and its contexts
 
-    def model(self) -> Any:
+    def model(self) -> RobotDiagram:
         """Returns the RobotDiagram."""
         return self._model
 
-    def plant(self) -> Any:
+    def plant(self) -> MultibodyPlant:
         """Returns the plant."""
         return self._plant
 
-    def get_body(self, body_index: Any) -> Any:
+    def get_body(self, body_index: BodyIndex) -> RigidBody:
         """Returns a body of the plant."""
         return self._plant.get_body(body_index)
 
@@ -195,7 +201,7 @@ class CollisionChecker:
         """Returns one of its contexts."""
         return self._contexts[context_number or 0]
 
-    def plant_context(self, context_number: int | None = None) -> Any:
+    def plant_context(self, context_number: int | None = None) -> Context:
         """Returns the plant's part of one of its contexts."""
         return self.model_context(context_number).plant_context()
 
@@ -215,7 +221,7 @@ class CollisionChecker:
         for context in self._all_contexts():
             operation(self._model, context)
 
-    def _inspector(self) -> Any:
+    def _inspector(self) -> SceneGraphInspector:
         return self._contexts[0].GetQueryObject().inspector()
 
     def Clone(self) -> CollisionChecker:
@@ -231,11 +237,11 @@ class CollisionChecker:
         """Returns the configuration of zeros, shape (nq,)."""
         return np.zeros(self._plant.num_positions())
 
-    def UpdatePositions(self, q: Any, context_number: int | None = None) -> Any:
+    def UpdatePositions(self, q: ArrayLike, context_number: int | None = None) -> Context:
         """Puts a configuration into one of its contexts, and returns the plant's part of it."""
         return self.UpdateContextPositions(self.model_context(context_number), q)
 
-    def UpdateContextPositions(self, model_context: CollisionCheckerContext, q: Any) -> Any:
+    def UpdateContextPositions(self, model_context: CollisionCheckerContext, q: ArrayLike) -> Context:
         """Puts a configuration into a context, and returns the plant's part of it.
 
         Raises:
@@ -301,11 +307,11 @@ class CollisionChecker:
 
     # Configurations
 
-    def CheckConfigCollisionFree(self, q: Any, context_number: int | None = None) -> bool:
+    def CheckConfigCollisionFree(self, q: ArrayLike, context_number: int | None = None) -> bool:
         """Tells whether a configuration is free of collisions."""
         return self.CheckContextConfigCollisionFree(self.model_context(context_number), q)
 
-    def CheckContextConfigCollisionFree(self, model_context: CollisionCheckerContext, q: Any) -> bool:
+    def CheckContextConfigCollisionFree(self, model_context: CollisionCheckerContext, q: ArrayLike) -> bool:
         """Tells whether a configuration is free of collisions, with a context of one's own."""
         self.UpdateContextPositions(model_context, q)
         return self._is_free(model_context)
@@ -324,7 +330,7 @@ class CollisionChecker:
         ways = [np.array(q, dtype=float).reshape(1, -1) for q in configs]
         return self._first_collisions(ways, self._threads(parallelize))
 
-    def _threads(self, parallelize: Any) -> int:
+    def _threads(self, parallelize: Parallelism | int | bool) -> int:
         return min(threads_of(parallelize, True), len(self._contexts))
 
     def _first_collisions(self, ways: list[np.ndarray], threads: int) -> list[int]:
@@ -336,7 +342,7 @@ class CollisionChecker:
         return found
 
     def CalcRobotClearance(
-        self, q: Any, influence_distance: float, context_number: int | None = None
+        self, q: ArrayLike, influence_distance: float, context_number: int | None = None
     ) -> RobotClearance:
         """Returns distances of the robot to its environment and itself, and their derivatives.
 
@@ -351,7 +357,7 @@ class CollisionChecker:
         return self.CalcContextRobotClearance(self.model_context(context_number), q, influence_distance)
 
     def CalcRobotClearances(
-        self, configs: Sequence[Any], influence_distance: float, parallelize: Any = None
+        self, configs: Sequence[Any], influence_distance: float, parallelize: Parallelism | int | bool | None = None
     ) -> list[RobotClearance]:
         """Returns what `CalcRobotClearance` says of each of some configurations, shape (nq,) each.
 
@@ -374,7 +380,7 @@ class CollisionChecker:
         return [self.CalcRobotClearance(q, influence_distance) for q in rows]
 
     def CalcContextRobotClearance(
-        self, model_context: CollisionCheckerContext, q: Any, influence_distance: float
+        self, model_context: CollisionCheckerContext, q: ArrayLike, influence_distance: float
     ) -> RobotClearance:
         """Returns distances of the robot, with a context of one's own; see `CalcRobotClearance`."""
         if not 0.0 <= influence_distance < math.inf:
@@ -392,11 +398,13 @@ class CollisionChecker:
         """Returns the most rows that `CalcContextRobotClearance` can have."""
         return self._max_num_distances(model_context)
 
-    def ClassifyBodyCollisions(self, q: Any, context_number: int | None = None) -> list[RobotCollisionType]:
+    def ClassifyBodyCollisions(self, q: ArrayLike, context_number: int | None = None) -> list[RobotCollisionType]:
         """Returns for each body of the plant how it collides; those of the environment never do."""
         return self.ClassifyContextBodyCollisions(self.model_context(context_number), q)
 
-    def ClassifyContextBodyCollisions(self, model_context: CollisionCheckerContext, q: Any) -> list[RobotCollisionType]:
+    def ClassifyContextBodyCollisions(
+        self, model_context: CollisionCheckerContext, q: ArrayLike
+    ) -> list[RobotCollisionType]:
         """Returns for each body of the plant how it collides, with a context of one's own."""
         self.UpdateContextPositions(model_context, q)
         return self._classify(model_context)
@@ -461,7 +469,7 @@ class CollisionChecker:
         return float(self._padding[i, j])
 
     @overloaded(*_pair_and(padding=kinds.number))
-    def SetPaddingBetween(self, a: Any, b: Any, padding: float) -> None:
+    def SetPaddingBetween(self, a: ArrayLike, b: ArrayLike, padding: float) -> None:
         """Sets the padding of a pair [m]: `(bodyA, bodyB, padding)` with bodies or their indices.
 
         Raises:
@@ -474,7 +482,7 @@ class CollisionChecker:
         """Returns the paddings of all pairs [m]."""
         return self._padding.copy()
 
-    def SetPaddingMatrix(self, collision_padding: Any) -> None:
+    def SetPaddingMatrix(self, collision_padding: ArrayLike) -> None:
         """Sets the paddings of all pairs [m].
 
         Raises:
@@ -517,7 +525,7 @@ class CollisionChecker:
         """Sets the padding between bodies of the robot [m]."""
         self._padding[self._robot_pairs(True)] = _finite("SetPaddingAllRobotRobotPairs", padding)
 
-    def SetPaddingOneRobotBodyAllEnvironmentPairs(self, body_index: Any, padding: float) -> None:
+    def SetPaddingOneRobotBodyAllEnvironmentPairs(self, body_index: BodyIndex, padding: float) -> None:
         """Sets the padding between one body of the robot and the environment [m].
 
         Raises:
@@ -562,7 +570,7 @@ class CollisionChecker:
         return bool(self._filter[i, j] != 0)
 
     @overloaded(*_pair_and(filter_collision=anything))
-    def SetCollisionFilteredBetween(self, a: Any, b: Any, filtered: bool) -> None:
+    def SetCollisionFilteredBetween(self, a: ArrayLike, b: ArrayLike, filtered: bool) -> None:
         """Sets whether a pair is left out: `(bodyA, bodyB, filter_collision)` with bodies or their indices.
 
         Raises:
@@ -587,7 +595,7 @@ class CollisionChecker:
         matrix[i, i] = -1
         self._set_filter(matrix)
 
-    def SetCollisionFilterMatrix(self, filter_matrix: Any) -> None:
+    def SetCollisionFilterMatrix(self, filter_matrix: ArrayLike) -> None:
         """Sets which pairs are not looked at.
 
         Raises:
@@ -660,11 +668,11 @@ class CollisionChecker:
         provider.interpolation = straight if interpolation_function is None else interpolation_function
         self._provider = provider
 
-    def ComputeConfigurationDistance(self, q1: Any, q2: Any) -> float:
+    def ComputeConfigurationDistance(self, q1: ArrayLike, q2: ArrayLike) -> float:
         """Returns how far two configurations are apart."""
         return self._provider.ComputeConfigurationDistance(q1, q2)
 
-    def InterpolateBetweenConfigurations(self, q1: Any, q2: Any, ratio: float) -> np.ndarray:
+    def InterpolateBetweenConfigurations(self, q1: ArrayLike, q2: ArrayLike, ratio: float) -> np.ndarray:
         """Returns the configuration at a ratio from 0 to 1 between two."""
         return self._provider.InterpolateBetweenConfigurations(q1, q2, ratio)
 
@@ -690,11 +698,13 @@ class CollisionChecker:
             raise RuntimeError(f"set_edge_step_size(): the step must be positive, got {edge_step_size}.")
         self._step = float(edge_step_size)
 
-    def CheckEdgeCollisionFree(self, q1: Any, q2: Any, context_number: int | None = None) -> bool:
+    def CheckEdgeCollisionFree(self, q1: ArrayLike, q2: ArrayLike, context_number: int | None = None) -> bool:
         """Tells whether the way from one configuration to another is free of collisions."""
         return self.CheckContextEdgeCollisionFree(self.model_context(context_number), q1, q2)
 
-    def CheckContextEdgeCollisionFree(self, model_context: Any, q1: Any, q2: Any) -> bool:
+    def CheckContextEdgeCollisionFree(
+        self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
+    ) -> bool:
         """Tells whether the way from one configuration to another is free, with a context of one's own."""
         if not self.CheckContextConfigCollisionFree(model_context, q2):
             return False
@@ -716,17 +726,19 @@ class CollisionChecker:
         found = self._first_collisions(ways, self._threads(parallelize))
         return [int(first == len(way)) for first, way in zip(found, ways)]
 
-    def _way(self, q1: Any, q2: Any) -> tuple[float, np.ndarray]:
+    def _way(self, q1: ArrayLike, q2: ArrayLike) -> tuple[float, np.ndarray]:
         """The distance of two configurations, and those that are looked at between them, rows."""
         distance = self.ComputeConfigurationDistance(q1, q2)
         steps = max(1, math.ceil(distance / self._step))
         return distance, self._provider._way(q1, q2, steps)
 
-    def MeasureEdgeCollisionFree(self, q1: Any, q2: Any, context_number: int | None = None) -> EdgeMeasure:
+    def MeasureEdgeCollisionFree(self, q1: ArrayLike, q2: ArrayLike, context_number: int | None = None) -> EdgeMeasure:
         """Returns how much of the way from one configuration to another is free."""
         return self.MeasureContextEdgeCollisionFree(self.model_context(context_number), q1, q2)
 
-    def MeasureContextEdgeCollisionFree(self, model_context: Any, q1: Any, q2: Any) -> EdgeMeasure:
+    def MeasureContextEdgeCollisionFree(
+        self, model_context: CollisionCheckerContext, q1: ArrayLike, q2: ArrayLike
+    ) -> EdgeMeasure:
         """Returns how much of the way is free, with a context of one's own."""
         distance = self.ComputeConfigurationDistance(q1, q2)
         steps = max(1, math.ceil(distance / self._step))

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
 
 
@@ -23,7 +25,7 @@ class DistanceAndInterpolationProvider:
         """Returns a configuration between two."""
         raise NotImplementedError(f"{type(self).__name__} has no DoInterpolateBetweenConfigurations().")
 
-    def ComputeConfigurationDistance(self, arg0: Any, arg1: Any) -> float:
+    def ComputeConfigurationDistance(self, arg0: ArrayLike, arg1: ArrayLike) -> float:
         """Returns the distance of two configurations.
 
         Raises:
@@ -34,7 +36,7 @@ class DistanceAndInterpolationProvider:
             raise RuntimeError(f"ComputeConfigurationDistance(): the distance is {distance}; it must not be negative.")
         return distance
 
-    def InterpolateBetweenConfigurations(self, arg0: Any, arg1: Any, arg2: float) -> np.ndarray:
+    def InterpolateBetweenConfigurations(self, arg0: ArrayLike, arg1: ArrayLike, arg2: float) -> np.ndarray:
         """Returns the configuration at a ratio from 0 to 1 between two.
 
         Raises:
@@ -45,12 +47,12 @@ class DistanceAndInterpolationProvider:
         a, b = _pair("InterpolateBetweenConfigurations", arg0, arg1)
         return np.asarray(self.DoInterpolateBetweenConfigurations(a, b, float(arg2)), dtype=float)
 
-    def _way(self, q1: Any, q2: Any, steps: int) -> np.ndarray:
+    def _way(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> np.ndarray:
         """Configurations at equal ratios from one to the other, rows, one more than steps."""
         return np.array([self.InterpolateBetweenConfigurations(q1, q2, k / steps) for k in range(steps + 1)], float)
 
 
-def _pair(call: str, a: Any, b: Any) -> tuple[np.ndarray, np.ndarray]:
+def _pair(call: str, a: ArrayLike, b: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     a, b = np.array(a, dtype=float).ravel(), np.array(b, dtype=float).ravel()
     if a.size != b.size or not (np.isfinite(a).all() and np.isfinite(b).all()):
         raise RuntimeError(f"{call}(): configurations must be finite and of one size, got {a} and {b}.")
@@ -123,7 +125,7 @@ class LinearDistanceAndInterpolationProvider(DistanceAndInterpolationProvider):
             difference[start] = 2.0 * math.atan2(np.linalg.norm(_vector_of_quotient(a, b)), abs(a @ b))
         return float(np.linalg.norm(difference * self._weights))
 
-    def _way(self, q1: Any, q2: Any, steps: int) -> np.ndarray:
+    def _way(self, q1: ArrayLike, q2: ArrayLike, steps: int) -> np.ndarray:
         straight = LinearDistanceAndInterpolationProvider.DoInterpolateBetweenConfigurations
         if self._quaternions or type(self).DoInterpolateBetweenConfigurations is not straight:
             return super()._way(q1, q2, steps)

@@ -17,11 +17,12 @@ from sheldrake.trajectories import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.systems.framework import Context, System
 
 _FIRST = InputPortSelection.kUseFirstInputIfItExists
 
 
-def _check_context(context: Any, fixed_rest: bool) -> None:
+def _check_context(context: Context, fixed_rest: bool) -> None:
     if context.num_continuous_states() <= 0:
         raise RuntimeError(
             "This system doesn't have any continuous states. DirectCollocation only makes sense for systems with "
@@ -149,8 +150,8 @@ class DirectCollocationConstraint(Constraint):
 
     def __init__(
         self,
-        system: Any,
-        context: Any,
+        system: System,
+        context: Context,
         input_port_index: Any = _FIRST,
         assume_non_continuous_states_are_fixed: bool = False,
     ):
@@ -183,11 +184,11 @@ class DirectCollocationConstraint(Constraint):
 
 def AddDirectCollocationConstraint(
     constraint: DirectCollocationConstraint,
-    time_step: Any,
-    state: Any,
-    next_state: Any,
-    input: Any,
-    next_input: Any,
+    time_step: np.ndarray,
+    state: np.ndarray,
+    next_state: np.ndarray,
+    input: np.ndarray,
+    next_input: np.ndarray,
     prog: MathematicalProgram,
 ) -> Any:
     """Adds a collocation constraint to a program, its variables in the right order."""

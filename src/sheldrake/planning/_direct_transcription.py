@@ -17,7 +17,7 @@ from sheldrake.trajectories import PiecewisePolynomial
 
 if TYPE_CHECKING:
     from sheldrake.solvers import MathematicalProgramResult
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, System
 
 _FIRST = InputPortSelection.kUseFirstInputIfItExists
 
@@ -84,7 +84,7 @@ class DirectTranscription(MultipleShooting):
 
     def __init__(
         self,
-        system: Any,
+        system: System,
         context: Context,
         num_time_samples: int,
         fixed_time_step: Any = None,
@@ -111,7 +111,7 @@ class DirectTranscription(MultipleShooting):
             last = self.input(num_time_samples - 1)
             self._prog.AddLinearConstraint(np.array([a == b for a, b in zip(self.input(num_time_samples - 2), last)]))
 
-    def _add_dynamics(self, system: Any, dynamics: Dynamics, i: int, step: float | None) -> None:
+    def _add_dynamics(self, system: System, dynamics: Dynamics, i: int, step: float | None) -> None:
         vars = np.concatenate((self.input(i), self.state(i), self.state(i + 1)))
         constraint = DirectTranscriptionConstraint(dynamics, i * self.fixed_time_step(), step)
         if not isinstance(system, (LinearSystem, AffineSystem)):
@@ -138,7 +138,7 @@ class DirectTranscription(MultipleShooting):
         return PiecewisePolynomial.ZeroOrderHold(self.GetSampleTimes(result), self.GetStateSamples(result))
 
 
-def _only_period(system: Any, context: Context) -> float:
+def _only_period(system: System, context: Context) -> float:
     timing = system.GetUniquePeriodicDiscreteUpdateAttribute() if context.has_only_discrete_state() else None
     if timing is None:
         raise RuntimeError(

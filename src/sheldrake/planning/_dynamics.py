@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import OrderedDict
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,11 +14,14 @@ from sheldrake.symbolic._compiled import Vectorized
 from sheldrake.systems.framework import InputPortSelection
 from sheldrake.systems.framework._engine.linear_rows import ByComplexSteps, rows_of_motion
 
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context, System
+
 _STEP = 1e-6  # Of differences of exact derivatives, relative to numbers above one.
 _KEPT = 256  # Values kept, so that neighbouring constraints share those of a sample.
 
 
-def input_port_of(system: Any, input_port_index: Any) -> Any:
+def input_port_of(system: System, input_port_index: Any) -> Any:
     """The chosen input port, or None.
 
     Raises:
@@ -52,7 +55,7 @@ class Dynamics:
         discrete: Whether the state is discrete.
     """
 
-    def __init__(self, system: Any, context: Any, input_port_index: Any, discrete: bool):
+    def __init__(self, system: System, context: Context, input_port_index: Any, discrete: bool):
         port = input_port_of(system, input_port_index)
         self.num_inputs = port.size() if port is not None else 0
         self._place = None if port is None else int(port.get_index())
@@ -74,7 +77,7 @@ class Dynamics:
         self._known: OrderedDict[bytes, tuple[np.ndarray, np.ndarray]] = OrderedDict()
         self._values: OrderedDict[bytes, np.ndarray] = OrderedDict()
 
-    def _set(self, system: Any, context: Any, t: Any, x: np.ndarray, u: np.ndarray) -> None:
+    def _set(self, system: System, context: Context, t: Any, x: np.ndarray, u: np.ndarray) -> None:
         if t is not None:
             context.SetTime(t)
         if self._place is not None and self.num_inputs:
@@ -84,7 +87,7 @@ class Dynamics:
         else:
             context.SetContinuousState(x)
 
-    def _at(self, system: Any, context: Any, t: Any, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    def _at(self, system: System, context: Context, t: Any, x: np.ndarray, u: np.ndarray) -> np.ndarray:
         self._set(system, context, t, x, u)
         if self._discrete:
             return system.EvalUniquePeriodicDiscreteUpdate(context).value()

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Hashable, Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,8 +21,16 @@ from sheldrake.solvers import (
     QuadraticCost,
 )
 from sheldrake.solvers._functions.bindings import BindingBase, bind
-from sheldrake.solvers._functions.evaluators import EvaluatorBase
+from sheldrake.solvers._functions.evaluators import EvaluatorBase, Many
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import ArrayLike
+
+    from sheldrake.geometry.optimization import GraphOfConvexSets
+    from sheldrake.symbolic import Expression
 
 
 def derivative_matrix(order: int, derivative: int) -> np.ndarray:
@@ -46,9 +54,42 @@ class NonlinearDerivativeConstraint(Constraint):
         d, scale = self._D @ x[:-1], x[-1] ** self._power
         return np.concatenate((d - self._lb * scale, self._ub * scale - d))
 
+    def _alike(self) -> Hashable | None:
+        return type(self), self._D.shape, self._D.tobytes(), self._lb, self._ub, self._power
+
+    def _many(self) -> Many:
+        return _DerivativesWithin(self._D, self._lb, self._ub, self._power)
+
     _eval = _eval_duals = _eval_symbols = _values
     _display = EvaluatorBase._display
     _latex = EvaluatorBase._latex
+
+
+class _DerivativesWithin:
+    """Values of a NonlinearDerivativeConstraint at many points (r, h), and their derivatives."""
+
+    def __init__(self, D: np.ndarray, lb: float, ub: float, power: int):
+        self._rows, self._power = np.vstack((D, -D)), power
+        self._factors = np.repeat((-lb, ub), len(D))  # of h^N
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Shape (points, 2 m)."""
+        return points[:, :-1] @ self._rows.T + self._factors * points[:, -1:] ** self._power
+
+    def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values, and derivatives of shape (points, 2 m, n)."""
+        rows, n = self._rows.shape
+        J = np.empty((len(points), rows, n + 1))
+        J[:, :, :-1] = self._rows
+        J[:, :, -1] = self._factors * (self._power * points[:, -1:] ** (self._power - 1))
+        return self.values(points), J
+
+    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives times weights of shape (points, 2 m), shape (points, n, n)."""
+        H = np.zeros((len(points), points.shape[1], points.shape[1]))
+        N = self._power
+        H[:, -1, -1] = (weights @ self._factors) * (N * (N - 1) * points[:, -1] ** max(N - 2, 0))
+        return H
 
 
 class NonlinearContinuityConstraint(Constraint):
@@ -67,9 +108,52 @@ class NonlinearContinuityConstraint(Constraint):
         u, h_u, v, h_v = x[:n], x[n], x[n + 1 : -1], x[-1]
         return np.array([(self._last @ u) * h_v**self._power - (self._first @ v) * h_u**self._power])
 
+    def _alike(self) -> Hashable | None:
+        return type(self), self._last.tobytes(), self._first.tobytes(), self._power
+
+    def _many(self) -> Many:
+        return _DerivativesMeet(self._last, self._first, self._power)
+
     _eval = _eval_duals = _eval_symbols = _values
     _display = EvaluatorBase._display
     _latex = EvaluatorBase._latex
+
+
+class _DerivativesMeet:
+    """Values of a NonlinearContinuityConstraint at many points (r_u, h_u, r_v, h_v), and their derivatives."""
+
+    def __init__(self, last: np.ndarray, first: np.ndarray, power: int):
+        self._last, self._first, self._power, self._at = last, first, power, last.size
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Shape (points, 1)."""
+        return self.slopes(points)[0]
+
+    def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Values, and derivatives of shape (points, 1, n)."""
+        k, N = self._at, self._power
+        ends, starts, h_u, h_v = points[:, :k] @ self._last, points[:, k + 1 : -1] @ self._first, *self._times(points)
+        J = np.empty((len(points), 1, points.shape[1]))
+        J[:, 0, :k] = np.outer(h_v**N, self._last)
+        J[:, 0, k] = -starts * N * h_u ** (N - 1)
+        J[:, 0, k + 1 : -1] = -np.outer(h_u**N, self._first)
+        J[:, 0, -1] = ends * N * h_v ** (N - 1)
+        return (ends * h_v**N - starts * h_u**N)[:, None], J
+
+    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives times weights of shape (points, 1), shape (points, n, n)."""
+        k, N, w = self._at, self._power, weights[:, 0]
+        ends, starts, h_u, h_v = points[:, :k] @ self._last, points[:, k + 1 : -1] @ self._first, *self._times(points)
+        H = np.zeros((len(points), points.shape[1], points.shape[1]))
+        H[:, :k, -1] = np.outer(w * N * h_v ** (N - 1), self._last)
+        H[:, k, k + 1 : -1] = -np.outer(w * N * h_u ** (N - 1), self._first)
+        H += H.transpose(0, 2, 1)
+        H[:, -1, -1] = w * ends * N * (N - 1) * h_v ** max(N - 2, 0)
+        H[:, k, k] = -w * starts * N * (N - 1) * h_u ** max(N - 2, 0)
+        return H
+
+    def _times(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        return points[:, self._at], points[:, -1]
 
 
 CONVEX = {Transcription.kRelaxation}
@@ -94,7 +178,7 @@ def renamed(what: Any, names: dict[int, tuple[Variable, Variable]]) -> Any:
     return what.Substitute(dict(names.values()))
 
 
-def checked_bounds(call: str, n: int, lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
+def checked_bounds(call: str, n: int, lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Bounds of n coordinates.
 
     Raises:
@@ -106,7 +190,7 @@ def checked_bounds(call: str, n: int, lb: Any, ub: Any) -> tuple[np.ndarray, np.
     return lower, upper
 
 
-def weights(call: str, n: int, weight: Any) -> np.ndarray:
+def weights(call: str, n: int, weight: float) -> np.ndarray:
     """A weight matrix; from a number, that of all coordinates.
 
     Raises:
@@ -119,12 +203,12 @@ def weights(call: str, n: int, weight: Any) -> np.ndarray:
     return W
 
 
-def energy_weights(call: str, n: int, weight: Any) -> np.ndarray:
+def energy_weights(call: str, n: int, weight: float) -> np.ndarray:
     """W of costs step' W step / 2; for a number w that of |w step|^2, as pydrake has it."""
     return weights(call, n, 2.0 * float(weight) ** 2 if np.ndim(weight) == 0 else weight)
 
 
-def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> Any:
+def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> BindingBase[LinearConstraint]:
     """lower <= A vars <= upper."""
     A = np.atleast_2d(A)
     m = len(A)
@@ -132,7 +216,7 @@ def linear(A: np.ndarray, lower: Any, upper: Any, vars: Any) -> Any:
     return bind(LinearConstraint, c, np.asarray(vars, dtype=object))
 
 
-def zero(A: np.ndarray, b: Any, vars: Any) -> Any:
+def zero(A: np.ndarray, b: ArrayLike, vars: Any) -> BindingBase[LinearEqualityConstraint]:
     """A vars = b."""
     c = LinearEqualityConstraint(np.atleast_2d(A), np.atleast_1d(b))
     return bind(LinearEqualityConstraint, c, np.asarray(vars, dtype=object))
@@ -223,12 +307,12 @@ class Part:
         """Returns what stands for the control points of the two curves of an edge, columns."""
         return self._xu.copy(), self._xv.copy()
 
-    def _of_edge(self, edge: Any) -> dict[int, tuple[Variable, Variable]]:
+    def _of_edge(self, edge: GraphOfConvexSets.Edge) -> dict[int, tuple[Variable, Variable]]:
         stand_ins = [*self._xu.ravel(order="F"), self._tu, *self._xv.ravel(order="F"), self._tv]
         return {p.get_id(): (p, v) for p, v in zip(stand_ins, (*edge.xu(), *edge.xv()))}
 
     @overloaded(*COSTS)
-    def AddEdgeCost(self, what: Any, use_in_transcription: Iterable) -> None:
+    def AddEdgeCost(self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable) -> None:
         """Adds a cost to each edge, written in `edge_constituent_vertex_...`; called as `(e)` or `(binding)`.
 
         Raises:
@@ -238,7 +322,9 @@ class Part:
             edge.AddCost(renamed(what, self._of_edge(edge)), use_in_transcription)
 
     @overloaded(*constraints("e"))
-    def AddEdgeConstraint(self, what: Any, use_in_transcription: Iterable) -> None:
+    def AddEdgeConstraint(
+        self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable
+    ) -> None:
         """Adds a constraint to each edge, written in `edge_constituent_vertex_...`; called as `(e)` or `(binding)`.
 
         Raises:
@@ -254,7 +340,7 @@ class Part:
         n = self._traj.num_positions()
         return x[: n * (order + 1)].reshape(order + 1, n).T
 
-    def _join(self, edge: Any, offset: np.ndarray | None) -> None:
+    def _join(self, edge: GraphOfConvexSets.Edge, offset: np.ndarray | None) -> None:
         """The first curve ends, moved by an offset, where the second starts."""
         orders = self._orders()
         last, first = self._points(edge.xu(), orders[0])[:, -1], self._points(edge.xv(), orders[1])[:, 0]
@@ -385,12 +471,12 @@ class Subgraph(Part):
         """Returns what stands for the control points of a curve, columns."""
         return self._x.copy()
 
-    def _of_vertex(self, vertex: Any) -> dict[int, tuple[Variable, Variable]]:
+    def _of_vertex(self, vertex: GraphOfConvexSets.Vertex) -> dict[int, tuple[Variable, Variable]]:
         stand_ins = [*self._x.ravel(order="F"), self._t]
         return {p.get_id(): (p, v) for p, v in zip(stand_ins, vertex.x())}
 
     @overloaded(*COSTS)
-    def AddVertexCost(self, what: Any, use_in_transcription: Iterable) -> None:
+    def AddVertexCost(self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable) -> None:
         """Adds a cost to each vertex, written in `vertex_duration` and `vertex_control_points`.
 
         Raises:
@@ -400,7 +486,9 @@ class Subgraph(Part):
             vertex.AddCost(renamed(what, self._of_vertex(vertex)), use_in_transcription)
 
     @overloaded(*constraints("e"))
-    def AddVertexConstraint(self, what: Any, use_in_transcription: Iterable) -> None:
+    def AddVertexConstraint(
+        self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable
+    ) -> None:
         """Adds a constraint to each vertex, written in `vertex_duration` and `vertex_control_points`.
 
         Raises:
@@ -415,7 +503,7 @@ class Subgraph(Part):
             cost = LinearCost(np.array([float(weight)]), 0.0)
             vertex.AddCost(bind(LinearCost, cost, vertex.x()[-1:]))
 
-    def _steps(self, vertex: Any) -> list[np.ndarray]:
+    def _steps(self, vertex: GraphOfConvexSets.Vertex) -> list[np.ndarray]:
         """Variables of neighbouring control points, the later ones first."""
         points = self._points(vertex.x(), self._order)
         return [np.concatenate((points[:, k + 1], points[:, k])) for k in range(self._order)]
@@ -451,7 +539,7 @@ class Subgraph(Part):
         if self._order < least:
             raise RuntimeError(f"{what} not defined for a set of order {self._order}.")
 
-    def AddVelocityBounds(self, lb: Any, ub: Any) -> None:
+    def AddVelocityBounds(self, lb: ArrayLike, ub: ArrayLike) -> None:
         """Keeps velocities dq/dt of all curves between bounds.
 
         Raises:
@@ -464,7 +552,7 @@ class Subgraph(Part):
             x = vertex.x()
             add_velocity_bounds(vertex, D, self._points(x, self._order), x[-1], lower, upper)
 
-    def AddNonlinearDerivativeBounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+    def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: ArrayLike, derivative_order: int) -> None:
         """Keeps higher time derivatives of all curves between bounds; the relaxation takes the duration for one.
 
         Raises:
@@ -521,7 +609,7 @@ class EdgesBetweenSubgraphs(Part):
     def _orders(self) -> tuple[int, int]:
         return self._from._order, self._to._order
 
-    def _keep_in(self, edge: Any, subspace: ConvexSet) -> None:
+    def _keep_in(self, edge: GraphOfConvexSets.Edge, subspace: ConvexSet) -> None:
         last = self._points(edge.xu(), self._from._order)[:, -1]
         if isinstance(subspace, Point):
             edge.AddConstraint(zero(np.eye(len(last)), subspace.x(), last))
@@ -539,7 +627,7 @@ class EdgesBetweenSubgraphs(Part):
                 out.append((order, derivative_matrix(order, derivative)[row], first))
         return out
 
-    def AddVelocityBounds(self, lb: Any, ub: Any) -> None:
+    def AddVelocityBounds(self, lb: ArrayLike, ub: ArrayLike) -> None:
         """Keeps the velocity where the curves meet between bounds.
 
         Raises:
@@ -554,7 +642,7 @@ class EdgesBetweenSubgraphs(Part):
                 x = edge.xu() if first else edge.xv()
                 add_velocity_bounds(edge, D, self._points(x, order), x[-1], lower, upper)
 
-    def AddNonlinearDerivativeBounds(self, lb: Any, ub: Any, derivative_order: int) -> None:
+    def AddNonlinearDerivativeBounds(self, lb: ArrayLike, ub: ArrayLike, derivative_order: int) -> None:
         """Keeps a higher time derivative where the curves meet between bounds.
 
         Raises:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._options import Options
+from sheldrake.common._overloads import expect
 from sheldrake.geometry.optimization import HPolyhedron, Hyperellipsoid
 from sheldrake.geometry.optimization._counterexamples import PairDistance, closest
 from sheldrake.geometry.optimization._iris import tangent
@@ -17,8 +18,12 @@ from sheldrake.planning._sampled_iris import (
     SampledRegion,
     nearest_first,
 )
+from sheldrake.planning._scene_graph_checker import SceneGraphCollisionChecker
 from sheldrake.solvers import Constraint, SolverOptions, _arrays
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
+
+if TYPE_CHECKING:
+    from sheldrake.planning._collision_checker import CollisionChecker
 
 
 class RaySamplerOptions(Options):
@@ -84,7 +89,10 @@ class _Composed(Constraint):
 
 
 def IrisNp2(
-    checker: Any, starting_ellipsoid: Hyperellipsoid, domain: HPolyhedron, options: IrisNp2Options | None = None
+    checker: CollisionChecker,
+    starting_ellipsoid: Hyperellipsoid,
+    domain: HPolyhedron,
+    options: IrisNp2Options | None = None,
 ) -> HPolyhedron:
     """Returns a region that is, with high probability, almost free of collisions.
 
@@ -98,11 +106,13 @@ def IrisNp2(
 
     Raises:
         RuntimeError: dimensions differ, the domain is unbounded, the center collides, or the strategy is unknown.
+        TypeError: the checker is no SceneGraphCollisionChecker.
     """
+    pairs_of: SceneGraphCollisionChecker = expect("IrisNp2", checker, SceneGraphCollisionChecker)
     options = IrisNp2Options() if options is None else options
     if options.sampling_strategy not in ("greedy", "ray"):
         raise RuntimeError(f"IrisNp2(): sampling_strategy is {options.sampling_strategy!r}; valid: 'greedy', 'ray'.")
-    search = _Nearest(checker, options, domain.ambient_dimension())
+    search = _Nearest(pairs_of, options, domain.ambient_dimension())
     common = options.sampled_iris_options
     return SampledRegion("IrisNp2", common, search.is_free, search.nearest).grow(starting_ellipsoid, domain)
 
@@ -110,7 +120,7 @@ def IrisNp2(
 class _Nearest:
     """Finds collisions near a center from samples in collision."""
 
-    def __init__(self, checker: Any, options: IrisNp2Options, dimension: int):
+    def __init__(self, checker: SceneGraphCollisionChecker, options: IrisNp2Options, dimension: int):
         self._checker, self._options, self._dimension = checker, options, dimension
         self.is_free = FreeTest(checker, options.sampled_iris_options, options.parameterization)
         self._to_q = options.parameterization.get_parameterization_double()

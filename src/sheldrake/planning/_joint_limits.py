@@ -12,6 +12,8 @@ from sheldrake.planning._dof_mask import DofMask
 from sheldrake.solvers import _arrays
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
 
 _KINDS = ("position", "velocity", "acceleration")
@@ -115,7 +117,7 @@ class JointLimits:
             )
         return bool(np.all(value >= lower - tolerance) and np.all(value <= upper + tolerance))
 
-    def CheckInPositionLimits(self, position: Any, tolerance: float = 0.0) -> bool:
+    def CheckInPositionLimits(self, position: ArrayLike, tolerance: float = 0.0) -> bool:
         """Tells whether positions are within limits.
 
         Raises:
@@ -123,7 +125,7 @@ class JointLimits:
         """
         return self._within("CheckInPositionLimits", 0, position, tolerance)
 
-    def CheckInVelocityLimits(self, velocity: Any, tolerance: float = 0.0) -> bool:
+    def CheckInVelocityLimits(self, velocity: ArrayLike, tolerance: float = 0.0) -> bool:
         """Tells whether velocities are within limits.
 
         Raises:
@@ -131,7 +133,7 @@ class JointLimits:
         """
         return self._within("CheckInVelocityLimits", 1, velocity, tolerance)
 
-    def CheckInAccelerationLimits(self, acceleration: Any, tolerance: float = 0.0) -> bool:
+    def CheckInAccelerationLimits(self, acceleration: ArrayLike, tolerance: float = 0.0) -> bool:
         """Tells whether accelerations are within limits.
 
         Raises:

@@ -23,8 +23,10 @@ from sheldrake.symbolic import _traverse as traverse
 from sheldrake.trajectories import BsplineTrajectory
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
-    from sheldrake.solvers import MathematicalProgramResult
+    from sheldrake.solvers import Binding, MathematicalProgramResult
     from sheldrake.systems.framework import Context
 
 
@@ -106,7 +108,7 @@ class KinematicTrajectoryOptimization:
 
     # Guess and result
 
-    def SetInitialGuess(self, trajectory: Any) -> None:
+    def SetInitialGuess(self, trajectory: BsplineTrajectory) -> None:
         """Sets the guess of control points and duration to those of a BsplineTrajectory.
 
         Raises:
@@ -141,7 +143,7 @@ class KinematicTrajectoryOptimization:
         active = np.flatnonzero(weights)
         return active, weights[active]
 
-    def _add_linear(self, call: str, lb: Any, ub: Any, s: float, derivative: int, what: str) -> Any:
+    def _add_linear(self, call: str, lb: ArrayLike, ub: ArrayLike, s: float, derivative: int, what: str) -> Any:
         lower, upper = self._sized(call, lb), self._sized(call, ub)
         active, weights = self._weights(call, s, derivative)
         A = np.kron(np.eye(self._nq), weights.reshape(1, -1))
@@ -165,7 +167,7 @@ class KinematicTrajectoryOptimization:
         ),
         overload(constraint=instance_of(Constraint), s=kinds.number),
     )
-    def AddPathPositionConstraint(self, constraint: Constraint, s: float) -> Any:
+    def AddPathPositionConstraint(self, constraint: Constraint, s: float) -> Binding[Constraint]:
         """Adds lb <= r(s) <= ub, called as `(lb, ub, s)`; or a constraint of positions, called as `(constraint, s)`.
 
         Raises:
@@ -179,11 +181,11 @@ class KinematicTrajectoryOptimization:
         new.set_description(f"path position constraint at s={s:g}")
         return self._prog.AddConstraint(new, self._points[:, active].ravel(order="F"))
 
-    def AddPathVelocityConstraint(self, lb: Any, ub: Any, s: float) -> Any:
+    def AddPathVelocityConstraint(self, lb: ArrayLike, ub: ArrayLike, s: float) -> Binding[Constraint]:
         """Adds lb <= rdot(s) <= ub for the derivative by s."""
         return self._add_linear("AddPathVelocityConstraint", lb, ub, s, 1, "velocity")
 
-    def AddPathAccelerationConstraint(self, lb: Any, ub: Any, s: float) -> Any:
+    def AddPathAccelerationConstraint(self, lb: ArrayLike, ub: ArrayLike, s: float) -> Binding[Constraint]:
         """Adds lb <= rddot(s) <= ub for the second derivative by s."""
         return self._add_linear("AddPathAccelerationConstraint", lb, ub, s, 2, "acceleration")
 
@@ -191,7 +193,7 @@ class KinematicTrajectoryOptimization:
         overload(lambda self, binding, s: self._linear_velocity(binding, s), binding=kinds.binding, s=kinds.number),
         overload(constraint=instance_of(Constraint), s=kinds.number),
     )
-    def AddVelocityConstraintAtNormalizedTime(self, constraint: Constraint, s: float) -> Any:
+    def AddVelocityConstraintAtNormalizedTime(self, constraint: Constraint, s: float) -> Binding[Constraint]:
         """Adds a constraint on (q, qdot) at t = s T, called as `(constraint, s)`; or linear bounds on placeholders
         qdot, called as `(binding, s)`, which returns a list.
 
@@ -240,7 +242,7 @@ class KinematicTrajectoryOptimization:
 
     # Bounds at all times, by the convex hull of control points
 
-    def AddPositionBounds(self, lb: Any, ub: Any) -> list:
+    def AddPositionBounds(self, lb: ArrayLike, ub: ArrayLike) -> list:
         """Adds bounds on q at all times; one constraint for each control point."""
         lower, upper = self._sized("AddPositionBounds", lb), self._sized("AddPositionBounds", ub)
         out = []
@@ -249,7 +251,7 @@ class KinematicTrajectoryOptimization:
             out[-1].evaluator().set_description(f"position bound {k}")
         return out
 
-    def AddVelocityBounds(self, lb: Any, ub: Any) -> list:
+    def AddVelocityBounds(self, lb: ArrayLike, ub: ArrayLike) -> list:
         """Adds bounds on qdot at all times; a lower and an upper one for each position."""
         lower, upper = self._sized("AddVelocityBounds", lb), self._sized("AddVelocityBounds", ub)
         M = self._slopes[1].T
@@ -267,7 +269,7 @@ class KinematicTrajectoryOptimization:
             out += [low, high]
         return out
 
-    def _derivative_bounds(self, call: str, lb: Any, ub: Any, order: int, what: str) -> list:
+    def _derivative_bounds(self, call: str, lb: ArrayLike, ub: ArrayLike, order: int, what: str) -> list:
         lower, upper = self._sized(call, lb), self._sized(call, ub)
         out = []
         for i in range(self._nq):
@@ -276,11 +278,11 @@ class KinematicTrajectoryOptimization:
             out.append(self._prog.AddConstraint(new, np.concatenate(([self._T], self._points[i]))))
         return out
 
-    def AddAccelerationBounds(self, lb: Any, ub: Any) -> list:
+    def AddAccelerationBounds(self, lb: ArrayLike, ub: ArrayLike) -> list:
         """Adds bounds on the second derivative of q at all times; one constraint for each position."""
         return self._derivative_bounds("AddAccelerationBounds", lb, ub, 2, "acceleration")
 
-    def AddJerkBounds(self, lb: Any, ub: Any) -> list:
+    def AddJerkBounds(self, lb: ArrayLike, ub: ArrayLike) -> list:
         """Adds bounds on the third derivative of q at all times; one constraint for each position."""
         return self._derivative_bounds("AddJerkBounds", lb, ub, 3, "jerk")
 
@@ -322,13 +324,13 @@ class KinematicTrajectoryOptimization:
 
     # Duration and costs
 
-    def AddDurationConstraint(self, lb: float | None, ub: float | None) -> Any:
+    def AddDurationConstraint(self, lb: float | None, ub: float | None) -> Binding[Constraint]:
         """Adds bounds on the duration [s]; None for none."""
         box = self._prog.AddBoundingBoxConstraint(0.0 if lb is None else lb, np.inf if ub is None else ub, self._T)
         box.evaluator().set_description("duration constraint")
         return box
 
-    def AddDurationCost(self, weight: float = 1.0) -> Any:
+    def AddDurationCost(self, weight: float = 1.0) -> Binding[Cost]:
         """Adds the cost weight T."""
         cost = self._prog.AddLinearCost(np.array([float(weight)]), 0.0, np.array([self._T], dtype=object))
         cost.evaluator().set_description("duration cost")
@@ -363,7 +365,7 @@ class KinematicTrajectoryOptimization:
         return out
 
 
-def _dense(M: Any) -> np.ndarray:
+def _dense(M: ArrayLike) -> np.ndarray:
     return M.toarray() if hasattr(M, "toarray") else np.asarray(M, dtype=float)
 
 

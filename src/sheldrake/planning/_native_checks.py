@@ -24,6 +24,7 @@ from sheldrake.planning._kernels.checks import first_collisions
 
 if TYPE_CHECKING:
     from sheldrake.geometry._query.scene import QueryScene
+    from sheldrake.multibody.plant import MultibodyPlant
 
 _PARTS = 8
 """That each thread takes, so that the last one does not let the others wait."""
@@ -39,7 +40,7 @@ class NativeChecks:
         bodies: Of each geometry of the scene: its body of the plant.
     """
 
-    def __init__(self, scene: QueryScene, plant: Any, view: Any, bodies: list[int]):
+    def __init__(self, scene: QueryScene, plant: MultibodyPlant, view: Any, bodies: list[int]):
         self.scene, self.view = scene, view
         self._bodies = np.array(bodies, np.int64)
         rows = parts_of(plant).kernel_models.rows_of_frames()

@@ -10,7 +10,7 @@ from sheldrake.systems.framework import Diagram, DiagramBuilder_
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, DiagramBuilder
 
 
 class RobotDiagram(Diagram):
@@ -25,7 +25,7 @@ class RobotDiagram(Diagram):
         Diagram.__init__(out)
         return out
 
-    def _converted(self, scalar: Any) -> Any:
+    def _converted(self, scalar: type) -> Any:
         new = super()._converted(scalar)
         if new is not None:
             new.__class__ = type(self)._template[scalar]  # type: ignore[attr-defined]
@@ -34,23 +34,23 @@ class RobotDiagram(Diagram):
     def _one(self, kind: type) -> Any:
         return next(s for s in self._systems if isinstance(s, kind))
 
-    def plant(self) -> Any:
+    def plant(self) -> MultibodyPlant:
         """Returns the plant."""
         return self._one(MultibodyPlant_[float])
 
-    def scene_graph(self) -> Any:
+    def scene_graph(self) -> SceneGraph:
         """Returns the SceneGraph."""
         return self._one(SceneGraph)
 
     mutable_scene_graph = scene_graph
 
-    def plant_context(self, root_context: Context) -> Any:
+    def plant_context(self, root_context: Context) -> Context:
         """Returns the plant's part of a context of this diagram or of one around it."""
         return self.plant().GetMyMutableContextFromRoot(root_context)
 
     mutable_plant_context = plant_context
 
-    def scene_graph_context(self, root_context: Context) -> Any:
+    def scene_graph_context(self, root_context: Context) -> Context:
         """Returns the SceneGraph's part of a context of this diagram or of one around it."""
         return self.scene_graph().GetMyMutableContextFromRoot(root_context)
 
@@ -82,7 +82,7 @@ class RobotDiagramBuilder:
         """Tells whether `Build` was called."""
         return self._builder is None
 
-    def builder(self) -> Any:
+    def builder(self) -> DiagramBuilder:
         """Returns the builder of the diagram."""
         self._usable()
         return self._builder
@@ -96,12 +96,12 @@ class RobotDiagramBuilder:
             self._parser = Parser(self._plant)
         return self._parser
 
-    def plant(self) -> Any:
+    def plant(self) -> MultibodyPlant:
         """Returns the plant."""
         self._usable()
         return self._plant
 
-    def scene_graph(self) -> Any:
+    def scene_graph(self) -> SceneGraph:
         """Returns the SceneGraph."""
         self._usable()
         return self._scene_graph

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,6 +22,11 @@ from sheldrake.geometry.optimization._iris import tangent
 from sheldrake.multibody.rational import RationalForwardKinematics
 from sheldrake.solvers import _arrays
 from sheldrake.solvers import _kinds as kinds
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from sheldrake.planning import CollisionChecker
 
 _LOOKED_AT = 1000  # Samples that are checked at once beyond the least number.
 _MOST_BISECTED = 100  # Of the samples in collision, the nearest: more would cost checks, and make faces hardly better.
@@ -286,7 +291,9 @@ class FreeTest:
         function: From points to configurations.
     """
 
-    def __init__(self, checker: Any, options: CommonSampledIrisOptions, function: IrisParameterizationFunction):
+    def __init__(
+        self, checker: CollisionChecker, options: CommonSampledIrisOptions, function: IrisParameterizationFunction
+    ):
         prog = options.prog_with_additional_constraints
         constraints = [] if prog is None else prog.GetAllConstraints()
         self._constraints = [(c.evaluator(), prog.FindDecisionVariableIndices(c.variables())) for c in constraints]
@@ -296,7 +303,7 @@ class FreeTest:
     def __call__(self, x: np.ndarray) -> bool:
         return bool(self._checker.CheckConfigCollisionFree(self._to_q(x))) and self._satisfied(x)
 
-    def each(self, points: Any) -> list[bool]:
+    def each(self, points: Sequence[np.ndarray] | np.ndarray) -> list[bool]:
         """The same of many points, which threads check."""
         free = self._checker.CheckConfigsCollisionFree([self._to_q(x) for x in points], self._threads)
         return [bool(is_free) and self._satisfied(x) for x, is_free in zip(points, free)]
@@ -322,7 +329,10 @@ class IrisZoOptions(Options):
 
 
 def IrisZo(
-    checker: Any, starting_ellipsoid: Hyperellipsoid, domain: HPolyhedron, options: IrisZoOptions | None = None
+    checker: CollisionChecker,
+    starting_ellipsoid: Hyperellipsoid,
+    domain: HPolyhedron,
+    options: IrisZoOptions | None = None,
 ) -> HPolyhedron:
     """Returns a region that is, with high probability, almost free of collisions; it asks only whether points are free.
 

@@ -20,7 +20,9 @@ from sheldrake.planning._collision_checker import CollisionChecker, CollisionChe
 from sheldrake.planning._native_checks import NativeChecks
 
 if TYPE_CHECKING:
-    from sheldrake.geometry import SceneGraphInspector
+    from sheldrake.geometry import GeometryId, SceneGraphInspector, Shape
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.tree import RigidBody
 
 _Kind = RobotCollisionType
 
@@ -44,7 +46,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
         self._bodies: dict[Any, int] = {}
         self._checks: NativeChecks | None = None
 
-    def _body_of(self, inspector: SceneGraphInspector, geometry: Any) -> int:
+    def _body_of(self, inspector: SceneGraphInspector, geometry: GeometryId) -> int:
         found = self._bodies.get(geometry)
         if found is None:
             found = int(self._plant.GetBodyFromFrameId(inspector.GetFrameId(geometry)).index())
@@ -149,7 +151,7 @@ class SceneGraphCollisionChecker(CollisionChecker):
             manager = self._model.scene_graph().collision_filter_manager(context.scene_graph_context())
             manager.Apply(declaration)
 
-    def _add_shape(self, body: Any, shape: Any, X_BG: Any) -> Any:
+    def _add_shape(self, body: RigidBody, shape: Shape, X_BG: RigidTransform) -> Any:
         scene_graph, source = self._model.scene_graph(), self._plant.get_source_id()
         index = int(body.index())
         instance = GeometryInstance(X_BG, shape, f"added to {body.name()}")

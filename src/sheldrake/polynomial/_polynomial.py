@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, as_scalar
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 def evaluate(coefficients: np.ndarray, x: Any, order: int = 0) -> Any:
@@ -22,6 +25,11 @@ def evaluate(coefficients: np.ndarray, x: Any, order: int = 0) -> Any:
     n = coefficients.shape[-1]
     if order >= n:
         return coefficients[..., 0] * 0.0
+    if order == 0:
+        value = coefficients[..., n - 1] * 1.0
+        for power in range(n - 2, -1, -1):
+            value = value * x + coefficients[..., power]
+        return value
     value = coefficients[..., n - 1] * _falling(n - 1, order)
     for power in range(n - 2, order - 1, -1):
         value = value * x + coefficients[..., power] * _falling(power, order)
@@ -47,7 +55,7 @@ def differentiate(coefficients: np.ndarray, order: int) -> np.ndarray:
     return out
 
 
-def integrate(coefficients: np.ndarray, constant: Any) -> np.ndarray:
+def integrate(coefficients: np.ndarray, constant: Scalar | np.ndarray) -> np.ndarray:
     """Coefficients of integrals that are `constant` at zero, shape `(..., n + 1)`."""
     n = coefficients.shape[-1]
     out = np.empty((*coefficients.shape[:-1], n + 1), dtype=coefficients.dtype)
@@ -100,7 +108,7 @@ class Polynomial:
         )
 
     @classmethod
-    def _of(cls, coefficients: np.ndarray) -> Any:
+    def _of(cls, coefficients: np.ndarray) -> Polynomial:
         out = object.__new__(cls)
         out._c = coefficients
         return out
@@ -127,11 +135,11 @@ class Polynomial:
         value = evaluate(self._c, self._scalar("EvaluateUnivariate", x), order)
         return float(value) if self._T is float else value
 
-    def Derivative(self, derivative_order: int = 1) -> Any:
+    def Derivative(self, derivative_order: int = 1) -> Polynomial:
         """Returns the derivative of the given order as a polynomial."""
         return self._of(differentiate(self._c, _order("Derivative", derivative_order)))
 
-    def Integral(self, integration_constant: Any = 0.0) -> Any:
+    def Integral(self, integration_constant: Scalar = 0.0) -> Polynomial:
         """Returns the integral that has the given value at zero."""
         return self._of(integrate(self._c, self._scalar("Integral", integration_constant)))
 
@@ -205,18 +213,18 @@ class Polynomial:
     def __rsub__(self, other: Any) -> Any:
         return -self + other
 
-    def __neg__(self) -> Any:
+    def __neg__(self) -> Polynomial:
         return self._of(-self._c)
 
     __radd__, __rmul__ = __add__, __mul__
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Polynomial:
         return self._of(self._c.copy())
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Polynomial:
         return self._of(self._c.copy())
 
-    def __reduce__(self) -> Any:
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self._c,)
 
     def _scalar(self, call: str, x: Any) -> Any:

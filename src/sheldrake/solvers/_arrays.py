@@ -16,6 +16,8 @@ from sheldrake.symbolic._arguments import expression
 
 if TYPE_CHECKING:
     import scipy.sparse
+    from numpy.typing import ArrayLike
+
 
 Matrix: TypeAlias = "np.ndarray | scipy.sparse.spmatrix"
 VariablesLike: TypeAlias = "Sequence[Variable] | np.ndarray"
@@ -23,7 +25,7 @@ VariablesLike: TypeAlias = "Sequence[Variable] | np.ndarray"
 FLOATS, DUALS, SYMBOLS = "float", "AutoDiffXd", "Expression"
 
 
-def is_sparse(A: Any) -> bool:
+def is_sparse(A: ArrayLike) -> bool:
     """Whether a matrix is one of SciPy's sparse ones (asked without importing SciPy)."""
     return type(A).__module__.startswith("scipy.sparse")
 
@@ -53,7 +55,7 @@ def variable_vector(value: Any) -> np.ndarray:
     return out
 
 
-def _variable_of(e: Any) -> Variable | None:
+def _variable_of(e: Expression) -> Variable | None:
     """The variable that an expression is, if it is one."""
     if isinstance(e, Expression) and e.get_kind().name == "Var":
         return e._args[0]

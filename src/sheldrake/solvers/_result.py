@@ -20,8 +20,11 @@ from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _traverse as traverse
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import ArrayLike
 
+    from sheldrake.solvers import Binding
     from sheldrake.solvers._program.program import MathematicalProgram
 
 
@@ -47,7 +50,7 @@ class MathematicalProgramResult:
         self._x = np.full(prog.num_vars(), np.nan)
         self._solver_id = solver_id
 
-    def _finish(self, result: SolutionResult, x: Any, cost: float) -> None:
+    def _finish(self, result: SolutionResult, x: ArrayLike | None, cost: float) -> None:
         """Says how the solve ended; without a feasible point the cost is inf, if unbounded -inf."""
         self._result = result
         if x is not None:
@@ -58,7 +61,7 @@ class MathematicalProgramResult:
         elif result in (SolutionResult.kUnbounded, SolutionResult.kDualInfeasible):
             self._cost = -np.inf
 
-    def _set_dual(self, binding: BindingBase, dual: Any) -> None:
+    def _set_dual(self, binding: BindingBase, dual: ArrayLike) -> None:
         self._duals[binding._identity()] = np.atleast_1d(np.asarray(dual, dtype=float))
 
     # How it ended
@@ -139,7 +142,7 @@ class MathematicalProgramResult:
             return self.get_x_val()
         return self._values(args[0], self._x, "GetSolution")
 
-    def _values(self, what: Any, x: np.ndarray, call: str) -> Any:
+    def _values(self, what: Expression | Callable[..., Any] | Binding, x: np.ndarray, call: str) -> Any:
         if isinstance(what, Variable):
             return float(x[self._place(what)])
         if isinstance(what, Polynomial):

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.solvers._ids import ProgramAttribute
 from sheldrake.solvers._program.program import MathematicalProgram
+
+if TYPE_CHECKING:
+    from sheldrake.solvers._functions.bindings import BindingBase
 
 _log = logging.getLogger("drake")
 _P = ProgramAttribute
@@ -205,7 +208,7 @@ class SdpaForm:
                 1,
             )
 
-    def _arrow(self, binding: Any, places: Any, fewer: int) -> None:
+    def _arrow(self, binding: BindingBase, places: Any, fewer: int) -> None:
         """A cone as a matrix with z in its first row, on its diagonal, and nowhere else.
 
         `places(n)` lists i, j and k: the element (i, j) is z_k.

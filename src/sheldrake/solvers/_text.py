@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.symbolic import Expression, ToLatex, Variable
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 def number_text(x: float) -> str:
@@ -14,7 +17,7 @@ def number_text(x: float) -> str:
     return repr(float(x)).removesuffix(".0")
 
 
-def latex_number(x: Any, precision: int) -> str:
+def latex_number(x: Expression | Variable | float, precision: int) -> str:
     """LaTeX for an expression or a number, infinity included."""
     if isinstance(x, (Expression, Variable)):
         return ToLatex(x, precision)
@@ -23,7 +26,7 @@ def latex_number(x: Any, precision: int) -> str:
     return ToLatex(float(x), precision)
 
 
-def latex_matrix(M: Any, precision: int) -> str:
+def latex_matrix(M: ArrayLike, precision: int) -> str:
     """LaTeX for a vector or matrix; one element stands without brackets."""
     M = np.asarray(M)
     M = M.reshape(-1, 1) if M.ndim == 1 else M

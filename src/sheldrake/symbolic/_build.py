@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import weakref
-from typing import Any
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import numpy as np
 
@@ -20,6 +20,11 @@ from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _numbers
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sheldrake.symbolic._formula import Formula
 
 _REAL = (float, int, np.floating, np.integer, np.bool_)
 _table: weakref.WeakValueDictionary[tuple, Expression] = weakref.WeakValueDictionary()
@@ -37,7 +42,7 @@ def _node(identity: tuple, args: tuple, key: tuple) -> Expression:
     return node
 
 
-def constant(value: Any) -> Expression:
+def constant(value: SupportsFloat) -> Expression:
     """The expression of a number; of nan, the one expression that is not a number."""
     value = float(value)
     if value != value:
@@ -146,7 +151,7 @@ def add(a: Expression, b: Expression) -> Expression:
     return make_sum(c0, terms)
 
 
-def sum_of(expressions: Any) -> Expression:
+def sum_of(expressions: Iterable[Expression]) -> Expression:
     """The sum of many, in one go."""
     terms: dict[int, tuple[Expression, float]] = {}
     c0 = 0.0
@@ -320,7 +325,7 @@ def binary(kind: int, a: Expression, b: Expression) -> Expression:
     return plain(kind, a, b)
 
 
-def conditional(condition: Any, then: Expression, otherwise: Expression) -> Expression:
+def conditional(condition: Formula, then: Expression, otherwise: Expression) -> Expression:
     """`then` where the formula holds, `otherwise` elsewhere."""
     if condition._is_constant():
         return then if condition._truth() else otherwise

@@ -6,7 +6,7 @@ Of many expressions in one pass: equal parts are shared, so each part is differe
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic import _build, _formula
@@ -26,6 +26,9 @@ from sheldrake.symbolic._build import (
 )
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 
 def differentiate(expressions: Sequence[Expression], x: Variable) -> list[Expression]:
@@ -114,7 +117,7 @@ def _of_absolute(f: Expression, df: Expression) -> Expression:
     return _build.conditional(_formula.compare("<", f, ZERO), negate(df), at_zero)
 
 
-def _of_extreme(sign: str) -> Any:
+def _of_extreme(sign: str) -> Callable[..., Expression]:
     def rule(f: Expression, g: Expression, df: Expression, dg: Expression) -> Expression:
         tied = _build.conditional(_formula.compare("==", f, g), NOT_A_NUMBER, dg)
         return _build.conditional(_formula.compare(sign, f, g), df, tied)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,12 @@ from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._arguments import SUBSTITUTIONS
 from sheldrake.symbolic._operators import Operators
 from sheldrake.symbolic._variable import Variable, Variables
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from sheldrake.common import RandomGenerator
+    from sheldrake.common._types import Symbolic, Symbolics
 
 # Modules that need the class below; the package binds them when all is loaded.
 _build: Any = None
@@ -50,7 +56,7 @@ class Expression(Operators):
             )
         return e
 
-    def EqualTo(self, other: Any) -> bool:
+    def EqualTo(self, other: Expression) -> bool:
         """Tells whether both have the same structure; that is sufficient, not necessary, for being equal."""
         return _build.expect("EqualTo", other) is self
 
@@ -64,7 +70,7 @@ class Expression(Operators):
 
     GetFreeVariables = GetVariables
 
-    def Evaluate(self, env: Any = None, generator: Any = None) -> float:
+    def Evaluate(self, env: Mapping[Variable, float] | None = None, generator: RandomGenerator | None = None) -> float:
         """Returns the value for given values of the variables.
 
         Args:
@@ -83,7 +89,9 @@ class Expression(Operators):
         return _traverse.substitute([self], _traverse.numbers_by_variable("EvaluatePartial", env))[0]
 
     @overloaded(*SUBSTITUTIONS)
-    def Substitute(self, what: Any, e: Any = None) -> Expression:
+    def Substitute(
+        self, what: Mapping[Variable, Symbolic] | Variable | Symbolics, e: Symbolic | None = None
+    ) -> Expression:
         """Returns the expression with others in the place of variables, all at once.
 
         Called as `Substitute(var, e)` or `Substitute({var: e, ...})`.
@@ -102,7 +110,7 @@ class Expression(Operators):
         """
         return _differentiate.differentiate([self], x)[0]
 
-    def Jacobian(self, vars: Any) -> np.ndarray:
+    def Jacobian(self, vars: Symbolics) -> np.ndarray:
         """Returns the partial derivatives by each of the variables, shape `(n,)`."""
         columns = [_differentiate.differentiate([self], x)[0] for x in _traverse.variable_list("Jacobian", vars)]
         out = np.empty(len(columns), dtype=object)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import operator
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,11 @@ from sheldrake.symbolic._arguments import SUBSTITUTIONS
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._kinds import FormulaKind as K
 from sheldrake.symbolic._variable import Variable, Variables
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from sheldrake.common._types import Symbolic, Symbolics
 
 _functions: Any = None  # Modules that need the class below; the package binds them when all is loaded.
 _traverse: Any = None
@@ -87,7 +92,7 @@ class Formula:
         """Returns the variables in it that no `forall` binds."""
         return Variables(sorted(self._variables(), key=Variable.get_id))
 
-    def Evaluate(self, env: Any = None) -> bool:
+    def Evaluate(self, env: Mapping[Variable, float] | None = None) -> bool:
         """Tells whether it holds for given values of the variables.
 
         Raises:
@@ -96,7 +101,9 @@ class Formula:
         return self._evaluate(_traverse.numbers_by_variable("Evaluate", env))
 
     @overloaded(*SUBSTITUTIONS)
-    def Substitute(self, what: Any, e: Any = None) -> Formula:
+    def Substitute(
+        self, what: Mapping[Variable, Symbolic] | Variable | Symbolics, e: Symbolic | None = None
+    ) -> Formula:
         """Returns the formula with expressions in the place of variables, all at once.
 
         Called as `Substitute(var, e)` or `Substitute({var: e, ...})`.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import operator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,11 +16,16 @@ from sheldrake.symbolic._formula import Formula
 from sheldrake.symbolic._kinds import FormulaKind as K
 from sheldrake.symbolic._variable import Variable, Variables
 
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
-def _unary(kind: int) -> Any:
+    from sheldrake.common._types import Symbolic, Symbolics
+
+
+def _unary(kind: int) -> Callable[[Symbolic], Expression]:
     name = k.UNARY_NAMES[kind]
 
-    def function(x: Any) -> Expression:
+    def function(x: Symbolic) -> Expression:
         return _build.unary(kind, _build.expect(name, x))
 
     function.__name__ = function.__qualname__ = name
@@ -35,7 +40,7 @@ sinh, cosh, tanh = (_unary(kind) for kind in (k.SINH, k.COSH, k.TANH))
 ceil, floor = _unary(k.CEIL), _unary(k.FLOOR)
 
 
-def atan2(y: Any, x: Any) -> Expression:
+def atan2(y: Symbolic, x: Symbolic) -> Expression:
     """Returns the expression of the angle [rad] of the point (x, y)."""
     return _build.binary(k.ATAN2, _build.expect("atan2", y), _build.expect("atan2", x))
 
@@ -43,22 +48,22 @@ def atan2(y: Any, x: Any) -> Expression:
 arctan2 = atan2
 
 
-def min(a: Any, b: Any) -> Expression:
+def min(a: Symbolic, b: Symbolic) -> Expression:
     """Returns the expression of the smaller of the two."""
     return _build.binary(k.MIN, _build.expect("min", a), _build.expect("min", b))
 
 
-def max(a: Any, b: Any) -> Expression:
+def max(a: Symbolic, b: Symbolic) -> Expression:
     """Returns the expression of the larger of the two."""
     return _build.binary(k.MAX, _build.expect("max", a), _build.expect("max", b))
 
 
-def pow(base: Any, exponent: Any) -> Expression:
+def pow(base: Symbolic, exponent: Symbolic) -> Expression:
     """Returns the expression of base to the power exponent."""
     return _build.power(_build.expect("pow", base), _build.expect("pow", exponent))
 
 
-def _as_formula(call: str, f: Any) -> Formula:
+def _as_formula(call: str, f: Symbolics) -> Formula:
     if isinstance(f, Formula):
         return f
     if isinstance(f, (bool, np.bool_)) or (isinstance(f, Variable) and f.get_type() is Variable.Type.BOOLEAN):
@@ -77,7 +82,7 @@ def uninterpreted_function(name: str, arguments: Any) -> Expression:
     return _build.uninterpreted(name, tuple(_build.expect("uninterpreted_function", a) for a in arguments))
 
 
-def isnan(x: Any = None, *, e: Any = None) -> Formula:
+def isnan(x: Symbolic | None = None, *, e: Symbolic | None = None) -> Formula:
     """Returns the formula that an expression (`x` or `e`, by Drake's two names) is not a number."""
     return _formula.is_nan(_build.expect("isnan", e if x is None else x))
 
@@ -96,17 +101,17 @@ def logical_or(*formulas: Any) -> Formula:
     return _formula.junction(K.Or, [_as_formula("logical_or", f) for f in formulas])
 
 
-def logical_not(f: Any) -> Formula:
+def logical_not(f: Symbolics) -> Formula:
     """Returns the formula that f does not hold."""
     return _formula.negation(_as_formula("logical_not", f))
 
 
-def forall(vars: Variables, f: Any) -> Formula:
+def forall(vars: Variables, f: Symbolics) -> Formula:
     """Returns the formula that f holds for all values of the variables."""
     return _formula.for_all(vars, _as_formula("forall", f))
 
 
-def positive_semidefinite(m: Any) -> Formula:
+def positive_semidefinite(m: Symbolics) -> Formula:
     """Returns the formula that a symmetric matrix, shape `(n, n)`, has no negative eigenvalue."""
     array = np.asarray(m, dtype=object)
     flat = np.empty(array.size, dtype=object)

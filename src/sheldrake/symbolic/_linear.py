@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +18,14 @@ from sheldrake.symbolic._polynomial import Polynomial
 from sheldrake.symbolic._traverse import object_array, variables_of
 from sheldrake.symbolic._variable import Variable, Variables
 
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
-def _flat(call: str, expressions: Any) -> list[Expression]:
+    from sheldrake.common import RandomGenerator
+    from sheldrake.common._types import Symbolic, Symbolics
+
+
+def _flat(call: str, expressions: Symbolics) -> list[Expression]:
     return [_build.expect(call, e) for e in np.asarray(expressions, dtype=object).ravel()]
 
 
@@ -30,7 +36,7 @@ def _sorted(variables: Iterable[Variable]) -> list[Variable]:
 # Arrays of expressions
 
 
-def _as_matrix(call: str, m: Any) -> np.ndarray:
+def _as_matrix(call: str, m: Symbolics) -> np.ndarray:
     array = np.asarray(m, dtype=object)
     if array.ndim == 1:
         array = array.reshape(-1, 1)
@@ -39,7 +45,9 @@ def _as_matrix(call: str, m: Any) -> np.ndarray:
     return array
 
 
-def Evaluate(m: Any, env: Any = None, generator: Any = None) -> np.ndarray:
+def Evaluate(
+    m: Symbolics, env: Mapping[Variable, float] | None = None, generator: RandomGenerator | None = None
+) -> np.ndarray:
     """Returns the values of a matrix of expressions, shape `(rows, cols)`; see `Expression.Evaluate`."""
     matrix = _as_matrix("Evaluate", m)
     polynomials = [isinstance(e, Polynomial) for e in matrix.flat]
@@ -69,7 +77,7 @@ def Substitute(m: Any, places: Any, e: Any = None) -> Any:
     return object_array(found, matrix.shape)
 
 
-def Jacobian(f: Any, vars: Any) -> np.ndarray:
+def Jacobian(f: Symbolics, vars: Symbolics) -> np.ndarray:
     """Returns the partial derivatives of expressions, or of polynomials, by variables, shape `(len(f), len(vars))`."""
     functions, variables = list(np.asarray(f, dtype=object).ravel()), _traverse.variable_list("Jacobian", vars)
     out = np.empty((len(functions), len(variables)), dtype=object)
@@ -83,7 +91,7 @@ def Jacobian(f: Any, vars: Any) -> np.ndarray:
     return out
 
 
-def IsAffine(m: Any, vars: Variables | None = None) -> bool:
+def IsAffine(m: Symbolics, vars: Variables | None = None) -> bool:
     """Tells whether all expressions are affine in some variables; in all of theirs, if none are named."""
     return all(_is_affine(e, vars) for e in _flat("IsAffine", m))
 
@@ -96,7 +104,7 @@ def _is_affine(e: Expression, vars: Variables | None) -> bool:
     return all(m.total_degree() <= 1 for m in found)
 
 
-def GetVariableVector(expressions: Any) -> np.ndarray:
+def GetVariableVector(expressions: Symbolics) -> np.ndarray:
     """Returns the variables that the expressions are.
 
     Raises:
@@ -111,7 +119,7 @@ def GetVariableVector(expressions: Any) -> np.ndarray:
 
 
 @overloaded(overload(e=expression), overload(expressions=anything))
-def ExtractVariablesFromExpression(expressions: Any) -> tuple[np.ndarray, dict[int, int]]:
+def ExtractVariablesFromExpression(expressions: Symbolics) -> tuple[np.ndarray, dict[int, int]]:
     """Returns the variables of one or several expressions, and their places in that vector by identity number."""
     wanted = _sorted(set().union(*(variables_of(e) for e in _flat("ExtractVariablesFromExpression", expressions))))
     return object_array(wanted), {v.get_id(): i for i, v in enumerate(wanted)}
@@ -120,7 +128,7 @@ def ExtractVariablesFromExpression(expressions: Any) -> tuple[np.ndarray, dict[i
 # Linear and affine
 
 
-def DecomposeAffineExpression(e: Any, map_var_to_index: dict[int, int]) -> tuple[np.ndarray, float]:
+def DecomposeAffineExpression(e: Symbolic | None, map_var_to_index: dict[int, int]) -> tuple[np.ndarray, float]:
     """Returns coefficients, shape `(n,)`, and constant of an affine expression.
 
     Args:
@@ -139,7 +147,7 @@ def DecomposeAffineExpression(e: Any, map_var_to_index: dict[int, int]) -> tuple
     return row, constant
 
 
-def _coefficient_rows(call: str, expressions: Any, vars: list[Variable]) -> tuple[np.ndarray, np.ndarray]:
+def _coefficient_rows(call: str, expressions: Symbolics, vars: list[Variable]) -> tuple[np.ndarray, np.ndarray]:
     es = _flat(call, expressions)
     A, b = np.zeros((len(es), len(vars))), np.zeros(len(es))
     places = {v: i for i, v in enumerate(vars)}
@@ -167,7 +175,7 @@ def _non_linear(e: Expression, vars: list[Variable]) -> RuntimeError:
     )
 
 
-def DecomposeLinearExpressions(expressions: Any, vars: Any) -> np.ndarray:
+def DecomposeLinearExpressions(expressions: Symbolics, vars: Symbolics) -> np.ndarray:
     """Returns M with `expressions = M @ vars`, shape `(m, n)`.
 
     Raises:
@@ -232,7 +240,7 @@ def DecomposeQuadraticPolynomial(
 
 
 def DecomposeL2NormExpression(
-    e: Any, psd_tol: float = 1e-8, coefficient_tol: float = 1e-8
+    e: Symbolic | None, psd_tol: float = 1e-8, coefficient_tol: float = 1e-8
 ) -> tuple[bool, np.ndarray, np.ndarray, np.ndarray]:
     """Returns whether e is the norm of an affine vector, and then A, b, x with `e = |A x + b|`.
 
@@ -272,7 +280,7 @@ def _square_root(M: np.ndarray, values: np.ndarray, vectors: np.ndarray) -> np.n
         return (vectors[:, keep] * np.sqrt(values[keep])).T
 
 
-def ReplaceBilinearTerms(e: Any, x: Any, y: Any, W: Any) -> Expression:
+def ReplaceBilinearTerms(e: Symbolic | None, x: Symbolics, y: Symbolics, W: Symbolics) -> Expression:
     """Returns e with W[i, j] in the place of each product of x[i] and y[j].
 
     Raises:
@@ -300,7 +308,7 @@ def ReplaceBilinearTerms(e: Any, x: Any, y: Any, W: Any) -> Expression:
     return _build.sum_of(terms)
 
 
-def TaylorExpand(f: Any, a: dict[Variable, float], order: int) -> Expression:
+def TaylorExpand(f: Symbolics, a: dict[Variable, float], order: int) -> Expression:
     """Returns the Taylor polynomial of f about a point, of total degree `order` in the variables of that point."""
     e = _build.expect("TaylorExpand", f)
     point = _traverse.numbers_by_variable("TaylorExpand", a)
@@ -328,7 +336,7 @@ def _next_layer(layer: list, variables: list[Variable]) -> list:
     return list(out.items())
 
 
-def DecomposeLumpedParameters(f: Any, parameters: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def DecomposeLumpedParameters(f: Symbolics, parameters: Symbolics) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Returns W, alpha, w0 with `f = W @ alpha + w0`, alpha in the parameters alone, W and w0 free of them.
 
     Args:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,11 @@ from sheldrake.symbolic._arguments import by_variable, variable, variables
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._traverse import numbers_by_variable, object_array, variable_list
 from sheldrake.symbolic._variable import Variable, Variables
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Symbolics
 
 _polynomial: Any = None  # A module that needs the class below; the package binds it when all is loaded.
 
@@ -101,7 +106,7 @@ class Monomial:
         overload(env=by_variable),
         overload(lambda self, *many: self._evaluate_many(*many), vars=anything, vars_values=anything),
     )
-    def Evaluate(self, env: Any) -> Any:
+    def Evaluate(self, env: Mapping[Variable, float] | None) -> Any:
         """Returns the value for given values of its variables.
 
         Called as `Evaluate(env)`, or as `Evaluate(vars, vars_values)` for many: values as columns, shape
@@ -122,7 +127,7 @@ class Monomial:
             out *= env[v] ** exponent
         return out
 
-    def _evaluate_many(self, vars: Any, values: Any) -> np.ndarray:
+    def _evaluate_many(self, vars: Symbolics, values: ArrayLike) -> np.ndarray:
         vars, values = variable_list("Evaluate", vars), np.asarray(values, dtype=float)
         rows = {v: row for v, row in zip(vars, np.atleast_2d(values))}
         out = np.ones(np.atleast_2d(values).shape[1])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +26,11 @@ from sheldrake.symbolic._traverse import (
     variables_of,
 )
 from sheldrake.symbolic._variable import Variable, Variables
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Symbolic, Symbolics
 
 
 def _expressions_of(map: Mapping[Monomial, Any]) -> dict[Monomial, Expression]:
@@ -134,7 +139,7 @@ class Polynomial:
         overload(env=by_variable),
         overload(lambda self, var, c: self.EvaluatePartial({var: c}), var=variable, c=anything),
     )
-    def EvaluatePartial(self, env: Any) -> Polynomial:
+    def EvaluatePartial(self, env: Mapping[Variable, float] | None) -> Polynomial:
         """Returns it with values in the place of some variables; called with a dict, or with a variable and a value."""
         env = numbers_by_variable("EvaluatePartial", env)
         out: dict[Monomial, Expression] = {}
@@ -143,7 +148,7 @@ class Polynomial:
             add_to(out, rest, _build.scale(value, substitute([c], env)[0]))
         return Polynomial._of(out)
 
-    def EvaluateIndeterminates(self, indeterminates: Any, indeterminates_values: Any) -> np.ndarray:
+    def EvaluateIndeterminates(self, indeterminates: Symbolics, indeterminates_values: ArrayLike) -> np.ndarray:
         """Returns the values for many values of the indeterminates, shape `(n,)`.
 
         Args:
@@ -162,7 +167,7 @@ class Polynomial:
         return out
 
     def EvaluateWithAffineCoefficients(
-        self, indeterminates: Any, indeterminates_values: Any
+        self, indeterminates: Symbolics, indeterminates_values: ArrayLike
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Returns A, v, b such that the values are `A @ v + b`, v being the decision variables.
 
@@ -217,7 +222,7 @@ class Polynomial:
                 add_to(out, m, c.Differentiate(x))
         return Polynomial._of(out)
 
-    def Jacobian(self, vars: Any) -> np.ndarray:
+    def Jacobian(self, vars: Symbolics) -> np.ndarray:
         """Returns the partial derivatives by each of the variables, shape `(n,)`."""
         return object_array([self.Differentiate(v) for v in variable_list("Jacobian", vars)])
 
@@ -270,7 +275,7 @@ class Polynomial:
 
     # Changes
 
-    def AddProduct(self, coeff: Any, m: Monomial) -> Polynomial:
+    def AddProduct(self, coeff: Symbolic, m: Monomial) -> Polynomial:
         """Adds a term to this polynomial and returns it."""
         add_to(self._map, m, _build.expect("AddProduct", coeff))
         self._set_map(self._map)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,11 @@ from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic._build import nodes
 from sheldrake.symbolic._expression import Expression
 from sheldrake.symbolic._variable import Variable
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from sheldrake.common import RandomGenerator
 
 
 def variables_of(e: Expression) -> frozenset[Variable]:
@@ -54,7 +59,7 @@ def variable_list(call: str, vars: Any) -> list[Variable]:
 # Evaluation
 
 
-def numbers_by_variable(call: str, env: Any) -> dict[Variable, float]:
+def numbers_by_variable(call: str, env: Mapping[Variable, float] | None) -> dict[Variable, float]:
     """The environment a user gave, as floats.
 
     Raises:
@@ -79,7 +84,9 @@ def no_entry(v: Variable) -> RuntimeError:
     return RuntimeError(f"The following environment does not have an entry for the variable {v}.")
 
 
-def evaluate(expressions: Sequence[Expression], env: Any, generator: Any = None) -> list[float]:
+def evaluate(
+    expressions: Sequence[Expression], env: Mapping[Variable, float] | None, generator: RandomGenerator | None = None
+) -> list[float]:
     """Values of expressions for given values of their variables; see `Expression.Evaluate`."""
     if generator is None and env is not None and not hasattr(env, "items"):
         env, generator = None, env
@@ -295,7 +302,7 @@ def _is_natural(e: Expression) -> bool:
     return e._kind == k.CONSTANT and e._args[0] >= 0.0 and float(e._args[0]).is_integer()
 
 
-def object_array(items: Sequence[Any], shape: Any = None) -> np.ndarray:
+def object_array(items: Sequence[Any], shape: tuple[int, ...] | None = None) -> np.ndarray:
     """An array of objects from a flat list."""
     out = np.empty(len(items), dtype=object)
     for i, item in enumerate(items):

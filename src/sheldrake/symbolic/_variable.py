@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.symbolic._kinds import VariableType
 from sheldrake.symbolic._operators import Operators
+
+if TYPE_CHECKING:
+    pass
 
 _ids = itertools.count(1)
 
@@ -24,6 +27,8 @@ def number_of_last() -> int:
     return next(_ids)
 
 
+_DUMMY: Any = object()
+
 _TYPE_WORDS = {t: t.name.replace("_", " ").title() for t in VariableType}
 
 
@@ -31,7 +36,7 @@ class Variable(Operators):
     """A variable: a name to print and an identity of its own. Two variables of one name are two variables.
 
     Args:
-        name: How it prints.
+        name: How it prints; left out for a dummy, which stands for no variable at all.
         type: What values it takes.
     """
 
@@ -39,11 +44,14 @@ class Variable(Operators):
     _expression: Any
     Type = VariableType
 
-    def __init__(self, name: str, type: VariableType = VariableType.CONTINUOUS):
+    def __init__(self, name: str = _DUMMY, type: VariableType = VariableType.CONTINUOUS):
+        is_dummy = name is _DUMMY
+        name = "\N{MATHEMATICAL ITALIC SMALL X}" if is_dummy else name
         if not isinstance(name, str) or not isinstance(type, VariableType):
             raise TypeError(f"Variable(): expected (name: str, type: Variable.Type), got ({name!r}, {type!r}).")
         # The type is in the upper bits, as in Drake: continuous variables come before integer, binary and Boolean ones.
-        self._id, self._name, self._type = next(_ids) | (type.value << 56), name, type
+        self._id = 0 if is_dummy else next(_ids) | (type.value << 56)
+        self._name, self._type = name, type
         # A hash of its own kind: a dict compares keys of equal hash, and comparing a variable gives a formula.
         self._hash = hash(("sheldrake.symbolic.Variable", self._id))
         self._expression = None
@@ -62,7 +70,7 @@ class Variable(Operators):
 
     def is_dummy(self) -> bool:
         """Tells whether this is no variable at all; never so for one that has a name."""
-        return False
+        return self._id == 0
 
     def EqualTo(self, other: Variable) -> bool:
         """Tells whether both are the same variable.
@@ -72,7 +80,7 @@ class Variable(Operators):
         """
         if not isinstance(other, Variable):
             raise Mismatch(f"Variable.EqualTo(): incompatible function arguments; expected a Variable, got {other!r}.")
-        return self is other
+        return self._id == other._id
 
     def __hash__(self) -> int:
         return self._hash
@@ -169,7 +177,7 @@ class Variables:
     def __iter__(self) -> Iterator[Variable]:
         return iter(tuple(self._set.values()))
 
-    def __contains__(self, key: Any) -> bool:
+    def __contains__(self, key: Variable | Variables | None) -> bool:
         return isinstance(key, Variable) and key._id in self._set
 
     def __eq__(self, other: Any) -> Any:

@@ -5,13 +5,16 @@ The base of all classes here, and of trajectories that users write.
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.common._overloads import Mismatch
 from sheldrake.common._scalars import any_array, as_scalar
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 def _pure(name: str) -> RuntimeError:
@@ -32,11 +35,11 @@ class Trajectory:
     def __init__(self) -> None:
         pass
 
-    def value(self, t: Any) -> np.ndarray:
+    def value(self, t: Scalar) -> np.ndarray:
         """Returns the matrix at time t [s], shape `(rows, cols)`."""
         return self._matrix("value", self.do_value(self._scalar("value", t)))
 
-    def vector_values(self, t: Any) -> np.ndarray:
+    def vector_values(self, t: Scalar) -> np.ndarray:
         """Returns the vectors at many times [s], shape `(rows, n)` for columns and `(n, cols)` for rows.
 
         Raises:
@@ -63,7 +66,7 @@ class Trajectory:
         """Tells whether `EvalDerivative` and `MakeDerivative` work."""
         return bool(self.do_has_derivative())
 
-    def EvalDerivative(self, t: Any, derivative_order: int = 1) -> np.ndarray:
+    def EvalDerivative(self, t: Scalar, derivative_order: int = 1) -> np.ndarray:
         """Returns the derivative of the given order at time t [s], shape `(rows, cols)`.
 
         Raises:
@@ -92,11 +95,11 @@ class Trajectory:
         """Returns the number of columns."""
         return self.do_cols()
 
-    def start_time(self) -> Any:
+    def start_time(self) -> float:
         """Returns the first time [s]."""
         return self.do_start_time()
 
-    def end_time(self) -> Any:
+    def end_time(self) -> float:
         """Returns the last time [s]."""
         return self.do_end_time()
 
@@ -104,7 +107,7 @@ class Trajectory:
         """Returns a copy that shares nothing with this one."""
         return self.__deepcopy__({})
 
-    def do_value(self, t: Any) -> Any:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The matrix at time t; a derived class defines it."""
         raise _pure("do_value")
 
@@ -116,11 +119,11 @@ class Trajectory:
         """The number of columns; a derived class defines it."""
         raise _pure("do_cols")
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The first time; a derived class defines it."""
         raise _pure("do_start_time")
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The last time; a derived class defines it."""
         raise _pure("do_end_time")
 
@@ -128,7 +131,7 @@ class Trajectory:
         """Whether there are derivatives; a derived class defines it."""
         raise _pure("do_has_derivative")
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> Any:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative at time t; a derived class may define it."""
         raise _pure("DoEvalDerivative")
 
@@ -136,10 +139,10 @@ class Trajectory:
         """The derivative as a trajectory; a derived class may define it."""
         raise _pure("DoMakeDerivative")
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Trajectory:
         return self.__deepcopy__({})
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Trajectory:
         new = object.__new__(type(self))
         for name, value in vars(self).items():
             vars(new)[name] = _copied(value)
@@ -155,7 +158,7 @@ class Trajectory:
         return TypeError(f"{cls._name(call)}: incompatible {kind} arguments; expected {expected}, got {given!r}.")
 
     @classmethod
-    def _scalar(cls, call: str, t: Any) -> Any:
+    def _scalar(cls, call: str, t: Scalar) -> Any:
         try:
             return as_scalar(cls._T, t.item() if isinstance(t, np.ndarray) and t.ndim == 0 else t)
         except Mismatch:

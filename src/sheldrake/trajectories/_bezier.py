@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 class BezierCurve(Trajectory):
@@ -37,7 +40,7 @@ class BezierCurve(Trajectory):
         """Returns the points as columns, shape `(rows, order + 1)`."""
         return self._points.copy()
 
-    def BernsteinBasis(self, i: int, time: Any, order: int | None = None) -> Any:
+    def BernsteinBasis(self, i: int, time: Scalar, order: int | None = None) -> Scalar:
         """Returns the weight of point i at a time [s], for this order or another; the polynomial goes on outside."""
         n = self.order() if order is None else int(order)
         start, end = self._times
@@ -45,10 +48,10 @@ class BezierCurve(Trajectory):
         return self._weight(i, n, s)
 
     @staticmethod
-    def _weight(i: int, n: int, s: Any) -> Any:
+    def _weight(i: int, n: int, s: Scalar) -> Scalar:
         return math.comb(n, i) * _power(s, i) * _power(1.0 - s, n - i)
 
-    def _unit(self, t: Any) -> Any:
+    def _unit(self, t: Scalar) -> Scalar:
         """Time from 0 at the start to 1 at the end."""
         start, end = self._times
         if is_symbolic(self._T):
@@ -110,13 +113,14 @@ class BezierCurve(Trajectory):
             out.append(math.comb(n, k) * difference)
         return out
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The point at time t."""
         n = self.order()
         if n < 0:
             return self._zeros(self._points.shape[0], 1)
         s = self._unit(t)
-        return sum(self._points[:, i : i + 1] * self._weight(i, n, s) for i in range(n + 1))
+        terms = [self._points[:, i : i + 1] * self._weight(i, n, s) for i in range(n + 1)]
+        return sum(terms[1:], terms[0])
 
     def do_rows(self) -> int:
         """The number of rows."""
@@ -126,11 +130,11 @@ class BezierCurve(Trajectory):
         """One."""
         return 1
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The first time."""
         return self._times[0]
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The last time."""
         return self._times[1]
 
@@ -138,11 +142,11 @@ class BezierCurve(Trajectory):
         """True."""
         return True
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative at time t."""
         return self.DoMakeDerivative(derivative_order).value(t)
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The derivative, a Bézier curve of lower order."""
         points, duration = self._points, self._times[1] - self._times[0]
         for k in range(derivative_order):
@@ -154,7 +158,7 @@ class BezierCurve(Trajectory):
         return type(self)(*self._times, points)
 
 
-def _power(x: Any, n: int) -> Any:
+def _power(x: Scalar, n: int) -> Scalar:
     """x to a whole power; 1 to the power 0, whatever x is."""
     return x**n if n else x * 0.0 + 1.0
 

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.math import BsplineBasis
 
 
 def _basis_family(T: type) -> Any:
@@ -50,12 +54,12 @@ class BsplineTrajectory(Trajectory):
             return [columns[:, i : i + 1] for i in range(columns.shape[1])]
         return [self._matrix("", p) for p in given]
 
-    def _require(self) -> Any:
+    def _require(self) -> BsplineBasis:
         if self._basis is None:
             raise RuntimeError(f"{self._name('')}: there are no control points.")
         return self._basis
 
-    def basis(self) -> Any:
+    def basis(self) -> BsplineBasis:
         """Returns the basis."""
         return self._require()
 
@@ -75,7 +79,7 @@ class BsplineTrajectory(Trajectory):
         """Returns the matrix at the end."""
         return self.value(self.end_time())
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The matrix at time t, by de Boor's rule."""
         basis = self._require()
         t = self._inside(t)
@@ -89,14 +93,15 @@ class BsplineTrajectory(Trajectory):
                 d[j] = d[j - 1] * (1.0 - alpha) + d[j] * alpha
         return d[order - 1]
 
-    def _inside(self, t: Any) -> Any:
-        start, end = self.start_time(), self.end_time()
+    def _inside(self, t: Any) -> Scalar:
+        start: Any = self.start_time()
+        end: Any = self.end_time()
         if is_symbolic(self._T):
             return self._scalar("value", min(max(t.Evaluate(), start.Evaluate()), end.Evaluate()))
         return start if t < start else end if t > end else t
 
     @staticmethod
-    def _interval(knots: list, order: int, t: Any) -> int:
+    def _interval(knots: list, order: int, t: Scalar) -> int:
         """The interval of knots that holds t: the last for the end of all."""
         if hasattr(t, "Evaluate"):
             t, knots = t.Evaluate(), [k.Evaluate() for k in knots]
@@ -106,7 +111,7 @@ class BsplineTrajectory(Trajectory):
             i += 1
         return i
 
-    def EvaluateLinearInControlPoints(self, parameter_value: Any, derivative_order: int = 0) -> np.ndarray:
+    def EvaluateLinearInControlPoints(self, parameter_value: Scalar, derivative_order: int = 0) -> np.ndarray:
         """Returns weights w such that the value, or a derivative, is the sum of w[i] times control point i."""
         n = self.num_control_points()
         out = self._zeros(n)
@@ -125,7 +130,7 @@ class BsplineTrajectory(Trajectory):
         points = probe.DoMakeDerivative(derivative_order).control_points() if derivative_order else probe._points
         return scipy.sparse.csc_matrix(np.hstack(points))
 
-    def InsertKnots(self, additional_knots: Any) -> None:
+    def InsertKnots(self, additional_knots: Scalars) -> None:
         """Adds knots without changing the trajectory, by Boehm's rule (1980).
 
         Raises:
@@ -134,7 +139,7 @@ class BsplineTrajectory(Trajectory):
         for t in self._scalars("InsertKnots", additional_knots):
             self._insert_knot(t)
 
-    def _insert_knot(self, t: Any) -> None:
+    def _insert_knot(self, t: Scalar) -> None:
         order, knots = self._require().order(), list(self._basis.knots())
         if not is_symbolic(self._T) and not self.start_time() <= t <= self.end_time():
             raise RuntimeError(
@@ -153,12 +158,12 @@ class BsplineTrajectory(Trajectory):
         self._points = points
         self._basis = _basis_family(self._T)(order, [*knots[: i + 1], t, *knots[i + 1 :]])
 
-    def CopyBlock(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> Any:
+    def CopyBlock(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> BsplineTrajectory:
         """Returns the trajectory of a block of the matrix."""
         rows, cols = slice(start_row, start_row + block_rows), slice(start_col, start_col + block_cols)
         return type(self)(self._require(), [p[rows, cols].copy() for p in self._points])
 
-    def CopyHead(self, n: int) -> Any:
+    def CopyHead(self, n: int) -> BsplineTrajectory:
         """Returns the trajectory of the first n elements of a column."""
         if self.cols() != 1 or not 0 < n <= self.rows():
             raise RuntimeError(f"{self._name('CopyHead')}: {n} elements of a {self.rows()} x {self.cols()} matrix.")
@@ -174,11 +179,11 @@ class BsplineTrajectory(Trajectory):
         self._require()
         return self._points[0].shape[1]
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The first time."""
         return self._require().initial_parameter_value()
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The last time."""
         return self._require().final_parameter_value()
 
@@ -186,11 +191,11 @@ class BsplineTrajectory(Trajectory):
         """True."""
         return True
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative at time t."""
         return self.DoMakeDerivative(derivative_order).value(t)
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> BsplineTrajectory:
         """The derivative, a B-spline of lower order."""
         order, knots, points = self._require().order(), list(self._basis.knots()), self._points
         for _ in range(derivative_order):
@@ -204,7 +209,7 @@ class BsplineTrajectory(Trajectory):
             order, knots = order - 1, knots[1:-1]
         return type(self)(_basis_family(self._T)(order, knots), points)
 
-    def _slope(self, difference: np.ndarray, degree: float, span: Any) -> np.ndarray:
+    def _slope(self, difference: np.ndarray, degree: float, span: Scalar) -> np.ndarray:
         """A control point of the derivative; of a basis function that repeated knots leave nothing, any will do."""
         if not is_symbolic(self._T) and span == 0.0:
             return difference * 0.0

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from sheldrake.trajectories._base import Trajectory, kept
 from sheldrake.trajectories._derivative_trajectory import DerivativeTrajectory, _expect_trajectories
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 class StackedTrajectory(Trajectory):
@@ -24,6 +27,14 @@ class StackedTrajectory(Trajectory):
     def __init__(self, rowwise: bool = True):
         self._rowwise = bool(rowwise)
         self._children: list[Trajectory] = []
+
+    def rowwise(self) -> bool:
+        """Whether they stand one below the other."""
+        return self._rowwise
+
+    def children(self) -> list[Trajectory]:
+        """The trajectories, in their order."""
+        return list(self._children)
 
     def Append(self, traj: Trajectory) -> None:
         """Adds a trajectory below, or to the right.
@@ -50,7 +61,7 @@ class StackedTrajectory(Trajectory):
             return self._zeros(0, 0)
         return np.concatenate(parts, axis=0 if self._rowwise else 1)
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """All values, stacked."""
         return self._join([c.value(t) for c in self._children])
 
@@ -64,11 +75,11 @@ class StackedTrajectory(Trajectory):
         cols = [c.cols() for c in self._children]
         return (cols[0] if self._rowwise else sum(cols)) if cols else 0
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The first time."""
         return self._children[0].start_time() if self._children else self._scalar("", 0.0)
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The last time."""
         return self._children[0].end_time() if self._children else self._scalar("", 0.0)
 
@@ -76,11 +87,11 @@ class StackedTrajectory(Trajectory):
         """Whether all have derivatives."""
         return all(c.has_derivative() for c in self._children)
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """All derivatives, stacked."""
         return self._join([c.EvalDerivative(t, derivative_order) for c in self._children])
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The derivatives, stacked."""
         out = type(self)(self._rowwise)
         for c in self._children:
@@ -116,15 +127,16 @@ class PathParameterizedTrajectory(Trajectory):
         """Returns s(t)."""
         return self._scaling
 
-    def _clamped(self, t: Any) -> Any:
-        start, end = self.start_time(), self.end_time()
+    def _clamped(self, t: Scalar) -> Scalar:
+        start: Any = self.start_time()
+        end: Any = self.end_time()
         if is_symbolic(self._T):
             return end.min(start.max(t))
         if t < start:
             return start
         return end if t > end else t
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The path where s(t) is."""
         return self._path.value(self._scaling.value(self._clamped(t))[0, 0])
 
@@ -136,11 +148,11 @@ class PathParameterizedTrajectory(Trajectory):
         """The number of columns."""
         return self._path.cols()
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The first time of s(t)."""
         return self._scaling.start_time()
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The last time of s(t)."""
         return self._scaling.end_time()
 
@@ -148,7 +160,7 @@ class PathParameterizedTrajectory(Trajectory):
         """Whether both have derivatives."""
         return self._path.has_derivative() and self._scaling.has_derivative()
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative by Faà di Bruno's formula, with partial Bell polynomials of the derivatives of s."""
         t = self._clamped(t)
         n = derivative_order
@@ -160,7 +172,7 @@ class PathParameterizedTrajectory(Trajectory):
             out = out + self._path.EvalDerivative(s, k) * bell[k]
         return out
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The derivative as a trajectory."""
         return self._sibling(DerivativeTrajectory._template)(self, derivative_order)
 
@@ -207,7 +219,7 @@ class CompositeTrajectory(PiecewiseTrajectory):
         PiecewiseTrajectory.__init__(self, [p.start_time() for p in parts] + [p.end_time() for p in parts[-1:]])
 
     @classmethod
-    def AlignAndConcatenate(cls, segments: Any) -> Any:
+    def AlignAndConcatenate(cls, segments: Any) -> CompositeTrajectory:
         """Returns the trajectories one after the other, each moved in time to begin when the one before ends.
 
         Raises:
@@ -239,7 +251,7 @@ class CompositeTrajectory(PiecewiseTrajectory):
             return self._parts[self._index(t.Evaluate())]
         return self._parts[self._index(t)]
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The value of the segment at time t."""
         return self._part(t).value(self._clamped(t))
 
@@ -260,10 +272,10 @@ class CompositeTrajectory(PiecewiseTrajectory):
         """Whether all segments have derivatives."""
         return all(p.has_derivative() for p in self._parts)
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative of the segment at time t."""
         return self._part(t).EvalDerivative(self._clamped(t), derivative_order)
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The derivatives one after the other."""
         return type(self)([p.MakeDerivative(derivative_order) for p in self._parts])

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from sheldrake.common._names import pretty_class_name
 from sheldrake.trajectories._base import Trajectory, _order, kept
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 def _expect_trajectories(owner: Any, given: Any) -> list:
@@ -39,11 +44,11 @@ class _OneOther(Trajectory):
         """The other's columns."""
         return self._nominal.cols()
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The other's first time."""
         return self._nominal.start_time()
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The other's last time."""
         return self._nominal.end_time()
 
@@ -66,7 +71,7 @@ class DerivativeTrajectory(_OneOther):
             raise RuntimeError(f"{self._name('')}: {type(nominal).__name__} has no derivatives.")
         self._nominal = kept(nominal)
 
-    def do_value(self, t: Any) -> Any:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The derivative at time t."""
         return self._nominal.EvalDerivative(t, self._order)
 
@@ -74,11 +79,11 @@ class DerivativeTrajectory(_OneOther):
         """True."""
         return True
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> Any:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative at time t."""
         return self._nominal.EvalDerivative(t, self._order + derivative_order)
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The derivative as a trajectory."""
         return type(self)(self._nominal, self._order + derivative_order)
 
@@ -93,7 +98,7 @@ class _WrappedTrajectory(_OneOther):
         """Returns the other trajectory."""
         return self._nominal
 
-    def do_value(self, t: Any) -> Any:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The other's value."""
         return self._nominal.value(t)
 
@@ -101,11 +106,11 @@ class _WrappedTrajectory(_OneOther):
         """Whether the other has derivatives."""
         return self._nominal.has_derivative()
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> Any:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The other's derivative."""
         return self._nominal.EvalDerivative(t, derivative_order)
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The other's derivative."""
         return self._nominal.MakeDerivative(derivative_order)
 

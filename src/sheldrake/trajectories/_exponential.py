@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.trajectories._base import no_derivatives
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.trajectories._base import Trajectory
 
 
 class ExponentialPlusPiecewisePolynomial(PiecewiseTrajectory):
@@ -24,7 +28,7 @@ class ExponentialPlusPiecewisePolynomial(PiecewiseTrajectory):
         RuntimeError: the shapes do not fit.
     """
 
-    def __init__(self, K: Any, A: Any, alpha: Any, piecewise_polynomial_part: PiecewisePolynomial):
+    def __init__(self, K: Scalars, A: Scalars, alpha: Scalars, piecewise_polynomial_part: PiecewisePolynomial):
         p = piecewise_polynomial_part
         PiecewiseTrajectory.__init__(self, p.get_segment_times())
         self._K, self._A, self._alpha = (self._matrix("", m) for m in (K, A, alpha))
@@ -40,7 +44,7 @@ class ExponentialPlusPiecewisePolynomial(PiecewiseTrajectory):
         self._breaks = [b + offset for b in self._breaks]
         self._p.shiftRight(offset)
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The vector at time t."""
         from scipy.linalg import expm
 
@@ -59,10 +63,10 @@ class ExponentialPlusPiecewisePolynomial(PiecewiseTrajectory):
         """False."""
         return False
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> Any:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """There is none."""
         raise no_derivatives()
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """There is none."""
         raise no_derivatives()

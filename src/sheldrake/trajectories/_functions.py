@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -10,6 +10,11 @@ from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory, no_derivatives
 from sheldrake.trajectories._derivative_trajectory import DerivativeTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sheldrake.common._types import Scalar, Scalars
 
 
 class FunctionHandleTrajectory(Trajectory):
@@ -23,7 +28,14 @@ class FunctionHandleTrajectory(Trajectory):
         end_time: Last time [s].
     """
 
-    def __init__(self, func: Any, rows: int, cols: int = 1, start_time: Any = -np.inf, end_time: Any = np.inf):
+    def __init__(
+        self,
+        func: Callable[..., Any],
+        rows: int,
+        cols: int = 1,
+        start_time: Scalar = -np.inf,
+        end_time: Scalar = np.inf,
+    ):
         if not callable(func):
             raise self._mismatch("", "a function of time", func)
         self._func, self._derivative, self._shape = func, None, (int(rows), int(cols))
@@ -36,7 +48,7 @@ class FunctionHandleTrajectory(Trajectory):
         """Sets the function that gives the derivative at (time [s], order)."""
         self._derivative = func
 
-    def do_value(self, t: Any) -> Any:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The function's value."""
         return self._checked("callback", self._func(t))
 
@@ -57,11 +69,11 @@ class FunctionHandleTrajectory(Trajectory):
         """The number of columns."""
         return self._shape[1]
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The first time."""
         return self._times[0]
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The last time."""
         return self._times[1]
 
@@ -69,13 +81,13 @@ class FunctionHandleTrajectory(Trajectory):
         """Whether a derivative has been set."""
         return self._derivative is not None
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> Any:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative function's value."""
         if self._derivative is None:
             raise RuntimeError(f"{self._name('EvalDerivative')}: set_derivative() has not been called.")
         return self._checked("derivative callback", self._derivative(t, derivative_order))
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The derivative as a trajectory."""
         return self._sibling(DerivativeTrajectory._template)(self, derivative_order)
 
@@ -92,7 +104,7 @@ class DiscreteTimeTrajectory(Trajectory):
         RuntimeError: numbers of times and values differ, times do not increase, or shapes differ.
     """
 
-    def __init__(self, times: Any, values: Any, time_comparison_tolerance: float = 2.220446049250313e-16):
+    def __init__(self, times: Scalars, values: Any, time_comparison_tolerance: float = 2.220446049250313e-16):
         self._times = self._scalars("", times)
         self._values = [self._matrix("", v) for v in values]
         self._tolerance = float(time_comparison_tolerance)
@@ -107,7 +119,7 @@ class DiscreteTimeTrajectory(Trajectory):
         if len({v.shape for v in self._values}) > 1:
             raise RuntimeError(f"{self._name('')}: values differ in shape: { {v.shape for v in self._values} }.")
 
-    def ToZeroOrderHold(self) -> Any:
+    def ToZeroOrderHold(self) -> PiecewisePolynomial:
         """Returns the trajectory that keeps each value until the next time."""
         return PiecewisePolynomial._template[self._T].ZeroOrderHold(self._times, self._values)
 
@@ -123,7 +135,7 @@ class DiscreteTimeTrajectory(Trajectory):
         """Returns the times [s]."""
         return list(self._times)
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The value at one of the times."""
         for time, value in zip(self._times, self._values):
             difference = time - t
@@ -144,11 +156,11 @@ class DiscreteTimeTrajectory(Trajectory):
         """The number of columns."""
         return self._values[0].shape[1] if self._values else 0
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The first time."""
         return self._times[0]
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The last time."""
         return self._times[-1]
 
@@ -156,10 +168,10 @@ class DiscreteTimeTrajectory(Trajectory):
         """False."""
         return False
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> Any:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """There is none."""
         raise no_derivatives()
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """There is none."""
         raise no_derivatives()

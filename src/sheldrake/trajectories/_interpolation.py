@@ -7,11 +7,14 @@ start. All work on floats and on arrays of objects.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.trajectories._base import holds
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar
 
 
 def constant(y: np.ndarray) -> list[np.ndarray]:
@@ -42,7 +45,7 @@ def _slopes(h: list, y: np.ndarray) -> np.ndarray:
 def shape_preserving_slopes(h: list, y: np.ndarray, zero_ends: bool) -> np.ndarray:
     """Slopes with which cubics are monotonic where the samples are (Fritsch and Butland 1984)."""
     d = _slopes(h, y)
-    m = y * 0.0
+    m: Any = y * 0.0
     for row, col in np.ndindex(*y.shape[1:]):
         column, zero = d[:, row, col], y[0, row, col] * 0.0
         for i in range(1, len(h)):
@@ -53,14 +56,14 @@ def shape_preserving_slopes(h: list, y: np.ndarray, zero_ends: bool) -> np.ndarr
     return m
 
 
-def _harmonic(h0: Any, h1: Any, d0: Any, d1: Any, zero: Any) -> Any:
+def _harmonic(h0: Scalar, h1: Scalar, d0: Scalar, d1: Scalar, zero: Scalar) -> Scalar:
     if holds(d0 * d1 <= 0.0):
         return zero
     w0, w1 = h0 + 2.0 * h1, 2.0 * h0 + h1
     return (w0 + w1) / (w0 / d0 + w1 / d1)
 
 
-def _end_slope(h0: Any, h1: Any, d0: Any, d1: Any) -> Any:
+def _end_slope(h0: Scalar, h1: Scalar, d0: Scalar, d1: Scalar) -> Scalar:
     m = ((2.0 * h0 + h1) * d0 - h0 * d1) / (h0 + h1)
     if holds(m * d0 <= 0.0):
         return d0 * 0.0
@@ -69,7 +72,7 @@ def _end_slope(h0: Any, h1: Any, d0: Any, d1: Any) -> Any:
     return m
 
 
-def smooth_slopes(h: list, y: np.ndarray, ends: Any, zero: Any) -> np.ndarray:
+def smooth_slopes(h: list, y: np.ndarray, ends: Any, zero: Scalar) -> np.ndarray:
     """Slopes with which the cubics' second derivatives are continuous.
 
     Args:
@@ -165,7 +168,7 @@ def lagrange(t: list, y: np.ndarray) -> np.ndarray:
     return out
 
 
-def reversed_in_time(c: np.ndarray, h: Any) -> np.ndarray:
+def reversed_in_time(c: np.ndarray, h: Scalar) -> np.ndarray:
     """Coefficients of p(h - x) from those of p(x), by Horner's rule on polynomials."""
     n = c.shape[-1]
     out = c * 0.0

@@ -5,7 +5,8 @@ Quaternions between breaks on the shortest great circle, and poses made of one o
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,8 +19,16 @@ from sheldrake.trajectories._base import holds
 from sheldrake.trajectories._piecewise import EPSILON_TIME, PiecewiseTrajectory
 from sheldrake.trajectories._piecewise_polynomial import PiecewisePolynomial
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
-def _select(condition: Any, yes: Any, no: Any) -> Any:
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.math import RigidTransform
+    from sheldrake.trajectories._base import Trajectory
+
+
+def _select(condition: Any, yes: Callable[[], Any], no: Callable[[], Any]) -> Any:
     """As `select`, but of a formula that is decided only the branch it takes is made: the other may divide by zero."""
     if hasattr(condition, "Evaluate") and condition.GetFreeVariables().empty():
         condition = condition.Evaluate()
@@ -80,7 +89,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
             raise self._mismatch(call, "quaternions, rotation matrices or angle-axes", orientation)
         return np.array(orientation.wxyz())
 
-    def Append(self, time: Any, *args: Any, **kwargs: Any) -> None:
+    def Append(self, time: Scalar, *args: Any, **kwargs: Any) -> None:
         """Adds an orientation (a quaternion, a rotation matrix or an angle-axis) at a later time [s].
 
         Raises:
@@ -102,7 +111,7 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         if len(self._q) < 2:
             self._segment(0)
 
-    def _quaternion(self, t: Any) -> np.ndarray:
+    def _quaternion(self, t: Scalar) -> np.ndarray:
         """Spherical linear interpolation (Shoemake 1985)."""
         self._require_segment()
         t = self._clamped(t)
@@ -122,12 +131,12 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         weight_a, weight_b = _select(cosine >= 1.0 - 2.220446049250313e-16, straight, along_the_arc)
         return a * weight_a + b * weight_b
 
-    def orientation(self, time: Any) -> Any:
+    def orientation(self, time: Scalar) -> Quaternion:
         """Returns the quaternion at a time [s]."""
         q = self._quaternion(self._scalar("orientation", time))
         return Quaternion_[self._T](q / sqrt((q * q).sum()))
 
-    def angular_velocity(self, time: Any) -> np.ndarray:
+    def angular_velocity(self, time: Scalar) -> np.ndarray:
         """Returns the angular velocity [rad/s] at a time [s], in the frame the orientation is measured in."""
         self._require_segment()
         return self._velocity_of(self.get_segment_index(self._clamped(self._scalar("angular_velocity", time))))
@@ -150,12 +159,12 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         out[:] = x * scale, y * scale, z * scale
         return out
 
-    def angular_acceleration(self, time: Any) -> np.ndarray:
+    def angular_acceleration(self, time: Scalar) -> np.ndarray:
         """Returns the angular acceleration [rad/s^2]: zero."""
         self._scalar("angular_acceleration", time)
         return self._zeros(3)
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The quaternion as a column."""
         return self._quaternion(t).reshape(4, 1)
 
@@ -171,11 +180,11 @@ class PiecewiseQuaternionSlerp(PiecewiseTrajectory):
         """True."""
         return True
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The angular velocity, or zero for higher orders."""
         return self.angular_velocity(t).reshape(3, 1) if derivative_order == 1 else self._zeros(3, 1)
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The angular velocity as a trajectory, or zero for higher orders."""
         family = self._sibling(PiecewisePolynomial._template)
         if derivative_order > 1:
@@ -217,7 +226,7 @@ class PiecewisePose(PiecewiseTrajectory):
         self._p, self._R = p.Clone(), R.Clone()
 
     @classmethod
-    def _orientation_through(cls, call: str, times: Any, poses: Any) -> tuple[list, list, Any]:
+    def _orientation_through(cls, call: str, times: Scalars, poses: Any) -> tuple[list, list, Any]:
         breaks, family = cls._scalars(call, times), RigidTransform_[cls._T]
         poses = list(poses)
         for X in poses:
@@ -228,7 +237,7 @@ class PiecewisePose(PiecewiseTrajectory):
         return breaks, positions, PiecewiseQuaternionSlerp._template[cls._T](breaks, rotations)
 
     @classmethod
-    def MakeLinear(cls, times: Any, poses: Any) -> Any:
+    def MakeLinear(cls, times: Scalars, poses: Sequence[RigidTransform]) -> PiecewisePose:
         """Returns the motion at constant linear and angular velocity from pose to pose.
 
         Args:
@@ -241,8 +250,12 @@ class PiecewisePose(PiecewiseTrajectory):
 
     @classmethod
     def MakeCubicLinearWithEndLinearVelocity(
-        cls, times: Any, poses: Any, start_vel: Any = (0.0, 0.0, 0.0), end_vel: Any = (0.0, 0.0, 0.0)
-    ) -> Any:
+        cls,
+        times: Scalars,
+        poses: Sequence[RigidTransform],
+        start_vel: Scalars = (0.0, 0.0, 0.0),
+        end_vel: Scalars = (0.0, 0.0, 0.0),
+    ) -> PiecewisePose:
         """Returns the motion along cubics with continuous acceleration, turning at constant rate from pose to pose.
 
         Args:
@@ -265,21 +278,21 @@ class PiecewisePose(PiecewiseTrajectory):
         """Returns the orientation."""
         return self._R
 
-    def GetPose(self, time: Any) -> Any:
+    def GetPose(self, time: Scalar) -> RigidTransform:
         """Returns the pose at a time [s]; that at the nearest end outside."""
         t = self._scalar("GetPose", time)
         p = self._p.value(t)[:, 0]
         return RigidTransform_[self._T](self._R.orientation(t), p)
 
-    def GetVelocity(self, time: Any) -> np.ndarray:
+    def GetVelocity(self, time: Scalar) -> np.ndarray:
         """Returns the spatial velocity [rad/s, m/s], shape `(6,)`; zero outside."""
         return self._motion("GetVelocity", time, 1)
 
-    def GetAcceleration(self, time: Any) -> np.ndarray:
+    def GetAcceleration(self, time: Scalar) -> np.ndarray:
         """Returns the spatial acceleration [rad/s^2, m/s^2], shape `(6,)`; zero outside."""
         return self._motion("GetAcceleration", time, 2)
 
-    def _motion(self, call: str, time: Any, order: int) -> np.ndarray:
+    def _motion(self, call: str, time: Scalar, order: int) -> np.ndarray:
         t = self._scalar(call, time)
         inside = self.is_time_in_range(t) if not is_symbolic(self._T) else True
         return self.DoEvalDerivative(t, order)[:, 0] if inside else self._zeros(6)
@@ -292,7 +305,7 @@ class PiecewisePose(PiecewiseTrajectory):
         # Two unit quaternions are one orientation when their product's scalar part is one.
         return all(holds(abs(abs((a * b).sum()) - 1.0) <= tol) for a, b in zip(self._R._q, other._R._q))
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The pose as a matrix."""
         return self.GetPose(t).GetAsMatrix4()
 
@@ -308,11 +321,11 @@ class PiecewisePose(PiecewiseTrajectory):
         """True."""
         return True
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """Spatial velocity, acceleration ..."""
         return np.concatenate([f.EvalDerivative(t, derivative_order) for f in (self._R, self._p)])
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """Spatial velocity, acceleration ... as a trajectory."""
         family = self._sibling(PiecewisePolynomial._template)
         linear = self._p.derivative(derivative_order)

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import bisect
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.common._checked import checked
 from sheldrake.common._scalar_math import all_of
 from sheldrake.common._scalars import is_symbolic
 from sheldrake.trajectories._base import Trajectory
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
 
 EPSILON_TIME = 2.220446049250313e-16
 """Breaks closer than this [s] are not told apart."""
@@ -18,7 +21,7 @@ EPSILON_TIME = 2.220446049250313e-16
 class PiecewiseTrajectory(Trajectory):
     """A trajectory made of segments, one from each break in time to the next."""
 
-    def __init__(self, breaks: Any = ()):
+    def __init__(self, breaks: Scalars = ()):
         self._breaks = self._scalars("", breaks)
         self._check_increasing(self._breaks)
 
@@ -38,24 +41,24 @@ class PiecewiseTrajectory(Trajectory):
         """Returns the breaks [s]: one more than there are segments."""
         return list(self._breaks)
 
-    def start_time(self, segment_index: Any = None) -> Any:
+    def start_time(self, segment_index: int | None = None) -> float:
         """Returns the first time [s], of the trajectory or of one segment."""
         if segment_index is None:
             return self.do_start_time()
         return self._breaks[self._segment(segment_index)]
 
-    def end_time(self, segment_index: Any = None) -> Any:
+    def end_time(self, segment_index: int | None = None) -> float:
         """Returns the last time [s], of the trajectory or of one segment."""
         if segment_index is None:
             return self.do_end_time()
         return self._breaks[self._segment(segment_index) + 1]
 
     @checked
-    def duration(self, segment_index: int) -> Any:
+    def duration(self, segment_index: int) -> float:
         """Returns how long a segment lasts [s]."""
         return self.end_time(segment_index) - self.start_time(segment_index)
 
-    def get_segment_index(self, t: Any) -> int:
+    def get_segment_index(self, t: Scalar) -> int:
         """Returns the segment at time t [s]; the first or the last for a time outside."""
         time = self._scalar("get_segment_index", t)
         if len(self._breaks) < 2:
@@ -64,24 +67,24 @@ class PiecewiseTrajectory(Trajectory):
             time = time.Evaluate()
         return self._index(time)
 
-    def _index(self, time: Any) -> int:
+    def _index(self, time: Scalar) -> int:
         n = len(self._breaks) - 1
         if n == 1:
             return 0
         breaks = [b.Evaluate() for b in self._breaks] if is_symbolic(self._T) else self._breaks
         return min(max(bisect.bisect_right(breaks, time) - 1, 0), n - 1)
 
-    def is_time_in_range(self, t: Any) -> Any:
+    def is_time_in_range(self, t: Scalar) -> bool:
         """Tells whether t [s] is between the first and the last break."""
         time = self._scalar("is_time_in_range", t)
         inside = all_of([time >= self.start_time(), time <= self.end_time()])
         return inside if is_symbolic(self._T) else bool(inside)
 
-    def do_start_time(self) -> Any:
+    def do_start_time(self) -> float:
         """The first break."""
         return self.start_time(0)
 
-    def do_end_time(self) -> Any:
+    def do_end_time(self) -> float:
         """The last break."""
         return self.end_time(self.get_number_of_segments() - 1)
 
@@ -91,9 +94,10 @@ class PiecewiseTrajectory(Trajectory):
             raise RuntimeError(f"{self._name('')}: Segment number {index} out of range [0, {n}).")
         return int(index)
 
-    def _clamped(self, time: Any) -> Any:
+    def _clamped(self, time: Scalar) -> Scalar:
         """The nearest time inside."""
-        start, end = self.start_time(), self.end_time()
+        start: Any = self._breaks[0]
+        end: Any = self._breaks[-1]
         if is_symbolic(self._T):
             return end.min(start.max(time))
         if time < start:

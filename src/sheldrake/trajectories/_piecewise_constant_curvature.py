@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,10 @@ from sheldrake.common._scalar_math import cos, sin
 from sheldrake.common._scalars import any_array, is_symbolic
 from sheldrake.math import RigidTransform_, RotationMatrix_, wrap_to
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.math import RigidTransform
 
 _ORTHOGONAL = 128 * np.finfo(float).eps
 
@@ -38,18 +42,20 @@ class PiecewiseConstantCurvatureTrajectory(PiecewiseTrajectory):
 
     def __init__(
         self,
-        breaks: Any = (),
-        turning_rates: Any = (),
-        initial_curve_tangent: Any = (1.0, 0.0, 0.0),
-        plane_normal: Any = (0.0, 0.0, 1.0),
-        initial_position: Any = (0.0, 0.0, 0.0),
+        breaks: Scalars | PiecewiseConstantCurvatureTrajectory = (),
+        turning_rates: Scalars = (),
+        initial_curve_tangent: Scalars = (1.0, 0.0, 0.0),
+        plane_normal: Scalars = (0.0, 0.0, 1.0),
+        initial_position: Scalars = (0.0, 0.0, 0.0),
         is_periodic: bool = False,
     ):
         if isinstance(breaks, PiecewiseConstantCurvatureTrajectory):
             of: Any = breaks
-            breaks, turning_rates, is_periodic = of._breaks, of._rates, of._periodic
+            arclengths, turning_rates, is_periodic = of._breaks, of._rates, of._periodic
             initial_curve_tangent, plane_normal, initial_position = of._tangent, of._normal, of._position
-        PiecewiseTrajectory.__init__(self, breaks)
+        else:
+            arclengths = breaks
+        PiecewiseTrajectory.__init__(self, arclengths)
         self._rates, self._periodic = self._scalars("", turning_rates), bool(is_periodic)
         self._tangent, self._normal, self._position = (
             any_array(self._T, np.asarray(a)).reshape(3)
@@ -83,7 +89,7 @@ class PiecewiseConstantCurvatureTrajectory(PiecewiseTrajectory):
                 f"{self._normal}."
             )
 
-    def _along(self, rate: Any, distance: Any) -> Any:
+    def _along(self, rate: Scalar, distance: Scalar) -> RigidTransform:
         """Where M is in what it was at the beginning of a segment."""
         angle = rate * distance
         if is_zero(rate):
@@ -92,11 +98,11 @@ class PiecewiseConstantCurvatureTrajectory(PiecewiseTrajectory):
             p = [sin(angle) / rate, (1.0 - cos(angle)) / rate, 0.0 * angle]
         return RigidTransform_[self._T](RotationMatrix_[self._T].MakeZRotation(angle), np.array(p))
 
-    def _wrapped(self, call: str, s: Any) -> Any:
+    def _wrapped(self, call: str, s: Scalar) -> Scalar:
         s = self._scalar(call, s)
         return wrap_to(s, 0.0, self.length()) if self._periodic else s
 
-    def length(self) -> Any:
+    def length(self) -> float:
         """Returns the length of the path [m], of one period when it is periodic."""
         return self.end_time()
 
@@ -104,13 +110,13 @@ class PiecewiseConstantCurvatureTrajectory(PiecewiseTrajectory):
         """Tells whether the path begins anew after its end."""
         return self._periodic
 
-    def CalcPose(self, s: Any) -> Any:
+    def CalcPose(self, s: Scalar) -> RigidTransform:
         """Returns X_AM at an arclength [m], a RigidTransform."""
         s = self._wrapped("CalcPose", s)
         i = self.get_segment_index(s)
         return self._starts[i] @ self._along(self._rates[self._segment(i)], s - self._breaks[i])
 
-    def curvature(self, s: Any) -> Any:
+    def curvature(self, s: Scalar) -> float:
         """Returns the turning rate at an arclength [1/m]; its sign is the direction about the plane's normal."""
         return self._rates[self._segment(self.get_segment_index(self._wrapped("curvature", s)))]
 
@@ -118,7 +124,7 @@ class PiecewiseConstantCurvatureTrajectory(PiecewiseTrajectory):
         """Tells whether M ends where it began, up to a tolerance on each number of the pose."""
         return self._starts[0].IsNearlyEqualTo(self._starts[-1], tolerance)
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The position of M's origin as a column."""
         return np.asarray(self.CalcPose(t).translation()).reshape(3, 1)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from sheldrake.polynomial._polynomial import differentiate, evaluate, integrate
 from sheldrake.trajectories import _interpolation as interpolation
 from sheldrake.trajectories._base import _order, holds
 from sheldrake.trajectories._piecewise import PiecewiseTrajectory
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.trajectories._base import Trajectory
 
 _NOT_GIVEN = object()
 
@@ -63,7 +67,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             raise self._mismatch("", "nothing, a matrix, or (polynomials, breaks)", args)
 
     @classmethod
-    def _from_polynomials(cls, given: Any) -> np.ndarray:
+    def _from_polynomials(cls, given: Scalars) -> np.ndarray:
         """The coefficients of a polynomial or a matrix of them, shape (rows, cols, n)."""
         family = Polynomial_[cls._T]
         matrix = np.asarray(given, dtype=object)
@@ -78,18 +82,18 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return out
 
     @classmethod
-    def _of(cls, coefficients: list[np.ndarray], breaks: list) -> Any:
+    def _of(cls, coefficients: list[np.ndarray], breaks: list) -> PiecewisePolynomial:
         out = object.__new__(cls._template[cls._T])
         out._c, out._breaks = coefficients, list(breaks)
         return out
 
     # Values
 
-    def do_value(self, t: Any) -> np.ndarray:
+    def do_value(self, t: Scalar) -> np.ndarray:
         """The matrix at time t."""
         return self._at(t, 0)
 
-    def _at(self, t: Any, order: int) -> np.ndarray:
+    def _at(self, t: Scalar, order: int) -> np.ndarray:
         if not self._c:
             self._segment(-1)
         t = self._clamped(t)
@@ -101,7 +105,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
             return c[..., 0].copy() if order == 0 else c[..., 0] * 0.0
         return evaluate(c, t - self._breaks[i], order)
 
-    def _symbolic_at(self, t: Any, order: int) -> np.ndarray:
+    def _symbolic_at(self, t: Scalar, order: int) -> np.ndarray:
         from sheldrake.symbolic import if_then_else
 
         out = evaluate(self._c[-1], t - self._breaks[-2], order)
@@ -141,15 +145,15 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         """True."""
         return True
 
-    def DoEvalDerivative(self, t: Any, derivative_order: int) -> np.ndarray:
+    def DoEvalDerivative(self, t: Scalar, derivative_order: int) -> np.ndarray:
         """The derivative at time t."""
         return self._at(t, derivative_order)
 
-    def DoMakeDerivative(self, derivative_order: int) -> Any:
+    def DoMakeDerivative(self, derivative_order: int) -> Trajectory:
         """The derivative, again piecewise polynomial."""
         return self.derivative(derivative_order)
 
-    def derivative(self, derivative_order: int = 1) -> Any:
+    def derivative(self, derivative_order: int = 1) -> PiecewisePolynomial:
         """Returns the derivative of the given order, again piecewise polynomial.
 
         Raises:
@@ -158,7 +162,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         order = _order("derivative", derivative_order)
         return self._of([differentiate(c, order) for c in self._c], self._breaks)
 
-    def integral(self, value_at_start_time: Any = 0.0) -> Any:
+    def integral(self, value_at_start_time: Scalars = 0.0) -> PiecewisePolynomial:
         """Returns the integral from the start, again piecewise polynomial.
 
         Args:
@@ -211,7 +215,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
                 f"{self._name(call)}: a block of {rows} x {cols} at ({row}, {col}) is not inside {r} x {c}."
             )
 
-    def Block(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> Any:
+    def Block(self, start_row: int, start_col: int, block_rows: int, block_cols: int) -> PiecewisePolynomial:
         """Returns the trajectory of a block of the matrix.
 
         Raises:
@@ -221,7 +225,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         rows, cols = slice(start_row, start_row + block_rows), slice(start_col, start_col + block_cols)
         return self._of([c[rows, cols].copy() for c in self._c], self._breaks)
 
-    def Transpose(self) -> Any:
+    def Transpose(self) -> PiecewisePolynomial:
         """Returns the trajectory of the transposed matrix."""
         return self._of([c.transpose(1, 0, 2).copy() for c in self._c], self._breaks)
 
@@ -240,13 +244,13 @@ class PiecewisePolynomial(PiecewiseTrajectory):
 
     # Changes
 
-    def AppendFirstOrderSegment(self, time: Any, sample: Any) -> None:
+    def AppendFirstOrderSegment(self, time: Scalar, sample: Scalars) -> None:
         """Adds a straight line from the end to a sample at a later time [s]."""
         h, y = self._next("AppendFirstOrderSegment", time, sample)
         self._c += interpolation.linear([h], np.stack([self._at(self.end_time(), 0), y]))
         self._breaks.append(self._scalar("AppendFirstOrderSegment", time))
 
-    def AppendCubicHermiteSegment(self, time: Any, sample: Any, sample_dot: Any) -> None:
+    def AppendCubicHermiteSegment(self, time: Scalar, sample: Scalars, sample_dot: Scalars) -> None:
         """Adds a cubic from the end, with its slope there, to a sample with a slope at a later time [s]."""
         h, y = self._next("AppendCubicHermiteSegment", time, sample)
         m = self._matrix("AppendCubicHermiteSegment", sample_dot)
@@ -255,7 +259,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._c += interpolation.cubic([h], ends, slopes)
         self._breaks.append(self._scalar("AppendCubicHermiteSegment", time))
 
-    def _next(self, call: str, time: Any, sample: Any) -> tuple[Any, np.ndarray]:
+    def _next(self, call: str, time: Scalar, sample: Scalars) -> tuple[Any, np.ndarray]:
         shape = self._shape("rows")
         y = self._matrix(call, sample)
         h = self._scalar(call, time) - self.end_time()
@@ -304,7 +308,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         self._c = [interpolation.reversed_in_time(c, d) for c, d in zip(self._c, h)][::-1]
         self._breaks = [-b for b in self._breaks][::-1]
 
-    def ScaleTime(self, scale: Any) -> None:
+    def ScaleTime(self, scale: Scalar) -> None:
         """Stretches time: the value at scale * t is what it was at t. The scale is positive."""
         scale = self._scalar("ScaleTime", scale)
         if not is_symbolic(self._T) and not scale > 0.0:
@@ -318,18 +322,18 @@ class PiecewisePolynomial(PiecewiseTrajectory):
                 new[..., power] = c[..., power] * factor
             self._c[i] = new
 
-    def shiftRight(self, offset: Any) -> None:
+    def shiftRight(self, offset: Scalar) -> None:
         """Moves all breaks later by an offset [s]."""
         offset = self._scalar("shiftRight", offset)
         self._breaks = [b + offset for b in self._breaks]
 
-    def slice(self, start_segment_index: int, num_segments: int) -> Any:
+    def slice(self, start_segment_index: int, num_segments: int) -> PiecewisePolynomial:
         """Returns the trajectory of some consecutive segments."""
         first = self._segment(start_segment_index)
         last = self._segment(first + num_segments - 1)
         return self._of([c.copy() for c in self._c[first : last + 1]], self._breaks[first : last + 2])
 
-    def isApprox(self, other: Any, tol: float, tol_type: Any = None) -> bool:
+    def isApprox(self, other: PiecewisePolynomial, tol: float, tol_type: Any = None) -> bool:
         """Tells whether all breaks and coefficients agree; see `Polynomial.CoefficientsAlmostEqual`."""
         expect("isApprox", other, self._template[self._T])
         if len(self._c) != len(other._c) or (self._c and self._shape("rows") != other._shape("rows")):
@@ -342,7 +346,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
                 return False
         return True
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: PiecewisePolynomial) -> PiecewisePolynomial:
         if not isinstance(other, self._template[self._T]):
             return NotImplemented
         times_differ = any(holds(abs(a - b) > EPSILON_OF_A_JOINT) for a, b in zip(self._breaks, other._breaks))
@@ -385,7 +389,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
     # ---- through samples; `_interpolation` solves for them
 
     @classmethod
-    def _samples(cls, call: str, breaks: Any, samples: Any, least: int) -> tuple[list, np.ndarray]:
+    def _samples(cls, call: str, breaks: Scalars, samples: Scalars, least: int) -> tuple[list, np.ndarray]:
         """Breaks and samples, checked; samples of shape (n, rows, cols)."""
         times = cls._scalars(call, breaks)
         y = cls._sample_array(call, samples)
@@ -424,7 +428,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return [b - a for a, b in itertools.pairwise(times)]
 
     @classmethod
-    def ZeroOrderHold(cls, breaks: Any, samples: Any) -> Any:
+    def ZeroOrderHold(cls, breaks: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns the trajectory that keeps each sample until the next break.
 
         Args:
@@ -438,13 +442,15 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.constant(y), times)
 
     @classmethod
-    def FirstOrderHold(cls, breaks: Any, samples: Any) -> Any:
+    def FirstOrderHold(cls, breaks: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns straight lines from sample to sample; arguments as those of `ZeroOrderHold`."""
         times, y = cls._samples("FirstOrderHold", breaks, samples, 2)
         return cls._of(interpolation.linear(cls._durations(times), y), times)
 
     @classmethod
-    def CubicShapePreserving(cls, breaks: Any, samples: Any, zero_end_point_derivatives: bool = False) -> Any:
+    def CubicShapePreserving(
+        cls, breaks: Scalars, samples: Scalars, zero_end_point_derivatives: bool = False
+    ) -> PiecewisePolynomial:
         """Returns cubics with continuous slopes that rise and fall where the samples do.
 
         Args:
@@ -464,8 +470,8 @@ class PiecewisePolynomial(PiecewiseTrajectory):
     @classmethod
     def CubicWithContinuousSecondDerivatives(
         cls,
-        breaks: Any,
-        samples: Any,
+        breaks: Scalars,
+        samples: Scalars,
         sample_dot_at_start: Any = _NOT_GIVEN,
         sample_dot_at_end: Any = _NOT_GIVEN,
         *,
@@ -505,7 +511,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.cubic(h, y, slopes), times)
 
     @classmethod
-    def CubicHermite(cls, breaks: Any, samples: Any, samples_dot: Any) -> Any:
+    def CubicHermite(cls, breaks: Scalars, samples: Scalars, samples_dot: Scalars) -> PiecewisePolynomial:
         """Returns cubics through the samples with the given slopes.
 
         Args:
@@ -525,7 +531,7 @@ class PiecewisePolynomial(PiecewiseTrajectory):
         return cls._of(interpolation.cubic(cls._durations(times), y, m), times)
 
     @classmethod
-    def LagrangeInterpolatingPolynomial(cls, times: Any, samples: Any) -> Any:
+    def LagrangeInterpolatingPolynomial(cls, times: Scalars, samples: Scalars) -> PiecewisePolynomial:
         """Returns the one segment whose polynomials, of degree n - 1, go through all n samples."""
         t, y = cls._samples("LagrangeInterpolatingPolynomial", times, samples, 1)
         if len(t) == 1:

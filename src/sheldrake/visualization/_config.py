@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import logging
 from typing import Any
 
 from sheldrake.common._options import typed_fields
@@ -16,12 +17,14 @@ from sheldrake.geometry import (
     Rgba,
     Role,
 )
-from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams
+from sheldrake.multibody.meshcat import ContactVisualizer, ContactVisualizerParams, MeshcatMouseSpring
 from sheldrake.multibody.plant import ConnectContactResultsToDrakeVisualizer
 from sheldrake.systems.lcm import LcmBuses
 
 from ._inertia_visualizer import PREFIX as INERTIA_PREFIX
 from ._inertia_visualizer import InertiaVisualizer
+
+log = logging.getLogger("drake")
 
 
 @typed_fields
@@ -42,6 +45,9 @@ class VisualizationConfig:
         enable_meshcat_creation: Whether to make a Meshcat where none is given.
         delete_on_initialization_event: Whether an initialization clears what was drawn before.
         enable_alpha_sliders: Whether the page gets opacity sliders.
+        mouse_interaction_stiffness: Of the spring by which the mouse pulls bodies in the page, by their mass [1/s²]
+            (see `MeshcatMouseSpring`); None for no spring. Drake has 100 where this has None: what is simulated should
+            not depend on who looks unless that is wanted.
     """
 
     lcm_bus: str = "default"
@@ -56,6 +62,7 @@ class VisualizationConfig:
     enable_meshcat_creation: bool = True
     delete_on_initialization_event: bool = True
     enable_alpha_sliders: bool = False
+    mouse_interaction_stiffness: float | None = None
 
 
 def _subsystem(builder: Any, given: Any, name: str) -> Any:
@@ -126,14 +133,29 @@ def ApplyVisualizationConfig(
                 delete_on_initialization_event=config.delete_on_initialization_event,
             ),
         )
+    if config.mouse_interaction_stiffness is not None:
+        _add_mouse_spring(builder, plant, meshcat, config.mouse_interaction_stiffness)
     if config.publish_inertia:
         meshcat._note(INERTIA_PREFIX)
         InertiaVisualizer.AddToBuilder(builder, plant, scene_graph)
 
 
+def _add_mouse_spring(builder: Any, plant: Any, meshcat: Meshcat, stiffness: float) -> None:
+    """Lets the mouse pull bodies, unless something else feeds the port for forces."""
+    port = plant.get_applied_spatial_force_input_port()
+    if (plant, port.get_index()) in builder.connection_map():
+        log.warning(
+            "VisualizationConfig: mouse_interaction_stiffness is set, but the port applied_spatial_force of '%s' is "
+            "connected already; the mouse pulls nothing.",
+            plant.get_name(),
+        )
+        return
+    MeshcatMouseSpring.AddToBuilder(builder, plant, meshcat, stiffness)
+
+
 def _messenger_params(config: VisualizationConfig) -> list[DrakeVisualizerParams]:
     """Returns the options of what a configuration asks to publish."""
-    shared = {"publish_period": config.publish_period, "use_role_channel_suffix": True}
+    shared: dict[str, Any] = {"publish_period": config.publish_period, "use_role_channel_suffix": True}
     wanted = []
     if config.publish_illustration:
         color = config.default_illustration_color
@@ -148,7 +170,7 @@ def _messenger_params(config: VisualizationConfig) -> list[DrakeVisualizerParams
 
 def _visualizer_params(config: VisualizationConfig) -> list[MeshcatVisualizerParams]:
     """Returns the options of the visualizers which a configuration asks for."""
-    shared = {
+    shared: dict[str, Any] = {
         "publish_period": config.publish_period,
         "delete_on_initialization_event": config.delete_on_initialization_event,
         "enable_alpha_slider": config.enable_alpha_sliders,

@@ -15,9 +15,10 @@ import numpy as np
 
 from sheldrake.common._ctrl_c import deferred_ctrl_c
 from sheldrake.common.eigen_geometry import Quaternion
-from sheldrake.geometry import Box, Capsule, Cylinder, Ellipsoid, Mesh, Meshcat, MeshcatParams, Rgba, Sphere
+from sheldrake.geometry import Cylinder, Mesh, Meshcat, MeshcatParams, Rgba, Shape
 from sheldrake.geometry._drake_visualizer import DRAW_CHANNEL, LOAD_CHANNEL
 from sheldrake.geometry._point_cloud import BaseField, Fields, PointCloud
+from sheldrake.geometry._shape_types import SHAPE_TYPES
 from sheldrake.lcm import DrakeLcm
 from sheldrake.lcm._messages import (
     lcmt_contact_results_for_viz,
@@ -208,12 +209,8 @@ class FrameDisplay:
 log = logging.getLogger("drake")
 
 _PERIOD = 1 / 40.0  # least time between two pictures [s]
-_SHAPES: dict[int, Callable[..., Any]] = {
-    lcmt_viewer_geometry_data.BOX: Box,
-    lcmt_viewer_geometry_data.SPHERE: Sphere,
-    lcmt_viewer_geometry_data.CYLINDER: Cylinder,
-    lcmt_viewer_geometry_data.CAPSULE: Capsule,
-    lcmt_viewer_geometry_data.ELLIPSOID: Ellipsoid,
+_SHAPES: dict[int, Callable[..., Shape]] = {
+    getattr(lcmt_viewer_geometry_data, row.viewer): row.shape for row in SHAPE_TYPES.values() if row.viewer
 }
 
 

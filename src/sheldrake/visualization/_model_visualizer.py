@@ -16,6 +16,7 @@ from sheldrake.common._ctrl_c import deferred_ctrl_c
 from sheldrake.common.deprecation import DrakeDeprecationWarning
 from sheldrake.geometry import Box, Meshcat, MeshcatCone, Rgba, Role, SceneGraphConfig
 from sheldrake.math import RigidTransform, RotationMatrix
+from sheldrake.multibody.meshcat._mouse_spring import DEFAULT_STIFFNESS
 from sheldrake.multibody.parsing import PackageMap, Parser
 from sheldrake.multibody.plant import AddMultibodyPlant, MultibodyPlantConfig
 from sheldrake.multibody.tree import BodyIndex, FrameIndex
@@ -24,6 +25,7 @@ from sheldrake.systems.framework import DiagramBuilder
 
 from ._camera_preview import CameraPreview
 from ._config import ApplyVisualizationConfig, VisualizationConfig
+from ._playback import GROUND, PLAY_BUTTON, PLAY_KEY, RESET_BUTTON, Playback, add_ground
 from ._posture_sliders import PostureSliders
 from ._triad import AddFrameTriadIllustration
 
@@ -64,6 +66,9 @@ class ModelVisualizer:
         no_lights: Whether the page's lights are switched off.
         compliance_type: How geometries collide that do not say: "undefined", "rigid" or "compliant".
         weld_base: Whether models that float are welded to the world where they stand.
+        simulate: Whether the page has buttons to play, pause and reset: models then move under gravity, on ground at
+            z = 0 where something floats, and are pulled by the mouse (Ctrl and the left button). Until "play" is
+            pressed nothing of that is computed.
     """
 
     def __init__(
@@ -82,20 +87,24 @@ class ModelVisualizer:
         no_lights: bool = False,
         compliance_type: str = "undefined",
         weld_base: bool = False,
+        simulate: bool = False,
     ):
         self._visualize_frames = visualize_frames
-        self._triad = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
+        self._triad: dict[str, Any] = {"length": triad_length, "radius": triad_radius, "opacity": triad_opacity}
         self._publish_contacts, self._pyplot, self._browser_new = publish_contacts, pyplot, browser_new
         self._show_rgbd_sensor = show_rgbd_sensor
         self._preview: CameraPreview | None = None
         self._meshcat, self._no_lights, self._compliance_type = meshcat, no_lights, compliance_type
-        self._weld_base = weld_base
+        self._weld_base, self._simulate = weld_base, simulate
+        self._playback: Playback | None = None
         self._random = np.random.default_rng()
         self._environment_map = os.fspath(environment_map)
         # What AddModels() was asked for, in order; None once parser() was given away.
         self._added: list[dict[str, Any]] | None = []
         self._diagram: Any = None
         self._changes = 0  # of the sliders
+        self._shown: dict[str, float] | None = None  # where the sliders stood at the last look
+        self._resumes = False  # whether "play" goes on with a motion that was paused
         self._builder, self._plant, self._scene_graph, self._parser = self._new_parser()
 
     # ---- before Finalize()
@@ -191,15 +200,20 @@ class ModelVisualizer:
             meshcat.AddButton(_STOP_BUTTON, "Escape")
             for name in (_HOME_BUTTON, _RANDOM_BUTTON) if self._plant.num_positions() else ():
                 meshcat.AddButton(name)
+            if self._playback is not None:
+                self._playback.add_buttons()
             if not loop_once:
                 print(
                     f"Look at {meshcat.web_url()}; '{_STOP_BUTTON}' or Escape in the page, or Ctrl-C here, ends it.",
                     flush=True,
                 )
+                if self._playback is not None:
+                    print(f"After '{PLAY_BUTTON}', Ctrl and the left mouse button pull bodies.", flush=True)
             try:
                 self._follow(lambda: check() or loop_once or meshcat.GetButtonClicks(_STOP_BUTTON) > 0)
             finally:
-                for name in (_STOP_BUTTON, _HOME_BUTTON, _RANDOM_BUTTON):
+                self._pause()
+                for name in (_STOP_BUTTON, _HOME_BUTTON, _RANDOM_BUTTON, PLAY_BUTTON, RESET_BUTTON):
                     meshcat.DeleteButton(name, strict=False)
                 if self._added is not None:
                     meshcat.DeleteButton(_RELOAD_BUTTON, strict=False)
@@ -211,18 +225,20 @@ class ModelVisualizer:
 
     def _follow(self, done: Callable[[], bool]) -> None:
         """Publishes whenever a slider has moved, and reloads when asked to."""
-        meshcat, shown, answered = self.meshcat(), None, 0
+        meshcat, answered = self.meshcat(), 0
+        self._shown = None
         self._offer_reload()
         while True:
             clicks = meshcat.GetButtonClicks(_RELOAD_BUTTON) if self._added is not None else 0
             if clicks > answered:  # a click during the reload means files changed since: reload once more
-                answered, shown = clicks, None
+                answered, self._shown = clicks, None
                 self._reload()
             self._answer_postures()
+            self._answer_playback()
             values = self._get_slider_values()
-            if values != shown:
-                shown = values
-                self._publish()
+            if values != self._shown:
+                self._follow_sliders(self._shown, values)
+                self._shown = values
                 self._changes += 1
             if self._preview is not None:
                 self._preview.look(self._context, self._changes)
@@ -230,27 +246,83 @@ class ModelVisualizer:
                 return
             time.sleep(_POLL)
 
+    def _clicked(self, name: str, keycode: str = "") -> bool:
+        """Whether a button was pressed since this was asked last."""
+        meshcat = self.meshcat()
+        if name not in meshcat.GetButtonNames() or not meshcat.GetButtonClicks(name):
+            return False
+        meshcat.AddButton(name, keycode)  # counts anew
+        return True
+
     def _answer_postures(self) -> None:
         """Does what the buttons for postures ask."""
-        meshcat, names = self.meshcat(), self.meshcat().GetButtonNames()
-        for name, act in (
-            (_HOME_BUTTON, self._sliders.GoHome),
-            (_RANDOM_BUTTON, lambda: self._sliders.GoAnywhere(self._random)),
-        ):
-            if name in names and meshcat.GetButtonClicks(name):
-                meshcat.AddButton(name)  # counts anew
-                act()
+        if self._clicked(_HOME_BUTTON):
+            self._sliders.GoHome()
+        if self._clicked(_RANDOM_BUTTON):
+            self._sliders.GoAnywhere(self._random)
+
+    def _answer_playback(self) -> None:
+        """Does what the buttons to play, pause and reset ask, and simulates while it plays."""
+        playback = self._playback
+        if playback is None:
+            return
+        try:
+            if self._clicked(RESET_BUTTON):
+                self._reset()
+            if self._clicked(PLAY_BUTTON, PLAY_KEY):
+                if playback.is_playing:
+                    self._pause()
+                else:
+                    playback.play(None if self._resumes else self._sliders.positions())
+            if playback.is_playing:
+                playback.advance()
+        except RuntimeError as error:
+            log.error("ModelVisualizer: the models cannot be simulated: %s", error)
+            self.meshcat()._notify("The models cannot be simulated", str(error))
+            self._reset()
+
+    def _pause(self) -> None:
+        """Stops the motion, if there is one; the sliders then stand for where it stopped."""
+        if self._playback is not None and self._playback.is_playing:
+            self._carry(self._playback.pause())
+            self._resumes = True
+
+    def _reset(self) -> None:
+        """Goes back to where the motion began."""
+        if self._playback is not None:
+            start = self._playback.reset()
+            self._resumes = False
+            if start is not None:
+                self._carry(start)
+
+    def _carry(self, q: np.ndarray) -> None:
+        """Shows the models where they are, at positions q, and moves the sliders there."""
+        self._sliders.SetPositions(q)
+        self._shown = self._get_slider_values()
+        self._diagram.ForcedPublish(self._context)
+
+    def _follow_sliders(self, before: dict[str, float] | None, after: dict[str, float]) -> None:
+        """Shows what the sliders stand for; while it plays, those that were moved take their joints along."""
+        moved = self._sliders.names() if before is None else {n for n, v in after.items() if before.get(n) != v}
+        moved &= self._sliders.names()
+        if self._playback is not None and self._playback.is_playing:
+            self._sliders.MoveJoints(self._plant, self._plant_context, moved)
+        elif moved or before is None:
+            self._resumes = False
+            self._publish()
+        else:  # how opaque things are
+            self._diagram.ForcedPublish(self._context)
 
     # ---- how
 
     def _finalize(self, plant: Any) -> None:
-        """Finalizes a plant, its free bodies welded to the world if that is wanted."""
-        if self._weld_base:
-            held = {plant.get_joint(j).child_body().index() for j in plant.GetJointIndices()}
-            for index in map(BodyIndex, range(1, plant.num_bodies())):
-                if index not in held:
-                    body = plant.get_body(index)
-                    plant.WeldFrames(plant.world_frame(), body.body_frame(), plant.GetDefaultFreeBodyPose(body))
+        """Finalizes a plant, its free bodies welded to the world if that is wanted, else above ground."""
+        held = {plant.get_joint(j).child_body().index() for j in plant.GetJointIndices()}
+        floating = [i for i in map(BodyIndex, range(1, plant.num_bodies())) if i not in held]
+        for body in map(plant.get_body, floating if self._weld_base else ()):
+            plant.WeldFrames(plant.world_frame(), body.body_frame(), plant.GetDefaultFreeBodyPose(body))
+        if self._simulate and floating and not self._weld_base:
+            add_ground(plant)
         plant.Finalize()
 
     def _require_open(self, call: str) -> None:
@@ -286,12 +358,14 @@ class ModelVisualizer:
             meshcat.SetEnvironmentMap(self._environment_map)
         if self._no_lights:
             meshcat.SetProperty("/Lights", "visible", False)
-        if self._visualize_frames:
+        if self._visualize_frames or self._is_bare():
             for index in map(FrameIndex, range(self._plant.num_frames())):
                 frame = self._plant.get_frame(index)
                 if frame is not self._plant.world_frame():
                     AddFrameTriadIllustration(scene_graph=self._scene_graph, frame=frame, **self._triad)
         config = VisualizationConfig(publish_contacts=self._publish_contacts, enable_alpha_sliders=True)
+        if self._simulate:
+            config.mouse_interaction_stiffness = DEFAULT_STIFFNESS
         ApplyVisualizationConfig(config, self._builder, meshcat=meshcat)
         if self._pyplot:
             from sheldrake.systems.planar_scenegraph_visualizer import ConnectPlanarSceneGraphVisualizer
@@ -308,9 +382,24 @@ class ModelVisualizer:
         self._plant_context = self._plant.GetMyMutableContextFromRoot(self._context)
         self._apply_positions()
         Simulator(self._diagram, self._context).Initialize()
+        self._resumes = False
+        if self._simulate:
+            spring: Any = self._diagram.GetSubsystemByName("meshcat_mouse_spring")
+            self._playback = Playback(meshcat, self._diagram, self._context, self._plant, self._scene_graph, spring)
         self._show_collisions_where_nothing_else_is()
         if position is None:
             self._stand()
+
+    def _is_bare(self) -> bool:
+        """Whether the models have bodies but nothing to see: what is left to show are their frames."""
+        inspector = self._scene_graph.model_inspector()
+        shown = inspector.num_geometries() - sum(
+            inspector.GetName(g).endswith(GROUND) for g in inspector.GetAllGeometryIds(Role.kProximity)
+        )
+        if shown or self._plant.num_bodies() == 1:
+            return False
+        log.warning("ModelVisualizer: no body has geometry; frames are drawn in its place.")
+        return True
 
     def _show_collisions_where_nothing_else_is(self) -> None:
         """A model without looks is seen by what collides."""

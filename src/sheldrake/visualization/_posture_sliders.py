@@ -16,6 +16,7 @@ from sheldrake.multibody.tree import QuaternionFloatingJoint
 
 _STEP = 0.001  # [m or rad]
 _FARTHEST = 2.0  # where a slider of a place ends that has no limit [m]
+_TURN = 3.142  # where a slider of an angle ends that has no limit, in steps of the slider [rad]
 _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
@@ -75,6 +76,29 @@ class PostureSliders:
             q[i : i + 4], q[i + 4 : i + 7] = RollPitchYaw(pose[3:]).ToQuaternion().wxyz(), pose[:3]
         return q
 
+    def names(self) -> set[str]:
+        """Returns the sliders' names."""
+        return {slider.name for slider in self._sliders}
+
+    def MoveJoints(self, plant: Any, context: Any, moved: set[str]) -> None:
+        """Puts the joints, and what floats, of some sliders where these stand, at rest; the others go on.
+
+        Args:
+            plant: The plant.
+            context: Its context.
+            moved: Names of sliders.
+        """
+        q, given, v = plant.GetPositions(context), self.positions(), plant.GetVelocities(context)
+        starts = {slider.position for slider in self._sliders if slider.name in moved}
+        for joint in map(plant.get_joint, plant.GetJointIndices()):
+            first, count = joint.position_start(), joint.num_positions()
+            if starts & set(range(first, first + count)):
+                q[first : first + count] = given[first : first + count]
+                v[joint.velocity_start() : joint.velocity_start() + joint.num_velocities()] = 0.0
+        if starts:
+            plant.SetPositions(context, q)
+            plant.SetVelocities(context, v)
+
     def SetPositions(self, q: Any) -> None:
         """Moves the sliders to positions of the plant [m or rad], shape (nq,)."""
         self._move(self._values_of(q))
@@ -128,11 +152,11 @@ def _sliders_of(plant: Any) -> list[_Slider]:
         if isinstance(joint, QuaternionFloatingJoint):
             stem, _, rest = names[first].partition("qw")  # "body_qw", or "body_qw/model" of a name that is there twice
             for part, name in enumerate(_POSE):
-                end = _FARTHEST if part < 3 else math.pi
+                end = _FARTHEST if part < 3 else _TURN
                 sliders.append(_Slider(f"{stem}{name}{rest}", -end, end, first, part))
             continue
         for k in range(joint.num_positions()):
-            i, end = first + k, _FARTHEST if joint.position_suffix(k) in ("x", "y", "z") else math.pi
+            i, end = first + k, _FARTHEST if joint.position_suffix(k) in ("x", "y", "z") else _TURN
             low = float(lower[i]) if math.isfinite(lower[i]) else -end
             high = float(upper[i]) if math.isfinite(upper[i]) else end
             sliders.append(_Slider(names[i], min(low, high), high, i))

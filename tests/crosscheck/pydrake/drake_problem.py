@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from sheldrake.multibody.contact_solvers import _arrays
-from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
+from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
 
 
 def approximation(name):
@@ -69,6 +69,7 @@ class DrakeProblem:
             spans, dof, dt, name, stiction_tolerance=vs, near_rigid_threshold=near_rigid, relative_tolerance=tolerance
         )
         self.work = _arrays.make_solver_work(self.model, 64, rows)
+        self.stages = APPROXIMATIONS[name].as_drake
         self.A, force = self.dynamics(tau, implicit_damping=name != "tamsi")
         problem = self.work.problem
         self.v0 = plant.GetVelocities(context)
@@ -162,9 +163,10 @@ class DrakeProblem:
         constraint.dofs[: len(dofs)] = dofs
         return dofs
 
-    def next_state(self, solve):
-        """Solves with `solve` (a kernel or its native call) and steps the positions as Drake does."""
-        prepare_problem(self.model, *self.work[:3])
+    def next_state(self, native=True):
+        """Solves, as machine code or as Python, and steps the positions as Drake does."""
+        prepare, solve = (stage.native if native else stage for stage in self.stages)
+        prepare(self.model, *self.work[:3])
         status = solve(self.model, *self.work)
         assert status == 0, status
         v = self.work.problem.v.copy()

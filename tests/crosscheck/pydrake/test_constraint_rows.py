@@ -12,7 +12,6 @@ pytest.importorskip("pydrake")
 from drake_problem import DrakeProblem, approximation, one_step
 
 from sheldrake.multibody.contact_solvers._kernels.problem import ACTUATOR, HOLONOMIC, LIMIT
-from sheldrake.multibody.contact_solvers._kernels.solve import solve
 
 pytestmark = pytest.mark.peer
 
@@ -182,7 +181,7 @@ def random_step(m, rng):
     add_actuators(m, problem, u, desired)
     add_holonomic(m, problem)
     count = problem.work.problem.num_rows
-    return problem.next_state(solve.native), one_step(m.diagram, plant, root), count
+    return problem.next_state(), one_step(m.diagram, plant, root), count
 
 
 def put(values, i, value):

@@ -78,7 +78,7 @@ class Mechanism:
         )
         self.p = np.array(p)
         self.work = make_step_work(self.tree, self.solver, self.plant, contact_table(self.geometry))
-        self.chain = Chain(discrete_stages(self.geometry, self.plant, name == "tamsi"))
+        self.chain = Chain(discrete_stages(self.geometry, self.plant, name))
 
     @staticmethod
     def constraint_rows(m, names, distance_spring, store):

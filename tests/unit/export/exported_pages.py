@@ -1,5 +1,8 @@
 """Simulators that pages are made of."""
 
+import importlib
+from typing import NamedTuple
+
 import numpy as np
 
 import sheldrake
@@ -68,3 +71,54 @@ def native_state(simulator, time):
     simulator.AdvanceTo(time)
     plant = next(s for s in simulator.get_system().GetSystems() if hasattr(s, "GetPositionsAndVelocities"))
     return plant.GetPositionsAndVelocities(plant.GetMyContextFromRoot(simulator.get_context()))
+
+
+class Scene(NamedTuple):
+    """An example and when it is looked at.
+
+    Attributes:
+        example: Module in `examples`, or "" for the arm of this file.
+        before: A time before the first contact, or early [s].
+        after: A time through contacts [s]: 1 s, but less where native runs that begin a last bit apart part by more
+            than 1e-6 until then, as a heap's do.
+        more: Arguments of its `main`.
+    """
+
+    example: str
+    before: float
+    after: float = 1.0
+    more: dict = {}
+
+
+SCENES = {
+    "block": Scene("drop_the_block", 0.1),
+    "arm": Scene("", 0.5),
+    "cart-pole": Scene("cart_pole_lqr", 0.5),
+    "quadruped": Scene("quadruped", 0.005),
+    "clutter": Scene("clutter", 0.1, 0.18, {"number": 20}),
+    "soft ball": Scene("soft_ball", 0.05),
+}
+_ADVANCE = Simulator.AdvanceTo
+
+
+class _Found(BaseException):
+    """The simulator that an example would advance."""
+
+
+def simulator_of(name):
+    """What a scene simulates, before its first step."""
+    scene = SCENES[name]
+    if not scene.example:
+        return arm()
+
+    def advance_to(self, *_):
+        raise _Found(self)
+
+    Simulator.AdvanceTo = advance_to
+    try:
+        importlib.import_module(f"examples.{scene.example}").main(**scene.more)
+    except _Found as found:
+        return found.args[0]
+    finally:
+        Simulator.AdvanceTo = _ADVANCE
+    raise RuntimeError(f"{scene.example} simulates nothing")

@@ -14,9 +14,7 @@ const about = data("diagram"), more = data("page");
 const machine = await Machine.make(about, await unpack(more.image), await unpack(more.code));
 for (const time of times) {
   machine.advanceTo(Number(time));
-  const words = new BigUint64Array(machine.slab.buffer, machine.slab.byteOffset, machine.slab.length);
-  const state = about.states.map((s) => [...words.subarray(s.at, s.at + s.elements.length)]).flat();
-  console.log(state.map((w) => w.toString(16).padStart(16, "0")).join(" "));
+  console.log(machine.words());
 }
 machine.reset();
 const steps = () => Number(machine.ints[about.words.steps]), best = [];

@@ -7,9 +7,9 @@ import pytest
 
 from sheldrake import geometry as g
 from sheldrake.autodiffutils import AutoDiffXd
+from sheldrake.geometry._mass_properties import mass_properties
 from sheldrake.geometry._meshes import read_obj
 from sheldrake.geometry._meshes.convex_hull import make_convex_hull
-from sheldrake.geometry._meshes.mass_properties import mass_properties
 from sheldrake.geometry._meshes.mesh_files import read_mesh
 
 # A box 1 x 2 x 3 with its corner at the origin.

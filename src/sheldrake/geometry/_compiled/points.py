@@ -18,7 +18,7 @@ from sheldrake.geometry._kernels import model as kernel_model
 from sheldrake.geometry._kernels.model import Geometry, GeometryModel, Margins, Material, PoseInBody, Size
 from sheldrake.geometry._kernels.spatial_hash import width_of_cells
 from sheldrake.geometry._roles import Role
-from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
+from sheldrake.geometry._shape_types import type_of
 from sheldrake.geometry._state.records import GeometryRecord
 from sheldrake.geometry._state.state import GeometryState
 from sheldrake.geometry._text import choices
@@ -65,7 +65,8 @@ def compile_proximity(
         X_BG[row, PoseInBody.R_BG.columns] = record.X_FG.rotation().matrix().ravel()
         X_BG[row, PoseInBody.p_BG.columns] = record.X_FG.translation()
     kind, body = geometry[:, Geometry.kind], geometry[:, Geometry.body]
-    excluded = np.array([(rows[a], rows[b]) for a, b in state.filter.excluded() if a in rows and b in rows], np.int64)
+    pairs_of_ids = state.filter.excluded(ids)
+    excluded = np.array([(rows[a], rows[b]) for a, b in pairs_of_ids if a in rows and b in rows], np.int64)
     excluded = excluded.reshape(-1, 2)
     cells = cells and len(ids) >= CELLS_FROM
     if cells:
@@ -159,30 +160,19 @@ def _material(record: GeometryRecord) -> tuple[float, ...]:
 
 def _fill_shape(geometry: np.ndarray, size: np.ndarray, record: GeometryRecord, hulls: Hulls) -> None:
     """Kind, measures and bounding sphere of one geometry."""
-    shape: Shape = record.shape
-    if isinstance(shape, Sphere):
-        kind, measures, bound = kernel_model.SPHERE, (shape.radius(),) * 3, shape.radius()
-    elif isinstance(shape, Box):
-        half = shape.size() / 2.0
-        kind, measures, bound = kernel_model.BOX, tuple(half), float(np.linalg.norm(half))
-    elif isinstance(shape, (Cylinder, Capsule)):
-        r, h = shape.radius(), shape.length() / 2.0
-        kind = kernel_model.CYLINDER if isinstance(shape, Cylinder) else kernel_model.CAPSULE
-        measures, bound = (r, r, h), (math.hypot(r, h) if kind == kernel_model.CYLINDER else r + h)
-    elif isinstance(shape, Ellipsoid):
-        kind, measures = kernel_model.ELLIPSOID, (shape.a(), shape.b(), shape.c())
-        bound = max(measures)
-    elif isinstance(shape, (Convex, Mesh)):
-        mesh = shape.GetConvexHull()
+    shape = record.shape
+    row = type_of(shape)
+    if row.kind is None:
+        raise NotImplementedError(f"Geometry '{record.name}': a {shape.type_name()} can not touch other geometry.")
+    if row.hull is None:
+        half_sizes, bound = row.half_sizes(shape), row.bound(shape)
+    else:
+        mesh = row.hull(shape)
         centre, extents = mesh.CalcBoundingBox()
-        kind, measures = kernel_model.HULL, tuple(np.asarray(extents) / 2.0)
         size[Size.centre_G.columns] = centre
+        half_sizes = tuple(np.asarray(extents) / 2.0)
         bound = float(np.linalg.norm(mesh._vertices - centre, axis=1).max())
         hulls.add(geometry, mesh)
-    elif isinstance(shape, HalfSpace):
-        kind, measures, bound = kernel_model.HALF_SPACE, (0.0, 0.0, 0.0), math.inf
-    else:
-        raise NotImplementedError(f"Geometry '{record.name}': a {type(shape).__name__} can not touch other geometry.")
-    geometry[Geometry.kind] = kind
-    size[Size.half_sizes.columns] = measures
+    geometry[Geometry.kind] = row.kind
+    size[Size.half_sizes.columns] = half_sizes
     size[Size.bound] = bound

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,12 @@ from sheldrake.geometry._meshes.triangle_mesh import TriangleSurfaceMesh
 from sheldrake.geometry._meshes.volume_mesh import VolumeMesh
 from sheldrake.geometry._properties import ProximityProperties
 from sheldrake.geometry._roles import HydroelasticType, Role
-from sheldrake.geometry._shapes import Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
+from sheldrake.geometry._shape_types import ShapeType, type_of
+from sheldrake.geometry._shapes import Convex, HalfSpace, Mesh, Shape, Sphere
 from sheldrake.geometry._text import number
+
+if TYPE_CHECKING:
+    pass
 
 
 class Representation(NamedTuple):
@@ -72,8 +76,7 @@ def check_representation(shape: Shape, properties: ProximityProperties) -> None:
     if kind is HydroelasticType.kUndefined:
         return
     word, name = ("rigid" if kind is HydroelasticType.kRigid else "soft"), shape.type_name()
-    meshed = isinstance(shape, (Sphere, Cylinder, Capsule, Ellipsoid))
-    needed = [proximity.RESOLUTION_HINT] if meshed else []
+    needed = [proximity.RESOLUTION_HINT] if type_of(shape).hinted else []
     if kind is HydroelasticType.kCompliant:
         if isinstance(shape, HalfSpace):
             needed.append(proximity.SLAB_THICKNESS)
@@ -139,7 +142,7 @@ def representation_of_shape(shape: Shape, properties: ProximityProperties | None
     if isinstance(shape, (Mesh, Convex)):
         volume = _volume_of_mesh(shape, margin)
     else:
-        volume = _volume_of_primitive(shape.type_name(), shape._values(), hint, margin)
+        volume = _volume_of_primitive(type_of(shape), shape._values(), hint, margin)
     if rigid:
         return _rigid(volume.vertices, boundary_triangles(volume.tetrahedra))
     return Representation(False, volume.vertices, volume.tetrahedra, modulus * volume.extent, modulus)
@@ -154,21 +157,13 @@ def _rigid(vertices: np.ndarray, triangles: np.ndarray) -> Representation:
 
 
 @functools.lru_cache(maxsize=256)
-def _volume_of_primitive(kind: str, values: tuple[float, ...], hint: float, margin: float) -> PressureMesh:
-    if kind == "Sphere":
-        return meshes.sphere_mesh(values[0], hint, margin)
-    if kind == "Ellipsoid":
-        return meshes.ellipsoid_mesh(values, hint, margin)
-    if kind == "Box":
-        return meshes.box_mesh(np.array(values) / 2.0, margin)
-    if kind == "Cylinder":
-        return meshes.cylinder_mesh(values[0], values[1], hint, margin)
-    if kind == "Capsule":
-        return meshes.capsule_mesh(values[0], values[1], hint, margin)
-    raise NotImplementedError(f"A {kind} has no hydroelastic representation.")
+def _volume_of_primitive(row: ShapeType, values: tuple[float, ...], hint: float, margin: float) -> PressureMesh:
+    if row.pressure is None:
+        raise NotImplementedError(f"A {row.shape.__name__} has no hydroelastic representation.")
+    return row.pressure(row.shape(*values), hint, margin)
 
 
-def _volume_of_mesh(shape: Any, margin: float) -> PressureMesh:
+def _volume_of_mesh(shape: Mesh | Convex, margin: float) -> PressureMesh:
     """Tetrahedra of a volume mesh as they are; of any other mesh, those of its convex hull.
 
     Kept for files, while their time of change stays the same.
@@ -190,7 +185,7 @@ _VOLUMES: dict[tuple, PressureMesh] = {}
 _MOST_VOLUMES = 64
 
 
-def _make_volume_of_mesh(shape: Any, margin: float) -> PressureMesh:
+def _make_volume_of_mesh(shape: Mesh | Convex, margin: float) -> PressureMesh:
     if isinstance(shape, Mesh):
         data = read_mesh(shape.source(), "making a compliant hydroelastic mesh")
         if data.tetrahedra is not None:

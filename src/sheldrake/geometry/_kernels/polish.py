@@ -25,6 +25,7 @@ from .model import (
     ELLIPSOID,
     HULL,
     POLYGON_A,
+    SPHERE,
     X_AXIS,
     Y_AXIS,
     Z_AXIS,
@@ -153,6 +154,8 @@ def show(model, table, g, d, square, sign, count):
         p, count = cylinder_rim(model, table, g, d, square, sign, count)
     elif kind == ELLIPSOID:
         p = ellipsoid_point(model, table, g, d_G)
+    elif kind != SPHERE:  # nobody said how it bends
+        return support(model, table, g, d), _TOO_MANY
     return add3(table.poses[g].p_WG, p), count
 
 

@@ -17,7 +17,7 @@ from .memory import (
     remembers,
     still_apart,
 )
-from .model import CYLINDER, ELLIPSOID, NO_FEATURE, SIMPLEX
+from .model import BOX, CAPSULE, HULL, NO_FEATURE, SIMPLEX, SPHERE
 from .polish import NARROW, SQUARE, edge_over_cap, face_against, polish
 from .support import margin_of
 
@@ -124,7 +124,7 @@ def overlap_of_cores(model, table, i, j, size, n, p_i, p_j, k):
 @kernel
 def is_curved(model, g):
     kind = model[g].kind
-    return kind == CYLINDER or kind == ELLIPSOID
+    return kind != SPHERE and kind != BOX and kind != CAPSULE and kind != HULL
 
 
 @kernel(outline=True)

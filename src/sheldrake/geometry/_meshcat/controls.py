@@ -9,6 +9,7 @@ import math
 import threading
 from typing import Any
 
+from .grabs import Grabs
 from .server import Sweeper
 
 log = logging.getLogger("drake")
@@ -58,15 +59,17 @@ class Controls:
 
     Args:
         server: A viser.ViserServer.
+        grabs: What pages may hold with the mouse.
     """
 
-    def __init__(self, server: Any):
-        self._server = server
+    def __init__(self, server: Any, grabs: Grabs):
+        self._server, self._grabs = server, grabs
         self._lock = threading.RLock()
         self._buttons: dict[str, _Button] = {}
         self._sliders: dict[str, _Slider] = {}
         self._gamepad = Gamepad()
         self._tracked: set[int] = set()
+        self._order = -1e5  # of the last button: they come before the sliders, of which there may be many
         self.is_shown = False  # whether a page has drawn something
         self._sweeper = Sweeper(server)
         self._sent_keys: Any = None
@@ -78,6 +81,12 @@ class Controls:
             self._hear(event.target.value, event.client_id)
 
         self._send_keys()
+        grabs.on_offer = self._send_keys
+
+        async def let_go(connection: Any) -> None:
+            grabs.end(int(connection.client_id))
+
+        server._websock_server.on_client_disconnect(let_go)
 
     def add_button(self, name: str, keycode: str) -> None:
         """Adds a button, or resets the clicks of one that is there."""
@@ -95,7 +104,9 @@ class Controls:
             else:
                 button = _Button(keycode)
                 with self._server.atomic():  # no page gets a button that nobody listens to yet
-                    button.handle = self._server.gui.add_button(name, hint=f"Key: {keycode}" if keycode else None)
+                    hint = f"Key: {keycode}" if keycode else None
+                    self._order += 1
+                    button.handle = self._server.gui.add_button(name, hint=hint, order=self._order)
 
                     @button.handle.on_click
                     async def _(_event: Any) -> None:
@@ -241,12 +252,17 @@ class Controls:
         return camera.wxyz, camera.position
 
     def _send_keys(self) -> None:
+        with self._lock:
+            self._send_script()
+
+    def _send_script(self) -> None:
+        """Tells pages which keys count, and which bodies the mouse may hold."""
         from viser import _messages
 
         keys = {button.keycode for button in self._buttons.values()}
         for slider in self._sliders.values():
             keys |= {slider.decrement_keycode, slider.increment_keycode}
-        own = {"channel": self._channel._impl.uuid, "keys": sorted(keys - {""})}
+        own = {"channel": self._channel._impl.uuid, "keys": sorted(keys - {""}), "bodies": self._grabs.bodies()}
         source = f"window.__sheldrake = Object.assign(window.__sheldrake || {{}}, {json.dumps(own)});"
         self._sweeper.sweep_if_due()
         if self._sent_keys is not None:
@@ -266,7 +282,7 @@ class Controls:
             log.debug("a page said something unreadable: %r", error)
 
     def receive(self, message: dict[str, Any], client_id: int | None = None) -> None:
-        """Acts on a message from a page: key, button, slider, gamepad, camera, that it has drawn something.
+        """Acts on a message from a page: key, button, slider, gamepad, mouse, camera, that it has drawn something.
 
         Raises:
             ValueError, TypeError, KeyError: when it is not one of these.
@@ -285,6 +301,8 @@ class Controls:
                 button_values=[float(v) for v in pad["button_values"]],
                 axes=[float(v) for v in pad["axes"]],
             )
+        elif kind == "mouse_drag":
+            self._grabs.receive(message, client_id)
         elif kind == "shown":
             self.is_shown = True
         elif kind == "tracked_camera" and client_id is not None:

@@ -8,6 +8,7 @@ import threading
 from .animation import MeshcatAnimation
 from .controls import Controls
 from .export import TITLE, static_html, static_zip
+from .grabs import Grabs
 from .page import Page
 from .params import MeshcatParams
 from .player import Player
@@ -38,7 +39,8 @@ class Hub:
         self.server = start_viser(listener, Site(gatekeeper, page, downloads))
         self.page = Page(self.server, self.tree)
         self.status = StatusLine(self.server) if params.show_stats_plot else None
-        self.controls = Controls(self.server)
+        self.grabs = Grabs(self.tree)
+        self.controls = Controls(self.server, self.grabs)
         self.tree.on_change = self.page.wake
 
     def static_html(self) -> str:

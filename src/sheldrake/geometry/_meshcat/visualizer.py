@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy as np
 from sheldrake.common._kinds import instance_of
 from sheldrake.common._overloads import overloaded
 from sheldrake.common.value import AbstractValue
+from sheldrake.geometry._meshes.surfaces import fans
 from sheldrake.geometry._meshes.volume_mesh import ConvertVolumeToSurfaceMesh, VolumeMesh
 from sheldrake.geometry._query.query_object import QueryObject
 from sheldrake.geometry._roles import Role
@@ -17,7 +19,6 @@ from sheldrake.geometry._visualizer_arguments import add_visualizer, of_scene
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 from .animation import MeshcatAnimation
-from .drawables import _triangulated
 from .meshcat import Meshcat
 from .params import MeshcatVisualizerParams
 from .tree import as_float, full_path
@@ -122,7 +123,7 @@ class MeshcatVisualizer(LeafSystem):
 
     def ResetRealtimeRateCalculator(self) -> None:
         """Starts the measurement of the realtime rate anew."""
-        self._meshcat._rate_calculator.reset()
+        self._meshcat._panel.rate_calculator.reset()
 
     def _initialize(self, context: Context) -> EventStatus:
         if self._params.delete_on_initialization_event:
@@ -186,7 +187,11 @@ class MeshcatVisualizer(LeafSystem):
             vertices, faces = surface
             self._meshcat.SetTriangleMesh(path, vertices.T, faces.T, rgba)
         else:
-            self._meshcat.SetObject(path, inspector.GetShape(geometry), rgba)
+            picture = properties.GetPropertyOrDefault("phong", "diffuse_map", "")
+            if picture and not os.path.isfile(picture):
+                log.warning("MeshcatVisualizer: the texture ('phong', 'diffuse_map') '%s' does not exist.", picture)
+                picture = ""
+            self._meshcat.SetObject(path, inspector.GetShape(geometry), rgba, picture)
         self._meshcat.SetTransform(path, inspector.GetPoseInFrame(geometry))
         self._geometry_paths[geometry] = path
         return True
@@ -205,7 +210,7 @@ class MeshcatVisualizer(LeafSystem):
             if mesh is not None:
                 return mesh._vertices, mesh._triangles
         hull = inspector.GetConvexHull(geometry)
-        return None if hull is None else _triangulated(hull)
+        return None if hull is None else fans(hull)
 
     def _set_transforms(self, query: Any, time: float) -> None:
         if self._frames:

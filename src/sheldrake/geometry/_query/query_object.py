@@ -37,7 +37,7 @@ from sheldrake.geometry._kernels.pair_distance import find_distances
 from sheldrake.geometry._numbers import as_numbers, like, plain, values_of
 from sheldrake.geometry._query.contact_surface import ContactSurface, surfaces_of
 from sheldrake.geometry._query.images import Images
-from sheldrake.geometry._query.ray_casts import Surface, meet_any, rays_of
+from sheldrake.geometry._query.ray_casts import HAVE_FORMULAS, Surface, meet_any, rays_of
 from sheldrake.geometry._query.results import (
     PenetrationAsPointPair,
     RayIntersections,
@@ -53,7 +53,8 @@ from sheldrake.geometry._query.scene import (
     world_poses,
 )
 from sheldrake.geometry._roles import HydroelasticContactRepresentation
-from sheldrake.geometry._shapes import Mesh
+from sheldrake.geometry._shape_types import type_of
+from sheldrake.geometry._shapes import Mesh, Shape
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -253,7 +254,11 @@ class QueryObject(Images):
         return found
 
     def ComputeRayIntersections(
-        self, p_WO: Any, direction_W: Any, max_distance: float = math.inf, excluded: Iterable[GeometryId] = ()
+        self,
+        p_WO: ArrayLike,
+        direction_W: ArrayLike,
+        max_distance: float = math.inf,
+        excluded: Iterable[GeometryId] = (),
     ) -> RayIntersections:
         """Where rays first meet the surface of a proximity geometry, from outside or from inside.
 
@@ -282,7 +287,7 @@ class QueryObject(Images):
         place_geometries.native(model, BodyPoses(np.ascontiguousarray(values_of(X_WB))), table)
         wanted = [g for g, geometry_id in enumerate(ids) if geometry_id not in excluded]
         shapes = {g: self._state.geometries[ids[g]].shape for g in wanted}
-        meshes = {g: _surface_of(s, "ComputeRayIntersections()") for g, s in shapes.items() if isinstance(s, Mesh)}
+        meshes = {g: surface for g, s in shapes.items() if (surface := _surface_for_rays(s)) is not None}
         distance, who, normal = meet_any(model, table.X_WG, meshes, wanted, p_WO, d_W)
         missed = (who < 0) | (distance > max_distance)
         distance[missed], who[missed], normal[missed] = np.inf, -1, np.nan
@@ -306,7 +311,9 @@ class QueryObject(Images):
 
     # ---- contact surfaces
 
-    def _surfaces(self, call: str, representation: Any) -> tuple[list[ContactSurface], ContactTable, list[GeometryId]]:
+    def _surfaces(
+        self, call: str, representation: HydroelasticContactRepresentation
+    ) -> tuple[list[ContactSurface], ContactTable, list[GeometryId]]:
         """The contact surfaces, and points of the pairs that can have none."""
         if not isinstance(representation, HydroelasticContactRepresentation):
             raise TypeError(
@@ -322,7 +329,7 @@ class QueryObject(Images):
         surfaces = surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids)
         return [surface for _, surface in surfaces], points, ids
 
-    def ComputeContactSurfaces(self, representation: Any) -> list[ContactSurface]:
+    def ComputeContactSurfaces(self, representation: HydroelasticContactRepresentation) -> list[ContactSurface]:
         """The surface of every pair of geometries that overlap, sorted by ids.
 
         Args:
@@ -339,7 +346,7 @@ class QueryObject(Images):
         return surfaces
 
     def ComputeContactSurfacesWithFallback(
-        self, representation: Any
+        self, representation: HydroelasticContactRepresentation
     ) -> tuple[list[ContactSurface], list[PenetrationAsPointPair]]:
         """Contact surfaces where there can be some, and pairs of points for all others.
 
@@ -367,7 +374,7 @@ def _find_points(model: GeometryModel, X_WB: np.ndarray) -> ContactTable:
     return table
 
 
-def _table(model: GeometryModel, dtype: Any) -> ContactTable:
+def _table(model: GeometryModel, dtype: type | np.dtype) -> ContactTable:
     """A table with room for one row a pair; of duals where poses are."""
     table = contact_table(model, capacity=max(1, model.pair.shape[0]))
     return ContactTable(*(like(a, dtype) for a in table))
@@ -384,6 +391,14 @@ def explain_contact_status(model: GeometryModel, table: ContactTable) -> Excepti
 def _in_frame(X_WG: np.ndarray, p_WQ: np.ndarray) -> np.ndarray:
     """p_GQ of a point given in W; X_WG is a row of ContactTable.X_WG."""
     return (p_WQ - X_WG[_P_WG]) @ X_WG[_R_WG].reshape(3, 3)
+
+
+def _surface_for_rays(shape: Shape) -> Surface | None:
+    """The triangles that rays meet: of a mesh as it is, of a shape without a formula as it is drawn; else None."""
+    if isinstance(shape, Mesh):
+        return _surface_of(shape, "ComputeRayIntersections()")
+    row = type_of(shape)
+    return Surface(*row.surface(shape)) if row.surface is not None and row.kind not in HAVE_FORMULAS else None
 
 
 def _surface_of(mesh: Mesh, call: str) -> Surface:

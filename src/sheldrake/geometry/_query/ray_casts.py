@@ -7,7 +7,7 @@ to the first point of its surface that lies ahead [m], infinite where there is n
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,12 +25,15 @@ from sheldrake.geometry._kernels.model import (
     Size,
 )
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 Hits = tuple[np.ndarray, np.ndarray]
 
 _TRIANGLES_AT_ONCE = 1 << 20  # ray-triangle pairs worked on at a time: some 100 MB
 
 
-def rays_of(p_WO: Any, direction_W: Any) -> tuple[np.ndarray, np.ndarray]:
+def rays_of(p_WO: ArrayLike, direction_W: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Origins and unit directions, both of shape (n, 3), from what `ComputeRayIntersections` is called with."""
     p, d = np.asarray(p_WO, float), np.asarray(direction_W, float)
     for name, value in (("p_WO", p), ("direction_W", d)):
@@ -112,15 +115,8 @@ def meet(model: GeometryModel, g: int, p: np.ndarray, d: np.ndarray) -> Hits:
     if kind == HULL:
         first = model.geometry[g, Geometry.first_face]
         return meet_hull(p, d, model.face[first : first + model.geometry[g, Geometry.num_faces]])
-    shapes: dict[int, Callable[..., Hits]] = {
-        SPHERE: meet_ellipsoid,
-        ELLIPSOID: meet_ellipsoid,
-        BOX: meet_box,
-        CYLINDER: meet_cylinder,
-        CAPSULE: meet_capsule,
-    }
     sizes = np.full(3, size[Size.radius]) if kind == SPHERE else size[Size.half_sizes.columns]
-    return shapes[kind](p, d, sizes)
+    return _FORMULAS[kind](p, d, sizes)
 
 
 # ---- intervals of a ray inside something convex: from, to; empty when to < from
@@ -263,3 +259,15 @@ def meet_triangles(p: np.ndarray, d: np.ndarray, vertices: np.ndarray, triangles
         distance[rays] = t[np.arange(len(t)), best]
         normal[rays] = _unit(out[best])
     return distance, normal
+
+
+_FORMULAS: dict[int, Callable[..., Hits]] = {
+    SPHERE: meet_ellipsoid,
+    ELLIPSOID: meet_ellipsoid,
+    BOX: meet_box,
+    CYLINDER: meet_cylinder,
+    CAPSULE: meet_capsule,
+}
+
+HAVE_FORMULAS = {HALF_SPACE, HULL, *_FORMULAS}
+"""Kinds of shapes that rays meet exactly; the others are met as they are drawn."""

@@ -31,10 +31,9 @@ def MakeRenderEngineVtk(params: RenderEngineVtkParams) -> RenderEngine:
     Raises:
         RuntimeError: a light has an unknown type or frame.
     """
-    asked = ("environment_map", "exposure", "ssao", "cast_shadows", "force_to_pbr")
-    ignored = [name for name in asked if getattr(params, name)]
-    if ignored:
-        log.warning("MakeRenderEngineVtk(): not drawn here: %s.", ", ".join(ignored))
+    _warn_of_what_is_not_drawn(
+        "MakeRenderEngineVtk", params, ["environment_map", "exposure", "ssao", "cast_shadows", "force_to_pbr"]
+    )
     diffuse = (0.9, 0.45, 0.1, 1.0) if params.default_diffuse is None else params.default_diffuse
     return _engine(
         "drake::geometry::render_vtk::internal::RenderEngineVtk", params, diffuse, Rgba(*params.default_clear_color)
@@ -44,6 +43,8 @@ def MakeRenderEngineVtk(params: RenderEngineVtkParams) -> RenderEngine:
 def MakeRenderEngineGl(params: RenderEngineGlParams | None = None) -> RenderEngine:
     """A render engine with the colours of Drake's OpenGL engine, drawn without a graphics library.
 
+    Shadows are not drawn, of which a warning tells where `params` ask for them.
+
     Args:
         params: Options.
 
@@ -51,12 +52,19 @@ def MakeRenderEngineGl(params: RenderEngineGlParams | None = None) -> RenderEngi
         RuntimeError: a light has an unknown type or frame.
     """
     params = RenderEngineGlParams() if params is None else params
+    _warn_of_what_is_not_drawn("MakeRenderEngineGl", params, ["cast_shadows"])
     return _engine(
         "drake::geometry::render_gl::internal::RenderEngineGl",
         params,
         params.default_diffuse.rgba,
         params.default_clear_color,
     )
+
+
+def _warn_of_what_is_not_drawn(call: str, params: Any, names: list[str]) -> None:
+    ignored = [name for name in names if getattr(params, name)]
+    if ignored:
+        log.warning("%s(): not drawn here: %s.", call, ", ".join(ignored))
 
 
 def _engine(name: str, params: Any, diffuse: Any, background: Rgba) -> RenderEngine:

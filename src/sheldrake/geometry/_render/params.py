@@ -147,11 +147,15 @@ class RenderEngineGlParams:
         default_diffuse: Colour of geometry that names none.
         default_clear_color: Colour where there is nothing.
         lights: Lights; when empty, one that shines where the camera looks.
+        cast_shadows: Whether lights cast shadows; no engine here draws them.
+        shadow_map_size: Size of a shadow map [pixels].
     """
 
     default_diffuse: Rgba = dataclasses.field(default_factory=lambda: Rgba(0.9, 0.7, 0.2))
     default_clear_color: Rgba = dataclasses.field(default_factory=lambda: Rgba(204 / 255, 229 / 255, 1.0))
     lights: list[LightParameter] = dataclasses.field(default_factory=list)
+    cast_shadows: bool = False
+    shadow_map_size: int = 256
 
 
 @typed_fields

@@ -11,10 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from sheldrake.geometry._kernels.raster_scene import DISC, QUADRIC, Patch, Vertex
-from sheldrake.geometry._meshcat.drawables import _triangulated
 from sheldrake.geometry._meshes.mesh_looks import load_mesh
 from sheldrake.geometry._properties import PerceptionProperties
-from sheldrake.geometry._shapes import Box, Capsule, Convex, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
+from sheldrake.geometry._shape_types import type_of
+from sheldrake.geometry._shapes import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, Shape, Sphere
 
 log = logging.getLogger("drake")
 HALF_SPACE_SIZE = 100.0  # edge of the square that stands for a half space [m], as in Drake
@@ -92,12 +92,12 @@ def surface_of(shape: Shape, properties: PerceptionProperties, default: tuple[fl
         return _triangles(*_box(shape.size()), material=material)
     if isinstance(shape, HalfSpace):
         return _triangles(*_square(HALF_SPACE_SIZE), material=material)
-    if isinstance(shape, Convex):
-        vertices, faces = _triangulated(shape.GetConvexHull())
-        return _triangles(vertices, faces, material=material)
     patches = _patches(shape)
     if patches is None:
-        raise RuntimeError(f"This class ({engine}) does not support {type(shape).__name__}.")
+        row = type_of(shape)
+        if row.kind is None or row.surface is None:
+            raise RuntimeError(f"This class ({engine}) does not support {type(shape).__name__}.")
+        return _triangles(*row.surface(shape), material=material)
     kinds, rows = zip(*patches)
     none = np.zeros((0, Vertex.SIZE)), np.zeros((0, 4), np.int64)
     return Surface(*none, np.array(rows, float), np.array(kinds, np.int64), (material,))

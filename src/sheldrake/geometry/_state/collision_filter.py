@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sheldrake.common._checked import checked
 from sheldrake.geometry._ids import FilterId, GeometryId
 from sheldrake.geometry._roles import CollisionFilterScope
 from sheldrake.geometry._state.geometry_set import GeometrySet
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 Resolver = Callable[[GeometrySet, CollisionFilterScope], "set[GeometryId]"]
 
@@ -68,6 +71,7 @@ class CollisionFilter:
         self._excluded: frozenset[Pair] = frozenset()
         self._transient: tuple[tuple[FilterId, dict[Pair, bool]], ...] = ()
         self._effective: frozenset[Pair] | None = frozenset()
+        self._inactive: frozenset[GeometryId] = frozenset()
 
     def copy(self) -> CollisionFilter:
         """An independent copy."""
@@ -75,8 +79,15 @@ class CollisionFilter:
         new.__dict__.update(self.__dict__)
         return new
 
-    def excluded(self) -> frozenset[Pair]:
-        """All excluded pairs, smaller id first."""
+    def excluded(self, among: Iterable[GeometryId] = ()) -> frozenset[Pair]:
+        """The pairs that declarations exclude, smaller id first, and those of inactive geometries `among` these."""
+        excluded = self._declared()
+        if not self._inactive:
+            return excluded
+        ids = list(among)
+        return excluded.union(ordered_pair(a, b) for a in self._inactive.intersection(ids) for b in ids if a != b)
+
+    def _declared(self) -> frozenset[Pair]:
         if self._effective is None:
             effective = set(self._excluded)
             for _, layer in self._transient:
@@ -116,6 +127,14 @@ class CollisionFilter:
         self._effective = None
         return True
 
+    def deactivate(self, ids: set[GeometryId]) -> None:
+        """Lets geometries touch nothing, whatever declarations say."""
+        self._inactive = self._inactive | ids
+
+    def activate(self, ids: set[GeometryId]) -> None:
+        """Takes `deactivate` back."""
+        self._inactive = self._inactive - ids
+
     def exclude(self, pairs: set[Pair]) -> None:
         """Adds persistent exclusions."""
         self._excluded = self._excluded | pairs
@@ -123,6 +142,7 @@ class CollisionFilter:
 
     def remove_geometry(self, geometry_id: GeometryId) -> None:
         """Forgets a geometry."""
+        self._inactive = self._inactive - {geometry_id}
         self._excluded = frozenset(pair for pair in self._excluded if geometry_id not in pair)
         self._transient = tuple(
             (filter_id, {pair: allow for pair, allow in layer.items() if geometry_id not in pair})
@@ -154,7 +174,7 @@ class CollisionFilterManager:
         raise TypeError("CollisionFilterManager: No constructor defined! Use SceneGraph.collision_filter_manager().")
 
     @classmethod
-    def _make(cls, edit: Callable[[], tuple[CollisionFilter, Resolver]], read: Callable[[], CollisionFilter]) -> Any:
+    def _make(cls, edit: Callable[[], tuple[CollisionFilter, Resolver]], read: Callable[[], CollisionFilter]) -> Self:
         manager = object.__new__(cls)
         manager._edit = edit
         manager._read = read
@@ -176,6 +196,26 @@ class CollisionFilterManager:
         """Applies a declaration until it is removed; returns its id."""
         collision_filter, resolve = self._edit()
         return collision_filter.apply_transient(declaration, resolve)
+
+    @checked
+    def Deactivate(self, geometry_set: GeometrySet) -> None:
+        """Lets the geometries of a set touch nothing until they are activated; declarations do not matter meanwhile.
+
+        Raises:
+            RuntimeError: the set names an unknown frame or geometry.
+        """
+        collision_filter, resolve = self._edit()
+        collision_filter.deactivate(resolve(geometry_set, CollisionFilterScope.kAll))
+
+    @checked
+    def Activate(self, geometry_set: GeometrySet) -> None:
+        """Takes `Deactivate` back: the geometries of a set touch what declarations allow.
+
+        Raises:
+            RuntimeError: the set names an unknown frame or geometry.
+        """
+        collision_filter, resolve = self._edit()
+        collision_filter.activate(resolve(geometry_set, CollisionFilterScope.kAll))
 
     @checked
     def RemoveDeclaration(self, filter_id: FilterId) -> bool:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import dataclasses
 from typing import Optional
 
-from sheldrake.common._options import Options
+from sheldrake.common._options import typed_fields
 from sheldrake.geometry._text import number
 
-_MAYBE = Optional[float]  # noqa: UP045 (what pydrake reports)
+_Maybe = Optional[float]  # noqa: UP045 (what pydrake reports)
 
 
-class DefaultProximityProperties(Options):
+@typed_fields
+@dataclasses.dataclass(kw_only=True, eq=False)
+class DefaultProximityProperties:
     """Defaults of proximity properties; None leaves a property absent.
 
     Attributes:
@@ -26,29 +29,16 @@ class DefaultProximityProperties(Options):
         point_stiffness: of one contact point [N/m].
     """
 
-    compliance_type: str
-    hydroelastic_modulus: float | None
-    resolution_hint: float | None
-    slab_thickness: float | None
-    margin: float | None
-    dynamic_friction: float | None
-    static_friction: float | None
-    hunt_crossley_dissipation: float | None
-    relaxation_time: float | None
-    point_stiffness: float | None
-
-    _fields = (
-        ("compliance_type", str, "undefined"),
-        ("hydroelastic_modulus", _MAYBE, 1e7),
-        ("resolution_hint", _MAYBE, 0.02),
-        ("slab_thickness", _MAYBE, None),
-        ("margin", _MAYBE, None),
-        ("dynamic_friction", _MAYBE, 0.5),
-        ("static_friction", _MAYBE, 0.5),
-        ("hunt_crossley_dissipation", _MAYBE, 50.0),
-        ("relaxation_time", _MAYBE, 0.1),
-        ("point_stiffness", _MAYBE, 1e6),
-    )
+    compliance_type: str = "undefined"
+    hydroelastic_modulus: _Maybe = 1e7
+    resolution_hint: _Maybe = 0.02
+    slab_thickness: _Maybe = None
+    margin: _Maybe = None
+    dynamic_friction: _Maybe = 0.5
+    static_friction: _Maybe = 0.5
+    hunt_crossley_dissipation: _Maybe = 50.0
+    relaxation_time: _Maybe = 0.1
+    point_stiffness: _Maybe = 1e6
 
     def _validate(self) -> None:
         """Raises RuntimeError for values that make no sense."""
@@ -58,7 +48,7 @@ class DefaultProximityProperties(Options):
                 "expected 'undefined', 'rigid' or 'compliant'."
             )
         positive = ("hydroelastic_modulus", "resolution_hint", "slab_thickness", "point_stiffness")
-        for name in self._kinds:
+        for name in (field.name for field in dataclasses.fields(self)):
             value = getattr(self, name)
             if name == "compliance_type" or value is None:
                 continue
@@ -78,13 +68,15 @@ class DefaultProximityProperties(Options):
             )
 
 
-class SceneGraphConfig(Options):
+@typed_fields
+@dataclasses.dataclass(kw_only=True, eq=False)
+class SceneGraphConfig:
     """Configuration of a SceneGraph.
 
     Attributes:
         default_proximity_properties: DefaultProximityProperties.
     """
 
-    default_proximity_properties: DefaultProximityProperties
-
-    _fields = (("default_proximity_properties", DefaultProximityProperties, DefaultProximityProperties()),)
+    default_proximity_properties: DefaultProximityProperties = dataclasses.field(
+        default_factory=DefaultProximityProperties
+    )

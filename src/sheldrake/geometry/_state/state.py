@@ -341,7 +341,7 @@ class GeometryState:
     def collision_candidates(self) -> list[Pair]:
         """The pairs of proximity geometry that may touch, smaller id first, sorted."""
         ids = self.ids_with_role(Role.kProximity)
-        excluded = self.filter.excluded()
+        excluded = self.filter.excluded(ids)
         return [
             pair
             for pair in itertools.combinations(ids, 2)
@@ -362,7 +362,7 @@ class GeometryState:
             raise RuntimeError(f"{about}{without[0].get_value()} does not have a proximity role")
         if self.never_touch(self.geometries[a], self.geometries[b]):
             return True
-        return ordered_pair(a, b) in self.filter.excluded()
+        return ordered_pair(a, b) in self.filter.excluded((a, b))
 
     # ---- defaults
 

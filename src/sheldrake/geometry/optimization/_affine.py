@@ -33,7 +33,7 @@ class Affine:
         return cls(vars, np.eye(len(vars)), np.zeros(len(vars)))
 
     @classmethod
-    def constant(cls, b: Any) -> Affine:
+    def constant(cls, b: ArrayLike) -> Affine:
         """Numbers."""
         b = np.atleast_1d(np.array(b, dtype=float))
         return cls(np.zeros(0, dtype=object), np.zeros((b.size, 0)), b)

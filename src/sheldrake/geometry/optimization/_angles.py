@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,10 +18,14 @@ from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.geometry.optimization._hyperrectangle import Hyperrectangle
 from sheldrake.solvers import MathematicalProgram, Solve
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
 _TURN = 2.0 * math.pi
 
 
-def check_joints(joints: Any, dimension: int) -> list[int]:
+def check_joints(joints: Sequence[int], dimension: int) -> list[int]:
     """The places of angles.
 
     Raises:
@@ -86,7 +90,7 @@ def PartitionConvexSet(
     return [piece for s in sets for piece in _pieces(s, continuous_revolute_joints, epsilon)]
 
 
-def _pieces(s: ConvexSet, joints: Any, epsilon: float) -> list[ConvexSet]:
+def _pieces(s: ConvexSet, joints: Sequence[int], epsilon: float) -> list[ConvexSet]:
     joints = check_joints(joints, s.ambient_dimension())
     intervals = [_intervals(*_ends(s, j), epsilon) for j in joints]
     if all(len(i) == 1 for i in intervals):
@@ -167,7 +171,12 @@ _JOINTS = {"continuous_revolute_joints": _places}
     ),
 )
 def ComputePairwiseIntersections(
-    A: list[ConvexSet], B: list[ConvexSet], joints: list[int], boxes_A: Any, boxes_B: Any, _parallelism: Any
+    A: list[ConvexSet],
+    B: list[ConvexSet],
+    joints: list[int],
+    boxes_A: Sequence[Hyperrectangle],
+    boxes_B: Sequence[Hyperrectangle],
+    _parallelism: Any,
 ) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
     """Returns which sets meet, if angles may be changed by whole turns, and by how much the first has to be moved.
 
@@ -182,7 +191,7 @@ def ComputePairwiseIntersections(
 
 
 def _between(
-    A: list[ConvexSet], others: list[ConvexSet] | None, joints: Any, boxes_A: Any = None, boxes_B: Any = None
+    A: list[ConvexSet], others: list[ConvexSet] | None, joints: Sequence[int], boxes_A: Any = None, boxes_B: Any = None
 ) -> tuple[list[tuple[int, int]], list[np.ndarray]]:
     """Pairs within a list, or between two, and offsets."""
     B = A if others is None else others

@@ -22,7 +22,10 @@ from sheldrake.symbolic import Variable
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from sheldrake.common import RandomGenerator
+    from sheldrake.common import Parallelism, RandomGenerator
+    from sheldrake.geometry import Shape
+    from sheldrake.math import RigidTransform
+    from sheldrake.solvers._arrays import Matrix
 
 
 class SampledVolume(NamedTuple):
@@ -33,7 +36,7 @@ class SampledVolume(NamedTuple):
     num_samples: int
 
 
-def checked_box(call: str, lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
+def checked_box(call: str, lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """The bounds of a box.
 
     Raises:
@@ -84,7 +87,7 @@ class ConvexSet:
     def _volume(self) -> float:
         raise NotImplementedError
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         raise RuntimeError(f"ToShapeWithPose is not implemented yet for {type(self).__name__}.")
 
     # What all have
@@ -117,11 +120,11 @@ class ConvexSet:
         """Returns the dimension of the space that the set is in."""
         return self._dimension
 
-    def Clone(self) -> Any:
+    def Clone(self) -> ConvexSet:
         """Returns a copy."""
         return copy.deepcopy(self)
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> ConvexSet:
         return copy.deepcopy(self)
 
     def _same_space(self, call: str, other: ConvexSet) -> None:
@@ -144,7 +147,7 @@ class ConvexSet:
         other._contain(Rows(prog), Affine.of(x), Affine.constant(1.0))
         return Solve(prog).is_success()
 
-    def IsBounded(self, parallelism: Any = None) -> bool:
+    def IsBounded(self, parallelism: Parallelism | int | bool | None = None) -> bool:
         """Tells whether the set is bounded."""
         known = True if self._dimension == 0 else self._bounded()
         if known is not None:
@@ -227,11 +230,18 @@ class ConvexSet:
         """
         self._require_dimensions("AddPointInNonnegativeScalingConstraints")
 
-        def plain(self: ConvexSet, prog: MathematicalProgram, x: Any, t: Any) -> list:
+        def plain(self: ConvexSet, prog: MathematicalProgram, x: np.ndarray, t: Any) -> list:
             return self._scaled(prog, Affine.of(x), Affine.of([t]))
 
         def general(
-            self: ConvexSet, prog: MathematicalProgram, A: Any, b: Any, c: Any, scale0: float, x: Any, t: Any
+            self: ConvexSet,
+            prog: MathematicalProgram,
+            A: Matrix,
+            b: np.ndarray,
+            c: Any,
+            scale0: float,
+            x: np.ndarray,
+            t: Any,
         ) -> list:
             return self._scaled(prog, Affine(x, A, b), Affine(t, c.reshape(1, -1), np.array([scale0])))
 
@@ -250,7 +260,7 @@ class ConvexSet:
         self._contain(into, x, scale)
         return [as_kind(Constraint, added) for added in into.constraints]
 
-    def ToShapeWithPose(self) -> tuple[Any, Any]:
+    def ToShapeWithPose(self) -> tuple[Shape, RigidTransform]:
         """Returns a shape and its pose in the world.
 
         Raises:

@@ -12,7 +12,9 @@ from sheldrake.solvers import Constraint, MathematicalProgram, Solve
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
+    from sheldrake.geometry.optimization import GraphOfConvexSetsOptions
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.solvers import SolverInterface
     from sheldrake.systems.framework import Context
 
 
@@ -121,7 +123,7 @@ def closest(
     ellipsoid: Hyperellipsoid,
     region: HPolyhedron,
     guess: np.ndarray,
-    solver: Any = None,
+    solver: SolverInterface | None = None,
     options: Any = None,
 ) -> np.ndarray | None:
     """A point of a region in collision as near to the center of an ellipsoid, in its metric, as found from a guess.
@@ -186,7 +188,7 @@ def _by_solver(
     region: HPolyhedron,
     guess: np.ndarray,
     solver: Any,
-    options: Any,
+    options: GraphOfConvexSetsOptions,
 ) -> np.ndarray | None:
     prog = MathematicalProgram()
     q = prog.NewContinuousVariables(guess.size, "q")

@@ -35,8 +35,11 @@ from sheldrake.solvers import ClarabelSolver, MakeSolver, MathematicalProgram, S
 from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.geometry import GeometryId
     from sheldrake.geometry._scene_graph import SceneGraph
+    from sheldrake.geometry.optimization import Hyperellipsoid
     from sheldrake.multibody.plant import MultibodyPlant
 
 # ---- options
@@ -300,7 +303,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         plant: MultibodyPlant,
         scene_graph: SceneGraph,
         plane_order: SeparatingPlaneOrder,
-        q_star: Any,
+        q_star: ArrayLike,
         options: CspaceFreePolytopeBase.Options | None = None,
     ):
         self._kinematics = RationalForwardKinematics(plant)
@@ -380,7 +383,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
 
     # Certificates
 
-    def _checked(self, call: str, C: Any, d: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _checked(self, call: str, C: ArrayLike, d: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         C, d, n = np.atleast_2d(np.asarray(C, dtype=float)), np.asarray(d, dtype=float).ravel(), len(self._s_lower)
         if C.shape != (d.size, n):
             raise RuntimeError(f"{call}(): C has shape {C.shape} and d has {d.size} values; there are {n} s.")
@@ -404,13 +407,15 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
             if k not in redundant
         ]
 
-    def _index_of(self, call: str, geometry_pair: Any) -> int:
+    def _index_of(self, call: str, geometry_pair: tuple[GeometryId, GeometryId]) -> int:
         first, second = sorted(geometry_pair, key=lambda id: id.get_value())
         if (first, second) not in self._pairs:
             raise RuntimeError(f"{call}(): the geometries {geometry_pair} need no plane to separate them.")
         return self._pairs[first, second]
 
-    def MakeIsGeometrySeparableProgram(self, geometry_pair: Any, C: Any, d: Any) -> SeparationCertificateProgram:
+    def MakeIsGeometrySeparableProgram(
+        self, geometry_pair: tuple[GeometryId, GeometryId], C: ArrayLike, d: ArrayLike
+    ) -> SeparationCertificateProgram:
         """Returns a program that looks for a certificate that two geometries do not touch.
 
         Args:
@@ -451,8 +456,8 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
 
     def FindSeparationCertificateGivenPolytope(
         self,
-        C: Any,
-        d: Any,
+        C: ArrayLike,
+        d: ArrayLike,
         ignored_collision_pairs: set,
         options: FindSeparationCertificateGivenPolytopeOptions,
     ) -> tuple[bool, dict]:
@@ -504,7 +509,12 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return out
 
     def BinarySearch(
-        self, ignored_collision_pairs: set, C: Any, d: Any, s_center: Any, options: BinarySearchOptions
+        self,
+        ignored_collision_pairs: set,
+        C: ArrayLike,
+        d: ArrayLike,
+        s_center: ArrayLike,
+        options: BinarySearchOptions,
     ) -> SearchResult | None:
         """Looks for the largest scale of a polytope about a point that has certificates.
 
@@ -557,7 +567,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return best
 
     def SearchWithBilinearAlternation(
-        self, ignored_collision_pairs: set, C_init: Any, d_init: Any, options: BilinearAlternationOptions
+        self, ignored_collision_pairs: set, C_init: ArrayLike, d_init: ArrayLike, options: BilinearAlternationOptions
     ) -> list[SearchResult]:
         """Looks for certificates of a polytope, then for a larger polytope with their multipliers, and so on.
 
@@ -592,7 +602,7 @@ class CspaceFreePolytope(CspaceFreePolytopeBase):
         return out
 
     def _larger_polytope(
-        self, C: np.ndarray, d: np.ndarray, found: dict, ellipsoid: Any, options: Any
+        self, C: np.ndarray, d: np.ndarray, found: dict, ellipsoid: Hyperellipsoid, options: BilinearAlternationOptions
     ) -> SearchResult | None:
         """C and d with the multipliers of `found`, faces far from the ellipsoid; or None."""
         how, center = options.find_polytope_options, ellipsoid.center()

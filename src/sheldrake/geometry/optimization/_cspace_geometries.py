@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import sys
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from sheldrake.geometry import Box, Capsule, Convex, Cylinder, GeometryId, Mesh,
 from sheldrake.geometry.optimization._vpolytope import VPolytope
 from sheldrake.math import RigidTransform
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.tree import BodyIndex
 
 
 class PlaneSide(BoundEnum):
@@ -89,7 +92,7 @@ class CIrisCollisionGeometry:
         raise TypeError("pydrake.geometry.optimization.CIrisCollisionGeometry: No constructor defined!")
 
     @classmethod
-    def _of(cls, shape: Shape, body_index: Any, id: GeometryId, X_BG: RigidTransform) -> CIrisCollisionGeometry:
+    def _of(cls, shape: Shape, body_index: BodyIndex, id: GeometryId, X_BG: RigidTransform) -> CIrisCollisionGeometry:
         out = object.__new__(cls)
         out._shape, out._body, out._id, out._X_BG = shape, body_index, id, X_BG
         out._type, out._conditions = _conditions(shape)
@@ -110,7 +113,7 @@ class CIrisCollisionGeometry:
         """Returns its shape."""
         return self._shape
 
-    def body_index(self) -> Any:
+    def body_index(self) -> BodyIndex:
         """Returns the body it is fixed to."""
         return self._body
 

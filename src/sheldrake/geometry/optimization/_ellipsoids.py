@@ -6,7 +6,7 @@ With the smallest one around points; a polyhedron makes the largest one inside i
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,11 @@ from sheldrake.geometry.optimization._from_geometry import Placed, geometry_over
 from sheldrake.math import RigidTransform, RotationMatrix
 from sheldrake.solvers import MathematicalProgram, Solve, _arrays
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.geometry import Shape
+
 
 def _volume_of_unit_ball(n: int) -> float:
     return math.pi ** (n / 2.0) / math.gamma(n / 2.0 + 1.0)
@@ -33,7 +38,7 @@ def _check_square(call: str, M: np.ndarray, center: np.ndarray) -> None:
         raise RuntimeError(f"{call}(): matrix and center must be finite.")
 
 
-def _ellipsoid(value: Any) -> Any:
+def _ellipsoid(value: Any) -> Hyperellipsoid:
     """Converter: a Hyperellipsoid, given before its class is known."""
     return instance_of(Hyperellipsoid)(value)
 
@@ -63,7 +68,7 @@ class AffineBall(ConvexSet):
             raise RuntimeError(f"AffineBall(): B is {B.shape[0]} x {B.shape[1]}, expected a square matrix.")
         self._B, self._center, self._dimension = np.array(B), np.array(center), center.size
 
-    def _set_of_form(self, ellipsoid: Any) -> None:
+    def _set_of_form(self, ellipsoid: Hyperellipsoid) -> None:
         if not ellipsoid.IsBounded():
             raise RuntimeError("AffineBall(): the ellipsoid must be bounded.")
         A = ellipsoid.A()
@@ -71,7 +76,7 @@ class AffineBall(ConvexSet):
         self._set(np.linalg.inv(L).T if A.size else A, ellipsoid.center())
 
     @staticmethod
-    def MinimumVolumeCircumscribedEllipsoid(points: Any, rank_tol: float = 1e-6) -> AffineBall:
+    def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> AffineBall:
         """Returns the least ellipsoid around points, columns; flat if the points are.
 
         Args:
@@ -97,7 +102,7 @@ class AffineBall(ConvexSet):
         return AffineBall(whole @ U.T, mean + basis @ center)
 
     @staticmethod
-    def MakeAxisAligned(radius: Any, center: Any) -> AffineBall:
+    def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> AffineBall:
         """Returns an ellipsoid along the axes.
 
         Raises:
@@ -109,7 +114,7 @@ class AffineBall(ConvexSet):
         return AffineBall(np.diag(radius), center)
 
     @staticmethod
-    def MakeHypersphere(radius: float, center: Any) -> AffineBall:
+    def MakeHypersphere(radius: float, center: ArrayLike) -> AffineBall:
         """Returns a ball."""
         return AffineBall.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 
@@ -119,7 +124,7 @@ class AffineBall(ConvexSet):
         return AffineBall(np.eye(dim), np.zeros(dim))
 
     @staticmethod
-    def MakeAffineBallFromLineSegment(x_1: Any, x_2: Any, epsilon: float = 1e-3) -> AffineBall:
+    def MakeAffineBallFromLineSegment(x_1: ArrayLike, x_2: ArrayLike, epsilon: float = 1e-3) -> AffineBall:
         """Returns an ellipsoid whose longest axis is a line segment, and whose others have radius epsilon.
 
         Raises:
@@ -177,7 +182,7 @@ class AffineBall(ConvexSet):
     def _volume(self) -> float:
         return abs(np.linalg.det(self._B)) * _volume_of_unit_ball(self._dimension)
 
-    def _shape(self) -> Any:
+    def _shape(self) -> tuple[Shape, RigidTransform]:
         return Hyperellipsoid(self)._shape()
 
 
@@ -222,7 +227,7 @@ class Hyperellipsoid(ConvexSet):
         self._set(np.linalg.inv(B) if B.size else B, ball.center())
 
     @staticmethod
-    def MinimumVolumeCircumscribedEllipsoid(points: Any, rank_tol: float = 1e-6) -> Hyperellipsoid:
+    def MinimumVolumeCircumscribedEllipsoid(points: ArrayLike, rank_tol: float = 1e-6) -> Hyperellipsoid:
         """Returns the least ellipsoid around points, columns.
 
         Raises:
@@ -237,7 +242,7 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid(AffineBall.MinimumVolumeCircumscribedEllipsoid(points, rank_tol))
 
     @staticmethod
-    def MakeAxisAligned(radius: Any, center: Any) -> Hyperellipsoid:
+    def MakeAxisAligned(radius: ArrayLike, center: ArrayLike) -> Hyperellipsoid:
         """Returns an ellipsoid along the axes.
 
         Raises:
@@ -249,7 +254,7 @@ class Hyperellipsoid(ConvexSet):
         return Hyperellipsoid(np.diag(1.0 / radius), center)
 
     @staticmethod
-    def MakeHypersphere(radius: float, center: Any) -> Hyperellipsoid:
+    def MakeHypersphere(radius: float, center: ArrayLike) -> Hyperellipsoid:
         """Returns a ball."""
         return Hyperellipsoid.MakeAxisAligned(np.full(np.size(center), float(radius)), center)
 

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from sheldrake.geometry.optimization import _polyhedron_programs as programs
+
+if TYPE_CHECKING:
+    from sheldrake.geometry.optimization import HPolyhedron
 
 _TOLERANCE = 1e-9
 
@@ -23,7 +26,7 @@ class Settings(NamedTuple):
     random_seed: int
 
 
-def check(polyhedron: Any, settings: Settings) -> None:
+def check(polyhedron: HPolyhedron, settings: Settings) -> None:
     """Refuses settings that are out of range.
 
     Raises:
@@ -45,13 +48,13 @@ def check(polyhedron: Any, settings: Settings) -> None:
         raise RuntimeError(f"{call}: an intersecting polytope does not meet the polyhedron.")
 
 
-def keeps(polyhedron: Any, settings: Settings) -> bool:
+def keeps(polyhedron: HPolyhedron, settings: Settings) -> bool:
     """Whether a polyhedron contains the points and meets the others."""
     inside = np.all(polyhedron.A() @ settings.points <= polyhedron.b()[:, None] + _TOLERANCE)
     return bool(inside) and all(polyhedron.IntersectsWith(other) for other in settings.others)
 
 
-def with_fewer_faces(polyhedron: Any, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
+def with_fewer_faces(polyhedron: HPolyhedron, settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     """A and b where faces moved inwards, each as little as makes other faces redundant, and those are dropped.
 
     Args:

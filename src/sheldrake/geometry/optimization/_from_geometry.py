@@ -12,6 +12,7 @@ from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._shapes import Box, Convex, Mesh
 
 if TYPE_CHECKING:
+    from sheldrake.geometry import Shape
     from sheldrake.geometry._query.query_object import QueryObject
 
 
@@ -31,7 +32,7 @@ def placed(query_object: QueryObject, geometry_id: GeometryId, reference_frame: 
     return Placed(query_object.inspector().GetShape(geometry_id), X_FG.rotation().matrix(), X_FG.translation())
 
 
-def _query(value: Any) -> Any:
+def _query(value: Any) -> QueryObject:
     if not hasattr(value, "inspector"):
         raise Mismatch
     return value
@@ -46,14 +47,16 @@ def _frame(value: Any) -> Any:
 def geometry_overload(function: Any, **more: Any) -> Overload:
     """The way to make a set of a geometry: `(query_object, geometry_id, reference_frame=None)`."""
 
-    def make(self: Any, query_object: QueryObject, geometry_id: Any, reference_frame: Any, *rest: Any) -> None:
+    def make(
+        self: Any, query_object: QueryObject, geometry_id: GeometryId, reference_frame: FrameId | None, *rest: Any
+    ) -> None:
         function(self, placed(query_object, geometry_id, reference_frame), *rest)
 
     kinds = {"query_object": _query, "geometry_id": instance_of(GeometryId), "reference_frame": (_frame, None)}
     return overload(make, **kinds, **more)
 
 
-def unsupported(cls: type, shape: Any) -> RuntimeError:
+def unsupported(cls: type, shape: Shape) -> RuntimeError:
     """The error for a shape that is no set of a kind."""
     return RuntimeError(f"{cls.__name__} does not support {type(shape).__name__}.")
 

@@ -19,7 +19,10 @@ from sheldrake.solvers._functions.bindings import BindingBase, as_kind
 from sheldrake.symbolic import MakeVectorContinuousVariable, Variable
 
 if TYPE_CHECKING:
-    from sheldrake.solvers import MathematicalProgramResult
+    from collections.abc import Callable
+
+    from sheldrake.solvers import Binding, MathematicalProgramResult
+    from sheldrake.symbolic import Expression
 
 
 class VertexId(_Identifier):
@@ -90,7 +93,7 @@ class Element:
         return prog
 
     @overloaded(*COSTS)
-    def AddCost(self, what: Any, use_in_transcription: Iterable) -> Any:
+    def AddCost(self, what: Any, use_in_transcription: Iterable) -> BindingBase[Cost]:
         """Adds a cost and returns it; called as `(e)` or `(binding)`, and `use_in_transcription`.
 
         Raises:
@@ -102,11 +105,13 @@ class Element:
         self._costs.append((binding, ell, chosen))
         return as_kind(Cost, binding)
 
-    def _parsed_cost(self, e: Any) -> BindingBase:
+    def _parsed_cost(self, e: Expression) -> BindingBase:
         return self._parser().AddCost(e)
 
     @overloaded(*constraints("f"))
-    def AddConstraint(self, what: Any, use_in_transcription: Iterable) -> Any:
+    def AddConstraint(
+        self, what: Expression | Callable[..., Any] | Binding, use_in_transcription: Iterable
+    ) -> BindingBase[Constraint]:
         """Adds a constraint and returns it; called as `(f)` or `(binding)`, and `use_in_transcription`.
 
         Raises:

@@ -27,7 +27,7 @@ from sheldrake.solvers import (
 )
 
 if TYPE_CHECKING:
-    from sheldrake.solvers import MathematicalProgram
+    from sheldrake.solvers import MathematicalProgram, SolverInterface
 
 # ---- options
 
@@ -437,7 +437,9 @@ class GraphOfConvexSets:
         result.set_solution_result(SolutionResult.kInfeasibleConstraints)
         return result
 
-    def _rounded(self, source: Vertex, target: Vertex, relaxed: Any, options: Any) -> MathematicalProgramResult:
+    def _rounded(
+        self, source: Vertex, target: Vertex, relaxed: MathematicalProgramResult, options: GraphOfConvexSetsOptions
+    ) -> MathematicalProgramResult:
         paths, again = sample_paths(source, target, self._flows(relaxed), options)
         _log.info("Found %d unique paths, discarded %d duplicate paths.", len(paths), again)
         found = [self.SolveConvexRestriction(path, options, relaxed) for path in paths]
@@ -545,7 +547,9 @@ class GraphOfConvexSets:
         return sample_paths(source, target, given, options)[0]
 
 
-def _solve(prog: MathematicalProgram, solver: Any, solver_options: SolverOptions) -> MathematicalProgramResult:
+def _solve(
+    prog: MathematicalProgram, solver: SolverInterface | None, solver_options: SolverOptions
+) -> MathematicalProgramResult:
     if solver is not None:
         return solver.Solve(prog, None, solver_options)
     try:

@@ -22,7 +22,10 @@ from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
 from sheldrake.geometry.optimization._vpolytope import VPolytope
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.geometry._query.query_object import QueryObject
+    from sheldrake.multibody.tree import Frame
 
 _FIRST_RADIUS = 1e-2  # Of the ball that the search starts with.
 
@@ -129,7 +132,7 @@ def tangent(ellipsoid: Hyperellipsoid, point: np.ndarray) -> tuple[np.ndarray, f
 
 
 def Iris(
-    obstacles: list[ConvexSet], sample: Any, domain: HPolyhedron, options: IrisOptions | None = None
+    obstacles: list[ConvexSet], sample: ArrayLike, domain: HPolyhedron, options: IrisOptions | None = None
 ) -> HPolyhedron:
     """Returns a large convex region of a domain without obstacles, around a point.
 
@@ -170,7 +173,7 @@ def _separated(domain: HPolyhedron, ellipsoid: Hyperellipsoid, obstacles: list[C
     return region
 
 
-def set_of_shape(query_object: QueryObject, geometry: GeometryId, frame: Any) -> ConvexSet:
+def set_of_shape(query_object: QueryObject, geometry: GeometryId, frame: Frame) -> ConvexSet:
     """A geometry as a convex set, of the kind that programs are smallest with."""
     shape = query_object.inspector().GetShape(geometry)
     kinds: list[tuple[tuple[type, ...], type[ConvexSet]]] = [

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import pathlib
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry.optimization._hpolyhedron import HPolyhedron
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 
 def _numbers(values: Any) -> str:
     return "[" + ", ".join(repr(float(v)) for v in values) + "]"
 
 
-def SaveIrisRegionsYamlFile(filename: Any, regions: dict[str, HPolyhedron], child_name: str | None = None) -> None:
+def SaveIrisRegionsYamlFile(
+    filename: str | PathLike[str], regions: dict[str, HPolyhedron], child_name: str | None = None
+) -> None:
     """Writes named regions to a YAML file.
 
     Args:
@@ -32,7 +37,7 @@ def SaveIrisRegionsYamlFile(filename: Any, regions: dict[str, HPolyhedron], chil
     pathlib.Path(filename).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def LoadIrisRegionsYamlFile(filename: Any, child_name: str | None = None) -> dict[str, HPolyhedron]:
+def LoadIrisRegionsYamlFile(filename: str | PathLike[str], child_name: str | None = None) -> dict[str, HPolyhedron]:
     """Returns named regions from a YAML file.
 
     Args:

@@ -7,7 +7,7 @@ starts and ends.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from sheldrake.geometry.optimization._affine import Affine, Rows
 from sheldrake.geometry.optimization._gcs_elements import Edge, Element, Transcription, Vertex
 from sheldrake.geometry.optimization._perspective import add_constraint, bound_cost
 from sheldrake.solvers import MathematicalProgram
+
+if TYPE_CHECKING:
+    from sheldrake.solvers._functions.bindings import BindingBase
 
 _NEGLIGIBLE = 100.0 * np.finfo(float).eps  # A flow below this gives no point.
 
@@ -124,7 +127,7 @@ class ShortestPathProgram:
         return out
 
 
-def _of_binding(element: Element, binding: Any, x: Affine) -> Affine:
+def _of_binding(element: Element, binding: BindingBase, x: Affine) -> Affine:
     """The rows of an element's variables that a binding has, in its order."""
     place = {v.get_id(): i for i, v in enumerate(element._allowed)}
     return x[[place[v.get_id()] for v in binding._variables]]

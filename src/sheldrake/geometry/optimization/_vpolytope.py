@@ -21,8 +21,12 @@ from sheldrake.solvers import _arrays
 if TYPE_CHECKING:
     from os import PathLike
 
+    from numpy.typing import ArrayLike
 
-def _polyhedron(value: Any) -> Any:
+    from sheldrake.geometry.optimization import HPolyhedron
+
+
+def _polyhedron(value: Any) -> HPolyhedron:
     if type(value).__name__ != "HPolyhedron":
         raise _arrays.Mismatch
     return value
@@ -52,7 +56,7 @@ class VPolytope(ConvexSet):
     def _set(self, vertices: np.ndarray) -> None:
         self._vertices, self._dimension = np.array(vertices), vertices.shape[0]
 
-    def _set_of_half_spaces(self, H: Any, tol: float) -> None:
+    def _set_of_half_spaces(self, H: HPolyhedron, tol: float) -> None:
         if not H.IsBounded():
             raise RuntimeError("VPolytope(): the HPolyhedron is not bounded.")
         n = H.ambient_dimension()
@@ -71,7 +75,7 @@ class VPolytope(ConvexSet):
         self._set(basis @ vertices_of(A, b, local.ChebyshevCenter()) + start[:, None])
 
     @staticmethod
-    def MakeBox(lb: Any, ub: Any) -> VPolytope:
+    def MakeBox(lb: ArrayLike, ub: ArrayLike) -> VPolytope:
         """Returns the corners of lb <= x <= ub.
 
         Raises:

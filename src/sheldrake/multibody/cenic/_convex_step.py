@@ -11,7 +11,7 @@ from sheldrake.geometry._kernels.model import contact_table
 from sheldrake.geometry._kernels.spatial_hash import make_cells
 from sheldrake.multibody.cenic._kernels.step import Calls, Convex, PlantPlace, Tolerances, cenic_step
 from sheldrake.multibody.contact_solvers import IcfSolverParameters
-from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
+from sheldrake.multibody.contact_solvers._kernels.solve import CONTACT_MARGIN, prepare_hunt_crossley_contacts
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.contacts import static_friction
 from sheldrake.multibody.plant._kernels.ports import GEOMETRY_NOT_CONNECTED
@@ -20,7 +20,7 @@ from sheldrake.multibody.plant._step.arrays import make_plant_model, make_step_w
 from sheldrake.multibody.plant._step.input_ports import sees_geometry
 from sheldrake.multibody.plant._step.kernel_models import is_limited
 from sheldrake.multibody.plant._step.stages import discrete_stages
-from sheldrake.multibody.plant._step.tuning import CONTACT_MARGIN, solver_model_of
+from sheldrake.multibody.plant._step.tuning import solver_model_of
 from sheldrake.systems.analysis._kernel_steps import Arguments, callees, prepare, set_step
 
 
@@ -56,8 +56,8 @@ class ConvexStep:
         table, cells = contact_table(geometry), make_cells(geometry)
         work = make_step_work(models["tree_model"], self._solver, plant_model, table, hydro_model=hydro, cells=cells)
         strict = parts.settings.contact_model is ContactModel.kHydroelastic
-        stages = discrete_stages(geometry, plant_model, False, hydro, strict)
-        stages.insert(stages.index(prepare_problem), static_friction)
+        stages = discrete_stages(geometry, plant_model, "lagged", hydro, strict)
+        stages.insert(stages.index(prepare_hunt_crossley_contacts), static_friction)
         self._work = work
         self._convex = self._memory(len(parts.contexts.view(context).p))
         self._models = models

@@ -8,19 +8,8 @@ import numpy as np
 
 from sheldrake.multibody.contact_solvers._kernels import problem as records
 from sheldrake.multibody.contact_solvers._kernels.factor import BITS
-from sheldrake.multibody.contact_solvers._kernels.problem import (
-    LAGGED,
-    SAP,
-    SIMILAR,
-    TAMSI,
-    Contacts,
-    Factor,
-    Problem,
-    Rows,
-    SolverModel,
-)
-
-APPROXIMATIONS = {"lagged": LAGGED, "similar": SIMILAR, "sap": SAP, "tamsi": TAMSI}
+from sheldrake.multibody.contact_solvers._kernels.problem import Contacts, Factor, Problem, Rows, SolverModel
+from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
 
 DRAKE_TOLERANCE = 1e-6
 """Residual that Drake accepts, relative to momentum and impulse. A body at rest may creep at 1e-6 g dt."""
@@ -34,6 +23,9 @@ DRAKE_ITERATIONS = 100
 MAX_ITERATIONS = 500
 """Ours: heaps with mass ratios of a thousand need more than 100 where they hit the ground; the problem is convex, so
 that iterations do arrive."""
+
+RESOLVED_TURN = 0.2
+"""Angle of a step up to which a body that spins has all of its gyroscopic torque, where steps go on to rest [rad]."""
 
 MAX_FACTOR = 4_000_000
 """Numbers in the largest factor a workspace makes room for (32 MB)."""
@@ -60,7 +52,7 @@ def make_solver_model(
     stiction_tolerance: float = 1e-4,
     near_rigid_threshold: float = 1.0,
     relative_tolerance: float = REST_TOLERANCE,
-    settle: bool = False,
+    to_rest: bool = False,
 ) -> SolverModel:
     """The constants of a solver.
 
@@ -69,12 +61,11 @@ def make_solver_model(
         dof: for each dof the next dof towards the base or -1, its number of ancestors and the start of its row in the
             packed momentum matrix, shape (nv, 3).
         dt: time step [s].
-        approximation: "lagged", "similar", "sap" or "tamsi".
+        approximation: one of `APPROXIMATIONS`.
         stiction_tolerance: slip speed below which friction counts as stiction [m/s].
         near_rigid_threshold: beta of kSap's contacts.
         relative_tolerance: residual at which iterations stop, relative to momentum and impulse.
-        settle: rest exactly where rest is a solution, and search lines only where the full Newton step does not do;
-            False gives Drake's iterates.
+        to_rest: solved until what can rest does, instead of as Drake iterates.
 
     Raises:
         ValueError: if the approximation has no such name.
@@ -94,9 +85,11 @@ def make_solver_model(
     model.near_rigid_rows = 0.1
     model.relative_tolerance = relative_tolerance
     model.absolute_tolerance = 1e-14
-    model.approximation = APPROXIMATIONS[approximation]
-    model.max_iterations = MAX_ITERATIONS if settle else DRAKE_ITERATIONS
-    model.settle = settle
+    model.resolved_turn = RESOLVED_TURN if to_rest else np.inf
+    model.max_iterations = MAX_ITERATIONS if to_rest else DRAKE_ITERATIONS
+    model.law = APPROXIMATIONS[approximation].law
+    model.scalar_rows = APPROXIMATIONS[approximation].scalar_rows
+    model.sides = 1 if APPROXIMATIONS[approximation].symmetric else 2
     return model
 
 
@@ -130,9 +123,9 @@ def make_solver_work(
     def integers(*shape: int) -> np.ndarray:
         return np.zeros(shape, np.int64)
 
-    both_sides = model.approximation == TAMSI
     sizes = model.tree[:, records.Tree.num_dofs]
-    size = min(nv * nv if both_sides else (nv * nv + int(np.sum(sizes**2))) // 2, MAX_FACTOR) if contacts + rows else 0
+    full = nv * nv if model.sides == 2 else (nv * nv + int(np.sum(sizes**2))) // 2
+    size = min(full, MAX_FACTOR) if contacts + rows else 0
     blocks = min(num_trees * (num_trees - 1) // 2, MAX_BLOCKS) if contacts + rows else 0
     return SolverWork(
         Problem(

@@ -10,7 +10,12 @@ from sheldrake.multibody.inverse_kinematics._kinematic import QDOT, KinematicFun
 from sheldrake.solvers import Constraint
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Frame, ModelInstanceIndex
     from sheldrake.systems.framework import Context
 
 
@@ -44,7 +49,13 @@ class ComPositionConstraint(_CenterOfMass, Constraint):
         plant_context: Where the positions are put.
     """
 
-    def __init__(self, plant: MultibodyPlant, model_instances: Any, expressed_frame: Any, plant_context: Context):
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        model_instances: Sequence[ModelInstanceIndex] | None,
+        expressed_frame: Frame,
+        plant_context: Context,
+    ):
         self._instances, self._E = model_instances, expressed_frame
         self._set_plant(plant, plant_context, 3, 3)
         self._description = f"{plant.get_name()} CoM position constraint"
@@ -73,11 +84,11 @@ class ComInPolyhedronConstraint(_CenterOfMass, Constraint):
     def __init__(
         self,
         plant: MultibodyPlant,
-        model_instances: Any,
-        expressed_frame: Any,
-        A: Any,
-        lb: Any,
-        ub: Any,
+        model_instances: Sequence[ModelInstanceIndex] | None,
+        expressed_frame: Frame,
+        A: ArrayLike,
+        lb: ArrayLike,
+        ub: ArrayLike,
         plant_context: Context,
     ):
         self._instances, self._E = model_instances, expressed_frame

@@ -17,6 +17,9 @@ from sheldrake.solvers import MathematicalProgram, Solve, SolverOptions
 from sheldrake.solvers._kinds import matrix, vector
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
     from sheldrake.systems.framework import Context
 
@@ -32,9 +35,11 @@ class DifferentialInverseKinematicsStatus(BoundEnum):
 class DifferentialInverseKinematicsResult:
     """Velocities of the joints, shape (nv,), or None; and how it ended."""
 
+    __slots__ = ("joint_velocities", "status")
+
     def __init__(
         self,
-        joint_velocities: Any = None,
+        joint_velocities: np.ndarray | None = None,
         status: DifferentialInverseKinematicsStatus = DifferentialInverseKinematicsStatus.kNoSolutionFound,
     ):
         self.joint_velocities, self.status = joint_velocities, status
@@ -91,7 +96,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the positions that joints are drawn to where they are free, shape (nq,)."""
         return self._nominal.copy()
 
-    def set_nominal_joint_position(self, arg0: Any) -> None:
+    def set_nominal_joint_position(self, arg0: ArrayLike) -> None:
         """Sets the positions that joints are drawn to where they are free, shape (nq,).
 
         Raises:
@@ -109,7 +114,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the gain K of the pull to the nominal positions, shape (nq, nq)."""
         return self._gain.copy()
 
-    def set_joint_centering_gain(self, K: Any) -> None:
+    def set_joint_centering_gain(self, K: ArrayLike) -> None:
         """Sets the gain K of the pull to the nominal positions, shape (nq, nq) [1/s].
 
         Raises:
@@ -124,7 +129,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns which elements of the velocity, in frame E, are to be followed, shape (6,)."""
         return self._flag.copy()
 
-    def set_end_effector_velocity_flag(self, flag_E: Any) -> None:
+    def set_end_effector_velocity_flag(self, flag_E: ArrayLike) -> None:
         """Sets which elements of the velocity, in frame E, are to be followed, shape (6,)."""
         self._flag = np.array(flag_E, dtype=bool).reshape(6)
 
@@ -140,7 +145,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the bounds of the translational velocity to be commanded for a pose [m/s], or None."""
         return self._translational
 
-    def set_end_effector_translational_velocity_limits(self, lower: Any, upper: Any) -> None:
+    def set_end_effector_translational_velocity_limits(self, lower: ArrayLike, upper: ArrayLike) -> None:
         """Sets the bounds of the translational velocity to be commanded for a pose [m/s], shape (3,) each."""
         low, high = self._sized("lower", lower, 3), self._sized("upper", upper, 3)
         if np.any(high < low):
@@ -162,7 +167,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the bounds of positions, or None."""
         return self._get_limits("position")
 
-    def set_joint_position_limits(self, arg0: Any) -> None:
+    def set_joint_position_limits(self, arg0: ArrayLike) -> None:
         """Sets the bounds (lower, upper) of positions, shape (nq,) each."""
         self._set_limits("position", arg0, self._nq)
 
@@ -170,7 +175,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the bounds of velocities, or None."""
         return self._get_limits("velocity")
 
-    def set_joint_velocity_limits(self, arg0: Any) -> None:
+    def set_joint_velocity_limits(self, arg0: ArrayLike) -> None:
         """Sets the bounds (lower, upper) of velocities, shape (nv,) each."""
         self._set_limits("velocity", arg0, self._nv)
 
@@ -178,7 +183,7 @@ class DifferentialInverseKinematicsParameters:
         """Returns the bounds of accelerations, or None."""
         return self._get_limits("acceleration")
 
-    def set_joint_acceleration_limits(self, arg0: Any) -> None:
+    def set_joint_acceleration_limits(self, arg0: ArrayLike) -> None:
         """Sets the bounds (lower, upper) of accelerations, shape (nv,) each."""
         self._set_limits("acceleration", arg0, self._nv)
 
@@ -201,8 +206,8 @@ def _from_jacobian(
     V: np.ndarray,
     J: np.ndarray,
     parameters: DifferentialInverseKinematicsParameters,
-    N: Any = None,
-    Nplus: Any = None,
+    N: ArrayLike | None = None,
+    Nplus: ArrayLike | None = None,
 ) -> DifferentialInverseKinematicsResult:
     """min -100 alpha + |P (v_next - N+ K (q_nominal - q))|^2 with J v_next = alpha V, under the limits.
 
@@ -264,7 +269,14 @@ def nullspace_rows(J: np.ndarray) -> np.ndarray:
     return rows
 
 
-def _add_limits(prog: MathematicalProgram, v_next: Any, q: np.ndarray, v: np.ndarray, parameters: Any, N: Any) -> None:
+def _add_limits(
+    prog: MathematicalProgram,
+    v_next: ArrayLike,
+    q: np.ndarray,
+    v: np.ndarray,
+    parameters: DifferentialInverseKinematicsParameters,
+    N: ArrayLike | None,
+) -> None:
     dt = parameters.get_time_step()
     positions, velocities, accelerations = (parameters._limits[k] for k in ("position", "velocity", "acceleration"))
     if positions is not None:
@@ -282,7 +294,12 @@ def _add_limits(prog: MathematicalProgram, v_next: Any, q: np.ndarray, v: np.nda
 
 
 def _from_velocity(
-    robot: Any, context: Context, V_AE: np.ndarray, frame_A: Frame, frame_E: Frame, parameters: Any
+    robot: MultibodyPlant,
+    context: Context,
+    V_AE: np.ndarray,
+    frame_A: Frame,
+    frame_E: Frame,
+    parameters: DifferentialInverseKinematicsParameters,
 ) -> DifferentialInverseKinematicsResult:
     """For a velocity of E in A, given in A."""
     wrt = JacobianWrtVariable.kV
@@ -304,7 +321,12 @@ def pose_difference(X: RigidTransform, X_desired: RigidTransform) -> np.ndarray:
 
 
 def _from_pose(
-    robot: Any, context: Context, X_AE_desired: Any, frame_A: Frame, frame_E: Frame, parameters: Any
+    robot: MultibodyPlant,
+    context: Context,
+    X_AE_desired: RigidTransform,
+    frame_A: Frame,
+    frame_E: Frame,
+    parameters: DifferentialInverseKinematicsParameters,
 ) -> DifferentialInverseKinematicsResult:
     X_AE = robot.CalcRelativeTransform(context, frame_A, frame_E)
     V = pose_difference(X_AE, X_AE_desired) / parameters.get_time_step()
@@ -350,7 +372,13 @@ _PARAMETERS = {"parameters": called("DifferentialInverseKinematicsParameters")}
     overload(_from_velocity, **_ROBOT, V_AE_desired=_spatial_velocity, frame_A=FRAME, frame_E=FRAME, **_PARAMETERS),
 )
 def DoDifferentialInverseKinematics(
-    q: np.ndarray, v: np.ndarray, V: np.ndarray, J: np.ndarray, parameters: Any, N: Any, Nplus: Any
+    q: np.ndarray,
+    v: np.ndarray,
+    V: np.ndarray,
+    J: np.ndarray,
+    parameters: DifferentialInverseKinematicsParameters,
+    N: ArrayLike | None,
+    Nplus: ArrayLike | None,
 ) -> DifferentialInverseKinematicsResult:
     """Returns velocities of joints that move an end effector E in a wanted direction, as fast as limits allow.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.common._options import Options
 from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.inverse_kinematics._differential import nullspace_rows
 from sheldrake.planning import DofMask, JointLimits
+
+if TYPE_CHECKING:
+    pass
 
 
 class Step(NamedTuple):
@@ -82,36 +85,37 @@ def _demand(condition: Any, owner: Any, field: str, rule: str) -> None:
 class Ingredient:
     """Costs or constraints of a recipe; its kinds say which. Not made directly."""
 
-    _config: Any
+    _config: Options
 
     def __init__(self, *args: Any, **kwargs: Any):
         raise TypeError("pydrake.multibody.inverse_kinematics.Ingredient: No constructor defined!")
 
-    def GetConfig(self) -> Any:
+    def GetConfig(self) -> DofMask:
         """Returns the settings."""
         return self._config.__copy__()
 
-    def SetConfig(self, config: Any) -> None:
+    def SetConfig(self, config: Options) -> None:
         """Replaces the settings.
 
         Raises:
             RuntimeError: a value is out of its range.
         """
-        old, self._config = getattr(self, "_config", None), config.__deepcopy__({})
+        old: Any = getattr(self, "_config", None)
+        self._config = config.__deepcopy__({})
         try:
             self._check(self._config)
         except RuntimeError:
             self._config = old
             raise
 
-    def _check(self, config: Any) -> None:
+    def _check(self, config: Options) -> None:
         """Raises RuntimeError for settings that are out of range."""
 
     def _add_to(self, step: Step) -> None:
         """Adds the ingredient to the program of a step."""
         raise NotImplementedError
 
-    def _check_masks(self, config: Any) -> None:
+    def _check_masks(self, config: Options) -> None:
         for mask in config.cartesian_axis_masks.values():
             binary = np.isin(mask, (0.0, 1.0)).all()
             _demand(binary and mask.any(), self, "cartesian_axis_masks", "of zeros and ones, with at least one one")
@@ -142,7 +146,7 @@ class LeastSquaresCost(Ingredient):
     def __init__(self, config: Config):
         self.SetConfig(config)
 
-    def _check(self, config: Any) -> None:
+    def _check(self, config: Options) -> None:
         weight = config.cartesian_qp_weight
         _demand(np.isfinite(weight) and weight >= 0.0, self, "cartesian_qp_weight", "finite and not negative")
         self._check_masks(config)
@@ -175,7 +179,7 @@ class JointCenteringCost(Ingredient):
     def __init__(self, config: Config):
         self.SetConfig(config)
 
-    def _check(self, config: Any) -> None:
+    def _check(self, config: Options) -> None:
         gain = config.posture_gain
         _demand(np.isfinite(gain) and gain >= 0.0, self, "posture_gain", "finite and not negative")
         self._check_masks(config)
@@ -209,7 +213,7 @@ class CartesianPositionLimitConstraint(Ingredient):
     def __init__(self, config: Config):
         self.SetConfig(config)
 
-    def _check(self, config: Any) -> None:
+    def _check(self, config: Options) -> None:
         _demand(np.all(config.p_TG_next_lower <= config.p_TG_next_upper), self, "p_TG_next_lower", "<= p_TG_next_upper")
 
     def _add_to(self, step: Step) -> None:
@@ -240,7 +244,7 @@ class CartesianVelocityLimitConstraint(Ingredient):
     def __init__(self, config: Config):
         self.SetConfig(config)
 
-    def _check(self, config: Any) -> None:
+    def _check(self, config: Options) -> None:
         _demand(np.all(config.V_next_TG_limit >= 0.0), self, "V_next_TG_limit", "not negative")
 
     def _add_to(self, step: Step) -> None:
@@ -270,7 +274,7 @@ class CollisionConstraint(Ingredient):
         self.SetConfig(config)
         self._select: Callable | None = None
 
-    def _check(self, config: Any) -> None:
+    def _check(self, config: Options) -> None:
         _demand(np.isfinite(config.safety_distance), self, "safety_distance", "finite")
         _demand(config.influence_distance >= 0.0, self, "influence_distance", "not negative")
 
@@ -320,7 +324,7 @@ class JointVelocityLimitConstraint(Ingredient):
         self.SetConfig(config)
         self.SetJointLimits(joint_limits)
 
-    def _check(self, config: Any) -> None:
+    def _check(self, config: Options) -> None:
         _demand(config.min_margin >= 0.0, self, "min_margin", "not negative")
         _demand(config.influence_margin > config.min_margin, self, "influence_margin", "above min_margin")
 

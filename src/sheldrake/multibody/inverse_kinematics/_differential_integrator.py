@@ -18,7 +18,9 @@ from sheldrake.multibody.inverse_kinematics._differential import (
 from sheldrake.systems.framework import LeafSystem
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from numpy.typing import ArrayLike
+
+    from sheldrake.systems.framework import BasicVector, Context, DiscreteValues
 
 _log = logging.getLogger("drake")
 
@@ -88,7 +90,7 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
         """Returns the parameters, to be changed."""
         return self._parameters
 
-    def SetPositions(self, context: Context, positions: Any) -> None:
+    def SetPositions(self, context: Context, positions: ArrayLike) -> None:
         """Sets the positions to start from, shape (nq,)."""
         context.SetDiscreteState(0, np.asarray(positions, dtype=float))
 
@@ -118,7 +120,7 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
         X_AW = self._robot.CalcRelativeTransform(self._robot_context, self._A, self._robot.world_frame())
         return X_AW @ self._X_WE_port.Eval(context)
 
-    def _integrate(self, context: Context, discrete_state: Any) -> None:
+    def _integrate(self, context: Context, discrete_state: DiscreteValues) -> None:
         q = self._update_robot(context)
         found = DoDifferentialInverseKinematics(
             self._robot, self._robot_context, self._X_AE(context), self._A, self._E, self._parameters
@@ -135,10 +137,10 @@ class DifferentialInverseKinematicsIntegrator(LeafSystem):
             q = q + self._time_step * np.asarray(qdot)
         discrete_state.get_mutable_vector(0).SetFromVector(q)
 
-    def _initialize(self, context: Context, discrete_state: Any) -> None:
+    def _initialize(self, context: Context, discrete_state: DiscreteValues) -> None:
         if self._state_port.HasValue(context):
             q = self._state_port.Eval(context)[: self._robot.num_positions()]
             discrete_state.get_mutable_vector(0).SetFromVector(np.array(q))
 
-    def _positions_out(self, context: Context, output: Any) -> None:
+    def _positions_out(self, context: Context, output: BasicVector) -> None:
         output.SetFromVector(np.array(context.get_discrete_state(0).value()))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,7 +20,9 @@ from sheldrake.systems.framework import BusValue, LeafSystem
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
-    from sheldrake.systems.framework import Context
+    from sheldrake.multibody.tree import Frame
+    from sheldrake.planning import CollisionChecker
+    from sheldrake.systems.framework import BasicVector, Context, InputPort, OutputPort
 
 _log = logging.getLogger("drake")
 
@@ -60,7 +62,7 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
         self,
         recipe: ingredients.Recipe,
         task_frame: str,
-        collision_checker: Any,
+        collision_checker: CollisionChecker | None,
         active_dof: DofMask,
         time_step: float,
         K_VX: float,
@@ -95,11 +97,11 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
         self._velocities = self.DeclareAbstractInputPort("desired_cartesian_velocities", Value(BusValue()))
         self._commanded = self.DeclareVectorOutputPort("commanded_velocity", active_dof.count(), self._command)
 
-    def plant(self) -> Any:
+    def plant(self) -> MultibodyPlant:
         """Returns the plant of the collision checker."""
         return self._checker.plant()
 
-    def collision_checker(self) -> Any:
+    def collision_checker(self) -> CollisionChecker:
         """Returns the collision checker."""
         return self._checker
 
@@ -111,7 +113,7 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
         """Returns the time step [s]."""
         return self._time_step
 
-    def task_frame(self) -> Any:
+    def task_frame(self) -> Frame:
         """Returns frame T."""
         return self._task_frame
 
@@ -127,27 +129,27 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
         """Returns the bounds of velocities that come from poses [rad/s, m/s]."""
         return self._limit
 
-    def get_input_port_position(self) -> Any:
+    def get_input_port_position(self) -> InputPort:
         """Returns the input port of positions."""
         return self._position
 
-    def get_input_port_nominal_posture(self) -> Any:
+    def get_input_port_nominal_posture(self) -> InputPort:
         """Returns the input port of positions that free dofs are drawn to."""
         return self._nominal
 
-    def get_input_port_desired_cartesian_poses(self) -> Any:
+    def get_input_port_desired_cartesian_poses(self) -> InputPort:
         """Returns the input port of desired poses."""
         return self._poses
 
-    def get_input_port_desired_cartesian_velocities(self) -> Any:
+    def get_input_port_desired_cartesian_velocities(self) -> InputPort:
         """Returns the input port of desired velocities."""
         return self._velocities
 
-    def get_output_port_commanded_velocity(self) -> Any:
+    def get_output_port_commanded_velocity(self) -> OutputPort:
         """Returns the output port of velocities of the active dofs."""
         return self._commanded
 
-    def _command(self, context: Context, output: Any) -> None:
+    def _command(self, context: Context, output: BasicVector) -> None:
         step = self._make_step(context)
         for i in range(self._recipe.num_ingredients()):
             self._recipe.ingredient(i)._add_to(step)
@@ -213,6 +215,6 @@ class DifferentialInverseKinematicsSystem(LeafSystem):
         return frames, X_TGs, [np.clip(rate * way, -limit, limit) for way in ways]
 
 
-def _frame(plant: MultibodyPlant, name: str) -> Any:
+def _frame(plant: MultibodyPlant, name: str) -> Frame:
     model, _, frame = str(name).rpartition("::")
     return plant.GetFrameByName(frame, plant.GetModelInstanceByName(model)) if model else plant.GetFrameByName(frame)

@@ -21,7 +21,12 @@ from sheldrake.solvers import (
 )
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Joint
+    from sheldrake.solvers import Binding
+    from sheldrake.solvers._functions.constraints import LinearConstraint
 
 
 class BodyPose(NamedTuple):
@@ -40,12 +45,12 @@ class BodyPose(NamedTuple):
         return np.concatenate((self.p, self.R.T.ravel()))
 
 
-def turned(v_B: Any) -> np.ndarray:
+def turned(v_B: ArrayLike) -> np.ndarray:
     """T with R v_B = T x for x the columns of R, one after another; shape (3, 9)."""
     return np.kron(np.asarray(v_B, dtype=float), np.eye(3))
 
 
-def placed(p_BQ: Any) -> np.ndarray:
+def placed(p_BQ: ArrayLike) -> np.ndarray:
     """T with p_WQ = T x for x the variables of B's pose; shape (3, 12)."""
     return np.hstack((np.eye(3), turned(p_BQ)))
 
@@ -56,14 +61,14 @@ def split(A: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
     return A[:, is_variable], A[:, ~is_variable] @ x[~is_variable].astype(float), x[is_variable]
 
 
-def parts(joint: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+def parts(joint: Joint) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """R_PF, p_PF, R_BM, p_BM: where the joint's frames are on its parent and on its child."""
     X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
     X_BM = joint.frame_on_child().GetFixedPoseInBodyFrame()
     return X_PF.rotation().matrix(), X_PF.translation(), X_BM.rotation().matrix(), X_BM.translation()
 
 
-def require_supported(joint: Any) -> None:
+def require_supported(joint: Joint) -> None:
     """Raises RuntimeError for a joint that is neither a weld, nor a revolute joint, nor that of a free body."""
     kind = joint.type_name()
     if kind not in ("quaternion_floating", "revolute", "weld"):
@@ -122,7 +127,7 @@ def limit_rows(joint: Any, lower: float, upper: float) -> tuple[list[np.ndarray]
     return rows, 2.0 * math.sin(0.5 * half)
 
 
-def cosine_row(joint: Any, lower: float, upper: float, R_WP: np.ndarray) -> np.ndarray:
+def cosine_row(joint: Joint, lower: float, upper: float, R_WP: np.ndarray) -> np.ndarray:
     """A with A x = 2 cos + 1, for x the columns of the child's rotation matrix and the angle from the middle one."""
     R_PF, _, R_BM, _ = parts(joint)
     R_middle = R_WP @ R_PF @ middle_rotation(joint, lower, upper) @ R_BM.T
@@ -210,7 +215,7 @@ class GlobalInverseKinematics:
             b: Shape (n,).
         """
 
-        def __init__(self, A: Any, b: Any):
+        def __init__(self, A: ArrayLike, b: ArrayLike):
             self.A, self.b = np.array(A, dtype=float).reshape(-1, 3), np.array(b, dtype=float).ravel()
 
     def __init__(self, plant: MultibodyPlant, options: Options | None = None):
@@ -281,7 +286,7 @@ class GlobalInverseKinematics:
         """Returns the program, to be changed."""
         return self._prog
 
-    def _pose(self, body_index: Any) -> BodyPose:
+    def _pose(self, body_index: BodyIndex) -> BodyPose:
         if not 1 <= int(body_index) < self._plant.num_bodies():
             raise RuntimeError(
                 f"GlobalInverseKinematics: body index {int(body_index)} is out of range; it must be at least 1 and "
@@ -308,8 +313,13 @@ class GlobalInverseKinematics:
     # Constraints
 
     def AddWorldPositionConstraint(
-        self, body_index: BodyIndex, p_BQ: Any, box_lb_F: Any, box_ub_F: Any, X_WF: RigidTransform | None = None
-    ) -> Any:
+        self,
+        body_index: BodyIndex,
+        p_BQ: ArrayLike,
+        box_lb_F: ArrayLike,
+        box_ub_F: ArrayLike,
+        X_WF: RigidTransform | None = None,
+    ) -> Binding[LinearConstraint]:
         """Adds that a point of a body is in a box.
 
         Args:
@@ -330,13 +340,13 @@ class GlobalInverseKinematics:
     def AddWorldRelativePositionConstraint(
         self,
         body_index_B: BodyIndex,
-        p_BQ: Any,
+        p_BQ: ArrayLike,
         body_index_A: BodyIndex,
-        p_AP: Any,
-        box_lb_F: Any,
-        box_ub_F: Any,
+        p_AP: ArrayLike,
+        box_lb_F: ArrayLike,
+        box_ub_F: ArrayLike,
         X_WF: RigidTransform | None = None,
-    ) -> Any:
+    ) -> Binding[LinearConstraint]:
         """Adds that the way from a point of a body to a point of another one is in a box.
 
         Args:
@@ -412,7 +422,9 @@ class GlobalInverseKinematics:
             A = cosine_row(joint, joint_lower_bound, joint_upper_bound, self._fixed[parent])
             self._prog.AddLinearConstraint(A, [3.0 - chord**2], [np.inf], x[9:])
 
-    def AddPostureCost(self, q_desired: Any, body_position_cost: Any, body_orientation_cost: Any) -> None:
+    def AddPostureCost(
+        self, q_desired: ArrayLike, body_position_cost: ArrayLike, body_orientation_cost: ArrayLike
+    ) -> None:
         """Adds the distances to the poses of a desired posture: of origins, and 1 - cos of angles.
 
         Args:
@@ -446,7 +458,7 @@ class GlobalInverseKinematics:
             turn = weights[1][i]  # cos of the angle is (trace(R_desired' R) - 1) / 2.
             self._prog.AddLinearCost(-0.5 * turn * X_WB.rotation().matrix().T.ravel(), 1.5 * turn, pose.R.T.ravel())
 
-    def BodyPointInOneOfRegions(self, body_index: BodyIndex, p_BQ: Any, region_vertices: list) -> np.ndarray:
+    def BodyPointInOneOfRegions(self, body_index: BodyIndex, p_BQ: ArrayLike, region_vertices: list) -> np.ndarray:
         """Adds that a point of a body is in one of some convex polytopes.
 
         Args:
@@ -477,7 +489,7 @@ class GlobalInverseKinematics:
         return z
 
     def BodySphereInOneOfPolytopes(
-        self, body_index: BodyIndex, p_BQ: Any, radius: float, polytopes: list[Polytope3D]
+        self, body_index: BodyIndex, p_BQ: ArrayLike, radius: float, polytopes: list[Polytope3D]
     ) -> np.ndarray:
         """Adds that a sphere fixed to a body is within one of some bounded polytopes.
 
@@ -510,13 +522,13 @@ class GlobalInverseKinematics:
 
     # ---- the posture
 
-    def _kinematics(self, q: Any) -> list[RigidTransform]:
+    def _kinematics(self, q: ArrayLike) -> list[RigidTransform]:
         """Poses of all bodies but the world."""
         plant, context = self._plant, self._plant.CreateDefaultContext()
         plant.SetPositions(context, np.asarray(q, dtype=float))
         return [plant.EvalBodyPoseInWorld(context, plant.get_body(BodyIndex(i))) for i in range(1, plant.num_bodies())]
 
-    def SetInitialGuess(self, q: Any) -> None:
+    def SetInitialGuess(self, q: ArrayLike) -> None:
         """Sets the guess of all variables, the binary ones too, to that of a posture.
 
         Args:

@@ -16,8 +16,13 @@ from sheldrake.solvers import MathematicalProgram
 from sheldrake.systems.framework import Context
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.math import RigidTransform, RotationMatrix
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
+    from sheldrake.solvers import Binding
+    from sheldrake.solvers._functions.evaluators import Constraint, Cost
 
 
 class InverseKinematics:
@@ -54,11 +59,11 @@ class InverseKinematics:
         """Returns the program."""
         return self._prog
 
-    def context(self) -> Any:
+    def context(self) -> Context:
         """Returns the context of the plant."""
         return self._context
 
-    def get_mutable_context(self) -> Any:
+    def get_mutable_context(self) -> Context:
         """Returns the context of the plant."""
         return self._context
 
@@ -72,7 +77,9 @@ class InverseKinematics:
         ),
         overload(frameB=FRAME, p_BQ=POINT, frameAbar=FRAME, X_AbarA=POSE, **position.BOX),
     )
-    def AddPositionConstraint(self, B: Any, p_BQ: Any, A: Any, X_AbarA: Any, lower: Any, upper: Any) -> Any:
+    def AddPositionConstraint(
+        self, B: Frame, p_BQ: ArrayLike | None, A: Frame, X_AbarA: RigidTransform, lower: ArrayLike, upper: ArrayLike
+    ) -> Binding[Constraint]:
         """Adds that a point Q of frame B is in a box of frame A.
 
         Called as `(frameB, p_BQ, frameA, p_AQ_lower, p_AQ_upper)`, or as
@@ -83,15 +90,17 @@ class InverseKinematics:
     def _add(self, constraint: Any) -> Any:
         return self._prog.AddConstraint(constraint, self._q)
 
-    def AddPositionCost(self, frameA: Frame, p_AP: Any, frameB: Frame, p_BQ: Any, C: Any) -> Any:
+    def AddPositionCost(
+        self, frameA: Frame, p_AP: ArrayLike, frameB: Frame, p_BQ: ArrayLike, C: ArrayLike
+    ) -> Binding[Cost]:
         """Adds the cost e' C e with e from P of frame A to Q of frame B, in A."""
         cost = position.PositionCost(self._plant, frameA, p_AP, frameB, p_BQ, C, self._context)
         return self._prog.AddCost(cost, self._q)
 
     @checked
     def AddOrientationConstraint(
-        self, frameAbar: Frame, R_AbarA: Any, frameBbar: Frame, R_BbarB: Any, theta_bound: float
-    ) -> Any:
+        self, frameAbar: Frame, R_AbarA: RotationMatrix, frameBbar: Frame, R_BbarB: RotationMatrix, theta_bound: float
+    ) -> Binding[Constraint]:
         """Adds that the angle between A (fixed to Abar) and B (fixed to Bbar) is at most `theta_bound` [rad]."""
         return self._add(
             orientation.OrientationConstraint(
@@ -100,22 +109,24 @@ class InverseKinematics:
         )
 
     @checked
-    def AddOrientationCost(self, frameAbar: Frame, R_AbarA: Any, frameBbar: Frame, R_BbarB: Any, c: float) -> Any:
+    def AddOrientationCost(
+        self, frameAbar: Frame, R_AbarA: RotationMatrix, frameBbar: Frame, R_BbarB: RotationMatrix, c: float
+    ) -> Binding[Cost]:
         """Adds the cost c (1 - cos(angle)) of the angle between A (fixed to Abar) and B (fixed to Bbar)."""
         cost = orientation.OrientationCost(self._plant, frameAbar, R_AbarA, frameBbar, R_BbarB, c, self._context)
         return self._prog.AddCost(cost, self._q)
 
     def AddGazeTargetConstraint(
-        self, frameA: Frame, p_AS: Any, n_A: Any, frameB: Frame, p_BT: Any, cone_half_angle: float
-    ) -> Any:
+        self, frameA: Frame, p_AS: ArrayLike, n_A: ArrayLike, frameB: Frame, p_BT: ArrayLike, cone_half_angle: float
+    ) -> Binding[Constraint]:
         """Adds that T of frame B is in the cone with apex S and axis n of frame A."""
         return self._add(
             position.GazeTargetConstraint(self._plant, frameA, p_AS, n_A, frameB, p_BT, cone_half_angle, self._context)
         )
 
     def AddAngleBetweenVectorsConstraint(
-        self, frameA: Frame, na_A: Any, frameB: Frame, nb_B: Any, angle_lower: float, angle_upper: float
-    ) -> Any:
+        self, frameA: Frame, na_A: ArrayLike, frameB: Frame, nb_B: ArrayLike, angle_lower: float, angle_upper: float
+    ) -> Binding[Constraint]:
         """Adds bounds [rad] on the angle between a direction of frame A and one of frame B."""
         return self._add(
             orientation.AngleBetweenVectorsConstraint(
@@ -123,14 +134,22 @@ class InverseKinematics:
             )
         )
 
-    def AddAngleBetweenVectorsCost(self, frameA: Frame, na_A: Any, frameB: Frame, nb_B: Any, c: float) -> Any:
+    def AddAngleBetweenVectorsCost(
+        self, frameA: Frame, na_A: ArrayLike, frameB: Frame, nb_B: ArrayLike, c: float
+    ) -> Binding[Cost]:
         """Adds the cost c (1 - cos(angle)) of the angle between a direction of frame A and one of frame B."""
         cost = orientation.AngleBetweenVectorsCost(self._plant, frameA, na_A, frameB, nb_B, c, self._context)
         return self._prog.AddCost(cost, self._q)
 
     def AddPointToPointDistanceConstraint(
-        self, frame1: Any, p_B1P1: Any, frame2: Any, p_B2P2: Any, distance_lower: float, distance_upper: float
-    ) -> Any:
+        self,
+        frame1: Frame,
+        p_B1P1: ArrayLike,
+        frame2: Frame,
+        p_B2P2: ArrayLike,
+        distance_lower: float,
+        distance_upper: float,
+    ) -> Binding[Constraint]:
         """Adds bounds [m] on the distance of a point of one frame from a point of another."""
         return self._add(
             position.PointToPointDistanceConstraint(
@@ -140,14 +159,14 @@ class InverseKinematics:
 
     def AddPointToLineDistanceConstraint(
         self,
-        frame_point: Any,
-        p_B1P: Any,
-        frame_line: Any,
-        p_B2Q: Any,
-        n_B2: Any,
+        frame_point: Frame,
+        p_B1P: ArrayLike,
+        frame_line: Frame,
+        p_B2Q: ArrayLike,
+        n_B2: ArrayLike,
         distance_lower: float,
         distance_upper: float,
-    ) -> Any:
+    ) -> Binding[Constraint]:
         """Adds bounds [m] on the distance of a point of one frame from a line of another."""
         return self._add(
             position.PointToLineDistanceConstraint(
@@ -156,21 +175,25 @@ class InverseKinematics:
         )
 
     @checked
-    def AddPolyhedronConstraint(self, frameF: Frame, frameG: Frame, p_GP: Any, A: Any, b: Any) -> Any:
+    def AddPolyhedronConstraint(
+        self, frameF: Frame, frameG: Frame, p_GP: ArrayLike, A: ArrayLike, b: ArrayLike
+    ) -> Binding[Constraint]:
         """Adds A (p_FP1, p_FP2, ...) <= b for points of frame G seen from frame F."""
         return self._add(position.PolyhedronConstraint(self._plant, frameF, frameG, p_GP, A, b, self._context))
 
     @checked
     def AddDistanceConstraint(
         self, geometry_pair: tuple[Any, Any], distance_lower: float, distance_upper: float
-    ) -> Any:
+    ) -> Binding[Constraint]:
         """Adds bounds [m] on the signed distance of two geometries."""
         return self._add(
             distance.DistanceConstraint(self._plant, geometry_pair, self._context, distance_lower, distance_upper)
         )
 
     @checked
-    def AddMinimumDistanceLowerBoundConstraint(self, bound: float, influence_distance_offset: float = 0.01) -> Any:
+    def AddMinimumDistanceLowerBoundConstraint(
+        self, bound: float, influence_distance_offset: float = 0.01
+    ) -> Binding[Constraint]:
         """Adds that all pairs of geometries that may collide are at least `bound` [m] from each other."""
         return self._add(
             distance.MinimumDistanceLowerBoundConstraint(
@@ -178,7 +201,9 @@ class InverseKinematics:
             )
         )
 
-    def AddMinimumDistanceUpperBoundConstraint(self, bound: float, influence_distance_offset: float) -> Any:
+    def AddMinimumDistanceUpperBoundConstraint(
+        self, bound: float, influence_distance_offset: float
+    ) -> Binding[Constraint]:
         """Adds that some pair of geometries that may collide is at most `bound` [m] apart."""
         return self._add(
             distance.MinimumDistanceUpperBoundConstraint(self._plant, bound, self._context, influence_distance_offset)

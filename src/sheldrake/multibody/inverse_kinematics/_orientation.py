@@ -10,6 +10,9 @@ from sheldrake.multibody.inverse_kinematics._kinematic import KinematicFunction,
 from sheldrake.solvers import Constraint, Cost
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.math import RotationMatrix
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
     from sheldrake.systems.framework import Context
@@ -19,7 +22,13 @@ class _Turn(KinematicFunction):
     """R_AB, where A is fixed to frame Abar and B to frame Bbar."""
 
     def _set_turn(
-        self, plant: MultibodyPlant, Abar: Any, R_AbarA: Any, Bbar: Any, R_BbarB: Any, context: Context
+        self,
+        plant: MultibodyPlant,
+        Abar: Frame,
+        R_AbarA: RotationMatrix,
+        Bbar: Frame,
+        R_BbarB: RotationMatrix,
+        context: Context,
     ) -> None:
         self._Abar, self._Bbar = Abar, Bbar
         self._R_AAbar, self._R_BbarB = R_AbarA.matrix().T, R_BbarB.matrix()
@@ -58,9 +67,9 @@ class OrientationConstraint(_Turn, Constraint):
         self,
         plant: MultibodyPlant,
         frameAbar: Frame,
-        R_AbarA: Any,
+        R_AbarA: RotationMatrix,
         frameBbar: Frame,
-        R_BbarB: Any,
+        R_BbarB: RotationMatrix,
         theta_bound: float,
         plant_context: Context,
     ):
@@ -93,9 +102,9 @@ class OrientationCost(_Turn, Cost):
         self,
         plant: MultibodyPlant,
         frameAbar: Frame,
-        R_AbarA: Any,
+        R_AbarA: RotationMatrix,
         frameBbar: Frame,
-        R_BbarB: Any,
+        R_BbarB: RotationMatrix,
         c: float,
         plant_context: Context,
     ):
@@ -112,7 +121,9 @@ class OrientationCost(_Turn, Cost):
 class _Angle(KinematicFunction):
     """cos of the angle between direction a of frame A and b of frame B."""
 
-    def _set_angle(self, plant: MultibodyPlant, A: Any, a_A: Any, B: Any, b_B: Any, context: Context) -> None:
+    def _set_angle(
+        self, plant: MultibodyPlant, A: Frame, a_A: ArrayLike, B: Frame, b_B: ArrayLike, context: Context
+    ) -> None:
         call = type(self).__name__
         self._A, self._B = A, B
         self._a, self._b = unit3(call, "a_A", a_A), unit3(call, "b_B", b_B)
@@ -147,9 +158,9 @@ class AngleBetweenVectorsConstraint(_Angle, Constraint):
         self,
         plant: MultibodyPlant,
         frameA: Frame,
-        a_A: Any,
+        a_A: ArrayLike,
         frameB: Frame,
-        b_B: Any,
+        b_B: ArrayLike,
         angle_lower: float,
         angle_upper: float,
         plant_context: Context,
@@ -180,7 +191,14 @@ class AngleBetweenVectorsCost(_Angle, Cost):
     """
 
     def __init__(
-        self, plant: MultibodyPlant, frameA: Frame, a_A: Any, frameB: Frame, b_B: Any, c: float, plant_context: Context
+        self,
+        plant: MultibodyPlant,
+        frameA: Frame,
+        a_A: ArrayLike,
+        frameB: Frame,
+        b_B: ArrayLike,
+        c: float,
+        plant_context: Context,
     ):
         self._set_angle(plant, frameA, a_A, frameB, b_B, plant_context)
         self._c = float(c)

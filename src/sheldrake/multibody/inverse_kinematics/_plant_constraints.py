@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,12 @@ from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.solvers import Constraint, MathematicalProgram, _arrays
 from sheldrake.solvers._functions.bindings import as_kind
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Joint
+    from sheldrake.solvers._arrays import VariablesLike
+    from sheldrake.systems.framework import Context
 
 
 class UnitQuaternionConstraint(Constraint):
@@ -39,16 +45,16 @@ class UnitQuaternionConstraint(Constraint):
     _display = EvaluatorBase._display
 
 
-def _joints(plant: Any) -> list:
+def _joints(plant: MultibodyPlant) -> list:
     return [plant.get_joint(i) for i in plant.GetJointIndices()]
 
 
-def _has_quaternion(joint: Any) -> bool:
+def _has_quaternion(joint: Joint) -> bool:
     return joint.num_positions() == 7 and joint.type_name() == "quaternion_floating"
 
 
 def _add_unit_quaternions(
-    plant: Any, q: np.ndarray, prog: MathematicalProgram, context: Any, describe: bool = True
+    plant: MultibodyPlant, q: np.ndarray, prog: MathematicalProgram, context: Context | None, describe: bool = True
 ) -> tuple[list, list]:
     """Adds the constraints of joints that are not locked; returns them and the places of the first elements."""
     bindings, starts = [], []
@@ -67,7 +73,7 @@ def _add_unit_quaternions(
     return bindings, starts
 
 
-def AddUnitQuaternionConstraintOnPlant(plant: Any, q_vars: Any, prog: MathematicalProgram) -> list:
+def AddUnitQuaternionConstraintOnPlant(plant: MultibodyPlant, q_vars: VariablesLike, prog: MathematicalProgram) -> list:
     """Adds that the quaternions of a plant have length one, with elements from -1 to 1, and returns the constraints.
 
     Where there is no initial guess, it becomes (1, 0, 0, 0).
@@ -85,7 +91,7 @@ def AddUnitQuaternionConstraintOnPlant(plant: Any, q_vars: Any, prog: Mathematic
     return [as_kind(Constraint, added) for added in out]
 
 
-def _limits(plant: Any, context: Any, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
+def _limits(plant: MultibodyPlant, context: Context | None, starts: list[int]) -> tuple[np.ndarray, np.ndarray]:
     lower, upper = np.array(plant.GetPositionLowerLimits()), np.array(plant.GetPositionUpperLimits())
     for start in starts:
         lower[start : start + 4] = np.maximum(lower[start : start + 4], -1.0)
@@ -105,7 +111,7 @@ def _limits(plant: Any, context: Any, starts: list[int]) -> tuple[np.ndarray, np
 
 
 def add_limits_and_quaternions(
-    plant: Any, q: np.ndarray, prog: MathematicalProgram, context: Any, limits: bool
+    plant: Any, q: np.ndarray, prog: MathematicalProgram, context: Context | None, limits: bool
 ) -> list:
     """Adds unit quaternions, and limits (with joints that are locked) if wanted; returns the constraints."""
     out, starts = _add_unit_quaternions(plant, q, prog, context if limits else None)
@@ -116,7 +122,9 @@ def add_limits_and_quaternions(
     return out
 
 
-def AddMultibodyPlantConstraints(plant: Any, q: Any, prog: MathematicalProgram, plant_context: Any = None) -> list:
+def AddMultibodyPlantConstraints(
+    plant: MultibodyPlant, q: VariablesLike, prog: MathematicalProgram, plant_context: Context | None = None
+) -> list:
     """Adds limits, locked joints, unit quaternions and the kinematic constraints of a plant; returns the constraints.
 
     Args:
@@ -135,7 +143,9 @@ def AddMultibodyPlantConstraints(plant: Any, q: Any, prog: MathematicalProgram, 
     return [as_kind(Constraint, added) for added in out]
 
 
-def _of_record(plant: Any, record: Any, q: np.ndarray, prog: MathematicalProgram, context: Any) -> list:
+def _of_record(
+    plant: MultibodyPlant, record: Any, q: np.ndarray, prog: MathematicalProgram, context: Context | None
+) -> list:
     numbers = record.numbers
     if record.kind == "coupler":
         q0, q1 = q[record.A.position_start()], q[record.B.position_start()]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,6 +21,8 @@ from sheldrake.multibody.inverse_kinematics._kinematic import (
 from sheldrake.solvers import Constraint, Cost, _arrays
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
     from sheldrake.multibody.tree import Frame
     from sheldrake.systems.framework import Context
@@ -48,7 +50,15 @@ class PositionConstraint(KinematicFunction, Constraint):
         overload(plant=PLANT, frameAbar=FRAME, X_AbarA=POSE, **BOX, **_IN_B),
     )
     def __init__(
-        self, plant: MultibodyPlant, A: Any, X_AbarA: Any, lower: Any, upper: Any, B: Any, p_BQ: Any, context: Context
+        self,
+        plant: MultibodyPlant,
+        A: Frame,
+        X_AbarA: RigidTransform,
+        lower: ArrayLike,
+        upper: ArrayLike,
+        B: Frame,
+        p_BQ: ArrayLike,
+        context: Context,
     ):
         self._A, self._B = A, B
         call = "PositionConstraint"
@@ -70,15 +80,15 @@ class PositionConstraint(KinematicFunction, Constraint):
         by_point = self._rotation(self._A, self._B)
         return self._R @ np.hstack((self._point_slope(self._B, more, self._A), by_point))
 
-    def set_bounds(self, new_lb: Any, new_ub: Any) -> None:
+    def set_bounds(self, new_lb: ArrayLike, new_ub: ArrayLike) -> None:
         """Sets both bounds [m], shape (3,)."""
         self._set_bounds(_arrays.float_vector(new_lb), _arrays.float_vector(new_ub))
 
-    def UpdateLowerBound(self, new_lb: Any) -> None:
+    def UpdateLowerBound(self, new_lb: ArrayLike) -> None:
         """Sets the lower bound [m], shape (3,)."""
         self._set_bounds(_arrays.float_vector(new_lb), self._upper)
 
-    def UpdateUpperBound(self, new_ub: Any) -> None:
+    def UpdateUpperBound(self, new_ub: ArrayLike) -> None:
         """Sets the upper bound [m], shape (3,)."""
         self._set_bounds(self._lower, _arrays.float_vector(new_ub))
 
@@ -97,7 +107,14 @@ class PositionCost(KinematicFunction, Cost):
     """
 
     def __init__(
-        self, plant: MultibodyPlant, frameA: Frame, p_AP: Any, frameB: Frame, p_BQ: Any, C: Any, plant_context: Context
+        self,
+        plant: MultibodyPlant,
+        frameA: Frame,
+        p_AP: ArrayLike,
+        frameB: Frame,
+        p_BQ: ArrayLike,
+        C: ArrayLike,
+        plant_context: Context,
     ):
         self._A, self._B = frameA, frameB
         self._p_AP, self._p_BQ = vector3("PositionCost", "p_AP", p_AP), vector3("PositionCost", "p_BQ", p_BQ)
@@ -130,10 +147,10 @@ class PointToPointDistanceConstraint(KinematicFunction, Constraint):
     def __init__(
         self,
         plant: MultibodyPlant,
-        frame1: Any,
-        p_B1P1: Any,
-        frame2: Any,
-        p_B2P2: Any,
+        frame1: Frame,
+        p_B1P1: ArrayLike,
+        frame2: Frame,
+        p_B2P2: ArrayLike,
         distance_lower: float,
         distance_upper: float,
         plant_context: Context,
@@ -182,11 +199,11 @@ class PointToLineDistanceConstraint(KinematicFunction, Constraint):
     def __init__(
         self,
         plant: MultibodyPlant,
-        frame_point: Any,
-        p_B1P: Any,
-        frame_line: Any,
-        p_B2Q: Any,
-        n_B2: Any,
+        frame_point: Frame,
+        p_B1P: ArrayLike,
+        frame_line: Frame,
+        p_B2Q: ArrayLike,
+        n_B2: ArrayLike,
         distance_lower: float,
         distance_upper: float,
         plant_context: Context,
@@ -222,7 +239,14 @@ class PolyhedronConstraint(KinematicFunction, Constraint):
     """
 
     def __init__(
-        self, plant: MultibodyPlant, frameF: Frame, frameG: Frame, p_GP: Any, A: Any, b: Any, plant_context: Context
+        self,
+        plant: MultibodyPlant,
+        frameF: Frame,
+        frameG: Frame,
+        p_GP: ArrayLike,
+        A: ArrayLike,
+        b: ArrayLike,
+        plant_context: Context,
     ):
         self._F, self._G = frameF, frameG
         points = np.array(p_GP, dtype=float)
@@ -266,10 +290,10 @@ class GazeTargetConstraint(KinematicFunction, Constraint):
         self,
         plant: MultibodyPlant,
         frameA: Frame,
-        p_AS: Any,
-        n_A: Any,
+        p_AS: ArrayLike,
+        n_A: ArrayLike,
         frameB: Frame,
-        p_BT: Any,
+        p_BT: ArrayLike,
         cone_half_angle: float,
         plant_context: Context,
     ):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from sheldrake.multibody.math._spatial_vectors import cross
 
 if TYPE_CHECKING:
     from typing_extensions import Self
+
+    from sheldrake.common._types import Scalar, Scalars
 
 _new = object.__new__
 # Slack of the validity test, times the largest moment [kg m^2] a body of this trace can have, but at least times one:
@@ -62,7 +65,7 @@ class RotationalInertia(ScalarBase):
     __slots__ = ("_I",)
     _FIELDS = ("_I",)  # symmetric, read-only, may be shared
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         """
         `RotationalInertia(Ixx, Iyy, Izz)`, with `Ixy, Ixz, Iyz` behind, or `RotationalInertia(mass, p_PQ_E)` of a
         particle at Q; without arguments all NaN.
@@ -70,12 +73,12 @@ class RotationalInertia(ScalarBase):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _ways_init(cls: Any) -> list[Overload]:
+    def _ways_init(cls: type[RotationalInertia]) -> list[Overload]:
         T = cls._T
         moments = {"Ixx": scalar(T), "Iyy": scalar(T), "Izz": scalar(T)}
         products = {"Ixy": scalar(T), "Ixz": scalar(T), "Iyz": scalar(T)}
 
-        def from_particle(self: Any, mass: Any, p: np.ndarray) -> None:
+        def from_particle(self: RotationalInertia, mass: Scalar, p: np.ndarray) -> None:
             self._set(point_mass(T, p) * mass)
 
         return [
@@ -85,7 +88,9 @@ class RotationalInertia(ScalarBase):
             overload(from_particle, mass=scalar(T), p_PQ_E=vector(T, 3)),
         ]
 
-    def _set_numbers(self, xx: Any, yy: Any, zz: Any, xy: Any = 0.0, xz: Any = 0.0, yz: Any = 0.0) -> None:
+    def _set_numbers(
+        self, xx: Scalar, yy: Scalar, zz: Scalar, xy: Scalar = 0.0, xz: Scalar = 0.0, yz: Scalar = 0.0
+    ) -> None:
         self._I = as_array(self._T, [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]], (3, 3))
 
     def _set(self, numbers: np.ndarray) -> None:
@@ -93,14 +98,14 @@ class RotationalInertia(ScalarBase):
         self._I = numbers
 
     @classmethod
-    def _make(cls, numbers: np.ndarray) -> Any:
+    def _make(cls, numbers: np.ndarray) -> Self:
         """Unchecked, from a symmetric array that nobody else will write."""
-        new: Any = _new(cls._plain_class())
+        new = _new(cls._plain_class())
         new._set(numbers)
         return new
 
     @classmethod
-    def TriaxiallySymmetric(cls, I_triaxial: Any) -> Self:
+    def TriaxiallySymmetric(cls, I_triaxial: Scalar) -> Self:
         """Three equal moments and no products [kg m^2]."""
         moment = cls._argument("TriaxiallySymmetric", scalar(cls._T), I_triaxial=I_triaxial)
         return cls._plain_class()(moment, moment, moment)
@@ -125,7 +130,7 @@ class RotationalInertia(ScalarBase):
         """All numbers [kg m^2], shape (3, 3)."""
         return self._I.copy()
 
-    def __getitem__(self, index: Any) -> Any:
+    def __getitem__(self, index: tuple[int, int]) -> float:
         if not isinstance(index, tuple):
             raise Mismatch(f"{type(self).__name__}[i, j]: incompatible function arguments: needs two indices")
         i, j = index
@@ -133,12 +138,12 @@ class RotationalInertia(ScalarBase):
             raise IndexError(f"{pretty_class_name(type(self))}[{i}, {j}]: indices run from 0 to 2")
         return self._I.item(i, j)
 
-    def Trace(self) -> Any:
+    def Trace(self) -> float:
         """Ixx + Iyy + Izz [kg m^2], the same in every frame."""
         xx, yy, zz = self._I.diagonal().tolist()
         return xx + yy + zz
 
-    def CalcMaximumPossibleMomentOfInertia(self) -> Any:
+    def CalcMaximumPossibleMomentOfInertia(self) -> float:
         """Half the trace [kg m^2]: no axis through P can have more."""
         return 0.5 * self.Trace()
 
@@ -182,13 +187,13 @@ class RotationalInertia(ScalarBase):
             return False
         slack = _TOLERANCE * max(1.0, abs(numbers.trace()) / 2)
 
-        def plausible(moments: Any) -> bool:
+        def plausible(moments: list[float]) -> bool:
             a, b, c = sorted(moments)
             return bool(a + slack >= 0.0 and a + b + slack >= c)
 
         return plausible(numbers.diagonal().tolist()) and plausible(np.linalg.eigvalsh(numbers).tolist())
 
-    def IsNearlyEqualTo(self, other: Any, precision: float) -> Any:
+    def IsNearlyEqualTo(self, other: RotationalInertia, precision: float) -> bool:
         """Whether all numbers agree to `precision` times the larger of both largest possible moments."""
         other = self._argument("IsNearlyEqualTo", instance_of(RotationalInertia_[self._T]), other=other)
         scale = smaller(self.CalcMaximumPossibleMomentOfInertia(), other.CalcMaximumPossibleMomentOfInertia(), self._T)
@@ -210,7 +215,7 @@ class RotationalInertia(ScalarBase):
         """Make all numbers zero."""
         self._I = as_array(self._T, np.zeros((3, 3)), (3, 3))
 
-    def ReExpress(self, R_AE: Any) -> RotationalInertia:
+    def ReExpress(self, R_AE: RotationMatrix) -> RotationalInertia:
         """I_BP_A, expressed in frame A instead of E.
 
         Args:
@@ -218,18 +223,18 @@ class RotationalInertia(ScalarBase):
         """
         return self._make(self._turned(R_AE))
 
-    def _turned(self, R_AE: Any) -> np.ndarray:
+    def _turned(self, R_AE: RotationMatrix) -> np.ndarray:
         R = self._argument("ReExpress", instance_of(RotationMatrix_[self._T]), R_AE=R_AE)._M
         turned = R.dot(self._I).dot(R.T)
         i, j = (0, 0, 1), (1, 2, 2)
         turned[i, j] = turned[j, i]  # one rounding of each product, so that the result is exactly symmetric
         return turned
 
-    def _steiner(self, call: str, mass: Any, **offset: Any) -> np.ndarray:
+    def _steiner(self, call: str, mass: Scalar, **offset: Scalars) -> np.ndarray:
         mass = self._argument(call, scalar(self._T), mass=mass)
         return point_mass(self._T, self._argument(call, vector(self._T, 3), **offset)) * mass
 
-    def ShiftFromCenterOfMass(self, mass: Any, p_BcmQ_E: Any) -> Any:
+    def ShiftFromCenterOfMass(self, mass: Scalar, p_BcmQ_E: Scalars) -> RotationalInertia:
         """I_BQ of this I_BBcm.
 
         Args:
@@ -238,7 +243,7 @@ class RotationalInertia(ScalarBase):
         """
         return self._make(self._I + self._steiner("ShiftFromCenterOfMass", mass, p_BcmQ_E=p_BcmQ_E))
 
-    def ShiftToCenterOfMass(self, mass: Any, p_QBcm_E: Any) -> Any:
+    def ShiftToCenterOfMass(self, mass: Scalar, p_QBcm_E: Scalars) -> RotationalInertia:
         """I_BBcm of this I_BQ.
 
         Args:
@@ -247,7 +252,7 @@ class RotationalInertia(ScalarBase):
         """
         return self._make(self._I - self._steiner("ShiftToCenterOfMass", mass, p_QBcm_E=p_QBcm_E))
 
-    def ShiftToThenAwayFromCenterOfMass(self, mass: Any, p_PBcm_E: Any, p_QBcm_E: Any) -> Any:
+    def ShiftToThenAwayFromCenterOfMass(self, mass: Scalar, p_PBcm_E: Scalars, p_QBcm_E: Scalars) -> RotationalInertia:
         """I_BQ of this I_BP.
 
         Args:
@@ -259,38 +264,42 @@ class RotationalInertia(ScalarBase):
         towards, away = self._steiner(call, mass, p_PBcm_E=p_PBcm_E), self._steiner(call, mass, p_QBcm_E=p_QBcm_E)
         return RotationalInertia_[self._T]._make(self._I + (away - towards))
 
-    def _other(self, other: Any) -> Any:
+    def _other(self, other: object) -> np.ndarray | None:
         return other._I if isinstance(other, RotationalInertia_[self._T]) else None
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: RotationalInertia) -> RotationalInertia:
         numbers = self._other(other)
         return NotImplemented if numbers is None else RotationalInertia_[self._T]._make(self._I + numbers)
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: RotationalInertia) -> RotationalInertia:
         numbers = self._other(other)
         return NotImplemented if numbers is None else RotationalInertia_[self._T]._make(self._I - numbers)
 
-    def __iadd__(self, other: Any) -> Any:
+    def __iadd__(self, other: RotationalInertia) -> Self:
         numbers = self._other(other)
         if numbers is None:
             return NotImplemented
         self._set(self._I + numbers)
         return self
 
-    def __isub__(self, other: Any) -> Any:
+    def __isub__(self, other: RotationalInertia) -> Self:
         numbers = self._other(other)
         if numbers is None:
             return NotImplemented
         self._set(self._I - numbers)
         return self
 
-    def _factor(self, value: Any) -> Any:
+    def _factor(self, value: object) -> Scalar | None:
         try:
             return as_scalar(self._T, value)
         except Mismatch:
             return None
 
-    def __mul__(self, other: Any) -> Any:
+    @typing_overload
+    def __mul__(self, other: Scalar) -> RotationalInertia: ...
+    @typing_overload
+    def __mul__(self, other: np.ndarray) -> np.ndarray: ...
+    def __mul__(self, other: object) -> RotationalInertia | np.ndarray:
         """Scaled by a number, or applied to a vector w_E: I w, shape (3,)."""
         factor = self._factor(other)
         if factor is not None:
@@ -301,36 +310,36 @@ class RotationalInertia(ScalarBase):
             return NotImplemented
         return self._I.dot(w.reshape(3)) if w.shape in ((3,), (3, 1)) else NotImplemented
 
-    def __rmul__(self, other: Any) -> Any:
+    def __rmul__(self, other: Scalar) -> RotationalInertia:
         factor = self._factor(other)
         return NotImplemented if factor is None else RotationalInertia_[self._T]._make(self._I * factor)
 
-    def __imul__(self, other: Any) -> Any:
+    def __imul__(self, other: Scalar) -> Self:  # type: ignore[misc]  # a vector cannot take its place
         factor = self._factor(other)
         if factor is None:
             return NotImplemented
         self._set(self._I * factor)
         return self
 
-    def _divided(self, other: Any) -> Any:
+    def _divided(self, other: object) -> np.ndarray | None:
         factor = self._factor(other)
         if factor is None:
             return None
         with np.errstate(divide="ignore", invalid="ignore"):
             return self._I / factor
 
-    def __truediv__(self, other: Any) -> Any:
+    def __truediv__(self, other: Scalar) -> RotationalInertia:
         numbers = self._divided(other)
         return NotImplemented if numbers is None else RotationalInertia_[self._T]._make(numbers)
 
-    def __itruediv__(self, other: Any) -> Any:
+    def __itruediv__(self, other: Scalar) -> Self:
         numbers = self._divided(other)
         if numbers is None:
             return NotImplemented
         self._set(numbers)
         return self
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> np.ndarray:
         return self._I.copy()
 
     def __setstate__(self, state: Any) -> None:

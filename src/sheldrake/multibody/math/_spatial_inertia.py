@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
+from typing import overload as typing_overload
 
 import numpy as np
 
@@ -32,6 +33,19 @@ from sheldrake.multibody.math._spatial_vectors import (
 )
 from sheldrake.multibody.math._unit_inertia import UnitInertia_, check_unit_vector, number
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.multibody.math._rotational_inertia import RotationalInertia
+    from sheldrake.multibody.math._spatial_vectors import (
+        SpatialAcceleration,
+        SpatialForce,
+        SpatialMomentum,
+        SpatialVelocity,
+    )
+    from sheldrake.multibody.math._unit_inertia import UnitInertia
+
 _new = object.__new__
 
 
@@ -44,7 +58,7 @@ class SpatialInertia(ScalarBase):
     __slots__ = ("_G", "_mass", "_p")
     _FIELDS = ("_mass", "_p", "_G")  # arrays are read-only and may be shared
 
-    def __init__(self, mass: Any, p_PScm_E: Any, G_SP_E: Any, skip_validity_check: bool = False):
+    def __init__(self, mass: Scalar, p_PScm_E: Scalars, G_SP_E: UnitInertia, skip_validity_check: bool = False):
         """
         Args:
             mass: Mass of S [kg].
@@ -100,15 +114,15 @@ class SpatialInertia(ScalarBase):
         )
 
     @classmethod
-    def _make(cls, mass: Any, p: np.ndarray, G: np.ndarray) -> Any:
+    def _make(cls, mass: Scalar, p: np.ndarray, G: np.ndarray) -> Self:
         """Unchecked, from numbers and arrays that nobody else will write."""
-        new: Any = _new(cls._plain_class())
+        new = _new(cls._plain_class())
         p.setflags(write=False)
         new._mass, new._p, new._G = mass, p, UnitInertia_[cls._T]._make(G)
         return new
 
     @classmethod
-    def MakeFromCentralInertia(cls, mass: Any, p_PScm_E: Any, I_SScm_E: Any) -> SpatialInertia:
+    def MakeFromCentralInertia(cls, mass: Scalar, p_PScm_E: Scalars, I_SScm_E: RotationalInertia) -> SpatialInertia:
         """From the rotational inertia about the centre of mass.
 
         Args:
@@ -142,7 +156,7 @@ class SpatialInertia(ScalarBase):
     # --- named shapes ---
 
     @classmethod
-    def _positive(cls, call: str, **named: Any) -> list:
+    def _positive(cls, call: str, **named: Scalar) -> list:
         values = []
         for name, value in named.items():
             converted = cls._argument(call, scalar(cls._T), **{name: value})
@@ -154,35 +168,37 @@ class SpatialInertia(ScalarBase):
         return values
 
     @classmethod
-    def _about_center(cls, mass: Any, G: Any) -> Any:
+    def _about_center(cls, mass: Scalar, G: UnitInertia) -> Self:
         return cls._make(mass, as_array(cls._T, np.zeros(3), (3,)), G._I)
 
     @classmethod
-    def _direction(cls, call: str, unit_vector: Any) -> np.ndarray:
+    def _direction(cls, call: str, unit_vector: Scalars) -> np.ndarray:
         u = cls._argument(call, vector(cls._T, 3), unit_vector=unit_vector)
         check_unit_vector(cls._T, call, u)
         return u
 
     @classmethod
-    def SolidBoxWithDensity(cls, density: Any, lx: Any, ly: Any, lz: Any) -> SpatialInertia:
+    def SolidBoxWithDensity(cls, density: Scalar, lx: Scalar, ly: Scalar, lz: Scalar) -> SpatialInertia:
         """A box [kg/m^3, m] about its centre."""
         density, lx, ly, lz = cls._positive("SolidBoxWithDensity", density=density, lx=lx, ly=ly, lz=lz)
         return cls.SolidBoxWithMass(density * (lx * ly * lz), lx, ly, lz)
 
     @classmethod
-    def SolidBoxWithMass(cls, mass: Any, lx: Any, ly: Any, lz: Any) -> SpatialInertia:
+    def SolidBoxWithMass(cls, mass: Scalar, lx: Scalar, ly: Scalar, lz: Scalar) -> SpatialInertia:
         """A box [kg, m] about its centre."""
         mass, lx, ly, lz = cls._positive("SolidBoxWithMass", mass=mass, lx=lx, ly=ly, lz=lz)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidBox(lx, ly, lz))
 
     @classmethod
-    def SolidCubeWithDensity(cls, density: Any, length: Any) -> SpatialInertia:
+    def SolidCubeWithDensity(cls, density: Scalar, length: Scalar) -> SpatialInertia:
         """A cube [kg/m^3, m] about its centre."""
         density, length = cls._positive("SolidCubeWithDensity", density=density, length=length)
         return cls.SolidBoxWithMass(density * (length * length * length), length, length, length)
 
     @classmethod
-    def SolidCapsuleWithDensity(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
+    def SolidCapsuleWithDensity(
+        cls, density: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
+    ) -> SpatialInertia:
         """A capsule [kg/m^3, m] about its centre, its axis along `unit_vector`."""
         call = "SolidCapsuleWithDensity"
         density, radius, length = cls._positive(call, density=density, radius=radius, length=length)
@@ -191,7 +207,7 @@ class SpatialInertia(ScalarBase):
         return cls.SolidCapsuleWithMass(density * volume, radius, length, unit_vector)
 
     @classmethod
-    def SolidCapsuleWithMass(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
+    def SolidCapsuleWithMass(cls, mass: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars) -> SpatialInertia:
         """A capsule [kg, m] about its centre, its axis along `unit_vector`; `length` without the half balls."""
         call = "SolidCapsuleWithMass"
         mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
@@ -199,27 +215,31 @@ class SpatialInertia(ScalarBase):
         return cls._about_center(mass, UnitInertia_[cls._T].SolidCapsule(radius, length, u))
 
     @classmethod
-    def SolidCylinderWithDensity(cls, density: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
+    def SolidCylinderWithDensity(
+        cls, density: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
+    ) -> SpatialInertia:
         """A cylinder [kg/m^3, m] about its centre, its axis along `unit_vector`."""
         mass = cls._cylinder_mass("SolidCylinderWithDensity", density, radius, length, unit_vector)
         return cls.SolidCylinderWithMass(mass, radius, length, unit_vector)
 
     @classmethod
     def SolidCylinderWithDensityAboutEnd(
-        cls, density: Any, radius: Any, length: Any, unit_vector: Any
+        cls, density: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
     ) -> SpatialInertia:
         """A cylinder [kg/m^3, m] about the centre of one end, from there along `unit_vector`."""
         mass = cls._cylinder_mass("SolidCylinderWithDensityAboutEnd", density, radius, length, unit_vector)
         return cls.SolidCylinderWithMassAboutEnd(mass, radius, length, unit_vector)
 
     @classmethod
-    def _cylinder_mass(cls, call: str, density: Any, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def _cylinder_mass(cls, call: str, density: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars) -> Scalar:
         density, radius, length = cls._positive(call, density=density, radius=radius, length=length)
         cls._direction(call, unit_vector)
         return density * (math.pi * radius * radius * length)
 
     @classmethod
-    def SolidCylinderWithMass(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
+    def SolidCylinderWithMass(
+        cls, mass: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
+    ) -> SpatialInertia:
         """A cylinder [kg, m] about its centre, its axis along `unit_vector`."""
         call = "SolidCylinderWithMass"
         mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
@@ -227,7 +247,9 @@ class SpatialInertia(ScalarBase):
         return cls._about_center(mass, UnitInertia_[cls._T].SolidCylinder(radius, length, u))
 
     @classmethod
-    def SolidCylinderWithMassAboutEnd(cls, mass: Any, radius: Any, length: Any, unit_vector: Any) -> SpatialInertia:
+    def SolidCylinderWithMassAboutEnd(
+        cls, mass: Scalar, radius: Scalar, length: Scalar, unit_vector: Scalars
+    ) -> SpatialInertia:
         """A cylinder [kg, m] about the centre of one end, from there along `unit_vector`."""
         call = "SolidCylinderWithMassAboutEnd"
         mass, radius, length = cls._positive(call, mass=mass, radius=radius, length=length)
@@ -236,51 +258,51 @@ class SpatialInertia(ScalarBase):
         return centered.Shift(u * (-0.5 * length))
 
     @classmethod
-    def ThinRodWithMass(cls, mass: Any, length: Any, unit_vector: Any) -> SpatialInertia:
+    def ThinRodWithMass(cls, mass: Scalar, length: Scalar, unit_vector: Scalars) -> SpatialInertia:
         """A thin rod [kg, m] about its centre, along `unit_vector`."""
         mass, length = cls._positive("ThinRodWithMass", mass=mass, length=length)
         u = cls._direction("ThinRodWithMass", unit_vector)
         return cls._about_center(mass, UnitInertia_[cls._T].ThinRod(length, u))
 
     @classmethod
-    def ThinRodWithMassAboutEnd(cls, mass: Any, length: Any, unit_vector: Any) -> SpatialInertia:
+    def ThinRodWithMassAboutEnd(cls, mass: Scalar, length: Scalar, unit_vector: Scalars) -> SpatialInertia:
         """A thin rod [kg, m] about one end, from there along `unit_vector`."""
         mass, length = cls._positive("ThinRodWithMassAboutEnd", mass=mass, length=length)
         u = cls._direction("ThinRodWithMassAboutEnd", unit_vector)
         return cls._about_center(mass, UnitInertia_[cls._T].ThinRod(length, u)).Shift(u * (-0.5 * length))
 
     @classmethod
-    def SolidEllipsoidWithDensity(cls, density: Any, a: Any, b: Any, c: Any) -> SpatialInertia:
+    def SolidEllipsoidWithDensity(cls, density: Scalar, a: Scalar, b: Scalar, c: Scalar) -> SpatialInertia:
         """An ellipsoid with half axes `a, b, c` [kg/m^3, m] about its centre."""
         density, a, b, c = cls._positive("SolidEllipsoidWithDensity", density=density, a=a, b=b, c=c)
         return cls.SolidEllipsoidWithMass(density * (4.0 / 3.0 * math.pi * a * b * c), a, b, c)
 
     @classmethod
-    def SolidEllipsoidWithMass(cls, mass: Any, a: Any, b: Any, c: Any) -> SpatialInertia:
+    def SolidEllipsoidWithMass(cls, mass: Scalar, a: Scalar, b: Scalar, c: Scalar) -> SpatialInertia:
         """An ellipsoid with half axes `a, b, c` [kg, m] about its centre."""
         mass, a, b, c = cls._positive("SolidEllipsoidWithMass", mass=mass, a=a, b=b, c=c)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidEllipsoid(a, b, c))
 
     @classmethod
-    def SolidSphereWithDensity(cls, density: Any, radius: Any) -> SpatialInertia:
+    def SolidSphereWithDensity(cls, density: Scalar, radius: Scalar) -> SpatialInertia:
         """A ball [kg/m^3, m] about its centre."""
         density, radius = cls._positive("SolidSphereWithDensity", density=density, radius=radius)
         return cls.SolidSphereWithMass(density * (4.0 / 3.0 * math.pi * radius * radius * radius), radius)
 
     @classmethod
-    def SolidSphereWithMass(cls, mass: Any, radius: Any) -> SpatialInertia:
+    def SolidSphereWithMass(cls, mass: Scalar, radius: Scalar) -> SpatialInertia:
         """A ball [kg, m] about its centre."""
         mass, radius = cls._positive("SolidSphereWithMass", mass=mass, radius=radius)
         return cls._about_center(mass, UnitInertia_[cls._T].SolidSphere(radius))
 
     @classmethod
-    def HollowSphereWithDensity(cls, area_density: Any, radius: Any) -> SpatialInertia:
+    def HollowSphereWithDensity(cls, area_density: Scalar, radius: Scalar) -> SpatialInertia:
         """A thin spherical shell [kg/m^2, m] about its centre."""
         area_density, radius = cls._positive("HollowSphereWithDensity", area_density=area_density, radius=radius)
         return cls.HollowSphereWithMass(area_density * (4.0 * math.pi * radius * radius), radius)
 
     @classmethod
-    def HollowSphereWithMass(cls, mass: Any, radius: Any) -> SpatialInertia:
+    def HollowSphereWithMass(cls, mass: Scalar, radius: Scalar) -> SpatialInertia:
         """A thin spherical shell [kg, m] about its centre."""
         mass, radius = cls._positive("HollowSphereWithMass", mass=mass, radius=radius)
         return cls._about_center(mass, UnitInertia_[cls._T].HollowSphere(radius))
@@ -295,7 +317,7 @@ class SpatialInertia(ScalarBase):
         """p_PScm_E [m], shape (3,)."""
         return self._p.copy()
 
-    def get_unit_inertia(self) -> Any:
+    def get_unit_inertia(self) -> UnitInertia:
         """G_SP_E, about P."""
         return self._G.__copy__()
 
@@ -303,7 +325,7 @@ class SpatialInertia(ScalarBase):
         """Mass times p_PScm_E [kg m], shape (3,)."""
         return self._p * self._mass
 
-    def CalcRotationalInertia(self) -> Any:
+    def CalcRotationalInertia(self) -> RotationalInertia:
         """I_SP_E, about P."""
         return RotationalInertia_[self._T]._make(self._G._I * self._mass)
 
@@ -342,19 +364,19 @@ class SpatialInertia(ScalarBase):
 
     # --- changes ---
 
-    def ReExpress(self, R_AE: Any) -> SpatialInertia:
+    def ReExpress(self, R_AE: RotationMatrix) -> SpatialInertia:
         """M_SP_A, expressed in frame A instead of E."""
         R = self._argument("ReExpress", instance_of(RotationMatrix_[self._T]), R_AE=R_AE)
         return self._make(self._mass, R._M.dot(self._p), self._G._turned(R))
 
-    def Shift(self, p_PQ_E: Any) -> SpatialInertia:
+    def Shift(self, p_PQ_E: Scalars) -> SpatialInertia:
         """M_SQ_E, about a point Q instead of P; `p_PQ_E` [m], shape (3,)."""
         p_PQ = self._argument("Shift", vector(self._T, 3), p_PQ_E=p_PQ_E)
         T, p_QScm = self._T, self._p - p_PQ
         G = self._G._I + (point_mass(T, p_QScm) - point_mass(T, self._p))
         return self._make(self._mass, p_QScm, G)
 
-    def __iadd__(self, other: Any) -> Any:
+    def __iadd__(self, other: Self) -> Self:
         """Join another body to this one, its inertia about the same point and in the same frame."""
         if not isinstance(other, self._plain_class()):
             return NotImplemented
@@ -367,7 +389,11 @@ class SpatialInertia(ScalarBase):
         self._assign_from(self._make(total, p, G))
         return self
 
-    def __mul__(self, other: Any) -> Any:
+    @typing_overload
+    def __mul__(self, other: SpatialVelocity) -> SpatialMomentum: ...
+    @typing_overload
+    def __mul__(self, other: SpatialAcceleration) -> SpatialForce: ...
+    def __mul__(self, other: SpatialVelocity | SpatialAcceleration) -> SpatialMomentum | SpatialForce:
         """Momentum of S with a SpatialVelocity, or force for a SpatialAcceleration (of P, a point of S), about P."""
         T = self._T
         if isinstance(other, SpatialVelocity_[T]):
@@ -383,7 +409,7 @@ class SpatialInertia(ScalarBase):
         l = [a - b for a, b in zip((bottom * self._mass).tolist(), cross(mc, top.tolist()))]
         return result._make(h + l)
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> tuple[Scalar, np.ndarray, UnitInertia]:
         return (self._mass, self._p.copy(), self._G)
 
     def __setstate__(self, state: Any) -> None:

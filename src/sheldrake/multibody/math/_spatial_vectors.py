@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -13,20 +14,28 @@ from sheldrake.common._overloads import Mismatch, Overload, incompatible, overlo
 from sheldrake.common._scalars import ScalarBase, ScalarTemplate, as_array, as_scalar, vector
 from sheldrake.math import RotationMatrix_
 
+if TYPE_CHECKING:
+    from types import NotImplementedType
+
+    from typing_extensions import Self
+
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.math import RotationMatrix
+
 _new = object.__new__
 _FLOAT64 = np.dtype(np.float64)
 _ZERO = np.zeros(6)
 _ZERO.setflags(write=False)
 
 
-def cross(a: Any, b: Any) -> list:
+def cross(a: Sequence[Scalar] | np.ndarray, b: Sequence[Scalar] | np.ndarray) -> list:
     """Cross product of two vectors of any scalar."""
     ax, ay, az = a
     bx, by, bz = b
     return [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 
 
-def _is_plain(part: Any) -> bool:
+def _is_plain(part: object) -> bool:
     """Whether it is what most calls give: three numbers in an array."""
     return type(part) is np.ndarray and part.shape == (3,) and part.dtype is _FLOAT64
 
@@ -35,13 +44,14 @@ class SpatialVector(ScalarBase):
     """What the four kinds of spatial vectors share. Only vectors of one kind add up."""
 
     __slots__ = ("_c",)
+    _c: np.ndarray
     _FIELDS = ("_c",)  # read-only, may be shared
     _NAMES: ClassVar[tuple[str, str, str]]  # of both parts and of the whole
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         """Both parts, shape (3,) each, or the whole, shape (6,), angular first; without arguments all NaN."""
         if len(args) == 2 and self._T is float and not kwargs and _is_plain(args[0]) and _is_plain(args[1]):
-            self._c = np.concatenate(args)
+            self._c = np.concatenate(args)  # type: ignore[arg-type]
             self._c.setflags(False)  # type: ignore[call-arg]
         elif args or kwargs:
             self._choose("init", args, kwargs)
@@ -49,15 +59,15 @@ class SpatialVector(ScalarBase):
             self._c = as_array(self._T, [math.nan] * 6, (6,))
 
     @staticmethod
-    def _ways_init(cls: Any) -> list[Overload]:
+    def _ways_init(cls: type[SpatialVector]) -> list[Overload]:
         T = cls._T
         angular, translational, whole = cls._NAMES
 
-        def from_parts(self: Any, top: np.ndarray, bottom: np.ndarray) -> None:
+        def from_parts(self: SpatialVector, top: np.ndarray, bottom: np.ndarray) -> None:
             self._c = np.concatenate([top, bottom])
             self._c.setflags(write=False)
 
-        def from_whole(self: Any, coefficients: np.ndarray) -> None:
+        def from_whole(self: SpatialVector, coefficients: np.ndarray) -> None:
             self._c = coefficients
 
         return [
@@ -66,21 +76,21 @@ class SpatialVector(ScalarBase):
         ]
 
     @classmethod
-    def _make(cls, coefficients: Any) -> Any:
+    def _make(cls, coefficients: Sequence[Scalar] | np.ndarray) -> Self:
         """Unchecked, from six numbers, or an array that nobody else will write."""
         if type(coefficients) is not np.ndarray:
             coefficients = np.array(coefficients, dtype=np.float64 if cls._T is float else object)
         new = _new(cls if "_template" in cls.__dict__ else cls._template[cls._T])
-        coefficients.setflags(False)
+        coefficients.setflags(False)  # type: ignore[call-arg]
         new._c = coefficients
         return new
 
     @classmethod
-    def Zero(cls) -> Any:
+    def Zero(cls) -> Self:
         """The zero vector."""
         return cls._make(_ZERO if cls._T is float else as_array(cls._T, np.zeros(6), (6,)))
 
-    def SetZero(self) -> Any:
+    def SetZero(self) -> Self:
         """Make this the zero vector; gives this object."""
         self._c = as_array(self._T, np.zeros(6), (6,))
         return self
@@ -97,7 +107,7 @@ class SpatialVector(ScalarBase):
         """Both parts, angular first, shape (6,)."""
         return self._c.copy()
 
-    def Rotate(self, R_FE: Any) -> Any:
+    def Rotate(self, R_FE: RotationMatrix) -> Self:
         """The same vector expressed in frame F instead of E.
 
         Args:
@@ -106,45 +116,45 @@ class SpatialVector(ScalarBase):
         R = self._argument("Rotate", instance_of(RotationMatrix_[self._T]), R_FE=R_FE)
         return self._make(self._c.reshape(2, 3).dot(R._M.T).reshape(6))
 
-    def _kin(self, other: Any) -> bool:
+    def _kin(self, other: object) -> bool:
         return isinstance(other, self._plain_class())
 
-    def __add__(self, other: Any) -> Any:
+    def __add__(self, other: Self) -> Self:
         return self._make(self._c + other._c) if self._kin(other) else NotImplemented
 
-    def __sub__(self, other: Any) -> Any:
+    def __sub__(self, other: Self) -> Self:
         return self._make(self._c - other._c) if self._kin(other) else NotImplemented
 
-    def __iadd__(self, other: Any) -> Any:
+    def __iadd__(self, other: Self) -> Self:
         if not self._kin(other):
             return NotImplemented
         self._c = self._c + other._c
         self._c.setflags(write=False)
         return self
 
-    def __isub__(self, other: Any) -> Any:
+    def __isub__(self, other: Self) -> Self:
         if not self._kin(other):
             return NotImplemented
         self._c = self._c - other._c
         self._c.setflags(write=False)
         return self
 
-    def __neg__(self) -> Any:
+    def __neg__(self) -> Self:
         return self._make(-self._c)
 
-    def _scaled(self, factor: Any) -> Any:
+    def _scaled(self, factor: Scalar) -> np.ndarray | NotImplementedType:
         try:
             return self._c * as_scalar(self._T, factor)
         except Mismatch:
             return NotImplemented
 
-    def __mul__(self, factor: Any) -> Any:
+    def __mul__(self, factor: Scalar) -> Self:
         scaled = self._scaled(factor)
         return scaled if scaled is NotImplemented else self._make(scaled)
 
     __rmul__ = __mul__
 
-    def __imul__(self, factor: Any) -> Any:
+    def __imul__(self, factor: Scalar) -> Self:
         scaled = self._scaled(factor)
         if scaled is NotImplemented:
             return scaled
@@ -152,17 +162,17 @@ class SpatialVector(ScalarBase):
         self._c = scaled
         return self
 
-    def _moved(self, call: str, offset: Any) -> list:
+    def _moved(self, call: str, offset: Scalars) -> list:
         return self._argument(call, vector(self._T, 3), offset=offset).tolist()
 
-    def _dot(self, other: Any, *kinds: Any) -> Any:
+    def _dot(self, other: SpatialVector, *kinds: ScalarTemplate) -> float:
         if not any(isinstance(other, kind[self._T]) for kind in kinds):
             accepted = [f"({pretty_class_name(kind[self._T])})" for kind in kinds]
             raise incompatible(f"{pretty_class_name(self._plain_class())}.dot", accepted, (other,), {})
-        product = self._c.dot(other._c)
+        product: float = self._c.dot(other._c)
         return float(product) if self._T is float else product
 
-    def __getstate__(self) -> Any:
+    def __getstate__(self) -> np.ndarray:
         return self._c.copy()
 
     def __setstate__(self, state: Any) -> None:
@@ -180,7 +190,7 @@ class SpatialVelocity(SpatialVector):
     __slots__ = ()
     _NAMES = ("w", "v", "V")
 
-    def Shift(self, offset: Any) -> Any:
+    def Shift(self, offset: Scalars) -> Self:
         """V_MC of a frame C fixed to B.
 
         Args:
@@ -190,7 +200,9 @@ class SpatialVelocity(SpatialVector):
         c = self._c.tolist()
         return self._make(c[:3] + [v + x for v, x in zip(c[3:], cross(c[:3], p))])
 
-    def ComposeWithMovingFrameVelocity(self, position_of_moving_frame: Any, velocity_of_moving_frame: Any) -> Any:
+    def ComposeWithMovingFrameVelocity(
+        self, position_of_moving_frame: Scalars, velocity_of_moving_frame: SpatialVelocity
+    ) -> Self:
         """V_MC of a frame C that moves on B.
 
         Args:
@@ -202,14 +214,14 @@ class SpatialVelocity(SpatialVector):
         V = self._argument(call, instance_of(self._plain_class()), velocity_of_moving_frame=velocity_of_moving_frame)
         return self.Shift(p) + V
 
-    def dot(self, *args: Any, **kwargs: Any) -> Any:
+    def dot(self, *args: SpatialForce | SpatialMomentum, **kwargs: SpatialForce | SpatialMomentum) -> float:
         """Power [W] of a SpatialForce (`force`), or twice the kinetic energy [J] of a SpatialMomentum (`momentum`)."""
         values = [*args, *kwargs.values()]
         if len(values) != 1 or not kwargs.keys() <= {"force", "momentum"}:
             raise incompatible("SpatialVelocity.dot", ["(force)", "(momentum)"], args, kwargs)
         return self._dot(values[0], SpatialForce_, SpatialMomentum_)
 
-    def __matmul__(self, other: Any) -> Any:
+    def __matmul__(self, other: SpatialForce | SpatialMomentum) -> float:
         return self.dot(other)
 
 
@@ -219,7 +231,7 @@ class SpatialAcceleration(SpatialVector):
     __slots__ = ()
     _NAMES = ("alpha", "a", "A")
 
-    def Shift(self, offset: Any, angular_velocity_of_this_frame: Any) -> Any:
+    def Shift(self, offset: Scalars, angular_velocity_of_this_frame: Scalars) -> Self:
         """A_MC of a frame C fixed to B.
 
         Args:
@@ -234,7 +246,7 @@ class SpatialAcceleration(SpatialVector):
         turned, centripetal = cross(c[:3], p), cross(w, cross(w, p))
         return self._make(c[:3] + [a + x + y for a, x, y in zip(c[3:], turned, centripetal)])
 
-    def ShiftWithZeroAngularVelocity(self, offset: Any) -> Any:
+    def ShiftWithZeroAngularVelocity(self, offset: Scalars) -> Self:
         """A_MC of a frame C fixed to B while B does not turn.
 
         Args:
@@ -246,11 +258,11 @@ class SpatialAcceleration(SpatialVector):
 
     def ComposeWithMovingFrameAcceleration(
         self,
-        position_of_moving_frame: Any,
-        angular_velocity_of_this_frame: Any,
-        velocity_of_moving_frame: Any,
-        acceleration_of_moving_frame: Any,
-    ) -> Any:
+        position_of_moving_frame: Scalars,
+        angular_velocity_of_this_frame: Scalars,
+        velocity_of_moving_frame: SpatialVelocity,
+        acceleration_of_moving_frame: SpatialAcceleration,
+    ) -> Self:
         """A_MC of a frame C that moves on B.
 
         Args:
@@ -277,7 +289,7 @@ class SpatialForce(SpatialVector):
     __slots__ = ()
     _NAMES = ("tau", "f", "F")
 
-    def Shift(self, offset: Any) -> Any:
+    def Shift(self, offset: Scalars) -> Self:
         """The equivalent force at another point of the same body.
 
         Args:
@@ -287,11 +299,11 @@ class SpatialForce(SpatialVector):
         c = self._c.tolist()
         return self._make([t - x for t, x in zip(c[:3], cross(p, c[3:]))] + c[3:])
 
-    def dot(self, velocity: Any) -> Any:
+    def dot(self, velocity: SpatialVelocity) -> float:
         """Power [W] on a body that moves with a SpatialVelocity."""
         return self._dot(velocity, SpatialVelocity_)
 
-    def __matmul__(self, other: Any) -> Any:
+    def __matmul__(self, other: SpatialVelocity) -> float:
         return self.dot(other)
 
 
@@ -301,7 +313,7 @@ class SpatialMomentum(SpatialVector):
     __slots__ = ()
     _NAMES = ("h", "l", "L")
 
-    def Shift(self, offset: Any) -> Any:
+    def Shift(self, offset: Scalars) -> Self:
         """The momentum about another point.
 
         Args:
@@ -311,11 +323,11 @@ class SpatialMomentum(SpatialVector):
         c = self._c.tolist()
         return self._make([h - x for h, x in zip(c[:3], cross(p, c[3:]))] + c[3:])
 
-    def dot(self, velocity: Any) -> Any:
+    def dot(self, velocity: SpatialVelocity) -> float:
         """Twice the kinetic energy [J] of a body that moves with a SpatialVelocity."""
         return self._dot(velocity, SpatialVelocity_)
 
-    def __matmul__(self, other: Any) -> Any:
+    def __matmul__(self, other: SpatialVelocity) -> float:
         return self.dot(other)
 
 

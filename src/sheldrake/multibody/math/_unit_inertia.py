@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,14 +12,20 @@ from sheldrake.common._scalar_math import sqrt
 from sheldrake.common._scalars import ScalarTemplate, identity, is_symbolic, scalar, vector
 from sheldrake.multibody.math._rotational_inertia import RotationalInertia, RotationalInertia_, point_mass
 
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.math import RotationMatrix
+
 _UNIT_TOLERANCE = 1e-14  # how far from one the length of a direction may be, as in Drake
 
 
-def number(x: Any, T: type) -> float | None:
+def number(x: Scalar, T: type) -> float | None:
     """Its value, or None for a symbol."""
     if is_symbolic(T):
         return None
-    return x if T is float else x.value()
+    return x if T is float else x.value()  # type: ignore[union-attr, return-value]
 
 
 def check_unit_vector(T: type, call: str, unit_vector: np.ndarray) -> None:
@@ -40,7 +46,7 @@ class UnitInertia(RotationalInertia):
 
     __slots__ = ()
 
-    def __init__(self, *args: Any, **kwargs: Any):
+    def __init__(self, *args: object, **kwargs: object):
         """
         `UnitInertia(Ixx, Iyy, Izz)`, with `Ixy, Ixz, Iyz` behind, or `UnitInertia(I)` from the inertia of a body of
         mass one; without arguments all NaN.
@@ -48,17 +54,17 @@ class UnitInertia(RotationalInertia):
         self._choose("init", args, kwargs)
 
     @staticmethod
-    def _ways_init(cls: Any) -> list[Overload]:
+    def _ways_init(cls: type[RotationalInertia]) -> list[Overload]:
         T = cls._T
 
-        def from_inertia(self: Any, inertia: Any) -> None:
+        def from_inertia(self: UnitInertia, inertia: RotationalInertia) -> None:
             self._I = inertia._I
 
         plain = RotationalInertia._ways_init(cls)[:3]
         return [*plain, overload(from_inertia, I=instance_of(RotationalInertia_[T]))]
 
     @classmethod
-    def _lengths(cls, call: str, **named: Any) -> list:
+    def _lengths(cls, call: str, **named: Scalar) -> list:
         """Lengths [m], not negative."""
         values = []
         for name, value in named.items():
@@ -69,7 +75,7 @@ class UnitInertia(RotationalInertia):
             values.append(length)
         return values
 
-    def SetFromRotationalInertia(self, I: Any, mass: Any) -> Any:
+    def SetFromRotationalInertia(self, I: RotationalInertia, mass: Scalar) -> Self:
         """Replace by the inertia of a body divided by its mass [kg]; gives this object.
 
         Raises:
@@ -85,43 +91,43 @@ class UnitInertia(RotationalInertia):
         return self
 
     @classmethod
-    def PointMass(cls, p_FQ: Any) -> UnitInertia:
+    def PointMass(cls, p_FQ: Scalars) -> UnitInertia:
         """A particle at `p_FQ` [m], shape (3,), about the origin."""
         return cls._make(point_mass(cls._T, cls._argument("PointMass", vector(cls._T, 3), p_FQ=p_FQ)))
 
     @classmethod
-    def SolidSphere(cls, r: Any) -> UnitInertia:
+    def SolidSphere(cls, r: Scalar) -> UnitInertia:
         """A ball of radius `r` [m] about its centre."""
         r = cls._argument("SolidSphere", scalar(cls._T), r=r)
         return cls.TriaxiallySymmetric(0.4 * r * r)
 
     @classmethod
-    def HollowSphere(cls, r: Any) -> UnitInertia:
+    def HollowSphere(cls, r: Scalar) -> UnitInertia:
         """A thin spherical shell of radius `r` [m] about its centre."""
         r = cls._argument("HollowSphere", scalar(cls._T), r=r)
         return cls.TriaxiallySymmetric(2.0 / 3.0 * r * r)
 
     @classmethod
-    def SolidEllipsoid(cls, a: Any, b: Any, c: Any) -> UnitInertia:
+    def SolidEllipsoid(cls, a: Scalar, b: Scalar, c: Scalar) -> UnitInertia:
         """An ellipsoid with half axes `a, b, c` [m] about its centre."""
         a, b, c = cls._lengths("SolidEllipsoid", a=a, b=b, c=c)
         aa, bb, cc = a * a, b * b, c * c
         return cls._plain_class()((bb + cc) / 5.0, (aa + cc) / 5.0, (aa + bb) / 5.0)
 
     @classmethod
-    def SolidBox(cls, Lx: Any, Ly: Any, Lz: Any) -> UnitInertia:
+    def SolidBox(cls, Lx: Scalar, Ly: Scalar, Lz: Scalar) -> UnitInertia:
         """A box with edges `Lx, Ly, Lz` [m] about its centre."""
         x, y, z = cls._lengths("SolidBox", Lx=Lx, Ly=Ly, Lz=Lz)
         xx, yy, zz = x * x, y * y, z * z
         return cls._plain_class()((yy + zz) / 12.0, (xx + zz) / 12.0, (xx + yy) / 12.0)
 
     @classmethod
-    def SolidCube(cls, L: Any) -> UnitInertia:
+    def SolidCube(cls, L: Scalar) -> UnitInertia:
         """A cube with edge `L` [m] about its centre."""
         return cls.SolidBox(L, L, L)
 
     @classmethod
-    def SolidCylinder(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCylinder(cls, radius: Scalar, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A cylinder [m] about its centre, its axis along `unit_vector`, shape (3,)."""
         radius, length = cls._lengths("SolidCylinder", radius=radius, length=length)
         along = 0.5 * radius * radius
@@ -129,7 +135,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCylinder", along, across, unit_vector)
 
     @classmethod
-    def SolidCylinderAboutEnd(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCylinderAboutEnd(cls, radius: Scalar, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A cylinder [m] about the centre of one end, its axis along `unit_vector`, shape (3,)."""
         radius, length = cls._lengths("SolidCylinderAboutEnd", radius=radius, length=length)
         along = 0.5 * radius * radius
@@ -137,7 +143,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCylinderAboutEnd", along, across, unit_vector)
 
     @classmethod
-    def SolidCapsule(cls, radius: Any, length: Any, unit_vector: Any) -> Any:
+    def SolidCapsule(cls, radius: Scalar, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A cylinder of `length` [m] with half balls of `radius` [m] on its ends, about its centre."""
         radius, length = cls._lengths("SolidCapsule", radius=radius, length=length)
         if not is_symbolic(cls._T):
@@ -155,7 +161,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial("SolidCapsule", along, across, unit_vector)
 
     @classmethod
-    def ThinRod(cls, length: Any, unit_vector: Any) -> Any:
+    def ThinRod(cls, length: Scalar, unit_vector: Scalars) -> UnitInertia:
         """A thin rod of `length` [m] about its centre, along `unit_vector`, shape (3,)."""
         (length,) = cls._lengths("ThinRod", length=length)
         plain = number(length, cls._T)
@@ -164,7 +170,9 @@ class UnitInertia(RotationalInertia):
         return cls._axial("ThinRod", 0.0 * length, length * length / 12.0, unit_vector)
 
     @classmethod
-    def AxiallySymmetric(cls, moment_parallel: Any, moment_perpendicular: Any, unit_vector: Any) -> Any:
+    def AxiallySymmetric(
+        cls, moment_parallel: Scalar, moment_perpendicular: Scalar, unit_vector: Scalars
+    ) -> UnitInertia:
         """A body of revolution with the given moments [m^2], its axis along `unit_vector`, shape (3,).
 
         Raises:
@@ -181,7 +189,7 @@ class UnitInertia(RotationalInertia):
         return cls._axial(call, along, across, unit_vector)
 
     @classmethod
-    def StraightLine(cls, moment_perpendicular: Any, unit_vector: Any) -> Any:
+    def StraightLine(cls, moment_perpendicular: Scalar, unit_vector: Scalars) -> UnitInertia:
         """Mass along a line: `moment_perpendicular` [m^2] across `unit_vector`, nothing along it."""
         (across,) = cls._lengths("StraightLine", moment_perpendicular=moment_perpendicular)
         plain = number(across, cls._T)
@@ -190,22 +198,22 @@ class UnitInertia(RotationalInertia):
         return cls._axial("StraightLine", 0.0 * across, across, unit_vector)
 
     @classmethod
-    def _axial(cls, call: str, along: Any, across: Any, unit_vector: Any) -> Any:
+    def _axial(cls, call: str, along: Scalar, across: Scalar, unit_vector: Scalars) -> UnitInertia:
         T = cls._T
         u = cls._argument(call, vector(T, 3), unit_vector=unit_vector)
         check_unit_vector(T, call, u)
         return cls._make(identity(T, 3) * across + np.outer(u, u) * (along - across))
 
-    def ReExpress(self, R_AE: Any) -> UnitInertia:
+    def ReExpress(self, R_AE: RotationMatrix) -> UnitInertia:
         """G_BP_A, expressed in frame A instead of E."""
         return self._make(self._turned(R_AE))
 
-    def ShiftFromCenterOfMass(self, p_BcmQ_E: Any) -> Any:  # type: ignore[override]
+    def ShiftFromCenterOfMass(self, p_BcmQ_E: Scalars) -> UnitInertia:  # type: ignore[override]
         """G_BQ of this G_BBcm; `p_BcmQ_E` [m] is the position of Q from the centre of mass, shape (3,)."""
         p = self._argument("ShiftFromCenterOfMass", vector(self._T, 3), p_BcmQ_E=p_BcmQ_E)
         return self._make(self._I + point_mass(self._T, p))
 
-    def ShiftToCenterOfMass(self, p_QBcm_E: Any) -> Any:  # type: ignore[override]
+    def ShiftToCenterOfMass(self, p_QBcm_E: Scalars) -> UnitInertia:  # type: ignore[override]
         """G_BBcm of this G_BQ; `p_QBcm_E` [m] is the position of the centre of mass from Q, shape (3,)."""
         p = self._argument("ShiftToCenterOfMass", vector(self._T, 3), p_QBcm_E=p_QBcm_E)
         return self._make(self._I - point_mass(self._T, p))

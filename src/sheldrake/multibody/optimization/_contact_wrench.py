@@ -14,8 +14,9 @@ from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
     from sheldrake.autodiffutils import AutoDiffXd
+    from sheldrake.geometry import GeometryId
     from sheldrake.multibody.plant import MultibodyPlant
-    from sheldrake.multibody.tree import RigidBody
+    from sheldrake.multibody.tree import BodyIndex, RigidBody
     from sheldrake.systems.framework import Context
 
 
@@ -38,7 +39,7 @@ class ContactWrench:
         raise TypeError("pydrake.multibody.optimization.ContactWrench: No constructor defined!")
 
     @classmethod
-    def _make(cls, A: Any, B: Any, p_WCb: np.ndarray, F: SpatialForce) -> ContactWrench:
+    def _make(cls, A: BodyIndex, B: BodyIndex, p_WCb: np.ndarray, F: SpatialForce) -> ContactWrench:
         out = cls.__new__(cls)
         out.bodyA_index, out.bodyB_index, out.p_WCb_W, out.F_Cb_W = A, B, p_WCb, F
         return out
@@ -56,7 +57,7 @@ class ContactWrenchFromForceInWorldFrameEvaluator(KinematicFunction, EvaluatorBa
         geometry_id_pair: The geometries (A, B) in contact.
     """
 
-    def __init__(self, plant: MultibodyPlant, context: Context, geometry_id_pair: Any):
+    def __init__(self, plant: MultibodyPlant, context: Context, geometry_id_pair: tuple[GeometryId, GeometryId]):
         require_duals(type(self).__name__, plant, context)
         self._set_plant(plant, context, 6, 3)
         self._description = "contact_wrench_from_pure_force_in_world_frame"

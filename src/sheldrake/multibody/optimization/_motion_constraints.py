@@ -14,8 +14,12 @@ from sheldrake.solvers import Constraint
 from sheldrake.solvers._functions.evaluators import EvaluatorBase
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
-    from sheldrake.multibody.tree import Frame
+    from sheldrake.multibody.tree import Frame, ModelInstanceIndex
     from sheldrake.systems.framework import Context
 
 
@@ -44,7 +48,13 @@ class CentroidalMomentumConstraint(KinematicFunction, Constraint):
         angular_only: h is the angular momentum [kg m^2/s], shape (3,), instead of the spatial one, shape (6,).
     """
 
-    def __init__(self, plant: MultibodyPlant, model_instances: Any, plant_context: Context, angular_only: bool):
+    def __init__(
+        self,
+        plant: MultibodyPlant,
+        model_instances: Sequence[ModelInstanceIndex] | None,
+        plant_context: Context,
+        angular_only: bool,
+    ):
         require_duals(type(self).__name__, plant, plant_context)
         self._instances = [] if model_instances is None else [list(model_instances)]
         self._size = 3 if angular_only else 6
@@ -90,10 +100,10 @@ class SpatialVelocityConstraint(KinematicFunction, Constraint):
         self,
         plant: MultibodyPlant,
         frameA: Frame,
-        v_AC_lower: Any,
-        v_AC_upper: Any,
+        v_AC_lower: ArrayLike,
+        v_AC_upper: ArrayLike,
         frameB: Frame,
-        p_BCo: Any,
+        p_BCo: ArrayLike,
         plant_context: Context,
         w_AC_bounds: AngularVelocityBounds | None = None,
     ):
@@ -148,7 +158,7 @@ class QuaternionEulerIntegrationConstraint(Constraint):
         """Tells whether the second quaternion may be negated."""
         return self._negation
 
-    def ComposeVariable(self, quat1: Any, quat2: Any, angular_vel: Any, h: Any) -> np.ndarray:
+    def ComposeVariable(self, quat1: ArrayLike, quat2: ArrayLike, angular_vel: ArrayLike, h: Any) -> np.ndarray:
         """Returns its variables in order, shape (12,).
 
         Args:

@@ -18,6 +18,7 @@ from sheldrake.symbolic import Variable
 
 if TYPE_CHECKING:
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import RigidBody
     from sheldrake.solvers import MathematicalProgramResult
     from sheldrake.systems.framework import Context
 
@@ -39,7 +40,7 @@ class StaticEquilibriumConstraint(KinematicFunction, Constraint):
             total = total + (self._slope_of(at.body_B, at.p_BCb) - self._slope_of(at.body_A, at.p_ACa)).T @ force
         return total
 
-    def _slope_of(self, body: Any, p_BC: np.ndarray) -> np.ndarray:
+    def _slope_of(self, body: RigidBody, p_BC: np.ndarray) -> np.ndarray:
         """Derivative by v of the velocity of a point of a body in the world, shape (3, nv)."""
         W, F = self._plant.world_frame(), body.body_frame()
         wrt = JacobianWrtVariable.kV

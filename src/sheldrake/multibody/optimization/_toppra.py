@@ -23,7 +23,11 @@ from sheldrake.solvers import MathematicalProgram
 from sheldrake.trajectories import PiecewisePolynomial
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Frame
+    from sheldrake.trajectories import Trajectory
 
 _log = logging.getLogger("drake")
 
@@ -66,7 +70,7 @@ class Toppra:
         ValueError: they do not begin and end with the path, or the path has another size than the positions.
     """
 
-    def __init__(self, path: Any, plant: MultibodyPlant, gridpoints: Any):
+    def __init__(self, path: Trajectory, plant: MultibodyPlant, gridpoints: ArrayLike):
         s = np.array(gridpoints, dtype=float).ravel()
         if s.size < 2 or s[0] != path.start_time() or s[-1] != path.end_time():
             raise ValueError(
@@ -91,7 +95,7 @@ class Toppra:
         self._relaxation = 0.0
 
     @staticmethod
-    def CalcGridPoints(path: Any, options: CalcGridPointsOptions) -> np.ndarray:
+    def CalcGridPoints(path: Trajectory, options: CalcGridPointsOptions) -> np.ndarray:
         """Returns gridpoints dense enough for a path: segments are halved until the path hardly bends within one.
 
         Args:
@@ -119,7 +123,7 @@ class Toppra:
         self._x_upper = np.minimum(self._x_upper, np.where(most < 0.0, -np.inf, most**2))
         return self._backward.AddBoundingBoxConstraint(0.0, 1.0, self._x)
 
-    def AddJointVelocityLimit(self, lower_limit: Any, upper_limit: Any) -> Any:
+    def AddJointVelocityLimit(self, lower_limit: ArrayLike, upper_limit: ArrayLike) -> Any:
         """Limits the velocities, shape (nv,), and returns the bounds on x.
 
         Raises:
@@ -128,7 +132,7 @@ class Toppra:
         low, high = (self._sized("AddJointVelocityLimit", b, self._q.shape[1]) for b in (lower_limit, upper_limit))
         return self._limit_speed(self._q_s, low, high)
 
-    def AddFrameVelocityLimit(self, constraint_frame: Any, lower_limit: Any, upper_limit: Any) -> Any:
+    def AddFrameVelocityLimit(self, constraint_frame: Frame, lower_limit: ArrayLike, upper_limit: ArrayLike) -> Any:
         """Limits the spatial velocity of a frame in the world [rad/s, m/s], shape (6,); returns the bounds on x.
 
         Raises:
@@ -160,7 +164,7 @@ class Toppra:
             high = np.full((self._s.size, 1), float(upper_limit))
         return self._limit_speed(speed, np.full(high.shape, -np.inf), high)
 
-    def _frame_rates(self, frame: Any) -> np.ndarray:
+    def _frame_rates(self, frame: Frame) -> np.ndarray:
         """Spatial velocity of a frame for s' = 1, shape (gridpoints, 6)."""
         out = []
         for q, q_s in zip(self._q, self._q_s):
@@ -168,7 +172,7 @@ class Toppra:
             out.append(self._jacobian(frame) @ q_s)
         return np.array(out)
 
-    def _jacobian(self, frame: Any) -> np.ndarray:
+    def _jacobian(self, frame: Frame) -> np.ndarray:
         W = self._plant.world_frame()
         wrt = JacobianWrtVariable.kV
         return self._plant.CalcJacobianSpatialVelocity(self._context, wrt, frame, np.zeros(3), W, W)
@@ -188,7 +192,9 @@ class Toppra:
 
     # Limits of accelerations and torques
 
-    def _limit(self, a: np.ndarray, b: np.ndarray, lower: Any, upper: Any, discretization: Any) -> tuple:
+    def _limit(
+        self, a: np.ndarray, b: np.ndarray, lower: ArrayLike, upper: ArrayLike, discretization: ToppraDiscretization
+    ) -> tuple:
         rows = Rows(a, b, np.broadcast_to(lower, a.shape), np.broadcast_to(upper, a.shape))
         if discretization == ToppraDiscretization.kInterpolation:
             rows = _with_next(rows, np.diff(self._s))
@@ -202,8 +208,8 @@ class Toppra:
 
     def AddJointAccelerationLimit(
         self,
-        lower_limit: Any,
-        upper_limit: Any,
+        lower_limit: ArrayLike,
+        upper_limit: ArrayLike,
         discretization: ToppraDiscretization = ToppraDiscretization.kInterpolation,
     ) -> tuple[Any, Any]:
         """Limits the accelerations, shape (nv,); returns the constraints of the backward and the forward pass.
@@ -216,8 +222,8 @@ class Toppra:
 
     def AddJointTorqueLimit(
         self,
-        lower_limit: Any,
-        upper_limit: Any,
+        lower_limit: ArrayLike,
+        upper_limit: ArrayLike,
         discretization: ToppraDiscretization = ToppraDiscretization.kInterpolation,
     ) -> tuple[Any, Any]:
         """Limits the generalized forces that the motion takes [N m or N], shape (nv,), gravity included.
@@ -239,9 +245,9 @@ class Toppra:
 
     def AddFrameAccelerationLimit(
         self,
-        constraint_frame: Any,
-        lower_limit: Any,
-        upper_limit: Any,
+        constraint_frame: Frame,
+        lower_limit: ArrayLike,
+        upper_limit: ArrayLike,
         discretization: ToppraDiscretization = ToppraDiscretization.kInterpolation,
     ) -> tuple[Any, Any]:
         """Limits the spatial acceleration of a frame in the world [rad/s^2, m/s^2].

@@ -9,7 +9,7 @@ from ._config import AddMultibodyPlant, AddMultibodyPlantSceneGraph, ApplyMultib
 from ._contact.friction import CalcContactFrictionFromSurfaceProperties
 from ._contact.hydroelastic import HydroelasticContactInfo
 from ._contact.results import ContactResults, PointPairContactInfo
-from ._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
+from ._enums import BaseBodyJointType, ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 from ._multibody_plant import MultibodyPlant
 from ._step.external_force import ExternallyAppliedSpatialForce
 from ._systems.contact_results_to_lcm import ConnectContactResultsToDrakeVisualizer, ContactResultsToLcmSystem
@@ -44,6 +44,7 @@ __all__ = [
     "AddMultibodyPlant",
     "AddMultibodyPlantSceneGraph",
     "ApplyMultibodyPlantConfig",
+    "BaseBodyJointType",
     "CalcContactFrictionFromSurfaceProperties",
     "ConnectContactResultsToDrakeVisualizer",
     "ContactModel",

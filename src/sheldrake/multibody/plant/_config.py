@@ -19,12 +19,7 @@ _CONTACT_MODELS = {
     "hydroelastic": ContactModel.kHydroelastic,
     "hydroelastic_with_fallback": ContactModel.kHydroelasticWithFallback,
 }
-_APPROXIMATIONS = {
-    "tamsi": DiscreteContactApproximation.kTamsi,
-    "sap": DiscreteContactApproximation.kSap,
-    "similar": DiscreteContactApproximation.kSimilar,
-    "lagged": DiscreteContactApproximation.kLagged,
-}
+_APPROXIMATIONS = {kind._made_of.name: kind for kind in DiscreteContactApproximation}
 _REPRESENTATIONS = {
     "triangle": HydroelasticContactRepresentation.kTriangle,
     "polygon": HydroelasticContactRepresentation.kPolygon,

@@ -294,8 +294,8 @@ def _calc_body_accelerations(plant: Any, context: Context, value: AbstractValue)
 
 
 def _calc_contact_results(plant: Any, context: Context, value: AbstractValue) -> None:
-    value.set_value(plant._parts.output_ports.contact_results(context))
+    value._held = plant._parts.output_ports.contact_results(context)
 
 
 def _calc_reactions(plant: Any, context: Context, value: AbstractValue) -> None:
-    value.set_value(plant._parts.output_ports.reaction_forces(context))
+    value._held = plant._parts.output_ports.reaction_forces(context)

@@ -14,7 +14,10 @@ from sheldrake.symbolic import Expression, Monomial, Polynomial, RationalFunctio
 from sheldrake.symbolic import _build as build
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
     from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import BodyIndex
 
 _KINDS = ("weld", "revolute", "prismatic")
 # A pose is a sum of products of indeterminates, of no joint's twice, with coefficients of shape (4, 4).
@@ -130,7 +133,7 @@ class RationalForwardKinematics:
         parent = int(joint.parent_body().index())
         return _Mobility(parent, X_PF.GetAsMatrix4(), X_MB.GetAsMatrix4(), axis, kind == "revolute", q, s)
 
-    def plant(self) -> Any:
+    def plant(self) -> MultibodyPlant:
         """Returns the plant."""
         return self._plant
 
@@ -143,7 +146,7 @@ class RationalForwardKinematics:
     def _moving(self) -> list[_Mobility]:
         return [m for m in self._mobilities.values() if m.s >= 0]
 
-    def _values(self, call: str, values: Any, q_star_val: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _values(self, call: str, values: ArrayLike, q_star_val: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         values, q_star = np.asarray(values).ravel(), np.asarray(q_star_val, dtype=float).ravel()
         for name, array in (("the first argument", values), ("q_star_val", q_star)):
             if array.size != len(self._s):
@@ -151,7 +154,7 @@ class RationalForwardKinematics:
         symbolic = values.dtype == object
         return (np.array([build.expect(call, v) for v in values]) if symbolic else values.astype(float)), q_star
 
-    def ComputeSValue(self, q_val: Any, q_star_val: Any, angles_wrap_to_inf: bool = False) -> np.ndarray:
+    def ComputeSValue(self, q_val: ArrayLike, q_star_val: ArrayLike, angles_wrap_to_inf: bool = False) -> np.ndarray:
         """Returns s for positions, of numbers or of expressions.
 
         Args:
@@ -176,7 +179,7 @@ class RationalForwardKinematics:
                 out[m.s] = math.tan(0.5 * way)
         return out
 
-    def ComputeQValue(self, s_val: Any, q_star_val: Any) -> np.ndarray:
+    def ComputeQValue(self, s_val: ArrayLike, q_star_val: ArrayLike) -> np.ndarray:
         """Returns positions for s, of numbers or of expressions.
 
         Args:
@@ -200,7 +203,7 @@ class RationalForwardKinematics:
     # Poses
 
     def CalcBodyPoseAsMultilinearPolynomial(
-        self, q_star: Any, body_index: Any, expressed_body_index: Any
+        self, q_star: ArrayLike, body_index: BodyIndex, expressed_body_index: BodyIndex
     ) -> RationalForwardKinematicsPose:
         """Returns the pose X_AB as polynomials in the cos and sin of joints' angles and in the s of sliding joints.
 
@@ -215,7 +218,7 @@ class RationalForwardKinematics:
         terms, _ = self._terms(q_star, int(body_index), int(expressed_body_index))
         return RationalForwardKinematicsPose._of(_polynomials(terms))
 
-    def _terms(self, q_star: Any, body: int, expressed: int) -> tuple[_Terms, list[int]]:
+    def _terms(self, q_star: ArrayLike, body: int, expressed: int) -> tuple[_Terms, list[int]]:
         """X_AB as a sum of products of indeterminates, and which s are on the way from A to B."""
         q_star = np.asarray(q_star, dtype=float).ravel()
         if q_star.size != len(self._s):
@@ -237,7 +240,7 @@ class RationalForwardKinematics:
             up, down = up[:-1], down[:-1]
         return up, down[::-1]
 
-    def _rational_pose(self, q_star: Any, body: int, expressed: int) -> tuple[_Powers, _Powers, list[int]]:
+    def _rational_pose(self, q_star: ArrayLike, body: int, expressed: int) -> tuple[_Powers, _Powers, list[int]]:
         """X_AB times a common denominator, and that, by powers of s; and which s are on the way from A to B."""
         terms, on_way = self._terms(q_star, body, expressed)
         angles = [k for k in on_way if k in self._cosines]

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import Shape, TriangleSurfaceMesh
-from sheldrake.geometry._meshes.mass_properties import mass_properties
+from sheldrake.geometry._mass_properties import mass_properties
 from sheldrake.multibody.math import RotationalInertia, SpatialInertia
 
 
-def CalcSpatialInertia(shape: Any = None, density: float | None = None, *, mesh: Any = None) -> SpatialInertia:
+def CalcSpatialInertia(
+    shape: Shape | TriangleSurfaceMesh | None = None,
+    density: float | None = None,
+    *,
+    mesh: TriangleSurfaceMesh | None = None,
+) -> SpatialInertia:
     """M_BBo_B of a body of uniform density that fills a shape whose frame is the body frame.
 
     Args:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.solvers._engines.highs import variable_bounds
 from sheldrake.solvers._program.program import MathematicalProgram
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 
 class _AugmentedLagrangian:
@@ -59,7 +62,7 @@ class _AugmentedLagrangian:
             found += _residues(x, self._x_lo, self._x_up)
         return cost, found
 
-    def _sum(self, cost: Any, residues: list, lambda_val: Any, mu: float) -> Any:
+    def _sum(self, cost: Any, residues: list, lambda_val: ArrayLike, mu: float) -> Any:
         total = cost
         for r, multiplier in zip(residues, np.asarray(lambda_val, dtype=float)):
             total = total - multiplier * r + (0.5 * mu) * r * r
@@ -73,7 +76,7 @@ def _kinds(lower: np.ndarray, upper: np.ndarray) -> list[bool]:
     return out
 
 
-def _residues(y: Any, lower: np.ndarray, upper: np.ndarray) -> list:
+def _residues(y: np.ndarray, lower: np.ndarray, upper: np.ndarray) -> list:
     out: list = []
     for value, a, b in zip(y, lower, upper):
         if a == b:
@@ -102,7 +105,7 @@ class AugmentedLagrangianNonsmooth(_AugmentedLagrangian):
         include_x_bounds: Whether bounds of variables count as constraints.
     """
 
-    def Eval(self, x: Any, lambda_val: Any, mu: float) -> tuple[Any, np.ndarray, Any]:
+    def Eval(self, x: ArrayLike, lambda_val: ArrayLike, mu: float) -> tuple[Any, np.ndarray, Any]:
         """Returns the augmented Lagrangian, the residues of the constraints, and the cost.
 
         Args:
@@ -130,7 +133,7 @@ class AugmentedLagrangianSmooth(_AugmentedLagrangian):
         """Returns the number of slacks."""
         return self._equal.count(False)
 
-    def Eval(self, x: Any, s: Any, lambda_val: Any, mu: float) -> tuple[Any, np.ndarray, Any]:
+    def Eval(self, x: ArrayLike, s: float, lambda_val: ArrayLike, mu: float) -> tuple[Any, np.ndarray, Any]:
         """Returns the augmented Lagrangian, the residues of the constraints with slacks, and the cost.
 
         Args:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -11,6 +11,9 @@ from sheldrake.solvers._functions.bindings import BindingBase
 from sheldrake.solvers._functions.constraints import LinearConstraint
 from sheldrake.solvers._program.parts import parts_of
 from sheldrake.solvers._program.program import MathematicalProgram
+
+if TYPE_CHECKING:
+    import scipy.sparse
 
 ROOT2 = float(np.sqrt(2.0))
 
@@ -46,7 +49,7 @@ class ConicForm:
         self._exponential()
         self.b = np.concatenate(self._b) if self._b else np.zeros(0)
 
-    def P(self) -> Any:
+    def P(self) -> scipy.sparse.csc_matrix:
         """The quadratic cost as a sparse matrix."""
         from scipy.sparse import csc_matrix
 
@@ -54,7 +57,7 @@ class ConicForm:
         rows, cols, values = self._triplets_P
         return csc_matrix((values, (rows, cols)), shape=(n, n))
 
-    def A(self) -> Any:
+    def A(self) -> scipy.sparse.csc_matrix:
         """The constraints as a sparse matrix."""
         from scipy.sparse import csc_matrix
 

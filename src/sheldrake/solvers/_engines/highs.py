@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._program_type import LINEAR
 from sheldrake.solvers._result import MathematicalProgramResult
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 _RESULTS = {
     0: SolutionResult.kSolutionFound,
@@ -56,7 +59,9 @@ def variable_bounds(prog: MathematicalProgram) -> tuple[np.ndarray, np.ndarray]:
     return lower, upper
 
 
-def set_box_duals(prog: MathematicalProgram, result: MathematicalProgramResult, low: Any, high: Any) -> None:
+def set_box_duals(
+    prog: MathematicalProgram, result: MathematicalProgramResult, low: ArrayLike, high: ArrayLike
+) -> None:
     """Duals of bounding boxes from those of the tightest bounds; the first box that is as tight gets them."""
     lower, upper = variable_bounds(prog)
     left_low, left_high = np.array(low, dtype=float), np.array(high, dtype=float)

@@ -6,7 +6,7 @@ A solver says which attributes of programs it takes, whether it is installed, an
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from sheldrake.solvers._ids import (
 )
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.solvers._result import MathematicalProgramResult
+
+if TYPE_CHECKING:
+    pass
 
 
 def attribute_name(attribute: ProgramAttribute) -> str:

@@ -241,8 +241,13 @@ class Factors:
         return (self._x * self._scale)[self._place] if self._info[0] < 1e-6 else None
 
 
+_SMALL = 40  # Up to this size full factors take less time than looking for an order does.
+
+
 def _elimination_order(size: int, rows: np.ndarray, cols: np.ndarray) -> np.ndarray:
     """An order that keeps factors sparse: minimum degree, from SuperLU for a matrix of the same pattern."""
+    if size <= _SMALL:
+        return np.arange(size)
     from scipy.sparse import csc_matrix
     from scipy.sparse.linalg import splu
 

@@ -15,6 +15,22 @@ _LEAST_PROGRESS, _SPENT = (1, 2, 3, 4), (5, 6)
 _FAILURE = -1
 
 
+def _algorithm(name: str) -> int:
+    import nlopt
+
+    algorithm = getattr(nlopt, name, None)
+    if not isinstance(algorithm, int) or name[:2] not in ("LD", "LN", "GD", "GN", "AU"):
+        raise RuntimeError(f"NLopt: there is no algorithm {name!r}; names are those of NLopt, such as LD_SLSQP.")
+    return algorithm
+
+
+def _set_params(problem: Any, given: dict[str, Any], prefix: str) -> None:
+    """Hands on the options whose names begin with a prefix."""
+    for name, value in given.items():
+        if name.startswith(prefix):
+            problem.set_param(name.removeprefix(prefix), float(value))
+
+
 class NloptSolverDetails(NamedTuple):
     """What the solver tells of a solve: NLopt's status, above 0 for success, 5 for too many evaluations."""
 
@@ -66,14 +82,86 @@ class NloptSolver(NonlinearSolver):
         """Returns the name of the option for the algorithm."""
         return "algorithm"
 
+    @staticmethod
+    def FRelativeToleranceName() -> str:
+        """Returns the name of the option for the least relative change of the cost."""
+        return "ftol_rel"
+
+    @staticmethod
+    def FAbsoluteToleranceName() -> str:
+        """Returns the name of the option for the least change of the cost."""
+        return "ftol_abs"
+
+    @staticmethod
+    def StopValName() -> str:
+        """Returns the name of the option for a cost that is good enough to stop at."""
+        return "stopval"
+
+    @staticmethod
+    def ParamPrefix() -> str:
+        """Returns what the names of options begin with that go to the algorithm as they are, after it."""
+        return "nlopt_param:"
+
+    @staticmethod
+    def LocalOptimizerAlgorithmName() -> str:
+        """Returns the name of the option for the algorithm that solves subproblems, where there are any."""
+        return "local_optimizer_algorithm"
+
+    @staticmethod
+    def LocalOptimizerXRelativeToleranceName() -> str:
+        """Returns the name of the option for the least relative step in a subproblem."""
+        return "local_optimizer_xtol_rel"
+
+    @staticmethod
+    def LocalOptimizerXAbsoluteToleranceName() -> str:
+        """Returns the name of the option for the least step in a subproblem."""
+        return "local_optimizer_xtol_abs"
+
+    @staticmethod
+    def LocalOptimizerFRelativeToleranceName() -> str:
+        """Returns the name of the option for the least relative change of the cost in a subproblem."""
+        return "local_optimizer_ftol_rel"
+
+    @staticmethod
+    def LocalOptimizerFAbsoluteToleranceName() -> str:
+        """Returns the name of the option for the least change of the cost in a subproblem."""
+        return "local_optimizer_ftol_abs"
+
+    @staticmethod
+    def LocalOptimizerMaxEvalName() -> str:
+        """Returns the name of the option for the largest number of evaluations in a subproblem."""
+        return "local_optimizer_max_eval"
+
+    @staticmethod
+    def LocalOptimizerMaxTimeName() -> str:
+        """Returns the name of the option for the longest time of a subproblem [s]."""
+        return "local_optimizer_max_time"
+
+    @staticmethod
+    def LocalOptimizerParamPrefix() -> str:
+        """Returns what the names of options begin with that go to the algorithm of subproblems."""
+        return "local_optimizer_param:"
+
     def _read(self, options: SolverOptions) -> Settings:
+        prefixes = self.ParamPrefix(), self.LocalOptimizerParamPrefix()
         known = [
             self.ConstraintToleranceName(),
             self.XRelativeToleranceName(),
             self.XAbsoluteToleranceName(),
+            self.FRelativeToleranceName(),
+            self.FAbsoluteToleranceName(),
+            self.StopValName(),
             self.MaxEvalName(),
             self.MaxTimeName(),
             self.AlgorithmName(),
+            self.LocalOptimizerAlgorithmName(),
+            self.LocalOptimizerXRelativeToleranceName(),
+            self.LocalOptimizerXAbsoluteToleranceName(),
+            self.LocalOptimizerFRelativeToleranceName(),
+            self.LocalOptimizerFAbsoluteToleranceName(),
+            self.LocalOptimizerMaxEvalName(),
+            self.LocalOptimizerMaxTimeName(),
+            *(name for name in options._of(self._name) if name.startswith(prefixes)),
         ]
         given = self._given(options, known)
         return Settings(
@@ -87,11 +175,7 @@ class NloptSolver(NonlinearSolver):
         import nlopt
 
         given = settings.more or {}
-        name = given.get(self.AlgorithmName(), "LD_SLSQP")
-        algorithm = getattr(nlopt, name, None)
-        if not isinstance(algorithm, int) or name[:2] not in ("LD", "LN", "GD", "GN", "AU"):
-            raise RuntimeError(f"NLopt: there is no algorithm {name!r}; names are those of NLopt, such as LD_SLSQP.")
-        problem = nlopt.opt(algorithm, form.num_vars)
+        problem = nlopt.opt(_algorithm(given.get(self.AlgorithmName(), "LD_SLSQP")), form.num_vars)
         seen: list[np.ndarray] = [start]
 
         def cost(y: np.ndarray, slope: np.ndarray) -> float:
@@ -115,6 +199,12 @@ class NloptSolver(NonlinearSolver):
         problem.set_xtol_abs(number(given, self.XAbsoluteToleranceName(), 1e-6))
         problem.set_maxeval(settings.iterations)
         problem.set_maxtime(number(given, self.MaxTimeName(), 0.0))
+        problem.set_ftol_rel(number(given, self.FRelativeToleranceName(), 0.0))
+        problem.set_ftol_abs(number(given, self.FAbsoluteToleranceName(), 0.0))
+        problem.set_stopval(number(given, self.StopValName(), -np.inf))
+        _set_params(problem, given, self.ParamPrefix())
+        if local := given.get(self.LocalOptimizerAlgorithmName(), ""):
+            problem.set_local_optimizer(self._local_optimizer(local, form.num_vars, given))
         try:
             y = problem.optimize(start)
             status = problem.last_optimize_result()
@@ -123,6 +213,20 @@ class NloptSolver(NonlinearSolver):
                 raise  # a user's function raised it
             y, status = seen[0], _FAILURE
         return Outcome(self._name, y, status in _LEAST_PROGRESS, status in _SPENT, None, status)
+
+    def _local_optimizer(self, name: str, num_vars: int, given: dict[str, Any]) -> Any:
+        """What solves the subproblems of algorithms that have such."""
+        import nlopt
+
+        local = nlopt.opt(_algorithm(name), num_vars)
+        local.set_xtol_rel(number(given, self.LocalOptimizerXRelativeToleranceName(), 1e-6))
+        local.set_xtol_abs(number(given, self.LocalOptimizerXAbsoluteToleranceName(), 1e-6))
+        local.set_ftol_rel(number(given, self.LocalOptimizerFRelativeToleranceName(), 0.0))
+        local.set_ftol_abs(number(given, self.LocalOptimizerFAbsoluteToleranceName(), 0.0))
+        local.set_maxeval(max(0, int(number(given, self.LocalOptimizerMaxEvalName(), 0))))
+        local.set_maxtime(max(0.0, number(given, self.LocalOptimizerMaxTimeName(), 0.0)))
+        _set_params(local, given, self.LocalOptimizerParamPrefix())
+        return local
 
     @staticmethod
     def _constrain(

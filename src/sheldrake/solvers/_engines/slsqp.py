@@ -78,13 +78,18 @@ def restore(form: NonlinearForm, start: np.ndarray) -> np.ndarray:
     return at(found.x)
 
 
+_MOST = 100  # Iterations of one run: where they do not do, another point to start from is a better bet.
+
+
 def by_slsqp(form: NonlinearForm, start: np.ndarray, settings: Settings) -> Outcome:
     """SLSQP; from a point that satisfies the constraints, if it does not find one."""
+    few = settings.iterations <= _MOST
+    settings = settings._replace(iterations=min(settings.iterations, _MOST))
     outcome = slsqp(form, start, settings)
     for origin in (outcome.y, start):
         if np.isfinite(outcome.y).all() and form.violation(form.clip(outcome.y)) <= settings.feasibility:
             break
-        if not form.num_rows or outcome.iterations_spent:
+        if not form.num_rows or (few and outcome.iterations_spent):
             return outcome
         y = restore(form, form.clip(np.where(np.isfinite(origin), origin, 0.0)))
         if form.violation(y) > settings.feasibility:

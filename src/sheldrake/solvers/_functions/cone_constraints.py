@@ -16,6 +16,9 @@ from sheldrake.symbolic import Formula, positive_semidefinite
 from sheldrake.symbolic import _functions as symbolic
 
 if TYPE_CHECKING:
+    import scipy.sparse
+    from numpy.typing import ArrayLike
+
     from sheldrake.solvers._arrays import Matrix
 
 
@@ -51,7 +54,7 @@ class _ConeConstraint(Constraint):
             )
         self._A, self._b = A, b
 
-    def A(self) -> Any:
+    def A(self) -> scipy.sparse.csc_matrix:
         """Returns the matrix of z = A x + b as a SciPy csc_matrix."""
         from scipy.sparse import csc_matrix
 
@@ -105,7 +108,7 @@ class LorentzConeConstraint(_ConeConstraint):
         kConvexSmooth = 1
         kNonconvex = 2
 
-    def __init__(self, A: Any, b: Any, eval_type: EvalType = EvalType.kConvexSmooth):
+    def __init__(self, A: ArrayLike, b: ArrayLike, eval_type: EvalType = EvalType.kConvexSmooth):
         self._set_affine(A, b)
         self._eval_type = eval_type
         self._set_sizes(2 if eval_type is self.EvalType.kNonconvex else 1, self._A.shape[1])
@@ -160,7 +163,7 @@ class RotatedLorentzConeConstraint(_ConeConstraint):
 
     _fewest_rows = 2
 
-    def __init__(self, A: Any, b: Any):
+    def __init__(self, A: ArrayLike, b: ArrayLike):
         self._set_affine(A, b)
         self._set_sizes(3, self._A.shape[1])
         self._set_bounds(np.zeros(3), np.full(3, np.inf))
@@ -197,7 +200,7 @@ class ExponentialConeConstraint(_ConeConstraint):
 
     _fewest_rows = 3
 
-    def __init__(self, A: Any, b: Any):
+    def __init__(self, A: ArrayLike, b: ArrayLike):
         self._set_affine(A, b)
         self._set_sizes(2, self._A.shape[1])
         self._set_bounds(np.zeros(2), np.full(2, np.inf))

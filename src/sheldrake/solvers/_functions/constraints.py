@@ -16,12 +16,13 @@ from sheldrake.solvers._text import latex_bounds, latex_matrix, number_text
 from sheldrake.symbolic import Formula, logical_and
 
 if TYPE_CHECKING:
+    import scipy.sparse
     from numpy.typing import ArrayLike
 
     from sheldrake.solvers._arrays import Matrix
 
 
-def _bounds(lb: Any, ub: Any) -> tuple[np.ndarray, np.ndarray]:
+def _bounds(lb: ArrayLike, ub: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     return _arrays.float_vector(np.atleast_1d(lb)), _arrays.float_vector(np.atleast_1d(ub))
 
 
@@ -36,10 +37,10 @@ class LinearConstraint(Constraint):
 
     _A: Any
 
-    def __init__(self, A: Any, lb: Any, ub: Any):
+    def __init__(self, A: ArrayLike | Matrix, lb: ArrayLike, ub: ArrayLike):
         self._set_linear(_arrays.float_matrix(A), *_bounds(lb, ub))
 
-    def _set_linear(self, A: Any, lb: np.ndarray, ub: np.ndarray) -> None:
+    def _set_linear(self, A: Matrix, lb: np.ndarray, ub: np.ndarray) -> None:
         if A.shape[0] != lb.size or A.shape[0] != ub.size:
             raise RuntimeError(
                 f"{type(self).__name__}: A has {A.shape[0]} rows, but the bounds have {lb.size} and {ub.size}."
@@ -57,7 +58,7 @@ class LinearConstraint(Constraint):
             self._dense = self._A.toarray()
         return self._dense.copy()
 
-    def get_sparse_A(self) -> Any:
+    def get_sparse_A(self) -> scipy.sparse.csc_matrix:
         """Returns the matrix as a SciPy csc_matrix."""
         from scipy.sparse import csc_matrix
 
@@ -67,7 +68,9 @@ class LinearConstraint(Constraint):
         """Tells whether the matrix is there as a dense one."""
         return self._dense is not None
 
-    def UpdateCoefficients(self, new_A: Any, new_lb: Any, new_ub: Any) -> None:
+    def UpdateCoefficients(
+        self, new_A: ArrayLike | scipy.sparse.spmatrix, new_lb: ArrayLike, new_ub: ArrayLike
+    ) -> None:
         """Sets matrix and bounds; the number of rows may change.
 
         Raises:
@@ -93,15 +96,15 @@ class LinearConstraint(Constraint):
         A[np.abs(A) <= tol] = 0.0
         self._A = self._dense = A
 
-    def set_bounds(self, new_lb: Any, new_ub: Any) -> None:
+    def set_bounds(self, new_lb: ArrayLike, new_ub: ArrayLike) -> None:
         """Sets both bounds."""
         self._set_bounds(*_bounds(new_lb, new_ub))
 
-    def UpdateLowerBound(self, new_lb: Any) -> None:
+    def UpdateLowerBound(self, new_lb: ArrayLike) -> None:
         """Sets the lower bound."""
         self._set_bounds(_bounds(new_lb, new_lb)[0], self._upper)
 
-    def UpdateUpperBound(self, new_ub: Any) -> None:
+    def UpdateUpperBound(self, new_ub: ArrayLike) -> None:
         """Sets the upper bound."""
         self._set_bounds(self._lower, _bounds(new_ub, new_ub)[0])
 
@@ -135,7 +138,7 @@ class LinearEqualityConstraint(LinearConstraint):
         overload(Aeq=_arrays.float_matrix, beq=_arrays.float_vector),
         overload(lambda self, a, beq: self.__init__(a, [beq]), a=_arrays.float_row, beq=_arrays.number),
     )
-    def __init__(self, Aeq: Any, beq: np.ndarray):
+    def __init__(self, Aeq: ArrayLike | scipy.sparse.spmatrix, beq: np.ndarray):
         self._set_linear(Aeq, beq, beq)
 
     def UpdateCoefficients(self, Aeq: Any, beq: Any) -> None:  # type: ignore[override]
@@ -157,7 +160,7 @@ class BoundingBoxConstraint(LinearConstraint):
         ub: Shape `(n,)`.
     """
 
-    def __init__(self, lb: Any, ub: Any):
+    def __init__(self, lb: ArrayLike, ub: ArrayLike):
         lower, upper = _bounds(lb, ub)
         self._dense = None
         self._set_sizes(lower.size, lower.size)
@@ -204,7 +207,7 @@ class QuadraticConstraint(Constraint):
         kIndefinite = 2
         kZero = 3
 
-    def __init__(self, Q0: Any, b: Any, lb: float, ub: float, hessian_type: HessianType | None = None):
+    def __init__(self, Q0: ArrayLike, b: ArrayLike, lb: float, ub: float, hessian_type: HessianType | None = None):
         self._set_coefficients(symmetric(Q0), _arrays.float_vector(b), hessian_type)
         self._set_sizes(1, self._b.size)
         self._set_bounds(*_bounds(lb, ub))
@@ -237,7 +240,7 @@ class QuadraticConstraint(Constraint):
             np.isposinf(self._upper[0])
         )
 
-    def UpdateCoefficients(self, new_Q: Any, new_b: Any, hessian_type: HessianType | None = None) -> None:
+    def UpdateCoefficients(self, new_Q: ArrayLike, new_b: ArrayLike, hessian_type: HessianType | None = None) -> None:
         """Sets the coefficients.
 
         Raises:
@@ -346,7 +349,7 @@ class ExpressionConstraint(ExpressionFunction, Constraint):
         ub: Shape `(m,)`.
     """
 
-    def __init__(self, v: Any, lb: Any, ub: Any):
+    def __init__(self, v: Any, lb: ArrayLike, ub: ArrayLike):
         self._set_expressions(list(_arrays.expression_array(v).ravel(order="F")))
         self._set_bounds(*_bounds(lb, ub))
 

@@ -5,7 +5,7 @@ What a program's costs are made of; `_program_costs` makes them of expressions a
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,8 +15,11 @@ from sheldrake.solvers._functions.evaluators import Cost, EvaluatorBase
 from sheldrake.solvers._functions.expressions import ExpressionFunction
 from sheldrake.symbolic import Expression, ToLatex
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
-def symmetric(Q: Any) -> np.ndarray:
+
+def symmetric(Q: ArrayLike) -> np.ndarray:
     """The symmetric part of a square matrix.
 
     Raises:
@@ -44,7 +47,7 @@ class LinearCost(Cost):
         b: Constant.
     """
 
-    def __init__(self, a: Any, b: float = 0.0):
+    def __init__(self, a: ArrayLike, b: float = 0.0):
         self._a, self._b = _arrays.float_vector(a), float(b)
         self._set_sizes(1, self._a.size)
 
@@ -56,7 +59,7 @@ class LinearCost(Cost):
         """Returns the constant."""
         return self._b
 
-    def UpdateCoefficients(self, new_a: Any, new_b: float = 0.0) -> None:
+    def UpdateCoefficients(self, new_a: ArrayLike, new_b: float = 0.0) -> None:
         """Sets coefficients and constant.
 
         Raises:
@@ -108,7 +111,7 @@ class QuadraticCost(Cost):
         is_convex: Whether Q is positive semidefinite; found out if absent.
     """
 
-    def __init__(self, Q: Any, b: Any, c: float = 0.0, is_convex: bool | None = None):
+    def __init__(self, Q: ArrayLike, b: ArrayLike, c: float = 0.0, is_convex: bool | None = None):
         self._Q, self._b, self._c = symmetric(Q), _arrays.float_vector(b), float(c)
         if self._Q.shape[0] != self._b.size:
             raise RuntimeError(f"QuadraticCost(): Q has {self._Q.shape[0]} rows but b has {self._b.size} elements.")
@@ -131,7 +134,9 @@ class QuadraticCost(Cost):
         """Tells whether Q is positive semidefinite."""
         return self._is_convex
 
-    def UpdateCoefficients(self, new_Q: Any, new_b: Any, new_c: float = 0.0, is_convex: bool | None = None) -> None:
+    def UpdateCoefficients(
+        self, new_Q: ArrayLike, new_b: ArrayLike, new_c: float = 0.0, is_convex: bool | None = None
+    ) -> None:
         """Sets all coefficients.
 
         Raises:
@@ -186,7 +191,7 @@ def quadratic_symbols(Q: np.ndarray, b: np.ndarray, c: float, x: np.ndarray) -> 
 class PolynomialCost(ExpressionFunction, Cost):
     """A cost that is a polynomial of degree three or more."""
 
-    def __init__(self, e: Any):
+    def __init__(self, e: Expression):
         self._set_expressions([_arrays.expression(e)])
 
     _display = EvaluatorBase._display
@@ -200,7 +205,7 @@ class ExpressionCost(ExpressionFunction, Cost):
         e: The expression; the cost is a function of its variables in the order of their creation.
     """
 
-    def __init__(self, e: Any):
+    def __init__(self, e: Expression):
         self._set_expressions([_arrays.expression(e)])
 
     def expression(self) -> Expression:

@@ -17,6 +17,8 @@ from sheldrake.symbolic import Expression, Formula, logical_and
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.solvers._arrays import VariablesLike
+
 ANY = -1  # Number of variables of a function that takes any.
 
 
@@ -48,7 +50,7 @@ class EvaluatorBase:
     def _set_sizes(self, num_outputs: int, num_vars: int, description: str = "") -> None:
         self._num_outputs, self._num_vars, self._description = num_outputs, num_vars, description
 
-    def Eval(self, x: Any) -> np.ndarray:
+    def Eval(self, x: ArrayLike) -> np.ndarray:
         """Returns the values at x, shape `(num_outputs,)`; AutoDiffXd or Expression where x is made of these.
 
         Raises:
@@ -124,7 +126,7 @@ class EvaluatorBase:
                 raise ValueError(f"SetGradientSparsityPattern(): ({row}, {col}) is out of range.")
         self._sparsity = [(int(r), int(c)) for r, c in gradient_sparsity_pattern]
 
-    def ToLatex(self, vars: Any, precision: int = 3) -> str:
+    def ToLatex(self, vars: VariablesLike, precision: int = 3) -> str:
         """Returns LaTeX for the function of given variables."""
         vars = _arrays.variable_vector(vars)
         if self._num_vars not in (ANY, len(vars)):
@@ -183,7 +185,7 @@ class Constraint(EvaluatorBase):
         """Returns how many values there are."""
         return self._num_outputs
 
-    def CheckSatisfied(self, x: Any, tol: float = 1e-6) -> Any:
+    def CheckSatisfied(self, x: ArrayLike, tol: float = 1e-6) -> Any:
         """Tells whether the values at x are within the bounds, up to `tol`; a Formula where x is symbolic."""
         x, kind = _arrays.kind_of(x)
         if self._num_vars not in (ANY, len(x)):
@@ -247,7 +249,7 @@ class VisualizationCallback(EvaluatorBase):
         return np.zeros(0, dtype=object)
 
 
-def _checked(call: str, y: Any, expected: type, size: int, scalar: bool) -> np.ndarray:
+def _checked(call: str, y: ArrayLike, expected: type, size: int, scalar: bool) -> np.ndarray:
     """What a Python function gave, as a vector of the scalar it was called with.
 
     Raises:
@@ -335,21 +337,21 @@ class PyFunctionConstraint(_PyFunction, Constraint):
 
     _scalar = False
 
-    def __init__(self, num_vars: int, func: Callable, lb: Any, ub: Any, description: str = ""):
+    def __init__(self, num_vars: int, func: Callable, lb: ArrayLike, ub: ArrayLike, description: str = ""):
         lower, upper = _arrays.float_vector(lb), _arrays.float_vector(ub)
         self._set_sizes(lower.size, num_vars, description)
         self._set_bounds(lower, upper)
         self._func = func
 
-    def set_bounds(self, lower_bound: Any, upper_bound: Any) -> None:
+    def set_bounds(self, lower_bound: ArrayLike, upper_bound: ArrayLike) -> None:
         """Sets both bounds."""
         self._set_bounds(_arrays.float_vector(lower_bound), _arrays.float_vector(upper_bound))
 
-    def UpdateLowerBound(self, new_lb: Any) -> None:
+    def UpdateLowerBound(self, new_lb: ArrayLike) -> None:
         """Sets the least values."""
         self._set_bounds(_arrays.float_vector(new_lb), self._upper)
 
-    def UpdateUpperBound(self, new_ub: Any) -> None:
+    def UpdateUpperBound(self, new_ub: ArrayLike) -> None:
         """Sets the greatest values."""
         self._set_bounds(self._lower, _arrays.float_vector(new_ub))
 

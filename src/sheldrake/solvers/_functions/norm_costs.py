@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Hashable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.solvers import _arrays
 from sheldrake.solvers._functions.costs import same_count
-from sheldrake.solvers._functions.evaluators import Cost
+from sheldrake.solvers._functions.evaluators import Cost, Many
 from sheldrake.solvers._text import latex_matrix
 from sheldrake.symbolic import Expression, ToLatex
 from sheldrake.symbolic import _functions as symbolic
+
+if TYPE_CHECKING:
+    import scipy.sparse
+    from numpy.typing import ArrayLike
 
 
 class _NormCost(Cost):
@@ -20,7 +25,7 @@ class _NormCost(Cost):
     _A: Any
     _b: np.ndarray
 
-    def __init__(self, A: Any, b: Any):
+    def __init__(self, A: ArrayLike, b: ArrayLike):
         self._A, self._b = _arrays.float_matrix(A), _arrays.float_vector(b)
         self._check()
         self._set_sizes(1, self._A.shape[1])
@@ -33,7 +38,7 @@ class _NormCost(Cost):
         """Returns the constant of z = A x + b, shape `(m,)`."""
         return self._b.copy()
 
-    def _update(self, new_A: Any, new_b: Any) -> None:
+    def _update(self, new_A: ArrayLike | scipy.sparse.spmatrix, new_b: ArrayLike) -> None:
         A = _arrays.float_matrix(new_A)
         b = np.zeros(A.shape[0]) if new_b is None or np.size(new_b) == 0 else _arrays.float_vector(new_b)
         same_count(A.shape[1], self._num_vars)
@@ -157,7 +162,7 @@ class L2NormCost(_NormCost):
         """Returns the matrix of z = A x + b, shape `(m, n)`."""
         return self._A.toarray() if _arrays.is_sparse(self._A) else self._A.copy()
 
-    def get_sparse_A(self) -> Any:
+    def get_sparse_A(self) -> scipy.sparse.csc_matrix:
         """Returns the matrix of z = A x + b as a SciPy csc_matrix."""
         from scipy.sparse import csc_matrix
 
@@ -180,6 +185,43 @@ class L2NormCost(_NormCost):
 
     def _symbol(self, z: np.ndarray) -> Expression:
         return symbolic.sqrt(sum_of_squares(z))
+
+    def _alike(self) -> Hashable | None:
+        A = self.GetDenseA()
+        return ("L2NormCost", A.shape, A.tobytes(), self._b.tobytes())
+
+    def _many(self) -> Many:
+        return _Lengths(self.GetDenseA(), self._b)
+
+
+_ROUNDING = 1e-8  # Lengths below this count as smooth: those that constraints keep at zero have no direction.
+
+
+class _Lengths:
+    """Lengths |z| of z = A x + b at many points, as sqrt(z' z + r^2) - r, which has derivatives where z is zero."""
+
+    def __init__(self, A: np.ndarray, b: np.ndarray):
+        self._A, self._b = A, b
+
+    def _z(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        z = points @ self._A.T + self._b
+        return z, np.sqrt((z * z).sum(axis=1) + _ROUNDING**2)
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Lengths, shape (points, 1)."""
+        return self._z(points)[1][:, None] - _ROUNDING
+
+    def slopes(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Lengths and their derivatives, shape (points, 1, n)."""
+        z, lengths = self._z(points)
+        return lengths[:, None] - _ROUNDING, ((z / lengths[:, None]) @ self._A)[:, None, :]
+
+    def curvature(self, points: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """Second derivatives times weights of shape (points, 1), shape (points, n, n)."""
+        z, lengths = self._z(points)
+        along = (z / lengths[:, None]) @ self._A
+        H = (self._A.T @ self._A)[None] - along[:, :, None] * along[:, None, :]
+        return H * (weights[:, 0] / lengths)[:, None, None]
 
 
 def sum_of_squares(z: np.ndarray) -> Expression:

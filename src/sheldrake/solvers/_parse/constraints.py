@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -21,6 +21,12 @@ from sheldrake.symbolic import DecomposeL2NormExpression, Expression, Formula, F
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _traverse as traverse
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers._functions.bindings import BindingBase
+    from sheldrake.solvers._functions.evaluators import Constraint
 
 
 def _move_constants(lower: np.ndarray, upper: np.ndarray, c: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -50,7 +56,9 @@ def _without_trivial(
     return [rows[i] for i in keep], lower[keep], upper[keep]
 
 
-def _linear(expressions: Sequence[Expression], rows: list[Coefficients], lower: np.ndarray, upper: np.ndarray) -> Any:
+def _linear(
+    expressions: Sequence[Expression], rows: list[Coefficients], lower: np.ndarray, upper: np.ndarray
+) -> BindingBase[LinearConstraint]:
     """Equality, bounding box or other linear constraint."""
     rows, lower, upper = _without_trivial(rows, expressions, lower, upper)
     a = Affine(rows)
@@ -64,7 +72,7 @@ def _linear(expressions: Sequence[Expression], rows: list[Coefficients], lower: 
     return bind(LinearConstraint, LinearConstraint(a.A, lower, upper), a.vars)
 
 
-def _box(a: Affine, lower: np.ndarray, upper: np.ndarray) -> Any:
+def _box(a: Affine, lower: np.ndarray, upper: np.ndarray) -> BindingBase[BoundingBoxConstraint]:
     cols = np.argmax(a.A != 0.0, axis=1)
     scale = a.A[np.arange(len(cols)), cols]
     low, high = lower / scale, upper / scale
@@ -72,7 +80,7 @@ def _box(a: Affine, lower: np.ndarray, upper: np.ndarray) -> Any:
     return bind(BoundingBoxConstraint, BoundingBoxConstraint(low, high), a.vars[cols])
 
 
-def constraint(expressions: Any, lower: Any, upper: Any) -> Any:
+def constraint(expressions: np.ndarray | Expression, lower: ArrayLike, upper: ArrayLike) -> BindingBase[Constraint]:
     """The constraint lower <= expressions <= upper: linear, quadratic, a cone, or any expression.
 
     Raises:
@@ -112,7 +120,7 @@ def _constant_term(e: Expression) -> float:
     return expanded._args[0] if expanded._kind == k.ADD else 0.0
 
 
-def _special(e: Expression, lower: float, upper: float) -> Any:
+def _special(e: Expression, lower: float, upper: float) -> BindingBase[Constraint] | None:
     """A quadratic or Lorentz cone constraint, if it is one."""
     found = coefficients(e)
     if found is not None:
@@ -156,12 +164,16 @@ def _norm_below(
     return M, np.concatenate(([-affine.c / c], b)), everything
 
 
-def lorentz(A: np.ndarray, b: np.ndarray, vars: np.ndarray, eval_type: Any) -> Any:
+def lorentz(
+    A: np.ndarray, b: np.ndarray, vars: np.ndarray, eval_type: LorentzConeConstraint.EvalType
+) -> BindingBase[LorentzConeConstraint]:
     """The Lorentz cone constraint on A x + b."""
     return bind(LorentzConeConstraint, LorentzConeConstraint(A, b, eval_type), vars)
 
 
-def lorentz_from_formula(f: Formula, eval_type: Any, psd_tol: float, coefficient_tol: float) -> Any:
+def lorentz_from_formula(
+    f: Formula, eval_type: LorentzConeConstraint.EvalType, psd_tol: float, coefficient_tol: float
+) -> BindingBase[LorentzConeConstraint]:
     """The Lorentz cone constraint of a formula |A x + b| <= affine.
 
     Raises:
@@ -176,12 +188,14 @@ def lorentz_from_formula(f: Formula, eval_type: Any, psd_tol: float, coefficient
     return lorentz(*cone, eval_type)
 
 
-def rotated_lorentz(A: np.ndarray, b: np.ndarray, vars: np.ndarray) -> Any:
+def rotated_lorentz(A: np.ndarray, b: np.ndarray, vars: np.ndarray) -> BindingBase[RotatedLorentzConeConstraint]:
     """The rotated Lorentz cone constraint on A x + b."""
     return bind(RotatedLorentzConeConstraint, RotatedLorentzConeConstraint(A, b), vars)
 
 
-def linear_constraint(expressions: Any, lower: Any, upper: Any, what: str = "Expression") -> Any:
+def linear_constraint(
+    expressions: np.ndarray | Expression, lower: ArrayLike, upper: ArrayLike, what: str = "Expression"
+) -> BindingBase[LinearConstraint]:
     """The linear constraint lower <= expressions <= upper.
 
     Raises:
@@ -196,7 +210,7 @@ def linear_constraint(expressions: Any, lower: Any, upper: Any, what: str = "Exp
     return _linear(es, rows, lower, upper)
 
 
-def equality_constraint(expressions: Any, b: Any) -> Any:
+def equality_constraint(expressions: np.ndarray | Expression, b: ArrayLike) -> BindingBase[LinearEqualityConstraint]:
     """The constraint expressions == b.
 
     Raises:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 from sheldrake.solvers._functions.bindings import bind
 from sheldrake.solvers._functions.costs import ExpressionCost, LinearCost, PolynomialCost, QuadraticCost
@@ -12,8 +12,11 @@ from sheldrake.solvers._parse.coefficients import coefficients, quadratic
 from sheldrake.symbolic import DecomposeL2NormExpression, Expression
 from sheldrake.symbolic import _kinds as k
 
+if TYPE_CHECKING:
+    from sheldrake.solvers._functions.bindings import BindingBase
 
-def cost(e: Expression) -> Any:
+
+def cost(e: Expression) -> BindingBase[Cost]:
     """The cost of an expression: linear, quadratic, a norm, or any expression."""
     found = coefficients(e)
     if found is None:
@@ -29,7 +32,7 @@ def cost(e: Expression) -> Any:
     return bind(Cost, new, new.vars())
 
 
-def linear_cost(e: Expression) -> Any:
+def linear_cost(e: Expression) -> BindingBase[LinearCost]:
     """The linear cost of an expression.
 
     Raises:
@@ -41,7 +44,7 @@ def linear_cost(e: Expression) -> Any:
     return bind(LinearCost, LinearCost(found.b, found.c), found.vars)
 
 
-def quadratic_cost(e: Expression, is_convex: bool | None) -> Any:
+def quadratic_cost(e: Expression, is_convex: bool | None) -> BindingBase[QuadraticCost]:
     """The quadratic cost of an expression.
 
     Raises:
@@ -51,7 +54,7 @@ def quadratic_cost(e: Expression, is_convex: bool | None) -> Any:
     return bind(QuadraticCost, QuadraticCost(found.hessian(), found.b, found.c, is_convex), found.vars)
 
 
-def l2norm_cost(e: Expression, psd_tol: float, coefficient_tol: float) -> Any:
+def l2norm_cost(e: Expression, psd_tol: float, coefficient_tol: float) -> BindingBase[L2NormCost]:
     """The cost of an expression that is a length.
 
     Raises:

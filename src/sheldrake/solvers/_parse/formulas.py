@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +12,11 @@ from sheldrake.symbolic import Expression, Formula, FormulaKind
 from sheldrake.symbolic import _build as build
 from sheldrake.symbolic import _kinds as k
 from sheldrake.symbolic import _traverse as traverse
+
+if TYPE_CHECKING:
+    from sheldrake.solvers._functions.bindings import BindingBase
+    from sheldrake.solvers._functions.constraints import LinearEqualityConstraint
+    from sheldrake.solvers._functions.evaluators import Constraint
 
 _RELATIONS = (FormulaKind.Eq, FormulaKind.Leq, FormulaKind.Geq)
 
@@ -93,7 +98,7 @@ def _at_least(f: Formula, a: Expression, b: Expression) -> tuple[Expression, flo
     return _difference(f, a, b), 0.0, np.inf
 
 
-def _parsed(parts: list[Formula], swap: bool, linear: bool) -> Any:
+def _parsed(parts: list[Formula], swap: bool, linear: bool) -> BindingBase[Constraint]:
     triples = [_sides(f, swap) for f in parts]
     es = traverse.object_array([t[0] for t in triples])
     lower, upper = np.array([t[1] for t in triples]), np.array([t[2] for t in triples])
@@ -105,7 +110,7 @@ def _parsed(parts: list[Formula], swap: bool, linear: bool) -> Any:
     return constraint(es, lower, upper)
 
 
-def formula_constraint(f: Formula, linear: bool = False) -> Any:
+def formula_constraint(f: Formula, linear: bool = False) -> BindingBase[Constraint]:
     """The constraint of a formula.
 
     Raises:
@@ -115,7 +120,7 @@ def formula_constraint(f: Formula, linear: bool = False) -> Any:
     return _parsed(parts, len(parts) == 1, linear)
 
 
-def formulas_constraint(formulas: list[Formula], linear: bool = False) -> Any:
+def formulas_constraint(formulas: list[Formula], linear: bool = False) -> BindingBase[Constraint]:
     """The constraint of several formulas.
 
     Raises:
@@ -125,7 +130,7 @@ def formulas_constraint(formulas: list[Formula], linear: bool = False) -> Any:
     return _parsed(parts, False, linear)
 
 
-def formulas_equality(formulas: list[Formula]) -> Any:
+def formulas_equality(formulas: list[Formula]) -> BindingBase[LinearEqualityConstraint]:
     """The linear equality constraint of formulas.
 
     Raises:

@@ -6,7 +6,7 @@ One of the parts that `MathematicalProgram` is put together from.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, TypeVar, cast
+from typing import TYPE_CHECKING, TypeVar, cast
 
 import numpy as np
 
@@ -241,7 +241,7 @@ class ProgramBindings:
     # Values
 
     @checked
-    def GetBindingVariableValues(self, binding: BindingBase, prog_var_vals: Any) -> np.ndarray:
+    def GetBindingVariableValues(self, binding: BindingBase, prog_var_vals: ArrayLike) -> np.ndarray:
         """Returns the values of the variables of a binding from those of all decision variables.
 
         Raises:
@@ -257,12 +257,12 @@ class ProgramBindings:
             )
         return values[[self._variables.FindDecisionVariableIndex(v) for v in binding.variables()]]
 
-    def EvalBinding(self, binding: BindingBase, prog_var_vals: Any) -> np.ndarray:
+    def EvalBinding(self, binding: BindingBase, prog_var_vals: ArrayLike) -> np.ndarray:
         """Returns the value of a cost or constraint for values of all decision variables."""
         found: BindingBase = expect("EvalBinding", binding, BindingBase)
         return found.evaluator().Eval(self.GetBindingVariableValues(binding, prog_var_vals))
 
-    def EvalBindings(self, bindings: Iterable[BindingBase], prog_var_vals: Any) -> np.ndarray:
+    def EvalBindings(self, bindings: Iterable[BindingBase], prog_var_vals: ArrayLike) -> np.ndarray:
         """Returns the values of several, one after the other."""
         found = [self.EvalBinding(b, prog_var_vals) for b in bindings]
         return np.concatenate(found) if found else np.zeros(0)
@@ -280,7 +280,7 @@ class ProgramBindings:
         overload(bindings=anything, prog_var_vals=anything, tol=(kinds.number, 1e-6)),
     )
     def CheckSatisfied(
-        self, bindings: BindingBase[Constraint] | Iterable[BindingBase[Constraint]], values: Any, tol: float
+        self, bindings: BindingBase[Constraint] | Iterable[BindingBase[Constraint]], values: ArrayLike, tol: float
     ) -> bool:
         """Tells whether one or several constraints are satisfied; called as `(binding(s), prog_var_vals, tol=1e-6)`."""
         found = [bindings] if isinstance(bindings, BindingBase) else bindings

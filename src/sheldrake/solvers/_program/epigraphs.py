@@ -100,14 +100,18 @@ class ProgramEpigraphs:
             self._cones.AddExponentialConeConstraint(row)
         return t, Z
 
-    def AddMaximizeLogDeterminantCost(self, X: np.ndarray) -> tuple[Binding[LinearCost], np.ndarray, np.ndarray]:
-        """Adds the cost -log det X.
+    def AddMaximizeLogDeterminantCost(
+        self, X: np.ndarray, weight: float = 1.0
+    ) -> tuple[Binding[LinearCost], np.ndarray, np.ndarray]:
+        """Adds the cost -weight log det X, with a weight of 0 or more.
 
         Returns:
-            The cost -sum(t), the slack variables t, and the lower triangular matrix Z.
+            The cost -weight sum(t), the slack variables t, and the lower triangular matrix Z.
         """
+        if not weight >= 0.0:
+            raise RuntimeError(f"AddMaximizeLogDeterminantCost(): weight must not be negative, not {weight}.")
         t, Z = self._log_determinant(X)
-        return self._costs.AddLinearCost(-np.ones(len(t)), 0.0, t), t, Z
+        return self._costs.AddLinearCost(np.full(len(t), -float(weight)), 0.0, t), t, Z
 
     def AddLogDeterminantLowerBoundConstraint(
         self, X: np.ndarray, lower: float

@@ -20,6 +20,8 @@ from sheldrake.symbolic._kinds import VariableType
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.solvers._arrays import VariablesLike
+
 _TYPE = VariableType
 
 
@@ -87,7 +89,7 @@ class ProgramVariables:
                 self._append(out[i, j])
         return out
 
-    def AddDecisionVariables(self, decision_variables: Any) -> None:
+    def AddDecisionVariables(self, decision_variables: VariablesLike) -> None:
         """Adds variables made elsewhere; those that are there already stay where they are.
 
         Raises:
@@ -116,7 +118,7 @@ class ProgramVariables:
             self._append_indeterminate(new_indeterminate)
         return self._indeterminate_places[new_indeterminate.get_id()]
 
-    def AddIndeterminates(self, new_indeterminates: Any) -> None:
+    def AddIndeterminates(self, new_indeterminates: VariablesLike | Variables) -> None:
         """Adds indeterminates made elsewhere, from an array or `Variables`."""
         given = new_indeterminates
         for v in given if isinstance(given, Variables) else self._expect_variables("AddIndeterminates", given):
@@ -180,7 +182,7 @@ class ProgramVariables:
             )
         return place
 
-    def FindDecisionVariableIndices(self, vars: Any) -> list[int]:
+    def FindDecisionVariableIndices(self, vars: VariablesLike) -> list[int]:
         """Returns the places of decision variables."""
         found = self._expect_variables("FindDecisionVariableIndices", vars)
         return [self.FindDecisionVariableIndex(v) for v in found]
@@ -217,7 +219,7 @@ class ProgramVariables:
             if v.get_id() not in self._places:
                 raise RuntimeError(f"{v} is not a decision variable of the mathematical program.")
 
-    def _expect_variables(self, call: str, vars: Any) -> np.ndarray:
+    def _expect_variables(self, call: str, vars: Variable | VariablesLike) -> np.ndarray:
         try:
             return _arrays.variable_vector([vars] if isinstance(vars, Variable) else vars)
         except Mismatch:
@@ -229,7 +231,7 @@ class ProgramVariables:
         """Returns the guess of all decision variables, nan where there is none."""
         return np.array(self._guess)
 
-    def GetInitialGuess(self, decision_variable: Any) -> Any:
+    def GetInitialGuess(self, decision_variable: Variable | VariablesLike) -> Any:
         """Returns the guess of a variable, or of an array of them in its shape.
 
         Raises:
@@ -243,7 +245,7 @@ class ProgramVariables:
         values = [self._guess[self.FindDecisionVariableIndex(v)] for v in vars]
         return np.array(values, dtype=float).reshape(array.shape, order="F")
 
-    def SetInitialGuess(self, decision_variable: Any, variable_guess: Any) -> None:
+    def SetInitialGuess(self, decision_variable: Variable | VariablesLike, variable_guess: ArrayLike) -> None:
         """Sets the guess of a variable, or of an array of them.
 
         Raises:
@@ -270,7 +272,9 @@ class ProgramVariables:
         overload(decision_variable=anything, decision_variable_new_value=anything, values=instance_of(np.ndarray)),
         overload(decision_variables=anything, decision_variables_new_values=anything, values=instance_of(np.ndarray)),
     )
-    def SetDecisionVariableValueInVector(self, vars: Any, new: Any, values: np.ndarray) -> None:
+    def SetDecisionVariableValueInVector(
+        self, vars: Variable | VariablesLike, new: ArrayLike, values: np.ndarray
+    ) -> None:
         """Writes the value of one or several decision variables into a vector of the values of all.
 
         Called as `(decision_variable(s), new_value(s), values)`; `values` has shape `(num_vars,)` and is changed.
@@ -285,7 +289,7 @@ class ProgramVariables:
         for v, value in self._pairs("SetDecisionVariableValueInVector", vars, new):
             values[self.FindDecisionVariableIndex(v)] = value
 
-    def _pairs(self, call: str, vars: Any, values: Any) -> list[tuple[Variable, float]]:
+    def _pairs(self, call: str, vars: Variable | VariablesLike, values: ArrayLike) -> list[tuple[Variable, float]]:
         accepted = ["(variable: Variable, value: float)", "(variables: numpy.ndarray, values: numpy.ndarray)"]
         try:
             if isinstance(vars, (Variable, Expression)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from sheldrake.solvers._relaxations.special_ordered_sets import (
     gray_code,
 )
 from sheldrake.symbolic import Variable
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 
 _SIGNS = tuple(itertools.product((1, -1), repeat=3))
 
@@ -87,7 +91,7 @@ class MixedIntegerRotationConstraintGenerator:
         """Returns how binary variables say which interval is meant."""
         return self._binning
 
-    def AddToProgram(self, R: Any, prog: MathematicalProgram) -> ReturnType:
+    def AddToProgram(self, R: ArrayLike, prog: MathematicalProgram) -> ReturnType:
         """Adds the constraints on a matrix of variables.
 
         Args:
@@ -103,7 +107,7 @@ class _Affine:
     def __init__(self, A: np.ndarray, c: np.ndarray, x: Sequence[Variable]):
         self.A, self.c, self.x = A, c, list(x)
 
-    def rows(self, prog: MathematicalProgram, M: Any, lower: Any, upper: Any) -> None:
+    def rows(self, prog: MathematicalProgram, M: ArrayLike, lower: ArrayLike, upper: ArrayLike) -> None:
         """Adds lower <= M (A x + c) <= upper."""
         M = np.atleast_2d(np.asarray(M, dtype=float))
         shift = M @ self.c
@@ -177,7 +181,7 @@ class _Relaxation:
             prog.AddLinearConstraint(A, [-np.inf, -np.inf], [0.0, 1.0], np.append(weights, bits[d]))
         return weights, bits
 
-    def _indicator(self, i: int, j: int, intervals: Any) -> _Affine:
+    def _indicator(self, i: int, j: int, intervals: Sequence[int]) -> _Affine:
         """One where the element is in one of the intervals, else zero."""
         if not self.linear and self.n == 1 and len(intervals) == 1:  # The only bit says which of the two it is.
             sign = 1.0 if intervals[0] == 1 else -1.0
@@ -284,7 +288,7 @@ class _Relaxation:
                     for s in _SIGNS:
                         self._in_box(box, np.array(s, dtype=float), region, v0, vectors)
 
-    def _in_box(self, box: tuple, s: np.ndarray, region: Any, v0: list, vectors: _Affine) -> None:
+    def _in_box(self, box: tuple, s: np.ndarray, region: box_sphere.Region, v0: list, vectors: _Affine) -> None:
         intervals = [self.n + b if sign > 0 else self.n - 1 - b for b, sign in zip(box, s)]
         chosen = [self._indicator(place[0], place[1], [k]) for place, k in zip(v0, intervals)]
         if len(region.corners) == 0:
@@ -296,7 +300,7 @@ class _Relaxation:
         both.rows(self.prog, np.hstack((M, np.tile(slack[:, None], 3))), -np.inf, inside + 3.0 * slack)
 
 
-def _relations(region: Any, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _relations(region: box_sphere.Region, s: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Rows M and bounds of M [v0, v1, v2]: for v0 in the region mirrored by s, and for every rotation matrix."""
     n, zero, eye = s * region.normal, np.zeros(3), np.eye(3)
     sine = np.sqrt(max(0.0, 1.0 - region.cosine**2))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +11,12 @@ from sheldrake.solvers import _arrays
 from sheldrake.solvers._program.program import MathematicalProgram
 from sheldrake.symbolic import Expression
 from sheldrake.symbolic import _build as build
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.solvers._arrays import VariablesLike
+    from sheldrake.symbolic import Variable
 
 
 class IntervalBinning(BoundEnum):
@@ -33,7 +39,7 @@ def gray_code(digits: int) -> np.ndarray:
     return codes
 
 
-def AddSos2Constraint(prog: MathematicalProgram, lambdas: Any, y: Any) -> None:
+def AddSos2Constraint(prog: MathematicalProgram, lambdas: VariablesLike, y: ArrayLike) -> None:
     """Adds that at most two neighbours among weights that sum to one are positive, as y(i) = 1 says for i and i + 1.
 
     Raises:
@@ -72,7 +78,7 @@ def AddLogarithmicSos1Constraint(prog: MathematicalProgram, num_lambda: int) -> 
 
 
 def AddLogarithmicSos2Constraint(
-    prog: MathematicalProgram, lambdas: Any, binary_variable_name: str = "y"
+    prog: MathematicalProgram, lambdas: VariablesLike, binary_variable_name: str = "y"
 ) -> np.ndarray:
     """Adds that at most two neighbours among weights that sum to one are positive, with few binary variables.
 
@@ -103,13 +109,13 @@ def _logarithmic_sos2(prog: MathematicalProgram, weights: np.ndarray, y: np.ndar
 
 def AddBilinearProductMcCormickEnvelopeSos2(
     prog: MathematicalProgram,
-    x: Any,
-    y: Any,
-    w: Any,
-    phi_x: Any,
-    phi_y: Any,
-    Bx: Any,
-    By: Any,
+    x: Variable,
+    y: ArrayLike,
+    w: Variable | Expression,
+    phi_x: ArrayLike,
+    phi_y: ArrayLike,
+    Bx: np.ndarray,
+    By: np.ndarray,
     binning: IntervalBinning,
 ) -> np.ndarray:
     """Adds that w is in the convex hull of x y over the rectangle of a grid that (x, y) is in.

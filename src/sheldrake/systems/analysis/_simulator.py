@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._options import Options
 from sheldrake.common._overloads import Mismatch, expect, incompatible
 from sheldrake.systems.analysis._explicit import RungeKutta3Integrator
 from sheldrake.systems.analysis._integrator import H_MAX, T_BREAK, IntegratorBase
@@ -45,29 +46,14 @@ _HAS_COMMIT, _HAS_WITNESS, _HAS_MONITOR, _HAS_EVERY_STEP, _BUDGET, _FRESH = map(
 _TERMINATE, _STATUS = operator.index(SideWords.terminate), operator.index(SideWords.status)
 
 
-class InitializeParams:
+class InitializeParams(Options):
     """How `Simulator.Initialize` works.
 
     Args:
         suppress_initialization_events: Leave out initialization events.
     """
 
-    suppress_initialization_events: bool = False
-
-    def __init__(self, **kwargs: Any):
-        for name, value in kwargs.items():
-            if name != "suppress_initialization_events":
-                raise AttributeError(f"InitializeParams has no field {name!r}; it has suppress_initialization_events.")
-            setattr(self, name, bool(value))
-
-    def __repr__(self) -> str:
-        return f"InitializeParams(suppress_initialization_events={self.suppress_initialization_events})"
-
-    def __copy__(self) -> InitializeParams:
-        return InitializeParams(suppress_initialization_events=self.suppress_initialization_events)
-
-    def __deepcopy__(self, memo: dict) -> InitializeParams:
-        return self.__copy__()
+    _fields = (("suppress_initialization_events", bool, False),)
 
 
 class Simulator(SimulatorSettings):
@@ -101,14 +87,14 @@ class Simulator(SimulatorSettings):
         self._integrator.request_initial_step_size_target(1e-4)
         self._integrator.set_target_accuracy(1e-4)
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
+    def __reduce_ex__(self, protocol: Any) -> str | tuple:
         raise TypeError(
             "Simulator: it can be neither copied nor pickled; make another, Simulator(system, context.Clone())."
         )
 
     # What it works on.
 
-    def get_system(self) -> Any:
+    def get_system(self) -> System:
         """The system."""
         return self._system
 

@@ -23,6 +23,8 @@ class PeriodicBoundaryCondition:
         high: Highest value; the same as the lowest.
     """
 
+    __slots__ = ("high", "low", "state_index")
+
     def __init__(self, state_index: int, low: float, high: float):
         self.state_index, self.low, self.high = int(state_index), float(low), float(high)
 
@@ -42,6 +44,14 @@ class DynamicProgrammingOptions:
         visualization_callback: Called after each iteration with its number, the mesh, costs and policy; or None.
     """
 
+    __slots__ = (
+        "assume_non_continuous_states_are_fixed",
+        "convergence_tol",
+        "discount_factor",
+        "input_port_index",
+        "periodic_boundary_conditions",
+        "visualization_callback",
+    )
     PeriodicBoundaryCondition = PeriodicBoundaryCondition
 
     def __init__(self) -> None:

@@ -34,6 +34,8 @@ class FiniteHorizonLinearQuadraticRegulatorOptions:
         simulator_config: Its `accuracy` is the largest relative error, unless that is coarser than 1e-8.
     """
 
+    __slots__ = ("N", "Qf", "input_port_index", "simulator_config", "u0", "ud", "use_square_root_method", "x0", "xd")
+
     def __init__(self) -> None:
         self.Qf: Any = None
         self.N: Any = None

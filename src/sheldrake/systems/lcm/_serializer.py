@@ -37,17 +37,25 @@ class PySerializer(SerializerInterface):
                 raise TypeError(f"PySerializer(): {lcm_type!r} has no {name}(); a message class has encode and decode.")
         self._lcm_type = lcm_type
 
+    def __repr__(self) -> str:
+        return f"PySerializer({self._lcm_type.__name__})"
+
     def CreateDefaultValue(self) -> AbstractValue:
         """A new message."""
         return AbstractValue.Make(self._lcm_type())
 
-    def Deserialize(self, message_bytes: bytes, abstract_value: AbstractValue) -> None:
+    def Deserialize(self, buffer: bytes, abstract_value: AbstractValue) -> None:  # type: ignore[override]
         """Puts the message that these bytes are into a value."""
-        abstract_value.set_value(self._lcm_type.decode(message_bytes))
+        abstract_value.set_value(self._lcm_type.decode(buffer))
 
     def Serialize(self, abstract_value: AbstractValue) -> bytes:
         """The bytes of a message."""
         message = abstract_value.get_value()
-        if not isinstance(message, self._lcm_type):
+        if not isinstance(message, self._lcm_type) and not self._is_alike(message):
             raise TypeError(f"PySerializer.Serialize(): {message!r} is no {self._lcm_type.__name__}.")
         return message.encode()
+
+    def _is_alike(self, message: Any) -> bool:
+        """Whether a message of another class is encoded as one of ours: LCM names types by their first eight bytes."""
+        encode = getattr(type(message), "encode", None)
+        return callable(encode) and type(message)().encode()[:8] == self._lcm_type().encode()[:8]

@@ -124,8 +124,11 @@ class LcmPublisherSystem(LeafSystem):
         publish_triggers: Any = None,
         publish_offset: float = 0.0,
     ) -> LcmPublisherSystem:
-        """A publisher of messages of a Python class; see `LcmPublisherSystem`."""
-        serializer = _python_serializer("LcmPublisherSystem", lcm_type, use_cpp_serializer)
+        """A publisher of messages of a Python class; see `LcmPublisherSystem`.
+
+        Messages are Python objects here for all systems, so `use_cpp_serializer` changes nothing.
+        """
+        serializer = PySerializer(lcm_type)
         return LcmPublisherSystem(channel, serializer, lcm, publish_triggers, publish_period, publish_offset)
 
     def get_channel_name(self) -> str:
@@ -179,9 +182,11 @@ class LcmSubscriberSystem(LeafSystem):
         *,
         wait_for_message_on_initialization_timeout: float = 0.0,
     ) -> LcmSubscriberSystem:
-        """A subscriber to messages of a Python class; see `LcmSubscriberSystem`."""
-        serializer = _python_serializer("LcmSubscriberSystem", lcm_type, use_cpp_serializer)
-        return LcmSubscriberSystem(channel, serializer, lcm, wait_for_message_on_initialization_timeout)
+        """A subscriber to messages of a Python class; see `LcmSubscriberSystem`.
+
+        Messages are Python objects here for all systems, so `use_cpp_serializer` changes nothing.
+        """
+        return LcmSubscriberSystem(channel, PySerializer(lcm_type), lcm, wait_for_message_on_initialization_timeout)
 
     def get_channel_name(self) -> str:
         """The channel."""
@@ -237,9 +242,3 @@ def _keeper(box: list[Any]) -> Callable[[bytes], None]:
         box[0], box[1] = message, box[1] + 1
 
     return keep
-
-
-def _python_serializer(call: str, lcm_type: Any, use_cpp_serializer: bool) -> PySerializer:
-    if use_cpp_serializer:
-        raise NotImplementedError(f"{call}.Make(): there are no C++ serializers here; leave use_cpp_serializer out.")
-    return PySerializer(lcm_type)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import copy
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from sheldrake.common._options import Options
 from sheldrake.common.value import AbstractValue, Value
 from sheldrake.systems.framework import BusValue, LeafSystem, UseDefaultName, kUseDefaultName
 from sheldrake.systems.framework._templates import on_scalar_of
@@ -99,54 +98,25 @@ def _method_of(system: Any, function: Any) -> Any:
     return MethodType(function, system)
 
 
-class _Fields:
-    """A record with declared fields."""
-
-    __fields__: tuple = ()
-
-    def __init__(self, **kwargs: Any):
-        for field in self.__fields__:
-            setattr(self, field.name, copy.copy(field.default))
-        for name, value in kwargs.items():
-            if name not in self.__dict__:
-                raise AttributeError(f"{type(self).__name__} has no field {name!r}; it has {', '.join(self.__dict__)}.")
-            setattr(self, name, value)
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.__dict__.items())})"
-
-    def __copy__(self) -> Any:
-        return type(self)(**self.__dict__)
-
-    def __deepcopy__(self, memo: dict) -> Any:
-        return type(self)(**{k: copy.deepcopy(v, memo) for k, v in self.__dict__.items()})
-
-
-def _field(name: str, kind: Any, default: Any) -> SimpleNamespace:
-    return SimpleNamespace(name=name, type=kind, default=default)
-
-
-class SelectorParams(_Fields):
+class SelectorParams(Options):
     """What a Selector does: its inputs and outputs."""
 
-    class InputPortParams(_Fields):
+    class InputPortParams(Options):
         """Name (or None) and size of an input."""
 
-        __fields__ = (_field("name", str, None), _field("size", int, 0))
+        _fields = (("name", str | None, None), ("size", int, 0))
 
-    class OutputSelection(_Fields):
+    class OutputSelection(Options):
         """One element of an input."""
 
-        __fields__ = (_field("input_port_index", int, 0), _field("input_offset", int, 0))
+        _fields = (("input_port_index", int, 0), ("input_offset", int, 0))
 
-    class OutputPortParams(_Fields):
+    class OutputPortParams(Options):
         """Name (or None) and elements of an output."""
 
-        __fields__ = (_field("name", str, None), _field("selections", list, []))
+        _fields = (("name", str | None, None), ("selections", list, []))
 
-    inputs: list
-    outputs: list
-    __fields__ = (_field("inputs", list, []), _field("outputs", list, []))
+    _fields = (("inputs", list[InputPortParams], []), ("outputs", list[OutputPortParams], []))
 
 
 class Selector(LeafSystem):

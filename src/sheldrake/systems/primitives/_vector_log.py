@@ -6,7 +6,7 @@ import json
 import math
 import os
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ import numpy as np
 from sheldrake.common._files import whole_file
 from sheldrake.common._overloads import Mismatch
 from sheldrake.systems.framework._engine import logs
+from sheldrake.systems.framework._engine.store import Store
 
 # ---- kinds and units of quantities, from their names
 
@@ -267,7 +268,7 @@ class VectorLog:
 class _ContextLog(VectorLog):
     """The log that an event loop keeps in a context."""
 
-    def __init__(self, store: Any, number: int, size: int, source_names: list[str] | None):
+    def __init__(self, store: Store, number: int, size: int, source_names: Callable[[], list[str] | None]):
         self._store, self._number, self._size = store, number, size
         self._source_names = source_names
 
@@ -275,7 +276,7 @@ class _ContextLog(VectorLog):
         return logs.record(self._store, self._number)
 
     def _names(self) -> list[str]:
-        return self._source_names or super()._names()
+        return self._source_names() or super()._names()
 
     def AddData(self, time: float, sample: Any) -> None:
         sample = np.asarray(sample)

@@ -6,8 +6,8 @@ import pytest
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._arrays import make_solver_model, make_solver_work
 from sheldrake.multibody.contact_solvers._kernels import tamsi
-from sheldrake.multibody.contact_solvers._kernels.cost import newton_direction, renew_factor
-from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, lay_out, scatter
+from sheldrake.multibody.contact_solvers._kernels.cost import newton_direction, numeric_factor
+from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, scatter, symbolic_factor
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     Block,
     Contacts,
@@ -22,9 +22,9 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
 @kernel(top=True)
 def direct(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
     """dv = -H^-1 gradient of one island; 1 without room, 2 when H is not positive."""
-    if lay_out(solver_model, problem, contacts, rows, factor) != 0:
+    if symbolic_factor(solver_model, problem, contacts, rows, factor) != 0:
         return 1
-    if renew_factor(solver_model, problem, contacts, rows, factor) != 0:
+    if numeric_factor(solver_model, problem, contacts, rows, factor) != 0:
         return 2
     newton_direction(solver_model, problem, factor)
     return 0
@@ -33,7 +33,7 @@ def direct(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows
 @kernel(top=True)
 def unsymmetric(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
     """`direct` of kTamsi's matrix, its solution in dv; 2 when it is singular."""
-    if lay_out(solver_model, problem, contacts, rows, factor) != 0:
+    if symbolic_factor(solver_model, problem, contacts, rows, factor) != 0:
         return 1
     tamsi.assemble(solver_model, problem, contacts, factor)
     if eliminate(factor, problem.trees_end) != 0:

@@ -9,7 +9,6 @@ from tests.unit.multibody.contact_solvers.test_solver import RandomProblem
 from sheldrake.common._kernels.vec import dot_six, mul_packed_six, put_packed_six
 from sheldrake.multibody.contact_solvers._kernels import status as codes
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactIndex, ContactState
-from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem
 
 SIZES = (6, 6, 4, 6, 2)
 """The last is never touched."""
@@ -18,7 +17,7 @@ SIZES = (6, 6, 4, 6, 2)
 def prepared(seed, name="lagged", **options):
     problem = RandomProblem(np.random.default_rng(seed), name, sizes=SIZES, contacts=20, **options)
     problem.model.sigma = 3.0  # so that the regularisation of some contacts is above the tolerance
-    prepare_problem.native(problem.model, *problem.work[:3])
+    problem.prepare()
     return problem
 
 
@@ -58,10 +57,10 @@ def test_regularisation_speeds(name):
     assert 10 < larger < 90
 
 
-@pytest.mark.parametrize("settle", [False, True])
-def test_momentum_balance_of_all_kinds_of_trees(settle):
+@pytest.mark.parametrize("to_rest", [False, True])
+def test_momentum_balance_of_all_kinds_of_trees(to_rest):
     for seed in range(5):
-        problem = RandomProblem(np.random.default_rng(seed), sizes=SIZES, contacts=20, settle=settle)
+        problem = RandomProblem(np.random.default_rng(seed), sizes=SIZES, contacts=20, to_rest=to_rest)
         assert problem.solve() == codes.SOLVED
         residual = problem.A @ (problem.v - problem.v_star) - problem.J.T @ problem.gamma()
         assert np.abs(residual).max() < 1e-7

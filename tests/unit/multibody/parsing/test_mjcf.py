@@ -139,7 +139,7 @@ BAD = {
     "free and more": (document(f'<body name="a"><freejoint/><joint/>{BALL}</body>'), "cannot have other joints"),
     "unknown geom": (
         document('<body><geom type="torus" size="1"/></body>'),
-        "'torus'; known are plane, mesh, sphere",
+        "'torus'; known are plane, mesh, box, sphere",
     ),
     "short size": (document('<body><geom type="box" size="1 2"/></body>'), "needs 3 numbers, found 2"),
     "negative size": (document('<body><geom size="-1"/></body>'), "must be positive"),

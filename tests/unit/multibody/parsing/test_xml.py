@@ -87,6 +87,11 @@ def test_bad_text_is_refused_with_its_place(text, message, line):
         ("<a><b c='1 & 2'/>x &nbsp; y</a>\n<a/>", "2:1: warning: .* what follows the root element is ignored"),
         ("<a><b c='1 & 2'/>x &nbsp; y</a></a>", "1:32: warning: .* what follows the root element is ignored"),
         ("<a><b c='1 & 2'/>x &nbsp; y</a>", "1:12: warning: .*'&' begins no character reference"),
+        ("hello <a><b c='1 &amp; 2'/>x &amp;nbsp; y</a>", "1:1: warning: .* text before the root"),
+        (
+            "<?xml version='1.0'?>\n<?xml version='1.0'?><a><b c='1 &amp; 2'/>x &amp;nbsp; y</a>",
+            "2:1: warning: .* not the first",
+        ),
         ("<?xml version=1.0?>\n<a><b c='1 &amp; 2'/>x &amp;nbsp; y</a>", "1:1: warning: .* declaration is malformed"),
         ("<a d='1'e='2'><b c='1 &amp; 2'/>x &amp;nbsp; y</a>", "1:9: warning: .* a space is missing"),
         ("<a d='<'><b c='1 &amp; 2'/>x &amp;nbsp; y</a>", "1:7: warning: .* '<' in a value"),

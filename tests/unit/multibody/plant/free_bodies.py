@@ -55,7 +55,7 @@ class FreeBodies:
         self.forces = empty_force_model()
         self.plant = make_plant_model()
         self.table = contact_table(self.geometry, capacity)
-        self.chain = Chain(discrete_stages(self.geometry, self.plant, approximation == "tamsi"))
+        self.chain = Chain(discrete_stages(self.geometry, self.plant, approximation))
         self.work = make_step_work(self.tree, self.solver, self.plant, self.table)
         n = len(bodies)
         self.x, self.next = np.zeros(13 * n), np.zeros(13 * n)

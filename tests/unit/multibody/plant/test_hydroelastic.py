@@ -197,8 +197,8 @@ def test_plants_without_hydroelastic_geometry_have_no_stage_for_it():
     parts = parts_of(scene.plant)
     models = parts.kernel_models.of(True, parts.kernel_models.compiled_geometry())
     names = [kernel.__name__ for kernel in parts.advance.equations.stages(models)]
-    assert names == ["smooth_motion", "half_space_pairs", "contact_constraints", "prepare_problem", "solve",
-                     "next_state"]  # fmt: skip
+    assert names == ["smooth_motion", "half_space_pairs", "contact_constraints", "prepare_hunt_crossley_contacts",
+                     "solve_to_rest", "next_state_with_momentum"]  # fmt: skip
     work = scene.context._store.scratch(scene.context._node)
     assert sum(a.size for a in work.surfaces) <= 4
 

@@ -6,14 +6,19 @@ import numpy as np
 from free_bodies import FreeBodies, box_inertia
 
 from sheldrake import geometry as g
-from sheldrake.multibody.plant._step.results import accelerations, generalized_contact_forces, step_contacts
+from sheldrake.multibody.plant._step.results import (
+    accelerations,
+    contact_room,
+    generalized_contact_forces,
+    step_contacts,
+)
 
 CUBE = (g.Box(0.1, 0.1, 0.1), 2.0, [0.01, 0.0, 0.0], box_inertia(2.0, [0.1, 0.1, 0.1]))
 
 
 def test_nothing_before_the_first_step():
     scene = FreeBodies([CUBE])
-    assert len(step_contacts(scene.work, scene.geometry.material[:, 0], scene.dt).depth) == 0
+    assert len(step_contacts(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt)).depth) == 0
     np.testing.assert_array_equal(generalized_contact_forces(scene.work, scene.dt), np.zeros(6))
     np.testing.assert_array_equal(accelerations(scene.work, scene.dt), np.zeros(6))
 
@@ -26,10 +31,10 @@ def test_forces_and_momentum_balance():
         scene.q[0] = [0.9, 0.1, 0.2, 0.3, 0.4, 0.5, 0.0]
         scene.q[0, :4] /= np.linalg.norm(scene.q[0, :4])
         scene.q[0, 6] = 0.0795
-        contacts = step_contacts(scene.work, scene.geometry.material[:, 0], scene.dt)
+        contacts = step_contacts(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt))
         while len(contacts.depth) == 0:
             scene.step()
-            contacts = step_contacts(scene.work, scene.geometry.material[:, 0], scene.dt)
+            contacts = step_contacts(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt))
         force_on_cube = -contacts.f_Bc_W if contacts.pair[0, 2] == 1 else contacts.f_Bc_W
         tau = generalized_contact_forces(scene.work, scene.dt)
         np.testing.assert_allclose(tau[3:], force_on_cube.sum(axis=0), rtol=1e-12, atol=1e-12)
@@ -51,7 +56,7 @@ def test_speeds_are_those_of_the_contact_point():
     scene.q[0, 6] = 0.0499
     scene.v[0, 3:] = [0.3, 0.4, 0.0]
     scene.step()
-    contacts = step_contacts(scene.work, scene.geometry.material[:, 0], scene.dt)
+    contacts = step_contacts(contact_room(scene.work, scene.geometry.material[:, 0], scene.dt))
     v = scene.work.step.v_next  # of the solution, at the positions of the step's start
     speed = v[3:6] + np.cross(v[:3], contacts.p_WC - np.array(scene.work.tree[1].p_WB))
     np.testing.assert_allclose(contacts.slip_speed, np.hypot(speed[:, 0], speed[:, 1]), rtol=1e-12)

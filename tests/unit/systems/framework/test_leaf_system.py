@@ -339,3 +339,32 @@ def test_a_system_whose_init_was_not_called_is_refused():
             cls()
     with pytest.raises(AttributeError, match="no attribute 'y'"):
         Wrong()
+
+
+def test_a_unique_periodic_update_is_computed_once_until_something_is_written():
+    class Counting(LeafSystem):
+        def __init__(self):
+            super().__init__()
+            self.DeclareDiscreteState(1)
+            self.DeclareVectorInputPort("u", 1)
+            self.DeclarePeriodicDiscreteUpdateEvent(0.1, 0.0, self.update)
+            self.calls = 0
+
+        def update(self, context, state):
+            self.calls += 1
+            state.set_value([context.get_discrete_state_vector()[0] + self.get_input_port().Eval(context)[0]])
+
+    system = Counting()
+    context = system.CreateDefaultContext()
+    system.get_input_port().FixValue(context, [2.0])
+    for expected, calls in ((2.0, 1), (2.0, 1)):
+        found = system.EvalUniquePeriodicDiscreteUpdate(context)
+        assert (found.value()[0], system.calls) == (expected, calls)
+        found.set_value([9.0])  # its own
+    context.SetDiscreteState([1.0])
+    assert system.EvalUniquePeriodicDiscreteUpdate(context).value()[0] == 3.0
+    system.get_input_port().FixValue(context, [4.0])
+    assert system.EvalUniquePeriodicDiscreteUpdate(context).value()[0] == 5.0
+    context.DisableCaching()
+    system.EvalUniquePeriodicDiscreteUpdate(context)
+    assert system.calls == 4

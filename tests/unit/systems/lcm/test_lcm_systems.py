@@ -123,8 +123,21 @@ def test_an_own_serializer():
     assert subscriber.get_output_port().Eval(reader) == "hello"
     with pytest.raises(TypeError, match="has no decode"):
         PySerializer(str)
-    with pytest.raises(NotImplementedError, match="C\\+\\+ serializers"):
-        LcmPublisherSystem.Make("A", lcmt_scope, lcm, use_cpp_serializer=True)
+    assert repr(PySerializer(lcmt_scope)) == "PySerializer(lcmt_scope)"
+
+
+def test_who_serializes_does_not_matter():
+    lcm = DrakeLcm("memq://")
+    publisher = LcmPublisherSystem.Make("A", lcmt_scope, lcm, use_cpp_serializer=True)
+    subscriber = LcmSubscriberSystem.Make("A", lcmt_scope, lcm, use_cpp_serializer=True)
+    context = publisher.CreateDefaultContext()
+    publisher.get_input_port().FixValue(context, AbstractValue.Make(lcmt_scope()))
+    publisher.ForcedPublish(context)
+    lcm.HandleSubscriptions(0)
+    reader = subscriber.CreateDefaultContext()
+    subscriber.ExecuteForcedEvents(reader)
+    assert isinstance(subscriber.get_output_port().Eval(reader), lcmt_scope)
+    assert subscriber.GetInternalMessageCount() == 1
 
 
 def test_buses():

@@ -4,6 +4,7 @@ The gradient is A (v - v*) - J^T gamma (Castro, Permenter, Han 2022, section IV-
 is A + J^T G J, whose blocks are those of trees and of the pairs of them that touch (section IV-D).
 """
 
+from sheldrake.common._kernels.generic import value_of
 from sheldrake.common._kernels.vec import (
     SIX,
     add3,
@@ -34,12 +35,16 @@ from sheldrake.multibody.contact_solvers._kernels.factor import (
 from sheldrake.multibody.contact_solvers._kernels.laws import contact_cost, contact_impulse, row_cost, row_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     FIRST,
+    VC,
+    add_generalized_impulse,
+    contact_velocities,
     contacts_of_island,
     diagonal,
     dofs_above,
     dofs_of_island,
     is_chain_of_six,
-    push_trees,
+    multiply_A,
+    row_velocities,
     rows_of_island,
 )
 
@@ -70,9 +75,8 @@ def constraint_slope(model, problem, contacts, rows, alpha):
         dvc = contact.dvc
         vc = add3(contact.vc, scale3(dvc, alpha))
         gamma, G = contact_impulse(model, contact, vc)
-        G_dvc = mul_symmetric((G[0], G[2], G[5], G[1], G[3], G[4]), dvc)
         slope -= dot3(dvc, gamma)
-        curvature += dot3(dvc, G_dvc)
+        curvature += dot3(dvc, times_G(G, dvc))
     for row in rows_of_island(problem, rows):
         dvc_r = row.dvc
         vc_r = row.vc + alpha * dvc_r
@@ -142,7 +146,7 @@ def apply_contact_impulses(model, problem, contacts):
     for contact in contacts_of_island(problem, contacts):
         contact.gamma, contact.G = contact_impulse(model, contact, contact.vc)
     for contact in contacts_of_island(problem, contacts):
-        push_trees(problem.j_gamma, contact, contact.gamma)
+        add_generalized_impulse(problem.j_gamma, contact, contact.gamma)
 
 
 @kernel
@@ -155,7 +159,7 @@ def apply_row_impulses(problem, rows):
 
 
 @kernel
-def judge(model, problem, contacts, rows):
+def optimality(model, problem, contacts, rows):
     """Impulses and gradient at the iterate, and whether it will do (Castro, Permenter, Han 2022, eqs. 25 and 26).
 
     Returns:
@@ -184,8 +188,31 @@ def judge(model, problem, contacts, rows):
 
 @kernel(outline=True)
 def evaluate(model, problem, contacts, rows):
-    """`judge`, compiled once for all but the first call of a step."""
-    return judge(model, problem, contacts, rows)
+    """`optimality`, compiled once for all but the first call of a step."""
+    return optimality(model, problem, contacts, rows)
+
+
+@kernel
+def evaluate_v(model, problem, contacts, rows):
+    """`evaluate` where v is new: momenta and velocities of constraints first."""
+    multiply_A(model, problem, problem.v, problem.p)
+    row_velocities(problem, rows, problem.v, VC)
+    contact_velocities(problem, contacts, problem.v, VC)
+    return evaluate(model, problem, contacts, rows)
+
+
+@kernel
+def drop_slopes(model, problem):
+    """v loses its derivatives; what the gradient then has of them, `keep_slopes` leaves."""
+    for k in dofs_of_island(model, problem):
+        problem.v[k] = value_of(problem.v[k])
+
+
+@kernel
+def keep_slopes(model, problem):
+    """The gradient keeps its derivatives alone: a Newton step then gives v its own (implicit function theorem)."""
+    for k in dofs_of_island(model, problem):
+        problem.gradient[k] -= value_of(problem.gradient[k])
 
 
 # ---- terms of constraints in the Hessian
@@ -196,12 +223,7 @@ def evaluate(model, problem, contacts, rows):
 @kernel
 def times_G(G, u):
     """G u; G is (xx, xy, yy, xz, yz, zz)."""
-    xx, xy, yy, xz, yz, zz = G
-    return (
-        xx * u[0] + xy * u[1] + xz * u[2],
-        xy * u[0] + yy * u[1] + yz * u[2],
-        xz * u[0] + yz * u[1] + zz * u[2],
-    )
+    return mul_symmetric((G[0], G[2], G[5], G[1], G[3], G[4]), u)
 
 
 @kernel
@@ -351,7 +373,7 @@ def assemble(model, problem, contacts, rows, factor):
 
 
 @kernel
-def renew_factor(model, problem, contacts, rows, factor):
+def numeric_factor(model, problem, contacts, rows, factor):
     """Factorises the Hessian at the iterate; a status."""
     if problem.along_branches == 1:
         assemble_branches(model, problem, contacts, rows, factor)

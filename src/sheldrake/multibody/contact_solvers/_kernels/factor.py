@@ -15,7 +15,6 @@ from sheldrake.common._kernels.generic import is_positive, sqrt
 from sheldrake.common._kernels.vec import SIX, dot_six, load_six, magnitude, store_six, subtract_scaled_six
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.problem import (
-    TAMSI,
     contacts_of_island,
     diagonal,
     dofs_above,
@@ -242,9 +241,8 @@ def lay_out_alone(model, problem, factor):
 def lay_out_trees(model, problem, contacts, rows, factor):
     """Order, places and addresses of all blocks of several trees; how many numbers they are, -1 if there is no room.
 
-    kTamsi's matrix is not symmetric: the transpose of the block above the diagonal lies behind the one below it.
+    Where the matrix is not symmetric, the transpose of the block above the diagonal lies behind the one below it.
     """
-    sides = 2 if model.approximation == TAMSI else 1
     begin = problem.trees_begin
     n = problem.trees_end - begin
     for i in range(n):
@@ -273,18 +271,18 @@ def lay_out_trees(model, problem, contacts, rows, factor):
         for e in range(block.below_begin, entries):
             entry = factor.entries[e]
             entry.address = size
-            size += sides * block.size * model.trees[factor.blocks[entry.place].tree].num_dofs
+            size += model.sides * block.size * model.trees[factor.blocks[entry.place].tree].num_dofs
     return size
 
 
 @kernel
-def lay_out(model, problem, contacts, rows, factor):
+def symbolic_factor(model, problem, contacts, rows, factor):
     """Order, places and addresses of all blocks of an island; FACTOR_CAPACITY when there is no room for them."""
     n = problem.trees_end - problem.trees_begin
     problem.along_branches = 0
     if n == 1:
         size = lay_out_alone(model, problem, factor)
-        if model.approximation != TAMSI and not is_chain_of_six(model, factor.blocks[0].tree):
+        if model.sides == 1 and not is_chain_of_six(model, factor.blocks[0].tree):
             problem.along_branches = 1
             size = lay_out_branches(model, problem, contacts, rows, factor)
     else:

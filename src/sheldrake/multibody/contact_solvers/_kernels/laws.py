@@ -1,7 +1,8 @@
-"""Laws of contacts and of scalar rows: impulse gamma and G = -dgamma/dvc at a velocity vc, and the cost l(vc).
+"""Laws of contact: material, normal force, regularised friction; of each approximation what its contacts do.
 
-A contact's normal impulse is that of a Hunt-Crossley spring-damper, or of an elastic spring; `contact_impulse` chooses
-the law of friction by the approximation: kLagged, kSimilar or kSap.
+A law of the convex problem is the impulse gamma at a velocity vc, G = -dgamma/dvc, and the cost l(vc): those of
+kLagged, kSimilar and kSap, one of which a model has chosen (at the end). kTamsi and continuous plants have the same
+normal force, with friction that depends on the slip.
 """
 
 import math
@@ -10,7 +11,7 @@ import numpy as np
 
 from sheldrake.common._kernels.generic import atan, log, sqrt
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.problem import LAGGED, SIMILAR, contact_delassus, largest_delassus
+from sheldrake.multibody.contact_solvers._kernels.problem import contact_delassus, largest_delassus
 
 # ---- material of a pair
 #
@@ -187,9 +188,8 @@ def soft_slip(contact, x, y):
 
 # ---- kLagged
 #
-# kLagged: Hunt-Crossley normal force, Coulomb friction bounded by the normal impulse of the step's start.
-#
-# Castro, Han, Masterjohn 2023, "A theory of irrotational contact fields", section V-A.
+# Hunt-Crossley normal force, Coulomb friction bounded by the normal impulse of the start of the step (Castro, Han,
+# Masterjohn 2023, "A theory of irrotational contact fields", section V-A).
 
 
 @kernel
@@ -216,10 +216,8 @@ def lagged_impulse(contact, dt, vc):
 
 # ---- kSimilar
 #
-# kSimilar: normal impulse and friction share one argument, so that dissipation acts with a Coulomb cone coupled to
-# it.
-#
-# Castro, Han, Masterjohn 2023, "A theory of irrotational contact fields", section V-B.
+# Normal impulse and friction share one argument, so that dissipation acts with a Coulomb cone coupled to it (the same,
+# section V-B).
 
 
 @kernel
@@ -254,9 +252,8 @@ def similar_impulse(contact, dt, vc):
 
 # ---- kSap
 #
-# kSap: linear compliance with a relaxation time and the exact friction cone, regularised.
-#
-# Castro, Permenter, Han 2022, "An unconstrained convex formulation of compliant contact", sections III and V.
+# Linear compliance with a relaxation time and the exact friction cone, regularised (Castro, Permenter, Han 2022, "An
+# unconstrained convex formulation of compliant contact", sections III and V).
 
 
 @kernel
@@ -299,29 +296,6 @@ def sap_cone_cost(contact, vc):
     return 0.5 * (contact.R_t * (gamma[0] * gamma[0] + gamma[1] * gamma[1]) + contact.R_n * gamma[2] * gamma[2])
 
 
-# ---- the chosen one
-
-
-@kernel
-def contact_impulse(model, contact, vc):
-    """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz) of a contact at velocity vc [m/s]."""
-    if model.approximation == LAGGED:
-        return lagged_impulse(contact, model.dt, vc)
-    if model.approximation == SIMILAR:
-        return similar_impulse(contact, model.dt, vc)
-    return sap_cone_impulse(contact, vc)
-
-
-@kernel
-def contact_cost(model, contact, vc):
-    """Cost l(vc) of a contact [J]."""
-    if model.approximation == LAGGED:
-        return lagged_cost(contact, model.dt, vc)
-    if model.approximation == SIMILAR:
-        return similar_cost(contact, model.dt, vc)
-    return sap_cone_cost(contact, vc)
-
-
 # ---- friction coefficients by the slip
 #
 # What does not solve a convex problem takes friction along the slip, with a coefficient that rises with its speed.
@@ -341,6 +315,32 @@ def tamsi_friction(mu, vt, vs):
     if s >= 1.0:
         return direction, mu + 0.0 * slip, 0.0 * slip, slip
     return direction, mu * s * (2.0 - s), 2.0 * mu * (1.0 - s) / vs, slip
+
+
+@kernel
+def put_tamsi_impulse(model, contact, h):
+    """Impulse h f of a sub-step, and K = -d(h f)/dvc with rows (xx, xy, xz), (xy, yy, yz), (0, 0, zz), at its vc."""
+    vx, vy, vn = contact.vc
+    k, d = contact.stiffness, contact.dissipation
+    force = contact.fe0 - h * k * vn
+    fn, damping = hunt_crossley(force, d, vn)
+    slope = 0.0 * vn
+    if force >= 0.0 and damping > 0.0:
+        slope -= h * k * damping
+    if damping >= 0.0 and force > 0.0:
+        slope -= d * force
+    (tx, ty), mu, dmu, slip = tamsi_friction(contact.friction, (vx, vy), model.stiction)
+    contact.gamma = (-h * mu * tx * fn, -h * mu * ty * fn, h * fn)
+    across = h * fn * mu / slip
+    along = h * fn * dmu
+    contact.G = (
+        across + (along - across) * tx * tx,
+        (along - across) * tx * ty,
+        across + (along - across) * ty * ty,
+        h * mu * tx * slope,
+        h * mu * ty * slope,
+        -h * slope,
+    )
 
 
 @kernel
@@ -403,72 +403,6 @@ def row_cost(row, vc):
     return 0.5 * row.R * y * y
 
 
-# ---- what laws need before the first iteration
-
-FOUR_PI_SQUARED = 4.0 * np.pi**2
-LEAST = 1.0 - 1e-9  # of what must not be taken for smaller than it is
-SLIDING = 10.0  # slip over the stiction tolerance from which on it is sliding
-
-
-@kernel
-def closing_speed(contact, dt):
-    """The velocity that would close the penetration within dt + tau [m/s] (Castro, Permenter, Han 2022, section V-A).
-
-    What does not touch yet (see `least_depth`) may come as fast as it touches at the end of the step.
-    """
-    if contact.depth < 0.0:
-        return contact.depth / dt
-    return contact.depth / (dt + contact.relaxation)
-
-
-@kernel
-def glide(model, contact, v0, v1):
-    """Speed at which a contact would leave the surface that it slides along, with these velocities [m/s]."""
-    slip2 = v0[0] * v0[0] + v0[1] * v0[1]
-    if not slip2 > 0.0:
-        return 0.0 * slip2
-    along = (v0[0] * v1[0] + v0[1] * v1[1]) / sqrt(slip2)
-    if not along > 0.0:
-        return 0.0 * slip2
-    sliding = slip2 / (SLIDING * SLIDING * model.stiction * model.stiction)
-    if sliding < 1.0:
-        along *= sliding
-    return contact.friction * along
-
-
-@kernel
-def prepare_hunt_crossley(model, problem, contact):
-    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step.
-
-    The regularisation speed hardly ever depends on w: mostly it is the stiction tolerance for the largest w, too.
-    """
-    vn0 = contact.vc[2]
-    fe0 = contact.stiffness * contact.depth
-    n0, _ = hunt_crossley(model.dt * fe0, contact.dissipation, vn0)
-    contact.fe0 = fe0
-    contact.n0 = n0
-    contact.eps = model.stiction + 0.0 * vn0
-    slip = contact.friction * model.sigma * n0
-    if slip > 0.0 and slip * largest_delassus(problem, contact) >= LEAST * model.stiction:
-        slip *= contact_delassus(problem, contact)
-        if slip > model.stiction:
-            contact.eps = slip
-    if contact.back > 0.0:
-        contact.back = half_a_step_back(contact.stiffness, contact.depth, model.dt, contact.back, vn0)
-
-
-@kernel
-def prepare_sap_cone(model, contact, w):
-    """kSap: regularisation (Castro, Permenter, Han 2022, eqs. 29 and 30), and the velocity that would close the gap."""
-    dt, beta = model.dt, model.near_rigid
-    rigid = beta * beta / FOUR_PI_SQUARED * w
-    Rn = 1.0 / (dt * contact.stiffness * (dt + contact.relaxation))
-    contact.delassus = w
-    contact.R_t = model.sigma * w
-    contact.R_n = rigid if Rn < rigid else Rn
-    contact.vhat_n = closing_speed(contact, dt)
-
-
 @kernel
 def row_group_delassus(problem, rows, r, n):
     """w = |J diag(1/A) J^T|_F / n of n rows with the same dofs."""
@@ -512,3 +446,110 @@ def prepare_actuator_row(row, dt, rigid):
     effort = kd * row.rate - kp * row.gap + row.forward  # at v = 0
     row.R = R
     row.vhat = dt * effort * R
+
+
+# ---- what contacts need before the first iteration
+
+FOUR_PI_SQUARED = 4.0 * np.pi**2
+LEAST = 1.0 - 1e-9  # of what must not be taken for smaller than it is
+SLIDING = 10.0  # slip over the stiction tolerance from which on it is sliding
+
+
+@kernel
+def closing_speed(contact, dt):
+    """The velocity that would close the penetration within dt + tau [m/s] (Castro, Permenter, Han 2022, section V-A).
+
+    What does not touch yet (see `least_depth`) may come as fast as it touches at the end of the step.
+    """
+    if contact.depth < 0.0:
+        return contact.depth / dt
+    return contact.depth / (dt + contact.relaxation)
+
+
+@kernel
+def glide(model, contact, v0, v1):
+    """Speed at which a contact would leave the surface that it slides along, with these velocities [m/s]."""
+    slip2 = v0[0] * v0[0] + v0[1] * v0[1]
+    if not slip2 > 0.0:
+        return 0.0 * slip2
+    along = (v0[0] * v1[0] + v0[1] * v1[1]) / sqrt(slip2)
+    if not along > 0.0:
+        return 0.0 * slip2
+    sliding = slip2 / (SLIDING * SLIDING * model.stiction * model.stiction)
+    if sliding < 1.0:
+        along *= sliding
+    return contact.friction * along
+
+
+@kernel
+def put_regularisation(model, problem, contact):
+    """Regularisation speed max(v_s, mu sigma w n0) of friction (Castro, Han, Masterjohn 2023, section V).
+
+    It hardly ever depends on w: mostly it is the stiction tolerance for the largest w, too.
+    """
+    n0 = contact.n0
+    contact.eps = model.stiction + 0.0 * n0
+    slip = contact.friction * model.sigma * n0
+    if slip > 0.0 and slip * largest_delassus(problem, contact) >= LEAST * model.stiction:
+        slip *= contact_delassus(problem, contact)
+        if slip > model.stiction:
+            contact.eps = slip
+
+
+@kernel
+def prepare_hunt_crossley(model, problem, contact):
+    """kLagged and kSimilar: elastic force, normal impulse and regularisation speed, all at the start of the step."""
+    vn0 = contact.vc[2]
+    fe0 = contact.stiffness * contact.depth
+    n0, _ = hunt_crossley(model.dt * fe0, contact.dissipation, vn0)
+    contact.fe0 = fe0
+    contact.n0 = n0
+    put_regularisation(model, problem, contact)
+    if contact.back > 0.0:
+        contact.back = half_a_step_back(contact.stiffness, contact.depth, model.dt, contact.back, vn0)
+
+
+@kernel
+def prepare_sap_cone(model, problem, contact):
+    """kSap: regularisation (Castro, Permenter, Han 2022, eqs. 29 and 30), and the velocity that would close the gap."""
+    dt, beta = model.dt, model.near_rigid
+    w = contact_delassus(problem, contact)
+    rigid = beta * beta / FOUR_PI_SQUARED * w
+    Rn = 1.0 / (dt * contact.stiffness * (dt + contact.relaxation))
+    contact.delassus = w
+    contact.R_t = model.sigma * w
+    contact.R_n = rigid if Rn < rigid else Rn
+    contact.vhat_n = closing_speed(contact, dt)
+
+
+# ---- the chosen one
+#
+# What contacts do under the approximation of a model; `APPROXIMATIONS` of `solve` tells what else it is made of.
+
+LAGGED, SIMILAR, SAP = 0, 1, 2  # Settings.law
+
+
+@kernel
+def contact_impulse(model, contact, vc):
+    """Impulse gamma [N s] and G = -dgamma/dvc [kg] as (xx, xy, yy, xz, yz, zz) of a contact at velocity vc [m/s]."""
+    if model.law == LAGGED:
+        return lagged_impulse(contact, model.dt, vc)
+    if model.law == SIMILAR:
+        return similar_impulse(contact, model.dt, vc)
+    return sap_cone_impulse(contact, vc)
+
+
+@kernel
+def contact_cost(model, contact, vc):
+    """Cost l(vc) of a contact [J]."""
+    if model.law == LAGGED:
+        return lagged_cost(contact, model.dt, vc)
+    if model.law == SIMILAR:
+        return similar_cost(contact, model.dt, vc)
+    return sap_cone_cost(contact, vc)
+
+
+@kernel
+def friction_load(model, contact):
+    """The normal impulse that bounds friction, where friction is load times the soft norm of the slip [N s]."""
+    return contact.n0 if model.law == LAGGED else contact.gamma[2]

@@ -5,7 +5,7 @@ v0: a body at rest costs no factorisation. Only trees touched by a constraint ta
 that stop it.
 """
 
-from sheldrake.common._kernels.generic import has_slopes, sqrt, value_of
+from sheldrake.common._kernels.generic import has_slopes, sqrt
 from sheldrake.common._kernels.vec import dot3, magnitude
 from sheldrake.common.kernel import kernel
 from sheldrake.multibody.contact_solvers._kernels.cost import (
@@ -13,19 +13,25 @@ from sheldrake.multibody.contact_solvers._kernels.cost import (
     along_direction,
     constraint_cost,
     constraint_slope,
+    drop_slopes,
     evaluate,
-    judge,
+    evaluate_v,
+    keep_slopes,
     newton_direction,
+    numeric_factor,
+    optimality,
     put_v0,
-    renew_factor,
     whole_cost,
 )
-from sheldrake.multibody.contact_solvers._kernels.factor import lay_out
-from sheldrake.multibody.contact_solvers._kernels.laws import closing_speed, glide, inverse_soft_norm
+from sheldrake.multibody.contact_solvers._kernels.factor import symbolic_factor
+from sheldrake.multibody.contact_solvers._kernels.laws import (
+    closing_speed,
+    friction_load,
+    glide,
+    inverse_soft_norm,
+)
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
-    LAGGED,
-    SAP,
     VC,
     contact_velocities,
     contacts_of_island,
@@ -143,7 +149,7 @@ def put_dual(model, contact, wx, wy):
     x, y, _ = contact.vc
     soft = inverse_soft_norm(contact, x, y)
     tx, ty = x * soft, y * soft
-    n = contact.n0 if model.approximation == LAGGED else contact.gamma[2]
+    n = friction_load(model, contact)
     stiffness = contact.friction * n * soft
     contact.dual = (wx, wy)
     xx, xy, yy = contact.G_t
@@ -155,7 +161,7 @@ def put_dual(model, contact, wx, wy):
 
 
 @kernel(outline=True)
-def guess_duals(model, problem, contacts, share):
+def initial_duals(model, problem, contacts, share):
     """First duals: this share of those with which the first step is Newton's; with none of them it is a secant's."""
     for contact in contacts_of_island(problem, contacts):
         x, y, _ = contact.vc
@@ -164,7 +170,7 @@ def guess_duals(model, problem, contacts, share):
 
 
 @kernel(outline=True)
-def follow_duals(model, problem, contacts, alpha):
+def update_duals(model, problem, contacts, alpha):
     """The duals' Newton step that belongs to the last step, of length alpha, of the velocities; back to |w| <= 1."""
     for contact in contacts_of_island(problem, contacts):
         x, y, _ = contact.vc
@@ -199,7 +205,7 @@ def newton(model, problem, contacts, rows, factor, fresh):
 
     With a new factor if `fresh` is 1, else with the last one.
     """
-    if fresh == 1 and renew_factor(model, problem, contacts, rows, factor) != SOLVED:
+    if fresh == 1 and numeric_factor(model, problem, contacts, rows, factor) != SOLVED:
         return HESSIAN_NOT_POSITIVE
     newton_direction(model, problem, factor)
     multiply_A(model, problem, problem.dv, problem.a_dv)
@@ -218,11 +224,11 @@ def search(model, problem, contacts, rows, slope, slope_A, curvature_A):
 
 @kernel(outline=True)
 def iterate(model, problem, contacts, rows, factor):
-    """Drake's Newton iterations, from an iterate that `judge` has judged; a status.
+    """Drake's Newton iterations, from an iterate whose `optimality` is known; a status.
 
     The line is searched in every iteration; they stop also when the cost stalls.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, 1)
@@ -245,20 +251,19 @@ def iterate(model, problem, contacts, rows, factor):
 
 
 @kernel(outline=True)
-def iterate_to_rest(model, problem, contacts, rows, factor, excess):
-    """Iterations of a step that is to settle, from an iterate that `judge` has judged; a status.
+def iterate_to_rest(model, problem, contacts, rows, factor, excess, soft):
+    """Iterations until what can rest does, from an iterate whose `optimality` is known; a status.
 
     The full step is taken where it leaves a tenth of the slope, else the line is searched. What a step can still gain
     being round-off is the other reason to stop: gradient^T H^-1 gradient against momentum and impulse, less strictly so
     where the gradient has ceased to shrink. Where a step was so good that `CHORDS` more like it would do, the next one
-    has its factor: a new one costs twice as much as the rest.
+    has its factor: a new one costs twice as much as the rest. `soft` tells whether friction has duals.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
-    soft = model.approximation != SAP
     if soft:
         relative = excess * model.relative_tolerance * model.relative_tolerance
-        guess_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
+        initial_duals(model, problem, contacts, 0.0 if relative > FAR else 1.0)
     fresh = 1
     for _ in range(model.max_iterations):
         status = newton(model, problem, contacts, rows, factor, fresh)
@@ -284,7 +289,7 @@ def iterate_to_rest(model, problem, contacts, rows, factor, excess):
         ratio = excess / before
         fresh = 0 if excess * ratio**CHORDS <= 1.0 else 1
         if fresh == 1 and soft:
-            follow_duals(model, problem, contacts, alpha)
+            update_duals(model, problem, contacts, alpha)
     return ITERATION_LIMIT
 
 
@@ -294,16 +299,11 @@ def differentiate(model, problem, contacts, rows, factor):
 
     They are those of the implicit function theorem: of gradient(v, data) = 0, one Newton step on what v lacks.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
-    for k in dofs_of_island(model, problem):
-        problem.v[k] = value_of(problem.v[k])
-    multiply_A(model, problem, problem.v, problem.p)
-    contact_velocities(problem, contacts, problem.v, VC)
-    row_velocities(problem, rows, problem.v, VC)
-    evaluate(model, problem, contacts, rows)
-    for k in dofs_of_island(model, problem):
-        problem.gradient[k] -= value_of(problem.gradient[k])
+    drop_slopes(model, problem)
+    evaluate_v(model, problem, contacts, rows)
+    keep_slopes(model, problem)
     status = newton(model, problem, contacts, rows, factor, 1)
     if status == SOLVED:
         advance(model, problem, contacts, rows, 1.0)
@@ -321,7 +321,7 @@ def with_slopes(model, problem, contacts, rows, factor, excess):
 
 # ---- the slip of the end of the step
 #
-# kSap, where steps are to settle: what slides is expected to slide at the end of the step, too.
+# kSap until it rests: what slides is expected to slide at the end of the step, too.
 #
 # The cone of kSap lets what slides at vt glide away from the surface at mu vt, until the gap is (dt + tau) mu vt and
 # the contact is lost: a box that slides would hop. So mu times the slip at the end of the step is taken off the
@@ -355,7 +355,7 @@ def contacts_beside(problem, contact):
 
 
 @kernel(outline=True)
-def guess_slip(model, problem, contacts):
+def predict_slip(model, problem, contacts):
     """Takes the guessed slip off all contacts: that of v*, less friction of impulses that are elastic.
 
     Or of what stops the contact if that is less; of its part of that if it does not touch.
@@ -388,7 +388,7 @@ def guess_slip(model, problem, contacts):
 
 
 @kernel(outline=True)
-def take_slip(model, problem, contacts):
+def update_slip(model, problem, contacts):
     """Takes the slip of the iterate off the island's contacts instead; by how much one changes at most [m/s]."""
     most = 0.0
     for contact in contacts_of_island(problem, contacts):
@@ -403,14 +403,14 @@ def take_slip(model, problem, contacts):
 
 
 @kernel
-def agree_on_slip(model, problem, contacts, rows, factor):
+def iterate_on_slip(model, problem, contacts, rows, factor):
     """Solves kSap's problem anew with the slip of its solution, until that is the slip it had; a status."""
     for _ in range(SLIPS):
-        if take_slip(model, problem, contacts) <= SAME_SLIP * model.stiction:
+        if update_slip(model, problem, contacts) <= SAME_SLIP * model.stiction:
             return SOLVED
         excess, _, _ = evaluate(model, problem, contacts, rows)
         if not excess <= 1.0:
-            status = iterate_to_rest(model, problem, contacts, rows, factor, excess)
+            status = iterate_to_rest(model, problem, contacts, rows, factor, excess, False)
             if status != SOLVED:
                 return status
         status = with_slopes(model, problem, contacts, rows, factor, excess)
@@ -454,14 +454,11 @@ def try_rest(model, problem, contacts, rows):
     excess, _, _ = evaluate(model, problem, contacts, rows)
     if not excess <= 1.0:
         put_v0(model, problem)
-        multiply_A(model, problem, problem.v, problem.p)
-        row_velocities(problem, rows, problem.v, VC)
-        contact_velocities(problem, contacts, problem.v, VC)
-        evaluate(model, problem, contacts, rows)
+        evaluate_v(model, problem, contacts, rows)
 
 
 @kernel
-def tighten(model, problem, contacts):
+def reduce_regularisation(model, problem, contacts):
     """Regularises friction less in an island whose contacts are nearly still.
 
     With Drake's regularisation, what friction holds creeps for ever, at a speed that grows with the load. Here what
@@ -484,24 +481,53 @@ def tighten(model, problem, contacts):
 
 
 @kernel
-def sap_island(model, problem, contacts, rows, factor):
-    """The island at hand, prepared, from its first iterate v0 on; a status."""
-    start(model, problem, rows)
+def reduce_to_rest(model, problem, contacts, rows, factor, soft):
+    """(status, whether it took iterations): from a first iterate to the minimum, or to rest where rest is as good.
+
+    `soft` as for `iterate_to_rest`.
+    """
+    excess, momentum, impulse = optimality(model, problem, contacts, rows)
+    moves = not excess <= 1.0  # so is NaN
     status = SOLVED
-    settle = model.settle == 1
-    if settle and model.approximation != SAP:
-        tighten(model, problem, contacts)
-    excess, momentum, impulse = judge(model, problem, contacts, rows)
-    moved = not excess <= 1.0  # so is NaN
-    if moved:
-        if settle:
-            status = iterate_to_rest(model, problem, contacts, rows, factor, excess)
-        else:
-            status = iterate(model, problem, contacts, rows, factor)
-    elif settle and momentum > 0.0 and momentum <= NEARLY_STILL * impulse:
+    if moves:
+        status = iterate_to_rest(model, problem, contacts, rows, factor, excess, soft)
+    elif momentum > 0.0 and momentum <= NEARLY_STILL * impulse:
         try_rest(model, problem, contacts, rows)
     if status == SOLVED:
         status = with_slopes(model, problem, contacts, rows, factor, excess)
-    if status == SOLVED and moved and settle and model.approximation == SAP:
-        status = agree_on_slip(model, problem, contacts, rows, factor)
+    return status, moves
+
+
+# ---- how an island is solved, from its first iterate v0 on; each gives a status
+
+
+@kernel
+def as_drake(model, problem, contacts, rows, factor):
+    """Drake's iterates."""
+    start(model, problem, rows)
+    excess, _, _ = optimality(model, problem, contacts, rows)
+    status = SOLVED
+    if not excess <= 1.0:  # so is NaN
+        status = iterate(model, problem, contacts, rows, factor)
+    if status == SOLVED:
+        status = with_slopes(model, problem, contacts, rows, factor, excess)
+    return status
+
+
+@kernel
+def to_rest(model, problem, contacts, rows, factor):
+    """Until what can rest does, friction being soft."""
+    start(model, problem, rows)
+    reduce_regularisation(model, problem, contacts)
+    status, _ = reduce_to_rest(model, problem, contacts, rows, factor, True)
+    return status
+
+
+@kernel
+def to_rest_on_cones(model, problem, contacts, rows, factor):
+    """Until what can rest does, and slides at the speed that the cones were made for."""
+    start(model, problem, rows)
+    status, moves = reduce_to_rest(model, problem, contacts, rows, factor, False)
+    if status == SOLVED and moves:
+        status = iterate_on_slip(model, problem, contacts, rows, factor)
     return status

@@ -31,12 +31,6 @@ from sheldrake.common._kernels.vec import (
 from sheldrake.common.kernel import IntMatrix, IntVector, Matrix, Vector, kernel
 from sheldrake.common.record import Each, Items, Record, Stack, array, integer, integers, number, numbers, table, vector
 
-# Settings.approximation
-LAGGED = 0
-SIMILAR = 1
-SAP = 2
-TAMSI = 3
-
 # RowIndex.kind
 LIMIT = 0
 ACTUATOR = 1
@@ -58,14 +52,16 @@ class Options(Record):
     near_rigid_rows = number("beta of scalar rows")
     relative_tolerance = number("residual at which iterations stop, over momentum and impulse")
     absolute_tolerance = number("residual at which they stop in any case", "sqrt(J)")
+    resolved_turn = number("angle of a step up to which a body has all of its gyroscopic torque", "rad")
 
 
 class Settings(Record):
     """Choices of the solver."""
 
-    approximation = integer("LAGGED, SIMILAR, SAP or TAMSI")
+    law = integer("of contacts, see `laws`")
     max_iterations = integer("after which it gives up")
-    settle = integer("1: rest exactly where rest is a solution; full steps where they do; 0: Drake's iterates")
+    scalar_rows = integer("1: limits, damping and gains of joints are its rows; 0 (kTamsi): they are forces")
+    sides = integer("blocks of its matrix for two trees that touch: 1, or 2 where it is not symmetric")
 
 
 class Tree(Record):
@@ -505,7 +501,7 @@ def row_velocities(problem, rows, v, which):
 
 
 @kernel
-def push_trees(j_gamma, contact, gamma):
+def add_generalized_impulse(j_gamma, contact, gamma):
     """j_gamma += J^T gamma of a contact."""
     sixes = contact.sixes
     for side in range(sixes):

@@ -3,29 +3,31 @@
 Islands are trees that constraints connect, directly or through others. In one step nothing passes between islands.
 """
 
+from typing import NamedTuple
+
 from sheldrake.common._kernels.vec import inverse_packed_diagonal_six, store_six
-from sheldrake.common.kernel import kernel
+from sheldrake.common.kernel import Kernel, kernel
 from sheldrake.multibody.contact_solvers._kernels.laws import (
     FOUR_PI_SQUARED,
+    LAGGED,
+    SAP,
+    SIMILAR,
     prepare_actuator_row,
     prepare_hunt_crossley,
     prepare_sap_cone,
     prepare_spring_row,
     row_group_delassus,
 )
-from sheldrake.multibody.contact_solvers._kernels.newton import guess_slip, sap_island
+from sheldrake.multibody.contact_solvers._kernels.newton import as_drake, predict_slip, to_rest, to_rest_on_cones
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     ACTUATOR,
     DRY_FRICTION,
-    SAP,
-    TAMSI,
     VC,
     Contacts,
     Factor,
     Problem,
     Rows,
     SolverModel,
-    contact_delassus,
     diagonal,
     dofs_of_tree,
     is_chain_of_six,
@@ -86,23 +88,17 @@ def prepare_rows(model, problem, rows):
 
 
 @kernel
-def prepare(model, problem, contacts, rows):
+def prepare(model, problem, contacts, rows, prepare_contact):
     """Marks the trees that take part and makes every constraint's law from what the plant wrote."""
     leave_free(model, problem)
     mark_trees(problem, contacts, problem.num_contacts)
     mark_trees(problem, rows, problem.num_rows)
     mobilities(model, problem)
-    kind = model.approximation
     for c in range(problem.num_contacts):
         contact = contacts[c]
         contact.sixes = trees_of_six(model, contact)
         put_velocity(contact, problem.v0, VC)
-        if kind == SAP:
-            prepare_sap_cone(model, contact, contact_delassus(problem, contact))
-        elif kind != TAMSI:
-            prepare_hunt_crossley(model, problem, contact)
-    if kind == SAP and model.settle == 1:
-        guess_slip(model, problem, contacts)
+        prepare_contact(model, problem, contact)
     prepare_rows(model, problem, rows)
 
 
@@ -196,34 +192,40 @@ def sort_islands(problem, contacts, rows):
 
 
 @kernel
-def group_islands(problem, contacts, rows, separate):
-    """Orders everything by island; all is one island unless `separate` is 1 and there are several trees."""
+def make_one_island(problem, contacts, rows):
+    """Orders everything as one island."""
     places = 0
     for t in range(len(problem.trees)):
         if problem.trees[t].active == 1:
             problem.trees[places].order = t
             places += 1
-    if separate == 1 and places > 1:
-        sort_islands(problem, contacts, rows)
-    else:
-        problem.num_islands = 1
-        problem.trees[0].all_ends = (places, problem.num_contacts, problem.num_rows)
-        for c in range(problem.num_contacts):
-            contacts[c].order = c
-        for r in range(problem.num_rows):
-            rows[r].order = r
+    problem.num_islands = 1
+    problem.trees[0].all_ends = (places, problem.num_contacts, problem.num_rows)
+    for c in range(problem.num_contacts):
+        contacts[c].order = c
+    for r in range(problem.num_rows):
+        rows[r].order = r
+    return places
 
 
 @kernel
-def solve_islands(model, problem, contacts, rows, factor, solve_island):
+def make_islands(problem, contacts, rows):
+    """Orders everything by island."""
+    if make_one_island(problem, contacts, rows) > 1:
+        sort_islands(problem, contacts, rows)
+
+
+@kernel
+def solve_islands(model, problem, contacts, rows, factor, group, solve_island):
     """Fills v over the participating dofs, the impulses and `j_gamma`, by a kernel for the island at hand; a status.
 
-    Drake solves all at once, and stops when the sum of all residuals is small. When settling, each island of trees that
-    constraints connect is solved on its own: one that moves does not make those at rest iterate.
+    Drake solves all at once (`make_one_island`), and stops when the sum of all residuals is small. Until it rests, each
+    island of trees that constraints connect is solved on its own (`make_islands`): one that moves does not make those
+    at rest iterate.
     """
     problem.iterations = 0
     problem.substeps = 0
-    group_islands(problem, contacts, rows, model.settle)
+    group(problem, contacts, rows)
     for island in range(problem.num_islands):
         problem.begins = problem.trees[island - 1].all_ends if island > 0 else (0, 0, 0)
         problem.ends = problem.trees[island].all_ends
@@ -245,30 +247,184 @@ def move_free_trees(model, problem):
                 problem.v[k] = problem.v_star[k]
 
 
-@kernel(top=True, short_loops=True)
-def prepare_problem(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
-    """What the laws need of contacts and rows, and which trees take part."""
+@kernel
+def nothing(model, problem, contact):
+    """What the law of kTamsi needs beforehand."""
+
+
+@kernel
+def prepare_if_any(model, problem, contacts, rows, prepare_contact):
+    """`prepare`, if there is any constraint."""
     if problem.num_contacts + problem.num_rows == 0:
-        leave_free(solver_model, problem)
+        leave_free(model, problem)
     else:
-        prepare(solver_model, problem, contacts, rows)
+        prepare(model, problem, contacts, rows, prepare_contact)
+
+
+@kernel
+def solve_if_any(model, problem, contacts, rows, factor, group, solve_island):
+    """v of all dofs; a status."""
+    status = SOLVED
+    if problem.num_contacts + problem.num_rows != 0:
+        status = solve_islands(model, problem, contacts, rows, factor, group, solve_island)
+    move_free_trees(model, problem)
+    return status
+
+
+@kernel(top=True, short_loops=True)
+def prepare_hunt_crossley_contacts(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
+    """What the laws of kLagged and kSimilar need of contacts and rows, and which trees take part."""
+    prepare_if_any(solver_model, problem, contacts, rows, prepare_hunt_crossley)
+
+
+@kernel(top=True, short_loops=True)
+def prepare_sap(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
+    """What the laws of kSap need of contacts and rows, and which trees take part."""
+    prepare_if_any(solver_model, problem, contacts, rows, prepare_sap_cone)
+
+
+@kernel(top=True, short_loops=True)
+def prepare_sap_to_rest(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
+    """`prepare_sap`, with a guess of the slip that the cones are made for."""
+    prepare_if_any(solver_model, problem, contacts, rows, prepare_sap_cone)
+    predict_slip(solver_model, problem, contacts)
+
+
+@kernel(top=True, short_loops=True)
+def prepare_tamsi(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows) -> None:
+    """Which trees take part, and their velocities."""
+    prepare_if_any(solver_model, problem, contacts, rows, nothing)
 
 
 @kernel(top=True, short_loops=True)
 def solve(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """v of all dofs of a prepared problem under kLagged, kSimilar or kSap. Returns a status."""
-    status = SOLVED
-    if problem.num_contacts + problem.num_rows != 0:
-        status = solve_islands(solver_model, problem, contacts, rows, factor, sap_island)
-    move_free_trees(solver_model, problem)
-    return status
+    """v of all dofs of a prepared problem as Drake iterates; a status."""
+    return solve_if_any(solver_model, problem, contacts, rows, factor, make_one_island, as_drake)
+
+
+@kernel(top=True, short_loops=True)
+def solve_to_rest(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
+    """v of all dofs of a prepared problem under kLagged or kSimilar, until what can rest does; a status."""
+    return solve_if_any(solver_model, problem, contacts, rows, factor, make_islands, to_rest)
+
+
+@kernel(top=True, short_loops=True)
+def solve_to_rest_on_cones(
+    solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor
+) -> int:
+    """v of all dofs of a prepared problem under kSap, until what can rest does; a status."""
+    return solve_if_any(solver_model, problem, contacts, rows, factor, make_islands, to_rest_on_cones)
 
 
 @kernel(top=True, short_loops=True)
 def solve_tamsi(solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor) -> int:
-    """v of all dofs of a prepared problem under kTamsi, which knows contacts alone. Returns a status."""
-    status = SOLVED
-    if problem.num_contacts != 0:
-        status = solve_islands(solver_model, problem, contacts, rows, factor, tamsi_island)
-    move_free_trees(solver_model, problem)
-    return status
+    """v of all dofs of a prepared problem under kTamsi, with Drake's sub-steps; a status."""
+    return solve_if_any(solver_model, problem, contacts, rows, factor, make_one_island, tamsi_island)
+
+
+@kernel(top=True, short_loops=True)
+def solve_tamsi_by_islands(
+    solver_model: SolverModel, problem: Problem, contacts: Contacts, rows: Rows, factor: Factor
+) -> int:
+    """`solve_tamsi`, each island with sub-steps of its own."""
+    return solve_if_any(solver_model, problem, contacts, rows, factor, make_islands, tamsi_island)
+
+
+# ---- approximations
+
+
+class Solver(NamedTuple):
+    """The stages of a solve: one after the contacts are known, one that finds velocities."""
+
+    prepare: Kernel
+    solve: Kernel
+
+
+class Approximation(NamedTuple):
+    """How a discrete plant models contact and friction; the only place that knows which there are is `APPROXIMATIONS`.
+
+    Attributes:
+        name: In configurations; pydrake's enumerator is called k and this.
+        law: Number of the law of its contacts, where that is one of the convex problem.
+        as_drake: Solves as Drake iterates.
+        to_rest: Solves until what can rest does, where pairs touch at several points.
+        margin: `(dt)`: how far ahead contacts of such pairs are seen [m].
+        bounces: Whether contacts without dissipation give back all their energy.
+        scalar_rows: Whether limits, damping and gains of joints, and constraints, are part of the problem.
+        symmetric: Whether its matrix is.
+    """
+
+    name: str
+    law: int
+    as_drake: Solver
+    to_rest: Solver
+    margin: Kernel
+    bounces: bool = False
+    scalar_rows: bool = True
+    symmetric: bool = True
+
+
+CONTACT_MARGIN = 1e-4
+"""Distance at which points of multi-point pairs are seen before they touch [m]."""
+GLIDE = 2.0
+"""Speed of sliding times friction up to which kSimilar glides on its gap instead of hopping [m/s]."""
+FALL = 10.0
+"""Gravity, of which kSap sees what falls within a step [m/s²]."""
+
+
+@kernel
+def fixed_margin(dt):
+    """As far whatever the time step is."""
+    return CONTACT_MARGIN
+
+
+@kernel
+def falling_margin(dt):
+    """What slides must not fall freely for a step when it loses the ground."""
+    return min(CONTACT_MARGIN, FALL * dt**2)
+
+
+@kernel
+def gliding_margin(dt):
+    """What slides floats dt mu v above the ground (Castro, Han, Masterjohn 2023): it is seen there."""
+    return CONTACT_MARGIN + GLIDE * dt
+
+
+APPROXIMATIONS = {
+    approximation.name: approximation
+    for approximation in (
+        Approximation(
+            "tamsi",
+            -1,
+            Solver(prepare_tamsi, solve_tamsi),
+            Solver(prepare_tamsi, solve_tamsi_by_islands),
+            fixed_margin,
+            scalar_rows=False,
+            symmetric=False,
+        ),
+        Approximation(
+            "sap",
+            SAP,
+            Solver(prepare_sap, solve),
+            Solver(prepare_sap_to_rest, solve_to_rest_on_cones),
+            falling_margin,
+        ),
+        Approximation(
+            "similar",
+            SIMILAR,
+            Solver(prepare_hunt_crossley_contacts, solve),
+            Solver(prepare_hunt_crossley_contacts, solve_to_rest),
+            gliding_margin,
+            bounces=True,
+        ),
+        Approximation(
+            "lagged",
+            LAGGED,
+            Solver(prepare_hunt_crossley_contacts, solve),
+            Solver(prepare_hunt_crossley_contacts, solve_to_rest),
+            fixed_margin,
+            bounces=True,
+        ),
+    )
+}
+"""What there is, by name."""

@@ -4,12 +4,20 @@ Castro, Qu, Kuppuswamy, Alspach, Sherman 2020, "A transition-aware method for th
 regularized friction". M, the forces and the contact geometry stay frozen over the sub-steps.
 """
 
-from sheldrake.common._kernels.generic import has_slopes, sqrt, value_of
+from sheldrake.common._kernels.generic import has_slopes, sqrt
 from sheldrake.common._kernels.vec import column3, dot3, root, scale3
 from sheldrake.common.kernel import kernel
-from sheldrake.multibody.contact_solvers._kernels.cost import move, put_momentum, put_v0, resists, times_G
-from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, lay_out, places_of, scatter
-from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, hunt_crossley, tamsi_friction
+from sheldrake.multibody.contact_solvers._kernels.cost import (
+    drop_slopes,
+    keep_slopes,
+    move,
+    put_momentum,
+    put_v0,
+    resists,
+    times_G,
+)
+from sheldrake.multibody.contact_solvers._kernels.factor import eliminate, places_of, scatter, symbolic_factor
+from sheldrake.multibody.contact_solvers._kernels.laws import NO_SLIP, put_tamsi_impulse
 from sheldrake.multibody.contact_solvers._kernels.problem import (
     DVC,
     FIRST,
@@ -96,29 +104,9 @@ SUBSTEP_LIMIT = 20
 
 @kernel(outline=True)
 def contact_forces(model, problem, contacts, h):
-    """Impulses h f, and K = -d(h f)/dvc with rows (xx, xy, xz), (xy, yy, yz), (0, 0, zz), at the present vc."""
+    """Impulses of a sub-step and their slopes, at the present vc."""
     for contact in contacts_of_island(problem, contacts):
-        vx, vy, vn = contact.vc
-        k, d = contact.stiffness, contact.dissipation
-        force = contact.fe0 - h * k * vn
-        fn, damping = hunt_crossley(force, d, vn)
-        slope = 0.0 * vn
-        if force >= 0.0 and damping > 0.0:
-            slope -= h * k * damping
-        if damping >= 0.0 and force > 0.0:
-            slope -= d * force
-        (tx, ty), mu, dmu, slip = tamsi_friction(contact.friction, (vx, vy), model.stiction)
-        contact.gamma = (-h * mu * tx * fn, -h * mu * ty * fn, h * fn)
-        across = h * fn * mu / slip
-        along = h * fn * dmu
-        contact.G = (
-            across + (along - across) * tx * tx,
-            (along - across) * tx * ty,
-            across + (along - across) * ty * ty,
-            h * mu * tx * slope,
-            h * mu * ty * slope,
-            -h * slope,
-        )
+        put_tamsi_impulse(model, contact, h)
 
 
 @kernel
@@ -197,14 +185,12 @@ def direction(model, problem, contacts, factor):
 @kernel(outline=True)
 def differentiate(model, problem, contacts, factor, h):
     """Gives the solution of a sub-step its derivatives, as that of `newton.differentiate`; a status."""
-    for k in dofs_of_island(model, problem):
-        problem.v[k] = value_of(problem.v[k])
+    drop_slopes(model, problem)
     mul_A(model, problem, problem.v, problem.p)
     contact_velocities(problem, contacts, problem.v, VC)
     contact_forces(model, problem, contacts, h)
     momentum_residual(model, problem, contacts)
-    for k in dofs_of_island(model, problem):
-        problem.gradient[k] -= value_of(problem.gradient[k])
+    keep_slopes(model, problem)
     if direction(model, problem, contacts, factor) != SOLVED:
         return TAMSI_FAILED
     move(model, problem, contacts, 1.0)
@@ -283,10 +269,9 @@ def store_impulses(model, problem, contacts, n):
 def tamsi_island(model, problem, contacts, rows, factor):
     """The island at hand, prepared, in as few sub-steps as will do; a status.
 
-    p* holds dt times the generalized forces; here A = M. Drake's sub-steps are those of all bodies at once; when
-    settling, each island of trees that contacts connect has its own.
+    p* holds dt times the generalized forces; here A = M. There are contacts alone, no rows.
     """
-    if lay_out(model, problem, contacts, rows, factor) != SOLVED:
+    if symbolic_factor(model, problem, contacts, rows, factor) != SOLVED:
         return FACTOR_CAPACITY
     for parts in range(1, SUBSTEP_LIMIT + 1):
         if parts > problem.substeps:

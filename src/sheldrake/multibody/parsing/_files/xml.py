@@ -237,8 +237,9 @@ _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0c\x0e-\x1f]")
 def _mend(data: bytes) -> "tuple[bytes, list[tuple[int, str]]]":
     """The text as tinyxml2 understands it, in XML, and what was wrong, each with its offset.
 
-    A malformed or second declaration means nothing, `&` stands for itself where no character reference begins, so do
-    `<` and control characters in values, attributes need no space between them, and what follows the root is not read.
+    A malformed or second declaration means nothing, nor does text before the root; `&` stands for itself where no
+    character reference begins, so do `<` and control characters in values; attributes need no space between them, and
+    what follows the root is not read.
     """
     faults: list[tuple[int, str]] = []
     at, out = _declarations(data, faults)
@@ -272,7 +273,13 @@ def _mend(data: bytes) -> "tuple[bytes, list[tuple[int, str]]]":
 def _declarations(data: bytes, faults: "list[tuple[int, str]]") -> "tuple[int, list[bytes]]":
     """Where the XML declarations end, and what stays of them."""
     at, out = 0, []
-    while (declaration := _DECLARATION.match(data, at)) is not None:
+    while (start := data.find(b"<", at)) >= 0:
+        if text := data[at:start].strip():
+            faults.append((at + data[at:start].index(text[:1]), "text before the root element is ignored"))
+        out.append(re.sub(rb"[^\n]", b" ", data[at:start]))
+        at = start
+        if (declaration := _DECLARATION.match(data, at)) is None:
+            break
         if at == 0 and _GOOD_DECLARATION.fullmatch(declaration.group()):
             out.append(declaration.group())
         else:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from sheldrake.geometry._shape_types import SHAPE_TYPES
+
 from .._files.xml import Element
 from .._model.description import GeometryDescription
 from .._reading.inertia import solid_properties
@@ -41,7 +43,7 @@ _KNOWN = (
     "group",
 )
 _SILENT = ("priority", "solmix", "solref", "solimp", "margin", "gap", "user")
-_SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+_MEASURED = {row.mjcf.type: (row, row.mjcf.factors) for row in SHAPE_TYPES.values() if row.mjcf is not None}
 
 
 @dataclass
@@ -112,7 +114,7 @@ def read_geom(
 
 def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler, reading: Reading):
     """(shape, X_BG), or None when the geom is ignored."""
-    from sheldrake.geometry import Box, Capsule, Cylinder, Ellipsoid, HalfSpace, Mesh, Sphere
+    from sheldrake.geometry import HalfSpace, Mesh
 
     kind = element.get("type", "sphere")
     if "mesh" in element.attributes and kind != "mesh":
@@ -130,32 +132,26 @@ def _read_shape(element: Element, name: str, assets: Assets, compiler: Compiler,
             reading.warn(element, f"Geom '{name}' names the unknown mesh '{element.get('mesh')}'; known: {known}.")
             return None
         return Mesh(asset.path, asset.scale), X_BG
-    if kind not in _SIZES:
-        known = ", ".join(("plane", "mesh", *_SIZES))
+    if kind not in _MEASURED:
+        known = ", ".join(("plane", "mesh", *_MEASURED))
         reading.fail(element, f"Geom '{name}' has the unknown type '{kind}'; known are {known}.")
-    text = element.get("size", "0" if kind == "sphere" else "")
+    row, factors = _MEASURED[kind]
+    text = element.get("size", "0" if row.may_be_empty else "")
     size = reading.parse_vector(text, None, element.where_attribute("size"), f"size of geom '{name}'")
-    if "fromto" in element.attributes and kind != "sphere":
-        if kind in ("box", "ellipsoid"):
-            reading.warn(element, f"'fromto' is not supported for a {kind}; geom '{name}' is ignored.")
-            return None
+    if "fromto" in element.attributes and len(factors) == 3:
+        reading.warn(element, f"'fromto' is not supported for a {kind}; geom '{name}' is ignored.")
+        return None
     if "fromto" in element.attributes:
         X_BG, half_length = _read_from_to(element, name, reading)
         size = np.array([size[0] if size.size else 0.0, half_length])
-    if size.size < _SIZES[kind]:
-        reading.fail(element, f"The size of geom '{name}' ({kind}) needs {_SIZES[kind]} numbers, found {size.size}.")
-    needed = size[: _SIZES[kind]]
-    if np.any(needed < 0.0) or (kind != "sphere" and np.any(needed == 0.0)):
+    if size.size < len(factors):
+        reading.fail(element, f"The size of geom '{name}' ({kind}) needs {len(factors)} numbers, found {size.size}.")
+    needed = size[: len(factors)]
+    if np.any(needed < 0.0) or (not row.may_be_empty and np.any(needed == 0.0)):
         reading.fail(element, f"The size of geom '{name}' must be positive, found '{text}'.")
-    if kind == "sphere":
-        if size[0] == 0.0:
-            reading.warn(element, f"Geom '{name}' is a sphere of radius zero.")
-        return Sphere(size[0]), X_BG
-    if kind == "box":
-        return Box(*(2.0 * size[:3])), X_BG
-    if kind == "ellipsoid":
-        return Ellipsoid(*size[:3]), X_BG
-    return (Capsule if kind == "capsule" else Cylinder)(size[0], 2.0 * size[1]), X_BG
+    if np.any(needed == 0.0):
+        reading.warn(element, f"Geom '{name}' is a {kind} of radius zero.")
+    return row.shape(*(needed / np.array(factors))), X_BG
 
 
 def _read_from_to(element: Element, name: str, reading: Reading):

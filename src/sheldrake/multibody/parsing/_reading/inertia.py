@@ -84,7 +84,7 @@ def solid_properties(shape, where, what: str, reading):
         reading: Receives warnings and errors.
     """
     from sheldrake.geometry import Convex, Mesh
-    from sheldrake.geometry._meshes.mass_properties import mass_properties
+    from sheldrake.geometry._mass_properties import mass_properties
 
     if isinstance(shape, (Mesh, Convex)):
         reading.questions.repeatable = False

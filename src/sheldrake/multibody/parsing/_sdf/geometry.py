@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from sheldrake.geometry import Shape
+from sheldrake.geometry._shape_types import SHAPE_TYPES, ShapeType
+
 from .._files.xml import Element
 from .._model.description import BodyDescription, GeometryDescription
 from .._reading.looks import Material, add_visual_roles, read_scale
@@ -39,9 +42,10 @@ def read_shape(geometry: Element, reading: Reading):
         if extra:
             reading.pass_over(*extra)
             reading.policy.Note(extra[0], f"A <geometry> has one shape; <{extra[0].tag}> is ignored.")
-        reader = _SHAPES.get(child.tag)
-        if reader is not None:
-            return reader(child, reading)
+        if child.tag in _MEASURED:
+            return _read_measured(child, _MEASURED[child.tag], reading), None
+        if child.tag in _READERS:
+            return _READERS[child.tag](child, reading)
         if child.tag == "empty":
             return None, None
         reading.pass_over(child)
@@ -51,67 +55,32 @@ def read_shape(geometry: Element, reading: Reading):
     return None, None
 
 
-def _positive(element: Element, tags, reading: Reading, may_be_zero: bool = False) -> "list[float]":
-    """Positive numbers, one a child; by the specification a missing one is 1."""
+def _read_measured(element: Element, row: ShapeType, reading: Reading) -> Shape:
+    """A shape whose numbers are in children of their own, or all in one; by the specification a missing one is 1."""
+    tags = next(tag.numbers for tag in row.sdf if tag.name == element.tag)
     reading.warn_unknown(element, tags)
+    if len(tags) < len(row.shape._names):
+        return row.shape(*_vector(element, tags[0], len(row.shape._names), reading))
     values = []
     for tag in tags:
         value = child_number(element, tag, reading)
         if value is None:
             reading.warn(element, f"A <{element.tag}> has no <{tag}>; it is 1 m.")
             value = 1.0
-        if value < 0.0 or (value == 0.0 and not may_be_zero):
+        if value < 0.0 or (value == 0.0 and not row.may_be_empty):
             reading.fail(element.find(tag) or element, f"The {tag} of a <{element.tag}> must be positive: {value:g}.")
         values.append(value)
-    return values
+    return row.shape(*values)
 
 
-def _read_box(element: Element, reading: Reading):
-    from sheldrake.geometry import Box
-
-    reading.warn_unknown(element, ("size",))
-    return Box(*_positive_vector(element, "size", reading)), None
-
-
-def _positive_vector(element: Element, tag: str, reading: Reading) -> np.ndarray:
-    values = child_vector(element, tag, 3, reading)
+def _vector(element: Element, tag: str, size: int, reading: Reading) -> np.ndarray:
+    values = child_vector(element, tag, size, reading)
     if values is None:
         reading.warn(element, f"A <{element.tag}> has no <{tag}>; it is 1 m in every direction.")
-        return np.ones(3)
+        return np.ones(size)
     if np.any(values <= 0.0):
         reading.fail(element, f"The <{tag}> of a <{element.tag}> needs three positive numbers.")
     return values
-
-
-def _read_sphere(element: Element, reading: Reading):
-    from sheldrake.geometry import Sphere
-
-    return Sphere(*_positive(element, ("radius",), reading, may_be_zero=True)), None
-
-
-def _read_cylinder(element: Element, reading: Reading):
-    from sheldrake.geometry import Cylinder
-
-    return Cylinder(*_positive(element, ("radius", "length"), reading)), None
-
-
-def _read_capsule(element: Element, reading: Reading):
-    from sheldrake.geometry import Capsule
-
-    return Capsule(*_positive(element, ("radius", "length"), reading)), None
-
-
-def _read_ellipsoid(element: Element, reading: Reading):
-    from sheldrake.geometry import Ellipsoid
-
-    reading.warn_unknown(element, ("radii",))
-    return Ellipsoid(*_positive_vector(element, "radii", reading)), None
-
-
-def _read_drake_ellipsoid(element: Element, reading: Reading):
-    from sheldrake.geometry import Ellipsoid
-
-    return Ellipsoid(*_positive(element, ("a", "b", "c"), reading)), None
 
 
 def _read_plane(element: Element, reading: Reading):
@@ -140,22 +109,13 @@ def _read_mesh(element: Element, reading: Reading):
     return (Mesh if element.find("drake:declare_convex") is None else Convex)(path, factors), None
 
 
-_SHAPES = {
-    "box": _read_box,
-    "sphere": _read_sphere,
-    "cylinder": _read_cylinder,
-    "capsule": _read_capsule,
-    "drake:capsule": _read_capsule,
-    "ellipsoid": _read_ellipsoid,
-    "drake:ellipsoid": _read_drake_ellipsoid,
-    "plane": _read_plane,
-    "mesh": _read_mesh,
-}
+_MEASURED = {tag.name: row for row in SHAPE_TYPES.values() for tag in row.sdf}
+_READERS = {"plane": _read_plane, "mesh": _read_mesh}
 
 
 def without_drake_prefix(element: Element) -> Element:
     """A copy of `<drake:visual>` whose standard tags have lost their `drake:` prefix."""
-    keep = set(_VISUAL_TAGS) | {"drake:capsule", "drake:ellipsoid", "drake:declare_convex", "drake:diffuse_map"}
+    keep = {*_VISUAL_TAGS, *_MEASURED, "drake:declare_convex", "drake:diffuse_map"}
     tag = element.tag if element.tag in keep else element.tag.removeprefix("drake:")
     copy = element.renamed(tag)
     copy.children = [without_drake_prefix(child) for child in element.children]

@@ -2,6 +2,9 @@
 
 import numpy as np
 
+from sheldrake.geometry import Shape
+from sheldrake.geometry._shape_types import SHAPE_TYPES, ShapeType
+
 from .._files.xml import Element
 from .._model.description import BodyDescription, GeometryDescription
 from .._reading.looks import Material, add_visual_roles, read_scale
@@ -85,66 +88,44 @@ def _read_texture(texture: "Element | None", reading: Reading) -> "str | None":
 def read_shape(geometry: Element, reading: Reading):
     """The shape inside a `<geometry>` element."""
     for child in geometry:
-        reader = _SHAPES.get(child.tag)
-        if reader is not None:
+        if child.tag == "mesh" or child.tag in _MEASURED:
             extra = [other for other in geometry if other is not child]
             if extra:
                 reading.pass_over(*extra)
                 reading.warn(extra[0], f"A <geometry> has one shape; <{extra[0].tag}> is ignored.")
-            return reader(child, reading)
+            if child.tag == "mesh":
+                return _read_mesh(child, reading)
+            return _read_measured(child, _MEASURED[child.tag], reading)
     found = ", ".join(f"<{child.tag}>" for child in geometry) or "nothing"
-    known = ", ".join(f"<{tag}>" for tag in _SHAPES)
+    known = ", ".join(f"<{tag}>" for tag in (*_MEASURED, "mesh"))
     reading.fail(geometry, f"A <geometry> needs a shape; found {found}, known are {known}.")
 
 
-def _measures(element: Element, reading: Reading, *names: str, may_be_zero: bool = False) -> "list[float]":
-    """Positive numbers, one an attribute."""
+def _read_measured(element: Element, row: ShapeType, reading: Reading) -> Shape:
+    """A shape whose numbers are in attributes of their own, or all in one."""
+    names = next(tag.numbers for tag in row.urdf if tag.name == element.tag)
     reading.warn_unknown(element, attributes=names)
+    if len(names) < len(row.shape._names):
+        return row.shape(*_vector(element, names[0], len(row.shape._names), reading))
     values = []
     for name in names:
         value = reading.number(element, name)
         if value is None:
             reading.fail(element, f"A <{element.tag}> needs the attribute '{name}'.")
-        if value < 0.0 or (value == 0.0 and not may_be_zero):
+        if value < 0.0 or (value == 0.0 and not row.may_be_empty):
             reading.fail(element.where_attribute(name), f"The {name} of a <{element.tag}> must be positive: {value:g}.")
         values.append(value)
+    return row.shape(*values)
+
+
+def _vector(element: Element, name: str, size: int, reading: Reading) -> np.ndarray:
+    values = reading.vector(element, name, size)
+    if values is None:
+        reading.fail(element, f"A <{element.tag}> needs the attribute '{name}'.")
+    if np.any(values <= 0.0):
+        where = element.where_attribute(name)
+        reading.fail(where, f"The {name} of a <{element.tag}> must be positive: {element.get(name)}.")
     return values
-
-
-def _read_box(element: Element, reading: Reading):
-    from sheldrake.geometry import Box
-
-    reading.warn_unknown(element, attributes=("size",))
-    size = reading.vector(element, "size", 3)
-    if size is None:
-        reading.fail(element, "A <box> needs the attribute 'size'.")
-    if np.any(size <= 0.0):
-        reading.fail(element.where_attribute("size"), f"The size of a <box> must be positive: {element.get('size')}.")
-    return Box(*size)
-
-
-def _read_sphere(element: Element, reading: Reading):
-    from sheldrake.geometry import Sphere
-
-    return Sphere(*_measures(element, reading, "radius", may_be_zero=True))
-
-
-def _read_cylinder(element: Element, reading: Reading):
-    from sheldrake.geometry import Cylinder
-
-    return Cylinder(*_measures(element, reading, "radius", "length"))
-
-
-def _read_capsule(element: Element, reading: Reading):
-    from sheldrake.geometry import Capsule
-
-    return Capsule(*_measures(element, reading, "radius", "length"))
-
-
-def _read_ellipsoid(element: Element, reading: Reading):
-    from sheldrake.geometry import Ellipsoid
-
-    return Ellipsoid(*_measures(element, reading, "a", "b", "c"))
 
 
 def _read_mesh(element: Element, reading: Reading):
@@ -156,15 +137,7 @@ def _read_mesh(element: Element, reading: Reading):
     return (Mesh if element.find("drake:declare_convex") is None else Convex)(path, scale)
 
 
-_SHAPES = {
-    "box": _read_box,
-    "sphere": _read_sphere,
-    "cylinder": _read_cylinder,
-    "capsule": _read_capsule,
-    "drake:capsule": _read_capsule,
-    "drake:ellipsoid": _read_ellipsoid,
-    "mesh": _read_mesh,
-}
+_MEASURED = {tag.name: row for row in SHAPE_TYPES.values() for tag in row.urdf}
 
 
 def read_visual(element: Element, body: BodyDescription, reading: Reading, materials: "dict[str, Material]") -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from sheldrake.multibody.tree import (
     FixedOffsetFrame,
     Frame,
     Joint,
-    QuaternionFloatingJoint,
     RigidBody,
     WeldJoint,
 )
@@ -29,18 +29,18 @@ from sheldrake.multibody.tree._rigid_body import inertia_numbers
 _EPSILON = np.finfo(float).eps
 
 
-def freeze(elements: Elements, default_poses: dict[int, RigidTransform]) -> FrozenModel:
+def freeze(elements: Elements, base_joint: Callable[[str, RigidBody], Joint]) -> FrozenModel:
     """The model of a plant; adds the floating joints of free bodies and the frames that mobilizers have.
 
     Args:
         elements: What was registered; constraints get their groups of parameters and their open points.
-        default_poses: Of free bodies, by number.
+        base_joint: Makes the joint of a name that holds a body to the world because no other does.
 
     Raises:
         RuntimeError: the joints do not make a forest.
     """
     constraints = list(elements.constraints.values())
-    steps = _span(elements, default_poses)
+    steps = _span(elements, base_joint)
     _add_mobilizer_frames(elements, steps)
     numbers = _number(elements, steps)
     parameters, lock_group = _lay_out_parameters(elements, constraints)
@@ -69,7 +69,7 @@ def freeze(elements: Elements, default_poses: dict[int, RigidTransform]) -> Froz
     return model
 
 
-def _span(elements: Elements, default_poses: dict[int, RigidTransform]) -> list[Step]:
+def _span(elements: Elements, base_joint: Callable[[str, RigidBody], Joint]) -> list[Step]:
     """The forest; bodies that no joint holds float."""
     floating: list[Joint] = []
 
@@ -78,7 +78,7 @@ def _span(elements: Elements, default_poses: dict[int, RigidTransform]) -> list[
         name = body.name()
         while name in taken:
             name = f"_{name}"
-        joint = QuaternionFloatingJoint(name, elements.world.body_frame(), body.body_frame())
+        joint = base_joint(name, body)
         joint._ephemeral = True
         floating.append(joint)
         return joint
@@ -86,9 +86,6 @@ def _span(elements: Elements, default_poses: dict[int, RigidTransform]) -> list[
     steps = span_forest(list(elements.bodies), list(elements.joints), float_body)
     for joint in floating:
         elements.add_joint(joint)
-        body = int(joint.child_body().index())
-        if body in default_poses:
-            joint.SetDefaultPose(default_poses[body])
     return steps
 
 
@@ -106,7 +103,7 @@ def _add_mobilizer_frames(elements: Elements, steps: list[Step]) -> None:
             X_FM = joint.X_FM().inverse() if backwards else joint.X_FM()
             if not X_FM.IsExactlyIdentity():
                 _add_mobilizer_frame(elements, f"{joint.name()}_{F.name()}_F", F, X_FM, joint)
-        elif joint._type.mobilizer_axis:
+        elif joint._axis is not None and joint._type.mobilizer_axis:
             axis = -joint._axis if backwards else joint._axis
             if max(axis) < 1.0 - _EPSILON:
                 X = RigidTransform(RotationMatrix.MakeFromOneVector(axis, 2))

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.multibody.tree import (
+    BodyIndex,
     DoorHinge,
     ForceElement,
     Frame,
@@ -95,9 +96,25 @@ class FrozenModel:
         return np.array([int(b.index()) for b in self.row_bodies], np.int64)
 
     @cached_property
+    def body_indices(self) -> list[BodyIndex]:
+        """The number of the body of each row, as such."""
+        return [body.index() for body in self.row_bodies]
+
+    @cached_property
     def row_list(self) -> list[int]:
         """`rows` as Python's numbers, which are quicker one by one."""
         return self.rows.tolist()
+
+    @cached_property
+    def rows_by_joint(self) -> np.ndarray:
+        """The row of the body outboard of each joint; 0 for one that holds none."""
+        row_of = {int(step.joint.index()): row for row, step in enumerate(self.steps, start=1)}
+        return np.array([row_of.get(int(joint.index()), 0) for joint in self.joints] or [0], np.int64)
+
+    @cached_property
+    def mass_at(self) -> np.ndarray:
+        """Where in p the mass of the body of each row is."""
+        return np.array([self.start_of(body) for body in self.row_bodies], np.int64)
 
     @cached_property
     def damping_at(self) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 from sheldrake.common._checked import checked
 from sheldrake.common._overloads import Mismatch
 from sheldrake.geometry import HydroelasticContactRepresentation
+from sheldrake.multibody.contact_solvers._kernels.solve import Approximation
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation, DiscreteContactSolver
 
@@ -57,9 +58,9 @@ class Settings:
         return self.time_step > 0.0
 
     @property
-    def is_tamsi(self) -> bool:
-        """Whether the approximation is kTamsi, whose solver is another."""
-        return self.approximation is DiscreteContactApproximation.kTamsi
+    def kind(self) -> Approximation:
+        """What the approximation is made of."""
+        return self.approximation._made_of
 
     def SetUseSampledOutputPorts(self, use_sampled_output_ports: bool) -> None:
         """Whether ports that depend on forces report the last step (the default) or are computed when asked.
@@ -83,7 +84,7 @@ class Settings:
             RuntimeError: a joint has it, and the plant is continuous or its contact kTamsi.
         """
         rubbing = [joint.name() for joint in self._elements.joints if joint._dry_friction.any()]
-        if rubbing and (not self.is_discrete() or self.is_tamsi):
+        if rubbing and (not self.is_discrete() or not self.kind.scalar_rows):
             raise RuntimeError(
                 f"Finalize(): joint {rubbing[0]!r} has dry friction, which only discrete plants with kLagged, "
                 "kSimilar or kSap contact have."
@@ -117,7 +118,7 @@ class Settings:
                 "set_discrete_contact_approximation(): the plant is continuous (time_step = 0); the approximation is "
                 "for discrete plants."
             )
-        if approximation is DiscreteContactApproximation.kTamsi and self._elements.constraints:
+        if not approximation._made_of.scalar_rows and self._elements.constraints:
             raise RuntimeError(
                 f"set_discrete_contact_approximation(): this plant has {len(self._elements.constraints)} constraints, "
                 "and TAMSI does not support constraints."
@@ -132,7 +133,7 @@ class Settings:
 
     def get_discrete_contact_solver(self) -> DiscreteContactSolver:
         """The solver of the discrete update."""
-        return DiscreteContactSolver.kTamsi if self.is_tamsi else DiscreteContactSolver.kSap
+        return DiscreteContactSolver.kSap if self.kind.scalar_rows else DiscreteContactSolver.kTamsi
 
     @staticmethod
     @checked

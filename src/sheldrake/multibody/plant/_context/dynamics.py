@@ -132,17 +132,10 @@ class Dynamics:
     def _qdot_map(self, context: Context) -> np.ndarray:
         """N⁺(q) as a dense matrix, shape (nv, nq)."""
         view = self._contexts.view(context)
-        joints = view.frozen.joints
-        columns = view.zeros(view.nq, view.nv)
-        for k in range(max((joint.num_positions() for joint in joints), default=0)):  # joints don't mix: all at once
-            moved = [joint for joint in joints if k < joint.num_positions()]
-            unit = np.zeros(view.nq)
-            unit[[joint._q_start + k for joint in moved]] = 1.0
-            v = self.MapQDotToVelocity(context, unit)
-            for joint in moved:
-                block = slice(joint._v_start, joint._v_start + joint.num_velocities())
-                columns[joint._q_start + k, block] = v[block]
-        return columns.T
+        columns = view.buffer("qdot_map", view.nq, view.nv)
+        arguments = view.model, view.q, np.zeros(view.nq), view.buffer("v_of_unit", view.nv), columns
+        ask = view.query(integrate.velocity_of_qdot_map, *arguments, given=(), needs=0, answer=columns)
+        return ask().T
 
     @checked
     def MakeVelocityToQDotMap(self, context: Context) -> csc_matrix:

@@ -15,7 +15,17 @@ from sheldrake.math import RigidTransform
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
-from sheldrake.multibody.tree import BodyIndex, Frame, Joint, ModelInstanceIndex, RigidBody
+from sheldrake.multibody.plant._enums import BaseBodyJointType
+from sheldrake.multibody.tree import (
+    BodyIndex,
+    Frame,
+    Joint,
+    ModelInstanceIndex,
+    QuaternionFloatingJoint,
+    RigidBody,
+    RpyFloatingJoint,
+    WeldJoint,
+)
 from sheldrake.multibody.tree._element import finite
 from sheldrake.systems.framework import Context
 
@@ -33,13 +43,57 @@ class FreeBodies:
         self._elements, self._topology, self._contexts = elements, topology, contexts
         self.default_poses: dict[int, RigidTransform] = {}
         """Of free bodies, by number."""
+        self._joint_types: dict[ModelInstanceIndex | None, BaseBodyJointType] = {
+            None: BaseBodyJointType.kQuaternionFloatingJoint
+        }
+        self._joints: dict[RigidBody, Joint] = {}  # by which free bodies float, once they were asked for
+
+    @checked
+    def SetBaseBodyJointType(
+        self, joint_type: BaseBodyJointType, model_instance: ModelInstanceIndex | None = None
+    ) -> None:
+        """Chooses how Finalize() holds bodies to the world that no joint holds; a weld leaves default poses aside.
+
+        Args:
+            joint_type: Which joint they get.
+            model_instance: Whose bodies; None: of all model instances for which nothing else is chosen.
+
+        Raises:
+            RuntimeError: the plant is finalized, or there is no such model instance.
+        """
+        call = "SetBaseBodyJointType"
+        self._elements.require_not_finalized(call)
+        if model_instance is not None:
+            self._elements.require_instance(call, model_instance)
+        self._joint_types[model_instance] = joint_type
+
+    @checked
+    def GetBaseBodyJointType(self, model_instance: ModelInstanceIndex | None = None) -> BaseBodyJointType:
+        """How Finalize() holds bodies of a model instance to the world that no joint holds; None: in general."""
+        return self._joint_types.get(model_instance, self._joint_types[None])
+
+    def base_joint(self, name: str, body: RigidBody) -> Joint:
+        """The joint that holds a body to the world because no other does."""
+        kind = self.GetBaseBodyJointType(body.model_instance())
+        frames = self._elements.world.body_frame(), body.body_frame()
+        if kind is BaseBodyJointType.kWeldJoint:
+            return WeldJoint(name, *frames, RigidTransform())
+        is_rpy = kind is BaseBodyJointType.kRpyFloatingJoint
+        joint = RpyFloatingJoint(name, *frames) if is_rpy else QuaternionFloatingJoint(name, *frames)
+        if int(body.index()) in self.default_poses:
+            joint.SetDefaultPose(self.default_poses[int(body.index())])
+        return joint
 
     def _free_joint(self, call: str, body: RigidBody) -> Joint:
+        found = self._joints.get(body)
+        if found is not None:
+            return found
         model = self._elements.model(call)
         self._elements.require_mine(call, body)
         step = model.inboard_of(body)
         if step is None or step.joint.num_velocities() != 6:
             raise RuntimeError(f"Body '{body.name()}' is not a free body.")
+        self._joints[body] = step.joint
         return step.joint
 
     def GetFloatingBaseBodies(self) -> set[BodyIndex]:

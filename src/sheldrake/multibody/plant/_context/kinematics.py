@@ -30,6 +30,9 @@ from sheldrake.multibody.tree._element import vector
 from sheldrake.multibody.tree._kernels.model import Body, BodyInertia, BodyPose
 from sheldrake.systems.framework import Context
 
+_ALL = slice(1, None)
+"""Rows of all bodies but the world."""
+
 
 class Motion:
     """Pose, velocity and acceleration of a frame as plain arrays, in W."""
@@ -94,9 +97,10 @@ class Kinematics:
 
     def EvalBodySpatialVelocityInWorld(self, context: Context, body: RigidBody) -> SpatialVelocity:
         """V_WB of the body origin, expressed in W."""
-        self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
+        if not self._elements.has(body):
+            self._elements.require_mine("EvalBodySpatialVelocityInWorld", body)
         view = self._contexts.view(context)
-        return view.of(SpatialVelocity_)._make(view.body_velocities()[view.frozen.row_of(body)].copy())
+        return view.of(SpatialVelocity_)._make(view.body_velocities()[view.frozen.row_of(body)])
 
     def accelerations(self, context: Context, vdot: np.ndarray) -> np.ndarray:
         """Spatial accelerations of the body origins, by row, for given vdot; shape (num_bodies, 6).
@@ -149,7 +153,7 @@ class Kinematics:
 
     def pose_of_frame(self, context: Context, frame: Frame) -> RigidTransform:
         """X_WF."""
-        return self._contexts.transform(context, self.relative_pose(context, self._world_frame, frame))
+        return self.CalcRelativeTransform(context, self._world_frame, frame)
 
     def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
         """V_WF."""
@@ -158,7 +162,16 @@ class Kinematics:
 
     def CalcRelativeTransform(self, context: Context, frame_A: Frame, frame_B: Frame) -> RigidTransform:
         """X_AB: frame B in frame A."""
-        return self._contexts.transform(context, self.relative_pose(context, frame_A, frame_B))
+        try:  # the one that has to be quick
+            view = context._kept
+            if view.family is self._contexts.family:
+                return view.transforms[frame_A, frame_B]()
+        except (AttributeError, KeyError, TypeError):
+            pass
+        view = self._contexts.view(context)
+        if view.T is not float:
+            return self._contexts.transform(context, self.relative_pose(context, frame_A, frame_B))
+        return view.transform((frame_A, frame_B), (*self.place(view, frame_A), *self.place(view, frame_B)))()
 
     def relative_pose(self, context: Context, frame_A: Frame, frame_B: Frame) -> np.ndarray:
         """X_AB as twelve numbers."""
@@ -216,16 +229,17 @@ class Kinematics:
             wanted.add(int(instance))
         return np.array([r for r, b in enumerate(bodies) if r and int(b.model_instance()) in wanted], np.int64)
 
-    def _masses(self, view: View, rows: np.ndarray) -> list[Any]:
-        return [view.p[view.frozen.start_of(view.frozen.row_bodies[r])] for r in rows]
+    def _masses(self, view: View, rows: np.ndarray | slice) -> np.ndarray:
+        return view.p[view.frozen.mass_at[rows]]
 
     def CalcTotalMass(self, context: Context, model_instances: list[ModelInstanceIndex] | None = None) -> float:
         """Mass [kg] of all bodies or of those of some model instances."""
-        view, rows = self._contexts.view(context), self._rows_of("CalcTotalMass", model_instances)
-        if not len(rows):
-            return 0.0
+        view = self._contexts.view(context)
+        rows = _ALL if model_instances is None else self._rows_of("CalcTotalMass", model_instances)
         masses = self._masses(view, rows)
-        return float(np.sum(masses)) if view.dtype == float else sum(masses[1:], masses[0])
+        if not len(masses):
+            return 0.0
+        return float(np.add.reduce(masses)) if view.dtype == float else sum(masses[1:], masses[0])
 
     def com_rows(
         self, call: str, context: Context, model_instances: Iterable[ModelInstanceIndex] | None
@@ -239,7 +253,7 @@ class Kinematics:
                 else f"{call}(): This MultibodyPlant only contains the world_body() so its center of mass is undefined."
             )
         work = view.positions()
-        mass: Any = sum(self._masses(view, rows))
+        mass: Any = sum(self._masses(view, rows).tolist())
         if view.dtype == float and not mass > 0.0:
             raise RuntimeError(f"{call}(): the total mass must be positive, not {mass}.")
         return view, rows, mass, work

@@ -20,7 +20,7 @@ from sheldrake.math import RigidTransform, RigidTransform_
 from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._context.dual_calls import DualCalls
 from sheldrake.multibody.plant._kernels.ports import write_finite
-from sheldrake.multibody.tree import RigidBody
+from sheldrake.multibody.tree import Frame, RigidBody
 from sheldrake.multibody.tree._kernels import dynamics, jacobians, kinematics, queries
 from sheldrake.multibody.tree._kernels.forces import ForceModel
 from sheldrake.multibody.tree._kernels.model import BodyPose, make_work
@@ -61,6 +61,10 @@ class View:
         self.x, self.q, self.v, self.p = x, x[: self.nq], x[self.nq : self.nq + self.nv], store.S[p]
         self.results: tuple[int, Any] | None = None
         """The scratch of a step from a state, or of derivatives, and the stamp of that state."""
+        self.contact_room: Any = None
+        """What point contacts are put together in, once they were asked for."""
+        self.reactions: Any = None
+        """What reaction forces are computed in, once they were asked for."""
         self.applied_force: np.ndarray | None = None
         """Generalized forces of applied spatial forces, in the scratch of the step, once they were asked for."""
         self.model, self.native = frozen.tree, store.native
@@ -87,6 +91,7 @@ class View:
         self.VELOCITIES = calls.stage(kinematics.velocity_kinematics, self.model, self.p, self.work, self.q, self.v)
         self.ORIGINS = calls.stage(kinematics.body_velocities, self.model, self.work, self.V_WB)
         self.places: dict[Any, Query] = {}
+        self.transforms: dict[tuple[Frame, Frame], Callable[[], RigidTransform]] = {}
         self.poses: dict[RigidBody, Callable[[], RigidTransform]] = {}
 
     # --- arrays
@@ -320,6 +325,18 @@ class View:
         arguments = (self.model, self.p, self.work, places, pose)
         ask = self.calls.query(jacobians.calc_relative_pose, *arguments, needs=self.POSES, answer=X)
         return self._keep_place(key, ask)
+
+    def transform(self, key: tuple[Frame, Frame], ends: tuple[int, ...]) -> Callable[[], RigidTransform]:
+        """The same as a RigidTransform; kept in `transforms`."""
+        X = self.zeros(12)
+        places, pose = jacobians.Frames(np.array((*ends, 0, -1), np.int64)), jacobians.RelativePose(X.reshape(1, 12))
+        arguments, R_AB = (self.model, self.p, self.work, places, pose), X[:9].reshape(3, 3)
+        ask_R = self.calls.query(jacobians.calc_relative_pose, *arguments, needs=self.POSES, answer=R_AB, frozen=True)
+        ask_p = self.calls.stages(0, answer=X[9:], frozen=True)  # the kernel has run then
+        if len(self.transforms) >= _MOST_PLACES:
+            self.transforms.clear()
+        ask = self.transforms[key] = self.of(RigidTransform_)._maker(ask_R, ask_p)
+        return ask
 
     def body_pose(self, body: RigidBody, row: int) -> Callable[[], RigidTransform]:
         """A query for the pose of a body, a RigidTransform; kept in `poses`."""

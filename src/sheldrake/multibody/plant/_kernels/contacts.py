@@ -23,7 +23,7 @@ from sheldrake.multibody.contact_solvers._kernels.problem import (
     trees_of_six,
 )
 from sheldrake.multibody.contact_solvers._kernels.status import SOLVED
-from sheldrake.multibody.plant._kernels.locks import lock_contacts
+from sheldrake.multibody.plant._kernels.forces import lock_contacts
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.tree._kernels.kinematics import from_root
 from sheldrake.multibody.tree._kernels.model import FREE, TreeModel, TreeWork

@@ -12,7 +12,7 @@ from sheldrake.common._kernels.generic import is_finite
 from sheldrake.common.kernel import Vector, Vectors, kernel
 from sheldrake.geometry._kernels.model import ContactTable, GeometryModel
 from sheldrake.geometry._kernels.table import place_geometry
-from sheldrake.multibody.contact_solvers._kernels.problem import ACTUATOR, TAMSI, Contacts, Problem, Rows, SolverModel
+from sheldrake.multibody.contact_solvers._kernels.problem import ACTUATOR, Contacts, Problem, Rows, SolverModel
 from sheldrake.multibody.contact_solvers._kernels.status import (
     CONTACT_CAPACITY,
     MASS_NOT_POSITIVE,
@@ -25,15 +25,22 @@ from sheldrake.multibody.plant._kernels.forces import (
     add_applied_forces,
     add_element_forces,
     add_limit_penalties,
+    lock_contacts,
+    lock_mass_matrix,
+    lock_motion,
+    lock_rows,
     put_passive_forces,
 )
-from sheldrake.multibody.plant._kernels.locks import lock_contacts, lock_mass_matrix, lock_motion, lock_rows
 from sheldrake.multibody.plant._kernels.model import PlantModel, StepVectors
 from sheldrake.multibody.plant._kernels.rows import put_actuators, put_constraints, put_dry_friction, put_limits
-from sheldrake.multibody.plant._kernels.spin import hold_back_gyroscopic_torques, keep_momentum, shorten_quaternions
 from sheldrake.multibody.tree._kernels.dynamics import bias_term, body_inertias, ltdl, ltdl_solve, mass_matrix
 from sheldrake.multibody.tree._kernels.forces import ForceModel
-from sheldrake.multibody.tree._kernels.integrate import integrate_positions
+from sheldrake.multibody.tree._kernels.integrate import (
+    hold_back_gyroscopic_torques,
+    integrate_positions,
+    keep_momentum,
+    shorten_quaternions,
+)
 from sheldrake.multibody.tree._kernels.kinematics import position_kinematics, velocity_kinematics
 from sheldrake.multibody.tree._kernels.model import TreeModel, TreeWork
 
@@ -95,7 +102,7 @@ def smooth_motion(
     plant_model: PlantModel,
 ) -> int:
     """The motion without constraints, and where all geometry is; a status of `contact_solvers`."""
-    tamsi = solver_model.approximation == TAMSI
+    implicit = solver_model.scalar_rows == 1
     v = step.v
     nq = xd.shape[0] - v.shape[0]
     for k in range(nq):
@@ -107,19 +114,18 @@ def smooth_motion(
     body_inertias(tree_model, p, tree)
     velocity_kinematics(tree_model, p, tree, xd, v)
     bias_term(tree_model, tree, 1.0)
-    if solver_model.settle == 1:
-        hold_back_gyroscopic_torques(tree_model, tree, solver_model.dt)
+    hold_back_gyroscopic_torques(tree_model, tree, solver_model.dt, solver_model.resolved_turn)
     put_passive_forces(tree_model, p, tree.bias, v, step.force)
     add_element_forces(tree_model, force_model, p, tree, xd, v, step.v_next, step.force)
     add_applied_forces(plant_model, u, step.applied_force, step.force)
-    add_actuation(plant_model, u, step.force, step.net_actuation, not tamsi)
-    if tamsi:
+    add_actuation(plant_model, u, step.force, step.net_actuation, implicit)
+    if not implicit:
         add_limit_penalties(plant_model, xd, v, step.force)
     lock_motion(plant_model, p, v, step.force)
     place_geometry(geometry_model, tree, table)
     problem.num_contacts = 0
     problem.num_rows = 0
-    return free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, step.force, not tamsi)
+    return free_motion(tree_model, solver_model, plant_model, p, tree, problem, v, step.force, implicit)
 
 
 @kernel(top=True, short_loops=True)
@@ -163,17 +169,8 @@ def joint_constraints(
     lock_rows(plant_model, p, problem, rows)
 
 
-@kernel(top=True, short_loops=True)
-def next_state(
-    xd: Vector,
-    tree: TreeWork,
-    problem: Problem,
-    rows: Rows,
-    step: StepVectors,
-    tree_model: TreeModel,
-    solver_model: SolverModel,
-    out: Vector,
-) -> None:
+@kernel
+def take_step(tree_model, solver_model, xd, tree, problem, rows, step, out):
     """x+ from the velocities of the solution; what PD actuators did."""
     dt = solver_model.dt
     nv = step.v.shape[0]
@@ -186,6 +183,37 @@ def next_state(
         step.v_next[k] = problem.v[k]
         out[nq + k] = problem.v[k]
     integrate_positions(tree_model, xd, step.v_next, dt, out)
-    if solver_model.settle == 1:
-        keep_momentum(tree_model, tree, step.v, step.v_next, dt, xd, out, nq)
-        shorten_quaternions(tree_model, out)
+
+
+@kernel(top=True, short_loops=True)
+def next_state(
+    xd: Vector,
+    tree: TreeWork,
+    problem: Problem,
+    rows: Rows,
+    step: StepVectors,
+    tree_model: TreeModel,
+    solver_model: SolverModel,
+    out: Vector,
+) -> None:
+    """x+ from the velocities of the solution, as in Drake; what PD actuators did."""
+    take_step(tree_model, solver_model, xd, tree, problem, rows, step, out)
+
+
+@kernel(top=True, short_loops=True)
+def next_state_with_momentum(
+    xd: Vector,
+    tree: TreeWork,
+    problem: Problem,
+    rows: Rows,
+    step: StepVectors,
+    tree_model: TreeModel,
+    solver_model: SolverModel,
+    out: Vector,
+) -> None:
+    """`next_state`, in which what spins freely keeps its angular momentum."""
+    take_step(tree_model, solver_model, xd, tree, problem, rows, step, out)
+    nq = xd.shape[0] - step.v.shape[0]
+    dt, resolved = solver_model.dt, solver_model.resolved_turn
+    keep_momentum(tree_model, tree, step.v, step.v_next, dt, resolved, xd, out, nq)
+    shorten_quaternions(tree_model, out)

@@ -14,6 +14,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.hydroelastic import infos_of
 from sheldrake.multibody.plant._contact.results import ContactResults, PointPairContactInfo
+from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.derivatives import (
     ContactForce,
@@ -104,11 +105,11 @@ class ContinuousDynamics:
         return work.flow.contact_force
 
     def report_contacts(
-        self, work: DerivativeWork, geometry: CompiledGeometry, scalar: type, results: ContactResults
+        self, view: View, work: DerivativeWork, geometry: CompiledGeometry, results: ContactResults
     ) -> None:
         """Puts the contacts into results."""
         results._point_pairs = self._points(work, geometry.ids)
-        results._hydroelastic = infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face, scalar)
+        results._hydroelastic = infos_of(work.surfaces, geometry.hydro, geometry.ids, work.flow.face, view.T)
 
     def _points(self, work: DerivativeWork, ids: list[Any]) -> list[PointPairContactInfo]:
         row_bodies, infos = self._elements.model("MultibodyPlant").row_bodies, []

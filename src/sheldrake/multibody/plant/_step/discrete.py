@@ -12,6 +12,7 @@ from sheldrake.geometry._kernels.spatial_hash import make_cells
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.results import ContactResults, PointContactArrays, PointPairContactInfo
+from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.plant._kernels.ports import refuse_without_geometry
@@ -20,6 +21,7 @@ from sheldrake.multibody.plant._step.kernel_models import CompiledGeometry, Kern
 from sheldrake.multibody.plant._step.results import (
     StepContacts,
     accelerations,
+    contact_room,
     generalized_contact_forces,
     point_pair,
     step_contacts,
@@ -70,9 +72,9 @@ class DiscreteUpdate:
 
     def stages(self, models: dict[str, Any]) -> list[Kernel]:
         """The kernels of a step, in order."""
-        strict, tamsi = self._settings.contact_model is ContactModel.kHydroelastic, self._settings.is_tamsi
-        plant_model = self._models.plant_model
-        return discrete_stages(models["geometry_model"], plant_model, tamsi, models["hydro_model"], strict)
+        strict, plant_model = self._settings.contact_model is ContactModel.kHydroelastic, self._models.plant_model
+        geometry_model, hydro_model = models["geometry_model"], models["hydro_model"]
+        return discrete_stages(geometry_model, plant_model, self._settings.kind.name, hydro_model, strict)
 
     def refusal(self, root: Any) -> list[Kernel]:
         """The kernel that refuses to step in the contexts of a root, where geometry is missing."""
@@ -126,44 +128,37 @@ class DiscreteUpdate:
         """J^T f over all contacts, shape (nv,)."""
         return generalized_contact_forces(work, self._settings.time_step)
 
-    def report_contacts(
-        self, work: StepWork, geometry: CompiledGeometry, scalar: type, results: ContactResults
-    ) -> None:
+    def report_contacts(self, view: View, work: StepWork, geometry: CompiledGeometry, results: ContactResults) -> None:
         """Puts the contacts of the step into results."""
         dt, ids = self._settings.time_step, geometry.ids
-        results._hydroelastic = step_surfaces(work, geometry.hydro, ids, dt, scalar)
-        contacts = step_contacts(work, geometry.model.material[:, Material.stiffness], dt)
-        pair = contacts.pair.tolist()
-        bodies = [body.index() for body in self._elements.model("MultibodyPlant").row_bodies]
-        arrays = PointContactArrays(
-            [bodies[a] for _, _, a, _ in pair],
-            [bodies[b] for _, _, _, b in pair],
-            [ids[A] for A, *_ in pair],
-            [ids[B] for _, B, *_ in pair],
-            contacts.f_Bc_W,
-            contacts.p_WC,
-        )
+        results._hydroelastic = step_surfaces(work, geometry.hydro, ids, dt, view.T)
+        if view.contact_room is None or view.contact_room.work is not work:
+            view.contact_room = contact_room(work, geometry.model.material[:, Material.stiffness], dt)
+        contacts = step_contacts(view.contact_room)
+        bodies = view.frozen.body_indices
+        arrays = PointContactArrays(contacts.pair, ids, bodies, contacts.f_Bc_W, contacts.p_WC)
         results._set_points(arrays, lambda: _infos(contacts, arrays))
 
 
 def _infos(contacts: StepContacts, arrays: PointContactArrays) -> list[PointPairContactInfo]:
     """Point contacts as objects."""
+    bodies, geometries = arrays.bodies, arrays.geometries
     return [
         PointPairContactInfo(
-            arrays.body_A[i],
-            arrays.body_B[i],
+            bodies[a],
+            bodies[b],
             contacts.f_Bc_W[i],
             contacts.p_WC[i],
             contacts.separation_speed[i],
             contacts.slip_speed[i],
             point_pair(
-                arrays.geometry_A[i],
-                arrays.geometry_B[i],
+                geometries[A],
+                geometries[B],
                 contacts.p_WCa[i],
                 contacts.p_WCb[i],
                 contacts.nhat_BA_W[i],
                 contacts.depth[i],
             ),
         )
-        for i in range(len(contacts.depth))
+        for i, (A, B, a, b) in enumerate(arrays.pair.tolist())
     ]

@@ -15,6 +15,8 @@ from sheldrake.multibody.tree import BodyIndex
 class ExternallyAppliedSpatialForce:
     """A force from outside on one body B at a point Bq fixed to it."""
 
+    __slots__ = ("F_Bq_W", "_body_index", "_p_BoBq_B")
+
     def __init__(self) -> None:
         self._body_index = BodyIndex()
         self._p_BoBq_B = np.zeros(3)

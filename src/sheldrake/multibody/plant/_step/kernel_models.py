@@ -16,7 +16,7 @@ from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._context.coordinates import Coordinates
-from sheldrake.multibody.plant._enums import ContactModel, DiscreteContactApproximation
+from sheldrake.multibody.plant._enums import ContactModel
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.plant._step.arrays import make_plant_model
 from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY, InputPorts
@@ -28,13 +28,6 @@ from sheldrake.multibody.plant._step.tuning import (
 )
 from sheldrake.multibody.tree import Frame, Joint, JointActuator, RevoluteJoint
 from sheldrake.systems.framework import Context
-
-_NAMES = {
-    DiscreteContactApproximation.kTamsi: "tamsi",
-    DiscreteContactApproximation.kSap: "sap",
-    DiscreteContactApproximation.kSimilar: "similar",
-    DiscreteContactApproximation.kLagged: "lagged",
-}
 
 
 class CompiledGeometry(NamedTuple):
@@ -131,7 +124,7 @@ class KernelModels:
             stiffness, dissipation = self._fallback_stiffness()
             supply_missing_material(model, stiffness, dissipation, 0.1)
             if self._settings.is_discrete():
-                set_margin(model, _NAMES[self._settings.approximation], self._settings.time_step)
+                set_margin(model, self._settings.kind.name, self._settings.time_step)
             pairs = self._split_pairs(state, model, ids)
             while len(self.compiled) > 3:
                 self.compiled.pop(next(iter(self.compiled)))
@@ -158,7 +151,7 @@ class KernelModels:
     def solver_model(self, geometry_model: GeometryModel) -> SolverModel:
         """The solver's constants for a state of the geometry; the last are kept."""
         settings, tree = self._settings, self._elements.model("MultibodyPlant").tree
-        dt, name = settings.time_step, _NAMES[settings.approximation]
+        dt, name = settings.time_step, settings.kind.name
         stiction, near_rigid = settings.stiction_tolerance, settings.near_rigid_threshold
         numbers = dt, name, stiction, near_rigid
         known = self._solver_model
@@ -207,8 +200,8 @@ class KernelModels:
 
     def _limit_row(self, joint: Joint) -> dict[str, Any]:
         lower, upper = joint._limits["position"]
-        stiffness = damping = 0.0  # of kTamsi alone; as in Drake, it ignores the limits of other joints
-        if self._settings.is_tamsi and joint._type.limited:
+        stiffness = damping = 0.0  # as in Drake, kTamsi, which has no rows for limits, ignores those of other joints
+        if not self._settings.kind.scalar_rows and joint._type.limited:
             stiffness, damping = tamsi_limit_penalty(_limit_inertia(joint), self._settings.time_step)
         return dict(
             dof=joint._v_start, q=joint._q_start, lower=lower[0], upper=upper[0], stiffness=stiffness, damping=damping

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from typing import Any, NamedTuple
+
 import numpy as np
 
 from sheldrake.multibody.contact_solvers._kernels.problem import HOLONOMIC, RowState
@@ -11,15 +15,18 @@ from sheldrake.multibody.plant._building.frozen_model import FrozenModel
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
 from sheldrake.multibody.plant._building.settings import Settings
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
+from sheldrake.multibody.plant._contact.results import ContactResults
 from sheldrake.multibody.plant._context.contexts import Contexts
+from sheldrake.multibody.plant._context.view import View
 from sheldrake.multibody.plant._kernels.model import COUPLER, StepWork
+from sheldrake.multibody.plant._kernels.reactions import JointEnd, JointEnds, calc_reactions
 from sheldrake.multibody.plant._step.advance import Advance
 from sheldrake.multibody.plant._step.applied_forces import AppliedForces
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.multibody.plant._step.reports import Reports
-from sheldrake.multibody.tree._kernels import dynamics, forces
+from sheldrake.multibody.tree._kernels import forces
 from sheldrake.multibody.tree._kernels.kinematics import point_on
-from sheldrake.multibody.tree._kernels.model import Body, BodyInertia, BodyPose, TreeWork
+from sheldrake.multibody.tree._kernels.model import BodyInertia, TreeWork
 from sheldrake.systems.framework import Context
 
 
@@ -58,58 +65,39 @@ class Reactions:
         Newton-Euler on each body at the accelerations of the last step (of the present state when ports are not
         sampled), tip to base: what moves a body, less what acts on it otherwise, comes through its inboard joint.
         """
-        model, work = self._contexts.view(context).frozen, self._advance.results(context)
-        tree, vdot = work.tree, self._reports.vdot(context)
-        T = SpatialForce_[context._system._scalar]
-        reactions: list[SpatialForce] = [T(np.zeros(6)) for _ in range(max(1, len(model.joints)))]
-        if self._settings.sampled and not np.any(tree.inertia[1:, BodyInertia.mass] != 0.0):
-            return reactions
-        F = self._force_to_move(context, tree, vdot)
-        order = {int(j.index()): n for n, j in enumerate(model.joints)}
-        bodies = model.tree.bodies
-        origin = tree.X_WB[model.tree.body[:, Body.root], BodyPose.p_WB.columns]
-        for row in range(model.num_bodies - 1, 0, -1):
-            step, parent = model.steps[row - 1], int(bodies[row].parent)
-            arm = origin[row] - origin[parent]
-            F[parent, :3] += F[row, :3] + np.cross(arm, F[row, 3:])
-            F[parent, 3:] += F[row, 3:]
-            M = step.joint.frame_on_child()
-            child = model.row_of(M.body())
-            R_WB, p_WB = np.reshape(tree[child].R_WB, (3, 3)), np.array(tree[child].p_WB)
-            X_BM = M._X_BF(context)
-            R_WM = R_WB @ X_BM.rotation().matrix()
-            p_WM = p_WB + R_WB @ X_BM.translation()
-            torque = F[row, :3] + np.cross(origin[row] - p_WM, F[row, 3:])
-            sign = -1.0 if step.reversed else 1.0
-            numbers = sign * np.concatenate([R_WM.T @ torque, R_WM.T @ F[row, 3:]])
-            reactions[order[int(step.joint.index())]] = T(numbers)
-        return reactions
-
-    def _force_to_move(self, context: Context, tree: TreeWork, vdot: np.ndarray) -> np.ndarray:
-        """Spatial forces about `root` that bodies need besides gravity, contact and applied forces."""
-        view = self._contexts.view(context)
-        model, p = view.model, view.p
-        A, F, other = np.zeros_like(tree.A), np.zeros_like(tree.A), np.zeros_like(tree.A)
-        dynamics.accelerations(model, tree, vdot, A)
-        for row in range(1, len(F)):
-            alpha, a = tuple(A[row, :3]), tuple(A[row, 3:])
-            t, f = dynamics.inertial_force(model, tree, row, (alpha, a), 1.0)
-            F[row] = [*t, *f]
-        forces.add_struts(model, view.frozen.forces, p, tree, other)
-        forces.add_bushings(model, view.frozen.forces, p, tree, other)
+        view, work = self._contexts.view(context), self._advance.results(context)
+        model, vdot = view.frozen, self._reports.vdot(context)
+        make = SpatialForce_[view.T]._make
+        if self._settings.sampled and not np.any(work.tree.inertia[1:, BodyInertia.mass] != 0.0):
+            return [make(view.zeros(6)) for _ in model.rows_by_joint]  # before the first step
         results = self._reports.contact_results(context)
+        room = self._room_for(view, work.tree, results.num_point_pair_contacts())
+        _fill_contacts(room, results, model.row_list)
+        room.vdot[:] = vdot
+        room.other[:] = 0.0 if view.dtype == float else view.zeros(1)[0]
+        self._add_other_forces(context, work, results, room.other)
+        if status := room.run():
+            raise RuntimeError(f"reaction_forces: calc_reactions() returned status {status}.")
+        numbers = room.reactions[model.rows_by_joint]
+        return [make(F_CJc_Jc) for F_CJc_Jc in numbers]
+
+    def _room_for(self, view: View, tree: TreeWork, contacts: int) -> _Room:
+        """What the kernel works on, and the kernel bound to it; kept while the scratch is the same."""
+        room = view.reactions
+        if room is None or room.tree is not tree or len(room.points) < contacts:
+            room = view.reactions = _make_room(view, tree, max(4, 2 * contacts))
+        return room
+
+    def _add_other_forces(self, context: Context, work: StepWork, results: ContactResults, other: np.ndarray) -> None:
+        """Adds forces of contact surfaces, of constraints, and applied ones, about `root`, by row."""
+        view = self._contexts.view(context)
         for surface in results._hydroelastic:
-            self._add_surface_force(view.frozen, tree, surface, other)
-        for info in results._point_pairs:
-            for index, sign in ((info.bodyB_index(), 1.0), (info.bodyA_index(), -1.0)):
-                f = tuple(sign * info.contact_force())
-                forces.add_point_force(model, tree, other, view.frozen.rows[int(index)], tuple(info.contact_point()), f)
+            self._add_surface_force(view.frozen, work.tree, surface, other)
         if self._settings.is_discrete() and self._elements.constraints:
-            self._add_constraint_forces(view.frozen, self._advance.results(context), p, other)
-        F_Bo_W = self._applied.on_bodies(context, tree.X_WB)
+            self._add_constraint_forces(view.frozen, work, view.p, other)
+        F_Bo_W = self._applied.on_bodies(context, work.tree.X_WB)
         if F_Bo_W is not None:
-            forces.add_body_forces(model, tree, F_Bo_W, other)
-        return F - other
+            forces.add_body_forces(view.model, work.tree, F_Bo_W, other)
 
     def _add_constraint_forces(self, model: FrozenModel, work: StepWork, p: np.ndarray, F: np.ndarray) -> None:
         """Adds to F what distance, ball and weld constraints exert on both bodies; couplers act along joints."""
@@ -144,3 +132,51 @@ class Reactions:
             F[row, :3] += sign * force[:3]
             point, f = tuple(surface.centroid()), tuple(sign * force[3:])
             forces.add_point_force(model.tree, tree, F, row, point, f)
+
+
+class _Room(NamedTuple):
+    """Arrays of `calc_reactions` and a call on them."""
+
+    tree: TreeWork
+    vdot: np.ndarray
+    touching: np.ndarray
+    points: np.ndarray
+    forces: np.ndarray
+    other: np.ndarray
+    reactions: np.ndarray
+    run: Callable[[], int]
+
+
+def _make_room(view: View, tree: TreeWork, contacts: int) -> _Room:
+    model, nb = view.frozen, view.nb
+    ends = np.zeros((nb, JointEnd.SIZE), np.int64)
+    for row, step in enumerate(model.steps, start=1):
+        ends[row] = *model.place_of(step.joint.frame_on_child()), -1 if step.reversed else 1
+    touching, points, pushes = np.zeros(2 * contacts + 1, np.int64), view.zeros(contacts, 3), view.zeros(contacts, 3)
+    vdot, other, reactions = view.zeros(view.nv), view.zeros(nb, 6), view.zeros(nb, 6)
+    A, F = view.zeros(nb, 6), view.zeros(nb, 6)
+    given = view.model, model.forces, view.p, tree, vdot, touching, points, pushes, other, JointEnds(ends), A, F
+    run = calc_reactions.bind(*given, reactions) if view.native else partial(_interpreted, *given, reactions)
+    return _Room(tree, vdot, touching, points, pushes, other, reactions, run)
+
+
+def _interpreted(*arguments: Any) -> int:
+    return calc_reactions(*arguments) or 0
+
+
+def _fill_contacts(room: _Room, results: ContactResults, row_of: list[int]) -> None:
+    """Puts point contacts where the kernel reads them."""
+    count = results.num_point_pair_contacts()
+    room.touching[-1] = count
+    if not count:
+        return
+    arrays = results._arrays
+    if arrays is None:
+        infos = results._point_pairs
+        pairs = [(info.bodyA_index(), info.bodyB_index()) for info in infos]
+        room.touching[: 2 * count] = [row_of[int(body)] for pair in pairs for body in pair]
+        room.points[:count] = [info.contact_point() for info in infos]
+        room.forces[:count] = [info.contact_force() for info in infos]
+    else:
+        room.touching[: 2 * count] = arrays.pair[:, 2:].ravel()
+        room.points[:count], room.forces[:count] = arrays.p_WC, arrays.f_Bc_W

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from sheldrake.multibody.plant._contact.results import ContactResults
+from sheldrake.multibody.plant._context.contexts import Contexts
 from sheldrake.multibody.plant._step.advance import Advance
 from sheldrake.multibody.plant._step.kernel_models import KernelModels
 from sheldrake.systems.framework import Context
@@ -17,12 +18,13 @@ class Reports:
 
     Args:
         plant: The plant, which contact results name.
+        contexts: What is known of one.
         models: The geometry of contexts.
         advance: The step, or the derivatives.
     """
 
-    def __init__(self, plant: Any, models: KernelModels, advance: Advance) -> None:
-        self._plant, self._models, self._advance = plant, models, advance
+    def __init__(self, plant: Any, contexts: Contexts, models: KernelModels, advance: Advance) -> None:
+        self._plant, self._contexts, self._models, self._advance = plant, contexts, models, advance
 
     def vdot(self, context: Context) -> np.ndarray:
         """Generalized accelerations in the last step, shape (nv,)."""
@@ -41,5 +43,5 @@ class Reports:
         results = ContactResults()
         results._plant = self._plant
         geometry, work = self._models.geometry_of(context), self._advance.results(context)
-        self._advance.equations.report_contacts(work, geometry, context._system._scalar, results)
+        self._advance.equations.report_contacts(self._contexts.view(context), work, geometry, results)
         return results

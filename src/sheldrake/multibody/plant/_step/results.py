@@ -2,19 +2,23 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from sheldrake.geometry import GeometryId
 from sheldrake.geometry._kernels.hydro_model import FaceValue, HydroModel
-from sheldrake.geometry._kernels.model import ContactPair, ContactPoint
-from sheldrake.multibody.contact_solvers._kernels.laws import share
 from sheldrake.multibody.contact_solvers._kernels.problem import ContactState, Participation
 from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo, infos_of
+from sheldrake.multibody.plant._kernels.contact_report import PointContact, PointContacts, Who, report_points
 from sheldrake.multibody.plant._kernels.contacts import contact_frame
 from sheldrake.multibody.plant._kernels.model import StepWork
 from sheldrake.multibody.tree._kernels.model import TreeModel
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import PenetrationAsPointPair
 
 
 class StepContacts(NamedTuple):
@@ -43,29 +47,47 @@ class StepContacts(NamedTuple):
     separation_speed: np.ndarray
 
 
-def step_contacts(work: StepWork, stiffness: np.ndarray, dt: float) -> StepContacts:
-    """Contacts of the last step; none before the first.
+class ContactRoom(NamedTuple):
+    """Where the contacts of a step are put together, and a call that does it, bound to the scratch of the step."""
+
+    work: StepWork
+    found: PointContacts
+    run: Callable[[], int]
+
+
+def contact_room(work: StepWork, stiffness: np.ndarray, dt: float) -> ContactRoom:
+    """Room for all contacts that the scratch of a step may hold.
 
     Args:
         work: the scratch.
         stiffness: point stiffness of each geometry, shape (num_geometries,), as in `GeometryModel.material`.
         dt: time step [s].
     """
-    n = int(work.table.num_contacts)
-    pair, point, state = work.table.pair[:n].astype(np.int64), work.table.point[:n], work.contacts.state[:n]
-    fields = ContactPoint.p_WCa, ContactPoint.p_WCb, ContactPoint.nhat_BA_W
-    p_WCa, p_WCb, nhat = (point[:, field.columns].copy() for field in fields)
-    gamma, vc = state[:, ContactState.gamma.columns], state[:, ContactState.vc.columns]
-    x, y = _tangents(-nhat)
-    force = (gamma[:, :1] * x + gamma[:, 1:2] * y - gamma[:, 2:] * nhat) / dt
-    k_A, k_B = stiffness[pair[:, ContactPair.geometry_A]], stiffness[pair[:, ContactPair.geometry_B]]
-    w_A = np.array([share(a, b) for a, b in zip(k_A, k_B)]).reshape(-1, 1)
-    middle = p_WCb + w_A * (p_WCa - p_WCb)
-    slip = (vc[:, 0] * vc[:, 0] + vc[:, 1] * vc[:, 1]) ** 0.5
-    depth = point[:, ContactPoint.depth]
-    felt = np.array([d > 0.0 or f > 0.0 for d, f in zip(depth, gamma[:, 2])], bool)  # not those only seen ahead
-    columns_ = (pair, p_WCa, p_WCb, nhat, depth, middle, force, slip, vc[:, 2])
-    return StepContacts(*(column[felt] for column in columns_))
+    room, is_float = len(work.table.pair), work.contacts.state.dtype != object
+    numbers = np.full((room, PointContact.SIZE), 0.0, work.contacts.state.dtype)
+    found = PointContacts(np.zeros((room, Who.SIZE), np.int64), numbers, np.zeros(1, np.int64))
+    given = work.table, work.contacts, np.array(stiffness, float), float(dt), found
+    return ContactRoom(work, found, report_points.bind(*given) if is_float else partial(report_points, *given))
+
+
+def step_contacts(room: ContactRoom) -> StepContacts:
+    """Contacts of the last step; none before the first."""
+    room.run()
+    n = int(room.found.total[0])
+    if n == 0:
+        return _NO_CONTACTS
+    how, c = room.found.how[:n].copy(), PointContact
+    vectors = (how[:, field.columns] for field in (c.p_WCa, c.p_WCb, c.nhat_BA_W, c.p_WC, c.f_Bc_W))
+    p_WCa, p_WCb, nhat_BA_W, p_WC, f_Bc_W = vectors
+    depth, slip, separation = (how[:, field] for field in (c.depth, c.slip_speed, c.separation_speed))
+    return StepContacts(room.found.who[:n].copy(), p_WCa, p_WCb, nhat_BA_W, depth, p_WC, f_Bc_W, slip, separation)
+
+
+_NO_VECTORS, _NO_NUMBERS = np.zeros((0, 3)), np.zeros(0)
+_NO_CONTACTS = StepContacts(
+    pair=np.zeros((0, 4), np.int64), p_WCa=_NO_VECTORS, p_WCb=_NO_VECTORS, nhat_BA_W=_NO_VECTORS, depth=_NO_NUMBERS,
+    p_WC=_NO_VECTORS, f_Bc_W=_NO_VECTORS, slip_speed=_NO_NUMBERS, separation_speed=_NO_NUMBERS,
+)  # fmt: skip
 
 
 def step_surfaces(
@@ -83,22 +105,6 @@ def step_surfaces(
             gamma = work.contacts[c].gamma
             F_B_W[f, 3:] = (gamma[0] * np.array(x) + gamma[1] * np.array(y) + gamma[2] * z) / dt
     return infos_of(surfaces, hydro_model, ids, F_B_W, scalar)
-
-
-def _tangents(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Tangents x, y to unit vectors z, shape (n, 3) each, as `contact_frame` has them."""
-    if z.dtype == object:
-        frames = [contact_frame(tuple(row)) for row in z]
-        return tuple(np.array([frame[k] for frame in frames], dtype=object).reshape(-1, 3) for k in (0, 1))  # type: ignore[return-value]
-    n, i = np.arange(len(z)), np.argmin(z * z, axis=1)
-    j, k = (i + 1) % 3, (i + 2) % 3
-    x, y = np.zeros_like(z), np.empty_like(z)
-    length = np.sqrt(1.0 - z[n, i] * z[n, i])
-    r = 1.0 / length
-    s = -r * z[n, i]
-    x[n, j], x[n, k] = -r * z[n, k], r * z[n, j]
-    y[n, i], y[n, j], y[n, k] = length, s * z[n, j], s * z[n, k]
-    return x, y
 
 
 def generalized_contact_forces(work: StepWork, dt: float) -> np.ndarray:
@@ -124,7 +130,9 @@ def accelerations(work: StepWork, dt: float) -> np.ndarray:
     return (work.step.v_next - work.step.v) / dt
 
 
-def point_pair(id_A: GeometryId, id_B: GeometryId, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any) -> Any:
+def point_pair(
+    id_A: GeometryId, id_B: GeometryId, p_WCa: Any, p_WCb: Any, nhat: Any, depth: Any
+) -> PenetrationAsPointPair:
     """A PenetrationAsPointPair."""
     from sheldrake.geometry import PenetrationAsPointPair
 

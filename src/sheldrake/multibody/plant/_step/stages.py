@@ -7,15 +7,17 @@ from sheldrake.geometry._compiled.hydroelastic import hydro_kernels
 from sheldrake.geometry._compiled.search import family_kernels, has_pairs
 from sheldrake.geometry._kernels.hydro_model import HydroModel, empty_hydro_model
 from sheldrake.geometry._kernels.model import GeometryModel
-from sheldrake.multibody.contact_solvers._kernels.solve import prepare_problem, solve, solve_tamsi
+from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
 from sheldrake.multibody.plant._kernels.contacts import hydro_constraints, refuse_points
 from sheldrake.multibody.plant._kernels.model import PlantModel
 from sheldrake.multibody.plant._kernels.step import (
     contact_constraints,
     joint_constraints,
     next_state,
+    next_state_with_momentum,
     smooth_motion,
 )
+from sheldrake.multibody.plant._step.tuning import touches_at_several_points
 
 
 def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, points: Kernel) -> list[Kernel]:
@@ -34,16 +36,18 @@ def contact_stages(model: GeometryModel, hydro_model: HydroModel, strict: bool, 
 def discrete_stages(
     geometry_model: GeometryModel,
     plant_model: PlantModel,
-    tamsi: bool = False,
+    approximation: str = "lagged",
     hydro_model: HydroModel | None = None,
     strict: bool = False,
 ) -> list[Kernel]:
     """The kernels of a plant's step, in their order: those it needs, no others.
 
+    Where pairs of geometries touch at several points, steps go on until what can rest does; else they are Drake's.
+
     Args:
         geometry_model: pairs of geometries that touch in points.
         plant_model: actuators, limits and constraints.
-        tamsi: whether the approximation is kTamsi.
+        approximation: one of `APPROXIMATIONS`.
         hydro_model: pairs of geometries that touch along surfaces.
         strict: touching in points is an error.
     """
@@ -53,6 +57,9 @@ def discrete_stages(
     if len(hydro_model.pair):
         chain.append(hydro_constraints)
     rows = plant_model.limit, plant_model.actuator, plant_model.constraint, plant_model.friction
-    if not tamsi and any(len(a) for a in rows):
+    kind = APPROXIMATIONS[approximation]
+    if kind.scalar_rows and any(len(a) for a in rows):
         chain.append(joint_constraints)
-    return [*chain, prepare_problem, solve_tamsi if tamsi else solve, next_state]
+    if touches_at_several_points(geometry_model):
+        return [*chain, *kind.to_rest, next_state_with_momentum]
+    return [*chain, *kind.as_drake, next_state]

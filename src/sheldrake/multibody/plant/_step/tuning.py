@@ -9,19 +9,8 @@ import numpy as np
 from sheldrake.geometry._kernels.model import Geometry, GeometryModel, Margins, Material
 from sheldrake.multibody.contact_solvers import _arrays
 from sheldrake.multibody.contact_solvers._kernels.problem import SolverModel
+from sheldrake.multibody.contact_solvers._kernels.solve import APPROXIMATIONS
 from sheldrake.multibody.tree._kernels.model import Dof, Tree, TreeModel
-
-CONTACT_MARGIN = 1e-4
-"""Distance at which points of multi-point pairs are seen before they touch [m]."""
-
-
-GLIDE = 2.0
-"""Speed of sliding times friction up to which kSimilar glides on its gap instead of hopping [m/s]."""
-
-
-FALL = 10.0
-"""Gravity, of which kSap sees what falls within a step [m/s²]."""
-
 
 BOUNCE = 10.0
 """Half the speed up to which bodies without dissipation bounce to the height from which they fell [m/s]."""
@@ -40,28 +29,26 @@ def solver_model_of(
         tree_model: the tree.
         geometry_model: the proximity geometry.
         dt: time step [s].
-        approximation: "lagged", "similar", "sap" or "tamsi".
+        approximation: one of `APPROXIMATIONS`.
         options: more of `make_solver_model`.
     """
     several = touches_at_several_points(geometry_model)
     options.setdefault("relative_tolerance", _arrays.REST_TOLERANCE if several else _arrays.DRAKE_TOLERANCE)
-    options.setdefault("settle", several)
+    options.setdefault("to_rest", several)
     tree = tree_model.tree[:, [Tree.first_dof.at, Tree.num_dofs.at]]
     dof = tree_model.dof[:, [Dof.parent.at, Dof.depth.at, Dof.row.at]]
     return _arrays.make_solver_model(tree, dof, dt, approximation, **options)
 
 
 def set_margin(model: GeometryModel, approximation: str, dt: float) -> None:
-    """Lets the contact search look ahead.
+    """Lets the contact search look ahead, as far as the approximation says.
 
-    What slides with kSimilar floats dt mu v above the ground (Castro, Han, Masterjohn 2023): its points must be seen
-    there. With kSap what slides must not fall freely for a step when it loses the ground. What does not dissipate has
-    to be seen before its spring has taken energy (see `contact_solvers._kernels.laws`).
+    What does not dissipate has to be seen before its spring has taken energy, see `secant_force` of the laws.
     """
-    margins = {"sap": min(CONTACT_MARGIN, FALL * dt**2), "similar": CONTACT_MARGIN + GLIDE * dt}
-    model.margin[Margins.several_margin] = margins.get(approximation, CONTACT_MARGIN)
+    kind = APPROXIMATIONS[approximation]
+    model.margin[Margins.several_margin] = kind.margin(dt)
     elastic = model.material[:, Material.dissipation] == 0.0
-    if approximation in ("lagged", "similar") and elastic.sum() > 1 and touches_at_several_points(model):
+    if kind.bounces and elastic.sum() > 1 and touches_at_several_points(model):
         model.margin[Margins.elastic_margin] = BOUNCE * dt
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sheldrake.systems.framework._engine.store import Store
-from sheldrake.systems.framework._vector import BasicVector
+from sheldrake.systems.framework._values import ContinuousState, DiscreteValues
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework._system import System
 
 
 class ContextBase:
@@ -19,10 +22,10 @@ class ContextBase:
     """What the system keeps for this context, made of its memory; forgotten when the memory moves."""
     _reads: dict[int, Any]
     """Functions that read vector ports, by number; output ports count down from -1. Forgotten when the memory moves."""
-    _groups: list[BasicVector] | None = None
-    """The groups of discrete state, once they were asked for; forgotten when the memory moves."""
-    _continuous: BasicVector | None = None
-    """The continuous state as one vector, likewise."""
+    _discrete: DiscreteValues | None = None
+    """The discrete state, once it was asked for; forgotten when the memory moves."""
+    _continuous: ContinuousState | None = None
+    """The continuous state, likewise."""
 
     _state: Any = None
     """The state as one object, likewise."""
@@ -31,7 +34,7 @@ class ContextBase:
         raise TypeError(f"{type(self).__name__}: No constructor defined! Use System.CreateDefaultContext().")
 
     @classmethod
-    def _make(cls, store: Store, node: int, system: Any) -> Any:
+    def _make(cls, store: Store, node: int, system: System) -> Any:
         context = object.__new__(cls)
         context._store, context._node, context._system = store, node, system
         context._place, context._reads = store.layout.places[node], {}

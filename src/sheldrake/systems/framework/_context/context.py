@@ -175,8 +175,10 @@ class Context(ContextBase):
     # Continuous state.
 
     def get_continuous_state(self) -> ContinuousState:
-        """The continuous state."""
-        return self._continuous_view(None, Toucher(self._store, CONTINUOUS, "xc", self._node))
+        """The continuous state; the same object until its memory moves."""
+        if self._continuous is None:
+            self._continuous = self._continuous_view(None, Toucher(self._store, CONTINUOUS, "xc", self._node))
+        return self._continuous
 
     def get_mutable_continuous_state(self) -> ContinuousState:
         """The continuous state, to be changed."""
@@ -186,10 +188,7 @@ class Context(ContextBase):
 
     def get_continuous_state_vector(self) -> BasicVector:
         """The continuous state as one vector."""
-        if self._continuous is None:
-            a, b = self._place.xc
-            self._continuous = self._vector(a, b, Toucher(self._store, CONTINUOUS, "xc", self._node), "_xc_model")
-        return self._continuous
+        return (self._continuous or self.get_continuous_state())._vector  # type: ignore[return-value]
 
     def get_mutable_continuous_state_vector(self) -> BasicVector:
         """The continuous state as one vector, to be changed."""
@@ -209,20 +208,20 @@ class Context(ContextBase):
 
     # Discrete state.
 
-    def _discrete_groups(self) -> list[BasicVector]:
-        """Vectors on the discrete state, made once."""
-        if self._groups is None:
-            self._groups = self._discrete_view(0, True)._groups
-        return self._groups
+    def _discrete_values(self) -> DiscreteValues:
+        """The discrete state, made once."""
+        if self._discrete is None:
+            self._discrete = self._discrete_view(0, True)
+        return self._discrete
 
     def get_discrete_state(self, index: int | None = None) -> Any:
-        """The discrete state, or its group `index`."""
-        values = DiscreteValues._view(self._discrete_groups())
+        """The discrete state, the same object until its memory moves; or its group `index`."""
+        values = self._discrete or self._discrete_values()
         return values if index is None else values.get_vector(index)
 
     def get_mutable_discrete_state(self, index: int | None = None) -> Any:
         """The discrete state, or its group `index`, to be changed."""
-        values = DiscreteValues._view(self._discrete_groups())
+        values = self._discrete or self._discrete_values()
         if index is not None:
             return values.get_mutable_vector(index)
         for group in values._groups:
@@ -235,7 +234,7 @@ class Context(ContextBase):
         Raises:
             RuntimeError: there are more, or none.
         """
-        groups = self._groups or self._discrete_groups()
+        groups = (self._discrete or self._discrete_values())._groups
         if len(groups) != 1:
             raise RuntimeError(
                 f"Context.get_discrete_state_vector(): {self._system._describe()} has {len(groups)} groups of "
@@ -345,21 +344,21 @@ class Context(ContextBase):
             RuntimeError: this is not a root context.
         """
         self._must_be_root("Clone")
-        return self._store.clone().context(0)
+        return self._store.clone().context(0)  # type: ignore[return-value]  # of the same class
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         return self.Clone()
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         return self.Clone()
 
-    def __reduce_ex__(self, protocol: Any) -> Any:
+    def __reduce_ex__(self, protocol: Any) -> str | tuple:
         raise TypeError(f"cannot pickle {type(self).__name__!r} object: SaveContext() writes its content")
 
     def SetStateAndParametersFrom(self, source: Context) -> None:
         """Copies state and parameters of a context of the same system, or of one built alike."""
         mine, its = self._place, expect("SetStateAndParametersFrom", source, Context)._place
-        if any(
+        if mine is not its and any(
             getattr(mine, x)[1] - getattr(mine, x)[0] != getattr(its, x)[1] - getattr(its, x)[0]
             for x in ("xc", "xd", "p", "groups", "parameters", "abstract", "abstract_parameters")
         ):
@@ -379,7 +378,8 @@ class Context(ContextBase):
                 values[k].SetFrom(others[j])
         store.accuracy = other.accuracy
         store.touch(CONSTANT, "all")
-        store.restructure()
+        if store.layout.structured:
+            store.restructure()
 
     @checked
     def SetTimeStateAndParametersFrom(self, source: Context) -> None:

@@ -71,8 +71,8 @@ def _lay_out(store: Store, room: np.ndarray, samples: list[tuple[int, int, Any, 
 
 def _there(store: Store, s: int) -> np.ndarray:
     """Samples of log `s` in the array: a view."""
-    first, _, count = _table(store)[s].tolist()
-    width = int(store.layout.program.log[s, Log.length]) + 1
+    at, i, (_, (a, b)) = store.layout.log0 + 3 * s, store.i, store.layout.logs[s]
+    first, count, width = i[at], i[at + 2], b - a + 1
     return store.L[first : first + count * width].reshape(count, width)
 
 
@@ -89,7 +89,8 @@ def _merged(there: np.ndarray, late: list[tuple[int, int, Any, Any]]) -> np.ndar
 def record(store: Store, s: int) -> np.ndarray:
     """Samples of log `s`: rows of time [s] and values, not to be written."""
     with store.moving:
-        return _merged(_there(store, s), [x for x in store.waiting.samples if x[0] == s])
+        waiting = store.waiting.samples
+        return _merged(_there(store, s), [x for x in waiting if x[0] == s]) if waiting else _there(store, s)
 
 
 def append(store: Store, s: int) -> None:

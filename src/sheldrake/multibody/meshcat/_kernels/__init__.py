@@ -1,0 +1,1 @@
+"""Kernels of the viewer: the force of a spring from a body to the mouse."""
