@@ -10,9 +10,10 @@ from sheldrake.geometry import (
     Convex,
     Cylinder,
     Ellipsoid,
+    Sphere,
 )
 from sheldrake.geometry._compiled.search import find_contacts
-from sheldrake.geometry._kernels.model import Found, Remembered, Slot, contact_table
+from sheldrake.geometry._kernels.model import Found, Remembered, Slot, contact_table, is_watched
 from sheldrake.math import RigidTransform, RollPitchYaw
 
 MEMORY = ("near_count", "remembered", "separating", "slot", "kept_vertex", "kept_link")
@@ -43,6 +44,7 @@ def bodies(rng):
         Capsule(0.05, 0.3),
         Cylinder(0.1, 0.2),
         Ellipsoid(0.1, 0.2, 0.05),
+        Sphere(0.1),
     ]
 
 
@@ -69,7 +71,7 @@ def search(model, X_WB, table):
 def test_contacts_are_the_same_bits_however_often_memory_is_lost(algorithm, speed):
     rng = np.random.default_rng(5)
     scene = Scene(bodies(rng), algorithm)
-    at = motion(rng, 8, speed)
+    at = motion(rng, 9, speed)
     fresh, kept, mixed = (contact_table(scene.model) for _ in range(3))
     followed = 0
     for step in range(150):
@@ -115,10 +117,46 @@ def test_python_source_remembers_as_machine_code_does():
 def test_rubbish_in_the_memory_is_not_believed(rubbish):
     rng = np.random.default_rng(9)
     scene = Scene(bodies(rng))
-    X_WB = motion(rng, 8, 1.0)(0.0)
+    X_WB = motion(rng, 9, 1.0)(0.0)
     table, fresh = contact_table(scene.model), contact_table(scene.model)
     search(scene.model, X_WB, table)
     table.kept_vertex[:] = rubbish
     assert search(scene.model, X_WB, table) == search(scene.model, X_WB, fresh)
     table.remembered[:, Remembered.how] = rubbish
     assert search(scene.model, X_WB, table) == points_of(fresh)
+
+
+def test_far_pairs_are_not_looked_at_until_something_has_moved_far():
+    rng = np.random.default_rng(4)
+    scene = Scene([Sphere(0.1) if k % 2 else Cylinder(0.1, 0.2) for k in range(14)])
+    assert is_watched(scene.model)
+    table, fresh = contact_table(scene.model), contact_table(scene.model)
+    p, v = rng.uniform(-0.5, 0.5, (14, 3)), rng.uniform(-1.0, 1.0, (14, 3))
+    lists, touching = set(), set()
+    for step in range(200):
+        together = np.array([5.0, 0.0, -1.0]) * step * 1e-3  # what all move by brings no two nearer
+        poses = [RigidTransform(together + p[k] + v[k] * step * 1e-3) for k in range(14)]
+        X_WB = np.array([row_of(X) for X in [RigidTransform(), *poses]])
+        forget(fresh)
+        found = search(scene.model, X_WB, fresh)
+        assert search(scene.model, X_WB, table) == found
+        lists.add(table.seen.tobytes())
+        touching.update(map(tuple, fresh.pair[: fresh.num_contacts, :2].tolist()))
+    assert len(touching) > 3
+    assert 3 < len(lists) < 100
+
+
+def test_a_list_of_near_pairs_that_is_wrong_hides_contacts():
+    """What a fault of that kind would do: the test above can fail."""
+    scene = Scene([Sphere(0.1) for _ in range(11)])
+    table = contact_table(scene.model)
+    far = [RigidTransform([0.5 * k, 0.0, 0.0]) for k in range(11)]
+    near = [RigidTransform([0.15 * k, 0.0, 0.0]) for k in range(11)]
+    X_far, X_near = (np.array([row_of(X) for X in [RigidTransform(), *poses]]) for poses in (far, near))
+    search(scene.model, X_far, table)
+    table.seen[:] = X_near[1:, 9:12]  # as if they had been seen here
+    search(scene.model, X_near, table)
+    assert table.num_contacts == 0
+    forget(table)
+    search(scene.model, X_near, table)
+    assert table.num_contacts == 10

@@ -10,7 +10,7 @@ from test_half_space_contacts import PointHull
 from sheldrake import geometry as g
 from sheldrake.geometry._kernels import separation as stage
 from sheldrake.geometry._kernels.model import BodyPoses
-from sheldrake.geometry._kernels.polish import NARROW, SQUARE, face_against, polish
+from sheldrake.geometry._kernels.polish import NARROW, SQUARE, edge_over_cap, face_against, polish
 from sheldrake.geometry._kernels.support import support
 from sheldrake.geometry._kernels.table import place_geometry
 from sheldrake.math import RigidTransform, RollPitchYaw
@@ -130,3 +130,28 @@ def test_a_face_meets_the_part_of_a_cylinders_side_that_lies_over_it(beyond):
         assert depth == pytest.approx(0.01, abs=1e-12)
         np.testing.assert_allclose(p_table, [0.5 * (beyond - 0.2 + over), 0.1, 0.0], atol=1e-12)
         np.testing.assert_allclose(p_rod, np.subtract(p_table, [0, 0, 0.01]), atol=1e-12)
+
+
+@pytest.mark.parametrize("tilt", [3e-9, 6e-8, 1e-6])
+@pytest.mark.parametrize("aside", [0.0, 0.036, -0.045])
+def test_side_that_is_nearly_in_the_plane_of_a_cap_passes_over_its_rim(tilt, aside):
+    """The direction found has the least extent, also against directions that differ by less than the tilt."""
+    cap, rod = g.Cylinder(0.05, 0.1), g.Cylinder(0.066, 0.4)
+    X = RigidTransform(RollPitchYaw(np.pi / 2 + tilt, 0.0, 0.4), [aside, 0.02, 0.05 + 0.066 - 0.0025])
+    scene = placed(cap, rod, RigidTransform(), X)
+    found, d, depth, p_A, p_B = edge_over_cap(scene.model, scene.table, 0, 1, 0.3, (1e-4, 0.0, np.sqrt(1.0 - 1e-8)))
+    assert found
+    np.testing.assert_allclose(np.subtract(p_A, p_B), depth * np.array(d), atol=1e-12)
+    assert abs(extent(scene, np.array(d)) - depth) < 1e-15
+    rng = np.random.default_rng(3)
+    for scale in 10.0 ** rng.uniform(-11.0, -1.0, 1000):
+        other = d + scale * rng.normal(size=3)
+        assert extent(scene, other / np.linalg.norm(other)) > depth - 1e-15
+    asked = stage.separation(scene.model, scene.table, 0, 1, 1e9)
+    assert asked[0] == -depth
+
+
+def test_a_side_far_from_the_plane_of_a_cap_is_left_to_others():
+    X = RigidTransform(RollPitchYaw(np.pi / 2 + 0.1, 0.0, 0.0), [0.0, 0.0, 0.11])
+    scene = placed(g.Cylinder(0.05, 0.1), g.Cylinder(0.066, 0.4), RigidTransform(), X)
+    assert not edge_over_cap(scene.model, scene.table, 0, 1, 0.3, (0.0, 0.0, 1.0))[0]

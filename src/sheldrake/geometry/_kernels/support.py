@@ -73,11 +73,15 @@ def support(model, table, g, d_W):
 def vertex_in_frame(model, g, number):
     """The vertex with a number, as `farthest_vertex` gives it, in the frame of the shape; not of curved shapes."""
     kind = model[g].kind
+    p = (0.0, 0.0, 0.0)
     if kind == HULL:
-        return model.vertices[model[g].first_vertex + number].p_GV
-    h = model[g].half_sizes
-    p = (h[0] if number & 1 else -h[0], h[1] if number & 2 else -h[1], h[2] if number & 4 else -h[2])
-    return (0.0, 0.0, p[2]) if kind == CAPSULE else p
+        p = model.vertices[model[g].first_vertex + number].p_GV
+    elif kind == BOX or kind == CAPSULE:
+        h = model[g].half_sizes
+        p = (h[0] if number & 1 else -h[0], h[1] if number & 2 else -h[1], h[2] if number & 4 else -h[2])
+        if kind == CAPSULE:
+            p = (0.0, 0.0, p[2])
+    return p
 
 
 @kernel(outline=True)
