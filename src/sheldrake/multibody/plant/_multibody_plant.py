@@ -7,7 +7,7 @@ call of a part is declared and documented there.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from sheldrake.common._checked import checked
 from sheldrake.common._parts import Calls, forget_calls
@@ -32,6 +32,9 @@ from sheldrake.multibody.plant._step.discrete import INTEGERS_KEPT
 from sheldrake.multibody.plant._step.input_ports import GEOMETRY_QUERY
 from sheldrake.multibody.tree import ModelInstanceIndex, RigidBody
 from sheldrake.systems.framework import Context, InputPort, LeafSystem, OutputPort
+
+if TYPE_CHECKING:
+    from sheldrake.common import RandomGenerator
 
 _settings = Calls(Settings, "_parts.settings")
 _elements = Calls(Elements, "_parts.elements")
@@ -437,7 +440,7 @@ class MultibodyPlant(LeafSystem):
 
     # --- what the framework asks
 
-    def AllocateContext(self) -> Any:
+    def AllocateContext(self) -> Context:
         """A context whose state is not set yet.
 
         Raises:
@@ -458,7 +461,7 @@ class MultibodyPlant(LeafSystem):
         self._parts.contexts.set_defaults(context)
         self._parts.inputs.forget_desired_states(context)
 
-    def _set_random_context(self, context: Context, generator: Any) -> None:
+    def _set_random_context(self, context: Context, generator: RandomGenerator) -> None:
         self._parts.contexts.set_random_positions(context, generator)
 
     def _kernel_models(self, root: Any) -> dict[str, Any]:

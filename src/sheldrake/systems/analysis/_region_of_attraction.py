@@ -11,7 +11,7 @@ from sheldrake.math import BalanceQuadraticForms, RealContinuousLyapunovEquation
 from sheldrake.symbolic import Expression, Polynomial, Variable, Variables
 
 if TYPE_CHECKING:
-    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework import Context, System
 
 _STANDS_STILL = 1e-14
 
@@ -38,7 +38,9 @@ class RegionOfAttractionOptions:
     certificate_tolerance: float = 1e-6
 
 
-def RegionOfAttraction(system: Any, context: Context, options: RegionOfAttractionOptions | None = None) -> Expression:
+def RegionOfAttraction(
+    system: System, context: Context, options: RegionOfAttractionOptions | None = None
+) -> Expression:
     """The largest level set of a Lyapunov function that is certainly attracted by a fixed point.
 
     On its boundary, and outside near it, the function may stop decreasing; within, it decreases everywhere: a
@@ -79,7 +81,7 @@ def RegionOfAttraction(system: Any, context: Context, options: RegionOfAttractio
     return V.Substitute(deviation) / rho
 
 
-def _check(system: Any, context: Context) -> None:
+def _check(system: System, context: Context) -> None:
     system.ValidateContext(context)
     if not context.has_only_continuous_state() or not context.num_continuous_states():
         raise RuntimeError(f"RegionOfAttraction(): {system._describe()} must have continuous state, and no other.")
@@ -103,7 +105,7 @@ def _state_variables(options: RegionOfAttractionOptions, n: int) -> list[Variabl
 class _Dynamics:
     """f(x), or g(x, x'), as expressions of the deviation x from the fixed point."""
 
-    def __init__(self, system: Any, context: Context, implicit: bool):
+    def __init__(self, system: System, context: Context, implicit: bool):
         n, x0 = context.num_continuous_states(), context.get_continuous_state_vector().CopyToVector()
         self.x = np.array([Variable(f"x({i})") for i in range(n)])
         self.xdot = np.array([Variable(f"xdot({i})") for i in range(n)])
@@ -120,7 +122,7 @@ class _Dynamics:
             self.flow = np.array([Expression(v) for v in symbolic.EvalTimeDerivatives(symbols).CopyToVector()])
 
 
-def _of_linearization(system: Any, context: Context, x: np.ndarray) -> tuple[Expression, np.ndarray]:
+def _of_linearization(system: System, context: Context, x: np.ndarray) -> tuple[Expression, np.ndarray]:
     """V of A'P + PA = -1, and the coordinates in which V and its derivative are equally round."""
     from sheldrake.systems.framework import InputPortSelection, OutputPortSelection
     from sheldrake.systems.primitives import Linearize
