@@ -30,17 +30,38 @@ SUBSTITUTES = {
     "sheldrake.common.schema": pydrake.common.schema,
     "sheldrake.common.eigen_geometry": pydrake.common.eigen_geometry,
 }
+TABLES = ("sheldrake.multibody.tree._joint_types", "sheldrake.geometry._shape_types")
+"""Plain data in the modules replaced; they stay sheldrake's, with pydrake's classes."""
+
+
+def tables() -> dict[str, types.ModuleType]:
+    import importlib
+
+    joints, shapes = map(importlib.import_module, TABLES)
+    for row in shapes.SHAPE_TYPES.values():
+        theirs = getattr(pydrake.geometry, row.shape.__name__)
+        theirs._names = row.shape._names
+        object.__setattr__(row, "shape", theirs)
+    theirs, ours = pydrake.multibody.tree.Joint, importlib.import_module("sheldrake.multibody.tree").Joint
+    known = vars(pydrake.multibody.tree)
+    theirs._classes = {kind: known[cls.__name__] for kind, cls in ours._classes.items() if cls.__name__ in known}
+    theirs._type = property(lambda joint: joints.JOINT_TYPES[joint.type_name()])
+    return {joints.__name__: joints, shapes.__name__: shapes}
 
 
 def substitute() -> None:
     import importlib
 
+    kept = tables()
+    for name in [name for name in sys.modules if name.partition(".")[0] == "sheldrake"]:
+        del sys.modules[name]
+    sys.modules.update(kept)
     for name, module in SUBSTITUTES.items():
         parent, _, child = name.rpartition(".")
         sys.modules[name] = module
         setattr(importlib.import_module(parent), child, module)
     sys.modules["sheldrake.geometry._meshes.mesh_files"] = types.SimpleNamespace(SUPPORTED=(".obj", ".gltf", ".vtk"))
-    sys.modules["sheldrake.geometry._meshes.mass_properties"] = types.SimpleNamespace(mass_properties=mass_properties)
+    sys.modules["sheldrake.geometry._mass_properties"] = types.SimpleNamespace(mass_properties=mass_properties)
     # Drake's plant cannot be put back.
     saved = types.SimpleNamespace(all_or_nothing=lambda plant, *others: contextlib.nullcontext())
     sys.modules["sheldrake.multibody.plant._saved_model"] = saved
