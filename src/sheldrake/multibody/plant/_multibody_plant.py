@@ -15,6 +15,7 @@ from sheldrake.geometry import SceneGraph, SceneGraphInspector, SourceId
 from sheldrake.multibody.plant._building.constraints import Constraints
 from sheldrake.multibody.plant._building.elements import Elements
 from sheldrake.multibody.plant._building.geometry import PlantGeometry
+from sheldrake.multibody.plant._building.loops import Loops
 from sheldrake.multibody.plant._building.settings import Settings, checked_time_step
 from sheldrake.multibody.plant._building.topology import Topology
 from sheldrake.multibody.plant._context.contexts import Contexts
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
 _settings = Calls(Settings, "_parts.settings")
 _elements = Calls(Elements, "_parts.elements")
 _constraints = Calls(Constraints, "_parts.constraints")
+_loops = Calls(Loops, "_parts.loops")
 _geometry = Calls(PlantGeometry, "_parts.geometry")
 _topology = Calls(Topology, "_parts.topology")
 _coordinates = Calls(Coordinates, "_parts.coordinates")
@@ -301,6 +303,10 @@ class MultibodyPlant(LeafSystem):
     GetDistanceConstraintParams = _constraints(Constraints.GetDistanceConstraintParams)
     SetDistanceConstraintParams = _constraints(Constraints.SetDistanceConstraintParams)
 
+    SetEnableLoopTopology = _loops(Loops.SetEnableLoopTopology)
+    GetEnableLoopTopology = _loops(Loops.GetEnableLoopTopology)
+    num_loop_constraints = _loops(Loops.num_loop_constraints)
+
     # --- Geometry
 
     geometry_source_is_registered = _geometry(PlantGeometry.geometry_source_is_registered)
@@ -328,6 +334,7 @@ class MultibodyPlant(LeafSystem):
     num_positions = _coordinates(Coordinates.num_positions)
     num_velocities = _coordinates(Coordinates.num_velocities)
     num_multibody_states = _coordinates(Coordinates.num_multibody_states)
+    num_misc_continuous_states = _coordinates(Coordinates.num_misc_continuous_states)
     num_actuators = _coordinates(Coordinates.num_actuators)
     num_actuated_dofs = _coordinates(Coordinates.num_actuated_dofs)
     GetPositionNames = _coordinates(Coordinates.GetPositionNames)

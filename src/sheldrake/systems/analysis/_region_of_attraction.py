@@ -26,6 +26,8 @@ class RegionOfAttractionOptions:
         use_implicit_dynamics: Reads the dynamics as g(x, x') = 0, which may be polynomial where x' = f(x) is rational.
         solver_id: Which solver; None: one is chosen.
         solver_options: Options of the solver.
+        certificate_tolerance: How far what a solver finds may miss the equations between coefficients and the cones,
+            at most; finite and not negative. It is no option of the solver.
     """
 
     lyapunov_candidate: Expression = dataclasses.field(default_factory=lambda: Expression(0.0))
@@ -33,6 +35,7 @@ class RegionOfAttractionOptions:
     use_implicit_dynamics: bool = False
     solver_id: Any = None
     solver_options: Any = None
+    certificate_tolerance: float = 1e-6
 
 
 def RegionOfAttraction(
@@ -53,9 +56,15 @@ def RegionOfAttraction(
 
     Raises:
         RuntimeError: the dynamics are not polynomial, `context` is no fixed point, the candidate is not positive there
-            or uses other variables, or no largest level set is found: the region may be everything.
+            or uses other variables, or no largest level set is found: the region may be everything. Or a solver's
+            answer misses the program by more than the tolerance of certificates, or this is no tolerance.
     """
     options = options or RegionOfAttractionOptions()
+    if not 0.0 <= options.certificate_tolerance < np.inf:
+        raise RuntimeError(
+            f"RegionOfAttraction(): certificate_tolerance must be finite and not negative, not "
+            f"{options.certificate_tolerance}."
+        )
     _check(system, context)
     n, x0 = context.num_continuous_states(), context.get_continuous_state_vector().CopyToVector()
     names = _state_variables(options, n)
@@ -220,9 +229,18 @@ def _falls_near_zero(rate: Expression, x: np.ndarray) -> bool:
 def _solved(program: Any, options: RegionOfAttractionOptions) -> Any:
     from sheldrake.solvers import MakeSolver, Solve
 
-    if options.solver_id is None:
-        return Solve(program, None, options.solver_options)
-    return MakeSolver(options.solver_id).Solve(program, None, options.solver_options)
+    solve = Solve if options.solver_id is None else MakeSolver(options.solver_id).Solve
+    result = solve(program, None, options.solver_options)
+    if result.is_success():
+        x, tolerance = result.get_x_val(), options.certificate_tolerance
+        missed = [b for b in program.GetAllConstraints() if not program.CheckSatisfied(b, x, tolerance)]
+        if missed:
+            raise RuntimeError(
+                f"RegionOfAttraction(): what {result.get_solver_id().name()} found misses {len(missed)} constraints "
+                f"({type(missed[0].evaluator()).__name__} and others) by more than certificate_tolerance = "
+                f"{tolerance:g}. Let the solver be more exact, or take a larger tolerance."
+            )
+    return result
 
 
 def _level(program: Any, rho: Variable, options: RegionOfAttractionOptions) -> float:

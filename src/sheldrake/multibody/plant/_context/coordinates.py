@@ -135,6 +135,15 @@ class Coordinates:
         call = "num_multibody_states"
         return self.count(call, "q", model_instance) + self.count(call, "v", model_instance)
 
+    def num_misc_continuous_states(self) -> int:
+        """Number of continuous variables that are neither positions nor velocities: none.
+
+        Raises:
+            RuntimeError: before Finalize().
+        """
+        self._elements.require_finalized("num_misc_continuous_states")
+        return 0
+
     def num_actuators(self, model_instance: ModelInstanceIndex | None = None) -> int:
         """Number of actuators, of all or of one model instance."""
         return len(self.actuators_of("num_actuators", model_instance))

@@ -26,7 +26,7 @@ _PLAIN = (bool, int, float, str, type(None))
 _PARTS = {"S": np.float64, "I": np.int64, "L": np.float64}
 _AS_DEFAULT = {"as": "default"}
 _MANY = 1 << 53
-_FAULTS = (LookupError, ValueError, TypeError, AttributeError, OverflowError)
+_FAULTS = (LookupError, ValueError, TypeError, AttributeError, OverflowError, RecursionError)
 _MADE_UP = re.compile(r"@[0-9a-f]{16}(?=::|$)")
 
 
@@ -234,7 +234,7 @@ def _read(path: str) -> tuple[dict, dict]:
             raise ValueError("its arrays have other types")
     except FileNotFoundError:
         raise
-    except (*_FAULTS, OSError, EOFError, RecursionError, MemoryError, zipfile.BadZipFile) as error:
+    except (*_FAULTS, OSError, EOFError, MemoryError, zipfile.BadZipFile) as error:
         raise RuntimeError(f"LoadContext(): {path} is no file of SaveContext(): {error}.") from error
     return meta, found
 
