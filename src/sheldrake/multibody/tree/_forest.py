@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 if TYPE_CHECKING:
     from sheldrake.multibody.tree._joint import Joint
+    from sheldrake.multibody.tree._rigid_body import RigidBody
 
 
 class Step(NamedTuple):
     """One body of the forest: it hangs on `parent` by `joint`."""
 
-    body: Any
-    parent: Any
-    joint: Any
+    body: RigidBody
+    parent: RigidBody
+    joint: Joint
     reversed: bool
     """The joint names this body as its parent."""
 
@@ -42,7 +43,7 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
     seen = {id(bodies[0])}
     used: set[int] = set()
 
-    def grow(root: Any) -> None:
+    def grow(root: RigidBody) -> None:
         stack = [(root, iter(incident[id(root)]))]
         while stack:
             body, rest = stack[-1]
@@ -61,7 +62,7 @@ def span_forest(bodies: Sequence[Any], joints: Sequence[Any], add_floating_joint
             seen.add(id(other))
             stack.append((other, iter(incident[id(other)])))
 
-    def float_body(body: Any) -> None:
+    def float_body(body: RigidBody) -> None:
         joint = add_floating_joint(body)
         used.add(id(joint))
         steps.append(Step(body, bodies[0], joint, False))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -88,12 +88,19 @@ class PointPairContactInfo:
 
 
 class PointContactArrays(NamedTuple):
-    """Point contacts in columns: bodies and geometries A and B, f_Bc_W [N] and p_WC [m], shape (n, 3) each."""
+    """Point contacts in columns.
 
-    body_A: list[BodyIndex]
-    body_B: list[BodyIndex]
-    geometry_A: list[Any]
-    geometry_B: list[Any]
+    Attributes:
+        pair: Places of geometries A and B in `geometries`, then of bodies A and B in `bodies`, shape (n, 4).
+        geometries: All geometries that may touch.
+        bodies: All bodies.
+        f_Bc_W: Forces on B [N], shape (n, 3).
+        p_WC: Points [m], shape (n, 3).
+    """
+
+    pair: np.ndarray
+    geometries: Sequence[Any]
+    bodies: Sequence[BodyIndex]
     f_Bc_W: np.ndarray
     p_WC: np.ndarray
 
