@@ -62,10 +62,9 @@ class Contexts:
         if system is not self._plant and not self._is_of_family(system):
             self._plant.ValidateContext(context)
         store = context._store
-        views = store.__dict__.setdefault("_plant_views", {})
-        view = views.get(context._node)
+        view = store.views.get(context._node)
         if view is None or view.S is not store.S:
-            view = views[context._node] = View(model, self.family, context)
+            view = store.views[context._node] = View(model, self.family, context)
         context._kept = view
         return view
 

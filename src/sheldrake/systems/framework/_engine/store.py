@@ -133,6 +133,7 @@ class Store:
         self.chains: dict[Any, Any] = {}  # of kernels on complex numbers, by their first row
         self.left: dict[int, Any] = {}  # the chain that knows a leaf's scratch, by leaf
         self.pending: dict[int, list[AbstractValue]] = {}
+        self.views: dict[int, Any] = {}  # what leaves keep of their contexts, by node
         self._scratch: dict[int, tuple[np.ndarray, Any, Any]] = {}  # of leaves: views, and of what they are
         self.outcome: EventStatus | None = None
         self._cold: set[int] = set()
