@@ -8,7 +8,7 @@ import itertools
 import operator
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -27,6 +27,11 @@ from sheldrake.systems.framework._kernels import integrate as _integrate
 from sheldrake.systems.framework._kernels import program as _program
 from sheldrake.systems.framework._kernels import worlds as tables
 from sheldrake.systems.framework._kernels.worlds import Journey
+
+if TYPE_CHECKING:
+    from sheldrake.systems.framework import Context
+    from sheldrake.systems.framework._engine.memory import Place, Slot
+    from sheldrake.systems.framework._engine.store import Store
 
 
 class WorldFailure(NamedTuple):
@@ -83,7 +88,7 @@ class BatchSimulator:
         self,
         system: System,
         num_worlds: int,
-        context: Any = None,
+        context: Context | None = None,
         *,
         config: SimulatorConfig | None = None,
         num_threads: int | None = None,
@@ -185,7 +190,7 @@ class BatchSimulator:
         """How many threads, the caller's included."""
         return self._crew.num_threads
 
-    def context(self, world: int) -> Any:
+    def context(self, world: int) -> Context:
         """World number `world` as a root context: whatever takes a context works on it.
 
         After writing to the batch's arrays ask for it again: what was computed in it is then out of date.
@@ -278,7 +283,7 @@ class BatchSimulator:
         self._worlds.I[:, self._layout.fixed0 + slot.free] = 1
         return self._columns(slot.span)
 
-    def EvalOutputs(self, port: OutputPort) -> Any:
+    def EvalOutputs(self, port: OutputPort) -> np.ndarray | list:
         """Values of an output port, up to date.
 
         Returns:
@@ -294,7 +299,7 @@ class BatchSimulator:
             self._visit("EvalOutputs", ride, self._count, tables.OUTPUTS)
         return _read_only(self._columns(slot.span))
 
-    def _context_of(self, port: Any, w: int) -> Any:
+    def _context_of(self, port: Any, w: int) -> Context:
         return port.get_system().GetMyContextFromRoot(self.context(w))
 
     def _columns(self, span: tuple[int, int]) -> np.ndarray:
@@ -308,10 +313,10 @@ class BatchSimulator:
             raise ValueError(f"BatchSimulator.{call}(): {system!r} is not part of {self._system._describe()}.")
         return node
 
-    def _place(self, call: str, system: System | None) -> Any:
+    def _place(self, call: str, system: System | None) -> Place:
         return self._layout.places[self._node(call, system)]
 
-    def _free_slot(self, call: str, port: InputPort) -> Any:
+    def _free_slot(self, call: str, port: InputPort) -> Slot:
         slot = self._layout.input_slot(self._node(call, port.get_system()), int(port.get_index()))
         if not slot.vector or slot.free < 0:
             why = "connected to an output port" if slot.vector else "not of vectors"
@@ -634,7 +639,7 @@ class BatchSimulator:
         ends = np.cumsum([0, *(slot.span[1] - slot.span[0] for slot in slots)]).tolist()
         return self._rides[key], None if isinstance(outputs, OutputPort) else list(itertools.pairwise(ends))
 
-    def _output_slot(self, call: str, port: OutputPort) -> Any:
+    def _output_slot(self, call: str, port: OutputPort) -> Slot:
         *_, slot = self._layout.output_slot(self._node(call, port.get_system()), int(port.get_index()))
         if not slot.vector:
             raise ValueError(f"BatchSimulator.{call}(): {port.GetFullDescription()} is not of vectors.")
@@ -775,7 +780,7 @@ def _whole(call: str, name: str, number: Any, least: int | None, most: int | Non
     return found
 
 
-def _simulator_of(system: System, config: SimulatorConfig | None, context: Any) -> Simulator:
+def _simulator_of(system: System, config: SimulatorConfig | None, context: Context) -> Simulator:
     simulator = Simulator(system, context)
     if config is not None:
         ApplySimulatorConfig(config, simulator)
@@ -784,7 +789,7 @@ def _simulator_of(system: System, config: SimulatorConfig | None, context: Any) 
 
 
 def _simulator_of_world(
-    system: System, config: SimulatorConfig | None, monitor: Any, crew: Crew, store: Any
+    system: System, config: SimulatorConfig | None, monitor: Any, crew: Crew, store: Store
 ) -> Simulator:
     """The simulator of a world that needs Python."""
     time = store.S[0]
