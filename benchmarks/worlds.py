@@ -6,7 +6,8 @@
 All worlds begin alike but for random velocities and take the same number of 1 ms steps, from the same beginning in each
 turn. "simulator" is one Simulator's native span on one of these worlds. MuJoCo runs as `mujoco.batch` and as
 `mujoco.rollout`. Times are the CPU's, of all threads together; speed-ups of threads are of the clock, and mean nothing
-on a machine that others use. `--steps-at-a-time 4` calls each engine anew after four steps, as environments do.
+on a machine that others use. `--steps-at-a-time 4` calls each engine anew after four steps, as environments do;
+`--environments 256` measures a vector environment of quadrupeds.
 """
 
 from __future__ import annotations
@@ -188,6 +189,39 @@ def _resident() -> float:
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
 
 
+def environments(count: int, rounds: int) -> str:
+    """What is said of `count` quadrupeds in a vector environment, 4 ms of 1 ms steps an action, on one thread."""
+    from sheldrake.gym._tasks import QuadrupedStand
+
+    env = QuadrupedStand(count, num_threads=1)
+    native, random, spent = env.batch._native, np.random.default_rng(0), [0.0]
+
+    def watched(work: Callable[..., None]) -> Callable[..., None]:
+        def watching(*args: Any) -> None:
+            begin = time.process_time()
+            work(*args)
+            spent[0] += time.process_time() - begin
+
+        return watching
+
+    native.travel, native.visit = watched(native.travel), watched(native.visit)  # type: ignore[method-assign]
+    actions = random.uniform(-0.3, 0.3, (50, count, 12))
+    env.reset(seed=0)
+    found = []
+    for _ in range(rounds):
+        begin, spent[0] = time.process_time(), 0.0
+        for action in actions:
+            env.step(action)
+        total = time.process_time() - begin
+        found.append((total, 1.0 - spent[0] / total))
+    total, outside = min(found)
+    rate = len(actions) * count / total
+    return (
+        f"environments: {count} quadrupeds, 4 steps an action: {rate:,.0f} env-steps a second of one processor, "
+        f"{100 * outside:.1f} % of it outside native code"
+    )
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--worlds", type=int, nargs="*", default=[1, 16, 256, 4096])
@@ -195,8 +229,12 @@ def main() -> None:
     parser.add_argument("--rounds", type=int, default=3)
     parser.add_argument("--steps-at-a-time", type=int, default=0)
     parser.add_argument("--threads", type=int, nargs="*", default=[1])
+    parser.add_argument("--environments", type=int, metavar="N", help="N quadrupeds in a vector environment, alone")
     options = parser.parse_args()
     print(machine())
+    if options.environments:
+        print(environments(options.environments, options.rounds))
+        return
     print(f"{'scene':11s}{'worlds':>7s}{'steps':>7s}{'threads':>8s}{'us a step':>10s}   others / sheldrake", flush=True)
     for name in options.scenes:
         scene = Scene(name)

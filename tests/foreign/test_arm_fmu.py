@@ -37,7 +37,7 @@ def test_fmpy_simulates_the_block_there(arm_python, tmp_path_factory, tmp_path):
     machine, knows, rows = json.loads(told.splitlines()[-1])
     assert (machine, knows, len(rows)) == ("aarch64", False, 41)
     context = plant.GetMyContextFromRoot(simulator.get_context())
-    for time, *position in rows:  # it lands at 0.16 s
+    for time, *position in rows[1:]:  # it lands at 0.16 s
         simulator.AdvanceTo(time)
         expected = plant.GetPositions(context)[4:]
         np.testing.assert_allclose(position, expected, rtol=0, atol=1e-12 if time < 0.1 else 1e-9)

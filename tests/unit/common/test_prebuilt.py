@@ -234,3 +234,42 @@ def test_the_code_of_queries_is_made_for_every_platform(name):
     platform = build.PLATFORMS[name]
     for part in (builtin, instances):
         assert part.SYMBOL.encode() in builtin.assemble(part.CODE, Target(platform.triple, 1, platform.levels[1]))
+
+
+SCENES = """
+import json
+from sheldrake.common._native import store
+from tests.unit.export.exported_pages import arm, falling_block, native_state, simulator_of
+made = {"block": falling_block, "arm": arm, "cart-pole, continuous": lambda: simulator_of("cart-pole")}
+bits = {name: native_state(make(), 0.4).tobytes().hex() for name, make in made.items()}
+print(json.dumps([bits, store.TIERS]))
+"""
+
+
+def test_whole_scenes_have_the_same_bits_in_every_tier(tmp_path):
+    """Freshly compiled, from the cache, and prebuilt: a block that lands, an arm, and a plant in continuous time."""
+    package = tmp_path / "src" / "sheldrake"
+    shutil.copytree(source.PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__", "_prebuilt"))
+    paths = os.pathsep.join([str(tmp_path / "src"), str(source.PACKAGE.parents[1])])
+
+    def run(**more):
+        environ = {**environment(tmp_path, **more), "PYTHONPATH": paths, "SHELDRAKE_QUIET": "1"}
+        command = [sys.executable, "-c", SCENES]
+        done = subprocess.run(command, env=environ, capture_output=True, text=True, check=True, cwd=tmp_path)
+        bits, tiers = json.loads(done.stdout.splitlines()[-1])
+        return bits, set(tiers.values()), {name.rpartition(":")[2] for name in tiers}
+
+    assert not (tmp_path / "cache").exists()
+    compiled, tiers, names = run()
+    assert tiers <= {"compiled", "cache"} and len(names) > 12  # other processes compile for the cache
+    cached, tiers, _ = run()
+    assert tiers == {"cache"}
+    out = tmp_path / "built"
+    command = [sys.executable, "-m", "sheldrake.common._native.build", str(out), "--only", ",".join(names)]
+    subprocess.run(command, check=True, env=environment(tmp_path), cwd=tmp_path, stdout=subprocess.DEVNULL)
+    (folder,) = out.iterdir()
+    shutil.copytree(folder, package / "_prebuilt")
+    prebuilt_, tiers, _ = run(SHELDRAKE_CACHE_DIR=str(tmp_path / "none"))
+    assert tiers == {"prebuilt"}
+    assert compiled == cached == prebuilt_
+    assert len(set(compiled.values())) == 3

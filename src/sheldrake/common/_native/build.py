@@ -1,6 +1,6 @@
 """Builds the library of all entry kernels, for this machine or for every platform from one machine.
 
-    python -m sheldrake.common._native.build OUT [PLATFORM ...] [--only ENTRY]
+    python -m sheldrake.common._native.build OUT [PLATFORM ...] [--only ENTRY,...]
 
 Each entry is lowered once; LLVM then makes one object a platform and level; zig (PyPI's ziglang) links them, or the
 system's `cc` for this machine when there is no ziglang. The manifest beside a library names its entries, its levels,
@@ -126,7 +126,7 @@ def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) ->
     Args:
         out: folder, made when missing.
         names: keys of PLATFORMS.
-        only: build just the entry of this name; the others are then compiled at first use.
+        only: build just the entries of these names, with commas between; the others are then compiled at first use.
         say: what tells the progress.
 
     Raises:
@@ -134,7 +134,7 @@ def build(out: pathlib.Path, names: Iterable[str], only: str = "", say=print) ->
     """
     names = list(names)
     start = time.perf_counter()
-    kernels = {s: k for s, k in entries().items() if only in ("", k.__name__)}
+    kernels = {s: k for s, k in entries().items() if not only or k.__name__ in only.split(",")}
     lowered = {}
     for i, (symbol, kernel) in enumerate(kernels.items(), 1):
         begin = time.perf_counter()
@@ -215,6 +215,6 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("out", type=pathlib.Path)
     parser.add_argument("platform", nargs="*", help=f"of {', '.join(PLATFORMS)}; default: this machine")
-    parser.add_argument("--only", default="", help="the name of the one entry to build")
+    parser.add_argument("--only", default="", help="the names of the entries to build, with commas")
     options = parser.parse_args()
     build(options.out, options.platform or [host_platform()], options.only)
