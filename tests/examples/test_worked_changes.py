@@ -13,7 +13,7 @@ import sheldrake
 
 ROOT = Path(__file__).parents[2]
 CHANGES = ROOT / "docs" / "changes"
-PLACES = {"joint_type": 5, "shape": 6, "block": 3}
+PLACES = {"joint_type": 5, "shape": 6, "approximation": 3, "block": 3}
 """Files that a change of each kind touches."""
 
 
@@ -62,12 +62,21 @@ def test_without_its_change_a_program_fails(name, tmp_path):
     assert failed.returncode != 0 and "cannot import name" in failed.stderr
 
 
-def test_a_change_with_a_fault_is_caught(tmp_path):
-    planted = tmp_path / "planted.diff"
-    right = (CHANGES / "joint_type.diff").read_text()
-    wrong = right.replace("work.dofs[dof + 1].S = (still, x_W)", "work.dofs[dof + 1].S = (still, z_W)")
-    wrong = wrong.replace("p_WM = add3(p_WF, scale3(x_W, q[at + 1]))", "p_WM = add3(p_WF, scale3(x_W, q[at]))")
-    assert wrong != right
-    planted.write_text(wrong)
+FAULTS = {
+    "joint_type": {
+        "work.dofs[dof + 1].S = (still, x_W)": "work.dofs[dof + 1].S = (still, z_W)",
+        "p_WM = add3(p_WF, scale3(x_W, q[at + 1]))": "p_WM = add3(p_WF, scale3(x_W, q[at]))",
+    },
+    "approximation": {"friction + 0.5 * G[5]": "friction + 0.4 * G[5]"},
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_a_change_with_a_fault_is_caught(name, tmp_path):
+    planted, diff = tmp_path / "planted.diff", (CHANGES / f"{name}.diff").read_text()
+    for right, wrong in FAULTS[name].items():
+        assert right in diff
+        diff = diff.replace(right, wrong)
+    planted.write_text(diff)
     assert changed_copy(planted, tmp_path).returncode == 0
-    assert "AssertionError" in run(CHANGES / "joint_type.py", tmp_path).stderr
+    assert "AssertionError" in run(CHANGES / f"{name}.py", tmp_path).stderr

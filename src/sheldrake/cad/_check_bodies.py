@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -10,6 +10,12 @@ from sheldrake.geometry import Convex, Mesh, Shape
 from sheldrake.geometry._shape_types import type_of
 
 from ._plausible import HEAVIEST, LIGHTEST, NOTHING, principal_moments, why_impossible, why_too_large
+
+if TYPE_CHECKING:
+    from typing import TypeGuard
+
+    from sheldrake.geometry._meshes.mass_properties import MassProperties
+    from sheldrake.multibody.parsing._model.description import BodyDescription, GeometryDescription
 
 _FAR = 0.35  # of the geometry's diagonal: a centre of mass that far from the middle of the geometry is odd
 _UNLIKE = 8.0  # ratio of moments of inertia, file to geometry, that uneven material does not explain
@@ -32,7 +38,7 @@ class Solids(NamedTuple):
     I_BBcm: np.ndarray | None
 
 
-def solids_of(body: Any) -> Solids | None:
+def solids_of(body: BodyDescription) -> Solids | None:
     """The geometry of a described body: all of it for its extent, collision (else visual) shapes for its mass."""
     placed = [*body.collisions, *body.visuals]
     points = [p for p in (_points(g) for g in placed) if p is not None]
@@ -58,12 +64,12 @@ def solids_of(body: Any) -> Solids | None:
     return Solids(np.concatenate(points), hull_volume, centre, np.trace(central) * np.eye(3) - central)
 
 
-def _is_mesh(shape: Any) -> bool:
+def _is_mesh(shape: Shape) -> TypeGuard[Mesh | Convex]:
     return isinstance(shape, (Mesh, Convex))
 
 
-def _points(geometry: Any) -> np.ndarray | None:
-    shape = geometry.shape
+def _points(geometry: GeometryDescription) -> np.ndarray | None:
+    shape: Shape = geometry.shape
     if _is_mesh(shape):
         from sheldrake.geometry._meshes.mesh_files import read_mesh
 
@@ -87,14 +93,14 @@ def _half_size(shape: Shape) -> np.ndarray | None:
     return None if row.kind is None or row.box is None else row.box(shape)
 
 
-def _mass_properties(shape: Any) -> Any:
+def _mass_properties(shape: Shape) -> MassProperties | None:
     from sheldrake.geometry._mass_properties import mass_properties
 
     try:
         found = mass_properties(shape)
         if found.volume <= 0.0 or why_impossible(1.0, found.I_GGcm / found.volume):
-            from sheldrake.geometry import Convex
-
+            if not _is_mesh(shape):
+                return None
             found = mass_properties(Convex(shape.source().path(), shape.scale3()))
     except (RuntimeError, ValueError, AttributeError):
         return None

@@ -6,10 +6,13 @@ import difflib
 import math
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ._findings import Finding
 from ._xml_edit import XmlSource
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.parsing._files.xml import Element
 
 _LIMITED = ("revolute", "prismatic")
 _DEGREES = 4.0 * math.pi  # [rad] limits beyond this are meant in degrees
@@ -39,14 +42,16 @@ class UrdfText:
         self._meshes(root)
         return self.findings
 
-    def add(self, severity: str, code: str, subject: str, message: str, element: Any, fix: str = "", edits=()) -> None:
+    def add(
+        self, severity: str, code: str, subject: str, message: str, element: Element, fix: str = "", edits=()
+    ) -> None:
         """Reports a finding at an element."""
         where = element.where
         self.findings.append(
             Finding(severity, code, subject, message, where.source, where.line, where.column, fix, list(edits))
         )
 
-    def _names(self, root: Any) -> None:
+    def _names(self, root: Element) -> None:
         for what, tags in (("link", ("link",)), ("joint", ("joint", "drake:joint"))):
             seen: dict[str, Any] = {}
             taken = {e.get("name") for e in root.find_all(*tags)}
@@ -72,7 +77,7 @@ class UrdfText:
                         element,
                     )  # fmt: skip
 
-    def _references(self, root: Any) -> None:
+    def _references(self, root: Element) -> None:
         links = [e.get("name") for e in root.find_all("link") if e.get("name")]
         known = {*links, "world"}
         children: dict[str, Any] = {}
@@ -81,7 +86,7 @@ class UrdfText:
             for role in ("parent", "child"):
                 end = joint.find(role)
                 link = None if end is None else end.get("link")
-                if link is None:
+                if end is None or link is None:
                     self.add("error", "link-missing", name, f"joint '{name}' has no {role} link", joint)
                 elif link not in known:
                     self._unknown(end, "link", link, sorted(known), f"the {role} of joint '{name}'")
@@ -105,13 +110,13 @@ class UrdfText:
                 roots[1], "join them with fixed joints, if they are one robot",
             )  # fmt: skip
 
-    def _unknown(self, element: Any, attribute: str, name: str, known: list, what: str) -> None:
+    def _unknown(self, element: Element, attribute: str, name: str, known: list, what: str) -> None:
         close = difflib.get_close_matches(name, [k for k in known if k], 1, 0.8)
         fix = f"'{close[0]}' may be meant" if close else ""
         edits = [self._source.set_attribute(element, attribute, close[0])] if close else []
         self.add("error", "name-unknown", name, f"{what} is '{name}', which does not exist", element, fix, edits)
 
-    def _limits(self, joint: Any) -> None:
+    def _limits(self, joint: Element) -> None:
         kind, name = joint.get("type"), joint.get("name") or "?"
         if kind not in _LIMITED:
             return
@@ -145,7 +150,7 @@ class UrdfText:
                 self.add("error", f"{key}-negative", name, f"the {key} limit of joint '{name}' is negative", limit,
                          "drop the sign", [edit])  # fmt: skip
 
-    def _range(self, joint: Any, limit: Any, kind: str, name: str, lower: float, upper: float) -> None:
+    def _range(self, joint: Element, limit: Element, kind: str, name: str, lower: float, upper: float) -> None:
         unit = "rad" if kind == "revolute" else "m"
         if lower > upper:
             edits = [
@@ -174,7 +179,7 @@ class UrdfText:
                 "that may be millimetres", limit, "turn its limits into metres",
             )  # fmt: skip
 
-    def _axis(self, joint: Any) -> None:
+    def _axis(self, joint: Element) -> None:
         axis = joint.find("axis")
         if axis is None or joint.get("type") in ("fixed", "floating"):
             return
@@ -191,7 +196,7 @@ class UrdfText:
             self.add("note", "axis-length", name, f"the axis of joint '{name}' has length {length:.4g}; it is taken "
                      "as a direction", axis)  # fmt: skip
 
-    def _meshes(self, root: Any) -> None:
+    def _meshes(self, root: Element) -> None:
         for link in root.find_all("link"):
             for role in link.find_all("visual", "collision"):
                 meshes = [m for geometry in role.find_all("geometry") for m in geometry.find_all("mesh")]
@@ -204,7 +209,7 @@ class UrdfText:
                 except RuntimeError as error:
                     self._missing(link.get("name") or "?", role, mesh, name, str(error))
 
-    def _missing(self, link: str, role: Any, mesh: Any, name: str, why: str) -> None:
+    def _missing(self, link: str, role: Element, mesh: Element, name: str, why: str) -> None:
         found = _look_for(self._path.resolve().parent, name)
         edits, fix = [self._source.replace(role, "")], f"remove this <{role.tag}>"
         if found is not None:

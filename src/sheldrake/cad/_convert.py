@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from os import PathLike
+
     from sheldrake.geometry import SceneGraph
+    from sheldrake.multibody.parsing import PackageMap
     from sheldrake.multibody.plant import MultibodyPlant
 
 
@@ -29,7 +32,7 @@ class WrittenModel:
 
 
 def WriteModel(
-    plant: MultibodyPlant, path: Any, scene_graph: SceneGraph | None = None, *, obj_meshes: bool = False
+    plant: MultibodyPlant, path: str | PathLike[str], scene_graph: SceneGraph | None = None, *, obj_meshes: bool = False
 ) -> WrittenModel:
     """Writes what is in a plant as URDF, SDFormat or MJCF, by the ending of the path.
 
@@ -73,7 +76,13 @@ def WriteModel(
     return written
 
 
-def ConvertModel(source: Any, target: Any, package_map: Any = None, *, obj_meshes: bool = False) -> WrittenModel:
+def ConvertModel(
+    source: str | PathLike[str],
+    target: str | PathLike[str],
+    package_map: PackageMap | None = None,
+    *,
+    obj_meshes: bool = False,
+) -> WrittenModel:
     """Reads a description and writes it in another format, or in the same one with everything spelt out.
 
     Args:

@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
+
+from sheldrake.geometry import Convex, Mesh
 
 from ._check_bodies import BodyFault, Solids, check_inertia, is_odd_size, solids_of
 from ._check_urdf import UrdfText
 from ._findings import Diagnosis, Finding
 from ._xml_edit import Edit, XmlSource, apply, walk
 
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from sheldrake.multibody.parsing import PackageMap
+    from sheldrake.multibody.parsing._files.xml import Element
+    from sheldrake.multibody.parsing._model.description import BodyDescription, GeometryDescription, ModelDescription
+
 _TOUCHING = 1e-3  # [m] parts of an assembly that overlap less than this were meant to touch
 _ENDINGS = (".urdf", ".sdf", ".xml")
 
 
-def DiagnoseModel(path: Any, package_map: Any = None) -> Diagnosis:
+def DiagnoseModel(path: str | PathLike[str], package_map: PackageMap | None = None) -> Diagnosis:
     """Everything that is wrong, or looks wrong, with a robot description.
 
     Args:
@@ -38,7 +47,7 @@ def DiagnoseModel(path: Any, package_map: Any = None) -> Diagnosis:
 
 
 class _Doctor:
-    def __init__(self, path: Path, package_map: Any):
+    def __init__(self, path: Path, package_map: PackageMap | None):
         from sheldrake.multibody.parsing import PackageMap
 
         self._path = path
@@ -133,7 +142,7 @@ class _Doctor:
                 self._fail(error)
             return []
 
-    def _examine_model(self, model: Any) -> None:
+    def _examine_model(self, model: ModelDescription) -> None:
         for nested in model.nested:
             self._examine_model(nested)
         still = _standing_still(model)
@@ -141,7 +150,7 @@ class _Doctor:
             if not body.is_world:
                 self._examine_body(body, body.name in still)
 
-    def _examine_body(self, body: Any, stands_still: bool) -> None:
+    def _examine_body(self, body: BodyDescription, stands_still: bool) -> None:
         solids = solids_of(body)
         element = self._element(body)
         mass, p_BoBcm, I_BBcm = _written(element) or _of_description(body)
@@ -156,7 +165,9 @@ class _Doctor:
             fault = BodyFault(severity, "mass-zero", f"'{body.name}' has geometry and no mass{end}", False)
             self._report(body, element, fault, mass, solids)
 
-    def _report(self, body: Any, element: Any, fault: BodyFault, mass: float, solids: Solids | None) -> None:
+    def _report(
+        self, body: BodyDescription, element: Element | None, fault: BodyFault, mass: float, solids: Solids | None
+    ) -> None:
         fix, edits, place = fault.fix, [], body.where
         inertial = None if element is None else element.find("inertial")
         if inertial is not None:
@@ -169,14 +180,14 @@ class _Doctor:
                 edits = [self._new_inertial(element, inertial, mass, solids)]
         self._add(fault.severity, fault.code, body.name, fault.message, place, fix, edits)
 
-    def _element(self, body: Any) -> Any:
+    def _element(self, body: BodyDescription) -> Element | None:
         """The element of a body in the file itself, or None for an included one or another format."""
         if self._source is None or os.path.realpath(body.where.source) != os.path.realpath(self._path):
             return None
         element = self._source.element_at(body.where)
         return element if element is not None and element.tag == "link" else None
 
-    def _new_inertial(self, link: Any, inertial: Any, mass: float, solids: Solids) -> Edit:
+    def _new_inertial(self, link: Element, inertial: Element | None, mass: float, solids: Solids) -> Edit:
         assert self._source is not None and solids.p_BoBcm is not None and solids.I_BBcm is not None
         is_urdf = self._path.suffix.lower() == ".urdf"
         text = (_urdf_inertial if is_urdf else _sdf_inertial)(mass, solids.p_BoBcm, solids.I_BBcm * mass)
@@ -184,18 +195,21 @@ class _Doctor:
             return self._source.append_to(link, f"    {text}\n")
         return self._source.replace(inertial, text)
 
-    def _examine_scale(self, body: Any, mass: float) -> bool:
+    def _examine_scale(self, body: BodyDescription, mass: float) -> bool:
         """Reports geometry of an absurd size; says whether there is some."""
         meshes = {}
         for geometry in [*body.collisions, *body.visuals]:
-            if type(geometry.shape).__name__ in ("Mesh", "Convex") and geometry.shape.source().is_path():
-                meshes[geometry.shape.source().path(), tuple(geometry.shape.scale3())] = geometry
+            shape = geometry.shape
+            if isinstance(shape, (Mesh, Convex)) and shape.source().is_path():
+                meshes[shape.source().path(), tuple(shape.scale3())] = geometry
         found = False
         for (path, scale), geometry in meshes.items():
             found |= self._examine_mesh_scale(body, geometry, path, np.array(scale), mass)
         return found
 
-    def _examine_mesh_scale(self, body: Any, geometry: Any, path: Path, scale: np.ndarray, mass: float) -> bool:
+    def _examine_mesh_scale(
+        self, body: BodyDescription, geometry: GeometryDescription, path: Path, scale: np.ndarray, mass: float
+    ) -> bool:
         from ._make_urdf import _numbers
         from ._repair import repair
         from ._solids import read_mesh_file
@@ -282,7 +296,7 @@ class _Doctor:
             "let them not collide (<drake:collision_filter_group>), or change geometry or default positions", edits,
         )  # fmt: skip
 
-    def _filter_edits(self, root: Any, one: str, other: str) -> list[Edit]:
+    def _filter_edits(self, root: Element, one: str, other: str) -> list[Edit]:
         assert self._source is not None
         group = f"{one}_and_{other}"
         lines = [
@@ -304,7 +318,7 @@ def _same_lines(data: bytes, edit: Edit) -> Edit:
     return edit._replace(text=edit.text + b"\n" * max(missing, 0))
 
 
-def _standing_still(model: Any) -> set[str]:
+def _standing_still(model: ModelDescription) -> set[str]:
     """Names of the bodies that are welded to the world, directly or through others."""
     welds = [joint for joint in model.joints() if joint.kind == "weld"]
     still: set[str] = set()
@@ -320,7 +334,7 @@ def _standing_still(model: Any) -> set[str]:
         still |= more
 
 
-def _of_description(body: Any) -> tuple[float, np.ndarray, np.ndarray]:
+def _of_description(body: BodyDescription) -> tuple[float, np.ndarray, np.ndarray]:
     """Mass, centre of mass and inertia about it as the parser took them."""
     M = body.M_BBo_B
     if M is None:
@@ -331,14 +345,15 @@ def _of_description(body: Any) -> tuple[float, np.ndarray, np.ndarray]:
     return mass, p, I_BBo - mass * (p @ p * np.eye(3) - np.outer(p, p))
 
 
-def _written(link: Any) -> tuple[float, np.ndarray, np.ndarray] | None:
+def _written(link: Element | None) -> tuple[float, np.ndarray, np.ndarray] | None:
     """The same as a URDF's link has it in writing: the parser puts something else in the place of the impossible."""
     inertial = None if link is None else link.find("inertial")
-    if inertial is None or inertial.find("mass") is None or inertial.find("mass").get("value") is None:
+    written = None if inertial is None else inertial.find("mass")
+    if inertial is None or written is None or written.get("value") is None:
         return None
     from sheldrake.multibody.parsing._reading.reading import make_pose
 
-    def numbers(element: Any, *names: str) -> list[float]:
+    def numbers(element: Element | None, *names: str) -> list[float]:
         return [float((element.get(n) if element is not None else None) or 0.0) for n in names]
 
     origin, inertia = inertial.find("origin"), inertial.find("inertia")
@@ -348,7 +363,7 @@ def _written(link: Any) -> tuple[float, np.ndarray, np.ndarray] | None:
             for n in ("xyz", "rpy")
         )
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz = numbers(inertia, "ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        (mass,) = numbers(inertial.find("mass"), "value")
+        (mass,) = numbers(written, "value")
     except ValueError:
         return None
     X_BI = make_pose(xyz, rpy)

@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from sheldrake.multibody.tree import BodyIndex
 
 from ._plausible import HEAVIEST, LIGHTEST
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import RigidBody
+    from sheldrake.systems.analysis import Simulator
+    from sheldrake.systems.framework import Context, System
 
 _FAST = 1e3  # [m/s] what moves faster has been thrown by a fault
 _UNITS = (
@@ -18,7 +24,7 @@ _UNITS = (
 )
 
 
-def ExplainFailure(simulator: Any) -> str:
+def ExplainFailure(simulator: Simulator) -> str:
     """Says why a simulation failed or exploded: the time, the body, what is wrong with the model, what mends it.
 
     Looks at the simulator's context as it is: after an error of AdvanceTo(), or when something has flown away. Of every
@@ -49,22 +55,22 @@ def ExplainFailure(simulator: Any) -> str:
     return "\n".join(lines)
 
 
-def _plants(system: Any) -> Iterator[Any]:
+def _plants(system: System) -> Iterator[MultibodyPlant]:
     """A system that is a plant, and the plants in one that is a diagram."""
     if hasattr(system, "EvalBodySpatialVelocityInWorld"):
-        yield system
+        yield system  # type: ignore[misc]
     elif hasattr(system, "GetSystems"):
         for part in system.GetSystems():
             yield from _plants(part)
 
 
-def _speed(body: Any, context: Any) -> float:
+def _speed(body: RigidBody, context: Context) -> float:
     """Of a body's origin [m/s]; infinite where it is not a number."""
     speed = float(np.linalg.norm(body.EvalSpatialVelocityInWorld(context).translational()))
     return speed if np.isfinite(speed) else np.inf
 
 
-def _odd(plant: Any, context: Any, body: Any) -> Iterator[str]:
+def _odd(plant: MultibodyPlant, context: Context, body: RigidBody) -> Iterator[str]:
     """What is wrong with a body's size: no material has the density that it would have."""
     sides = _largest_box(plant, context, body)
     mass = float(body.get_mass(context))
@@ -79,7 +85,7 @@ def _odd(plant: Any, context: Any, body: Any) -> Iterator[str]:
             yield f"'{body.name()}' is {size} m and has {mass:.3g} kg: 1000 times too {what} ({how})"
 
 
-def _largest_box(plant: Any, context: Any, body: Any) -> np.ndarray | None:
+def _largest_box(plant: MultibodyPlant, context: Context, body: RigidBody) -> np.ndarray | None:
     """Sides of the largest box around one of a body's geometries [m], shape (3,)."""
     query = plant.get_geometry_query_input_port()
     if not query.HasValue(context):

@@ -6,9 +6,12 @@ import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ._xml_edit import Edit, apply
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 
 @dataclass
@@ -81,7 +84,7 @@ class Diagnosis:
         """Orders the findings by severity, then by place."""
         self.findings.sort(key=lambda f: (_ORDER[f.severity], f.file, f.line, f.column, f.code))
 
-    def WriteFixed(self, path: Any) -> list[Finding]:
+    def WriteFixed(self, path: str | PathLike[str]) -> list[Finding]:
         """Writes the file with what can be fixed, every other byte as it was, and returns the findings fixed.
 
         Relative file names stay right when the new file lies in another folder.

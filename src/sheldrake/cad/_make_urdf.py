@@ -6,7 +6,7 @@ import os
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,12 @@ from ._solids import MeshFile, Solid, read_mesh_file
 from ._units import UnitBelief, guess_units, size_text, stated_units
 from ._write_parts import MOMENTS
 from ._xml_tree import Node
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from sheldrake.geometry import PolygonSurfaceMesh
+    from sheldrake.geometry._meshes.mass_properties import MassProperties
 
 WATER = 1000.0  # [kg/m^3]
 _NOTED_FILLING = 0.05  # of the volume
@@ -74,10 +80,10 @@ def MakeUrdfFromMesh(
     mass: float | None = None,
     units: str = "auto",
     collision: str = "mesh",
-    output: Any = None,
+    output: str | PathLike[str] | None = None,
     name: str | None = None,
     origin_at_com: bool = False,
-    preview: Any = None,
+    preview: str | PathLike[str] | None = None,
 ) -> MeshModel:
     """A robot description of one rigid body made from mesh files, of uniform density.
 
@@ -196,7 +202,7 @@ def _warn_of_overlap(model: MeshModel, solids: list[Repaired]) -> None:
                 )
 
 
-def _numbers(piece: Repaired) -> Any:
+def _numbers(piece: Repaired) -> MassProperties:
     """Volume, centroid and inertia of a piece in its file's unit; of its convex hull when it is not closed."""
     from sheldrake.geometry._meshes.mass_properties import of_polygons, of_triangles
 
@@ -205,7 +211,7 @@ def _numbers(piece: Repaired) -> Any:
     return of_polygons(_hull(piece.solid))
 
 
-def _hull(solid: Solid) -> Any:
+def _hull(solid: Solid) -> PolygonSurfaceMesh:
     from sheldrake.geometry._meshes.convex_hull import make_convex_hull
 
     try:
@@ -359,7 +365,7 @@ class _Geometry:
         return path.name
 
 
-def _polygons(hull: Any) -> list[list[int]]:
+def _polygons(hull: PolygonSurfaceMesh) -> list[list[int]]:
     return [list(face) for face in hull._faces]
 
 

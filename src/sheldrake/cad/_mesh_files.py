@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import MeshSource
 
 _DRAKES = (".obj", ".vtk", ".gltf", ".glb")  # formats that Drake takes for contact
 
@@ -36,7 +39,7 @@ class MeshFiles:
             self._known[key] = self._name(source)
         return self._known[key]
 
-    def _name(self, source: Any) -> str:
+    def _name(self, source: MeshSource) -> str:
         is_foreign = source.extension() not in self._taken or not _is_taken_stl(source)
         stem = Path(source.description() or "mesh").stem or "mesh"
         if is_foreign and self._as_obj:
@@ -58,7 +61,7 @@ class MeshFiles:
         return path.name
 
 
-def _is_taken_stl(source: Any) -> bool:
+def _is_taken_stl(source: MeshSource) -> bool:
     """Whether a mesh, if it is STL, is one that MuJoCo takes: binary, with at most 200,000 faces."""
     if source.extension() != ".stl":
         return True
@@ -67,7 +70,7 @@ def _is_taken_stl(source: Any) -> bool:
     return 1 <= num_faces <= 200_000 and len(data) == 84 + 50 * num_faces
 
 
-def _as_obj(source: Any) -> bytes:
+def _as_obj(source: MeshSource) -> bytes:
     """The triangles of a mesh as an OBJ file, in the shape's frame and metres."""
     from sheldrake.geometry._meshes.mesh_files import read_mesh
 

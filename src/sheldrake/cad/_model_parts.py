@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,14 @@ from sheldrake.multibody.parsing._model.description import GeometryDescription
 from sheldrake.multibody.parsing._reading.reading import unique_name
 from sheldrake.multibody.plant._parts import parts_of
 from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from sheldrake.geometry import GeometryId
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.plant import MultibodyPlant
+    from sheldrake.multibody.tree import Joint, RigidBody
 
 _MATERIAL = ("coulomb_friction", "hunt_crossley_dissipation", "relaxation_time", "point_contact_stiffness",
              "point_contact_algorithm")  # fmt: skip
@@ -22,7 +30,7 @@ _HYDROELASTIC = ("compliance_type", "resolution_hint", "hydroelastic_modulus", "
 class BodyPart:
     """A body and its shapes."""
 
-    body: Any
+    body: RigidBody
     name: str
     visuals: list[GeometryDescription] = field(default_factory=list)
     collisions: list[GeometryDescription] = field(default_factory=list)
@@ -37,8 +45,8 @@ class JointPart:
     kind: str
     parent: str
     child: str
-    X_PF: Any
-    X_CM: Any
+    X_PF: RigidTransform
+    X_CM: RigidTransform
     actuators: list[Any] = field(default_factory=list)
     mimics: tuple[str, float, float] | None = None  # name of the other joint, ratio, offset
     spring: tuple[float, float] | None = None  # stiffness, rest position
@@ -76,7 +84,7 @@ class ModelParts:
     names: dict[Any, str] = field(default_factory=dict)
 
 
-def take_apart(plant: Any, inspector: Any, name: str) -> ModelParts:
+def take_apart(plant: MultibodyPlant, inspector: Any, name: str) -> ModelParts:
     """The parts of everything in a plant.
 
     Args:
@@ -91,7 +99,7 @@ def take_apart(plant: Any, inspector: Any, name: str) -> ModelParts:
 
 
 class _Taker:
-    def __init__(self, plant: Any, inspector: Any, name: str):
+    def __init__(self, plant: MultibodyPlant, inspector: Any, name: str):
         self._plant, self._inspector = plant, inspector
         bodies = [plant.get_body(i) for i in _indices(plant.num_bodies(), plant.has_body)]
         self._bodies = [body for body in bodies if body.index() != 0]
@@ -140,7 +148,7 @@ class _Taker:
                 found.append(self._geometry(geometry_id, taken, found is part.collisions))
         return part
 
-    def _geometry(self, geometry_id: Any, taken: set[str], is_collision: bool) -> GeometryDescription:
+    def _geometry(self, geometry_id: GeometryId, taken: set[str], is_collision: bool) -> GeometryDescription:
         inspector = self._inspector
         wanted = inspector.GetName(geometry_id).rpartition("::")[2]
         name = unique_name(wanted, taken)
@@ -164,7 +172,7 @@ class _Taker:
 
     # Joints.
 
-    def _joint(self, joint: Any) -> JointPart | None:
+    def _joint(self, joint: Joint) -> JointPart | None:
         kind, name = joint.type_name(), self._joint_names[joint.index()]
         parent, child = (self._parts.names[b.index()] for b in (joint.parent_body(), joint.child_body()))
         X_PF = joint.frame_on_parent().GetFixedPoseInBodyFrame()
@@ -227,7 +235,7 @@ class _Taker:
         plant = self._plant
         joints = {part.joint.index(): part for part in self._parts.joints}
         for index in range(plant.num_force_elements()):
-            force = plant.get_force_element(_force_index(index))
+            force: Any = plant.get_force_element(_force_index(index))
             kind = type(force).__name__
             if kind == "UniformGravityFieldElement":
                 self._check_gravity(force)
@@ -295,7 +303,7 @@ class _Taker:
 class _Names:
     """Names for elements that are unique in one model: those of several instances may be the same."""
 
-    def __init__(self, plant: Any, lose: Any):
+    def __init__(self, plant: MultibodyPlant, lose: Callable[[str], None]):
         self._plant, self._lose, self._taken = plant, lose, {"world"}
 
     def of(self, element: Any, what: str) -> str:
@@ -329,7 +337,7 @@ def _welded(parts: ModelParts) -> dict[str, str]:
     return {name: find(name) for name in leader}
 
 
-def _indices(count: int, has: Any) -> list[Any]:
+def _indices(count: int, has: Callable[[Any], bool]) -> list[Any]:
     """Indices of elements of a registry, in order; ones that were removed leave gaps."""
     from sheldrake.multibody.tree import BodyIndex, FrameIndex
 
@@ -344,7 +352,7 @@ def _indices(count: int, has: Any) -> list[Any]:
     return found
 
 
-def _instance(plant: Any, number: int) -> Any:
+def _instance(plant: MultibodyPlant, number: int) -> Any:
     from sheldrake.multibody.tree import ModelInstanceIndex
 
     return ModelInstanceIndex(number)

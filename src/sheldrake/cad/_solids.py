@@ -6,11 +6,14 @@ import io
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ._declared_sizes import check_declared_sizes
+
+if TYPE_CHECKING:
+    from os import PathLike
 
 FORMATS = (".stl", ".obj", ".ply", ".dae", ".gltf", ".glb", ".3mf")
 
@@ -57,7 +60,7 @@ class MeshFile:
     notes: list[str] = field(default_factory=list)
 
 
-def read_mesh_file(path: Any) -> MeshFile:
+def read_mesh_file(path: str | PathLike[str]) -> MeshFile:
     """The solids of a mesh file and what it says about units.
 
     Raises:

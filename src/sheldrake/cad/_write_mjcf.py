@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,10 @@ from ._mesh_files import MeshFiles
 from ._model_parts import BodyPart, JointPart, ModelParts
 from ._write_parts import axis_of, central_inertia, check_looks, colours, texture
 from ._xml_tree import Node
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.tree import Joint, JointActuator
 
 MESHES = (".obj", ".stl")
 """What MuJoCo reads; other meshes are written as OBJ beside the file."""
@@ -241,7 +245,7 @@ class _Mjcf:
         _place(geom, geometry.X_BG)
         return geom
 
-    def _mesh(self, shape: Any) -> str:
+    def _mesh(self, shape: Mesh | Convex) -> str:
         file, scale = self._files.name(shape), tuple(np.asarray(shape.scale3(), dtype=float))
         if (file, scale) not in self._meshes:
             name = self._unique("mesh", Path(file).stem)
@@ -268,12 +272,12 @@ class _Mjcf:
         for name, body, X in self._parts.frames:
             self._site(body, name, X)
 
-    def _site(self, body: str, name: str, X: Any) -> str:
+    def _site(self, body: str, name: str, X: RigidTransform) -> str:
         name = self._unique("site", name)
         _place(self._nodes[body].add("site", name=name, size=0.005, group="4"), X)
         return name
 
-    def _actuator(self, actuators: Node, actuator: Any) -> None:
+    def _actuator(self, actuators: Node, actuator: JointActuator) -> None:
         name = self._unique("actuator", actuator.name())
         limit = actuator.effort_limit()
         joint = self._joint_name(actuator.joint())
@@ -292,7 +296,7 @@ class _Mjcf:
                 "rotor inertia and gear ratio of {} actuators as two numbers: `armature` is what they are together"
             )
 
-    def _joint_name(self, joint: Any) -> str:
+    def _joint_name(self, joint: Joint) -> str:
         return next(part.name for part in self._parts.joints if part.joint.index() == joint.index())
 
     def _constraints(self) -> None:
@@ -366,11 +370,12 @@ def _joints_of(body: str, parts: ModelParts) -> list[JointPart]:
 
 
 def _turned(part: JointPart) -> JointPart:
-    turned = {"parent": part.child, "child": part.parent, "X_PF": part.X_CM, "X_CM": part.X_PF}
-    return dataclasses.replace(part, **turned, is_reversed=True)
+    return dataclasses.replace(
+        part, parent=part.child, child=part.parent, X_PF=part.X_CM, X_CM=part.X_PF, is_reversed=True
+    )
 
 
-def _place(node: Node, X: Any) -> None:
+def _place(node: Node, X: RigidTransform) -> None:
     """Adds the pose of a node in what it stands in."""
     if np.any(np.asarray(X.translation())):
         node.attributes["pos"] = np.asarray(X.translation())

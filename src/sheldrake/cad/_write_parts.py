@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from sheldrake.multibody.parsing._model.description import GeometryDescription
 
 from ._model_parts import JointPart, ModelParts
 from ._xml_tree import Node
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.tree import Frame, RigidBody
 
 MOMENTS = (("ixx", 0, 0), ("ixy", 0, 1), ("ixz", 0, 2), ("iyy", 1, 1), ("iyz", 1, 2), ("izz", 2, 2))
 _NUMBERS = (
@@ -28,7 +31,7 @@ _NUMBERS = (
 )
 
 
-def central_inertia(body: Any) -> tuple[float, np.ndarray, np.ndarray]:
+def central_inertia(body: RigidBody) -> tuple[float, np.ndarray, np.ndarray]:
     """Mass [kg], centre of mass in B [m], inertia about it in B [kg m^2]."""
     M_BBo_B = body.default_spatial_inertia()
     mass = float(M_BBo_B.get_mass())
@@ -52,7 +55,9 @@ def measures(shape: Shape, tag: Tag) -> dict[str, Any]:
     return {tag.numbers[0]: list(values)} if len(tag.numbers) < len(values) else dict(zip(tag.numbers, values))
 
 
-def add_forces(root: Node, parts: ModelParts, put: Any, name_it: Any) -> None:
+def add_forces(
+    root: Node, parts: ModelParts, put: Callable[..., None], name_it: Callable[[Node, str, str], None]
+) -> None:
     """Adds bushings, spring-dampers and ball constraints; `put` writes a value, `name_it` a name."""
     made: dict[Any, str] = {}
     for force in parts.forces:
@@ -80,7 +85,7 @@ def add_forces(root: Node, parts: ModelParts, put: Any, name_it: Any) -> None:
         put(node, f"{prefix}_p_BQ", p_BQ)
 
 
-def _frame_name(frame: Any, parts: ModelParts, made: dict) -> str:
+def _frame_name(frame: Frame, parts: ModelParts, made: dict) -> str:
     if frame.is_body_frame():
         return parts.names[frame.body().index()]
     return frame.name()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from ._write_parts import (
     measures,
 )
 from ._xml_tree import Node, xyz_rpy
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
 
 
 def sdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
@@ -94,7 +97,7 @@ class _Sdf:
             frames.append((name, body, X))
         self._parts.frames = frames
 
-    def _pose(self, node: Node, X: Any, relative_to: str | None = None) -> None:
+    def _pose(self, node: Node, X: RigidTransform, relative_to: str | None = None) -> None:
         xyz, rpy = xyz_rpy(X)
         if relative_to is not None or not X.IsExactlyIdentity():
             node.add("pose", np.concatenate([xyz, rpy]), relative_to=relative_to)

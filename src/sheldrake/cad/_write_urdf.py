@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -27,6 +27,9 @@ from ._write_parts import (
     measures,
 )
 from ._xml_tree import Node, xyz_rpy
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
 
 
 def urdf_text(parts: ModelParts, folder: Path, files: MeshFiles) -> str:
@@ -97,7 +100,7 @@ class _Urdf:
         node.add("geometry").children.append(shape)
         return node
 
-    def _origin(self, node: Node, X: Any) -> None:
+    def _origin(self, node: Node, X: RigidTransform) -> None:
         if not X.IsExactlyIdentity():
             xyz, rpy = xyz_rpy(X)
             node.add("origin", xyz=xyz, rpy=rpy)

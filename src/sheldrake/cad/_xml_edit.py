@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 from xml.parsers import expat
 from xml.sax.saxutils import quoteattr
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.parsing._files.diagnostics import Location
+    from sheldrake.multibody.parsing._files.xml import Element
 
 
 class Edit(NamedTuple):
@@ -24,18 +28,18 @@ class XmlSource:
         root: Its root element, as the parser reads it.
     """
 
-    def __init__(self, data: bytes, root: Any):
+    def __init__(self, data: bytes, root: Element):
         self.data = data
         self.root = root
         self._shift = len(data) - len(data.lstrip(b" \t\r\n")) if data[:2] not in (b"\xff\xfe", b"\xfe\xff") else 0
         self._ends = _ends(root._source.data)
         self._by_place = {(e.line, e.column): e for e in walk(root)}
 
-    def element_at(self, where: Any) -> Any:
+    def element_at(self, where: Location) -> Element | None:
         """The element whose place is `where`, or None."""
         return self._by_place.get((where.line, where.column))
 
-    def set_attribute(self, element: Any, name: str, value: str) -> Edit:
+    def set_attribute(self, element: Element, name: str, value: str) -> Edit:
         """Gives an element's attribute another value, or adds it."""
         start = element._offset
         tag = element._source.data[start : _tag_end(element._source.data, start)]
@@ -46,11 +50,11 @@ class XmlSource:
         at = start + len(tag.rstrip(b"/>").rstrip())
         return self._edit(at, at, b" " + name.encode() + b"=" + quoted)
 
-    def replace(self, element: Any, text: str) -> Edit:
+    def replace(self, element: Element, text: str) -> Edit:
         """Puts text in the place of an element."""
         return self._edit(element._offset, self._ends[element._offset], text.encode())
 
-    def append_to(self, element: Any, text: str) -> Edit:
+    def append_to(self, element: Element, text: str) -> Edit:
         """Puts text before the end tag of an element, on lines of its own.
 
         Raises:
@@ -79,7 +83,7 @@ def apply(data: bytes, edits: list[Edit]) -> bytes:
     return data
 
 
-def walk(element: Any):
+def walk(element: Element):
     """An element and all below it."""
     waiting = [element]
     while waiting:

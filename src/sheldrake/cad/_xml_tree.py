@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
 
 
 class Node:
@@ -47,7 +50,7 @@ def words(value: Any) -> str:
     return " ".join(repr(float(x) + 0.0) for x in np.asarray(value, dtype=float).reshape(-1))
 
 
-def xyz_rpy(X: Any) -> tuple[np.ndarray, np.ndarray]:
+def xyz_rpy(X: RigidTransform) -> tuple[np.ndarray, np.ndarray]:
     """Translation [m], and the roll, pitch and yaw [rad] that give the rotation back best."""
     from sheldrake.math import RollPitchYaw
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
+    import numpy as np
     from numpy.typing import ArrayLike
 
     from sheldrake.autodiffutils import AutoDiffXd
@@ -15,3 +16,4 @@ Scalar: TypeAlias = "float | AutoDiffXd | Expression"  # what a quantity of a mo
 Scalars: TypeAlias = "ArrayLike | Sequence[Scalar] | Sequence[Sequence[Scalar]]"  # arrays of these
 Symbolic: TypeAlias = "float | Expression | Variable"  # what symbolic calls take for an expression
 Symbolics: TypeAlias = "ArrayLike | Sequence[Symbolic]"  # arrays of these
+Vector: TypeAlias = "Sequence[Scalar] | np.ndarray"  # a vector of these, whose items can be walked

@@ -6,7 +6,7 @@ What `CalcObb`, `CalcAabb` and their users see; the search for contacts has its 
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,10 +19,15 @@ from sheldrake.geometry._shape_types import type_of
 from sheldrake.geometry._shapes import HalfSpace, Shape
 from sheldrake.math import RigidTransform, RotationMatrix
 
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from sheldrake.common._types import Scalars
+
 _PARALLEL = 1e-10  # added to cross products' projections: parallel edges separate nothing
 
 
-def _vector(x: Any) -> np.ndarray:
+def _vector(x: Scalars) -> np.ndarray:
     return as_numbers(x).reshape(3)
 
 
@@ -54,19 +59,19 @@ class Plane:
         RuntimeError: the normal is (nearly) zero, or not of length one though said to be.
     """
 
-    def __init__(self, normal: Any, point_on_plane: Any, already_normalized: bool = False) -> None:
-        normal = _vector(normal)
-        length = plain(lengths(normal))
+    def __init__(self, normal: Scalars, point_on_plane: Scalars, already_normalized: bool = False) -> None:
+        n_F = _vector(normal)
+        length = plain(lengths(n_F))
         if already_normalized:
             if abs(length - 1.0) > 1e-8:
                 raise RuntimeError(f"Plane(): the normal was declared normalized, but its length is {length}.")
         elif not length >= 1e-10:
             raise RuntimeError(
-                f"Cannot instantiate plane from normal n_F = {normal.tolist()}; its magnitude is too small: {length}"
+                f"Cannot instantiate plane from normal n_F = {n_F.tolist()}; its magnitude is too small: {length}"
             )
         else:
-            normal = normal / length
-        self._normal, self._height = normal, normal @ _vector(point_on_plane)
+            n_F = n_F / length
+        self._normal, self._height = n_F, n_F @ _vector(point_on_plane)
 
     def unit_normal(self) -> np.ndarray:
         """Unit normal in F, shape (3,)."""
@@ -76,11 +81,13 @@ class Plane:
         """The plane's point nearest to the origin of F [m], shape (3,)."""
         return self._normal * self._height
 
-    def CalcHeight(self, point: Any) -> float:
+    def CalcHeight(self, point: Scalars) -> float:
         """Signed height of a point above the plane [m]."""
         return plain(self._normal @ _vector(point) - self._height)
 
-    def BoxOverlaps(self, half_width: Any, box_center_in_plane: Any, box_orientation_in_plane: RotationMatrix) -> bool:
+    def BoxOverlaps(
+        self, half_width: Scalars, box_center_in_plane: Scalars, box_orientation_in_plane: RotationMatrix
+    ) -> bool:
         """True if a box, given by half sizes and pose in F, meets the plane."""
         reach = np.abs(box_orientation_in_plane.matrix().T @ self._normal) @ _vector(half_width)
         return bool(abs(self.CalcHeight(box_center_in_plane)) <= reach)
@@ -147,7 +154,7 @@ class _Bounds:
 class Aabb(_Bounds):
     """A box along the axes of its hierarchy's frame H."""
 
-    def __init__(self, p_HoBo: Any, half_width: Any) -> None:
+    def __init__(self, p_HoBo: Scalars, half_width: Scalars) -> None:
         self._center, self._half_width = _vector(p_HoBo), _vector(half_width)
         _check_half_width("Aabb", self._half_width)
 
@@ -177,7 +184,7 @@ class Aabb(_Bounds):
 class Obb(_Bounds):
     """A box in any pose in its hierarchy's frame H."""
 
-    def __init__(self, X_HB: RigidTransform, half_width: Any) -> None:
+    def __init__(self, X_HB: RigidTransform, half_width: Scalars) -> None:
         self._pose, self._half_width = copy.copy(X_HB), _vector(half_width)
         _check_half_width("Obb", self._half_width)
 
@@ -236,27 +243,27 @@ def _obb_of_points(points: np.ndarray) -> Obb:
     return Obb(RigidTransform(RotationMatrix(R), R @ centre), half)
 
 
-def _chosen(mesh: Any, vertices: Any) -> np.ndarray:
+def _chosen(mesh: TriangleSurfaceMesh | VolumeMesh, vertices: Iterable[int]) -> np.ndarray:
     return mesh._vertices[sorted(vertices)]
 
 
-def ComputeAabbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Any) -> Aabb:
+def ComputeAabbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Iterable[int]) -> Aabb:
     """The axis-aligned box of some vertices (a set of numbers) of a mesh."""
     points = _chosen(mesh_M, vertices)
     low, high = points.min(axis=0), points.max(axis=0)
     return Aabb((low + high) / 2.0, (high - low) / 2.0)
 
 
-def ComputeAabbForVolumeMesh(mesh_M: VolumeMesh, vertices: Any) -> Aabb:
+def ComputeAabbForVolumeMesh(mesh_M: VolumeMesh, vertices: Iterable[int]) -> Aabb:
     """The axis-aligned box of some vertices (a set of numbers) of a mesh."""
     return ComputeAabbForTriangleMesh(mesh_M, vertices)  # type: ignore[arg-type]
 
 
-def ComputeObbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Any) -> Obb:
+def ComputeObbForTriangleMesh(mesh_M: TriangleSurfaceMesh, vertices: Iterable[int]) -> Obb:
     """A box in any orientation about some vertices (a set of numbers) of a mesh."""
     return _obb_of_points(_chosen(mesh_M, vertices))
 
 
-def ComputeObbForVolumeMesh(mesh_M: VolumeMesh, vertices: Any) -> Obb:
+def ComputeObbForVolumeMesh(mesh_M: VolumeMesh, vertices: Iterable[int]) -> Obb:
     """A box in any orientation about some vertices (a set of numbers) of a mesh."""
     return _obb_of_points(_chosen(mesh_M, vertices))

@@ -33,6 +33,8 @@ from sheldrake.math import RigidTransform
 from sheldrake.systems.framework import DiagramBuilder, EventStatus, InputPort, LeafSystem
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._ids import FrameId, GeometryId
+    from sheldrake.geometry._shapes import Shape
     from sheldrake.geometry._state.inspector import SceneGraphInspector
     from sheldrake.systems.framework import Context
 
@@ -92,7 +94,7 @@ class DrakeVisualizer(LeafSystem):
         self._lcm = DrakeLcm() if lcm is None else lcm
         self._params = params
         self._told_version: Any = None
-        self._frames: list[Any] = []
+        self._frames: list[tuple[FrameId, str, int]] = []
         self.DeclareAbstractInputPort("query_object", AbstractValue.Make(QueryObject()))
         self.DeclarePeriodicPublishEvent(period_sec=params.publish_period, offset_sec=0.0, publish=self._publish)
         self.DeclareForcedPublishEvent(publish=self._publish)
@@ -171,7 +173,7 @@ class DrakeVisualizer(LeafSystem):
             links.append(lcmt_viewer_link_data(name=name, robot_num=number, num_geom=len(looks), geom=looks))
         self._send(LOAD_CHANNEL, lcmt_viewer_load_robot(num_links=len(links), link=links))
 
-    def _tell_poses(self, query: Any, time: float) -> None:
+    def _tell_poses(self, query: QueryObject, time: float) -> None:
         poses = [_floats(query.GetPoseInWorld(frame)) for frame, _, _ in self._frames]
         message = lcmt_viewer_draw(
             timestamp=int(time * 1000.0),
@@ -183,7 +185,7 @@ class DrakeVisualizer(LeafSystem):
         )
         self._send(DRAW_CHANNEL, message, time)
 
-    def _geometry(self, inspector: SceneGraphInspector, geometry: Any) -> lcmt_viewer_geometry_data:
+    def _geometry(self, inspector: SceneGraphInspector, geometry: GeometryId) -> lcmt_viewer_geometry_data:
         shape, X_FG = inspector.GetShape(geometry), inspector.GetPoseInFrame(geometry)
         if isinstance(shape, HalfSpace):
             X_FG = X_FG @ RigidTransform([0.0, 0.0, -0.5 * _HALF_SPACE[2]])
@@ -199,7 +201,7 @@ class DrakeVisualizer(LeafSystem):
             float_data=numbers,
         )
 
-    def _color(self, inspector: SceneGraphInspector, geometry: Any) -> Rgba:
+    def _color(self, inspector: SceneGraphInspector, geometry: GeometryId) -> Rgba:
         """The color of our role's properties, else of what the geometry looks like, else the default."""
         for properties in (
             inspector.GetProperties(geometry, self._params.role),
@@ -209,7 +211,7 @@ class DrakeVisualizer(LeafSystem):
                 return properties.GetProperty("phong", "diffuse")
         return self._params.default_color
 
-    def _look(self, inspector: SceneGraphInspector, geometry: Any, shape: Any) -> tuple[int, list[float], str]:
+    def _look(self, inspector: SceneGraphInspector, geometry: GeometryId, shape: Shape) -> tuple[int, list[float], str]:
         """Kind, numbers and file of a geometry's message."""
         collides = self._params.role == Role.kProximity
         if collides and self._params.show_hydroelastic:
@@ -236,7 +238,7 @@ class DrakeVisualizer(LeafSystem):
         return _facets(*row.surface(shape))
 
 
-def _name_of(inspector: SceneGraphInspector, frame: Any) -> tuple[str, int]:
+def _name_of(inspector: SceneGraphInspector, frame: FrameId) -> tuple[str, int]:
     return f"{inspector.GetOwningSourceName(frame)}::{inspector.GetName(frame)}", inspector.GetFrameGroup(frame)
 
 
@@ -248,7 +250,7 @@ def _facets(vertices: np.ndarray, triangles: np.ndarray) -> tuple[int, list[floa
     return lcmt_viewer_geometry_data.MESH, numbers.tolist(), ""
 
 
-def _floats(X: Any) -> tuple[list[float], list[float]]:
+def _floats(X: RigidTransform) -> tuple[list[float], list[float]]:
     """Position and quaternion w x y z of a pose; derivatives are left out."""
     q = X.rotation().ToQuaternion()
     return [as_float(x) for x in X.translation()], [as_float(v) for v in (q.w(), q.x(), q.y(), q.z())]

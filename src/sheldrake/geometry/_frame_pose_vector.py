@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.common.value import _register_value_type
 from sheldrake.geometry._ids import FrameId, GeometryId
 from sheldrake.geometry._numbers import as_numbers
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from sheldrake.math import RigidTransform
 
 
 class _KinematicsVector:
@@ -52,17 +57,17 @@ class _KinematicsVector:
         if not isinstance(id, self._kind):
             raise TypeError(f"{self._name}.set_value(): expected a {self._kind.__name__}, got {id!r}.")
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         new = type(self)()
         new._values.update(self._values)
         return new
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         new = type(self)()
         new._values.update({id: copy.copy(value) for id, value in self._values.items()})
         return new
 
-    def Clone(self) -> Any:
+    def Clone(self) -> Self:
         """A copy."""
         return copy.deepcopy(self)
 
@@ -106,7 +111,7 @@ class FramePoseVector(_KinematicsVector):
         """Number of identifiers with a value."""
         return len(self._known) if self._is_made or self._rows is None else len(self._rows[0])
 
-    def set_value(self, id: FrameId, value: Any) -> None:
+    def set_value(self, id: FrameId, value: RigidTransform) -> None:
         """Sets the pose X_PF (RigidTransform) of a frame."""
         self._check(id)
         self._values[id] = copy.copy(value)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from sheldrake.common._overloads import expect
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 _Id = TypeVar("_Id", bound="_Identifier")
 _next_value = itertools.count(1).__next__
@@ -17,7 +20,7 @@ class _Identifier:
     __slots__ = ("_value",)
     _value: int
 
-    def __new__(cls, *args: Any, **kwargs: Any) -> Any:
+    def __new__(cls, *args: object, **kwargs: object) -> Self:
         raise TypeError(f"{cls.__name__}: No constructor defined! Use {cls.__name__}.get_new_id().")
 
     @classmethod
@@ -42,13 +45,13 @@ class _Identifier:
         """False for the identifier of nothing, as in a query's result that nobody has filled in."""
         return self._value > 0
 
-    def __setattr__(self, name: str, value: Any) -> None:
+    def __setattr__(self, name: str, value: object) -> None:
         raise AttributeError(f"{type(self).__name__} is immutable.")
 
     def __eq__(self, other: object) -> bool:
         return type(other) is type(self) and self._value == other._value  # type: ignore[attr-defined]
 
-    def __lt__(self, other: Any) -> bool:
+    def __lt__(self, other: object) -> bool:
         if type(other) is not type(self):
             return NotImplemented
         return self._value < other._value
@@ -90,7 +93,7 @@ class FilterId(_Identifier):
     __slots__ = ()
 
 
-def number_of(identifier: Any, kind: type[_Identifier]) -> int:
+def number_of(identifier: object, kind: type[_Identifier]) -> int:
     """The number behind an identifier that a user gave, for an error about it.
 
     Raises:

@@ -7,13 +7,16 @@ from __future__ import annotations
 
 import operator
 import types
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from sheldrake.common._enums import BoundEnum
 from sheldrake.common.cpp_template import TemplateClass
 from sheldrake.common.value import _register_value_type
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 
 class PixelFormat(BoundEnum):
@@ -64,7 +67,7 @@ class _Image:
 
     Traits: ClassVar[Any]
 
-    def __init__(self, width: int = 0, height: int = 0, initial_value: Any = 0):
+    def __init__(self, width: int = 0, height: int = 0, initial_value: float = 0):
         self._data = np.empty((0, 0, self.Traits.kNumChannels), self.Traits.ChannelType)
         self.resize(width, height)
         self._data[...] = initial_value
@@ -113,12 +116,12 @@ class _Image:
         """The values, shape (height, width, channels), to write through."""
         return self._data
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         copy = type(self)()
         copy._data = self._data.copy()
         return copy
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         return self.__copy__()
 
 

@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import DTypeLike
+
+    from sheldrake.common._types import Scalars
 
 
 def plain(x: Any) -> Any:
@@ -12,7 +17,7 @@ def plain(x: Any) -> Any:
     return float(x) if isinstance(x, (float, int, np.floating, np.integer)) else x
 
 
-def as_numbers(a: Any) -> np.ndarray:
+def as_numbers(a: Scalars) -> np.ndarray:
     """An array of floats, or of duals where there are some."""
     array = np.array(a)
     return array if array.dtype == object else array.astype(float)
@@ -33,6 +38,6 @@ def values_of(a: np.ndarray) -> np.ndarray:
     return np.array(flat, dtype=float).reshape(a.shape)
 
 
-def like(a: np.ndarray, dtype: Any) -> np.ndarray:
+def like(a: np.ndarray, dtype: DTypeLike) -> np.ndarray:
     """The array for numbers of a type; integers stay what they are."""
     return a if a.dtype == np.int64 or a.dtype == dtype else a.astype(dtype)

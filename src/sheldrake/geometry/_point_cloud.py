@@ -14,6 +14,8 @@ from sheldrake.common.value import _register_value_type
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
+    from sheldrake.common import Parallelism
+
 _PUBLIC = "sheldrake.perception"
 
 
@@ -241,7 +243,7 @@ class PointCloud:
         return self._at("mutable_rgb", BaseField.kRGBs, i, True)
 
     @checked
-    def Crop(self, lower_xyz: ArrayLike, upper_xyz: Any) -> PointCloud:
+    def Crop(self, lower_xyz: ArrayLike, upper_xyz: ArrayLike) -> PointCloud:
         """Returns the points inside a box, its faces included.
 
         Args:
@@ -259,7 +261,7 @@ class PointCloud:
         xyz = self._data[BaseField.kXYZs]
         return self._selected(np.all((xyz >= lower) & (xyz <= upper), axis=1))
 
-    def _selected(self, mask: Any) -> PointCloud:
+    def _selected(self, mask: np.ndarray) -> PointCloud:
         new = PointCloud(0, self.fields())
         new._data = {field: data[mask] for field, data in self._data.items()}
         new._size = int(mask.sum())
@@ -276,7 +278,7 @@ class PointCloud:
         toward = np.asarray(p_CP, np.float32).reshape(3) - xyz
         normals[np.einsum("ij,ij->i", toward, normals) < 0] *= -1
 
-    def VoxelizedDownSample(self, voxel_size: float, parallelize: Any = False) -> PointCloud:
+    def VoxelizedDownSample(self, voxel_size: float, parallelize: Parallelism | bool | int = False) -> PointCloud:
         """Returns a cloud with one point for each cube of a grid that holds any: their mean, also of the other fields.
 
         Points that are not finite do not count.
@@ -305,7 +307,7 @@ class PointCloud:
             new._data[field][...] = mean
         return new
 
-    def EstimateNormals(self, radius: float, num_closest: int, parallelize: Any = False) -> bool:
+    def EstimateNormals(self, radius: float, num_closest: int, parallelize: Parallelism | bool | int = False) -> bool:
         """Sets normals from planes fitted to each point and its neighbours.
 
         A point with two neighbours, itself included, gets a normal across the line of both; one with fewer gets NaN.

@@ -122,6 +122,6 @@ def _add_compliant(call: str, hydroelastic_modulus: float, properties: Proximity
     properties.AddProperty(HYDRO, MODULUS, float(hydroelastic_modulus))
 
 
-def _require_proximity(call: str, properties: Any) -> None:
+def _require_proximity(call: str, properties: object) -> None:
     if not isinstance(properties, ProximityProperties):
         raise TypeError(f"{call}(): properties must be ProximityProperties, got {type(properties).__name__}.")

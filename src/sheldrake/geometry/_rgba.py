@@ -35,7 +35,7 @@ class Rgba:
         return self._rgba.copy()
 
     @rgba.setter
-    def rgba(self, value: Any) -> None:
+    def rgba(self, value: ArrayLike) -> None:
         self.set(value)
 
     def r(self) -> float:

@@ -31,6 +31,7 @@ from sheldrake.geometry._state.state import GeometryState
 from sheldrake.systems.framework import Context, LeafSystem
 
 if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
     from sheldrake.systems.framework import InputPort, OutputPort
 
 _STATE = 0  # abstract parameters
@@ -107,12 +108,12 @@ class SceneGraph(LeafSystem):
             raise RuntimeError(f"Can't acquire {kind} port for unknown source id: {source_id.get_value()}.")
         return self._pose_ports[source_id]
 
-    def _calc_query(self, context: Any, output: AbstractValue) -> None:
+    def _calc_query(self, context: Context, output: AbstractValue) -> None:
         output.get_mutable_value()._bind(self, context)
 
     # ---- context
 
-    def _set_default_context(self, context: Any) -> None:
+    def _set_default_context(self, context: Context) -> None:
         parameters = context.get_mutable_parameters()
         parameters.get_mutable_abstract_parameter(_STATE).set_value(self._default_state().copy())
         parameters.get_mutable_abstract_parameter(_CONFIG).set_value(copy.deepcopy(self._config))
@@ -125,11 +126,11 @@ class SceneGraph(LeafSystem):
             self._with_defaults = (self._model.serial, state)
         return self._with_defaults[1]
 
-    def _geometry_state(self, context: Any) -> GeometryState:
+    def _geometry_state(self, context: Context) -> GeometryState:
         """What a context knows."""
         return context._store.parameters[context._place.abstract_parameters[0] + _STATE].get_value()
 
-    def _mutable_state(self, context: Any | None) -> GeometryState:
+    def _mutable_state(self, context: Context | None) -> GeometryState:
         if context is None:
             return self._model
         context._store.restructure()
@@ -137,7 +138,7 @@ class SceneGraph(LeafSystem):
 
     _structured = True
 
-    def _structure_in(self, context: Any) -> GeometryState | None:
+    def _structure_in(self, context: Context) -> GeometryState | None:
         """The geometry of a context that is not as in new contexts: steps and queries are compiled for it."""
         state = self._geometry_state(context)
         return None if state == self._default_state() else state.copy()
@@ -173,7 +174,7 @@ class SceneGraph(LeafSystem):
 
     # ---- configuration
 
-    def get_config(self, context: Any | None = None) -> SceneGraphConfig:
+    def get_config(self, context: Context | None = None) -> SceneGraphConfig:
         """The configuration of the model, or of a context."""
         if context is None:
             return copy.deepcopy(self._config)
@@ -250,7 +251,9 @@ class SceneGraph(LeafSystem):
     # ---- geometries
 
     @_of_model_or_context({"source_id": _SOURCE, "frame_id": _FRAME, "geometry": instance_of(GeometryInstance)})
-    def RegisterGeometry(self, context: Any, source_id: SourceId, frame_id: FrameId, geometry: Any) -> GeometryId:
+    def RegisterGeometry(
+        self, context: Context | None, source_id: SourceId, frame_id: FrameId, geometry: GeometryInstance
+    ) -> GeometryId:
         """Registers a geometry with a frame: `([context,] source_id, frame_id, geometry)`.
 
         Raises:
@@ -260,7 +263,7 @@ class SceneGraph(LeafSystem):
         self._fill_defaults(context, geometry_id)
         return geometry_id
 
-    def _fill_defaults(self, context: Any | None, geometry_id: GeometryId) -> None:
+    def _fill_defaults(self, context: Context | None, geometry_id: GeometryId) -> None:
         """Default properties of what is added to a context; the model gets them when a context is made."""
         if context is not None:
             defaults = self.get_config(context).default_proximity_properties
@@ -275,7 +278,7 @@ class SceneGraph(LeafSystem):
         raise NotImplementedError("SceneGraph.RegisterDeformableGeometry(): deformable geometry is not supported.")
 
     @_of_model_or_context({"source_id": _SOURCE, "geometry_id": _GEOMETRY})
-    def RemoveGeometry(self, context: Any, source_id: SourceId, geometry_id: GeometryId) -> None:
+    def RemoveGeometry(self, context: Context | None, source_id: SourceId, geometry_id: GeometryId) -> None:
         """Removes a geometry: `([context,] source_id, geometry_id)`."""
         self._mutable_state(context).remove_geometry(source_id, geometry_id)
 
@@ -286,7 +289,14 @@ class SceneGraph(LeafSystem):
     @_of_model_or_context(
         {"source_id": _SOURCE, "geometry_id": _GEOMETRY, "shape": instance_of(Shape), "X_FG": (anything, None)}
     )
-    def ChangeShape(self, context: Any, source_id: SourceId, geometry_id: GeometryId, shape: Shape, X_FG: Any) -> None:
+    def ChangeShape(
+        self,
+        context: Context | None,
+        source_id: SourceId,
+        geometry_id: GeometryId,
+        shape: Shape,
+        X_FG: RigidTransform | None,
+    ) -> None:
         """Gives a geometry another shape: `([context,] source_id, geometry_id, shape, X_FG=None)`."""
         self._mutable_state(context).change_shape(source_id, geometry_id, shape, X_FG)
 
@@ -301,7 +311,7 @@ class SceneGraph(LeafSystem):
         }
     )
     def AssignRole(
-        self, context: Any, source_id: SourceId, geometry_id: GeometryId, properties: Any, assign: RoleAssign
+        self, context: Context | None, source_id: SourceId, geometry_id: GeometryId, properties: Any, assign: RoleAssign
     ) -> None:
         """Gives a geometry a role: `([context,] source_id, geometry_id, properties, assign=RoleAssign.kNew)`.
 
@@ -315,7 +325,7 @@ class SceneGraph(LeafSystem):
         {"source_id": _SOURCE, "frame_id": _FRAME, "role": instance_of(Role)},
         {"source_id": _SOURCE, "geometry_id": _GEOMETRY, "role": instance_of(Role)},
     )
-    def RemoveRole(self, context: Any, source_id: SourceId, what: FrameId | GeometryId, role: Role) -> int:
+    def RemoveRole(self, context: Context | None, source_id: SourceId, what: FrameId | GeometryId, role: Role) -> int:
         """Takes a role away, `([context,] source_id, frame_id | geometry_id, role)`; from how many geometries."""
         return self._mutable_state(context).remove_role(source_id, what, role)
 
@@ -325,7 +335,7 @@ class SceneGraph(LeafSystem):
         """An inspector of the model: what contexts made from now on will know."""
         return SceneGraphInspector._make(lambda: self._model)
 
-    def collision_filter_manager(self, context: Any | None = None) -> CollisionFilterManager:
+    def collision_filter_manager(self, context: Context | None = None) -> CollisionFilterManager:
         """Changes which pairs may touch, in the model or in a context."""
         return CollisionFilterManager._make(
             edit=lambda: self._mutable_state(context).edit_filter(),
@@ -335,7 +345,7 @@ class SceneGraph(LeafSystem):
     # ---- renderers
 
     @_of_model_or_context({"name": text, "renderer": instance_of(RenderEngine)})
-    def AddRenderer(self, context: Any, name: str, renderer: Any) -> None:
+    def AddRenderer(self, context: Context | None, name: str, renderer: RenderEngine) -> None:
         """Adds a clone of a render engine: `([context,] name, renderer)`.
 
         It is told of all geometry with the perception role, or of that which names it in the set of names that is the
@@ -347,7 +357,7 @@ class SceneGraph(LeafSystem):
         self._mutable_state(context).add_renderer(name, renderer)
 
     @_of_model_or_context({"name": text})
-    def RemoveRenderer(self, context: Any, name: str) -> None:
+    def RemoveRenderer(self, context: Context | None, name: str) -> None:
         """Removes a render engine: `([context,] name)`.
 
         Raises:
@@ -355,30 +365,30 @@ class SceneGraph(LeafSystem):
         """
         self._mutable_state(context).remove_renderer(name)
 
-    def _renderers(self, context: Any | None) -> Renderers:
+    def _renderers(self, context: Context | None) -> Renderers:
         return (self._model if context is None else self._geometry_state(context)).renderers
 
-    def RendererCount(self, context: Any | None = None) -> int:
+    def RendererCount(self, context: Context | None = None) -> int:
         """Number of render engines."""
         return len(self._renderers(context).names())
 
-    def RegisteredRendererNames(self, context: Any | None = None) -> list[str]:
+    def RegisteredRendererNames(self, context: Context | None = None) -> list[str]:
         """Names of the render engines, sorted."""
         return self._renderers(context).names()
 
     @_of_model_or_context({"name": text})
-    def HasRenderer(self, context: Any, name: str) -> bool:
+    def HasRenderer(self, context: Context | None, name: str) -> bool:
         """True if there is a render engine of the name: `([context,] name)`."""
         return self._renderers(context).find(name) is not None
 
     @_of_model_or_context({"name": text})
-    def GetRendererParameterYaml(self, context: Any, name: str) -> str:
+    def GetRendererParameterYaml(self, context: Context | None, name: str) -> str:
         """The options of a render engine, `([context,] name)`, as YAML; empty if there is none of the name."""
         engine = self._renderers(context).find(name)
         return "" if engine is None else engine.GetParameterYaml()
 
     @_of_model_or_context({"name": text})
-    def GetRendererTypeName(self, context: Any, name: str) -> str:
+    def GetRendererTypeName(self, context: Context | None, name: str) -> str:
         """What kind of render engine, `([context,] name)`, it is; empty if there is none of the name."""
         engine = self._renderers(context).find(name)
         return "" if engine is None else engine._type_name()

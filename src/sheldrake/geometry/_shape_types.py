@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -34,6 +34,9 @@ from sheldrake.geometry._shapes import (
     Shape,
     Sphere,
 )
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
 
 Vec3 = tuple[float, float, float]
 
@@ -145,7 +148,7 @@ def _mass_of_mesh(shape: Mesh) -> MassProperties:
     return of_triangles(data.vertices * scale, triangles)
 
 
-def _scaled(surface: Surface, scale: Any) -> Surface:
+def _scaled(surface: Surface, scale: ArrayLike) -> Surface:
     vertices, faces = surface
     return vertices * scale, faces
 

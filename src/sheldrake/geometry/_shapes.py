@@ -15,12 +15,13 @@ from sheldrake.geometry._text import arguments, number
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
 
     from sheldrake.geometry._meshes.polygon_mesh import PolygonSurfaceMesh
     from sheldrake.math import RigidTransform
 
 
-def _checked(shape: str, minimum_excluded: bool = True, **measures: Any) -> tuple[float, ...]:
+def _checked(shape: str, minimum_excluded: bool = True, **measures: float) -> tuple[float, ...]:
     """The measures as floats; they must be finite and positive (or not negative)."""
     for name, value in measures.items():
         try:
@@ -203,7 +204,7 @@ class HalfSpace(Shape):
     """Everything below the plane z = 0 of G; Gz points out of it."""
 
     @staticmethod
-    def MakePose(Hz_dir_F: Any, p_FB: Any) -> RigidTransform:
+    def MakePose(Hz_dir_F: ArrayLike, p_FB: ArrayLike) -> RigidTransform:
         """The pose X_FH of a half space whose outward normal and a point on whose boundary are given.
 
         Args:
@@ -256,7 +257,7 @@ class MeshcatCone(Shape):
 class _MeshShape(Shape):
     """What Mesh and Convex share: a source and a scale along each axis (negative mirrors)."""
 
-    def __init__(self, source: Any, scale: Any) -> None:
+    def __init__(self, source: object, scale: ArrayLike) -> None:
         name = type(self).__name__
         self._source = _mesh_source(name, source)
         self._scale3 = np.broadcast_to(np.asarray(scale, dtype=float).reshape(-1), (3,)).copy()
@@ -304,13 +305,13 @@ class _MeshShape(Shape):
             self._hull = make_convex_hull_of_source(self._source, self._scale3)
         return self._hull
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         new = type(self)._make(self._source, self._scale3)
         new._hull = self._hull
         return new
 
     @classmethod
-    def _make(cls, source: Any, scale: Any) -> Any:
+    def _make(cls, source: object, scale: ArrayLike) -> Self:
         new = object.__new__(cls)
         _MeshShape.__init__(new, source, scale)
         return new
@@ -328,7 +329,7 @@ def _rebuild(cls: type[_MeshShape], source: MeshSource, scale3: np.ndarray) -> _
     return cls._make(source, scale3)
 
 
-def _mesh_source(name: str, source: Any) -> MeshSource:
+def _mesh_source(name: str, source: object) -> MeshSource:
     if isinstance(source, (InMemoryMesh, MeshSource)):
         return MeshSource(source)
     if not isinstance(source, (str, os.PathLike)):
@@ -379,7 +380,9 @@ class Convex(_MeshShape):
             super().__init__(*_points_and_scale(*args, **kwargs))
 
 
-def _points_and_scale(points: Any, label: str, scale: Any = 1.0, scale3: Any = None) -> tuple[InMemoryMesh, Any]:
+def _points_and_scale(
+    points: ArrayLike, label: str, scale: float | ArrayLike = 1.0, scale3: ArrayLike | None = None
+) -> tuple[InMemoryMesh, ArrayLike]:
     from sheldrake.common import MemoryFile
 
     p_GV = np.asarray(points, dtype=float)

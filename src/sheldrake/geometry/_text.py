@@ -1,7 +1,8 @@
 """Small text helpers shared by the geometry classes: how numbers and choices appear in messages."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
-from typing import Any
 
 
 def number(x: float) -> str:
@@ -10,7 +11,7 @@ def number(x: float) -> str:
     return text[:-2] if text.endswith(".0") else text
 
 
-def arguments(**values: Any) -> str:
+def arguments(**values: float) -> str:
     """`a=1, b=2.5` from keyword arguments that are numbers."""
     return ", ".join(f"{name}={number(value)}" for name, value in values.items())
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from sheldrake.geometry._roles import HydroelasticType, Role
 from sheldrake.geometry._shape_types import ShapeType, type_of
 from sheldrake.geometry._shapes import Convex, HalfSpace, Mesh, Shape, Sphere
 from sheldrake.geometry._text import number
+
+if TYPE_CHECKING:
+    pass
 
 
 class Representation(NamedTuple):
@@ -160,7 +163,7 @@ def _volume_of_primitive(row: ShapeType, values: tuple[float, ...], hint: float,
     return row.pressure(row.shape(*values), hint, margin)
 
 
-def _volume_of_mesh(shape: Any, margin: float) -> PressureMesh:
+def _volume_of_mesh(shape: Mesh | Convex, margin: float) -> PressureMesh:
     """Tetrahedra of a volume mesh as they are; of any other mesh, those of its convex hull.
 
     Kept for files, while their time of change stays the same.
@@ -182,7 +185,7 @@ _VOLUMES: dict[tuple, PressureMesh] = {}
 _MOST_VOLUMES = 64
 
 
-def _make_volume_of_mesh(shape: Any, margin: float) -> PressureMesh:
+def _make_volume_of_mesh(shape: Mesh | Convex, margin: float) -> PressureMesh:
     if isinstance(shape, Mesh):
         data = read_mesh(shape.source(), "making a compliant hydroelastic mesh")
         if data.tetrahedra is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,13 +13,16 @@ from .mesh_source import MeshSource
 from .polygon_mesh import PolygonSurfaceMesh
 from .polytope_hull import wrap
 
+if TYPE_CHECKING:
+    pass
+
 _COINCIDENT = 1e-12  # [m] points within a sphere of this radius are one point
 _FLAT = 1e-9  # relative to the size: points closer to a plane (line) are in it
 _THICKNESS = 1e-6  # relative to the size: height of the apex that makes a flat hull solid
 _SAME_PLANE = 1e-9  # normals of two facets of one face differ by less
 
 
-def make_convex_hull_of_source(source: MeshSource, scale3: Any) -> PolygonSurfaceMesh:
+def make_convex_hull_of_source(source: MeshSource, scale3: np.ndarray) -> PolygonSurfaceMesh:
     """The hull of the vertices of a mesh, scaled along each axis; cached per file, time of change and scale."""
     scale = tuple(float(s) for s in np.broadcast_to(np.asarray(scale3, dtype=float).reshape(-1), (3,)))
     if not source.is_path():

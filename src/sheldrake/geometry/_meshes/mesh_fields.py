@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from sheldrake.geometry._numbers import as_numbers, plain
 
 from .polygon_mesh import PolygonSurfaceMesh, _index
 from .triangle_mesh import TriangleSurfaceMesh
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
 
 
 class _FieldLinear:
@@ -41,7 +44,7 @@ class PolygonSurfaceMeshFieldLinear(_FieldLinear):
 
     _mesh: PolygonSurfaceMesh
 
-    def EvaluateCartesian(self, e: int, p_MQ: Any) -> float:
+    def EvaluateCartesian(self, e: int, p_MQ: Scalars) -> float:
         """The value at point Q, in M [m], of the linear function of face `e`."""
         first = self._mesh._faces[_index("EvaluateCartesian", e, self._mesh._faces)][0]
         offset = as_numbers(p_MQ).reshape(3) - self._mesh._vertices[first]
@@ -57,12 +60,12 @@ class TriangleSurfaceMeshFieldLinear(_FieldLinear):
 
     _mesh: TriangleSurfaceMesh
 
-    def Evaluate(self, e: int, b: Any) -> float:
+    def Evaluate(self, e: int, b: Scalars) -> float:
         """The value at barycentric coordinates, shape (3,), of triangle `e`."""
         corners = self._mesh._triangles[_index("Evaluate", e, self._mesh._triangles)]
         return plain(as_numbers(b).reshape(3) @ self._values[corners])
 
-    def EvaluateCartesian(self, e: int, p_MQ: Any) -> float:
+    def EvaluateCartesian(self, e: int, p_MQ: Scalars) -> float:
         """The value on triangle `e` at the projection of point Q, in M [m], into its plane."""
         _index("EvaluateCartesian", e, self._mesh._triangles)
         return self.Evaluate(e, self._mesh.CalcBarycentric(p_MQ, e))

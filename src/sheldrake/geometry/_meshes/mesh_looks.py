@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import io
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from sheldrake.common._files import regular_bytes
 
 from .dae_looks import dae_scene
 from .mesh_source import InMemoryMesh, MeshSource
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._shapes import Convex, Mesh
 
 # glTF has +y up, Drake's world has +z up: +y of the file becomes +z.
 _Y_UP_TO_Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
@@ -130,7 +133,7 @@ def _fade(mesh: Any, opacity: float) -> None:
         mesh.visual = ColorVisuals(mesh, vertex_colors=colors.astype(np.uint8))
 
 
-def load_mesh(shape: Any, call: str = "Meshcat.SetObject()") -> LoadedMesh:
+def load_mesh(shape: Mesh | Convex, call: str = "Meshcat.SetObject()") -> LoadedMesh:
     """Returns the mesh of a Mesh shape, scaled; the last ones read are remembered.
 
     Args:

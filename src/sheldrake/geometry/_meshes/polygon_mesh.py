@@ -6,11 +6,14 @@ The form in which Drake gives contact surfaces by default, and the one of convex
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.geometry._numbers import as_numbers, lengths, plain
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
 
 
 class SurfacePolygon:
@@ -140,7 +143,7 @@ class PolygonSurfaceMesh:
         return copy.copy(self)
 
 
-def _index(call: str, i: int, items: Any) -> int:
+def _index(call: str, i: int, items: Sequence[object] | np.ndarray) -> int:
     if not 0 <= i < len(items):
         raise IndexError(f"{call}({i}): out of range, there are {len(items)}.")
     return i

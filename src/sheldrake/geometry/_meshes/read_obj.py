@@ -47,7 +47,7 @@ def _read_plain(text: str) -> tuple[np.ndarray, Any] | None:
     return vertices, [numbers[a:b] for a, b in zip([0, *(faces_end + 1).tolist()], faces_end.tolist())]
 
 
-def _numbers(text: str, dtype: Any) -> np.ndarray | None:
+def _numbers(text: str, dtype: type) -> np.ndarray | None:
     """Numbers with spaces between them, None if anything else is there."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")

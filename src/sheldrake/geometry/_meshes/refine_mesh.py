@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .mesh_files import boundary_triangles, read_mesh
 from .mesh_source import MeshSource
 from .volume_mesh import VolumeMesh
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from sheldrake.geometry._meshes.mesh_source import InMemoryMesh
 
 
 def RefineVolumeMesh(mesh: VolumeMesh) -> VolumeMesh:
@@ -25,7 +30,7 @@ def RefineVolumeMesh(mesh: VolumeMesh) -> VolumeMesh:
     return VolumeMesh(tetrahedra.tolist(), vertices)
 
 
-def RefineVolumeMeshIntoVtkFileContents(mesh_source: Any) -> str:
+def RefineVolumeMeshIntoVtkFileContents(mesh_source: str | PathLike[str] | MeshSource | InMemoryMesh) -> str:
     """The contents of an ASCII VTK file with the refined mesh of a source (MeshSource, path or InMemoryMesh).
 
     Raises:

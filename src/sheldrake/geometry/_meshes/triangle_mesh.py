@@ -6,7 +6,7 @@ Contact surfaces, faces of rigid hydroelastic bodies, and what users build by ha
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,6 +15,13 @@ from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 from .mesh_files import read_mesh
 from .mesh_source import InMemoryMesh, MeshSource
+
+if TYPE_CHECKING:
+    from os import PathLike
+
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Scalars
 
 
 class SurfaceTriangle:
@@ -58,7 +65,7 @@ class TriangleSurfaceMesh:
         RuntimeError: there is no triangle.
     """
 
-    def __init__(self, triangles: Any, vertices: Any) -> None:
+    def __init__(self, triangles: Any, vertices: Scalars) -> None:
         rows = [t._v if isinstance(t, SurfaceTriangle) else tuple(t) for t in triangles]
         if not rows:
             raise RuntimeError("A mesh must contain at least one triangle")
@@ -127,7 +134,7 @@ class TriangleSurfaceMesh:
         low, high = self._vertices.min(axis=0), self._vertices.max(axis=0)
         return (low + high) / 2.0, high - low
 
-    def CalcBarycentric(self, p_MQ: Any, t: int) -> np.ndarray:
+    def CalcBarycentric(self, p_MQ: Scalars, t: int) -> np.ndarray:
         """Barycentric coordinates of Q's projection into the plane of triangle `t`, shape (3,)."""
         a, b, c = self._vertices[self._triangles[t]]
         u, v, q = b - a, c - a, as_numbers(p_MQ).reshape(3) - a
@@ -136,7 +143,7 @@ class TriangleSurfaceMesh:
         beta, gamma = (vv * uq - uv * vq) / scale, (uu * vq - uv * uq) / scale
         return np.array([1.0 - beta - gamma, beta, gamma])
 
-    def CalcCartesianFromBarycentric(self, element_index: int, b_Q: Any) -> np.ndarray:
+    def CalcCartesianFromBarycentric(self, element_index: int, b_Q: Scalars) -> np.ndarray:
         """Position in M [m] of barycentric coordinates in a triangle, shape (3,)."""
         return np.asarray(b_Q, dtype=float).reshape(3) @ self._vertices[self._triangles[element_index]]
 
@@ -153,7 +160,9 @@ class TriangleSurfaceMesh:
         return copy.copy(self)
 
 
-def ReadObjToTriangleSurfaceMesh(filename: Any, scale: Any = 1.0, scale3: Any = None) -> TriangleSurfaceMesh:
+def ReadObjToTriangleSurfaceMesh(
+    filename: str | PathLike[str], scale: float | ArrayLike = 1.0, scale3: ArrayLike | None = None
+) -> TriangleSurfaceMesh:
     """The triangles of an OBJ file; `scale` is a number or one number per axis.
 
     Raises:

@@ -6,7 +6,7 @@ What compliant hydroelastic bodies are made of; their pressure is a field on it.
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from sheldrake.geometry._numbers import as_numbers, lengths, plain
 
 from .mesh_files import boundary_triangles
 from .triangle_mesh import TriangleSurfaceMesh
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
 
 
 class VolumeElement:
@@ -51,7 +54,7 @@ class VolumeMesh:
         vertices: positions in M [m], shape (n, 3) or a list of n positions.
     """
 
-    def __init__(self, elements: Any, vertices: Any) -> None:
+    def __init__(self, elements: Any, vertices: Scalars) -> None:
         rows = [e._v if isinstance(e, VolumeElement) else tuple(e) for e in elements]
         if not rows:
             raise RuntimeError("A mesh must contain at least one tetrahedral element")
@@ -94,7 +97,7 @@ class VolumeMesh:
         a, b, c, d = (self._vertices[self._elements[:, k]] for k in range(4))
         return (np.cross(b - a, c - a) * (d - a)).sum(axis=1) / 6.0
 
-    def CalcBarycentric(self, p_MQ: Any, e: int) -> np.ndarray:
+    def CalcBarycentric(self, p_MQ: Scalars, e: int) -> np.ndarray:
         """Barycentric coordinates of Q in a tetrahedron, shape (4,)."""
         a, b, c, d = self._vertices[self._elements[e]]
         u, v, w, q = b - a, c - a, d - a, as_numbers(p_MQ).reshape(3) - a

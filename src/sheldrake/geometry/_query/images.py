@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from sheldrake.geometry._query.poses import Poses
 from sheldrake.geometry._state.records import WORLD_FRAME_ID
 
 if TYPE_CHECKING:
+    from sheldrake.geometry._image import _Image
     from sheldrake.geometry._render.camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
     from sheldrake.geometry._render.engine import RenderEngine
     from sheldrake.math import RigidTransform
@@ -39,7 +40,7 @@ class Images(Poses):
         return engine
 
     @checked
-    def RenderColorImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
+    def RenderColorImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> _Image:
         """What a camera sees, in colours.
 
         Args:
@@ -58,7 +59,7 @@ class Images(Poses):
         return image
 
     @checked
-    def RenderDepthImage(self, camera: DepthRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
+    def RenderDepthImage(self, camera: DepthRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> _Image:
         """Depth [m] of what a camera sees: z in the camera's frame, 0 for too close, infinity for too far or nothing.
 
         Args:
@@ -77,7 +78,7 @@ class Images(Poses):
         return image
 
     @checked
-    def RenderLabelImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> Any:
+    def RenderLabelImage(self, camera: ColorRenderCamera, parent_frame: FrameId, X_PC: RigidTransform) -> _Image:
         """Labels of what a camera sees, RenderLabel.kEmpty for nothing.
 
         Args:

@@ -15,9 +15,14 @@ from sheldrake.geometry._state.records import WORLD_FRAME_ID, SourceRecord
 from sheldrake.geometry._state.state import GeometryState
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from typing_extensions import Self
+
     from sheldrake.geometry._frame_pose_vector import FramePoseVector
     from sheldrake.geometry._scene_graph import SceneGraph
     from sheldrake.math import RigidTransform
+    from sheldrake.systems.framework import Context
 
 
 class Poses:
@@ -32,7 +37,7 @@ class Poses:
         self._last_poses: Any = None
         """Of the last query: its scene, what it made them of, and poses of all bodies."""
 
-    def _bind(self, scene_graph: SceneGraph | None, context: Any) -> None:
+    def _bind(self, scene_graph: SceneGraph | None, context: Context | None) -> None:
         self._scene_graph, self._context = scene_graph, context
 
     def _required(self) -> tuple[SceneGraph, Any]:
@@ -54,7 +59,7 @@ class Poses:
 
     # ---- poses
 
-    def _poses(self, frames: Any) -> dict[FrameId, RigidTransform]:
+    def _poses(self, frames: Iterable[FrameId]) -> dict[FrameId, RigidTransform]:
         """X_PF of frames, and maybe of others, from their sources' ports."""
         from sheldrake.math import RigidTransform
 
@@ -100,7 +105,7 @@ class Poses:
         rows = values._rows
         return known is not None and rows is not None and known[0] is source.frames and known[1] is rows[0]
 
-    def _world_poses(self, frames: Any) -> dict[FrameId, RigidTransform]:
+    def _world_poses(self, frames: Iterable[FrameId]) -> dict[FrameId, RigidTransform]:
         """X_WF of frames."""
         from sheldrake.math import RigidTransform
 
@@ -207,7 +212,7 @@ class Poses:
         X_FG = record.X_FG if type(record.X_FG) is type(X_WF) else type(X_WF)(record.X_FG.GetAsMatrix34())
         return X_WF @ X_FG
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         """A copy keeps the geometry and the poses of this moment, whatever becomes of the context."""
         new = type(self)()
         if self._scene_graph is not None:
@@ -218,5 +223,5 @@ class Poses:
             new._bind(scene_graph, kept)
         return new
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         return self.__copy__()

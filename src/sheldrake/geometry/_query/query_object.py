@@ -254,7 +254,11 @@ class QueryObject(Images):
         return found
 
     def ComputeRayIntersections(
-        self, p_WO: Any, direction_W: Any, max_distance: float = math.inf, excluded: Iterable[GeometryId] = ()
+        self,
+        p_WO: ArrayLike,
+        direction_W: ArrayLike,
+        max_distance: float = math.inf,
+        excluded: Iterable[GeometryId] = (),
     ) -> RayIntersections:
         """Where rays first meet the surface of a proximity geometry, from outside or from inside.
 
@@ -307,7 +311,9 @@ class QueryObject(Images):
 
     # ---- contact surfaces
 
-    def _surfaces(self, call: str, representation: Any) -> tuple[list[ContactSurface], ContactTable, list[GeometryId]]:
+    def _surfaces(
+        self, call: str, representation: HydroelasticContactRepresentation
+    ) -> tuple[list[ContactSurface], ContactTable, list[GeometryId]]:
         """The contact surfaces, and points of the pairs that can have none."""
         if not isinstance(representation, HydroelasticContactRepresentation):
             raise TypeError(
@@ -323,7 +329,7 @@ class QueryObject(Images):
         surfaces = surfaces_of(find_surfaces(pairs.model, points), pairs.model, ids)
         return [surface for _, surface in surfaces], points, ids
 
-    def ComputeContactSurfaces(self, representation: Any) -> list[ContactSurface]:
+    def ComputeContactSurfaces(self, representation: HydroelasticContactRepresentation) -> list[ContactSurface]:
         """The surface of every pair of geometries that overlap, sorted by ids.
 
         Args:
@@ -340,7 +346,7 @@ class QueryObject(Images):
         return surfaces
 
     def ComputeContactSurfacesWithFallback(
-        self, representation: Any
+        self, representation: HydroelasticContactRepresentation
     ) -> tuple[list[ContactSurface], list[PenetrationAsPointPair]]:
         """Contact surfaces where there can be some, and pairs of points for all others.
 
@@ -368,7 +374,7 @@ def _find_points(model: GeometryModel, X_WB: np.ndarray) -> ContactTable:
     return table
 
 
-def _table(model: GeometryModel, dtype: Any) -> ContactTable:
+def _table(model: GeometryModel, dtype: type | np.dtype) -> ContactTable:
     """A table with room for one row a pair; of duals where poses are."""
     table = contact_table(model, capacity=max(1, model.pair.shape[0]))
     return ContactTable(*(like(a, dtype) for a in table))

@@ -7,7 +7,7 @@ to the first point of its surface that lies ahead [m], infinite where there is n
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -25,12 +25,15 @@ from sheldrake.geometry._kernels.model import (
     Size,
 )
 
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
 Hits = tuple[np.ndarray, np.ndarray]
 
 _TRIANGLES_AT_ONCE = 1 << 20  # ray-triangle pairs worked on at a time: some 100 MB
 
 
-def rays_of(p_WO: Any, direction_W: Any) -> tuple[np.ndarray, np.ndarray]:
+def rays_of(p_WO: ArrayLike, direction_W: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Origins and unit directions, both of shape (n, 3), from what `ComputeRayIntersections` is called with."""
     p, d = np.asarray(p_WO, float), np.asarray(direction_W, float)
     for name, value in (("p_WO", p), ("direction_W", d)):

@@ -11,6 +11,8 @@ from sheldrake.geometry._camera_info import CameraInfo
 from sheldrake.geometry._text import number
 
 if TYPE_CHECKING:
+    from typing_extensions import Self
+
     from sheldrake.math import RigidTransform
 
 
@@ -30,12 +32,12 @@ class _Value:
             raise incompatible(type(self).__name__, [f"({', '.join(self._names)})", "(other)"], args, kwargs)
         return [values[name] for name in self._names]
 
-    def __copy__(self) -> Any:
+    def __copy__(self) -> Self:
         new = object.__new__(type(self))
         new.__dict__.update(self.__dict__)
         return new
 
-    def __deepcopy__(self, memo: dict) -> Any:
+    def __deepcopy__(self, memo: dict) -> Self:
         return self.__copy__()
 
 

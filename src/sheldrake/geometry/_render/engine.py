@@ -6,7 +6,7 @@ The base for engines of users as well as our own (`raster_engine`). A SceneGraph
 from __future__ import annotations
 
 import copy
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from .camera import ColorRenderCamera, DepthRenderCamera, RenderCameraCore
 from .label import RenderLabel
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.geometry._image import _Image
     from sheldrake.math import RigidTransform
 
 
@@ -56,15 +59,15 @@ class RenderEngine:
         """Forgets a geometry; returns whether it was there."""
         raise self._undefined("DoRemoveGeometry")
 
-    def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: Any) -> None:
+    def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: _Image) -> None:
         """Draws colours into an ImageRgba8U."""
         raise self._undefined("DoRenderColorImage")
 
-    def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: Any) -> None:
+    def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: _Image) -> None:
         """Draws depths [m] into an ImageDepth32F."""
         raise self._undefined("DoRenderDepthImage")
 
-    def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: Any) -> None:
+    def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: _Image) -> None:
         """Draws labels into an ImageLabel16I."""
         raise self._undefined("DoRenderLabelImage")
 
@@ -76,7 +79,7 @@ class RenderEngine:
         """Returns the engine's options as YAML."""
         return "UnknownRenderEngine: {}"
 
-    def SetDefaultLightPosition(self, X_DL: Any) -> None:
+    def SetDefaultLightPosition(self, X_DL: ArrayLike) -> None:
         """Moves the light of an engine that has one of its own; does nothing here."""
 
     def _undefined(self, method: str) -> Exception:
@@ -101,6 +104,7 @@ class RenderEngine:
         properties: PerceptionProperties,
         X_WG: RigidTransform,
         needs_updates: bool = True,
+        name: str = "",
     ) -> bool:
         """Asks the engine to draw a geometry.
 
@@ -110,6 +114,7 @@ class RenderEngine:
             properties: How it looks.
             X_WG: Its pose in the world.
             needs_updates: Whether its pose will change.
+            name: What the geometry is called; engines here do not need it.
 
         Returns:
             Whether the engine will draw it.
@@ -145,7 +150,7 @@ class RenderEngine:
         for geometry_id, pose in zip(ids, X_WG):
             self.DoUpdateVisualPose(geometry_id, RigidTransform(pose))
 
-    def RenderColorImage(self, camera: ColorRenderCamera, color_image_out: Any) -> None:
+    def RenderColorImage(self, camera: ColorRenderCamera, color_image_out: _Image) -> None:
         """Draws colours into an image of the camera's size.
 
         Raises:
@@ -154,7 +159,7 @@ class RenderEngine:
         self._check(camera.core(), color_image_out, "color")
         self.DoRenderColorImage(camera, color_image_out)
 
-    def RenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: Any) -> None:
+    def RenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: _Image) -> None:
         """Draws depths [m] into an image of the camera's size; 0 is too close, infinity too far or nothing.
 
         Raises:
@@ -163,7 +168,7 @@ class RenderEngine:
         self._check(camera.core(), depth_image_out, "depth")
         self.DoRenderDepthImage(camera, depth_image_out)
 
-    def RenderLabelImage(self, camera: ColorRenderCamera, label_image_out: Any) -> None:
+    def RenderLabelImage(self, camera: ColorRenderCamera, label_image_out: _Image) -> None:
         """Draws labels into an image of the camera's size; kEmpty is nothing.
 
         Raises:
@@ -172,11 +177,11 @@ class RenderEngine:
         self._check(camera.core(), label_image_out, "label")
         self.DoRenderLabelImage(camera, label_image_out)
 
-    def _check(self, core: RenderCameraCore, image: Any, kind: str) -> None:
+    def _check(self, core: RenderCameraCore, image: _Image, kind: str) -> None:
         self.ThrowIfInvalid(core.intrinsics(), image, kind)
 
     @staticmethod
-    def ThrowIfInvalid(intrinsics: CameraInfo, image: Any, image_type: str) -> None:
+    def ThrowIfInvalid(intrinsics: CameraInfo, image: _Image, image_type: str) -> None:
         """Raises RuntimeError unless the image has the camera's size."""
         if image is None:
             raise RuntimeError(f"Can't render a {image_type} image. The given output image is nullptr")

@@ -8,7 +8,7 @@ import logging
 import os
 import tempfile
 import uuid
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from .label import RenderLabel
 from .raster_arrays import Item
 from .raster_engine import RasterEngine
 from .raster_shapes import Material
+
+if TYPE_CHECKING:
+    from sheldrake.geometry._image import _Image
 
 log = logging.getLogger("drake")
 NAME = "drake::geometry::render_gltf_client::internal::RenderEngineGltfClient"
@@ -41,7 +44,7 @@ class GltfClientEngine(RasterEngine):
         """An engine that shares what does not change."""
         return self._copy_to(GltfClientEngine(self._options))
 
-    def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: Any) -> None:
+    def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: _Image) -> None:
         """Asks for colours."""
         pixels = self._ask("color", camera.core(), lambda item, material: (material.diffuse, material.texture))
         if pixels.ndim != 3:
@@ -49,7 +52,7 @@ class GltfClientEngine(RasterEngine):
         color_image_out.mutable_data[...] = 255
         color_image_out.mutable_data[..., : pixels.shape[2]] = pixels
 
-    def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: Any) -> None:
+    def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: _Image) -> None:
         """Asks for depths."""
         depths = {"min_depth": camera.depth_range().min_depth(), "max_depth": camera.depth_range().max_depth()}
         pixels = self._ask("depth", camera.core(), lambda item, material: (_WHITE, None), **depths)
@@ -59,7 +62,7 @@ class GltfClientEngine(RasterEngine):
             pixels = np.where(pixels == _TOO_FAR, np.inf, pixels / 1000.0)
         depth_image_out.mutable_data[..., 0] = pixels
 
-    def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: Any) -> None:
+    def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: _Image) -> None:
         """Asks for labels."""
 
         def look(item: Item, material: Material) -> Any:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from typing import Any
 
 import numpy as np
 
@@ -118,5 +117,5 @@ def _joined_look(materials: list[Material]) -> Look:
     return Look(rows, np.concatenate([*texels, np.zeros(1, np.int64)]))
 
 
-def _stacked(arrays: list[np.ndarray], width: int, dtype: Any) -> np.ndarray:
+def _stacked(arrays: list[np.ndarray], width: int, dtype: type) -> np.ndarray:
     return np.ascontiguousarray(np.concatenate([np.zeros((0, width), dtype), *arrays]).astype(dtype))

@@ -35,6 +35,9 @@ from .raster_arrays import Item, check_light, joined, light_row
 from .raster_shapes import surface_of
 
 if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.geometry._image import _Image
     from sheldrake.math import RigidTransform
 
 log = logging.getLogger("drake")
@@ -121,13 +124,13 @@ class RasterEngine(RenderEngine):
         """Sets the camera's pose in the world."""
         self._X_WC = _matrix(X_WR)
 
-    def SetDefaultLightPosition(self, X_DL: Any) -> None:
+    def SetDefaultLightPosition(self, X_DL: ArrayLike) -> None:
         """Moves the light of an engine without `lights`, in the camera's frame [m]; it shines at that origin."""
         self._headlight = np.array(X_DL, float).reshape(3)
 
     # ---- pictures
 
-    def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: Any) -> None:
+    def DoRenderColorImage(self, camera: ColorRenderCamera, color_image_out: _Image) -> None:
         """Draws colours."""
         r, g, b, _ = np.floor(self._options.background.rgba * 255.0 + 0.5).astype(int)
         opacity = [item.surface.opacity() for item in self._items.values()]
@@ -137,13 +140,13 @@ class RasterEngine(RenderEngine):
         seen = self._draw(COLOURS, camera.core(), opaque, translucent, empty).seen
         color_image_out.mutable_data.view(np.uint32)[..., 0] = seen
 
-    def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: Any) -> None:
+    def DoRenderDepthImage(self, camera: DepthRenderCamera, depth_image_out: _Image) -> None:
         """Draws depths."""
         depths = camera.depth_range().min_depth(), camera.depth_range().max_depth()
         screen = self._draw(DEPTHS, camera.core(), range(len(self._items)), depths=depths)
         depth_image_out.mutable_data[..., 0] = screen.nearness
 
-    def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: Any) -> None:
+    def DoRenderLabelImage(self, camera: ColorRenderCamera, label_image_out: _Image) -> None:
         """Draws labels."""
         drawn = [k for k, item in enumerate(self._items.values()) if item.label != RenderLabel.kDoNotRender]
         screen = self._draw(LABELS, camera.core(), drawn, empty=int(RenderLabel.kEmpty))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from sheldrake.common._checked import checked
 from sheldrake.geometry._ids import FilterId, GeometryId
 from sheldrake.geometry._roles import CollisionFilterScope
 from sheldrake.geometry._state.geometry_set import GeometrySet
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
 
 Resolver = Callable[[GeometrySet, CollisionFilterScope], "set[GeometryId]"]
 
@@ -171,7 +174,7 @@ class CollisionFilterManager:
         raise TypeError("CollisionFilterManager: No constructor defined! Use SceneGraph.collision_filter_manager().")
 
     @classmethod
-    def _make(cls, edit: Callable[[], tuple[CollisionFilter, Resolver]], read: Callable[[], CollisionFilter]) -> Any:
+    def _make(cls, edit: Callable[[], tuple[CollisionFilter, Resolver]], read: Callable[[], CollisionFilter]) -> Self:
         manager = object.__new__(cls)
         manager._edit = edit
         manager._read = read

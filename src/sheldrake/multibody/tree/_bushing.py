@@ -8,7 +8,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import math
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,6 +19,14 @@ from sheldrake.multibody.tree._force_element import ForceElement, JointElement
 from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joints_axis import RevoluteJoint
 from sheldrake.multibody.tree._kernels import forces
+
+if TYPE_CHECKING:
+    from typing import NoReturn
+
+    from sheldrake.common._types import Scalars
+    from sheldrake.multibody.math import SpatialForce
+    from sheldrake.multibody.tree._rigid_body import RigidBody
+    from sheldrake.systems.framework import Context
 
 
 @dataclasses.dataclass(slots=True)
@@ -89,7 +97,7 @@ class DoorHinge(JointElement):
         numbers[0] = numbers[2] = 0.0
         return forces.hinge_torque(numbers, 0, 0.0, angular_rate)
 
-    def _potential_energy(self, context: Any) -> Any:
+    def _potential_energy(self, context: Context) -> float:
         c, angle = self._config, self._joint.get_angle(context)
         energy = c.spring_constant * (0.5 * angle - c.spring_zero_angle_rad) * angle  # zero at zero, as Drake's
         if c.catch_width > 0.0:
@@ -98,7 +106,7 @@ class DoorHinge(JointElement):
             energy = energy + c.catch_torque * half * (math.tanh(1.0) ** 2 - s * s)
         return energy
 
-    def _powers(self, context: Any) -> tuple[Any, Any]:
+    def _powers(self, context: Context) -> tuple[float, float]:
         angle, rate = self._joint.get_angle(context), self._joint.get_angular_rate(context)
         return self.CalcHingeSpringTorque(angle) * rate, self.CalcHingeFrictionalTorque(rate) * rate
 
@@ -110,10 +118,10 @@ class LinearBushingRollPitchYaw(ForceElement):
         self,
         frameA: Frame,
         frameC: Frame,
-        torque_stiffness_constants: Any,
-        torque_damping_constants: Any,
-        force_stiffness_constants: Any,
-        force_damping_constants: Any,
+        torque_stiffness_constants: Scalars,
+        torque_damping_constants: Scalars,
+        force_stiffness_constants: Scalars,
+        force_damping_constants: Scalars,
     ):
         """
         Args:
@@ -154,11 +162,11 @@ class LinearBushingRollPitchYaw(ForceElement):
         """C."""
         return self._C
 
-    def link0(self) -> Any:
+    def link0(self) -> RigidBody:
         """Body of A."""
         return self._A.body()
 
-    def link1(self) -> Any:
+    def link1(self) -> RigidBody:
         """Body of C."""
         return self._C.body()
 
@@ -178,48 +186,48 @@ class LinearBushingRollPitchYaw(ForceElement):
         """Default damping of x, y, z [N s/m], shape (3,)."""
         return self._constants[9:12].copy()
 
-    def _get(self, context: Any, call: str, at: int) -> np.ndarray:
+    def _get(self, context: Context, call: str, at: int) -> np.ndarray:
         return np.array(self._finalized(call).contexts.numbers(context, self._group)[at : at + 3])
 
-    def _set(self, context: Any, call: str, at: int, values: Any) -> None:
+    def _set(self, context: Context, call: str, at: int, values: Scalars) -> None:
         owner = self._finalized(call)
         numbers = np.array(owner.contexts.numbers(context, self._group))
         numbers[at : at + 3] = vector(call, "the constants", values, 3)
         owner.contexts.write_numbers(context, self._group, numbers)
 
-    def GetTorqueStiffnessConstants(self, context: Any) -> np.ndarray:
+    def GetTorqueStiffnessConstants(self, context: Context) -> np.ndarray:
         """Stiffness of roll, pitch, yaw as the context has it [N m/rad], shape (3,)."""
         return self._get(context, "GetTorqueStiffnessConstants", 0)
 
-    def GetTorqueDampingConstants(self, context: Any) -> np.ndarray:
+    def GetTorqueDampingConstants(self, context: Context) -> np.ndarray:
         """Damping of roll, pitch, yaw as the context has it [N m s/rad], shape (3,)."""
         return self._get(context, "GetTorqueDampingConstants", 3)
 
-    def GetForceStiffnessConstants(self, context: Any) -> np.ndarray:
+    def GetForceStiffnessConstants(self, context: Context) -> np.ndarray:
         """Stiffness of x, y, z as the context has it [N/m], shape (3,)."""
         return self._get(context, "GetForceStiffnessConstants", 6)
 
-    def GetForceDampingConstants(self, context: Any) -> np.ndarray:
+    def GetForceDampingConstants(self, context: Context) -> np.ndarray:
         """Damping of x, y, z as the context has it [N s/m], shape (3,)."""
         return self._get(context, "GetForceDampingConstants", 9)
 
-    def SetTorqueStiffnessConstants(self, context: Any, torque_stiffness: Any) -> None:
+    def SetTorqueStiffnessConstants(self, context: Context, torque_stiffness: Scalars) -> None:
         """Changes the stiffness of roll, pitch, yaw in a context [N m/rad]."""
         self._set(context, "SetTorqueStiffnessConstants", 0, torque_stiffness)
 
-    def SetTorqueDampingConstants(self, context: Any, torque_damping: Any) -> None:
+    def SetTorqueDampingConstants(self, context: Context, torque_damping: Scalars) -> None:
         """Changes the damping of roll, pitch, yaw in a context [N m s/rad]."""
         self._set(context, "SetTorqueDampingConstants", 3, torque_damping)
 
-    def SetForceStiffnessConstants(self, context: Any, force_stiffness: Any) -> None:
+    def SetForceStiffnessConstants(self, context: Context, force_stiffness: Scalars) -> None:
         """Changes the stiffness of x, y, z in a context [N/m]."""
         self._set(context, "SetForceStiffnessConstants", 6, force_stiffness)
 
-    def SetForceDampingConstants(self, context: Any, force_damping: Any) -> None:
+    def SetForceDampingConstants(self, context: Context, force_damping: Scalars) -> None:
         """Changes the damping of x, y, z in a context [N s/m]."""
         self._set(context, "SetForceDampingConstants", 9, force_damping)
 
-    def _force_on(self, context: Any, call: str, frame: Frame) -> Any:
+    def _force_on(self, context: Context, call: str, frame: Frame) -> SpatialForce:
         """Spatial force on a body of the bushing at the origin of its frame, expressed in that frame."""
         owner = self._finalized(call)
         view = owner.contexts.view(context)
@@ -234,15 +242,15 @@ class LinearBushingRollPitchYaw(ForceElement):
         R_FW = X_WF.rotation().matrix().T
         return view.of(SpatialForce_)(R_FW @ torque, R_FW @ F[row, 3:])
 
-    def CalcBushingSpatialForceOnFrameA(self, context: Any) -> Any:
+    def CalcBushingSpatialForceOnFrameA(self, context: Context) -> SpatialForce:
         """The bushing's spatial force on A at Ao, expressed in A."""
         return self._force_on(context, "CalcBushingSpatialForceOnFrameA", self._A)
 
-    def CalcBushingSpatialForceOnFrameC(self, context: Any) -> Any:
+    def CalcBushingSpatialForceOnFrameC(self, context: Context) -> SpatialForce:
         """The bushing's spatial force on C at Co, expressed in C."""
         return self._force_on(context, "CalcBushingSpatialForceOnFrameC", self._C)
 
-    def _potential_energy(self, context: Any) -> Any:
+    def _potential_energy(self, context: Context) -> NoReturn:
         raise NotImplementedError("LinearBushingRollPitchYaw: its force is not the gradient of a potential energy.")
 
     _powers = _potential_energy

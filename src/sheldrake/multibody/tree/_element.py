@@ -7,7 +7,8 @@ reads and writes through these.
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -15,6 +16,10 @@ from sheldrake.common._overloads import Mismatch
 from sheldrake.multibody.tree._index import ModelInstanceIndex
 from sheldrake.multibody.tree._owner import Owner
 from sheldrake.multibody.tree._scoped_name import ScopedName
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
+    from sheldrake.multibody.plant import MultibodyPlant
 
 _FLOAT64 = np.dtype(np.float64)
 
@@ -24,14 +29,14 @@ class Element:
 
     _index_type: ClassVar[type]
 
-    def __init__(self, model_instance: Any = None):
+    def __init__(self, model_instance: ModelInstanceIndex | None = None):
         self._owner: Owner | None = None
         self._index: Any = None
         self._instance = model_instance
-        self._group: Any = None
+        self._group = -1
         self._ephemeral = False
 
-    def _adopt(self, owner: Owner, index: int, model_instance: Any = None) -> None:
+    def _adopt(self, owner: Owner, index: int, model_instance: ModelInstanceIndex | None = None) -> None:
         if self._owner is not None:
             raise RuntimeError(f"{self!r} is already part of a MultibodyPlant; an element is added once.")
         self._owner, self._index = owner, self._index_type(index)
@@ -65,7 +70,7 @@ class Element:
         """Whether Finalize() made it, rather than the user."""
         return self._ephemeral
 
-    def GetParentPlant(self) -> Any:
+    def GetParentPlant(self) -> MultibodyPlant:
         """The MultibodyPlant it belongs to.
 
         Raises:
@@ -87,7 +92,7 @@ class Element:
 class NamedElement(Element):
     """An element with a name that is unique among its kind in its model instance."""
 
-    def __init__(self, name: str, model_instance: Any = None):
+    def __init__(self, name: str, model_instance: ModelInstanceIndex | None = None):
         super().__init__(model_instance)
         if not isinstance(name, str):
             raise Mismatch(
@@ -102,7 +107,7 @@ class NamedElement(Element):
     def scoped_name(self) -> ScopedName:
         """Its name with that of its model instance, `model::name`."""
         plant = self._required_owner("scoped_name").plant
-        return ScopedName(plant.GetModelInstanceName(self._instance), self._name)
+        return ScopedName(plant.GetModelInstanceName(self.model_instance()), self._name)
 
 
 def scalar_of(numbers: np.ndarray) -> type:
@@ -115,7 +120,7 @@ def of_scalar(value: Any, scalar: type) -> Any:
     return value if value._T is scalar else value.cast[scalar]()
 
 
-def vector(call: str, name: str, value: Any, size: int) -> np.ndarray:
+def vector(call: str, name: str, value: Scalars, size: int) -> np.ndarray:
     """`value` as a new array of `size` numbers (floats, or objects of another scalar type).
 
     Raises:
@@ -134,12 +139,12 @@ def vector(call: str, name: str, value: Any, size: int) -> np.ndarray:
     if array.shape != (size,):
         raise Mismatch(
             f"{call}(): incompatible function arguments. {name} must be a vector of {size} numbers, "
-            f"not {np.shape(value) or value!r}."
+            f"not {array.shape or value!r}."
         )
     return array.copy()
 
 
-def require_numbers(call: str, values: Any) -> None:
+def require_numbers(call: str, values: Iterable[object]) -> None:
     """Makes sure that each value is a number, of whatever type.
 
     Raises:
@@ -150,7 +155,7 @@ def require_numbers(call: str, values: Any) -> None:
             raise Mismatch(f"{call}(): incompatible function arguments. Takes a number, not {value!r}.")
 
 
-def nonnegative(call: str, **numbers: Any) -> None:
+def nonnegative(call: str, **numbers: object) -> None:
     """Makes sure that no number is below zero or nan (duals and symbols pass).
 
     Raises:

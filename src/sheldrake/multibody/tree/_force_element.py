@@ -5,7 +5,7 @@ What users add to a plant; `Finalize()` turns them into rows of a `ForceModel`, 
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -16,6 +16,11 @@ from sheldrake.multibody.tree._element import Element, finite, nonnegative, vect
 from sheldrake.multibody.tree._index import ForceElementIndex, ModelInstanceIndex, world_model_instance
 from sheldrake.multibody.tree._joints_axis import PrismaticJoint, RevoluteJoint
 from sheldrake.multibody.tree._rigid_body import RigidBody
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
+    from sheldrake.multibody.tree._joint import Joint
+    from sheldrake.systems.framework import Context
 
 
 class ForceElement(Element):
@@ -31,11 +36,11 @@ class ForceElement(Element):
         """Joints and bodies it acts on."""
         return ()
 
-    def _potential_energy(self, context: Any) -> Any:
+    def _potential_energy(self, context: Context) -> float:
         """Energy it stores [J]; gravity's is counted with the bodies."""
         return 0.0
 
-    def _powers(self, context: Any) -> tuple[Any, Any]:
+    def _powers(self, context: Context) -> tuple[float, float]:
         """Powers of its conservative and of its dissipative force [W]; gravity's is counted with the bodies."""
         return 0.0, 0.0
 
@@ -45,7 +50,7 @@ class UniformGravityFieldElement(ForceElement):
 
     kDefaultStrength: ClassVar[float] = 9.81  # [m/s²]
 
-    def __init__(self, g_W: Any = (0.0, 0.0, -kDefaultStrength)):
+    def __init__(self, g_W: Scalars = (0.0, 0.0, -kDefaultStrength)):
         """
         Args:
             g_W: Acceleration of gravity, in W [m/s²], shape (3,).
@@ -58,7 +63,7 @@ class UniformGravityFieldElement(ForceElement):
         """Acceleration of gravity, in W [m/s²], shape (3,)."""
         return self._g_W.copy()
 
-    def set_gravity_vector(self, g_W: Any) -> None:
+    def set_gravity_vector(self, g_W: Scalars) -> None:
         """Sets the acceleration of gravity, in W [m/s²]."""
         call = "UniformGravityFieldElement.set_gravity_vector"
         self._g_W = finite(call, "g_W", vector(call, "g_W", g_W, 3))
@@ -76,7 +81,7 @@ class UniformGravityFieldElement(ForceElement):
             self._owner.elements.require_not_finalized("set_enabled")
         (self._disabled.discard if is_enabled else self._disabled.add)(int(model_instance))
 
-    def CalcGravityGeneralizedForces(self, context: Any) -> np.ndarray:
+    def CalcGravityGeneralizedForces(self, context: Context) -> np.ndarray:
         """Generalized forces of gravity [N or N m], shape (nv,)."""
         return self._finalized("CalcGravityGeneralizedForces").plant.CalcGravityGeneralizedForces(context)
 
@@ -86,7 +91,7 @@ class JointElement(ForceElement):
 
     _joint_type: ClassVar[Any]
 
-    def __init__(self, joint: Any):
+    def __init__(self, joint: Joint):
         if not isinstance(joint, self._joint_type):
             raise Mismatch(
                 f"{type(self).__name__}(): incompatible constructor arguments. joint must be a "
@@ -95,7 +100,7 @@ class JointElement(ForceElement):
         super().__init__(joint.model_instance())
         self._joint = joint
 
-    def joint(self) -> Any:
+    def joint(self) -> Joint:
         """The joint it acts on."""
         return self._joint
 
@@ -106,7 +111,7 @@ class JointElement(ForceElement):
 class _JointSpring(JointElement):
     """A torsion or compression spring on a joint of one degree of freedom."""
 
-    def __init__(self, joint: Any, nominal: float, stiffness: float):
+    def __init__(self, joint: Joint, nominal: float, stiffness: float):
         super().__init__(joint)
         nonnegative(type(self).__name__, stiffness=stiffness)
         self._nominal, self._stiffness = float(nominal), float(stiffness)
@@ -114,15 +119,15 @@ class _JointSpring(JointElement):
     def _defaults(self) -> list[float]:
         return [self._stiffness, self._nominal]
 
-    def _potential_energy(self, context: Any) -> Any:
+    def _potential_energy(self, context: Context) -> float:
         stiffness, stretch = self._stretched(context)
         return 0.5 * stiffness * stretch * stretch
 
-    def _powers(self, context: Any) -> tuple[Any, Any]:
+    def _powers(self, context: Context) -> tuple[float, float]:
         stiffness, stretch = self._stretched(context)
         return -stiffness * stretch * self._joint.GetOneVelocity(context), 0.0
 
-    def _stretched(self, context: Any) -> tuple[Any, Any]:
+    def _stretched(self, context: Context) -> tuple[float, float]:
         """Stiffness [N m/rad or N/m], and how far the joint is from where the spring rests [rad or m]."""
         owner = self._required_owner("CalcPotentialEnergy")
         stiffness, nominal = owner.contexts.numbers(context, self._group)
@@ -151,20 +156,20 @@ class RevoluteSpring(_JointSpring):
         """Stiffness [N m/rad]."""
         return self._stiffness
 
-    def GetNominalAngle(self, context: Any) -> float:
+    def GetNominalAngle(self, context: Context) -> float:
         """Angle without torque as the context has it [rad]."""
         return self._finalized("GetNominalAngle").contexts.numbers(context, self._group).item(1)
 
-    def SetNominalAngle(self, context: Any, nominal_angle: float) -> None:
+    def SetNominalAngle(self, context: Context, nominal_angle: float) -> None:
         """Changes the angle without torque in a context [rad]."""
         owner = self._finalized("SetNominalAngle")
         owner.contexts.write_numbers(context, self._group, [self.GetStiffness(context), nominal_angle])
 
-    def GetStiffness(self, context: Any) -> float:
+    def GetStiffness(self, context: Context) -> float:
         """Stiffness as the context has it [N m/rad]."""
         return self._finalized("GetStiffness").contexts.numbers(context, self._group).item(0)
 
-    def SetStiffness(self, context: Any, stiffness: float) -> None:
+    def SetStiffness(self, context: Context, stiffness: float) -> None:
         """Changes the stiffness in a context [N m/rad]."""
         owner = self._finalized("SetStiffness")
         nonnegative("RevoluteSpring.SetStiffness", stiffness=stiffness)
@@ -200,9 +205,9 @@ class LinearSpringDamper(ForceElement):
     def __init__(
         self,
         bodyA: RigidBody,
-        p_AP: Any,
+        p_AP: Scalars,
         bodyB: RigidBody,
-        p_BQ: Any,
+        p_BQ: Scalars,
         free_length: float,
         stiffness: float,
         damping: float,
@@ -260,17 +265,17 @@ class LinearSpringDamper(ForceElement):
     def _parts(self) -> tuple[Any, ...]:
         return (self._A, self._B)
 
-    def _point(self, context: Any, body: RigidBody, p_BP: np.ndarray) -> tuple[Any, Any]:
+    def _point(self, context: Context, body: RigidBody, p_BP: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Position and velocity in W of a point of a body."""
         X_WB, V_WB = body.EvalPoseInWorld(context), body.EvalSpatialVelocityInWorld(context)
         return X_WB @ p_BP, V_WB.Shift(X_WB.rotation() @ p_BP).translational()
 
-    def _potential_energy(self, context: Any) -> Any:
+    def _potential_energy(self, context: Context) -> float:
         p_PQ = self._point(context, self._B, self._p_BQ)[0] - self._point(context, self._A, self._p_AP)[0]
         stretch = sqrt(p_PQ @ p_PQ) - self._free_length
         return 0.5 * self._stiffness * stretch * stretch
 
-    def _powers(self, context: Any) -> tuple[Any, Any]:
+    def _powers(self, context: Context) -> tuple[float, float]:
         (p_P, v_P), (p_Q, v_Q) = self._point(context, self._A, self._p_AP), self._point(context, self._B, self._p_BQ)
         length = sqrt((p_Q - p_P) @ (p_Q - p_P))
         rate = (p_Q - p_P) @ (v_Q - v_P) / length

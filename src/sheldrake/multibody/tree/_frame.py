@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -13,7 +13,12 @@ from sheldrake.multibody.tree._index import FrameIndex
 
 if TYPE_CHECKING:
     from sheldrake.multibody.math import SpatialAcceleration, SpatialVelocity
+    from sheldrake.multibody.math._spatial_vectors import SpatialVector
+    from sheldrake.multibody.tree._index import ModelInstanceIndex
     from sheldrake.multibody.tree._rigid_body import RigidBody
+    from sheldrake.systems.framework import Context
+
+    _Spatial = TypeVar("_Spatial", bound=SpatialVector)
 
 
 class Frame(NamedElement):
@@ -21,7 +26,7 @@ class Frame(NamedElement):
 
     _index_type = FrameIndex
 
-    def __init__(self, name: str, body: Any, model_instance: Any = None):
+    def __init__(self, name: str, body: RigidBody, model_instance: ModelInstanceIndex | None = None):
         super().__init__(name, body.model_instance() if model_instance is None else model_instance)
         self._body = body
 
@@ -39,15 +44,15 @@ class Frame(NamedElement):
 
     # --- where it is on its body
 
-    def _X_BF(self, context: Any) -> RigidTransform:
+    def _X_BF(self, context: Context) -> RigidTransform:
         raise NotImplementedError
 
-    def CalcPoseInBodyFrame(self, context: Any) -> RigidTransform:
+    def CalcPoseInBodyFrame(self, context: Context) -> RigidTransform:
         """X_BF."""
         T = self._finalized("CalcPoseInBodyFrame").contexts.view(context).T
         return of_scalar(self._X_BF(context), T)
 
-    def CalcRotationMatrixInBodyFrame(self, context: Any) -> RotationMatrix:
+    def CalcRotationMatrixInBodyFrame(self, context: Context) -> RotationMatrix:
         """R_BF."""
         return self.CalcPoseInBodyFrame(context).rotation()
 
@@ -71,48 +76,48 @@ class Frame(NamedElement):
         """R_BQ of a frame Q given in F, by default."""
         return self.GetFixedRotationMatrixInBodyFrame() @ R_FQ
 
-    def CalcOffsetPoseInBody(self, context: Any, X_FQ: RigidTransform) -> RigidTransform:
+    def CalcOffsetPoseInBody(self, context: Context, X_FQ: RigidTransform) -> RigidTransform:
         """X_BQ of a frame Q given in F."""
         return self.CalcPoseInBodyFrame(context) @ X_FQ
 
-    def CalcOffsetRotationMatrixInBody(self, context: Any, R_FQ: RotationMatrix) -> RotationMatrix:
+    def CalcOffsetRotationMatrixInBody(self, context: Context, R_FQ: RotationMatrix) -> RotationMatrix:
         """R_BQ of a frame Q given in F."""
         return self.CalcRotationMatrixInBodyFrame(context) @ R_FQ
 
     # --- where it is
 
-    def CalcPoseInWorld(self, context: Any) -> RigidTransform:
+    def CalcPoseInWorld(self, context: Context) -> RigidTransform:
         """X_WF."""
         return self._finalized("CalcPoseInWorld").kinematics.pose_of_frame(context, self)
 
-    def CalcPose(self, context: Any, frame_M: Frame) -> RigidTransform:
+    def CalcPose(self, context: Context, frame_M: Frame) -> RigidTransform:
         """X_MF: this frame F in another frame M."""
         kinematics = self._finalized("CalcPose").kinematics
         return kinematics.CalcRelativeTransform(context, expect("CalcPose", frame_M, Frame), self)
 
-    def CalcRotationMatrixInWorld(self, context: Any) -> RotationMatrix:
+    def CalcRotationMatrixInWorld(self, context: Context) -> RotationMatrix:
         """R_WF."""
         return self.CalcPoseInWorld(context).rotation()
 
-    def CalcRotationMatrix(self, context: Any, frame_M: Frame) -> RotationMatrix:
+    def CalcRotationMatrix(self, context: Context, frame_M: Frame) -> RotationMatrix:
         """R_MF."""
         return self.CalcPose(context, frame_M).rotation()
 
     # --- how it moves
 
-    def EvalAngularVelocityInWorld(self, context: Any) -> np.ndarray:
+    def EvalAngularVelocityInWorld(self, context: Context) -> np.ndarray:
         """w_WF expressed in W [rad/s], shape (3,)."""
         return self.CalcSpatialVelocityInWorld(context).rotational().copy()
 
-    def CalcAngularVelocity(self, context: Any, measured_in_frame: Frame, expressed_in_frame: Frame) -> np.ndarray:
+    def CalcAngularVelocity(self, context: Context, measured_in_frame: Frame, expressed_in_frame: Frame) -> np.ndarray:
         """w_MF expressed in E [rad/s], shape (3,)."""
         return self.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame).rotational().copy()
 
-    def CalcSpatialVelocityInWorld(self, context: Any) -> SpatialVelocity:
+    def CalcSpatialVelocityInWorld(self, context: Context) -> SpatialVelocity:
         """V_WF expressed in W, a SpatialVelocity."""
         return self._finalized("CalcSpatialVelocityInWorld").kinematics.velocity_of_frame(context, self)
 
-    def CalcSpatialVelocity(self, context: Any, frame_M: Frame, frame_E: Frame) -> SpatialVelocity:
+    def CalcSpatialVelocity(self, context: Context, frame_M: Frame, frame_E: Frame) -> SpatialVelocity:
         """V_MF expressed in E, a SpatialVelocity."""
         owner = self._finalized("CalcSpatialVelocity")
         V_WF = owner.kinematics.velocity_of_frame(context, self)
@@ -122,7 +127,7 @@ class Frame(NamedElement):
         p_MoFo_W = self.CalcPoseInWorld(context).translation() - frame_M.CalcPoseInWorld(context).translation()
         return _express(context, V_WF - V_WM.Shift(p_MoFo_W), frame_E)
 
-    def CalcRelativeSpatialVelocityInWorld(self, context: Any, other_frame: Frame) -> SpatialVelocity:
+    def CalcRelativeSpatialVelocityInWorld(self, context: Context, other_frame: Frame) -> SpatialVelocity:
         """V_WF - V_WB of another frame B, expressed in W."""
         owner = self._finalized("CalcRelativeSpatialVelocityInWorld")
         return owner.kinematics.velocity_of_frame(context, self) - owner.kinematics.velocity_of_frame(
@@ -130,32 +135,32 @@ class Frame(NamedElement):
         )
 
     def CalcRelativeSpatialVelocity(
-        self, context: Any, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
+        self, context: Context, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialVelocity:
         """V_MF - V_MB of another frame B, expressed in E."""
         return self.CalcSpatialVelocity(
             context, measured_in_frame, expressed_in_frame
         ) - other_frame.CalcSpatialVelocity(context, measured_in_frame, expressed_in_frame)
 
-    def CalcSpatialAccelerationInWorld(self, context: Any) -> SpatialAcceleration:
+    def CalcSpatialAccelerationInWorld(self, context: Context) -> SpatialAcceleration:
         """A_WF expressed in W, a SpatialAcceleration."""
         return self._finalized("CalcSpatialAccelerationInWorld").accelerations.of_frame(context, self)
 
     def CalcSpatialAcceleration(
-        self, context: Any, measured_in_frame: Frame, expressed_in_frame: Frame
+        self, context: Context, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialAcceleration:
         """A_MF expressed in E, a SpatialAcceleration."""
         owner = self._finalized("CalcSpatialAcceleration")
         A_MF_W = owner.accelerations.of_frame_in(context, self, measured_in_frame)
         return _express(context, A_MF_W, expressed_in_frame)
 
-    def CalcRelativeSpatialAccelerationInWorld(self, context: Any, other_frame: Frame) -> SpatialAcceleration:
+    def CalcRelativeSpatialAccelerationInWorld(self, context: Context, other_frame: Frame) -> SpatialAcceleration:
         """A_WF - A_WB of another frame B, expressed in W."""
         owner = self._finalized("CalcRelativeSpatialAccelerationInWorld")
         return owner.accelerations.of_frame(context, self) - owner.accelerations.of_frame(context, other_frame)
 
     def CalcRelativeSpatialAcceleration(
-        self, context: Any, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
+        self, context: Context, other_frame: Frame, measured_in_frame: Frame, expressed_in_frame: Frame
     ) -> SpatialAcceleration:
         """A_MF - A_MB of another frame B, expressed in E."""
         return self.CalcSpatialAcceleration(
@@ -163,7 +168,7 @@ class Frame(NamedElement):
         ) - other_frame.CalcSpatialAcceleration(context, measured_in_frame, expressed_in_frame)
 
 
-def _express(context: Any, spatial_W: Any, frame_E: Frame) -> Any:
+def _express(context: Context, spatial_W: _Spatial, frame_E: Frame) -> _Spatial:
     """A spatial vector given in W, expressed in E."""
     if frame_E.is_world_frame():
         return spatial_W
@@ -173,14 +178,14 @@ def _express(context: Any, spatial_W: Any, frame_E: Frame) -> Any:
 class RigidBodyFrame(Frame):
     """The frame of a body."""
 
-    def __init__(self, body: Any):
+    def __init__(self, body: RigidBody):
         super().__init__(body.name(), body)
 
     def is_body_frame(self) -> bool:
         """True."""
         return True
 
-    def _X_BF(self, context: Any) -> RigidTransform:
+    def _X_BF(self, context: Context) -> RigidTransform:
         return RigidTransform()
 
     def _fixed_X_BF(self) -> RigidTransform:
@@ -190,7 +195,14 @@ class RigidBodyFrame(Frame):
 class FixedOffsetFrame(Frame):
     """A frame F at a fixed pose in another frame P of the same body; the pose is a parameter of the context."""
 
-    def __init__(self, name: str, P: Any = None, X_PF: Any = None, model_instance: Any = None, **retired: Any):
+    def __init__(
+        self,
+        name: str,
+        P: Frame | RigidBody | None = None,
+        X_PF: RigidTransform | None = None,
+        model_instance: ModelInstanceIndex | None = None,
+        **retired: Any,
+    ):
         """
         Args:
             name: Name of the frame.
@@ -214,16 +226,16 @@ class FixedOffsetFrame(Frame):
     def _fixed_X_BF(self) -> RigidTransform:
         return self._parent._fixed_X_BF() @ self._X_PF
 
-    def _X_BF(self, context: Any) -> RigidTransform:
+    def _X_BF(self, context: Context) -> RigidTransform:
         X_PF = self.GetPoseInParentFrame(context)
         return X_PF if self._parent.is_body_frame() else self._parent._X_BF(context) @ X_PF
 
-    def GetPoseInParentFrame(self, context: Any) -> RigidTransform:
+    def GetPoseInParentFrame(self, context: Context) -> RigidTransform:
         """X_PF as the context has it."""
         owner = self._finalized("GetPoseInParentFrame")
         return owner.contexts.transform(context, owner.contexts.numbers(context, self._group))
 
-    def SetPoseInParentFrame(self, context: Any, X_PF: RigidTransform) -> None:
+    def SetPoseInParentFrame(self, context: Context, X_PF: RigidTransform) -> None:
         """Changes X_PF in a context."""
         owner = self._finalized("SetPoseInParentFrame")
         owner.contexts.write_numbers(context, self._group, pose_numbers(X_PF))

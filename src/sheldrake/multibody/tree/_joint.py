@@ -20,8 +20,14 @@ from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
+    from typing_extensions import Self
 
+    from sheldrake.common._types import Scalars, Vector
+    from sheldrake.common.eigen_geometry import Quaternion
+    from sheldrake.multibody.math import SpatialVelocity
+    from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.multibody.tree._rigid_body import RigidBody
+    from sheldrake.systems.framework import Context
 
 _LIMITS = ("position", "velocity", "acceleration")
 
@@ -43,7 +49,7 @@ class Joint(NamedElement):
             cls._type = JOINT_TYPES[name]
             Joint._classes[name] = cls
 
-    def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Any = ()):
+    def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Scalars = ()):
         """
         Args:
             name: Its name, unique in the model instance of the child.
@@ -144,6 +150,10 @@ class Joint(NamedElement):
         """What the kernels need: an axis and a lead, or a pose."""
         return ()
 
+    def _reversed_constants(self) -> tuple[float, ...]:
+        """The same when the child is the inboard body, of a type that is reversible."""
+        raise NotImplementedError(f"A {self.kTypeName} joint has no reverse.")
+
     def _path_pieces(self) -> list[tuple[float, ...]]:
         """Pieces of the path of a joint that follows one, as rows for the kernels."""
         return []
@@ -175,21 +185,21 @@ class Joint(NamedElement):
         return self._limits["acceleration"][1].copy()
 
     @checked
-    def set_position_limits(self, lower_limits: ArrayLike, upper_limits: Any) -> None:
+    def set_position_limits(self, lower_limits: ArrayLike, upper_limits: ArrayLike) -> None:
         """Sets the limits of the positions; before Finalize(), if the discrete update is to enforce them."""
         self._set_limits("position", lower_limits, upper_limits)
 
     @checked
-    def set_velocity_limits(self, lower_limits: ArrayLike, upper_limits: Any) -> None:
+    def set_velocity_limits(self, lower_limits: ArrayLike, upper_limits: ArrayLike) -> None:
         """Sets the limits of the velocities."""
         self._set_limits("velocity", lower_limits, upper_limits)
 
     @checked
-    def set_acceleration_limits(self, lower_limits: ArrayLike, upper_limits: Any) -> None:
+    def set_acceleration_limits(self, lower_limits: ArrayLike, upper_limits: ArrayLike) -> None:
         """Sets the limits of the accelerations."""
         self._set_limits("acceleration", lower_limits, upper_limits)
 
-    def set_dry_friction(self, efforts: Any) -> None:
+    def set_dry_friction(self, efforts: Scalars) -> None:
         """Gives the joint dry friction: it moves only against an effort of this size. Drake's joints have none.
 
         Discrete plants have it, with kLagged, kSimilar or kSap contact: a stuck joint creeps, some 1e-4 of the speed
@@ -205,14 +215,14 @@ class Joint(NamedElement):
             self._owner.elements.require_not_finalized("set_dry_friction")
         values = np.asarray(efforts, float) * np.ones(self.num_velocities())
         if not np.all((values >= 0.0) & np.isfinite(values)):
-            raise RuntimeError(f"{type(self).__name__}.set_dry_friction(): joint {self._name!r}: found {efforts}.")
+            raise RuntimeError(f"{type(self).__name__}.set_dry_friction(): joint {self._name!r}: found {efforts!r}.")
         self._dry_friction = values
 
     def dry_friction(self) -> np.ndarray:
         """Largest dry friction of each velocity [N m or N], shape (num_velocities,)."""
         return self._dry_friction.copy()
 
-    def _set_limits(self, kind: str, lower: Any, upper: Any) -> None:
+    def _set_limits(self, kind: str, lower: Scalars, upper: Scalars) -> None:
         call, size = f"set_{kind}_limits", len(self._limits[kind][0])
         lower, upper = np.ravel(np.asarray(lower, float)), np.ravel(np.asarray(upper, float))
         if lower.shape != (size,) or upper.shape != (size,):
@@ -229,7 +239,7 @@ class Joint(NamedElement):
 
     # --- damping
 
-    def _checked_damping(self, damping: Any) -> np.ndarray:
+    def _checked_damping(self, damping: Scalars) -> np.ndarray:
         size = self.num_velocities()
         damping = np.ravel(np.asarray(damping, float))
         if damping.shape != (size,):
@@ -252,11 +262,11 @@ class Joint(NamedElement):
             self._owner.elements.require_not_finalized("set_default_damping_vector")
         self._damping = self._checked_damping(damping)
 
-    def GetDampingVector(self, context: Any) -> np.ndarray:
+    def GetDampingVector(self, context: Context) -> np.ndarray:
         """Damping of each velocity as the context has it, shape (nv,)."""
         return np.array(self._finalized("GetDampingVector").contexts.numbers(context, self._group))
 
-    def SetDampingVector(self, context: Any, damping: Any) -> None:
+    def SetDampingVector(self, context: Context, damping: Scalars) -> None:
         """Changes the damping in a context."""
         owner = self._finalized("SetDampingVector")
         damping = vector("SetDampingVector", "damping", damping, self.num_velocities())
@@ -264,13 +274,13 @@ class Joint(NamedElement):
             self._checked_damping(damping)
         owner.contexts.write_numbers(context, self._group, damping)
 
-    def AddInDamping(self, context: Any, forces: Any) -> None:
+    def AddInDamping(self, context: Context, forces: MultibodyForces) -> None:
         """Adds its damping forces to `forces`."""
         v = self._velocities(context, "AddInDamping")
         tau = forces.mutable_generalized_forces()
         tau[self._v_start : self._v_start + len(v)] -= self.GetDampingVector(context) * v
 
-    def AddInOneForce(self, context: Any, joint_dof: int, joint_tau: float, forces: Any) -> None:
+    def AddInOneForce(self, context: Context, joint_dof: int, joint_tau: float, forces: MultibodyForces) -> None:
         """Adds a force or torque on one of its velocities to `forces`.
 
         Raises:
@@ -323,57 +333,57 @@ class Joint(NamedElement):
         X_FM = self.GetDefaultPose()
         return X_FM.rotation().ToQuaternion(), X_FM.translation()
 
-    def SetDefaultPosePair(self, q_FM: Any, p_FM: Any) -> None:
+    def SetDefaultPosePair(self, q_FM: Quaternion, p_FM: Scalars) -> None:
         """Sets the default positions from a Quaternion and p_FM."""
         self.SetDefaultPose(RigidTransform(q_FM, p_FM))
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         raise NotImplementedError
 
-    def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Any:
+    def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Vector:
         raise RuntimeError(f"The function {call}() has not been implemented for {self.kTypeName} joints.")
 
-    def SetPose(self, context: Any, X_FM: RigidTransform) -> Any:
+    def SetPose(self, context: Context, X_FM: RigidTransform) -> Self:
         """Sets the positions that put M at X_FM."""
         return self._write_q(context, "SetPose", self._positions_of_pose("SetPose", X_FM))
 
-    def GetPose(self, context: Any) -> RigidTransform:
+    def GetPose(self, context: Context) -> RigidTransform:
         """X_FM."""
         return of_scalar(self._pose_at(self._q(context, "GetPose")), context._system._scalar)
 
-    def SetSpatialVelocity(self, context: Any, V_FM: Any) -> Any:
+    def SetSpatialVelocity(self, context: Context, V_FM: SpatialVelocity) -> Self:
         """Sets the velocities that give M the spatial velocity V_FM, expressed in F."""
         return self._write_v(context, "SetSpatialVelocity", self._velocities_of(V_FM))
 
-    def _velocities_of(self, V_FM: Any) -> Any:
+    def _velocities_of(self, V_FM: SpatialVelocity) -> np.ndarray:
         raise RuntimeError(f"The function SetSpatialVelocity() has not been implemented for {self.kTypeName} joints.")
 
     # --- state in a context
 
-    def GetPositions(self, context: Any) -> np.ndarray:
+    def GetPositions(self, context: Context) -> np.ndarray:
         """Its positions, shape (nq,)."""
         return self._q(context, "GetPositions")
 
-    def SetPositions(self, context: Any, positions: Any) -> None:
+    def SetPositions(self, context: Context, positions: Scalars) -> None:
         """Sets its positions."""
         self._write_q(context, "SetPositions", vector("SetPositions", "positions", positions, self.num_positions()))
 
-    def GetVelocities(self, context: Any) -> np.ndarray:
+    def GetVelocities(self, context: Context) -> np.ndarray:
         """Its velocities, shape (nv,)."""
         return self._velocities(context, "GetVelocities")
 
-    def SetVelocities(self, context: Any, velocities: Any) -> None:
+    def SetVelocities(self, context: Context, velocities: Scalars) -> None:
         """Sets its velocities."""
         self._write_v(
             context, "SetVelocities", vector("SetVelocities", "velocities", velocities, self.num_velocities())
         )
 
-    def GetOnePosition(self, context: Any) -> float:
+    def GetOnePosition(self, context: Context) -> float:
         """The position of a joint that has one."""
         self._require_one("GetOnePosition", self.num_positions())
         return self._q(context, "GetOnePosition").item(0)
 
-    def GetOneVelocity(self, context: Any) -> float:
+    def GetOneVelocity(self, context: Context) -> float:
         """The velocity of a joint that has one."""
         self._require_one("GetOneVelocity", self.num_velocities())
         return self._velocities(context, "GetOneVelocity").item(0)
@@ -382,15 +392,15 @@ class Joint(NamedElement):
         if number != 1:
             raise RuntimeError(f"Joint.{call}(): joint {self._name!r} of type {self.kTypeName} has {number}, not one.")
 
-    def _q(self, context: Any, call: str) -> np.ndarray:
+    def _q(self, context: Context, call: str) -> np.ndarray:
         owner = self._finalized(call)
         return np.array(owner.contexts.positions(context)[self._q_start : self._q_start + self.num_positions()])
 
-    def _velocities(self, context: Any, call: str) -> np.ndarray:
+    def _velocities(self, context: Context, call: str) -> np.ndarray:
         owner = self._finalized(call)
         return np.array(owner.contexts.velocities(context)[self._v_start : self._v_start + self.num_velocities()])
 
-    def _write_q(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
+    def _write_q(self, context: Context, call: str, values: Vector, at: int = 0) -> Self:
         owner = self._finalized(call)
         if not are_finite(values):
             require_numbers(f"{type(self).__name__}.{call}", values)
@@ -398,7 +408,7 @@ class Joint(NamedElement):
         owner.contexts.write_positions(context, self._q_start + at, values)
         return self
 
-    def _write_v(self, context: Any, call: str, values: Any, at: int = 0) -> Any:
+    def _write_v(self, context: Context, call: str, values: Vector, at: int = 0) -> Self:
         owner = self._finalized(call)
         if not are_finite(values):
             require_numbers(f"{type(self).__name__}.{call}", values)
@@ -408,17 +418,17 @@ class Joint(NamedElement):
 
     # --- locking
 
-    def Lock(self, context: Any) -> None:
+    def Lock(self, context: Context) -> None:
         """Locks it in a context: it keeps its positions and its velocities become zero."""
         owner = self._finalized("Lock")
         owner.contexts.set_locked(context, self, True)
         if self.num_velocities():
             owner.contexts.write_velocities(context, self._v_start, np.zeros(self.num_velocities()))
 
-    def Unlock(self, context: Any) -> None:
+    def Unlock(self, context: Context) -> None:
         """Undoes Lock()."""
         self._finalized("Unlock").contexts.set_locked(context, self, False)
 
-    def is_locked(self, context: Any) -> bool:
+    def is_locked(self, context: Context) -> bool:
         """Whether it is locked in a context."""
         return self._finalized("is_locked").contexts.is_locked(context, self)

@@ -6,7 +6,7 @@ Gains make an actuator a spring and damper on its joint, solved for implicitly i
 from __future__ import annotations
 
 import copy
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,6 +14,10 @@ from sheldrake.common._checked import checked
 from sheldrake.multibody.tree._element import NamedElement, vector
 from sheldrake.multibody.tree._index import JointActuatorIndex
 from sheldrake.multibody.tree._joint import Joint
+
+if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars
+    from sheldrake.systems.framework import Context
 
 
 class PdControllerGains:
@@ -49,7 +53,7 @@ class JointActuator(NamedElement):
         self._gains: PdControllerGains | None = None
         self._input_start = -1
 
-    def joint(self) -> Any:
+    def joint(self) -> Any:  # of whatever type: callers know which
         """The joint it acts on."""
         return self._joint
 
@@ -93,23 +97,23 @@ class JointActuator(NamedElement):
         """Rotor inertia as the joint feels it [kg m² or kg]."""
         return self._gear_ratio * self._gear_ratio * self._rotor_inertia
 
-    def rotor_inertia(self, context: Any) -> float:
+    def rotor_inertia(self, context: Context) -> float:
         """Rotor inertia as the context has it [kg m²]."""
         return self._finalized("rotor_inertia").contexts.numbers(context, self._group).item(0)
 
-    def gear_ratio(self, context: Any) -> float:
+    def gear_ratio(self, context: Context) -> float:
         """Gear ratio as the context has it."""
         return self._finalized("gear_ratio").contexts.numbers(context, self._group + 1).item(0)
 
-    def SetRotorInertia(self, context: Any, rotor_inertia: float) -> None:
+    def SetRotorInertia(self, context: Context, rotor_inertia: float) -> None:
         """Changes the rotor inertia in a context [kg m²]."""
         self._finalized("SetRotorInertia").contexts.write_numbers(context, self._group, [rotor_inertia])
 
-    def SetGearRatio(self, context: Any, gear_ratio: float) -> None:
+    def SetGearRatio(self, context: Context, gear_ratio: float) -> None:
         """Changes the gear ratio in a context."""
         self._finalized("SetGearRatio").contexts.write_numbers(context, self._group + 1, [gear_ratio])
 
-    def calc_reflected_inertia(self, context: Any) -> float:
+    def calc_reflected_inertia(self, context: Context) -> float:
         """Rotor inertia as the joint feels it, in a context [kg m² or kg]."""
         gear = self.gear_ratio(context)
         return gear * gear * self.rotor_inertia(context)
@@ -125,13 +129,13 @@ class JointActuator(NamedElement):
         """Number of its efforts."""
         return self._joint.num_velocities()
 
-    def get_actuation_vector(self, u: Any) -> np.ndarray:
+    def get_actuation_vector(self, u: Scalars) -> np.ndarray:
         """Its part of the plant's actuation vector u."""
         owner = self._finalized("get_actuation_vector")
         u = vector("get_actuation_vector", "u", u, owner.plant.num_actuated_dofs())
         return u[self._input_start : self._input_start + self.num_inputs()]
 
-    def set_actuation_vector(self, u_actuator: Any, u: np.ndarray) -> None:
+    def set_actuation_vector(self, u_actuator: Scalars, u: np.ndarray) -> None:
         """Writes its part of the plant's actuation vector u, in place."""
         self._finalized("set_actuation_vector")
         u_actuator = vector("set_actuation_vector", "u_actuator", u_actuator, self.num_inputs())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,6 +14,8 @@ from sheldrake.multibody.tree._joints_axis import OneVelocityJoint
 from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory, PiecewiseConstantCurvatureTrajectory_
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
+    from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.systems.framework import Context
 
 
@@ -110,10 +112,10 @@ class CurvilinearJoint(OneVelocityJoint):
         """Sets the distance in a default context [m]."""
         self.set_default_positions([distance])
 
-    def set_random_distance_distribution(self, distance: Any) -> None:
+    def set_random_distance_distribution(self, distance: Scalar | Scalars) -> None:
         """Sets the expression from which SetRandomState() draws the distance."""
         self._random_q = [distance]
 
-    def AddInForce(self, context: Context, force: float, forces: Any) -> None:
+    def AddInForce(self, context: Context, force: float, forces: MultibodyForces) -> None:
         """Adds a force along the path's tangent [N] to `forces`."""
         self.AddInOneForce(context, 0, force, forces)

@@ -18,6 +18,7 @@ from sheldrake.multibody.tree._frame import Frame, pose_numbers
 from sheldrake.multibody.tree._joint import Joint
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars
     from sheldrake.symbolic import Expression
     from sheldrake.systems.framework import Context
 
@@ -74,7 +75,7 @@ class OneVelocityJoint(OneDampingJoint):
         self.set_default_damping_vector([damping])
 
 
-def _unit_axis(joint: Joint, axis: Any) -> np.ndarray:
+def _unit_axis(joint: Joint, axis: Scalars) -> np.ndarray:
     """`axis` with length one, shape (3,).
 
     Raises:
@@ -100,7 +101,7 @@ class _AxisJoint(OneVelocityJoint):
         name: str,
         frame_on_parent: Frame,
         frame_on_child: Frame,
-        axis: Any,
+        axis: Scalars,
         pos_lower_limit: float = -np.inf,
         pos_upper_limit: float = np.inf,
         damping: float = 0.0,
@@ -125,8 +126,8 @@ class RevoluteJoint(_AxisJoint):
         name: str,
         frame_on_parent: Frame,
         frame_on_child: Frame,
-        axis: Any,
-        *limits: Any,
+        axis: Scalars,
+        *limits: float,
         damping: float | None = None,
         pos_lower_limit: float | None = None,
         pos_upper_limit: float | None = None,
@@ -255,7 +256,7 @@ class ScrewJoint(OneDampingJoint):
         frame_on_parent: Frame,
         frame_on_child: Frame,
         *args: Any,
-        axis: Any = (0.0, 0.0, 1.0),
+        axis: Scalars = (0.0, 0.0, 1.0),
         screw_pitch: float | None = None,
         damping: float | None = None,
     ):
@@ -356,9 +357,9 @@ class ScrewJoint(OneDampingJoint):
         """Sets the translation in a default context [m]."""
         self.set_default_positions([self._angle_of("set_default_translation", z)])
 
-    def set_random_pose_distribution(self, theta: Any) -> None:
+    def set_random_pose_distribution(self, theta: Scalar | Scalars) -> None:
         """Sets the expression from which SetRandomState() draws the angle."""
-        self._random_q = list(np.ravel(theta))
+        self._random_q = list(np.ravel(np.asarray(theta)))
 
 
 class WeldJoint(Joint):

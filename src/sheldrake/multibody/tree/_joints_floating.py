@@ -5,7 +5,7 @@ A plant gives the one with a quaternion to each body that no joint holds; the on
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,6 +17,10 @@ from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
 
 if TYPE_CHECKING:
+    from typing_extensions import Self
+
+    from sheldrake.common._types import Scalars, Vector
+    from sheldrake.multibody.math import SpatialVelocity
     from sheldrake.systems.framework import Context
 
 
@@ -47,13 +51,13 @@ class _FloatingJoint(Joint):
         """
         super().__init__(name, frame_on_parent, frame_on_child, [angular_damping] * 3 + [translational_damping] * 3)
 
-    def _rotation_positions(self, R: RotationMatrix) -> Any:
+    def _rotation_positions(self, R: RotationMatrix) -> np.ndarray:
         raise NotImplementedError
 
-    def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Any:
+    def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Vector:
         return [*self._rotation_positions(X_FM.rotation()), *X_FM.translation()]
 
-    def _velocities_of(self, V_FM: Any) -> Any:
+    def _velocities_of(self, V_FM: SpatialVelocity) -> np.ndarray:
         return V_FM.get_coeffs()
 
     def default_angular_damping(self) -> float:
@@ -68,7 +72,7 @@ class _FloatingJoint(Joint):
         """p_FM [m], shape (3,)."""
         return self._q(context, "get_translation")[self._p_start :]
 
-    def SetTranslation(self, context: Context, p_FM: Any) -> Any:
+    def SetTranslation(self, context: Context, p_FM: Scalars) -> Self:
         """Moves M's origin to p_FM [m]."""
         return self._write_q(context, "SetTranslation", vector("SetTranslation", "p_FM", p_FM, 3), self._p_start)
 
@@ -76,7 +80,7 @@ class _FloatingJoint(Joint):
         """w_FM expressed in F [rad/s], shape (3,)."""
         return self._velocities(context, "get_angular_velocity")[:3]
 
-    def set_angular_velocity(self, context: Context, w_FM: Any) -> Any:
+    def set_angular_velocity(self, context: Context, w_FM: Scalars) -> Self:
         """Sets w_FM expressed in F [rad/s]."""
         return self._write_v(context, "set_angular_velocity", vector("set_angular_velocity", "w_FM", w_FM, 3))
 
@@ -84,7 +88,7 @@ class _FloatingJoint(Joint):
         """v_FM expressed in F [m/s], shape (3,)."""
         return self._velocities(context, "get_translational_velocity")[3:]
 
-    def set_translational_velocity(self, context: Context, v_FM: Any) -> Any:
+    def set_translational_velocity(self, context: Context, v_FM: Scalars) -> Self:
         """Sets v_FM expressed in F [m/s]."""
         call = "set_translational_velocity"
         return self._write_v(context, call, vector(call, "v_FM", v_FM, 3), 3)
@@ -93,7 +97,7 @@ class _FloatingJoint(Joint):
         """p_FM in a default context [m], shape (3,)."""
         return self._default_q[self._p_start :].copy()
 
-    def _set_default_translation(self, p_FM: Any) -> None:
+    def _set_default_translation(self, p_FM: Scalars) -> None:
         self._default_q[self._p_start :] = vector("set_default_translation", "p_FM", p_FM, 3)
 
 
@@ -106,7 +110,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
     def _zero_positions(self) -> np.ndarray:
         return np.array([1.0, 0, 0, 0, 0, 0, 0])
 
-    def _rotation_positions(self, R: RotationMatrix) -> Any:
+    def _rotation_positions(self, R: RotationMatrix) -> np.ndarray:
         return R.ToQuaternion().wxyz()
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
@@ -116,7 +120,7 @@ class QuaternionFloatingJoint(_FloatingJoint):
         R = quaternion_to_matrix(T, q[:4] / np.sqrt(squared))  # of unit length: nothing is left to check
         return RigidTransform._make(R, q[4:].copy())
 
-    def SetOrientation(self, context: Context, R: RotationMatrix) -> Any:
+    def SetOrientation(self, context: Context, R: RotationMatrix) -> Self:
         """Turns M to R, which is R_FM."""
         return self._write_q(context, "SetOrientation", self._rotation_positions(R))
 
@@ -137,11 +141,11 @@ class QuaternionFloatingJoint(_FloatingJoint):
         """Sets the quaternion in a default context."""
         self._default_q[:4] = q_FM.wxyz()
 
-    def set_default_translation(self, translation: Any) -> None:
+    def set_default_translation(self, translation: Scalars) -> None:
         """Sets p_FM in a default context [m]."""
         self._set_default_translation(translation)
 
-    def set_random_quaternion_distribution(self, q_FM: Any) -> None:
+    def set_random_quaternion_distribution(self, q_FM: Quaternion) -> None:
         """Sets the quaternion of expressions from which SetRandomState() draws."""
         self._random_q = [*q_FM.wxyz(), *(self._random_q or list(self._default_q))[4:]]
 
@@ -149,9 +153,9 @@ class QuaternionFloatingJoint(_FloatingJoint):
         """Makes SetRandomState() draw uniformly distributed rotations."""
         self._random_q = ["uniform", None, None, None, *(self._random_q or list(self._default_q))[4:]]
 
-    def set_random_translation_distribution(self, translation: Any) -> None:
+    def set_random_translation_distribution(self, translation: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws p_FM."""
-        self._random_q = [*(self._random_q or list(self._default_q))[:4], *np.ravel(translation)]
+        self._random_q = [*(self._random_q or list(self._default_q))[:4], *np.ravel(np.asarray(translation))]
 
 
 class RpyFloatingJoint(_FloatingJoint):
@@ -160,14 +164,14 @@ class RpyFloatingJoint(_FloatingJoint):
     kTypeName = "rpy_floating"
     _p_start = 3
 
-    def _rotation_positions(self, R: RotationMatrix) -> Any:
+    def _rotation_positions(self, R: RotationMatrix) -> np.ndarray:
         return RollPitchYaw_[R._T](R).vector()
 
     def _pose_at(self, q: np.ndarray) -> RigidTransform:
         T = scalar_of(q)
         return RigidTransform_[T](RollPitchYaw_[T](q[:3]), q[3:])
 
-    def SetOrientation(self, context: Context, R_FM: RotationMatrix) -> Any:
+    def SetOrientation(self, context: Context, R_FM: RotationMatrix) -> Self:
         """Turns M to R_FM."""
         return self._write_q(context, "SetOrientation", self._rotation_positions(R_FM))
 
@@ -175,7 +179,7 @@ class RpyFloatingJoint(_FloatingJoint):
         """Roll, pitch, yaw [rad], shape (3,)."""
         return self._q(context, "get_angles")[:3]
 
-    def set_angles(self, context: Context, angles: Any) -> RpyFloatingJoint:
+    def set_angles(self, context: Context, angles: Scalars) -> RpyFloatingJoint:
         """Sets roll, pitch, yaw [rad]."""
         return self._write_q(context, "set_angles", vector("set_angles", "angles", angles, 3))
 
@@ -183,18 +187,18 @@ class RpyFloatingJoint(_FloatingJoint):
         """Roll, pitch, yaw in a default context [rad], shape (3,)."""
         return self._default_q[:3].copy()
 
-    def set_default_angles(self, angles: Any) -> None:
+    def set_default_angles(self, angles: Scalars) -> None:
         """Sets roll, pitch, yaw in a default context [rad]."""
         self._default_q[:3] = vector("set_default_angles", "angles", angles, 3)
 
-    def set_default_translation(self, p_FM: Any) -> None:
+    def set_default_translation(self, p_FM: Scalars) -> None:
         """Sets p_FM in a default context [m]."""
         self._set_default_translation(p_FM)
 
-    def set_random_angles_distribution(self, angles: Any) -> None:
+    def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""
-        self._random_q = [*np.ravel(angles), *(self._random_q or list(self._default_q))[3:]]
+        self._random_q = [*np.ravel(np.asarray(angles)), *(self._random_q or list(self._default_q))[3:]]
 
-    def set_random_translation_distribution(self, p_FM: Any) -> None:
+    def set_random_translation_distribution(self, p_FM: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws p_FM."""
-        self._random_q = [*(self._random_q or list(self._default_q))[:3], *np.ravel(p_FM)]
+        self._random_q = [*(self._random_q or list(self._default_q))[:3], *np.ravel(np.asarray(p_FM))]

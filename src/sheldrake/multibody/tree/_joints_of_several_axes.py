@@ -5,7 +5,7 @@ Planar, universal and ball joints; see `_joint` for what a joint is.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from sheldrake.multibody.tree._frame import Frame
 from sheldrake.multibody.tree._joint import Joint
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import Scalar, Scalars, Vector
+    from sheldrake.multibody.math import SpatialVelocity
     from sheldrake.systems.framework import Context
 
 
@@ -24,7 +26,7 @@ class PlanarJoint(Joint):
     kTypeName = "planar"
     _axis = np.array([0.0, 0.0, 1.0])
 
-    def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Any = (0.0, 0.0, 0.0)):
+    def __init__(self, name: str, frame_on_parent: Frame, frame_on_child: Frame, damping: Scalars = (0.0, 0.0, 0.0)):
         """
         Args:
             name: Its name.
@@ -46,7 +48,7 @@ class PlanarJoint(Joint):
         """x and y of M's origin in F [m], shape (2,)."""
         return self._q(context, "get_translation")[:2]
 
-    def set_translation(self, context: Context, p_FoMo_F: Any) -> PlanarJoint:
+    def set_translation(self, context: Context, p_FoMo_F: Scalars) -> PlanarJoint:
         """Sets x and y of M's origin in F [m]."""
         return self._write_q(context, "set_translation", vector("set_translation", "p_FoMo_F", p_FoMo_F, 2))
 
@@ -58,7 +60,7 @@ class PlanarJoint(Joint):
         """Sets the angle about z [rad]."""
         return self._write_q(context, "set_rotation", [theta], 2)
 
-    def set_pose(self, context: Context, p_FoMo_F: Any, theta: float) -> PlanarJoint:
+    def set_pose(self, context: Context, p_FoMo_F: Scalars, theta: float) -> PlanarJoint:
         """Sets x and y [m] and the angle [rad]."""
         return self._write_q(context, "set_pose", [*vector("set_pose", "p_FoMo_F", p_FoMo_F, 2), theta])
 
@@ -66,7 +68,7 @@ class PlanarJoint(Joint):
         """Rates of x and y [m/s], shape (2,)."""
         return self._velocities(context, "get_translational_velocity")[:2]
 
-    def set_translational_velocity(self, context: Context, v_FoMo_F: Any) -> PlanarJoint:
+    def set_translational_velocity(self, context: Context, v_FoMo_F: Scalars) -> PlanarJoint:
         """Sets the rates of x and y [m/s]."""
         call = "set_translational_velocity"
         return self._write_v(context, call, vector(call, "v_FoMo_F", v_FoMo_F, 2))
@@ -83,7 +85,7 @@ class PlanarJoint(Joint):
         """x and y in a default context [m], shape (2,)."""
         return self._default_q[:2].copy()
 
-    def set_default_translation(self, p_FoMo_F: Any) -> None:
+    def set_default_translation(self, p_FoMo_F: Scalars) -> None:
         """Sets x and y in a default context [m]."""
         self._default_q[:2] = vector("set_default_translation", "p_FoMo_F", p_FoMo_F, 2)
 
@@ -95,14 +97,14 @@ class PlanarJoint(Joint):
         """Sets the angle in a default context [rad]."""
         self._default_q[2] = theta
 
-    def set_default_pose(self, p_FoMo_F: Any, theta: float) -> None:
+    def set_default_pose(self, p_FoMo_F: Scalars, theta: float) -> None:
         """Sets x and y [m] and the angle [rad] in a default context."""
         self.set_default_translation(p_FoMo_F)
         self.set_default_rotation(theta)
 
-    def set_random_pose_distribution(self, p_FoMo_F: Any, theta: Any) -> None:
+    def set_random_pose_distribution(self, p_FoMo_F: Scalars, theta: Scalar | Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws x, y and the angle."""
-        self._random_q = [*np.ravel(p_FoMo_F), theta]
+        self._random_q = [*np.ravel(np.asarray(p_FoMo_F)), theta]
 
 
 class UniversalJoint(Joint):
@@ -125,7 +127,7 @@ class UniversalJoint(Joint):
         """Both angles [rad], shape (2,)."""
         return self._q(context, "get_angles")
 
-    def set_angles(self, context: Context, angles: Any) -> UniversalJoint:
+    def set_angles(self, context: Context, angles: Scalars) -> UniversalJoint:
         """Sets both angles [rad]."""
         return self._write_q(context, "set_angles", vector("set_angles", "angles", angles, 2))
 
@@ -133,7 +135,7 @@ class UniversalJoint(Joint):
         """Rates of both angles [rad/s], shape (2,)."""
         return self._velocities(context, "get_angular_rates")
 
-    def set_angular_rates(self, context: Context, theta_dot: Any) -> UniversalJoint:
+    def set_angular_rates(self, context: Context, theta_dot: Scalars) -> UniversalJoint:
         """Sets the rates of both angles [rad/s]."""
         return self._write_v(context, "set_angular_rates", vector("set_angular_rates", "theta_dot", theta_dot, 2))
 
@@ -141,13 +143,13 @@ class UniversalJoint(Joint):
         """Both angles in a default context [rad], shape (2,)."""
         return self._default_q.copy()
 
-    def set_default_angles(self, angles: Any) -> None:
+    def set_default_angles(self, angles: Scalars) -> None:
         """Sets both angles in a default context [rad]."""
         self._default_q = vector("set_default_angles", "angles", angles, 2)
 
-    def set_random_angles_distribution(self, angles: Any) -> None:
+    def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""
-        self._random_q = list(np.ravel(angles))
+        self._random_q = list(np.ravel(np.asarray(angles)))
 
 
 class BallRpyJoint(Joint):
@@ -162,10 +164,10 @@ class BallRpyJoint(Joint):
         T = scalar_of(q)
         return RigidTransform_[T](RollPitchYaw_[T](q), np.zeros(3))
 
-    def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Any:
+    def _positions_of_pose(self, call: str, X_FM: RigidTransform) -> Vector:
         return RollPitchYaw_[X_FM._T](X_FM.rotation()).vector()
 
-    def _velocities_of(self, V_FM: Any) -> Any:
+    def _velocities_of(self, V_FM: SpatialVelocity) -> np.ndarray:
         return V_FM.rotational()
 
     def default_damping(self) -> float:
@@ -176,7 +178,7 @@ class BallRpyJoint(Joint):
         """Roll, pitch, yaw [rad], shape (3,)."""
         return self._q(context, "get_angles")
 
-    def set_angles(self, context: Context, angles: Any) -> BallRpyJoint:
+    def set_angles(self, context: Context, angles: Scalars) -> BallRpyJoint:
         """Sets roll, pitch, yaw [rad]."""
         return self._write_q(context, "set_angles", vector("set_angles", "angles", angles, 3))
 
@@ -184,7 +186,7 @@ class BallRpyJoint(Joint):
         """w_FM expressed in F [rad/s], shape (3,)."""
         return self._velocities(context, "get_angular_velocity")
 
-    def set_angular_velocity(self, context: Context, w_FM: Any) -> BallRpyJoint:
+    def set_angular_velocity(self, context: Context, w_FM: Scalars) -> BallRpyJoint:
         """Sets w_FM expressed in F [rad/s]."""
         return self._write_v(context, "set_angular_velocity", vector("set_angular_velocity", "w_FM", w_FM, 3))
 
@@ -192,10 +194,10 @@ class BallRpyJoint(Joint):
         """Roll, pitch, yaw in a default context [rad], shape (3,)."""
         return self._default_q.copy()
 
-    def set_default_angles(self, angles: Any) -> None:
+    def set_default_angles(self, angles: Scalars) -> None:
         """Sets roll, pitch, yaw in a default context [rad]."""
         self._default_q = vector("set_default_angles", "angles", angles, 3)
 
-    def set_random_angles_distribution(self, angles: Any) -> None:
+    def set_random_angles_distribution(self, angles: Scalars) -> None:
         """Sets the expressions from which SetRandomState() draws the angles."""
-        self._random_q = list(np.ravel(angles))
+        self._random_q = list(np.ravel(np.asarray(angles)))

@@ -13,7 +13,7 @@ from sheldrake.common._overloads import Mismatch
 class MultibodyForces:
     """Generalized forces, and spatial forces on the bodies at their origins, in W."""
 
-    _scalar: Any = float
+    _scalar: type = float
 
     def __init__(self, plant: Any = None, nv: int | None = None, *, nb: int | None = None):
         """
@@ -24,7 +24,7 @@ class MultibodyForces:
         """
         dtype: Any = float if self._scalar is float else object
         if nb is None and isinstance(plant, (int, np.integer)):
-            nb = int(plant)
+            nb, plant = int(plant), None
         if nb is None:
             if plant is None or nv is not None or not hasattr(plant, "num_velocities"):
                 raise Mismatch(

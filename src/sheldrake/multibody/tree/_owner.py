@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from sheldrake.multibody.tree._kernels.forces import ForceModel
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+    from sheldrake.common._types import Vector
+    from sheldrake.math import RigidTransform
+    from sheldrake.multibody.math import SpatialAcceleration, SpatialInertia, SpatialVelocity
+    from sheldrake.multibody.tree._force_element import ForceElement
+    from sheldrake.multibody.tree._frame import Frame
+    from sheldrake.multibody.tree._joint import Joint
+    from sheldrake.multibody.tree._joint_actuator import JointActuator
+    from sheldrake.multibody.tree._rigid_body import RigidBody
+    from sheldrake.systems.framework import Context
 
 
 class Membership(Protocol):
@@ -18,66 +31,66 @@ class Membership(Protocol):
     def require_not_finalized(self, call: str) -> None:
         """Raises RuntimeError after Finalize()."""
 
-    def is_floating_base(self, body: Any) -> bool:
+    def is_floating_base(self, body: RigidBody) -> bool:
         """Whether Finalize() gave the body its floating joint."""
 
-    def has_quaternion(self, body: Any) -> bool:
+    def has_quaternion(self, body: RigidBody) -> bool:
         """Whether the body hangs on a joint with a quaternion."""
 
-    def inboard_joint(self, body: Any) -> Any:
+    def inboard_joint(self, body: RigidBody) -> Joint:
         """The joint by which a body hangs in the forest."""
 
-    def row_of(self, body: Any) -> int:
+    def row_of(self, body: RigidBody) -> int:
         """The row of a body in the kernels' arrays."""
 
-    def forces_of(self, element: Any) -> ForceModel:
+    def forces_of(self, element: ForceElement) -> ForceModel:
         """One force element as arrays."""
 
 
 class ContextNumbers(Protocol):
     """Reading and writing contexts; all arrays are what the context holds, in the context's scalar type."""
 
-    def view(self, context: Any) -> Any:
+    def view(self, context: Context) -> Any:
         """The context as arrays, with the workspaces of the tree's kernels."""
 
-    def positions(self, context: Any) -> np.ndarray:
+    def positions(self, context: Context) -> np.ndarray:
         """All q, to be read only."""
 
-    def velocities(self, context: Any) -> np.ndarray:
+    def velocities(self, context: Context) -> np.ndarray:
         """All v, to be read only."""
 
-    def write_positions(self, context: Any, start: int, values: Any) -> None:
+    def write_positions(self, context: Context, start: int, values: Vector) -> None:
         """Sets positions from number `start` on."""
 
-    def write_velocities(self, context: Any, start: int, values: Any) -> None:
+    def write_velocities(self, context: Context, start: int, values: Vector) -> None:
         """Sets velocities from number `start` on."""
 
-    def numbers(self, context: Any, group: int) -> np.ndarray:
+    def numbers(self, context: Context, group: int) -> np.ndarray:
         """A group of numeric parameters."""
 
-    def write_numbers(self, context: Any, group: int, values: Any) -> None:
+    def write_numbers(self, context: Context, group: int, values: ArrayLike) -> None:
         """Sets a group of numeric parameters."""
 
-    def is_locked(self, context: Any, joint: Any) -> bool:
+    def is_locked(self, context: Context, joint: Joint) -> bool:
         """Whether a joint is locked."""
 
-    def set_locked(self, context: Any, joint: Any, locked: bool) -> None:
+    def set_locked(self, context: Context, joint: Joint, locked: bool) -> None:
         """Locks or unlocks a joint."""
 
-    def transform(self, context: Any, numbers: Any) -> Any:
+    def transform(self, context: Context, numbers: np.ndarray) -> RigidTransform:
         """A RigidTransform of twelve numbers."""
 
-    def spatial_inertia(self, context: Any, numbers: Any) -> Any:
+    def spatial_inertia(self, context: Context, numbers: np.ndarray) -> SpatialInertia:
         """A SpatialInertia of ten numbers."""
 
 
 class FrameMotions(Protocol):
     """Where frames are and how they move."""
 
-    def pose_of_frame(self, context: Any, frame: Any) -> Any:
+    def pose_of_frame(self, context: Context, frame: Frame) -> RigidTransform:
         """X_WF."""
 
-    def velocity_of_frame(self, context: Any, frame: Any) -> Any:
+    def velocity_of_frame(self, context: Context, frame: Frame) -> SpatialVelocity:
         """V_WF."""
 
     def CalcRelativeTransform(self, context: Any, frame_A: Any, frame_B: Any) -> Any:
@@ -87,10 +100,10 @@ class FrameMotions(Protocol):
 class FrameAccelerations(Protocol):
     """How frames accelerate."""
 
-    def of_frame(self, context: Any, frame: Any) -> Any:
+    def of_frame(self, context: Context, frame: Frame) -> SpatialAcceleration:
         """A_WF."""
 
-    def of_frame_in(self, context: Any, frame: Any, measured_in: Any) -> Any:
+    def of_frame_in(self, context: Context, frame: Frame, measured_in: Frame) -> SpatialAcceleration:
         """A_MF, expressed in W."""
 
 
@@ -121,5 +134,5 @@ class Owner(Protocol):
     def gravity_changed(self) -> None:
         """Gravity has another vector."""
 
-    def actuator_changed(self, actuator: Any) -> None:
+    def actuator_changed(self, actuator: JointActuator) -> None:
         """An actuator has another effort limit or other gains."""

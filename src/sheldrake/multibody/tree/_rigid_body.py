@@ -20,8 +20,11 @@ from sheldrake.multibody.tree._index import BodyIndex, ModelInstanceIndex, defau
 from sheldrake.systems.framework._vector import lifted
 
 if TYPE_CHECKING:
+    from sheldrake.common._types import Scalars, Vector
     from sheldrake.math import RigidTransform
     from sheldrake.multibody.math import SpatialAcceleration, SpatialVelocity
+    from sheldrake.multibody.tree._joint import Joint
+    from sheldrake.multibody.tree._multibody_forces import MultibodyForces
     from sheldrake.systems.framework import Context
 
 
@@ -70,20 +73,20 @@ class RigidBody(NamedElement):
 
     # --- inertia in a context
 
-    def get_mass(self, context: Any) -> float:
+    def get_mass(self, context: Context) -> float:
         """Mass [kg] as the context has it."""
         return self._finalized("get_mass").contexts.numbers(context, self._group).item(0)
 
-    def CalcCenterOfMassInBodyFrame(self, context: Any) -> np.ndarray:
+    def CalcCenterOfMassInBodyFrame(self, context: Context) -> np.ndarray:
         """p_BoBcm_B [m] as the context has it, shape (3,)."""
         return np.array(self._finalized("CalcCenterOfMassInBodyFrame").contexts.numbers(context, self._group)[1:4])
 
-    def CalcSpatialInertiaInBodyFrame(self, context: Any) -> SpatialInertia:
+    def CalcSpatialInertiaInBodyFrame(self, context: Context) -> SpatialInertia:
         """M_BBo_B as the context has it."""
         owner = self._finalized("CalcSpatialInertiaInBodyFrame")
         return owner.contexts.spatial_inertia(context, owner.contexts.numbers(context, self._group))
 
-    def SetMass(self, context: Any, mass: float) -> None:
+    def SetMass(self, context: Context, mass: float) -> None:
         """Changes the mass [kg] in a context; the unit inertia stays, so the rotational inertia scales.
 
         Raises:
@@ -91,11 +94,11 @@ class RigidBody(NamedElement):
         """
         self._change(context, "SetMass", 0, [mass])
 
-    def SetCenterOfMassInBodyFrame(self, context: Any, com: Any) -> None:
+    def SetCenterOfMassInBodyFrame(self, context: Context, com: Scalars) -> None:
         """Changes p_BoBcm_B [m] in a context; the unit inertia about Bo stays."""
         self._change(context, "SetCenterOfMassInBodyFrame", 1, vector("SetCenterOfMassInBodyFrame", "com", com, 3))
 
-    def SetCenterOfMassInBodyFrameAndPreserveCentralInertia(self, context: Any, com: Any) -> None:
+    def SetCenterOfMassInBodyFrameAndPreserveCentralInertia(self, context: Context, com: Scalars) -> None:
         """Changes p_BoBcm_B [m] in a context and keeps the inertia about the centre of mass."""
         call = "SetCenterOfMassInBodyFrameAndPreserveCentralInertia"
         M = self.CalcSpatialInertiaInBodyFrame(context)
@@ -108,7 +111,7 @@ class RigidBody(NamedElement):
         """Changes the spatial inertia in a context."""
         self._change(context, "SetSpatialInertiaInBodyFrame", 0, inertia_numbers(M_Bo_B))
 
-    def _change(self, context: Any, call: str, start: int, values: Any) -> None:
+    def _change(self, context: Context, call: str, start: int, values: Vector) -> None:
         owner = self._finalized(call)
         numbers = np.array(owner.contexts.numbers(context, self._group))
         numbers[start : start + len(values)] = lifted(np.array(values), context._system._scalar)
@@ -121,48 +124,50 @@ class RigidBody(NamedElement):
 
     # --- where it is
 
-    def EvalPoseInWorld(self, context: Any) -> RigidTransform:
+    def EvalPoseInWorld(self, context: Context) -> RigidTransform:
         """X_WB."""
         return self._finalized("EvalPoseInWorld").plant.EvalBodyPoseInWorld(context, self)
 
-    def EvalSpatialVelocityInWorld(self, context: Any) -> SpatialVelocity:
+    def EvalSpatialVelocityInWorld(self, context: Context) -> SpatialVelocity:
         """V_WB, of Bo, expressed in W."""
         return self._finalized("EvalSpatialVelocityInWorld").plant.EvalBodySpatialVelocityInWorld(context, self)
 
-    def EvalSpatialAccelerationInWorld(self, context: Any) -> SpatialAcceleration:
+    def EvalSpatialAccelerationInWorld(self, context: Context) -> SpatialAcceleration:
         """A_WB, of Bo, expressed in W."""
         return self._finalized("EvalSpatialAccelerationInWorld").plant.EvalBodySpatialAccelerationInWorld(context, self)
 
-    def CalcCenterOfMassTranslationalVelocityInWorld(self, context: Any) -> np.ndarray:
+    def CalcCenterOfMassTranslationalVelocityInWorld(self, context: Context) -> np.ndarray:
         """v_WBcm, expressed in W [m/s], shape (3,)."""
         V_WB, p_BoBcm_W = self.EvalSpatialVelocityInWorld(context), self._com_W(context)
         return V_WB.Shift(p_BoBcm_W).translational().copy()
 
-    def CalcCenterOfMassTranslationalAccelerationInWorld(self, context: Any) -> np.ndarray:
+    def CalcCenterOfMassTranslationalAccelerationInWorld(self, context: Context) -> np.ndarray:
         """a_WBcm, expressed in W [m/s²], shape (3,)."""
         A_WB, w_WB = self.EvalSpatialAccelerationInWorld(context), self.EvalSpatialVelocityInWorld(context).rotational()
         return A_WB.Shift(self._com_W(context), w_WB).translational().copy()
 
-    def _com_W(self, context: Any) -> np.ndarray:
+    def _com_W(self, context: Context) -> np.ndarray:
         """p_BoBcm expressed in W."""
         return self.EvalPoseInWorld(context).rotation() @ self.CalcCenterOfMassInBodyFrame(context)
 
     # --- forces
 
     @checked
-    def GetForceInWorld(self, context: Context, forces: Any) -> SpatialForce:
+    def GetForceInWorld(self, context: Context, forces: MultibodyForces) -> SpatialForce:
         """The spatial force on it at Bo, in W, among `forces`."""
         self._finalized("GetForceInWorld")
         return SpatialForce_[context._system._scalar](forces._F_Bo_W[int(self._index)].copy())
 
     @checked
-    def AddInForceInWorld(self, context: Context, F_Bo_W: SpatialForce, forces: Any) -> None:
+    def AddInForceInWorld(self, context: Context, F_Bo_W: SpatialForce, forces: MultibodyForces) -> None:
         """Adds a spatial force at Bo, given in W, to `forces`."""
         self._finalized("AddInForceInWorld")
         forces._F_Bo_W[int(self._index)] += F_Bo_W.get_coeffs()
 
     @checked
-    def AddInForce(self, context: Context, p_BP_E: Any, F_Bp_E: SpatialForce, frame_E: Frame, forces: Any) -> None:
+    def AddInForce(
+        self, context: Context, p_BP_E: Scalars, F_Bp_E: SpatialForce, frame_E: Frame, forces: MultibodyForces
+    ) -> None:
         """Adds a spatial force at a point P of the body, given in E, to `forces`.
 
         Args:
@@ -209,13 +214,13 @@ class RigidBody(NamedElement):
         """Suffix of one of its velocities."""
         return self._floating_joint("floating_velocity_suffix").velocity_suffix(velocity_index_in_body)
 
-    def _floating_joint(self, call: str) -> Any:
+    def _floating_joint(self, call: str) -> Joint:
         owner = self._finalized(call)
         if not owner.elements.is_floating_base(self):
             raise RuntimeError(f"RigidBody.{call}(): body {self._name!r} is not a floating base body.")
         return owner.elements.inboard_joint(self)
 
-    def Lock(self, context: Any) -> None:
+    def Lock(self, context: Context) -> None:
         """Locks the joint by which it floats.
 
         Raises:
@@ -223,7 +228,7 @@ class RigidBody(NamedElement):
         """
         self._floating_joint("Lock").Lock(context)
 
-    def Unlock(self, context: Any) -> None:
+    def Unlock(self, context: Context) -> None:
         """Unlocks the joint by which it floats.
 
         Raises:
@@ -231,7 +236,7 @@ class RigidBody(NamedElement):
         """
         self._floating_joint("Unlock").Unlock(context)
 
-    def is_locked(self, context: Any) -> bool:
+    def is_locked(self, context: Context) -> bool:
         """Whether its inboard joint is locked."""
         return self._finalized("is_locked").elements.inboard_joint(self).is_locked(context)
 

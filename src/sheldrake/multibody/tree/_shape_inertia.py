@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from sheldrake.common._overloads import Mismatch
@@ -12,7 +10,12 @@ from sheldrake.geometry._mass_properties import mass_properties
 from sheldrake.multibody.math import RotationalInertia, SpatialInertia
 
 
-def CalcSpatialInertia(shape: Any = None, density: float | None = None, *, mesh: Any = None) -> SpatialInertia:
+def CalcSpatialInertia(
+    shape: Shape | TriangleSurfaceMesh | None = None,
+    density: float | None = None,
+    *,
+    mesh: TriangleSurfaceMesh | None = None,
+) -> SpatialInertia:
     """M_BBo_B of a body of uniform density that fills a shape whose frame is the body frame.
 
     Args:

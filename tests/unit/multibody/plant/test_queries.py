@@ -75,6 +75,12 @@ def answers(plant, context):
     )])  # fmt: skip
 
 
+def test_forces_are_made_for_a_plant_or_for_numbers_of_bodies_and_velocities():
+    for forces in (MultibodyForces(3, 4), MultibodyForces(nb=3, nv=4)):
+        assert len(forces.body_forces()) == 3
+        np.testing.assert_array_equal(forces.generalized_forces(), np.zeros(4))
+
+
 def test_every_way_to_write_is_seen(plant, context):
     joint, body = plant.GetJointByName("j1"), plant.GetBodyByName("b1")
     state = context.get_continuous_state_vector() if not plant.is_discrete() else None

@@ -5,14 +5,21 @@ and building second means that a file with a mistake leaves the plant as it was.
 are `sheldrake.geometry` shapes, names are those of the model (no scope) unless said otherwise.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from sheldrake.multibody.tree._joint_types import JOINT_TYPES, JointType
 
 from .._files.diagnostics import Location
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import Shape
+    from sheldrake.math import RigidTransform
+    from sheldrake.trajectories import PiecewiseConstantCurvatureTrajectory
 
 INFINITY = float("inf")
 
@@ -23,8 +30,8 @@ class GeometryDescription:
 
     where: Location
     name: str
-    X_BG: Any
-    shape: Any
+    X_BG: RigidTransform
+    shape: Shape
     illustration: Any = None
     perception: Any = None
     proximity: Any = None
@@ -40,7 +47,7 @@ class BodyDescription:
     is_world: bool = False
     visuals: list[GeometryDescription] = field(default_factory=list)
     collisions: list[GeometryDescription] = field(default_factory=list)
-    default_pose: Any = None  # X_WB in case the body turns out to be free
+    default_pose: RigidTransform | None = None  # X_WB in case the body turns out to be free
 
 
 @dataclass
@@ -62,7 +69,7 @@ class FrameDescription:
     where: Location
     name: str
     base: FrameReference
-    X_PF: Any
+    X_PF: RigidTransform
     is_model_frame: bool = False  # belongs to the describing model even when its base is in a nested one
 
 
@@ -93,12 +100,12 @@ class JointDescription:
     X_CM: Any = None
     X_FM: Any = None  # of a weld: identity when None
     axis: np.ndarray | None = None
-    damping: Any = 0.0  # [N m s or N s/m], one number or one for each velocity
+    damping: float | np.ndarray = 0.0  # [N m s or N s/m], one number or one for each velocity
     limits: JointLimits = field(default_factory=JointLimits)
     default_position: Any = None
     screw_pitch: float = 0.0  # [m per turn]
-    curvilinear_path: Any = None
-    spring: "tuple[float, float] | None" = None  # stiffness [N m/rad or N/m], rest position [rad or m]
+    curvilinear_path: PiecewiseConstantCurvatureTrajectory | None = None
+    spring: tuple[float, float] | None = None  # stiffness [N m/rad or N/m], rest position [rad or m]
     friction: float = 0.0  # dry friction [N m or N]
 
     @property
@@ -191,9 +198,9 @@ class WeldConstraintDescription:
 
     where: Location
     body_a: FrameReference
-    X_AP: Any
+    X_AP: RigidTransform
     body_b: FrameReference
-    X_BQ: Any
+    X_BQ: RigidTransform
 
 
 @dataclass
@@ -254,7 +261,7 @@ class ModelDescription:
     name: str
     bodies: list[BodyDescription] = field(default_factory=list)
     elements: list[Any] = field(default_factory=list)
-    nested: "list[ModelDescription]" = field(default_factory=list)
+    nested: list[ModelDescription] = field(default_factory=list)
     filter_groups: list[FilterGroupDescription] = field(default_factory=list)
     exclusions: list[tuple[FrameReference, FrameReference]] = field(default_factory=list)
     couplers: list[CouplerDescription] = field(default_factory=list)

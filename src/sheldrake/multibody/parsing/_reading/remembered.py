@@ -12,13 +12,16 @@ import threading
 from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from sheldrake.common._files import regular_bytes
 
 from .._files.diagnostics import DiagnosticPolicy, Location, ParseError, location_of
 from .._files.package_map import PackageMap, resolve_uri
 from .._files.xml import MAX_BYTES
+
+if TYPE_CHECKING:
+    from sheldrake.multibody.parsing._reading.reading import Reading
 
 MOST_BYTES = 16 * 1024 * 1024  # of all texts together, included ones too; a large robot has 200 kB
 
@@ -108,7 +111,7 @@ def forget_all() -> None:
         _KNOWN.clear()
 
 
-def read_or_remember(kind: str, reading: Any, text: str | None, model_name: str, read: Callable[..., list]) -> list:
+def read_or_remember(kind: str, reading: Reading, text: str | None, model_name: str, read: Callable[..., list]) -> list:
     """The models of a file or text: those of an earlier reading, or what `read` finds now.
 
     They are shared by all who read the same: nobody may change them.
@@ -139,11 +142,11 @@ def read_or_remember(kind: str, reading: Any, text: str | None, model_name: str,
     return models
 
 
-def _asking(reading: Any, questions: Questions) -> Any:
+def _asking(reading: Reading, questions: Questions) -> Any:
     return replace(reading, policy=Listener(reading.policy, questions), questions=questions)
 
 
-def _key(kind: str, reading: Any, text: str | None, model_name: str) -> tuple:
+def _key(kind: str, reading: Reading, text: str | None, model_name: str) -> tuple:
     """All that a reader knows before it asks anything; relative files of a text begin at the working folder."""
     folder = os.getcwd() if reading.folder is None else reading.folder
     return (

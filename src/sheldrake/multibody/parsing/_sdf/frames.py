@@ -4,12 +4,17 @@ Every link, joint, frame and nested model of a model is a named place. A place h
 following these gives its pose in the model frame. Scoped names (`arm::hand`) reach into nested models.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass, field
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from .._files.diagnostics import Location
 from .._files.xml import Element
 from .._reading.reading import Reading
+
+if TYPE_CHECKING:
+    from sheldrake.math import RigidTransform
 
 MODEL_FRAME = "__model__"
 ROOT_NAMES = ("world", MODEL_FRAME)
@@ -22,7 +27,7 @@ class Place:
     where: Location
     kind: str  # link, joint, frame, model
     name: str
-    X_RP: Any
+    X_RP: RigidTransform
     relative_to: str
     attached_to: str = ""  # of a frame: what it moves with; of a joint: its child
     scope: Any = None  # the SdfScope of a nested model
@@ -59,7 +64,7 @@ class SdfScope:
         self.places[place.name] = place
         self.known_poses.clear()
 
-    def find(self, name: str, where: Location) -> "tuple[SdfScope, Place]":
+    def find(self, name: str, where: Location) -> tuple[SdfScope, Place]:
         """The place a possibly scoped name stands for, and the scope that owns it.
 
         Raises:
@@ -109,7 +114,7 @@ class SdfScope:
         self.known_poses[name] = X_MP
         return X_MP
 
-    def _nested(self, model: str, name: str, where: Location) -> "SdfScope":
+    def _nested(self, model: str, name: str, where: Location) -> SdfScope:
         place = self.places.get(model)
         if place is None or place.scope is None:
             self._unknown(name, where)
@@ -121,7 +126,7 @@ class SdfScope:
             return place.relative_to
         return place.attached_to if place.kind in ("joint", "frame") else MODEL_FRAME
 
-    def body(self, name: str, where: Location, pending: tuple = ()) -> "tuple[tuple[str, ...], str]":
+    def body(self, name: str, where: Location, pending: tuple = ()) -> tuple[tuple[str, ...], str]:
         """The link that a place moves with: (names of nested models on the way, link), or ((), "world").
 
         Raises:
@@ -151,14 +156,14 @@ class SdfScope:
             return (name, *scope), link
         return self.body(place.attached_to, place.where, pending)
 
-    def pose_of_body(self, scope: "tuple[str, ...]", link: str, where: Location):
+    def pose_of_body(self, scope: tuple[str, ...], link: str, where: Location):
         """The pose of a link found by `body` in this model's frame."""
         if link == "world":
             return self.pose("world" if self.is_world else "", where)
         return self.pose("::".join((*scope, link)), where)
 
 
-def read_pose(element: "Element | None", reading: Reading):
+def read_pose(element: Element | None, reading: Reading):
     """The raw pose in a `<pose>` element: identity when there is none."""
     from sheldrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
@@ -191,7 +196,7 @@ def _norm(quaternion, element: Element, reading: Reading) -> float:
     return norm
 
 
-def reference_of_pose(element: "Element | None") -> str:
+def reference_of_pose(element: Element | None) -> str:
     """The `relative_to` of a `<pose>`; SDFormat 1.5 and 1.6 called it `frame`."""
     if element is None:
         return ""

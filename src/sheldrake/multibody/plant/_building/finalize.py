@@ -103,7 +103,7 @@ def _add_mobilizer_frames(elements: Elements, steps: list[Step]) -> None:
             X_FM = joint.X_FM().inverse() if backwards else joint.X_FM()
             if not X_FM.IsExactlyIdentity():
                 _add_mobilizer_frame(elements, f"{joint.name()}_{F.name()}_F", F, X_FM, joint)
-        elif joint._type.mobilizer_axis:
+        elif joint._axis is not None and joint._type.mobilizer_axis:
             axis = -joint._axis if backwards else joint._axis
             if max(axis) < 1.0 - _EPSILON:
                 X = RigidTransform(RotationMatrix.MakeFromOneVector(axis, 2))

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from sheldrake.common._checked import checked
 from sheldrake.common.value import _register_value_type
 from sheldrake.multibody.tree import BodyIndex
+
+if TYPE_CHECKING:
+    from sheldrake.geometry import PenetrationAsPointPair
+    from sheldrake.multibody.plant._contact.hydroelastic import HydroelasticContactInfo
 
 
 class PointPairContactInfo:
@@ -64,7 +68,7 @@ class PointPairContactInfo:
         """Tangential speed of the two points [m/s]."""
         return self._slip
 
-    def point_pair(self) -> Any:
+    def point_pair(self) -> PenetrationAsPointPair:
         """The PenetrationAsPointPair it comes from."""
         return self._pair
 
@@ -148,7 +152,7 @@ class ContactResults:
         """Number of hydroelastic contacts."""
         return len(self._hydroelastic)
 
-    def hydroelastic_contact_info(self, i: int) -> Any:
+    def hydroelastic_contact_info(self, i: int) -> HydroelasticContactInfo:
         """Hydroelastic contact number i.
 
         Raises:
@@ -165,7 +169,7 @@ class ContactResults:
         return 0
 
     @checked
-    def deformable_contact_info(self, i: int) -> Any:
+    def deformable_contact_info(self, i: int) -> NoReturn:
         """There are no deformable bodies.
 
         Raises:
