@@ -1,6 +1,6 @@
 """Where the time of a step goes: the share of each of its stages, for the robots of `real_robots`.
 
-    python benchmarks/stages.py [name ...] [--seconds 0.3] [--write table.json] [--before table.json --figure stages.png]
+    python benchmarks/stages.py [name ...] [--seconds 0.3] [--write a.json] [--before a.json --figure stages.png]
 
 Needs `pip install "sheldrake[kernels,robots]"`.
 
